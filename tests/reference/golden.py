@@ -1,0 +1,100 @@
+#!/usr/bin/env python3
+"""Golden vectors: `golden.py write DIR` makes them, `golden.py check DIR` makes them again and compares.
+
+`DIR/manifest.json` lists the cases; `NAME.raw` are a case's frames, one after
+another, and `NAME.json` is what the reference says of them. README.md has the fields.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from vectors import SEED
+from vectors.case import Case
+from vectors.event_cases import event_cases
+from vectors.format_cases import format_cases
+
+VERSION = 1
+SUFFIXES = (".json", ".raw")
+
+
+def lines_of(value: dict[str, Any]) -> str:
+    """JSON with one top-level key a line, and one list element a line in long lists."""
+    parts = []
+    for key, item in value.items():
+        text = json.dumps(item, separators=(",", ":"))
+        if isinstance(item, list) and len(text) > 100:
+            text = "[\n" + ",\n".join(json.dumps(one, separators=(",", ":")) for one in item) + "]"
+        parts.append(f"{json.dumps(key)}:{text}")
+    return "{" + ",\n".join(parts) + "}\n"
+
+
+def write(directory: Path) -> int:
+    """Write all vectors; returns the number of cases. Files of former cases are removed."""
+    directory.mkdir(parents=True, exist_ok=True)
+    for old in directory.iterdir():
+        if old.suffix in SUFFIXES:
+            old.unlink()
+    cases: list[Case] = format_cases() + event_cases()
+    names = [case.name for case in cases]
+    assert len(set(names)) == len(names), "case names are not unique"
+    for case in cases:
+        (directory / f"{case.name}.raw").write_bytes(b"".join(case.data))
+        (directory / f"{case.name}.json").write_text(lines_of(case.expected()), newline="\n")
+    manifest = {"version": VERSION, "seed": SEED, "cases": [case.manifest() for case in cases]}
+    (directory / "manifest.json").write_text(lines_of(manifest), newline="\n")
+    return len(cases)
+
+
+def first_difference(made: Path, stored: Path) -> str | None:
+    """The first difference between two directories of vectors, in words."""
+    for name in sorted({path.name for path in (*made.iterdir(), *stored.iterdir()) if path.suffix in SUFFIXES}):
+        ours, theirs = made / name, stored / name
+        if not theirs.exists():
+            return f"{name}: missing"
+        if not ours.exists():
+            return f"{name}: belongs to no case"
+        a, b = ours.read_bytes(), theirs.read_bytes()
+        if a != b:
+            shared = min(len(a), len(b))
+            at = next((index for index in range(shared) if a[index] != b[index]), shared)
+            line = a[:at].count(b"\n") + 1
+            near = slice(max(at - 20, 0), at + 20)
+            return f"{name}: byte {at} (line {line}): made {a[near]!r}, stored {b[near]!r}"
+    return None
+
+
+def check(directory: Path) -> str | None:
+    """Make the vectors again and compare with the stored ones byte for byte."""
+    with tempfile.TemporaryDirectory() as made:
+        write(Path(made))
+        return first_difference(Path(made), directory)
+
+
+def main() -> int:
+    """Command line."""
+    parser = argparse.ArgumentParser(description="write or check the golden vectors")
+    parser.add_argument("command", choices=("write", "check"))
+    parser.add_argument("directory", type=Path)
+    arguments = parser.parse_args()
+    if arguments.command == "write":
+        print(f"{write(arguments.directory)} cases written to {arguments.directory}")
+        return 0
+    if not arguments.directory.is_dir():
+        print(f"{arguments.directory} is not a directory", file=sys.stderr)
+        return 1
+    difference = check(arguments.directory)
+    if difference is not None:
+        print(difference, file=sys.stderr)
+        return 1
+    print("the golden vectors are what the reference makes")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,23 @@
+"""Exact rounding of rational numbers: one rule everywhere, nearest with ties up."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+HALF = Fraction(1, 2)
+
+
+def round_half_up(value: Fraction | int | float) -> int:
+    """Nearest integer of an exactly represented number, ties towards plus infinity."""
+    return math.floor(Fraction(value) + HALF)
+
+
+def ceil_div(a: int, b: int) -> int:
+    """Smallest integer not below a / b, for b > 0."""
+    return -(-a // b)
+
+
+def fixed16(value: float) -> Fraction:
+    """A parameter as it is held: rounded to 16 fraction bits, nearest (*decided*)."""
+    return Fraction(round_half_up(Fraction(value) * 65536), 65536)

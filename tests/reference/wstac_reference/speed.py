@@ -1,0 +1,103 @@
+"""Duration of an event, and the sliding speed that it implies."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+
+from .constants import FEATURES, NOMINAL_FPS, UNIT
+from .trigger import Baseline, Sample
+
+PAPER_INTERCEPT = 151.06
+PAPER_SLOPE = 56.29
+FITTED_MM_S = (100.0, 200.0)
+"""Speeds the published law was fitted on (*paper*)."""
+
+
+@dataclass(frozen=True)
+class SpeedConfig:
+    """The law and what counts as light.
+
+    `length_mm` and `afterglow_frames` (L and tau, at 30 frames a second) belong to
+    the physical law D = 30 L / v + tau.
+    """
+
+    law: str = "paper"
+    threshold: float = 0.0475
+    threshold_on: str = "absolute"
+    length_mm: float = 114.0
+    afterglow_frames: float = 5.0
+
+    def __post_init__(self) -> None:
+        if self.law not in ("paper", "physical"):
+            raise ValueError(f"law {self.law!r}")
+        if self.threshold_on not in ("absolute", "above_baseline"):
+            raise ValueError(f"threshold_on {self.threshold_on!r}")
+        if self.threshold <= 0:
+            raise ValueError(f"threshold {self.threshold}")
+
+    def speed(self, duration: float) -> float | None:
+        """Speed in mm/s for a duration in frames at 30 a second; None at the pole."""
+        if self.law == "paper":
+            return 10 ** ((PAPER_INTERCEPT - duration) / PAPER_SLOPE)
+        lit = duration - self.afterglow_frames
+        return NOMINAL_FPS * self.length_mm / lit if lit > 0 else None
+
+
+@dataclass(frozen=True)
+class SpeedAnswer:
+    """Valid frames are counted from the sample's first frame.
+
+    `why` says why there is no speed: "baseline" (the baseline itself is above the
+    threshold), "no_light" (no valid frame), "cut_off" (the sample's first or last frame
+    is valid: the duration is only a lower bound, so `bound_mm_s` is an upper bound of
+    the speed), "pole" (the physical law has none for so short an event). They are
+    tested in this order (*decided*).
+    """
+
+    first_valid: int | None
+    last_valid: int | None
+    mm_s: float | None = None
+    extrapolated: bool = False
+    why: str | None = None
+    bound_mm_s: float | None = None
+
+    @property
+    def duration(self) -> int | None:
+        """D: last less first valid frame."""
+        if self.first_valid is None or self.last_valid is None:
+            return None
+        return self.last_valid - self.first_valid
+
+
+def valid_frames(config: SpeedConfig, baseline: Baseline, sample: Sample) -> list[int]:
+    """Frames of the sample in which any row or column is above the threshold."""
+    if config.threshold_on == "absolute":
+        bound = UNIT * math.log(config.threshold)
+        return [t for t, f in enumerate(sample.features) if any(q > bound for q in f)]
+    dark = [baseline.mean_light(k) for k in range(FEATURES)]
+    return [
+        t
+        for t, f in enumerate(sample.features)
+        if any(math.exp(f[k] / UNIT) - dark[k] > config.threshold for k in range(FEATURES))
+    ]
+
+
+def measure_speed(config: SpeedConfig, baseline: Baseline, sample: Sample, fps: Fraction) -> SpeedAnswer:
+    """Speed of one event; `fps` is the rate of feature frames."""
+    valid = valid_frames(config, baseline, sample)
+    first, last = (valid[0], valid[-1]) if valid else (None, None)
+    if config.threshold_on == "absolute":
+        bound = UNIT * math.log(config.threshold)
+        if any(baseline.mean_above(k, bound) for k in range(FEATURES)):
+            return SpeedAnswer(first, last, why="baseline")
+    if first is None or last is None:
+        return SpeedAnswer(None, None, why="no_light")
+    speed = config.speed(float((last - first) * Fraction(NOMINAL_FPS) / fps))
+    if first == 0 or last == len(sample.features) - 1:
+        return SpeedAnswer(first, last, why="cut_off", bound_mm_s=speed)
+    if speed is None:
+        return SpeedAnswer(first, last, why="pole")
+    inside = FITTED_MM_S[0] <= speed <= FITTED_MM_S[1]
+    return SpeedAnswer(first, last, mm_s=speed, extrapolated=not inside)

@@ -1,0 +1,209 @@
+"""Baseline, windows, and the capture of a sample: when an event happens."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from .constants import BASELINE_WINDOWS, FEATURES, SAMPLE_FRAMES, SHORT_GAP, UNIT
+from .rational import fixed16
+
+
+@dataclass(frozen=True)
+class TriggerConfig:
+    """m (window), b (multiplier), c (backtrack), the rule and its margin."""
+
+    window: int = 5
+    multiplier: float = 1.2
+    backtrack: int = 10
+    rule: str = "signed"
+    margin: float = 0.2
+
+    def __post_init__(self) -> None:
+        m, c = self.window, self.backtrack
+        if not 1 <= m <= SAMPLE_FRAMES:
+            raise ValueError(f"window {m} is not in 1..={SAMPLE_FRAMES}")
+        if not 0 <= c <= BASELINE_WINDOWS * m:
+            raise ValueError(f"backtrack {c} is not in 0..={BASELINE_WINDOWS * m}")
+        if c + m > SAMPLE_FRAMES:
+            raise ValueError(f"backtrack {c} + window {m} is above {SAMPLE_FRAMES}")
+        if self.rule not in ("signed", "literal"):
+            raise ValueError(f"rule {self.rule!r}")
+        if self.rule == "signed" and self.multiplier < 1:
+            raise ValueError(f"multiplier {self.multiplier} is below 1")
+        if self.multiplier < 0 or self.margin < 0:
+            raise ValueError("multiplier and margin are not negative")
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """What the first 5 m frames say.
+
+    `totals` are the sums T_k over all of them, so eta_k = T_k / 5 exactly;
+    `thresholds` are exact too. `quiet` is false where, for any k, the five window sums
+    differ (largest less smallest) by more than the trigger's own margin. `long_gap`
+    says that a gap longer than 7 frames lies in it.
+    """
+
+    window: int
+    totals: tuple[int, ...]
+    thresholds: tuple[Fraction, ...]
+    quiet: bool
+    long_gap: bool
+
+    @property
+    def etas(self) -> tuple[Fraction, ...]:
+        """The mean window sums, in feature units."""
+        return tuple(Fraction(total, BASELINE_WINDOWS) for total in self.totals)
+
+    def mean_above(self, k: int, bound: float) -> bool:
+        """Whether eta_k / m is above a bound in feature units."""
+        return self.totals[k] / (BASELINE_WINDOWS * self.window) > bound
+
+    def mean_light(self, k: int) -> float:
+        """exp(eta_k / m): the baseline brightness of a row or column."""
+        return math.exp(self.totals[k] / (BASELINE_WINDOWS * self.window) / UNIT)
+
+
+def measure_baseline(config: TriggerConfig, frames: Sequence[Sequence[int]], long_gap: bool) -> Baseline:
+    """Baseline and thresholds of exactly 5 m frames, in integers and fractions.
+
+    signed: eta + max((b - 1)|eta|, m margin 2048), quiet against the same maximum.
+    literal: b eta, quiet against |b - 1| |eta| (*decided*).
+    """
+    m = config.window
+    b, margin = fixed16(config.multiplier), fixed16(config.margin)
+    totals, thresholds, quiet = [], [], True
+    for k in range(FEATURES):
+        windows = [sum(f[k] for f in frames[w * m : (w + 1) * m]) for w in range(BASELINE_WINDOWS)]
+        total = sum(windows)
+        eta = Fraction(total, BASELINE_WINDOWS)
+        if config.rule == "signed":
+            own_margin = max((b - 1) * abs(eta), m * margin * UNIT)
+            threshold = eta + own_margin
+        else:
+            own_margin = abs(b - 1) * abs(eta)
+            threshold = b * eta
+        totals.append(total)
+        thresholds.append(threshold)
+        quiet = quiet and max(windows) - min(windows) <= own_margin
+    return Baseline(m, tuple(totals), tuple(thresholds), quiet, long_gap)
+
+
+@dataclass(frozen=True)
+class Sample:
+    """X: 70 consecutive feature frames, from `frame` on; `features[t]` has 10 numbers."""
+
+    frame: int
+    features: tuple[tuple[int, ...], ...]
+    frames_filled: int
+    reliable: bool
+
+
+@dataclass(frozen=True)
+class Incomplete:
+    """A sample that was never finished, and how many of its frames there were."""
+
+    frame: int
+    frames: int
+
+
+class Trigger:
+    """Frames in, samples out.
+
+    Lost frames are known only as a total, before the next real frame or at the end.
+    *Decided*: up to 7 are filled with the last features and processed like any frame
+    (they may fire a window, complete the baseline or a sample). A longer gap ends an
+    open sample, which is reported incomplete with the frames it had before the gap; an
+    open window is forgotten; time moves on by the gap; windows start afresh at the
+    first real frame after it, but never inside an emitted sample's own 70 frames (not
+    before t + l, so that samples share no frame). Frames of the gap repeat the last
+    features and may be in a later event's backtrack. In the baseline any gap's frames
+    count as baseline frames; what is left of a long gap after the baseline ended inside
+    it is skipped.
+    """
+
+    def __init__(self, config: TriggerConfig) -> None:
+        self.config = config
+        self.baseline: Baseline | None = None
+        self.interrupted: list[Incomplete] = []
+        self._features: list[tuple[int, ...]] = []
+        self._filled: list[bool] = []
+        self._baseline_frames = BASELINE_WINDOWS * config.window
+        self._window_start = self._baseline_frames
+        self._sample_start: int | None = None
+        self._baseline_gap = False
+
+    @property
+    def frames(self) -> int:
+        """Length of the time line so far, filled frames included."""
+        return len(self._features)
+
+    @property
+    def open_sample(self) -> Incomplete | None:
+        """The sample being captured now, if any."""
+        if self._sample_start is None:
+            return None
+        return Incomplete(self._sample_start, self.frames - self._sample_start)
+
+    def frame(self, features: Sequence[int], filled: bool = False) -> Sample | None:
+        """One feature frame; `filled` marks one that is not wholly measured."""
+        self._append(tuple(features), filled)
+        if self.baseline is None:
+            self._try_baseline()
+            return None
+        if self._sample_start is None:
+            self._try_window()
+        if self._sample_start is not None and self.frames == self._sample_start + SAMPLE_FRAMES:
+            return self._emit(self._sample_start)
+        return None
+
+    def gap(self, count: int) -> list[Sample]:
+        """`count` feature frames were lost since the last one; before the first, nothing."""
+        if count == 0 or not self._features:
+            return []
+        last = self._features[-1]
+        if count <= SHORT_GAP:
+            samples = [self.frame(last, filled=True) for _ in range(count)]
+            return [sample for sample in samples if sample is not None]
+        if self.open_sample is not None:
+            self.interrupted.append(self.open_sample)
+            self._sample_start = None
+            self._window_start = 0
+        self._baseline_gap = self._baseline_gap or self.baseline is None
+        for _ in range(count):
+            self._append(last, True)
+            if self.baseline is None:
+                self._try_baseline()
+        self._window_start = max(self._window_start, self.frames)
+        return []
+
+    def _append(self, features: tuple[int, ...], filled: bool) -> None:
+        self._features.append(features)
+        self._filled.append(filled)
+
+    def _try_baseline(self) -> None:
+        if self.frames == self._baseline_frames:
+            self.baseline = measure_baseline(self.config, self._features, self._baseline_gap)
+
+    def _try_window(self) -> None:
+        start, m = self._window_start, self.config.window
+        if self.frames != start + m:
+            return
+        assert self.baseline is not None
+        window = self._features[start:]
+        fires = any(sum(f[k] for f in window) > self.baseline.thresholds[k] for k in range(FEATURES))
+        if fires:
+            self._sample_start = start - self.config.backtrack
+            self._window_start = start + SAMPLE_FRAMES
+        else:
+            self._window_start = start + m
+
+    def _emit(self, start: int) -> Sample:
+        assert self.baseline is not None
+        self._sample_start = None
+        filled = sum(self._filled[start:])
+        trusted = self.baseline.quiet and not self.baseline.long_gap and filled <= SHORT_GAP
+        return Sample(start, tuple(self._features[start:]), filled, trusted)

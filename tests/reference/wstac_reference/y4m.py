@@ -1,0 +1,85 @@
+"""YUV4MPEG2 files: header and frames of 8-bit video."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import BinaryIO
+
+from .formats import FORMATS, PixelFormat
+
+MAX_LINE = 4096
+
+
+@dataclass(frozen=True)
+class Header:
+    """What the first line says; `fps` is None for 0:0 (unknown)."""
+
+    width: int
+    height: int
+    fps: Fraction | None
+    format: PixelFormat
+    full_range: bool | None
+
+    @property
+    def frame_bytes(self) -> int:
+        """Bytes of a frame; Y4M has no row padding."""
+        return self.format.frame_bytes(self.height, self.width)
+
+
+def _format(tag: str) -> PixelFormat:
+    if tag == "mono":
+        return FORMATS["GREY"]
+    if tag in ("420", "420jpeg", "420mpeg2", "420paldv"):
+        return FORMATS["YU12"]
+    if tag in ("422", "444"):
+        return FORMATS[f"YUV{tag}P"]
+    raise ValueError(f"Y4M colour space C{tag} is not supported")
+
+
+def _line(stream: BinaryIO) -> bytes:
+    line = stream.readline(MAX_LINE)
+    if line and not line.endswith(b"\n"):
+        raise ValueError("Y4M line does not end")
+    return line[:-1]
+
+
+def read_header(stream: BinaryIO) -> Header:
+    """Parse the stream header; C420 where no colour space is named."""
+    words = _line(stream).decode("ascii", "replace").split(" ")
+    if words[0] != "YUV4MPEG2":
+        raise ValueError("not a YUV4MPEG2 file")
+    width = height = 0
+    fps: Fraction | None = None
+    tag, full = "420", None
+    for word in filter(None, words[1:]):
+        key, value = word[0], word[1:]
+        if key == "W":
+            width = int(value)
+        elif key == "H":
+            height = int(value)
+        elif key == "F":
+            num, den = (int(part) for part in value.split(":"))
+            fps = Fraction(num, den) if num > 0 and den > 0 else None
+        elif key == "C":
+            tag = value
+        elif word.startswith("XCOLORRANGE="):
+            full = word.partition("=")[2] == "FULL"
+    if width < 1 or height < 1:
+        raise ValueError(f"Y4M size {width} x {height}")
+    return Header(width, height, fps, _format(tag), full)
+
+
+def read_frames(stream: BinaryIO, header: Header) -> Iterator[bytes]:
+    """The frames, until the end of the file; a cut-off last frame is an error."""
+    while True:
+        line = _line(stream)
+        if not line:
+            return
+        if line.split(b" ")[0] != b"FRAME":
+            raise ValueError("Y4M frame header missing")
+        data = stream.read(header.frame_bytes)
+        if len(data) < header.frame_bytes:
+            raise ValueError("Y4M file ends inside a frame")
+        yield data
