@@ -1,0 +1,93 @@
+//! The baseline η, and the thresholds that follow from it (SPEC §3, step 1).
+
+use crate::features::Features;
+use crate::fixed::Q16;
+use crate::params::{BASELINE_WINDOWS, FEATURE_ONE, FEATURES};
+use crate::trigger::{Rule, TriggerConfig};
+
+/// What the sensor showed before contact: ten totals over the baseline's 5m frames.
+///
+/// η_k = total_k / 5 is the mean window sum, total_k / 5m the mean feature; totals keep both exact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Baseline {
+    totals: [i32; FEATURES],
+    frames: u16,
+}
+
+impl Baseline {
+    /// A baseline from its totals (units of 2^-11) over `frames` frames, 5 to 350; for tests and recordings.
+    pub fn new(totals: [i32; FEATURES], frames: u16) -> Self {
+        Self { totals, frames }
+    }
+
+    pub(crate) fn empty() -> Self {
+        Self { totals: [0; FEATURES], frames: 0 }
+    }
+
+    pub(crate) fn add(&mut self, features: &Features) {
+        for (total, feature) in self.totals.iter_mut().zip(features) {
+            *total += i32::from(*feature);
+        }
+        self.frames += 1;
+    }
+
+    /// Sum of each feature over the baseline's frames, in units of 2^-11.
+    pub fn totals(&self) -> &[i32; FEATURES] {
+        &self.totals
+    }
+
+    /// Frames of the baseline, 5m; fewer while it is under way.
+    pub fn frames(&self) -> u16 {
+        self.frames
+    }
+
+    /// Each feature's mean over the baseline's frames, with `fraction_bits` (11 to 20) fraction bits, rounded down.
+    pub(crate) fn means(&self, fraction_bits: u32) -> [i32; FEATURES] {
+        let frames = i64::from(self.frames);
+        self.totals.map(|total| {
+            // |total| < 2^15 · 350, so 64 bits hold it; the quotient is within the range of a feature.
+            let scaled = i64::from(total) << (fraction_bits - crate::params::FEATURE_FRACTION_BITS);
+            scaled.checked_div_euclid(frames).unwrap_or(0) as i32
+        })
+    }
+
+    /// The trigger's own margin around η in units of 2^-27 / 5 for a total: how far above η a window sum must be.
+    fn margin(total: i32, config: &TriggerConfig) -> i64 {
+        let beyond_one = (i64::from(config.multiplier().bits()) - i64::from(Q16::ONE.bits())).abs();
+        let relative = beyond_one * i64::from(total.abs());
+        match config.rule() {
+            Rule::Literal => relative,
+            Rule::Signed => {
+                let frames = i64::from(config.window()) * i64::from(BASELINE_WINDOWS);
+                relative.max(frames * i64::from(config.margin().bits()) * i64::from(FEATURE_ONE))
+            }
+        }
+    }
+
+    /// The highest window sum of each feature, in units of 2^-11, that does not fire.
+    pub(crate) fn thresholds(&self, config: &TriggerConfig) -> [i32; FEATURES] {
+        // In units of 2^-27 / 5 everything is an integer: W fires if W · 5 · 2^16 > total · 2^16 + margin.
+        const UNIT: i64 = (BASELINE_WINDOWS as i64) << 16;
+        self.totals.map(|total| {
+            let threshold = match config.rule() {
+                Rule::Literal => i64::from(config.multiplier().bits()) * i64::from(total),
+                Rule::Signed => (i64::from(total) << 16) + Self::margin(total, config),
+            };
+            threshold.div_euclid(UNIT).clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
+        })
+    }
+
+    /// Whether the five window sums, `lowest` to `highest`, lie within the trigger's own margin.
+    pub(crate) fn is_quiet(
+        &self,
+        lowest: &[i32; FEATURES],
+        highest: &[i32; FEATURES],
+        config: &TriggerConfig,
+    ) -> bool {
+        self.totals.iter().zip(lowest.iter().zip(highest)).all(|(&total, (&low, &high))| {
+            i64::from(high - low) * (i64::from(BASELINE_WINDOWS) << 16) <= Self::margin(total, config)
+        })
+    }
+}

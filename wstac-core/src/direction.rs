@@ -1,0 +1,137 @@
+//! Sliding direction from the order in which rows and columns light up (SPEC §5; paper, "Directional
+//! Identification").
+
+use crate::exp::{EXP_FRACTION_BITS, exp_of_negative};
+use crate::params::{COLUMNS, FEATURE_FRACTION_BITS, LEAST_CONFIDENCE, ROWS};
+use crate::trigger::Event;
+
+/// One of the four ways a specimen can slide.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Heading {
+    /// +x: columns in order.
+    Right,
+    /// +y: rows reversed.
+    Up,
+    /// −x: columns reversed.
+    Left,
+    /// −y: rows in order.
+    Down,
+}
+
+impl Heading {
+    /// The angle in degrees, counter-clockwise from +x: 0, 90, 180 or 270.
+    pub fn degrees(self) -> u16 {
+        match self {
+            Self::Right => 0,
+            Self::Up => 90,
+            Self::Left => 180,
+            Self::Down => 270,
+        }
+    }
+}
+
+/// Why there is no direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Unclear {
+    /// A row and a column never light up.
+    NeverLit,
+    /// Rows and columns are about equally in order: the confidence is below 0.2.
+    NoOrder,
+}
+
+/// A direction and how sure it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Direction {
+    /// The way, or why there is none.
+    pub heading: Result<Heading, Unclear>,
+    /// (|s₁| − |s₂|) / (|s₁| + |s₂|) of the two slopes, in units of 2^-15: 0..=32768.
+    pub confidence: u16,
+}
+
+impl Direction {
+    /// The confidence as a real number, 0..=1.
+    pub fn confidence(&self) -> f32 {
+        f32::from(self.confidence) / 32_768.0
+    }
+}
+
+/// Fraction bits of a centroid, in frames.
+const CENTROID_FRACTION_BITS: u32 = 20;
+
+/// Slope of centroid against index, as a fraction; 0 where fewer than two lines light up.
+#[derive(Clone, Copy)]
+struct Slope {
+    numerator: i64,
+    denominator: i64,
+    /// Every line of the axis lights up.
+    all_lit: bool,
+}
+
+/// Direction of an event: least-squares slopes of the rows' and the columns' light centroids.
+pub fn direction(event: &Event<'_>) -> Direction {
+    let means = event.baseline.means(EXP_FRACTION_BITS);
+    let slope = |first: usize, count: usize| {
+        let (_, lines) = means.split_at_checked(first).unwrap_or((&[], &[]));
+        slope_of((0..).zip(lines.iter().take(count)).map(|(index, &mean)| (index, centroid(event, first + index as usize, mean))))
+    };
+    let (rows, columns) = (slope(0, ROWS), slope(ROWS, COLUMNS));
+    // Over a common denominator.
+    let row = rows.numerator.unsigned_abs() * columns.denominator.unsigned_abs();
+    let column = columns.numerator.unsigned_abs() * rows.denominator.unsigned_abs();
+    let (difference, sum) = (row.abs_diff(column), row + column);
+    let confidence = (difference << 15).checked_div(sum).unwrap_or(0) as u16;
+    let heading = if !rows.all_lit && !columns.all_lit {
+        Err(Unclear::NeverLit)
+    } else if sum == 0 || difference * LEAST_CONFIDENCE.1 < sum * LEAST_CONFIDENCE.0 {
+        Err(Unclear::NoOrder)
+    } else if column > row {
+        Ok(if columns.numerator > 0 { Heading::Right } else { Heading::Left })
+    } else {
+        Ok(if rows.numerator > 0 { Heading::Down } else { Heading::Up })
+    };
+    Direction { heading, confidence }
+}
+
+/// When a row or column is lit, in frames from the sample's start: the centroid of its light above its baseline
+/// `mean`; nothing where it never lights up.
+fn centroid(event: &Event<'_>, feature: usize, mean: i32) -> Option<i64> {
+    // Light is taken as a share of the sample's brightest: a centroid does not depend on it, and its bits are used.
+    let brightest = i32::from(event.sample.brightest()) << (EXP_FRACTION_BITS - FEATURE_FRACTION_BITS);
+    let base = exp_of_negative(u32::try_from(brightest - mean).ok()?);
+    let (mut light, mut moment) = (0_u64, 0_u64);
+    for (frame, value) in (0_u64..).zip(event.sample.feature(feature)) {
+        let value = i32::from(value) << (EXP_FRACTION_BITS - FEATURE_FRACTION_BITS);
+        let above = u64::from(exp_of_negative((brightest - value).max(0) as u32).saturating_sub(base));
+        light += above;
+        moment += frame * above;
+    }
+    // moment < 70²/2 · 2^31 < 2^43.
+    (moment << CENTROID_FRACTION_BITS).checked_div(light).map(|centroid| centroid as i64)
+}
+
+/// Least squares over the lines that light up.
+fn slope_of(lines: impl Iterator<Item = (i64, Option<i64>)>) -> Slope {
+    let (mut n, mut x, mut xx, mut y, mut xy) = (0, 0, 0, 0, 0);
+    let mut all_lit = true;
+    for (index, centroid) in lines {
+        let Some(centroid) = centroid else {
+            all_lit = false;
+            continue;
+        };
+        n += 1;
+        x += index;
+        xx += index * index;
+        y += centroid;
+        xy += index * centroid;
+    }
+    match n * xx - x * x {
+        0 => Slope { numerator: 0, denominator: 1, all_lit },
+        denominator => Slope { numerator: n * xy - x * y, denominator, all_lit },
+    }
+}

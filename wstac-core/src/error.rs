@@ -1,0 +1,168 @@
+//! What can be wrong with a layout, a configuration or a frame: one cause, one variant.
+
+use core::fmt;
+
+/// Why something could not be built or used. Every variant names what was found and what was expected.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Error {
+    /// A frame's width or height is outside 1..=16384 pixels.
+    FrameSize {
+        /// Width found, in pixels.
+        width: u32,
+        /// Height found, in pixels.
+        height: u32,
+    },
+    /// A taxel holds no pixel: too small a frame for the paper layout, or a side of 0.
+    EmptyTaxel {
+        /// Width found, in pixels.
+        width: u32,
+        /// Height found, in pixels.
+        height: u32,
+    },
+    /// A taxel reaches outside the frame.
+    TaxelOutside {
+        /// The taxel, counted row by row from 0.
+        taxel: u8,
+        /// Its right and bottom end (exclusive), in pixels.
+        end: (u32, u32),
+        /// Width and height of the frame, in pixels.
+        frame: (u16, u16),
+    },
+    /// 5 · A · G · (frames added up) does not fit 32 bits.
+    SumTooLarge {
+        /// Pixels counted in a taxel, A.
+        pixels: u32,
+        /// Green full scale, G.
+        full_scale: u32,
+        /// Consecutive frames added up.
+        frames: u32,
+    },
+    /// A pixel stride other than 1, 2, 3 or 5.
+    Stride(u32),
+    /// Fewer bytes from row to row than a row of pixels needs.
+    BytesPerRow {
+        /// Bytes found.
+        found: u32,
+        /// Least bytes expected.
+        expected: u32,
+    },
+    /// A frame rate of zero, or with a zero denominator.
+    FrameRate {
+        /// Numerator found.
+        numerator: u32,
+        /// Denominator found.
+        denominator: u32,
+    },
+    /// A frame's bytes end before its last row.
+    FrameTooShort {
+        /// Bytes found.
+        found: usize,
+        /// Least bytes expected.
+        expected: usize,
+    },
+    /// A stripe that is not whole rows.
+    StripeNotWholeRows {
+        /// Bytes found.
+        found: usize,
+        /// Bytes from row to row.
+        bytes_per_row: usize,
+    },
+    /// A stripe with more rows than the frame has left.
+    StripeTooLong {
+        /// Rows found.
+        found: usize,
+        /// Rows left in the frame.
+        left: usize,
+    },
+    /// A stripe of a planar format, whose chroma follows all its luma: such formats take whole frames.
+    StripeOfPlanar,
+    /// A whole frame while a frame is under way in stripes.
+    FrameUnderWay {
+        /// Rows of it that have arrived.
+        rows: u16,
+    },
+    /// A window of 0 frames, or of more than a sample has.
+    Window(u32),
+    /// A backtrack longer than the baseline (5m), or that does not leave room for the window (l - m).
+    Backtrack {
+        /// Frames found.
+        found: u32,
+        /// Most frames allowed.
+        most: u32,
+    },
+    /// A multiplier that is not a number from 0 (rule `signed`: from 1) to below 65536.
+    Multiplier(f64),
+    /// A margin that is not a number from 0 to below 65536.
+    Margin(f64),
+    /// Floor levels that are not a number from 0 to full scale.
+    FloorLevels(f64),
+    /// A speed threshold that is not a number above 0 and at most 5.
+    SpeedThreshold(f64),
+    /// A parameter of a speed law that is not finite, or not above zero where it must be.
+    SpeedLaw(f32),
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::FrameSize { width, height } => {
+                write!(f, "frame size is {width}x{height}, expected 1 to 16384 pixels each way")
+            }
+            Self::EmptyTaxel { width, height } => write!(
+                f,
+                "taxel size is {width}x{height}, expected at least one pixel (for Bayer formats two) each way"
+            ),
+            Self::TaxelOutside { taxel, end, frame } => write!(
+                f,
+                "taxel {taxel} ends at ({}, {}), expected inside the {}x{} frame",
+                end.0, end.1, frame.0, frame.1
+            ),
+            Self::SumTooLarge { pixels, full_scale, frames } => write!(
+                f,
+                "5 taxels of {pixels} pixels at full scale {full_scale} over {frames} frame(s) do not fit 32 bits, expected at most 4294967295"
+            ),
+            Self::Stride(found) => write!(f, "stride is {found}, expected 1, 2, 3 or 5"),
+            Self::BytesPerRow { found, expected } => {
+                write!(f, "bytes per row are {found}, expected at least {expected}")
+            }
+            Self::FrameRate { numerator, denominator } => {
+                write!(f, "frame rate is {numerator}:{denominator}, expected above 0")
+            }
+            Self::FrameTooShort { found, expected } => {
+                write!(f, "frame has {found} bytes, expected at least {expected}")
+            }
+            Self::StripeNotWholeRows { found, bytes_per_row } => {
+                write!(f, "stripe has {found} bytes, expected whole rows of {bytes_per_row}")
+            }
+            Self::StripeTooLong { found, left } => {
+                write!(f, "stripe has {found} rows, expected at most the {left} that the frame has left")
+            }
+            Self::StripeOfPlanar => f.write_str("stripe of a planar format, expected whole frames"),
+            Self::FrameUnderWay { rows } => {
+                write!(f, "whole frame after {rows} rows of a frame in stripes, expected the rest of it")
+            }
+            Self::Window(found) => write!(f, "window is {found} frames, expected 1 to 70"),
+            Self::Backtrack { found, most } => {
+                write!(f, "backtrack is {found} frames, expected at most {most} for this window")
+            }
+            Self::Multiplier(found) => write!(
+                f,
+                "multiplier is {found}, expected 0 to below 65536, and at least 1 with rule \"signed\""
+            ),
+            Self::Margin(found) => write!(f, "margin is {found}, expected 0 to below 65536"),
+            Self::FloorLevels(found) => {
+                write!(f, "floor_levels is {found}, expected 0 to the full scale of the pixel format")
+            }
+            Self::SpeedThreshold(found) => {
+                write!(f, "speed threshold is {found}, expected above 0 and at most 5")
+            }
+            Self::SpeedLaw(found) => {
+                write!(f, "speed law parameter is {found}, expected a finite number, above 0 for a slope or a track")
+            }
+        }
+    }
+}
+
+impl core::error::Error for Error {}

@@ -1,0 +1,90 @@
+//! 25 taxel sums → ten features (SPEC §2, equation 1 of the paper).
+
+use core::marker::PhantomData;
+
+use crate::error::Error;
+use crate::ln::constant;
+use crate::ln::{LN_FRACTION_BITS, Ln, fixed::Fixed};
+use crate::params::{COLUMNS, FEATURE_FRACTION_BITS, FEATURE_ONE, FEATURES, ROWS, TAXELS};
+
+/// The ten features of a frame in units of 2^-11: ln of the five row sums, then of the five column sums, of full
+/// scale; −16 · 2048 (saturated) ..= ln 5 · 2048.
+pub type Features = [i16; FEATURES];
+
+/// Row sums, then column sums, of the taxel sums.
+#[inline(always)]
+pub fn line_sums(taxels: &[u32; TAXELS]) -> [u32; FEATURES] {
+    let mut lines = [0; FEATURES];
+    let (rows, columns) = lines.split_at_mut(ROWS);
+    let (grid, _) = taxels.as_chunks::<COLUMNS>();
+    for (row, taxels) in rows.iter_mut().zip(grid) {
+        *row = taxels.iter().sum();
+        for (column, taxel) in columns.iter_mut().zip(taxels) {
+            *column += taxel;
+        }
+    }
+    lines
+}
+
+/// From line sums to features: a log kernel `L`, the full scale and the darkness floor.
+#[derive(Clone, Copy, Debug)]
+pub struct FeatureScale<L = Fixed> {
+    /// ln(G · A · frames), by the same kernel, so that full scale is 0 exactly.
+    reference: i32,
+    floor: i16,
+    kernel: PhantomData<L>,
+}
+
+impl<L: Ln> FeatureScale<L> {
+    /// The scale for taxels of `pixels` pixels at green full scale `full_scale`, `frames` of them added up; features
+    /// are floored at ln(5 · `floor_levels` / `full_scale`), and at one raw count for `floor_levels` = 0.
+    ///
+    /// # Errors
+    /// [`Error::FloorLevels`] where `floor_levels` is not 0..=`full_scale`; [`Error::SumTooLarge`] where
+    /// 5 · `pixels` · `full_scale` · `frames` exceeds 32 bits.
+    pub fn new(pixels: u32, full_scale: u32, frames: u32, floor_levels: f64) -> Result<Self, Error> {
+        let fits = pixels.checked_mul(full_scale).and_then(|most| most.checked_mul(frames));
+        let Some(most) = fits.filter(|most| most.checked_mul(5).is_some()) else {
+            return Err(Error::SumTooLarge { pixels, full_scale, frames });
+        };
+        if !(floor_levels >= 0.0 && floor_levels <= f64::from(full_scale)) {
+            return Err(Error::FloorLevels(floor_levels));
+        }
+        let mut scale = Self { reference: L::ln(most), floor: i16::MIN, kernel: PhantomData };
+        scale.floor = if floor_levels == 0.0 {
+            scale.feature(1)
+        } else {
+            let floor = constant::ln(5.0 * floor_levels / f64::from(full_scale)) * f64::from(FEATURE_ONE);
+            constant::nearest(floor).max(i64::from(i16::MIN)) as i16
+        };
+        Ok(scale)
+    }
+
+    /// The least feature there is.
+    pub fn floor(&self) -> i16 {
+        self.floor
+    }
+
+    /// ln `sum` − ln(full scale), rounded to the nearest 2^-11, floored.
+    #[inline(always)]
+    pub fn feature(&self, sum: u32) -> i16 {
+        if sum == 0 {
+            return self.floor;
+        }
+        const SHIFT: u32 = LN_FRACTION_BITS - FEATURE_FRACTION_BITS;
+        // At most ln 5 · 2048 = 3296 above, and saturated below by the floor.
+        let feature = (L::ln(sum) - self.reference + (1 << (SHIFT - 1))) >> SHIFT;
+        feature.max(i32::from(self.floor)) as i16
+    }
+
+    /// The features of ten line sums.
+    #[inline(always)]
+    pub fn features(&self, lines: &[u32; FEATURES]) -> Features {
+        lines.map(|sum| self.feature(sum))
+    }
+}
+
+/// A feature as a real number: an exact multiple of 1/2048.
+pub fn to_f32(feature: i16) -> f32 {
+    f32::from(feature) / FEATURE_ONE as f32
+}

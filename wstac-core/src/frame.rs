@@ -1,0 +1,120 @@
+//! Borrowed rows of pixels: a whole frame, or a stripe of one.
+
+/// Rows of one frame as a camera lays them out, borrowed and unchecked but never out of bounds: what lies outside
+/// reads as nothing.
+#[derive(Clone, Copy, Debug)]
+pub struct Rows<'a> {
+    bytes: &'a [u8],
+    bytes_per_row: usize,
+    /// Frame row that `bytes` starts with.
+    first: u16,
+    /// Rows of the whole frame: where a planar format's chroma starts.
+    frame_rows: u16,
+}
+
+impl<'a> Rows<'a> {
+    pub(crate) fn new(bytes: &'a [u8], bytes_per_row: usize, first: u16, frame_rows: u16) -> Self {
+        Self { bytes, bytes_per_row, first, frame_rows }
+    }
+
+    /// Bytes of frame row `y`, of a packed format or of a planar format's luma, from byte `start` on.
+    #[inline(always)]
+    pub fn row(&self, y: u16, start: usize, length: usize) -> &'a [u8] {
+        let at = usize::from(y.wrapping_sub(self.first)) * self.bytes_per_row + start;
+        self.bytes.get(at..at + length).unwrap_or(&[])
+    }
+
+    /// Bytes of frame row `y` from byte `start` to the row's end.
+    #[inline(always)]
+    pub fn row_to_end(&self, y: u16, start: usize) -> &'a [u8] {
+        self.row(y, start, self.bytes_per_row.saturating_sub(start))
+    }
+
+    /// Bytes of a plane that lies `offset` bytes after the luma plane and has `bytes_per_row` bytes a row.
+    #[inline(always)]
+    pub fn plane_row(&self, offset: usize, bytes_per_row: usize, y: u16, start: usize, length: usize) -> &'a [u8] {
+        let at = self.luma_bytes() + offset + usize::from(y) * bytes_per_row + start;
+        self.bytes.get(at..at + length).unwrap_or(&[])
+    }
+
+    /// Bytes of the luma plane.
+    pub fn luma_bytes(&self) -> usize {
+        self.bytes_per_row * usize::from(self.frame_rows)
+    }
+
+    /// Bytes from row to row of the luma plane.
+    pub fn bytes_per_row(&self) -> usize {
+        self.bytes_per_row
+    }
+
+    /// Rows of the whole frame.
+    pub fn frame_rows(&self) -> u16 {
+        self.frame_rows
+    }
+}
+
+/// A run of pixels in one row of one taxel.
+#[derive(Clone, Copy, Debug)]
+pub struct Run {
+    /// Frame row.
+    pub y: u16,
+    /// First column.
+    pub x: u16,
+    /// Columns.
+    pub width: u16,
+    /// Every how many columns one is counted, starting with the first.
+    pub stride: Stride,
+}
+
+/// Pixel stride s: every s-th row and column of a taxel is counted (of Bayer formats, every s-th cell).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "u32", into = "u32"))]
+pub enum Stride {
+    /// Every pixel.
+    #[default]
+    One,
+    /// Every second row and column: a quarter of the pixels.
+    Two,
+    /// Every third row and column: a ninth.
+    Three,
+    /// Every fifth row and column: a twenty-fifth.
+    Five,
+}
+
+impl Stride {
+    /// The stride in pixels (or cells).
+    pub const fn get(self) -> u16 {
+        match self {
+            Self::One => 1,
+            Self::Two => 2,
+            Self::Three => 3,
+            Self::Five => 5,
+        }
+    }
+
+    /// How many of `length` pixels (or cells) are counted.
+    pub const fn counted(self, length: u16) -> u16 {
+        length.div_ceil(self.get())
+    }
+}
+
+impl TryFrom<u32> for Stride {
+    type Error = crate::error::Error;
+    fn try_from(stride: u32) -> Result<Self, Self::Error> {
+        match stride {
+            1 => Ok(Self::One),
+            2 => Ok(Self::Two),
+            3 => Ok(Self::Three),
+            5 => Ok(Self::Five),
+            other => Err(crate::error::Error::Stride(other)),
+        }
+    }
+}
+
+impl From<Stride> for u32 {
+    fn from(stride: Stride) -> Self {
+        u32::from(stride.get())
+    }
+}

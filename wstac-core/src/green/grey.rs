@@ -1,0 +1,30 @@
+//! GREY: one byte a pixel, taken as green.
+
+use super::{Green, sum_pixels};
+use crate::frame::{Rows, Run};
+
+/// GREY, G = 255.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Grey;
+
+impl Green for Grey {
+    type Sum = u32;
+
+    fn full_scale(&self) -> u32 {
+        255
+    }
+
+    fn row_bytes(&self, width: u16) -> usize {
+        usize::from(width)
+    }
+
+    #[inline(always)]
+    fn add_run(&self, sum: &mut u32, rows: &Rows<'_>, run: Run) {
+        let bytes = rows.row(run.y, usize::from(run.x), usize::from(run.width));
+        *sum += sum_pixels(bytes, run.stride, |&[value]| u32::from(value));
+    }
+
+    fn total(&self, sum: &u32, _pixels: u32) -> u32 {
+        *sum
+    }
+}

@@ -1,0 +1,69 @@
+//! Rows of one pixel format → green sums (SPEC §1). Nothing else knows about formats.
+//!
+//! A format is a type with [`Green`] in a file of its own; an application that names one type links that one only.
+//! [`any::Any`] chooses at run time, for hosts.
+
+pub mod any;
+pub mod bayer;
+pub mod grey;
+pub mod packed_rgb;
+pub mod packed_ycbcr;
+pub mod planar_ycbcr;
+pub mod rgb565;
+pub mod words;
+pub mod ycbcr;
+
+use crate::frame::{Rows, Run, Stride};
+
+/// A pixel format: how the bytes of a row become green.
+pub trait Green: Copy {
+    /// What a taxel's pixels are gathered in before they are green.
+    type Sum: Copy + Default + core::fmt::Debug;
+
+    /// Green full scale G of one pixel: 255 for 8 bits, 1023, 4095, 65535.
+    fn full_scale(&self) -> u32;
+
+    /// Least bytes that a row of `width` pixels takes (of a planar format: of its luma).
+    fn row_bytes(&self, width: u16) -> usize;
+
+    /// Side of the cell that pixels are counted in: 2 for Bayer formats, which have one green site in each of a
+    /// cell's rows; 1 otherwise.
+    fn cell(&self) -> u16 {
+        1
+    }
+
+    /// Bytes of the chroma planes that follow a planar format's luma; `None` for packed formats, which may come in
+    /// stripes.
+    fn chroma_bytes(&self, _bytes_per_row: usize, _rows: u16) -> Option<usize> {
+        None
+    }
+
+    /// Adds the pixels of `run` to `sum`.
+    fn add_run(&self, sum: &mut Self::Sum, rows: &Rows<'_>, run: Run);
+
+    /// The taxel sum S of `pixels` gathered pixels: 0..=G · pixels.
+    fn total(&self, sum: &Self::Sum, pixels: u32) -> u32;
+}
+
+/// Adds `green` of every pixel of `BYTES` bytes that the stride counts.
+#[inline(always)]
+fn sum_pixels<const BYTES: usize>(bytes: &[u8], stride: Stride, green: impl Fn(&[u8; BYTES]) -> u32) -> u32 {
+    let pixels = bytes.as_chunks::<BYTES>().0.iter();
+    match stride {
+        Stride::One => pixels.map(green).sum(),
+        Stride::Two => pixels.step_by(2).map(green).sum(),
+        Stride::Three => pixels.step_by(3).map(green).sum(),
+        Stride::Five => pixels.step_by(5).map(green).sum(),
+    }
+}
+
+/// A 16-bit little-endian word that counts as full scale where it is above it.
+#[inline(always)]
+fn saturated_word<const BITS: u32>(bytes: [u8; 2]) -> u32 {
+    u32::from(u16::from_le_bytes(bytes)).min(full_scale(BITS))
+}
+
+/// Full scale of `bits` bits.
+const fn full_scale(bits: u32) -> u32 {
+    (1 << bits) - 1
+}

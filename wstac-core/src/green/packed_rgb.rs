@@ -1,0 +1,38 @@
+//! RGB24, BGR24 and the 32-bit orders: the green byte of each pixel.
+
+use super::{Green, sum_pixels};
+use crate::frame::{Rows, Run};
+
+/// Pixels of `BYTES` bytes whose byte `GREEN` is green, G = 255.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PackedRgb<const BYTES: usize, const GREEN: usize>;
+
+/// RGB24 and BGR24: three bytes, green in the middle.
+pub type Rgb24 = PackedRgb<3, 1>;
+/// Four bytes, green second: R G B X and B G R X.
+pub type Rgbx32 = PackedRgb<4, 1>;
+/// Four bytes, green third: X R G B and X B G R.
+pub type Xrgb32 = PackedRgb<4, 2>;
+
+impl<const BYTES: usize, const GREEN: usize> Green for PackedRgb<BYTES, GREEN> {
+    type Sum = u32;
+
+    fn full_scale(&self) -> u32 {
+        255
+    }
+
+    fn row_bytes(&self, width: u16) -> usize {
+        BYTES * usize::from(width)
+    }
+
+    #[inline(always)]
+    fn add_run(&self, sum: &mut u32, rows: &Rows<'_>, run: Run) {
+        const { assert!(GREEN < BYTES) }
+        let bytes = rows.row(run.y, BYTES * usize::from(run.x), BYTES * usize::from(run.width));
+        *sum += sum_pixels::<BYTES>(bytes, run.stride, |pixel| u32::from(pixel[GREEN]));
+    }
+
+    fn total(&self, sum: &u32, _pixels: u32) -> u32 {
+        *sum
+    }
+}

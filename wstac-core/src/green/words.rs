@@ -1,0 +1,37 @@
+//! Y10, Y12, Y16: one little-endian 16-bit word a pixel, taken as green.
+
+use super::{Green, full_scale, saturated_word, sum_pixels};
+use crate::frame::{Rows, Run};
+
+/// Words of `BITS` significant bits, G = 2^BITS − 1; a word above G (a driver that sets padding bits) counts as G.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Words<const BITS: u32>;
+
+/// Y10, G = 1023.
+pub type Y10 = Words<10>;
+/// Y12, G = 4095.
+pub type Y12 = Words<12>;
+/// Y16, G = 65535.
+pub type Y16 = Words<16>;
+
+impl<const BITS: u32> Green for Words<BITS> {
+    type Sum = u32;
+
+    fn full_scale(&self) -> u32 {
+        full_scale(BITS)
+    }
+
+    fn row_bytes(&self, width: u16) -> usize {
+        2 * usize::from(width)
+    }
+
+    #[inline(always)]
+    fn add_run(&self, sum: &mut u32, rows: &Rows<'_>, run: Run) {
+        let bytes = rows.row(run.y, 2 * usize::from(run.x), 2 * usize::from(run.width));
+        *sum += sum_pixels(bytes, run.stride, |&word| saturated_word::<BITS>(word));
+    }
+
+    fn total(&self, sum: &u32, _pixels: u32) -> u32 {
+        *sum
+    }
+}

@@ -1,0 +1,286 @@
+//! Green from Y, Cb, Cr: exactly per pixel, or once per taxel.
+//!
+//! With Kr, Kb of the matrix and Kg = 1 − Kr − Kb, and y, b, r the samples less their zero level,
+//!
+//! G = p/q · y − B · b − C · r,  B = s · 2 Kb (1 − Kb) / Kg,  C = s · 2 Kr (1 − Kr) / Kg,
+//!
+//! p/q = 85/73 (255/219) and s = 255/224 for limited range, 1 and 1 for full range. The nearest integer, halves up, is
+//!
+//! round(G) = ⌊(p · y + w) / q⌋  with  w(b, r) = ⌊q/2 − q B b − q C r⌋,
+//!
+//! because p · y is an integer. So only w needs more than 16 bits, once for the pixels that share a chroma sample.
+
+/// Matrix of Y, Cb, Cr.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Matrix {
+    /// ITU-R BT.601: Kr = 0.299, Kb = 0.114.
+    #[default]
+    Bt601,
+    /// ITU-R BT.709: Kr = 0.2126, Kb = 0.0722.
+    Bt709,
+}
+
+/// Quantisation range of Y, Cb, Cr.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Range {
+    /// Y 16..=235, Cb and Cr 16..=240.
+    #[default]
+    Limited,
+    /// 0..=255.
+    Full,
+}
+
+/// What the numbers of a YCbCr stream mean, as its source states it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Colour {
+    /// Matrix.
+    pub matrix: Matrix,
+    /// Quantisation range.
+    pub range: Range,
+}
+
+/// q B and q C as exact fractions, and B, C rounded for 32-bit multiplies.
+#[derive(Clone, Copy, Debug)]
+struct Coefficients {
+    /// Numerator and denominator of luma's factor, p and q.
+    luma: (i32, i32),
+    /// Zero level of luma.
+    black: i32,
+    /// q B = cb / denominator.
+    cb: i64,
+    /// q C = cr / denominator.
+    cr: i64,
+    denominator: i64,
+}
+
+impl Coefficients {
+    const fn of(colour: Colour) -> Self {
+        // Kr and Kb in units of 1/10000.
+        let (kr, kb) = match colour.matrix {
+            Matrix::Bt601 => (2990_i64, 1140_i64),
+            Matrix::Bt709 => (2126, 722),
+        };
+        let kg = 10_000 - kr - kb;
+        let (luma, black, scale) = match colour.range {
+            Range::Limited => ((85, 73), 16, (73 * 255, 224)),
+            Range::Full => ((1, 1), 0, (1, 1)),
+        };
+        let cb = scale.0 * 2 * kb * (10_000 - kb);
+        let cr = scale.0 * 2 * kr * (10_000 - kr);
+        let denominator = scale.1 * kg * 10_000;
+        let common = common_divisor(common_divisor(cb, cr), denominator);
+        Self { luma, black, cb: cb / common, cr: cr / common, denominator: denominator / common }
+    }
+}
+
+const fn common_divisor(mut a: i64, mut b: i64) -> i64 {
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    a
+}
+
+/// A way from Y, Cb, Cr to green.
+pub trait Conversion: Copy {
+    /// What a taxel's pixels are gathered in.
+    type Sum: Copy + Default + core::fmt::Debug;
+    /// What the pixels of one chroma sample share.
+    type Chroma: Copy;
+
+    /// Prepares one chroma sample.
+    fn chroma(&self, cb: u8, cr: u8) -> Self::Chroma;
+
+    /// Adds one pixel.
+    fn add(&self, sum: &mut Self::Sum, y: u8, chroma: Self::Chroma);
+
+    /// The taxel sum of `pixels` gathered pixels: 0..=255 · pixels.
+    fn total(&self, sum: &Self::Sum, pixels: u32) -> u32;
+}
+
+/// Fraction bits of the high and of the low part of [`Exact`]'s chroma factors: as many as 32-bit sums allow.
+const HIGH_BITS: u32 = 17;
+const LOW_BITS: u32 = 22;
+
+/// Every pixel rounded to the nearest integer and clamped to 0..=255, in 32-bit arithmetic: equal to the exact
+/// fractions for every Y, Cb, Cr (tested on all 2^24).
+#[derive(Clone, Copy, Debug)]
+pub struct Exact {
+    luma: i32,
+    /// q B, high and low part.
+    cb: (i32, i32),
+    /// q C, high and low part.
+    cr: (i32, i32),
+    /// q/2 less what luma's zero level makes, and half a unit against rounding of the factors.
+    offset: (i32, i32),
+    /// Highest p · y + w that is not clamped, and 2^22 / q rounded up: n / q = (n · reciprocal) >> 22 up to there.
+    highest: i32,
+    reciprocal: u32,
+}
+
+impl Exact {
+    /// The conversion for streams of this colour.
+    pub const fn new(colour: Colour) -> Self {
+        let c = Coefficients::of(colour);
+        let one = 1_i128 << (HIGH_BITS + LOW_BITS);
+        let nearest = (one * c.cb as i128 + c.denominator as i128 / 2) / c.denominator as i128;
+        let cb = split_at_low(nearest);
+        let nearest = (one * c.cr as i128 + c.denominator as i128 / 2) / c.denominator as i128;
+        let cr = split_at_low(nearest);
+        // A value that is an integer exactly must not fall below it: half the least distance of any other value.
+        let guard = one / (2 * c.denominator as i128);
+        let half = one * c.luma.1 as i128 / 2;
+        let offset = split_at_low(half + guard - one * (c.luma.0 * c.black) as i128);
+        Self {
+            luma: c.luma.0,
+            cb,
+            cr,
+            offset,
+            highest: 256 * c.luma.1 - 1,
+            reciprocal: (1_u32 << 22).div_ceil(c.luma.1 as u32),
+        }
+    }
+}
+
+const fn split_at_low(x: i128) -> (i32, i32) {
+    ((x >> LOW_BITS) as i32, (x & ((1 << LOW_BITS) - 1)) as i32)
+}
+
+impl Conversion for Exact {
+    type Sum = u32;
+    type Chroma = i32;
+
+    #[inline(always)]
+    fn chroma(&self, cb: u8, cr: u8) -> i32 {
+        let (cb, cr) = (i32::from(cb) - 128, i32::from(cr) - 128);
+        let low = self.offset.1 - self.cb.1 * cb - self.cr.1 * cr;
+        let high = self.offset.0 - self.cb.0 * cb - self.cr.0 * cr;
+        (high + (low >> LOW_BITS)) >> HIGH_BITS
+    }
+
+    #[inline(always)]
+    fn add(&self, sum: &mut u32, y: u8, chroma: i32) {
+        let n = (self.luma * i32::from(y) + chroma).max(0).min(self.highest);
+        *sum += (n as u32 * self.reciprocal) >> 22;
+    }
+
+    fn total(&self, sum: &u32, _pixels: u32) -> u32 {
+        *sum
+    }
+}
+
+/// Y, Cb and Cr summed, and converted once per taxel: rounded to the nearest integer, halves up, and clamped to
+/// 0..=255 · pixels. Differs from [`Exact`] by per-pixel rounding and clipping.
+#[derive(Clone, Copy, Debug)]
+pub struct Linear {
+    coefficients: Coefficients,
+}
+
+impl Linear {
+    /// The conversion for streams of this colour.
+    pub const fn new(colour: Colour) -> Self {
+        Self { coefficients: Coefficients::of(colour) }
+    }
+}
+
+impl Conversion for Linear {
+    type Sum = [u32; 3];
+    type Chroma = (u8, u8);
+
+    #[inline(always)]
+    fn chroma(&self, cb: u8, cr: u8) -> (u8, u8) {
+        (cb, cr)
+    }
+
+    #[inline(always)]
+    fn add(&self, sum: &mut [u32; 3], y: u8, (cb, cr): (u8, u8)) {
+        sum[0] += u32::from(y);
+        sum[1] += u32::from(cb);
+        sum[2] += u32::from(cr);
+    }
+
+    fn total(&self, sum: &[u32; 3], pixels: u32) -> u32 {
+        // 64 bits hold it: pixels < 2^32 / (5 · 255), |q B| + |q C| < 10^2 in units of 1 / denominator < 2.7 · 10^8.
+        let c = &self.coefficients;
+        let level = |sum: u32, zero: i32| i64::from(sum) - i64::from(zero) * i64::from(pixels);
+        let (p, q) = (i64::from(c.luma.0), i64::from(c.luma.1));
+        let chroma = c.cb * level(sum[1], 128) + c.cr * level(sum[2], 128);
+        // ⌊q/2 − chroma⌋ with an even denominator's half kept exact.
+        let w = (q * c.denominator - 2 * chroma).checked_div_euclid(2 * c.denominator).unwrap_or(0);
+        let green = (p * level(sum[0], c.black) + w).checked_div_euclid(q).unwrap_or(0);
+        green.clamp(0, 255 * i64::from(pixels)) as u32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const COLOURS: [Colour; 4] = [
+        Colour { matrix: Matrix::Bt601, range: Range::Limited },
+        Colour { matrix: Matrix::Bt601, range: Range::Full },
+        Colour { matrix: Matrix::Bt709, range: Range::Limited },
+        Colour { matrix: Matrix::Bt709, range: Range::Full },
+    ];
+
+    /// ⌊G + 1/2⌋ in exact fractions, straight from the definition.
+    fn by_definition(colour: Colour, y: u8, cb: u8, cr: u8) -> i128 {
+        let (kr, kb) = match colour.matrix {
+            Matrix::Bt601 => (2990, 1140),
+            Matrix::Bt709 => (2126, 722),
+        };
+        let kg: i128 = 10_000 - kr - kb;
+        let (black, y_span, c_span) = match colour.range {
+            Range::Limited => (16, 219, 224),
+            Range::Full => (0, 255, 255),
+        };
+        let denominator = 2 * y_span * c_span * kg * 10_000;
+        let twice = 2
+            * 255
+            * ((i128::from(y) - black) * c_span * kg * 10_000
+                - (i128::from(cb) - 128) * 2 * kb * (10_000 - kb) * y_span
+                - (i128::from(cr) - 128) * 2 * kr * (10_000 - kr) * y_span);
+        (twice + denominator / 2).div_euclid(denominator).clamp(0, 255)
+    }
+
+    #[test]
+    fn every_chroma_and_luma_converts_as_the_exact_fractions_do() {
+        for colour in COLOURS {
+            let (exact, linear) = (Exact::new(colour), Linear::new(colour));
+            for cb in 0..=255 {
+                for cr in 0..=255 {
+                    // Between the steps of ⌊(p y + w) / q⌋ nothing can go wrong that w does not show: two lumas
+                    // next to a step of each suffice in a debug build, all of them are tried in a release build.
+                    for y in (0..=255).step_by(if cfg!(debug_assertions) { 17 } else { 1 }) {
+                        let expected = by_definition(colour, y, cb, cr) as u32;
+                        let mut sum = 0;
+                        exact.add(&mut sum, y, exact.chroma(cb, cr));
+                        assert_eq!(sum, expected, "{colour:?} exact {y} {cb} {cr}");
+                        let sums = [y, cb, cr].map(u32::from);
+                        assert_eq!(linear.total(&sums, 1), expected, "{colour:?} linear {y} {cb} {cr}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_largest_sums_fit() {
+        let pixels = u32::MAX / (5 * 255);
+        for colour in COLOURS {
+            for corner in 0..8 {
+                let sample = |bit: u32| if corner >> bit & 1 == 1 { 255 } else { 0 };
+                let (y, cb, cr) = (sample(0), sample(1), sample(2));
+                let linear = Linear::new(colour);
+                let total = linear.total(&[y, cb, cr].map(|s| s * pixels), pixels);
+                let one = by_definition(colour, y as u8, cb as u8, cr as u8);
+                assert!((i128::from(total) - one * i128::from(pixels)).abs() <= i128::from(pixels) / 2 + 1);
+            }
+        }
+    }
+}

@@ -1,0 +1,41 @@
+//! Frames of a WSTac tactile sensor → 25 taxel sums → ten features → events → sliding speed and direction.
+//!
+//! `no_std`, no allocation, no unsafe code, integers from the camera to the event. Construction validates; running
+//! takes what construction allows and cannot fail on anything else than bytes that are not a frame.
+//!
+//! | stage | module |
+//! | --- | --- |
+//! | where taxels are | [`layout`] |
+//! | pixel bytes → green sums | [`green`], [`taxels`] |
+//! | sums → features | [`ln`], [`features`], [`stream`] |
+//! | features → events | [`trigger`], [`baseline`], [`sample`] |
+//! | event → answers | [`speed`], [`direction`] |
+//! | all of it | [`pipeline`] |
+//!
+//! ## Panics
+//! None. Sizes, sums and indices are proven when a [`taxels::Camera`], a [`trigger::TriggerConfig`] or a
+//! [`speed::SpeedConfig`] is built; slices are taken with checked access whose other branch reads nothing.
+#![no_std]
+#![deny(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
+
+pub mod baseline;
+pub mod direction;
+pub mod error;
+mod exp;
+pub mod features;
+pub mod fixed;
+pub mod frame;
+pub mod green;
+pub mod layout;
+pub mod ln;
+pub mod params;
+pub mod pipeline;
+pub mod rate;
+pub mod sample;
+pub mod speed;
+pub mod stream;
+pub mod taxels;
+pub mod trigger;

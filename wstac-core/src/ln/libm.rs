@@ -1,0 +1,13 @@
+//! ln by `libm` in 64-bit floating point: the most accurate kernel, slow where there is no 64-bit FPU.
+
+use super::{LN_FRACTION_BITS, Ln};
+
+/// `libm::log`, rounded to the nearest 2^-26.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Libm;
+
+impl Ln for Libm {
+    fn ln(x: u32) -> i32 {
+        (::libm::log(f64::from(x.max(1))) * f64::from(1 << LN_FRACTION_BITS) + 0.5) as i32
+    }
+}

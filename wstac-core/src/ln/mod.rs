@@ -1,0 +1,16 @@
+//! Interchangeable logarithm kernels, one file each (SPEC §2, §7).
+
+pub mod constant;
+pub mod fixed;
+pub mod libm;
+#[cfg(feature = "micromath")]
+pub mod micromath;
+
+/// Fraction bits of a kernel's result: ln(2^32) = 22.2 fits 31 bits.
+pub const LN_FRACTION_BITS: u32 = 26;
+
+/// A natural logarithm of 32-bit integers.
+pub trait Ln {
+    /// ln `x` for `x` ≥ 1, in units of 2^-26: 0..=22.2 · 2^26. ln 0 is not asked for; a kernel answers 0.
+    fn ln(x: u32) -> i32;
+}

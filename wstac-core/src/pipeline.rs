@@ -1,0 +1,107 @@
+//! The whole way from a camera's bytes to events.
+
+use crate::error::Error;
+use crate::green::{Green, grey::Grey};
+use crate::ln::{Ln, fixed::Fixed};
+use crate::stream::{FeatureStream, Loss};
+use crate::taxels::Camera;
+use crate::trigger::{Event, Incomplete, StreamEnd, Trigger, TriggerConfig};
+
+/// Frames or stripes in, events out: [`FeatureStream`], then [`Trigger`]. Everything is checked when it is built.
+///
+/// ```
+/// use wstac_core::{green::grey::Grey, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
+/// use wstac_core::{speed::{self, SpeedConfig}, direction, taxels::Camera, trigger::TriggerConfig};
+///
+/// let layout = Layout::paper(FrameSize::new(400, 400)?)?;
+/// let camera = Camera::new(Grey, layout, FrameRate::NOMINAL)?;
+/// let mut pipeline: Pipeline = Pipeline::new(camera, 0.5, TriggerConfig::default())?;
+/// let speed_config = SpeedConfig::paper(FrameRate::NOMINAL);
+/// # let frames = (0..120).map(|t| vec![if t == 40 { 200 } else { 3_u8 }; 160_000]);
+/// # let mut events = 0;
+/// for frame in frames {
+///     if let Some(event) = pipeline.push_frame(&frame)? {
+///         let speed = speed::speed(&event, &speed_config);
+///         let direction = direction::direction(&event);
+///         // …
+/// #       events += 1;
+/// #       assert_eq!((event.frame, event.reliable), (30, true));
+///     }
+/// }
+/// # assert_eq!(events, 1);
+/// # Ok::<(), wstac_core::error::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Pipeline<G: Green = Grey, L = Fixed> {
+    stream: FeatureStream<G, L>,
+    trigger: Trigger,
+}
+
+/// What a default pipeline may take, ring included.
+const MOST_BYTES: usize = 2048;
+const _: () = assert!(size_of::<Pipeline>() < MOST_BYTES);
+
+impl<G: Green, L: Ln> Pipeline<G, L> {
+    /// A pipeline from this camera, with features floored at `floor_levels` grey levels a taxel.
+    ///
+    /// # Errors
+    /// [`Error::FloorLevels`] where that is not 0 to the green full scale.
+    pub fn new(camera: Camera<G>, floor_levels: f64, trigger: TriggerConfig) -> Result<Self, Error> {
+        Ok(Self { stream: FeatureStream::new(camera, floor_levels)?, trigger: Trigger::new(trigger) })
+    }
+
+    /// Takes a whole frame; an event, if it completes one.
+    ///
+    /// # Errors
+    /// [`Error::FrameTooShort`], [`Error::FrameUnderWay`]: the frame was not taken. Count it with
+    /// [`Pipeline::push_lost`] to keep time.
+    pub fn push_frame(&mut self, bytes: &[u8]) -> Result<Option<Event<'_>>, Error> {
+        let Some(frame) = self.stream.push_frame(bytes)? else { return Ok(None) };
+        Ok(self.trigger.push(frame.features, frame.patched))
+    }
+
+    /// Takes the next rows of a frame, as a DMA delivers them; an event, if they complete one. The event is
+    /// bit-identical to that of the whole frame.
+    ///
+    /// # Errors
+    /// [`Error::StripeNotWholeRows`], [`Error::StripeTooLong`], [`Error::StripeOfPlanar`]: the stripe was not taken.
+    pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<Option<Event<'_>>, Error> {
+        let Some(frame) = self.stream.push_stripe(bytes)? else { return Ok(None) };
+        Ok(self.trigger.push(frame.features, frame.patched))
+    }
+
+    /// Forgets the rows of a frame whose rest will not arrive, and counts it as lost.
+    pub fn abandon_frame(&mut self) -> Option<Event<'_>> {
+        let loss = self.stream.abandon_frame();
+        self.lose(loss)
+    }
+
+    /// Keeps the place of lost camera frames in time.
+    pub fn push_lost(&mut self, frames: u64) -> Option<Event<'_>> {
+        let loss = self.stream.push_lost(frames);
+        self.lose(loss)
+    }
+
+    /// Settles what is pending at the end of a stream.
+    pub fn finish(&mut self) -> Option<Event<'_>> {
+        self.trigger.finish()
+    }
+
+    /// How the stream stands; after [`Pipeline::finish`], how it ended.
+    pub fn end(&self) -> StreamEnd {
+        self.trigger.end()
+    }
+
+    /// The sample that a long gap has interrupted, once.
+    pub fn take_interrupted(&mut self) -> Option<Incomplete> {
+        self.trigger.take_interrupted()
+    }
+
+    fn lose(&mut self, loss: Loss) -> Option<Event<'_>> {
+        if let Some(frame) = loss.patched {
+            return self.trigger.push_then_lose(frame.features, frame.patched, loss.frames);
+        }
+        self.trigger.push_lost(loss.frames);
+        None
+    }
+}

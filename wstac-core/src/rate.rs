@@ -1,0 +1,76 @@
+//! Frame rates, and how many camera frames make one feature frame (SPEC §1, "Feature rate").
+
+use crate::error::Error;
+use crate::params::{HIGHEST_SINGLE_FRAME_RATE, NOMINAL_FRAME_RATE};
+
+/// Frames a second, as an exact fraction above zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "(u32, u32)", into = "(u32, u32)"))]
+pub struct FrameRate {
+    numerator: u32,
+    denominator: u32,
+}
+
+impl FrameRate {
+    /// The paper's 30 frames a second.
+    pub const NOMINAL: Self = Self { numerator: NOMINAL_FRAME_RATE, denominator: 1 };
+
+    /// `numerator / denominator` frames a second.
+    ///
+    /// # Errors
+    /// [`Error::FrameRate`] where either is 0.
+    pub const fn new(numerator: u32, denominator: u32) -> Result<Self, Error> {
+        if numerator == 0 || denominator == 0 {
+            return Err(Error::FrameRate { numerator, denominator });
+        }
+        Ok(Self { numerator, denominator })
+    }
+
+    /// Numerator of the fraction.
+    pub const fn numerator(self) -> u32 {
+        self.numerator
+    }
+
+    /// Denominator of the fraction.
+    pub const fn denominator(self) -> u32 {
+        self.denominator
+    }
+
+    /// Consecutive camera frames that are added up to one feature frame: round(fps / 30), halves up, above
+    /// 45 frames a second; 1 up to there.
+    ///
+    /// ```
+    /// use wstac_core::rate::FrameRate;
+    /// let frames = |numerator, denominator| FrameRate::new(numerator, denominator).unwrap().frames_added();
+    /// assert_eq!([frames(30, 1), frames(45, 1), frames(46, 1), frames(60_000, 1001), frames(1000, 1)], [1, 1, 2, 2, 33]);
+    /// ```
+    pub const fn frames_added(self) -> u32 {
+        let (n, d) = (self.numerator as u64, self.denominator as u64);
+        if n <= HIGHEST_SINGLE_FRAME_RATE as u64 * d {
+            return 1;
+        }
+        let nominal = NOMINAL_FRAME_RATE as u64 * d;
+        ((2 * n + nominal) / (2 * nominal)) as u32
+    }
+
+    /// Frames of the nominal 30 a second that one feature frame lasts.
+    pub fn nominal_frames(self) -> f32 {
+        let added = self.frames_added() as f32;
+        added * NOMINAL_FRAME_RATE as f32 * self.denominator as f32 / self.numerator as f32
+    }
+}
+
+impl TryFrom<(u32, u32)> for FrameRate {
+    type Error = Error;
+    fn try_from((numerator, denominator): (u32, u32)) -> Result<Self, Error> {
+        Self::new(numerator, denominator)
+    }
+}
+
+impl From<FrameRate> for (u32, u32) {
+    fn from(rate: FrameRate) -> Self {
+        (rate.numerator, rate.denominator)
+    }
+}

@@ -1,0 +1,39 @@
+//! The sample X: ten features over 70 frames, borrowed from the ring that they were captured in.
+
+use crate::features::Features;
+use crate::params::{FEATURES, SAMPLE_FRAMES};
+
+/// A borrowed 10 × 70 view: frame by frame in the order of time, in units of 2^-11.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample<'a> {
+    /// The ring's older part, then its newer one.
+    parts: (&'a [Features], &'a [Features]),
+}
+
+impl<'a> Sample<'a> {
+    pub(crate) fn new(parts: (&'a [Features], &'a [Features])) -> Self {
+        Self { parts }
+    }
+
+    /// A sample of frames in the order of time, as a recording or a data set holds it.
+    pub fn from_frames(frames: &'a [Features; SAMPLE_FRAMES]) -> Self {
+        Self { parts: (frames, &[]) }
+    }
+
+    /// Its frames in the order of time: 70 times ten features.
+    pub fn frames(&self) -> impl Iterator<Item = &'a Features> + Clone + use<'a> {
+        self.parts.0.iter().chain(self.parts.1)
+    }
+
+    /// One feature, 0..10, over the 70 frames; nothing for another number.
+    pub fn feature(&self, feature: usize) -> impl Iterator<Item = i16> + Clone + use<'a> {
+        self.frames().filter_map(move |frame| frame.get(feature).copied())
+    }
+
+    /// The highest feature of the sample.
+    pub fn brightest(&self) -> i16 {
+        self.frames().flatten().copied().max().unwrap_or(i16::MIN)
+    }
+}
+
+const _: () = assert!(FEATURES == 10 && SAMPLE_FRAMES == 70);

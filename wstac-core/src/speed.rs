@@ -1,0 +1,246 @@
+//! Sliding speed from how long a sample is lit (SPEC §4; paper, "Speed Regression").
+
+use crate::error::Error;
+use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, exp_of_negative};
+use crate::features::Features;
+use crate::ln::constant;
+use crate::params::{
+    AFTERGLOW_FRAMES, FASTEST_FITTED, FEATURE_FRACTION_BITS, NOMINAL_FRAME_RATE, SAMPLE_FRAMES, SLOWEST_FITTED,
+    SPEED_INTERCEPT, SPEED_SLOPE, TRACK_LENGTH, VALID_THRESHOLD,
+};
+use crate::rate::FrameRate;
+use crate::trigger::Event;
+
+/// From a duration D, in frames at 30 a second, to a speed v in mm/s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Law {
+    /// D = intercept − slope · log10 v (paper).
+    Paper {
+        /// Frames at 1 mm/s.
+        intercept: f32,
+        /// Frames a decade, above 0.
+        slope: f32,
+    },
+    /// D = 30 · track / v + afterglow.
+    Physical {
+        /// Lit track in mm, above 0.
+        track: f32,
+        /// Afterglow in frames.
+        afterglow: f32,
+    },
+}
+
+impl Law {
+    /// The paper's law with the paper's numbers.
+    pub const PAPER: Self = Self::Paper { intercept: SPEED_INTERCEPT, slope: SPEED_SLOPE };
+    /// The physical law, fitted to the paper's.
+    pub const PHYSICAL: Self = Self::Physical { track: TRACK_LENGTH, afterglow: AFTERGLOW_FRAMES };
+
+    /// Speed in mm/s of a slide that lasted `frames` at 30 a second; nothing where the law has no finite speed.
+    pub fn speed(&self, frames: f32) -> Option<f32> {
+        let mm_s = match *self {
+            Self::Paper { intercept, slope } => {
+                libm::expf((intercept - frames) / slope * core::f32::consts::LN_10)
+            }
+            Self::Physical { track, afterglow } if frames > afterglow => {
+                track * NOMINAL_FRAME_RATE as f32 / (frames - afterglow)
+            }
+            Self::Physical { .. } => return None,
+        };
+        mm_s.is_finite().then_some(mm_s)
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        let (any, positive) = match *self {
+            Self::Paper { intercept, slope } => (intercept, slope),
+            Self::Physical { track, afterglow } => (afterglow, track),
+        };
+        if !any.is_finite() {
+            return Err(Error::SpeedLaw(any));
+        }
+        if !(positive > 0.0 && positive.is_finite()) {
+            return Err(Error::SpeedLaw(positive));
+        }
+        Ok(())
+    }
+}
+
+/// What the validity threshold is compared with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum ThresholdOn {
+    /// Σ o of a row or column.
+    #[default]
+    Absolute,
+    /// Σ o less its baseline.
+    AboveBaseline,
+}
+
+/// How speed is worked out; checked when built.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct SpeedConfig {
+    law: Law,
+    on: ThresholdOn,
+    /// ln threshold in units of 2^-20, rounded down.
+    level: i32,
+    /// The threshold in units of [`BRIGHTEST`] · 2^-31, rounded down.
+    light: u32,
+    /// Frames at 30 a second that a feature frame lasts.
+    nominal_frames: f32,
+}
+
+/// A little above the highest feature there is, ln 5, in units of 2^-20.
+const BRIGHTEST: i32 = 1_690_000;
+
+impl SpeedConfig {
+    /// A law, the threshold above which a row or column is lit (a share of full scale, summed over its five taxels:
+    /// above 0, at most 5), and the camera's frame rate.
+    ///
+    /// # Errors
+    /// [`Error::SpeedThreshold`], [`Error::SpeedLaw`].
+    pub fn new(law: Law, threshold: f64, on: ThresholdOn, rate: FrameRate) -> Result<Self, Error> {
+        if !(threshold > 0.0 && threshold <= 5.0) {
+            return Err(Error::SpeedThreshold(threshold));
+        }
+        law.check()?;
+        let one = f64::from(1 << EXP_FRACTION_BITS);
+        let brightest = constant::exp(-f64::from(BRIGHTEST) / one);
+        Ok(Self {
+            law,
+            on,
+            level: constant::floor(constant::ln(threshold) * one).max(i64::from(i32::MIN)) as i32,
+            light: (threshold * brightest * f64::from(EXP_ONE)) as u32,
+            nominal_frames: rate.nominal_frames(),
+        })
+    }
+
+    /// The paper's law and threshold, for cameras of this rate.
+    pub fn paper(rate: FrameRate) -> Self {
+        // The published numbers pass every check of `new`.
+        Self::new(Law::PAPER, VALID_THRESHOLD, ThresholdOn::Absolute, rate).unwrap_or(Self {
+            law: Law::PAPER,
+            on: ThresholdOn::Absolute,
+            level: 0,
+            light: 0,
+            nominal_frames: 1.0,
+        })
+    }
+
+    fn at(&self, duration: Duration) -> Option<f32> {
+        self.law.speed(f32::from(duration.frames()) * self.nominal_frames)
+    }
+}
+
+/// The lit part of a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Duration {
+    /// First valid frame of the sample, 0..=69.
+    pub first: u8,
+    /// Last valid frame of the sample, `first`..=69.
+    pub last: u8,
+}
+
+impl Duration {
+    /// D: end minus start, 0..=69 frames.
+    pub fn frames(self) -> u8 {
+        self.last - self.first
+    }
+
+    /// Whether the light starts before the sample or lasts beyond it.
+    pub fn is_cut_off(self) -> bool {
+        self.first == 0 || usize::from(self.last) == SAMPLE_FRAMES - 1
+    }
+}
+
+/// A sliding speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Speed {
+    /// Speed in mm/s.
+    pub mm_s: f32,
+    /// Outside 100..=200 mm/s, where the law was fitted.
+    pub extrapolated: bool,
+}
+
+/// Why there is no speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum NoSpeed {
+    /// The baseline itself is above the threshold.
+    BaselineAbove,
+    /// No frame of the sample is above the threshold.
+    NeverValid,
+    /// The first or the last frame of the sample is valid: the slide lasted at least as long as was seen.
+    CutOff {
+        /// The highest speed that the seen duration allows, in mm/s, where the law has one.
+        at_most: Option<f32>,
+    },
+    /// The law has no finite speed for this duration.
+    OutsideLaw,
+}
+
+/// First and last valid frame of an event's sample; nothing where no frame is valid.
+pub fn duration(event: &Event<'_>, config: &SpeedConfig) -> Option<Duration> {
+    match config.on {
+        ThresholdOn::Absolute => {
+            // q > 2048 · ln threshold, for integers q.
+            let level = config.level >> (EXP_FRACTION_BITS - FEATURE_FRACTION_BITS);
+            valid_span(event, |features| features.iter().any(|&feature| i32::from(feature) > level))
+        }
+        ThresholdOn::AboveBaseline => {
+            let base = event.baseline.means(EXP_FRACTION_BITS).map(light);
+            valid_span(event, |features| {
+                features.iter().zip(base).any(|(&feature, base)| {
+                    let feature = i32::from(feature) << (EXP_FRACTION_BITS - FEATURE_FRACTION_BITS);
+                    light(feature).saturating_sub(base) > config.light
+                })
+            })
+        }
+    }
+}
+
+/// Sliding speed of an event.
+///
+/// # Errors
+/// Why there is none: see [`NoSpeed`].
+pub fn speed(event: &Event<'_>, config: &SpeedConfig) -> Result<Speed, NoSpeed> {
+    let above = |&total: &i32| {
+        let scaled = i64::from(total) << (EXP_FRACTION_BITS - FEATURE_FRACTION_BITS);
+        scaled > i64::from(config.level) * i64::from(event.baseline.frames())
+    };
+    if config.on == ThresholdOn::Absolute && event.baseline.totals().iter().any(above) {
+        return Err(NoSpeed::BaselineAbove);
+    }
+    let duration = duration(event, config).ok_or(NoSpeed::NeverValid)?;
+    if duration.is_cut_off() {
+        return Err(NoSpeed::CutOff { at_most: config.at(duration) });
+    }
+    let mm_s = config.at(duration).ok_or(NoSpeed::OutsideLaw)?;
+    Ok(Speed { mm_s, extrapolated: !(SLOWEST_FITTED..=FASTEST_FITTED).contains(&mm_s) })
+}
+
+/// Light of a feature in units of 2^-20: a share of [`BRIGHTEST`] in units of 2^-31.
+fn light(feature: i32) -> u32 {
+    exp_of_negative((BRIGHTEST - feature).max(0) as u32)
+}
+
+fn valid_span(event: &Event<'_>, is_valid: impl Fn(&Features) -> bool) -> Option<Duration> {
+    let mut span = None;
+    for (number, features) in (0_u8..).zip(event.sample.frames()) {
+        if is_valid(features) {
+            let first = span.map_or(number, |span: Duration| span.first);
+            span = Some(Duration { first, last: number });
+        }
+    }
+    span
+}

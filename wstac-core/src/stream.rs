@@ -1,0 +1,135 @@
+//! Camera bytes → features, near 30 frames a second: sums, frames added up, logarithms (SPEC §1, §2).
+
+use crate::error::Error;
+use crate::features::{FeatureScale, Features, line_sums};
+use crate::green::Green;
+use crate::ln::Ln;
+use crate::params::{FEATURES, TAXELS};
+use crate::taxels::{Accumulators, Camera};
+
+/// The features of one feature frame: of one camera frame, or of several above 45 frames a second.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct FeatureFrame {
+    /// The ten features.
+    pub features: Features,
+    /// Some, but not all, of its camera frames were lost; the others stand for them.
+    pub patched: bool,
+}
+
+/// What lost camera frames bring about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Loss {
+    /// The feature frame that was under way, if they complete it.
+    pub patched: Option<FeatureFrame>,
+    /// Feature frames that are lost entirely, after that one.
+    pub frames: u64,
+}
+
+/// Camera bytes in, features out.
+#[derive(Clone, Debug)]
+pub struct FeatureStream<G: Green, L> {
+    accumulators: Accumulators<G>,
+    scale: FeatureScale<L>,
+    /// Line sums of the camera frames that have arrived for the present feature frame.
+    lines: [u32; FEATURES],
+    present: u32,
+    lost: u32,
+    started: bool,
+}
+
+impl<G: Green, L: Ln> FeatureStream<G, L> {
+    /// A stream from this camera, floored at `floor_levels` grey levels a taxel.
+    ///
+    /// # Errors
+    /// [`Error::FloorLevels`] where that is not 0 to the green full scale.
+    pub fn new(camera: Camera<G>, floor_levels: f64) -> Result<Self, Error> {
+        let frames = camera.rate().frames_added();
+        Ok(Self {
+            scale: FeatureScale::new(camera.pixels(), camera.full_scale(), frames, floor_levels)?,
+            accumulators: Accumulators::new(camera),
+            lines: [0; FEATURES],
+            present: 0,
+            lost: 0,
+            started: false,
+        })
+    }
+
+    /// The camera that the bytes come from.
+    pub fn camera(&self) -> &Camera<G> {
+        self.accumulators.camera()
+    }
+
+    /// Takes a whole frame; features, if it completes a feature frame.
+    ///
+    /// # Errors
+    /// Those of [`Accumulators::push_frame`]; nothing has changed then.
+    pub fn push_frame(&mut self, bytes: &[u8]) -> Result<Option<FeatureFrame>, Error> {
+        let taxels = self.accumulators.push_frame(bytes)?;
+        Ok(self.push_taxels(&taxels))
+    }
+
+    /// Takes the next rows of a frame; features, if they complete a feature frame.
+    ///
+    /// # Errors
+    /// Those of [`Accumulators::push_stripe`]; nothing has changed then.
+    pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<Option<FeatureFrame>, Error> {
+        let Some(taxels) = self.accumulators.push_stripe(bytes)? else { return Ok(None) };
+        Ok(self.push_taxels(&taxels))
+    }
+
+    /// Takes the 25 taxel sums of a frame that was summed elsewhere, each at most G · A.
+    pub fn push_taxels(&mut self, taxels: &[u32; TAXELS]) -> Option<FeatureFrame> {
+        self.started = true;
+        self.present += 1;
+        for (line, sum) in self.lines.iter_mut().zip(line_sums(taxels)) {
+            *line += sum;
+        }
+        self.complete()
+    }
+
+    /// Forgets the rows of a frame whose rest will not arrive, and counts it as lost.
+    pub fn abandon_frame(&mut self) -> Loss {
+        self.accumulators.abandon_frame();
+        self.push_lost(1)
+    }
+
+    /// Keeps the place of `frames` lost camera frames in time. Lost before the first frame, they have none.
+    pub fn push_lost(&mut self, frames: u64) -> Loss {
+        let size = self.camera().rate().frames_added();
+        let room = u64::from(size - self.present - self.lost);
+        if !self.started {
+            return Loss { patched: None, frames: 0 };
+        }
+        let Some(beyond) = frames.checked_sub(room) else {
+            self.lost += frames as u32;
+            return Loss { patched: None, frames: 0 };
+        };
+        self.lost += room as u32;
+        let patched = self.complete();
+        let groups = beyond.checked_div(u64::from(size)).unwrap_or(0);
+        self.lost = (beyond - groups * u64::from(size)) as u32;
+        Loss { patched, frames: groups + u64::from(patched.is_none()) }
+    }
+
+    /// The feature frame, if all its camera frames have arrived or are lost; nothing if all are lost.
+    fn complete(&mut self) -> Option<FeatureFrame> {
+        if self.present + self.lost < self.camera().rate().frames_added() {
+            return None;
+        }
+        let (present, lost) = (u64::from(self.present), u64::from(self.lost));
+        let lines = core::mem::take(&mut self.lines);
+        (self.present, self.lost) = (0, 0);
+        let lines = if lost == 0 {
+            lines
+        } else if present == 0 {
+            return None;
+        } else {
+            // The mean of those that arrived stands for each that did not.
+            lines.map(|sum| (u64::from(sum) * (present + lost) * 2 + present).checked_div(2 * present).unwrap_or(0) as u32)
+        };
+        Some(FeatureFrame { features: self.scale.features(&lines), patched: lost > 0 })
+    }
+}

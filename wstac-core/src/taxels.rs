@@ -1,0 +1,210 @@
+//! Rows of pixels → 25 taxel sums, exact integers, whole frames or stripes (SPEC §1).
+
+use crate::error::Error;
+use crate::frame::{Rows, Run, Stride};
+use crate::green::Green;
+use crate::layout::Layout;
+use crate::params::TAXELS;
+use crate::rate::FrameRate;
+
+/// How one camera's frames are summed: format, layout, stride and rate, checked together once.
+#[derive(Clone, Copy, Debug)]
+pub struct Camera<G> {
+    green: G,
+    layout: Layout,
+    stride: Stride,
+    bytes_per_row: u32,
+    pixels: u32,
+    rate: FrameRate,
+}
+
+impl<G: Green> Camera<G> {
+    /// A camera of this pixel format, layout and rate, every pixel counted, rows without padding.
+    ///
+    /// # Errors
+    /// [`Error::EmptyTaxel`] where a Bayer format's taxels hold no 2 × 2 cell; [`Error::SumTooLarge`] where
+    /// 5 · A · G · (frames added up) exceeds `u32::MAX`.
+    pub fn new(green: G, layout: Layout, rate: FrameRate) -> Result<Self, Error> {
+        let layout = layout.snapped(green.cell())?;
+        let bytes_per_row = green.row_bytes(layout.frame().width()) as u32;
+        let mut camera = Self { green, layout, stride: Stride::One, bytes_per_row, pixels: 0, rate };
+        camera.count_pixels()?;
+        Ok(camera)
+    }
+
+    /// The camera with this pixel stride.
+    ///
+    /// # Errors
+    /// None that [`Camera::new`] did not find already.
+    pub fn with_stride(mut self, stride: Stride) -> Result<Self, Error> {
+        self.stride = stride;
+        self.count_pixels()?;
+        Ok(self)
+    }
+
+    /// The camera with this many bytes from row to row.
+    ///
+    /// # Errors
+    /// [`Error::BytesPerRow`] where that is less than a row of pixels.
+    pub fn with_bytes_per_row(mut self, bytes_per_row: u32) -> Result<Self, Error> {
+        let expected = self.green.row_bytes(self.layout.frame().width()) as u32;
+        if bytes_per_row < expected {
+            return Err(Error::BytesPerRow { found: bytes_per_row, expected });
+        }
+        self.bytes_per_row = bytes_per_row;
+        Ok(self)
+    }
+
+    /// A of the SPEC, and the check that five taxels' sums fit 32 bits.
+    fn count_pixels(&mut self) -> Result<(), Error> {
+        let cell = self.green.cell();
+        let [width, height] = self.layout.taxel();
+        let cells = u32::from(self.stride.counted(width / cell)) * u32::from(self.stride.counted(height / cell));
+        self.pixels = cells * u32::from(cell);
+        let (full_scale, frames) = (self.green.full_scale(), self.rate.frames_added());
+        // 2^28 pixels, 2^16 and 2^31 frames: 5 · A · G alone fits 64 bits, frames may not.
+        let fits = (5 * u64::from(self.pixels) * u64::from(full_scale))
+            .checked_mul(u64::from(frames))
+            .is_some_and(|most| u32::try_from(most).is_ok());
+        if fits { Ok(()) } else { Err(Error::SumTooLarge { pixels: self.pixels, full_scale, frames }) }
+    }
+
+    /// The layout as it is used: snapped to cells for Bayer formats.
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// Pixels counted in a taxel, A.
+    pub fn pixels(&self) -> u32 {
+        self.pixels
+    }
+
+    /// Green full scale of one pixel, G.
+    pub fn full_scale(&self) -> u32 {
+        self.green.full_scale()
+    }
+
+    /// Camera frames a second.
+    pub fn rate(&self) -> FrameRate {
+        self.rate
+    }
+
+    /// Bytes from row to row.
+    pub fn bytes_per_row(&self) -> usize {
+        self.bytes_per_row as usize
+    }
+
+    /// Least bytes of a whole frame: the last row's padding may be missing.
+    pub fn frame_bytes(&self) -> usize {
+        let rows = self.layout.frame().height();
+        match self.green.chroma_bytes(self.bytes_per_row(), rows) {
+            Some(chroma) => self.bytes_per_row() * usize::from(rows) + chroma,
+            None => self.packed_bytes(usize::from(rows)),
+        }
+    }
+
+    /// Least bytes of `rows` rows of a packed format.
+    fn packed_bytes(&self, rows: usize) -> usize {
+        let last = self.green.row_bytes(self.layout.frame().width());
+        rows.saturating_sub(1) * self.bytes_per_row() + if rows == 0 { 0 } else { last }
+    }
+}
+
+/// The 25 accumulators of one camera, and how far the present frame has come.
+#[derive(Clone, Debug)]
+pub struct Accumulators<G: Green> {
+    camera: Camera<G>,
+    sums: [G::Sum; TAXELS],
+    rows: u16,
+}
+
+impl<G: Green> Accumulators<G> {
+    /// Empty accumulators.
+    pub fn new(camera: Camera<G>) -> Self {
+        Self { camera, sums: [G::Sum::default(); TAXELS], rows: 0 }
+    }
+
+    /// The camera that is summed.
+    pub fn camera(&self) -> &Camera<G> {
+        &self.camera
+    }
+
+    /// Sums a whole frame: the 25 taxel sums S, row by row.
+    ///
+    /// # Errors
+    /// [`Error::FrameTooShort`], [`Error::FrameUnderWay`]; the accumulators stay as they were.
+    pub fn push_frame(&mut self, bytes: &[u8]) -> Result<[u32; TAXELS], Error> {
+        let expected = self.camera.frame_bytes();
+        if bytes.len() < expected {
+            return Err(Error::FrameTooShort { found: bytes.len(), expected });
+        }
+        if self.rows != 0 {
+            return Err(Error::FrameUnderWay { rows: self.rows });
+        }
+        self.add_rows(bytes, self.camera.layout.frame().height());
+        Ok(self.take())
+    }
+
+    /// Adds the next rows of a frame; the 25 taxel sums when the last row has arrived. The sums are bit-identical to
+    /// those of the whole frame.
+    ///
+    /// # Errors
+    /// [`Error::StripeNotWholeRows`], [`Error::StripeTooLong`], [`Error::StripeOfPlanar`]; the accumulators stay as
+    /// they were.
+    pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<Option<[u32; TAXELS]>, Error> {
+        let camera = &self.camera;
+        let (height, bytes_per_row) = (camera.layout.frame().height(), camera.bytes_per_row());
+        if camera.green.chroma_bytes(bytes_per_row, height).is_some() {
+            return Err(Error::StripeOfPlanar);
+        }
+        let rows = bytes.len().div_ceil(bytes_per_row.max(1));
+        if bytes.len() < camera.packed_bytes(rows) {
+            return Err(Error::StripeNotWholeRows { found: bytes.len(), bytes_per_row });
+        }
+        let left = height - self.rows;
+        if rows > usize::from(left) {
+            return Err(Error::StripeTooLong { found: rows, left: usize::from(left) });
+        }
+        self.add_rows(bytes, rows as u16);
+        Ok((self.rows == height).then(|| self.take()))
+    }
+
+    /// Forgets the rows of a frame whose rest will not arrive.
+    pub fn abandon_frame(&mut self) {
+        self.sums = [G::Sum::default(); TAXELS];
+        self.rows = 0;
+    }
+
+    /// Adds `count` rows, the frame's next ones, to the taxels that they cross.
+    #[inline(always)]
+    fn add_rows(&mut self, bytes: &[u8], count: u16) {
+        let camera = &self.camera;
+        let frame_rows = camera.layout.frame().height();
+        let (first, end) = (self.rows, self.rows + count);
+        let rows = Rows::new(bytes, camera.bytes_per_row(), first, frame_rows);
+        let [width, height] = camera.layout.taxel();
+        let cell_rows = camera.green.cell() == 2;
+        for (sum, &[x, top]) in self.sums.iter_mut().zip(camera.layout.corners()) {
+            for y in first.max(top)..end.min(top + height) {
+                let counted = match camera.stride {
+                    Stride::One => true,
+                    stride => ((y - top) >> u16::from(cell_rows)) % stride.get() == 0,
+                };
+                if counted {
+                    camera.green.add_run(sum, &rows, Run { y, x, width, stride: camera.stride });
+                }
+            }
+        }
+        self.rows = end;
+    }
+
+    /// The taxel sums of the frame that is complete, and empty accumulators.
+    fn take(&mut self) -> [u32; TAXELS] {
+        let mut totals = [0; TAXELS];
+        for (total, sum) in totals.iter_mut().zip(&self.sums) {
+            *total = self.camera.green.total(sum, self.camera.pixels);
+        }
+        self.abandon_frame();
+        totals
+    }
+}

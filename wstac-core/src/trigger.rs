@@ -1,0 +1,474 @@
+//! Features → events: baseline, windows, capture, gaps (SPEC §3, algorithm 1 of the paper).
+
+use heapless::HistoryBuf;
+
+use crate::baseline::Baseline;
+use crate::error::Error;
+use crate::features::Features;
+use crate::fixed::Q16;
+use crate::params::{
+    BASELINE_WINDOWS, DEFAULT_BACKTRACK, DEFAULT_MARGIN, DEFAULT_MULTIPLIER, DEFAULT_WINDOW, FEATURES,
+    LONGEST_FILLED_GAP, SAMPLE_FRAMES,
+};
+use crate::sample::Sample;
+
+/// How a window's threshold follows from the baseline η.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
+pub enum Rule {
+    /// b · η (paper). η is usually negative, and then a b above 1 fires on every window.
+    Literal,
+    /// η + max((b − 1) · |η|, m · margin), b ≥ 1: a higher b is harder to fire for every η (decided).
+    #[default]
+    Signed,
+}
+
+/// The trigger's parameters, checked together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "TriggerFields"))]
+pub struct TriggerConfig {
+    window: u8,
+    backtrack: u8,
+    rule: Rule,
+    multiplier: Q16,
+    margin: Q16,
+}
+
+/// What a trigger's parameters are before they are checked.
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+struct TriggerFields {
+    window: u8,
+    backtrack: u8,
+    rule: Rule,
+    multiplier: Q16,
+    margin: Q16,
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<TriggerFields> for TriggerConfig {
+    type Error = Error;
+    fn try_from(fields: TriggerFields) -> Result<Self, Error> {
+        let real = |q: Q16| f64::from(q.bits()) / 65_536.0;
+        let (multiplier, margin) = (real(fields.multiplier), real(fields.margin));
+        Self::new(u32::from(fields.window), multiplier, u32::from(fields.backtrack), fields.rule, margin)
+    }
+}
+
+impl TriggerConfig {
+    /// Window m and backtrack c in frames, multiplier b, margin in units of a feature's natural logarithm a frame.
+    ///
+    /// # Errors
+    /// [`Error::Window`] unless 1 ≤ m ≤ 70; [`Error::Backtrack`] unless c ≤ 5m and c + m ≤ 70; [`Error::Multiplier`]
+    /// unless 0 ≤ b < 65536 and, with [`Rule::Signed`], b ≥ 1; [`Error::Margin`] unless 0 ≤ margin < 65536.
+    pub const fn new(window: u32, multiplier: f64, backtrack: u32, rule: Rule, margin: f64) -> Result<Self, Error> {
+        if window == 0 || window > SAMPLE_FRAMES as u32 {
+            return Err(Error::Window(window));
+        }
+        let (before, within) = (BASELINE_WINDOWS * window, SAMPLE_FRAMES as u32 - window);
+        let most = if before < within { before } else { within };
+        if backtrack > most {
+            return Err(Error::Backtrack { found: backtrack, most });
+        }
+        let least = match rule {
+            Rule::Literal => 0,
+            Rule::Signed => Q16::ONE.bits(),
+        };
+        let b = match Q16::new(multiplier) {
+            Some(b) if b.bits() >= least => b,
+            _ => return Err(Error::Multiplier(multiplier)),
+        };
+        let Some(margin) = Q16::new(margin) else {
+            return Err(Error::Margin(margin));
+        };
+        Ok(Self { window: window as u8, backtrack: backtrack as u8, rule, multiplier: b, margin })
+    }
+
+    /// Frames of a window, m: 1..=70.
+    pub const fn window(&self) -> u8 {
+        self.window
+    }
+
+    /// Frames of a sample before the window that fired, c: 0..=69.
+    pub const fn backtrack(&self) -> u8 {
+        self.backtrack
+    }
+
+    /// How the threshold follows from the baseline.
+    pub const fn rule(&self) -> Rule {
+        self.rule
+    }
+
+    /// The multiplier, b.
+    pub const fn multiplier(&self) -> Q16 {
+        self.multiplier
+    }
+
+    /// Least distance of the signed rule's threshold from the baseline.
+    pub const fn margin(&self) -> Q16 {
+        self.margin
+    }
+
+    /// Frames of the baseline, 5m.
+    pub const fn baseline_frames(&self) -> u16 {
+        self.window as u16 * BASELINE_WINDOWS as u16
+    }
+}
+
+impl Default for TriggerConfig {
+    fn default() -> Self {
+        const DEFAULT: TriggerConfig = match TriggerConfig::new(
+            DEFAULT_WINDOW as u32,
+            DEFAULT_MULTIPLIER,
+            DEFAULT_BACKTRACK as u32,
+            Rule::Signed,
+            DEFAULT_MARGIN,
+        ) {
+            Ok(config) => config,
+            Err(_) => panic!("the defaults are valid: decided at compile time"),
+        };
+        DEFAULT
+    }
+}
+
+/// A tactile event: a complete sample and what is known about it.
+#[derive(Clone, Copy, Debug)]
+pub struct Event<'a> {
+    /// Number of the first frame of the sample: t − c.
+    pub frame: u64,
+    /// The sample X.
+    pub sample: Sample<'a>,
+    /// The baseline that the trigger compared with.
+    pub baseline: &'a Baseline,
+    /// Frames of the sample that were lost, in whole or in part, and filled: 0..=70.
+    pub frames_filled: u8,
+    /// The baseline was quiet and without a long gap, and at most a tenth of the sample was filled.
+    pub reliable: bool,
+}
+
+/// A sample that ended before it was complete.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Incomplete {
+    /// Number of its first frame.
+    pub frame: u64,
+    /// Frames of it that had arrived: 1..=69.
+    pub frames: u8,
+}
+
+/// How a stream ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct StreamEnd {
+    /// Frames on the time line, lost ones included.
+    pub frames: u64,
+    /// Whether the stream was long enough for the baseline.
+    pub baseline_complete: bool,
+    /// Whether the baseline's five windows lay within the trigger's own margin, without a long gap.
+    pub baseline_quiet: bool,
+    /// The sample that was under way.
+    pub incomplete: Option<Incomplete>,
+}
+
+/// What the trigger is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    /// Gathering the baseline.
+    Baseline,
+    /// In a window of which `seen` frames have arrived.
+    Watch { seen: u8 },
+    /// Capturing the sample that starts at frame `first`; `left` frames of it are to come.
+    Capture { first: u64, left: u8 },
+    /// Between a sample's end and the next window's start, `left` frames away.
+    Rest { left: u8 },
+}
+
+/// Baseline, windows and capture over a stream of features.
+#[derive(Clone, Debug)]
+pub struct Trigger {
+    config: TriggerConfig,
+    ring: HistoryBuf<Features, SAMPLE_FRAMES>,
+    /// Which of the ring's frames were filled: bit 0 is the newest.
+    filled: [u64; 2],
+    /// Number of the frame that comes next.
+    frame: u64,
+    phase: Phase,
+    window_sums: [i32; FEATURES],
+    baseline: Baseline,
+    quiet: bool,
+    /// Lowest and highest window sums of the baseline; when it is complete the second holds the thresholds.
+    bounds: [[i32; FEATURES]; 2],
+    /// Frames lost since the last that arrived: what they mean is known when the gap ends.
+    lost: u64,
+    /// What an event was returned in front of: frames to fill, then one that arrived.
+    backlog: Option<(u8, Features, bool)>,
+    interrupted: Option<Incomplete>,
+}
+
+impl Trigger {
+    /// A trigger at frame 0, before its baseline.
+    pub fn new(config: TriggerConfig) -> Self {
+        Self {
+            config,
+            ring: HistoryBuf::new(),
+            filled: [0; 2],
+            frame: 0,
+            phase: Phase::Baseline,
+            window_sums: [0; FEATURES],
+            baseline: Baseline::empty(),
+            quiet: true,
+            bounds: [[i32::MAX; FEATURES], [i32::MIN; FEATURES]],
+            lost: 0,
+            backlog: None,
+            interrupted: None,
+        }
+    }
+
+    /// The trigger's parameters.
+    pub fn config(&self) -> &TriggerConfig {
+        &self.config
+    }
+
+    /// The baseline, once its 5m frames have arrived.
+    pub fn baseline(&self) -> Option<&Baseline> {
+        (self.phase != Phase::Baseline).then_some(&self.baseline)
+    }
+
+    /// The highest window sum of each feature that does not fire, in units of 2^-11; once the baseline is complete.
+    pub fn thresholds(&self) -> Option<&[i32; FEATURES]> {
+        (self.phase != Phase::Baseline).then_some(&self.bounds[1])
+    }
+
+    /// Number of the frame that the next push is: lost frames are counted.
+    pub fn next_frame(&self) -> u64 {
+        let backlog = self.backlog.map_or(0, |(fills, ..)| u64::from(fills) + 1);
+        self.frame + backlog + self.lost
+    }
+
+    /// Numbers the frames from `frame` on, for a recording that does not start at 0.
+    #[must_use]
+    pub fn starting_at(mut self, frame: u64) -> Self {
+        self.frame = frame;
+        self
+    }
+
+    /// Takes the features of the next frame; an event, if they complete a sample. `patched` says that some, but not
+    /// all, of the camera frames in them were lost.
+    pub fn push(&mut self, features: Features, patched: bool) -> Option<Event<'_>> {
+        self.push_then_lose(features, patched, 0)
+    }
+
+    /// [`Trigger::push`], then [`Trigger::push_lost`] of `lost_after` frames.
+    pub fn push_then_lose(&mut self, features: Features, patched: bool, lost_after: u64) -> Option<Event<'_>> {
+        self.clear_backlog();
+        let lost = core::mem::replace(&mut self.lost, lost_after);
+        if lost > u64::from(LONGEST_FILLED_GAP) {
+            self.skip(lost);
+        } else {
+            for left in (0..lost as u8).rev() {
+                if let Some(first) = self.fill() {
+                    self.backlog = Some((left, features, patched));
+                    return Some(self.event(first));
+                }
+            }
+        }
+        let first = self.step(features, patched)?;
+        Some(self.event(first))
+    }
+
+    /// Takes note of `frames` lost frames: they keep their place in time. Up to 7 in a row are filled with the last
+    /// features; more end what was under way.
+    pub fn push_lost(&mut self, frames: u64) {
+        // Before the first frame there is no time to keep.
+        if !self.ring.is_empty() {
+            self.lost = self.lost.saturating_add(frames);
+        }
+    }
+
+    /// The sample that a long gap has interrupted, once.
+    pub fn take_interrupted(&mut self) -> Option<Incomplete> {
+        self.interrupted.take()
+    }
+
+    /// Settles what is pending at the end of a stream: an event, if lost frames at the very end complete a sample.
+    pub fn finish(&mut self) -> Option<Event<'_>> {
+        self.clear_backlog();
+        let lost = core::mem::take(&mut self.lost);
+        if lost > u64::from(LONGEST_FILLED_GAP) {
+            self.skip(lost);
+            return None;
+        }
+        let mut complete = None;
+        for _ in 0..lost {
+            // A gap of 7 completes one sample at most; what follows it would shift the ring under the event.
+            if complete.is_some() {
+                self.frame += 1;
+            } else {
+                complete = self.fill();
+            }
+        }
+        complete.map(|first| self.event(first))
+    }
+
+    /// How the stream stands; after [`Trigger::finish`], how it ended.
+    pub fn end(&self) -> StreamEnd {
+        let incomplete = match self.phase {
+            Phase::Capture { first, .. } => Some(Incomplete { frame: first, frames: (self.frame - first) as u8 }),
+            _ => None,
+        };
+        StreamEnd {
+            frames: self.next_frame(),
+            baseline_complete: self.phase != Phase::Baseline,
+            baseline_quiet: self.quiet,
+            incomplete,
+        }
+    }
+
+    /// Takes what an event was returned in front of. No second event can be in it: the next is 70 frames away.
+    fn clear_backlog(&mut self) {
+        if let Some((fills, features, patched)) = self.backlog.take() {
+            for _ in 0..fills {
+                self.fill();
+            }
+            self.step(features, patched);
+        }
+    }
+
+    /// Repeats the last features for one lost frame.
+    fn fill(&mut self) -> Option<u64> {
+        let last = *self.ring.recent()?;
+        self.step(last, true)
+    }
+
+    /// Ends what was under way, and moves time on by a gap of `lost` frames.
+    fn skip(&mut self, lost: u64) {
+        let mut left = lost;
+        if let Phase::Capture { first, .. } = self.phase {
+            self.interrupted = Some(Incomplete { frame: first, frames: (self.frame - first) as u8 });
+        }
+        while self.phase == Phase::Baseline && left > 0 {
+            self.quiet = false;
+            self.fill();
+            left -= 1;
+        }
+        if self.phase != Phase::Baseline {
+            // Of more frames than the ring holds only the last can be seen again.
+            for _ in 0..left.min(SAMPLE_FRAMES as u64) {
+                if let Some(&last) = self.ring.recent() {
+                    self.remember(last, true);
+                }
+            }
+            self.frame += left;
+            self.start_windows();
+        }
+    }
+
+    fn start_windows(&mut self) {
+        self.window_sums = [0; FEATURES];
+        self.phase = Phase::Watch { seen: 0 };
+    }
+
+    fn remember(&mut self, features: Features, filled: bool) {
+        self.ring.write(features);
+        let [low, high] = self.filled;
+        self.filled = [low << 1 | u64::from(filled), high << 1 | low >> 63];
+    }
+
+    /// Takes one frame in its place in time; the first frame of the sample that it completes.
+    fn step(&mut self, features: Features, filled: bool) -> Option<u64> {
+        self.remember(features, filled);
+        let now = self.frame;
+        self.frame += 1;
+        match &mut self.phase {
+            Phase::Baseline => {
+                self.baseline.add(&features);
+                self.add_to_window(&features);
+                if self.baseline.frames().is_multiple_of(u16::from(self.config.window)) {
+                    self.end_baseline_window();
+                }
+                None
+            }
+            Phase::Watch { seen } => {
+                *seen += 1;
+                let complete = *seen == self.config.window;
+                self.add_to_window(&features);
+                if !complete {
+                    return None;
+                }
+                let fired = self.window_sums.iter().zip(&self.bounds[1]).any(|(sum, threshold)| sum > threshold);
+                if !fired {
+                    self.start_windows();
+                    return None;
+                }
+                let arrived = self.config.backtrack + self.config.window;
+                let first = now + 1 - u64::from(arrived);
+                self.capture(first, SAMPLE_FRAMES as u8 - arrived)
+            }
+            Phase::Capture { first, left } => {
+                let (first, left) = (*first, *left - 1);
+                self.capture(first, left)
+            }
+            Phase::Rest { left } => {
+                *left -= 1;
+                if *left == 0 {
+                    self.start_windows();
+                }
+                None
+            }
+        }
+    }
+
+    /// Goes on capturing the sample that starts at `first`, of which `left` frames are to come.
+    fn capture(&mut self, first: u64, left: u8) -> Option<u64> {
+        if left > 0 {
+            self.phase = Phase::Capture { first, left };
+            return None;
+        }
+        // The next window starts at t + l, which is c frames after the sample's end.
+        match self.config.backtrack {
+            0 => self.start_windows(),
+            left => self.phase = Phase::Rest { left },
+        }
+        Some(first)
+    }
+
+    fn add_to_window(&mut self, features: &Features) {
+        for (sum, feature) in self.window_sums.iter_mut().zip(features) {
+            *sum += i32::from(*feature);
+        }
+    }
+
+    fn end_baseline_window(&mut self) {
+        let [lowest, highest] = &mut self.bounds;
+        for ((low, high), sum) in lowest.iter_mut().zip(highest.iter_mut()).zip(self.window_sums) {
+            *low = sum.min(*low);
+            *high = sum.max(*high);
+        }
+        self.window_sums = [0; FEATURES];
+        if self.baseline.frames() == self.config.baseline_frames() {
+            self.quiet &= self.baseline.is_quiet(lowest, highest, &self.config);
+            self.bounds[1] = self.baseline.thresholds(&self.config);
+            self.phase = Phase::Watch { seen: 0 };
+        }
+    }
+
+    /// The event whose sample the ring holds.
+    fn event(&self, frame: u64) -> Event<'_> {
+        let [low, high] = self.filled;
+        let in_sample = (1 << (SAMPLE_FRAMES - 64)) - 1;
+        let frames_filled = low.count_ones() + (high & in_sample).count_ones();
+        Event {
+            frame,
+            sample: Sample::new(self.ring.as_slices()),
+            baseline: &self.baseline,
+            frames_filled: frames_filled as u8,
+            reliable: self.quiet && frames_filled <= LONGEST_FILLED_GAP,
+        }
+    }
+}
