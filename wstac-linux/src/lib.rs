@@ -1,1 +1,4 @@
-//! Host side of WSTac.
+//! Host side of WSTac: sources of frames, a simulated sensor, and the `wstac` command.
+
+pub mod error;
+pub mod source;

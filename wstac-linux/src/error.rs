@@ -1,0 +1,25 @@
+//! Errors that a person reads: what could not be used, which part of it, what was found and what was expected.
+
+use std::fmt;
+
+/// Why a source, a file or a configuration cannot be used.
+#[derive(Debug)]
+pub struct Error {
+    subject: String,
+    message: String,
+}
+
+impl Error {
+    /// `subject` names the file, device or option; `message` names the field, what was found and what was expected.
+    pub fn new(subject: impl fmt::Display, message: impl fmt::Display) -> Self {
+        Self { subject: subject.to_string(), message: message.to_string() }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.subject, self.message)
+    }
+}
+
+impl std::error::Error for Error {}

@@ -1,0 +1,3 @@
+//! The `wstac` command.
+
+fn main() {}
