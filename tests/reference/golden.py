@@ -34,21 +34,28 @@ def lines_of(value: dict[str, Any]) -> str:
     return "{" + ",\n".join(parts) + "}\n"
 
 
+def made_files() -> dict[str, bytes]:
+    """Name and content of every file of the vectors."""
+    cases: list[Case] = format_cases() + event_cases()
+    manifest = {"version": VERSION, "seed": SEED, "cases": [case.manifest() for case in cases]}
+    files = {"manifest.json": lines_of(manifest).encode()}
+    for case in cases:
+        assert f"{case.name}.raw" not in files, f"two cases are called {case.name}"
+        files[f"{case.name}.raw"] = b"".join(case.data)
+        files[f"{case.name}.json"] = lines_of(case.expected()).encode()
+    return files
+
+
 def write(directory: Path) -> int:
-    """Write all vectors; returns the number of cases. Files of former cases are removed."""
+    """Write all vectors, once all are made; files of former cases are removed."""
+    files = made_files()
     directory.mkdir(parents=True, exist_ok=True)
     for old in directory.iterdir():
-        if old.suffix in SUFFIXES:
+        if old.suffix in SUFFIXES and old.name not in files:
             old.unlink()
-    cases: list[Case] = format_cases() + event_cases()
-    names = [case.name for case in cases]
-    assert len(set(names)) == len(names), "case names are not unique"
-    for case in cases:
-        (directory / f"{case.name}.raw").write_bytes(b"".join(case.data))
-        (directory / f"{case.name}.json").write_text(lines_of(case.expected()), newline="\n")
-    manifest = {"version": VERSION, "seed": SEED, "cases": [case.manifest() for case in cases]}
-    (directory / "manifest.json").write_text(lines_of(manifest), newline="\n")
-    return len(cases)
+    for name, content in files.items():
+        (directory / name).write_bytes(content)
+    return len(files) // 2
 
 
 def first_difference(made: Path, stored: Path) -> str | None:

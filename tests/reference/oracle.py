@@ -43,7 +43,7 @@ def event_line(event: Event, with_sample: bool) -> dict[str, Any]:
     if speed.bound_mm_s is not None:
         line["bound_mm_s"] = speed.bound_mm_s
     if with_sample:
-        line["sample"] = [[q / UNIT for q in feature] for feature in zip(*sample.features)]
+        line["sample"] = [[q / UNIT for q in feature] for feature in zip(*sample.features, strict=True)]
     return line
 
 

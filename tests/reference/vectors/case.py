@@ -6,14 +6,13 @@ from dataclasses import asdict, dataclass, field
 from fractions import Fraction
 from typing import Any
 
-from wstac_reference.constants import BASELINE_WINDOWS
 from wstac_reference.formats import FORMATS
 from wstac_reference.green import GreenSums, YCbCr
 from wstac_reference.layout import Layout, paper_layout
 from wstac_reference.pipeline import Event, FeatureFrame, Pipeline
 from wstac_reference.rng import mix
 from wstac_reference.speed import SpeedConfig
-from wstac_reference.trigger import Trigger, TriggerConfig
+from wstac_reference.trigger import Sample, Trigger, TriggerConfig
 
 DIGITS = 9
 TRIALS = 8
@@ -154,7 +153,7 @@ class Case:
             },
         }
         if self.with_samples:
-            described["sample"] = [list(feature) for feature in zip(*sample.features)]
+            described["sample"] = [list(feature) for feature in zip(*sample.features, strict=True)]
         return described
 
     def _robust(self, line: Pipeline, out: list[FeatureFrame | Event], expected: dict[str, Any]) -> bool:
@@ -169,7 +168,7 @@ class Case:
         for trial in range(TRIALS):
             again = Pipeline(line.full_scale, line.pixels, line.fps, self.floor_levels, self.trigger, self.speed)
             trigger = again.trigger = Trigger(self.trigger)
-            samples = []
+            samples: list[Sample | None] = []
             for frame in measured:
                 samples += trigger.gap(frame.frame - trigger.frames)
                 nudged = [q + mix(q * TRIALS + trial) % 3 - 1 for q in frame.features]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -49,7 +50,9 @@ def stream(
         gone[first : first + count] = True
     pixel_format, layout = FORMATS[fmt], paper_layout(side, side)
     bytes_per_line = pixel_format.min_bytes_per_line(side) + pad
-    data, lost, missing = [], [], 0
+    data: list[bytes] = []
+    lost: list[tuple[int, int]] = []
+    missing = 0
     for t in range(frames + 1):
         if t < frames and gone[t]:
             missing += 1
@@ -106,21 +109,25 @@ def speeds() -> list[Case]:
     physical = SpeedConfig(law="physical")
     above = SpeedConfig(threshold_on="above_baseline")
     return cases + [
-        stream("speed-cut-end", "still lit when the sample ends: a bound", frames=120, slides=(Slide(40, step=14, fall=20),)),
+        stream("speed-cut-end", "still lit when the sample ends: a bound", frames=120, slides=(Slide(40, step=14,
+               fall=20),)),
         stream("speed-cut-start", "lit from the sample's first frame: a bound", frames=120,
                slides=(Slide(40, step=6, rise=6),), trigger=TriggerConfig(backtrack=0)),
         stream("speed-cut-pole", "cut off, physical law without afterglow to spare: no bound", frames=120,
                slides=(Slide(41, ORDERS["press"], rise=2, fall=3),), trigger=TriggerConfig(backtrack=0),
                speed=physical),
         stream("speed-bright", "the baseline is above the threshold: no speed", base=300, shake=5),
-        stream("speed-bright-above", "the same with threshold_on above_baseline: a speed", base=300, shake=5, speed=above),
+        stream("speed-bright-above", "the same with threshold_on above_baseline: a speed", base=300, shake=5,
+               speed=above),
         stream("speed-above", "threshold_on above_baseline in the dark", speed=above),
-        stream("speed-dim", "fires, but no frame is valid", base=10, shake=0, slides=(Slide(40, rise=10, fall=20, peak=26),)),
+        stream("speed-dim", "fires, but no frame is valid", base=10, shake=0, slides=(Slide(40, rise=10, fall=20,
+               peak=26),)),
         stream("speed-threshold", "a higher threshold shortens the event", speed=SpeedConfig(threshold=0.3)),
         stream("speed-physical", "the physical law", speed=physical),
         stream("speed-physical-fit", "the physical law with other constants",
                speed=SpeedConfig(law="physical", length_mm=90.0, afterglow_frames=7.5)),
-        stream("speed-physical-pole", "an event shorter than the afterglow: no speed", slides=(Slide(40, ORDERS["press"],
+        stream("speed-physical-pole", "an event shorter than the afterglow: no speed", slides=(Slide(40,
+               ORDERS["press"],
                rise=2, fall=3),), speed=physical),
         stream("speed-25fps", "25 frames a second: durations scale", fps=(25, 1)),
         stream("speed-ntsc", "30000/1001 frames a second", fps=(30000, 1001)),
@@ -178,10 +185,13 @@ def triggers() -> list[Case]:
                trigger=TriggerConfig(window=14, backtrack=56)),
         stream("window-20-c49", "m 20, c 49: one frame of capture", frames=190, slides=(Slide(125),),
                trigger=TriggerConfig(window=20, backtrack=49)),
-        stream("window-35", "m 35, c 35", frames=290, slides=(Slide(220),), trigger=TriggerConfig(window=35, backtrack=35)),
+        stream("window-35", "m 35, c 35", frames=290, slides=(Slide(220),), trigger=TriggerConfig(window=35,
+               backtrack=35)),
         stream("window-70", "m 70, c 0: the window is the sample", frames=500, fmt="GREY", base=1, shake=0,
-               slides=(Slide(360, step=12, rise=10, fall=12, peak=250),), trigger=TriggerConfig(window=70, backtrack=0)),
-        stream("events-two", "two events", frames=190, slides=(Slide(40), Slide(130, ORDERS["270deg"])), with_samples=True),
+               slides=(Slide(360, step=12, rise=10, fall=12, peak=250),), trigger=TriggerConfig(window=70,
+               backtrack=0)),
+        stream("events-two", "two events", frames=190, slides=(Slide(40), Slide(130, ORDERS["270deg"])),
+               with_samples=True),
         stream("events-adjacent", "a second slide right behind the first: fires in the first window after the sample",
                frames=190, slides=(Slide(40), Slide(100, ORDERS["270deg"], step=12, rise=10, fall=20))),
         stream("events-long", "light for a very long time: event after event", frames=190,
@@ -224,7 +234,8 @@ def gaps() -> list[Case]:
             elif count == 100:
                 frames = first + count + 12
             cases.append(
-                stream(f"gap-{tag}-{count}", f"{count} lost {where}", frames=frames, slides=slides, lose=((first, count),))
+                stream(f"gap-{tag}-{count}", f"{count} lost {where}", frames=frames, slides=slides, lose=((first,
+                       count),))
             )
     ends = {"sample": (80, Slide(40)), "watch": (41, Slide(300)), "baseline": (15, Slide(300))}
     for tag, (first, slide) in ends.items():
@@ -236,9 +247,11 @@ def gaps() -> list[Case]:
     long_backtrack = TriggerConfig(window=12, backtrack=30)
     wait = TriggerConfig(window=5, backtrack=25)
     return cases + [
-        stream("gap-none-first", "frames lost before the first one are not on the time line", lose=((0, 9),), frames=107,
+        stream("gap-none-first", "frames lost before the first one are not on the time line", lose=((0, 9),),
+               frames=107,
                slides=(Slide(49),)),
-        stream("gap-first-second", "only the first frame of the baseline, then a long gap", frames=130, slides=(Slide(65),),
+        stream("gap-first-second", "only the first frame of the baseline, then a long gap", frames=130,
+               slides=(Slide(65),),
                lose=((1, 10),)),
         stream("gap-end-completes", "a short gap at the end completes the sample", frames=95, lose=((90, 5),)),
         stream("gap-end-fires", "filled frames complete a window that fires; then the end", frames=40,
@@ -247,7 +260,8 @@ def gaps() -> list[Case]:
                lose=((94, 42),)),
         stream("gap-exact-baseline", "a long gap ends exactly with the baseline", lose=((15, 10),), slides=(Slide(45),),
                frames=120),
-        stream("gap-after-baseline", "a long gap begins right after the baseline", lose=((25, 10),), slides=(Slide(50),),
+        stream("gap-after-baseline", "a long gap begins right after the baseline", lose=((25, 10),),
+               slides=(Slide(50),),
                frames=130),
         stream("gap-backtrack", "the event's backtrack reaches into a long gap", frames=130, lose=((35, 10),),
                slides=(Slide(46, rise=2),)),
@@ -263,12 +277,15 @@ def gaps() -> list[Case]:
                slides=(Slide(40), Slide(125, ORDERS["270deg"])), lose=((86, 30),)),
         stream("gap-two-sevens", "two gaps of 7 with one frame between: both filled, unreliable",
                lose=((60, 7), (68, 7)), frames=108),
-        stream("gap-seven-total", "7 filled in three gaps: still reliable", lose=((50, 2), (60, 3), (75, 2)), frames=108),
+        stream("gap-seven-total", "7 filled in three gaps: still reliable", lose=((50, 2), (60, 3), (75, 2)),
+               frames=108),
         stream("gap-eight-total", "8 filled in three gaps: unreliable", lose=((50, 2), (60, 3), (75, 3)), frames=108),
         stream("gap-every-other", "every other frame lost", lose=tuple((t, 1) for t in range(1, 108, 2)), frames=108),
         stream("gap-window-short", "a short gap inside the window that fires", lose=((36, 2),), frames=108),
-        stream("gap-window-start", "a long gap at a window's first frame", lose=((30, 8),), frames=130, slides=(Slide(50),)),
-        stream("gap-window-last", "a long gap at a window's last frame", lose=((34, 8),), frames=130, slides=(Slide(54),)),
+        stream("gap-window-start", "a long gap at a window's first frame", lose=((30, 8),), frames=130,
+               slides=(Slide(50),)),
+        stream("gap-window-last", "a long gap at a window's last frame", lose=((34, 8),), frames=130,
+               slides=(Slide(54),)),
     ]  # fmt: skip
 
 
@@ -296,12 +313,12 @@ def random_gaps() -> list[Case]:
 def rates() -> list[Case]:
     """Fast cameras: frames are added up, and groups may lack some."""
 
-    def fast(n: int, start: int = 40, frames: int = 98, **settings) -> dict:
+    def fast(n: int, start: int = 40, frames: int = 98, **settings) -> dict[str, Any]:
         slide = Slide(start * n, step=7 * n, rise=4 * n, fall=6 * n, peak=settings.pop("peak", 500))
         return {"frames": frames * n, "slides": (slide,), **settings}
 
     quick = TriggerConfig(window=2, backtrack=5)
-    sixty = {"fps": (60, 1)}
+    sixty: dict[str, Any] = {"fps": (60, 1)}
     return [
         stream("fps-45", "45 frames a second: not above 45, no binning", fps=(45, 1)),
         stream("fps-45-above", "45.001: n = round(1.50003) = 2", **fast(2), fps=(45001, 1000)),

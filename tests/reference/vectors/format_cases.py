@@ -24,7 +24,7 @@ def scattered(width: int, height: int, taxel: tuple[int, int], seed: str) -> Lay
     y = rng.below(height - taxel[1] + 1, 25)
     x[0], y[0] = 0, 0
     x[24], y[24] = width - taxel[0], height - taxel[1]
-    return Layout(*taxel, tuple((int(a), int(b)) for a, b in zip(x, y)))
+    return Layout(*taxel, tuple((int(a), int(b)) for a, b in zip(x, y, strict=True)))
 
 
 def picture_case(
@@ -122,11 +122,13 @@ def shapes() -> list[Case]:
         picture_case("layout-wide", "paper layout in 160 x 90, as 16:9 cameras have", "GREY", (160, 90), (noise,)),
         picture_case("layout-tall", "paper layout in a portrait frame", "GREY", (61, 88), (noise,)),
         picture_case("layout-least", "4 x 4 frame, the smallest with a paper layout", "GREY", (4, 4), (noise,) * 3),
-        picture_case("layout-half", "odd and even sides: the square starts at half a pixel", "GREY", (41, 20), (noise,)),
+        picture_case("layout-half", "odd and even sides: the square starts at half a pixel", "GREY", (41, 20),
+               (noise,)),
         picture_case("layout-whole", "every taxel is the whole frame", "Y10", (13, 11), (noise, dark), layout=whole),
         picture_case("layout-whole-s5", "the whole frame at stride 5", "RGGB12", (13, 11), (noise, dark), stride=5,
                      layout=whole),
-        picture_case("floor-none", "floor_levels 0: one raw count is the floor", "GREY", (20, 20), dim, floor_levels=0.0),
+        picture_case("floor-none", "floor_levels 0: one raw count is the floor", "GREY", (20, 20), dim,
+               floor_levels=0.0),
         picture_case("floor-none-y16", "floor_levels 0 and 16 bits: saturates at -16", "Y16", (100, 100),
                      (black,), floor_levels=0.0),
         picture_case("floor-two", "floor_levels 2", "GREY", (20, 20), dim, floor_levels=2.0),
@@ -136,6 +138,20 @@ def shapes() -> list[Case]:
     ]  # fmt: skip
 
 
+def ties() -> list[Case]:
+    """Full-range BT.601 has green of exactly n + 1/2, for two pairs of Cb and Cr only."""
+    cases = []
+    for mode in ("exact", "linear"):
+        frames = []
+        for cb, cr in ((78, 178), (178, 78)):  # 50 (0.344136 - 0.714136) = -18.5, and 18.5
+            luma = bytes(range(0, 250, 10))
+            frames.append(luma + bytes([cb] * 25) + bytes([cr] * 25))
+        about = f"{mode}: every pixel is a tie, and a taxel is a pixel"
+        ycbcr = YCbCr("bt601", "full", mode)
+        cases.append(Case(f"yuv444p-{mode}-ties", about, "YUV444P", 5, 5, 5, frames, ycbcr=ycbcr))
+    return cases
+
+
 def format_cases() -> list[Case]:
     """All cases of this file."""
-    return plain_formats() + ycbcr_formats() + shapes()
+    return plain_formats() + ycbcr_formats() + ties() + shapes()

@@ -67,7 +67,7 @@ class Binner:
             return []
         group = Group(None, self._lost)
         if here:
-            totals = [sum(column) for column in zip(*self._present)]
+            totals = [sum(column) for column in zip(*self._present, strict=True)]
             scaled = tuple(round_half_up(Fraction(total * self.n, here)) for total in totals)
             group = Group(scaled, self._lost)
         self._present, self._lost = [], 0

@@ -60,8 +60,6 @@ def measure_direction(baseline: Baseline, sample: Sample) -> DirectionAnswer:
     spot = None in rows and None in columns
     deg: int | None = None
     if confidence >= CLEAR and not spot:
-        if abs(s_column) > abs(s_row):
-            deg = 0 if s_column > 0 else 180
-        else:
-            deg = 270 if s_row > 0 else 90
+        along, back, slope_of_axis = (0, 180, s_column) if abs(s_column) > abs(s_row) else (270, 90, s_row)
+        deg = along if slope_of_axis > 0 else back
     return DirectionAnswer(deg, confidence, s_row, s_column)

@@ -191,6 +191,6 @@ class GreenSums:
             if self.ycbcr.mode == "exact":
                 sums.append(int(self.ycbcr.per_pixel(*parts).sum()))
             else:
-                totals = [int(part.sum(dtype=np.int64)) for part in parts]
-                sums.append(self.ycbcr.per_taxel(*totals, self.pixels))
+                total_y, total_cb, total_cr = (int(part.sum(dtype=np.int64)) for part in parts)
+                sums.append(self.ycbcr.per_taxel(total_y, total_cb, total_cr, self.pixels))
         return sums
