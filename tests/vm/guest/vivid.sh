@@ -1,13 +1,19 @@
-# Loads vivid with the parameters given and waits for its nodes; sourced by the guest's scripts.
-# Debian's vivid pulls in modules that the boot list may have loaded already, hence the test.
+# Loading and driving vivid; sourced by the guest's scripts.
+
+# vivid PARAMETER…: loads the driver and what it needs, and waits for /dev/video0.
 vivid() {
     while read -r ko; do
-        name=$(basename "$ko" .ko | tr - _)
-        [ -d "/sys/module/$name" ] && continue
-        case $name in
-            vivid) insmod "/modules/$ko" n_devs=1 "$@" || return 1 ;;
-            *) insmod "/modules/$ko" || return 1 ;;
+        case $ko in
+            vivid.ko) insmod /modules/vivid.ko n_devs=1 "$@" || exit 97 ;;
+            *) insmod "/modules/$ko" || exit 97 ;;
         esac
     done < /modules/vivid
-    [ -e /dev/video0 ]
+    [ -e /dev/video0 ] || exit 97
+    mount -t tracefs trace /sys/kernel/tracing
+    echo 1 > /sys/kernel/tracing/events/v4l2/v4l2_dqbuf/enable || exit 97
+}
+
+# control NAME=VALUE,…: sets controls of the capture node.
+control() {
+    v4l2-ctl -d /dev/video0 --set-ctrl "$1" || exit 98
 }

@@ -1,0 +1,109 @@
+"""What a guest left behind, and the one-line verdicts that the checks print."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+REFERENCE = Path(__file__).resolve().parent.parent / "reference" / "raw_features.py"
+
+
+def verdict(name: str, problems: list[str], note: str = "") -> None:
+    """Prints `ok` or `FAILED`; `run` counts these lines."""
+    print(f"FAILED {name}: {'; '.join(problems)}" if problems else f"ok {name}{': ' if note else ''}{note}", flush=True)
+
+
+@dataclass(frozen=True)
+class Buffer:
+    """A buffer as the kernel handed it out."""
+
+    sequence: int
+    flagged: bool
+
+
+class Run:
+    """One `watched` command: what it printed, how it ended, and the buffers it got."""
+
+    def __init__(self, directory: Path, name: str) -> None:
+        self.directory = directory
+        base = directory / name
+        self.raw = Path(f"{base}.raw")
+        self.stderr = Path(f"{base}.err").read_text(errors="replace")
+        self.exit = int(Path(f"{base}.exit").read_text())
+        self.stdout = Path(f"{base}.out").read_text(errors="replace")
+        self.buffers = [
+            Buffer(int(re.search(r"sequence = (\d+)", line)[1]), "ERROR" in re.search(r"flags = (.*?), field", line)[1])
+            for line in Path(f"{base}.trace").read_text().splitlines()
+        ]
+
+    @cached_property
+    def records(self) -> list[dict]:
+        """The JSON records; a line that is no JSON raises."""
+        return [json.loads(line) for line in self.stdout.splitlines()]
+
+    def of_kind(self, kind: str) -> list[dict]:
+        """The records of one kind, in order."""
+        return [record for record in self.records if record["kind"] == kind]
+
+    @property
+    def end(self) -> dict:
+        """The end record, which has to be the last one."""
+        records = self.records
+        if not records or records[-1]["kind"] != "end":
+            raise LookupError("the output does not end with an end record")
+        return records[-1]
+
+    def crash(self) -> list[str]:
+        """Problems of any run, whatever it was asked: panics, signals, no end within the guest's limit."""
+        problems = []
+        if "panicked" in self.stderr:
+            problems.append("panic: " + self.stderr[self.stderr.index("panicked") :][:200].replace("\n", " "))
+        if self.exit > 2:
+            problems.append(f"exit code {self.exit}")
+        return problems
+
+    def trouble(self) -> list[str]:
+        """Problems of a run that should have succeeded."""
+        problems = self.crash()
+        if not problems and self.exit != 0:
+            problems.append(f"exit code {self.exit}: {self.stderr.strip()[-300:]!r}")
+        return problems
+
+    def arrived(self, frames: int) -> list[int]:
+        """When the first `frames` sound buffers were taken, in frames since the first one.
+
+        Differences are taken in 32 bits, since the sequence number wraps.
+        """
+        sound = [buffer.sequence for buffer in self.buffers if not buffer.flagged][:frames]
+        if len(sound) < frames:
+            raise LookupError(f"the kernel handed out {len(sound)} sound buffers, but {frames} were saved")
+        return [(sequence - sound[0]) & 0xFFFF_FFFF for sequence in sound]
+
+
+def reference_features(raw: Path, fourcc: str, width: int, height: int, line: int, colours: list[str]) -> list[list[int]]:
+    """The features of each raw frame by the float64 reference, in units of 1/2048."""
+    command = [sys.executable, REFERENCE, "--format", fourcc, "--width", width, "--height", height]
+    command += ["--bytes-per-line", line, *colours, raw]
+    text = subprocess.run([str(part) for part in command], check=True, capture_output=True, text=True).stdout
+    return [json.loads(line)["q"] for line in text.splitlines()]
+
+
+def compare_features(run: Run, times: list[int], expected: list[list[int]]) -> tuple[list[str], str]:
+    """Holds each saved frame's features record against the reference; returns the problems and a summary."""
+    measured = {record["frame"]: record["f"] for record in run.of_kind("features")}
+    missing = [time for time in times if time not in measured]
+    if missing:
+        return [f"no features for frames {missing[:5]}"], ""
+    off = []
+    for time, want in zip(times, expected, strict=True):
+        got = [value * 2048 for value in measured[time]]
+        if len(got) != 10 or any(value != int(value) for value in got):
+            return [f"frame {time}: not ten multiples of 1/2048"], ""
+        off += [abs(int(value) - reference) for value, reference in zip(got, want, strict=True)]
+    summary = f"{len(off)} features, {sum(d == 1 for d in off)} one unit off"
+    return ([f"{sum(d > 1 for d in off)} of {len(off)} features off, worst {max(off)} units"] if max(off) > 1 else []), summary
