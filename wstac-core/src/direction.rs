@@ -101,8 +101,9 @@ pub fn direction(event: &Event<'_>) -> Direction {
 /// When a row or column is lit, in frames from the sample's start: the centroid of its light above its baseline
 /// `mean`; nothing where it never lights up.
 fn centroid(event: &Event<'_>, feature: usize, mean: i32) -> Option<i64> {
-    // Light is taken as a share of the sample's brightest: a centroid does not depend on it, and its bits are used.
-    let brightest = i32::from(event.sample.brightest()) << (EXP_FRACTION_BITS - FEATURE_FRACTION_BITS);
+    // Light is taken as a share of the line's brightest: a centroid does not depend on it, and all bits are used.
+    let brightest = event.sample.feature(feature).max()?;
+    let brightest = i32::from(brightest) << (EXP_FRACTION_BITS - FEATURE_FRACTION_BITS);
     let base = exp_of_negative(u32::try_from(brightest - mean).ok()?);
     let (mut light, mut moment) = (0_u64, 0_u64);
     for (frame, value) in (0_u64..).zip(event.sample.feature(feature)) {

@@ -29,11 +29,6 @@ impl<'a> Sample<'a> {
     pub fn feature(&self, feature: usize) -> impl Iterator<Item = i16> + Clone + use<'a> {
         self.frames().filter_map(move |frame| frame.get(feature).copied())
     }
-
-    /// The highest feature of the sample.
-    pub fn brightest(&self) -> i16 {
-        self.frames().flatten().copied().max().unwrap_or(i16::MIN)
-    }
 }
 
 const _: () = assert!(FEATURES == 10 && SAMPLE_FRAMES == 70);

@@ -365,7 +365,12 @@ impl Trigger {
                 }
             }
             self.frame += left;
-            self.start_windows();
+            self.phase = match self.phase {
+                // Before t + l a window's backtrack would reach into the sample that is out.
+                Phase::Rest { left: rest } if left < u64::from(rest) => Phase::Rest { left: rest - left as u8 },
+                _ => Phase::Watch { seen: 0 },
+            };
+            self.window_sums = [0; FEATURES];
         }
     }
 
