@@ -80,12 +80,7 @@ impl Baseline {
     }
 
     /// Whether the five window sums, `lowest` to `highest`, lie within the trigger's own margin.
-    pub(crate) fn is_quiet(
-        &self,
-        lowest: &[i32; FEATURES],
-        highest: &[i32; FEATURES],
-        config: &TriggerConfig,
-    ) -> bool {
+    pub(crate) fn is_quiet(&self, lowest: &[i32; FEATURES], highest: &[i32; FEATURES], config: &TriggerConfig) -> bool {
         self.totals.iter().zip(lowest.iter().zip(highest)).all(|(&total, (&low, &high))| {
             i64::from(high - low) * (i64::from(BASELINE_WINDOWS) << 16) <= Self::margin(total, config)
         })

@@ -78,7 +78,11 @@ pub fn direction(event: &Event<'_>) -> Direction {
     let means = event.baseline.means(EXP_FRACTION_BITS);
     let slope = |first: usize, count: usize| {
         let (_, lines) = means.split_at_checked(first).unwrap_or((&[], &[]));
-        slope_of((0..).zip(lines.iter().take(count)).map(|(index, &mean)| (index, centroid(event, first + index as usize, mean))))
+        slope_of(
+            (0..)
+                .zip(lines.iter().take(count))
+                .map(|(index, &mean)| (index, centroid(event, first + index as usize, mean))),
+        )
     };
     let (rows, columns) = (slope(0, ROWS), slope(ROWS, COLUMNS));
     // Over a common denominator.

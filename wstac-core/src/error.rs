@@ -147,10 +147,9 @@ impl fmt::Display for Error {
             Self::Backtrack { found, most } => {
                 write!(f, "backtrack is {found} frames, expected at most {most} for this window")
             }
-            Self::Multiplier(found) => write!(
-                f,
-                "multiplier is {found}, expected 0 to below 65536, and at least 1 with rule \"signed\""
-            ),
+            Self::Multiplier(found) => {
+                write!(f, "multiplier is {found}, expected 0 to below 65536, and at least 1 with rule \"signed\"")
+            }
             Self::Margin(found) => write!(f, "margin is {found}, expected 0 to below 65536"),
             Self::FloorLevels(found) => {
                 write!(f, "floor_levels is {found}, expected 0 to the full scale of the pixel format")

@@ -41,9 +41,7 @@ impl Law {
     /// Speed in mm/s of a slide that lasted `frames` at 30 a second; nothing where the law has no finite speed.
     pub fn speed(&self, frames: f32) -> Option<f32> {
         let mm_s = match *self {
-            Self::Paper { intercept, slope } => {
-                libm::expf((intercept - frames) / slope * core::f32::consts::LN_10)
-            }
+            Self::Paper { intercept, slope } => libm::expf((intercept - frames) / slope * core::f32::consts::LN_10),
             Self::Physical { track, afterglow } if frames > afterglow => {
                 track * NOMINAL_FRAME_RATE as f32 / (frames - afterglow)
             }

@@ -128,7 +128,9 @@ impl<G: Green, L: Ln> FeatureStream<G, L> {
             return None;
         } else {
             // The mean of those that arrived stands for each that did not.
-            lines.map(|sum| (u64::from(sum) * (present + lost) * 2 + present).checked_div(2 * present).unwrap_or(0) as u32)
+            lines.map(|sum| {
+                (u64::from(sum) * (present + lost) * 2 + present).checked_div(2 * present).unwrap_or(0) as u32
+            })
         };
         Some(FeatureFrame { features: self.scale.features(&lines), patched: lost > 0 })
     }

@@ -1,4 +1,6 @@
 //! Host side of WSTac: sources of frames, a simulated sensor, and the `wstac` command.
 
+pub mod config;
 pub mod error;
+pub mod reading;
 pub mod source;

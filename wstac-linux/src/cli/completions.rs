@@ -1,0 +1,23 @@
+//! `wstac completions`: a shell's completion script.
+
+use std::io::Write;
+
+use clap::CommandFactory;
+use clap_complete::Shell;
+
+use super::output::Stop;
+
+/// Print a completion script for a shell
+///
+/// For bash: wstac completions bash > ~/.local/share/bash-completion/completions/wstac
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The shell
+    shell: Shell,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    let mut script = Vec::new();
+    clap_complete::generate(arguments.shell, &mut super::Arguments::command(), "wstac", &mut script);
+    Ok(std::io::stdout().write_all(&script)?)
+}

@@ -1,0 +1,87 @@
+//! `wstac demo`: simulated slides through the whole program, the truth beside the answers.
+
+use std::io::Write;
+
+use super::output::Stop;
+use crate::config::Config;
+use crate::error::Error;
+use crate::reading::{EventRecord, Reading, Record, Wanted, read_all};
+use crate::source::open::{OpenOptions, open};
+
+/// Slide every specimen over a simulated sensor and print the truth beside the answers
+///
+/// Frames are rendered, 1280 × 720, and go the same way as a camera's. No camera and no sensor are needed.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Seed of the simulation: another one starts every slide at another phase and with other noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+/// What slides: every specimen, all four directions, the range of speeds that the speed law was fitted on.
+const SLIDES: [(&str, u32, u32); 12] = [
+    ("Fla0", 100, 0),
+    ("Sin2", 110, 90),
+    ("Sin3", 120, 180),
+    ("Sin4", 130, 270),
+    ("Saw2", 140, 0),
+    ("Saw3", 150, 90),
+    ("Saw4", 160, 180),
+    ("Tri2", 170, 270),
+    ("Tri3", 180, 0),
+    ("Tri4", 190, 90),
+    ("Saw3", 200, 180),
+    ("Saw3", 100, 270),
+];
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "                 truth                 answer")?;
+    writeln!(out, "specimen    mm/s  direction      mm/s  direction  confidence")?;
+    let (mut errors, mut right) = (Vec::new(), 0);
+    for (number, (specimen, speed, direction)) in (0..).zip(SLIDES) {
+        let seed = arguments.seed.wrapping_add(number);
+        let event = slide(&format!("scene:{specimen}@{speed},{direction}deg,seed={seed}"))?;
+        write!(out, "{specimen:8}   {speed:5}  {direction:8}°")?;
+        let Some(event) = event else {
+            writeln!(out, "  no event")?;
+            continue;
+        };
+        match event.speed {
+            Some(answer) => {
+                errors.push((answer.mm_s - f64::from(speed)).abs() / f64::from(speed));
+                write!(out, "  {:8.0}", answer.mm_s)?;
+            }
+            None => write!(out, "  {:>8}", "none")?,
+        }
+        right += usize::from(event.direction.deg.map(u32::from) == Some(direction));
+        match event.direction.deg {
+            Some(degrees) => write!(out, "  {degrees:8}°")?,
+            None => write!(out, "  {:>9}", "unclear")?,
+        }
+        writeln!(out, "  {:10.2}", event.direction.confidence)?;
+        out.flush()?;
+    }
+    let mean = 100.0 * errors.iter().sum::<f64>() / errors.len().max(1) as f64;
+    writeln!(
+        out,
+        "{right} of {} directions right; {} speeds, off by {mean:.1} % on average",
+        SLIDES.len(),
+        errors.len()
+    )?;
+    Ok(())
+}
+
+/// The first event of a scene, if there is one.
+fn slide(source: &str) -> Result<Option<EventRecord>, Error> {
+    let mut source = open(source, &OpenOptions::default())?;
+    let mut reading = Reading::new(source.info(), &Config::default(), Wanted::default())?;
+    let mut first = None;
+    read_all(source.as_mut(), &mut reading, |record| {
+        if let Record::Event(event) = record {
+            first.get_or_insert(*event);
+        }
+        Ok::<(), Error>(())
+    })?;
+    Ok(first)
+}

@@ -1,0 +1,121 @@
+//! Standard output and standard error that may be closed, full or a terminal.
+
+use std::fmt::{self, Write as _};
+use std::io::{self, ErrorKind, StdoutLock, Write};
+
+use crate::error::Error;
+use crate::reading::{EventRecord, Record};
+
+/// Why a command ends early.
+#[derive(Debug)]
+pub(super) enum Stop {
+    /// Nobody reads the output any more: no error.
+    OutputClosed,
+    /// Something cannot be used.
+    Failed(Error),
+}
+
+impl From<Error> for Stop {
+    fn from(error: Error) -> Self {
+        Self::Failed(error)
+    }
+}
+
+impl From<io::Error> for Stop {
+    fn from(error: io::Error) -> Self {
+        match error.kind() {
+            ErrorKind::BrokenPipe => Self::OutputClosed,
+            _ => Self::Failed(Error::new("standard output", error)),
+        }
+    }
+}
+
+/// How records are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Form {
+    /// For a person.
+    Text,
+    /// JSON Lines.
+    Json,
+}
+
+/// Records on standard output; a line is out as soon as it is written.
+pub(super) struct Records {
+    out: StdoutLock<'static>,
+    form: Form,
+    line: String,
+}
+
+impl Records {
+    pub(super) fn new(form: Form) -> Self {
+        Self { out: io::stdout().lock(), form, line: String::new() }
+    }
+
+    pub(super) fn write(&mut self, record: &Record) -> Result<(), Stop> {
+        self.line.clear();
+        match self.form {
+            Form::Json => {
+                self.line = serde_json::to_string(record).map_err(|error| Error::new("standard output", error))?;
+            }
+            // Writing to a string does not fail.
+            Form::Text => drop(text(&mut self.line, record)),
+        }
+        self.line.push('\n');
+        self.out.write_all(self.line.as_bytes())?;
+        Ok(self.out.flush()?)
+    }
+}
+
+/// Says something on standard error, which may be closed.
+pub(super) fn note(message: impl fmt::Display) {
+    let _ = writeln!(io::stderr(), "wstac: {message}");
+}
+
+fn text(line: &mut String, record: &Record) -> fmt::Result {
+    match record {
+        Record::Features { frame, f } => {
+            write!(line, "frame {frame}  features")?;
+            f.iter().try_for_each(|feature| write!(line, " {feature:8.4}"))
+        }
+        Record::Event(event) => text_of_event(line, event),
+        Record::Incomplete(sample) => write!(
+            line,
+            "incomplete event at frame {}: a gap ended it after {} of 70 frames",
+            sample.frame, sample.frames
+        ),
+        Record::End(end) => {
+            write!(line, "end after {} frames, {} dropped", end.frames, end.dropped)?;
+            if end.baseline == crate::reading::Completeness::Incomplete {
+                line.write_str("; too short for the baseline")?;
+            }
+            end.incomplete.map_or(Ok(()), |sample| {
+                write!(line, "; an event at frame {} was incomplete: {} of 70 frames", sample.frame, sample.frames)
+            })
+        }
+    }
+}
+
+fn text_of_event(line: &mut String, event: &EventRecord) -> fmt::Result {
+    write!(line, "event at frame {}: ", event.frame)?;
+    match (&event.speed, &event.speed_at_most, event.why.speed) {
+        (Some(speed), ..) => {
+            write!(line, "speed {:.0} mm/s", speed.mm_s)?;
+            if speed.extrapolated {
+                line.write_str(" (extrapolated)")?;
+            }
+        }
+        (None, Some(most), why) => write!(line, "speed at most {:.0} mm/s ({})", most.mm_s, why.unwrap_or("cut off"))?,
+        (None, None, why) => write!(line, "no speed ({})", why.unwrap_or("unknown"))?,
+    }
+    match (event.direction.deg, event.why.direction) {
+        (Some(deg), _) => write!(line, ", direction {deg}° (confidence {:.2})", event.direction.confidence)?,
+        (None, why) => write!(line, ", no direction ({})", why.unwrap_or("unclear"))?,
+    }
+    if event.frames_filled > 0 {
+        write!(line, ", {} of 70 frames filled", event.frames_filled)?;
+    }
+    if !event.reliable {
+        line.write_str(", not reliable")?;
+    }
+    Ok(())
+}

@@ -1,0 +1,275 @@
+//! `wstac run`: a source's events.
+
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::ValueEnum;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use wstac_core::green::ycbcr::{Matrix, Range};
+use wstac_core::rate::FrameRate;
+
+use super::output::{Form, Records, Stop, note};
+use crate::config::Config;
+use crate::error::Error;
+use crate::reading::{Reading, Wanted};
+use crate::source::open::{OpenOptions, open};
+use crate::source::{Item, Source};
+
+/// Print the tactile events of a source
+///
+/// Frames become 25 taxel sums, 10 log features, and events: samples of 70 frames around each contact, with sliding
+/// speed and direction. The first 25 frames are the baseline: nothing may touch the sensor during them (0.8 s at
+/// 30 frames a second). Ctrl-C ends a camera.
+#[derive(Debug, clap::Args)]
+#[command(after_long_help = HELP)]
+pub(super) struct Arguments {
+    /// /dev/videoN, scene:NAME@SPEED[,DIRECTION][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input), or
+    /// a folder of PNGs
+    source: String,
+
+    /// Read the configuration from this TOML file
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+
+    /// Print JSON Lines instead of text
+    #[arg(long)]
+    json: bool,
+
+    /// Print the ten features of every frame, too
+    #[arg(long)]
+    features: bool,
+
+    /// Print every event's sample, 10 × 70 numbers, too (with --json)
+    #[arg(long, requires = "json")]
+    samples: bool,
+
+    /// Frames a second, such as 30 or 30000/1001: of a recording, instead of what it says; of a camera, to ask for
+    #[arg(long, value_name = "RATE", value_parser = frame_rate)]
+    fps: Option<FrameRate>,
+
+    /// Matrix of a YCbCr source, instead of what it says
+    #[arg(long)]
+    matrix: Option<MatrixName>,
+
+    /// Quantisation range of a YCbCr source, instead of what it says
+    #[arg(long)]
+    range: Option<RangeName>,
+
+    /// Pixel format to ask a camera for, by its four-character code, such as YUYV, GREY or MJPG
+    #[arg(long, value_name = "FOURCC", value_parser = four_characters)]
+    format: Option<[u8; 4]>,
+
+    /// Frame size to ask a camera for
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size)]
+    size: Option<(u32, u32)>,
+
+    /// End after this many frames
+    #[arg(long, value_name = "N")]
+    frames: Option<u64>,
+
+    /// Write the bytes of every frame, as the source gave them, to a new file
+    #[arg(long, value_name = "FILE")]
+    save_raw: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum MatrixName {
+    Bt601,
+    Bt709,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum RangeName {
+    Limited,
+    Full,
+}
+
+const HELP: &str = r#"Output with --json, one object a line:
+  {"kind":"features","frame":0,"f":[10 natural logarithms, exact multiples of 1/2048]}
+  {"kind":"event","frame":137,"frames":70,"duration_frames":38,
+   "speed":{"mm_s":102.0,"extrapolated":false},"direction":{"deg":90,"confidence":0.93},
+   "texture":null,"frames_filled":0,"reliable":true,"why":{"texture":"no model given"}}
+  {"kind":"incomplete","frame":300,"frames":12}       an event that a gap ended
+  {"kind":"end","frames":900,"dropped":0,"baseline":"complete","incomplete":null}
+  speed, direction.deg and texture are null where there is no answer; "why" says why.
+  Frame numbers count feature frames: above 45 frames a second, round(fps/30) camera frames
+  are added up to one. "dropped" counts camera frames.
+
+Configuration, every key optional, with its default:
+  [layout]    preset = "paper"           # or: taxel = [w, h], corners = [[x, y], … 25, row by row]
+  [green]     yuv = "exact"  stride = 1  # yuv: exact | linear (faster); stride: 1, 2, 3 or 5
+  [features]  ln = "fixed"  floor_levels = 0.5            # ln: fixed | libm | micromath
+  [trigger]   window = 5  multiplier = 1.2  backtrack = 10  rule = "signed"  margin = 0.2
+              # rule: signed | literal (the published one)
+  [speed]     law = "paper"  threshold = 0.0475  threshold_on = "absolute"
+              # law: paper (with intercept, slope) | physical (with track_mm, afterglow_frames)
+              # threshold_on: absolute | above_baseline
+  [direction] method = "centroid"
+  (each key on a line of its own)
+
+Exit code: 2 for wrong arguments, 1 for a source or file that cannot be used, 0 otherwise.
+"#;
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    let config = arguments.config.as_deref().map_or_else(|| Ok(Config::default()), Config::read)?;
+    let options = OpenOptions { fps: arguments.fps, format: arguments.format, size: arguments.size };
+    let mut source = open(&arguments.source, &options)?;
+    let mut info = source.info().clone();
+    if let Some(matrix) = arguments.matrix {
+        info.colour.matrix = match matrix {
+            MatrixName::Bt601 => Matrix::Bt601,
+            MatrixName::Bt709 => Matrix::Bt709,
+        };
+    }
+    if let Some(range) = arguments.range {
+        info.colour.range = match range {
+            RangeName::Limited => Range::Limited,
+            RangeName::Full => Range::Full,
+        };
+    }
+    let wanted = Wanted { features: arguments.features, samples: arguments.samples };
+    let mut reading = Reading::new(&info, &config, wanted)?;
+    note(&info.about);
+    if info.rate.frames_added() > 1 {
+        note(format_args!("{} camera frames are added up to one feature frame", info.rate.frames_added()));
+    }
+    let interrupted = interruptions()?;
+    let raw = arguments.save_raw.as_deref().map(RawFile::create).transpose()?;
+    let form = if arguments.json { Form::Json } else { Form::Text };
+    let mut records = Records::new(form);
+    read(source.as_mut(), &mut reading, &mut records, raw, arguments.frames, &interrupted)
+}
+
+/// Reads until the source ends or fails, `limit` frames have passed, or a signal asks for the end. Whatever happens,
+/// the end record is written.
+fn read(
+    source: &mut dyn Source,
+    reading: &mut Reading,
+    records: &mut Records,
+    mut raw: Option<RawFile>,
+    limit: Option<u64>,
+    interrupted: &AtomicBool,
+) -> Result<(), Stop> {
+    let mut seen = 0;
+    let mut reasons = LossReport::default();
+    let result = loop {
+        if interrupted.load(Ordering::Relaxed) || limit.is_some_and(|limit| seen >= limit) {
+            reading.finish(|record| records.write(&record))?;
+            break Ok(());
+        }
+        let item = match source.next() {
+            Ok(item) => item,
+            Err(error) => {
+                reading.finish(|record| records.write(&record))?;
+                break Err(error.into());
+            }
+        };
+        match &item {
+            Item::Frame { bytes, .. } => {
+                seen += 1;
+                if let Some(raw) = &mut raw {
+                    raw.write(bytes)?;
+                }
+            }
+            Item::Lost { frames, why } => {
+                seen += frames;
+                reasons.add(*frames, why);
+            }
+            Item::Waiting | Item::End => {}
+        }
+        if !reading.take(&item, |record| records.write(&record))? {
+            break Ok(());
+        }
+        if reading.baseline_disturbed() {
+            note("the baseline was not quiet: events are marked as not reliable; start again with nothing touching");
+        }
+    };
+    reasons.say();
+    result
+}
+
+/// Why frames were lost, counted by reason, said once at the end.
+#[derive(Default)]
+struct LossReport(Vec<(&'static str, u64)>);
+
+impl LossReport {
+    fn add(&mut self, frames: u64, why: &'static str) {
+        match self.0.iter_mut().find(|(reason, _)| *reason == why) {
+            Some((_, count)) => *count += frames,
+            None => self.0.push((why, frames)),
+        }
+    }
+
+    fn say(&self) {
+        for (why, count) in &self.0 {
+            note(format_args!("{count} frame(s) lost: {why}"));
+        }
+    }
+}
+
+/// The file that `--save-raw` names.
+struct RawFile {
+    file: File,
+    path: PathBuf,
+}
+
+impl RawFile {
+    /// Creates it, and never writes over another.
+    fn create(path: &Path) -> Result<Self, Error> {
+        let file = File::create_new(path).map_err(|error| Error::new(path.display(), error))?;
+        Ok(Self { file, path: path.to_owned() })
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> Result<(), Error> {
+        self.file.write_all(bytes).map_err(|error| Error::new(self.path.display(), error))
+    }
+}
+
+/// A flag that the first Ctrl-C or SIGTERM sets; a second one ends the process at once.
+fn interruptions() -> Result<Arc<AtomicBool>, Error> {
+    let flag = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&flag))
+            .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&flag)))
+            .map_err(|error| Error::new("signals", error))?;
+    }
+    Ok(flag)
+}
+
+/// `30`, `29.97` or `30000/1001`.
+fn frame_rate(text: &str) -> Result<FrameRate, String> {
+    let wrong = || format!("{text:?} is no frame rate, expected a number above 0 such as 30, 29.97 or 30000/1001");
+    let (numerator, denominator) = match text.split_once(['/', ':']) {
+        Some((numerator, denominator)) => (numerator.parse().ok(), denominator.parse().ok()),
+        None => match text.parse::<u32>() {
+            Ok(whole) => (Some(whole), Some(1)),
+            Err(_) => {
+                let real: f64 = text.parse().map_err(|_| wrong())?;
+                let thousandths = (real * 1000.0).round();
+                ((1.0..=4e9).contains(&thousandths).then_some(thousandths as u32), Some(1000))
+            }
+        },
+    };
+    let rate = numerator.zip(denominator).and_then(|(numerator, denominator)| FrameRate::new(numerator, denominator).ok());
+    rate.ok_or_else(wrong)
+}
+
+/// A four-character code; shorter ones are padded with spaces, as in `Y10 `.
+fn four_characters(text: &str) -> Result<[u8; 4], String> {
+    let bytes = text.as_bytes();
+    if bytes.is_empty() || bytes.len() > 4 || !bytes.iter().all(u8::is_ascii) {
+        return Err(format!("{text:?} is no four-character code, expected one such as YUYV, GREY or MJPG"));
+    }
+    let mut code = [b' '; 4];
+    code[..bytes.len()].copy_from_slice(bytes);
+    Ok(code)
+}
+
+/// `1280x720`.
+fn size(text: &str) -> Result<(u32, u32), String> {
+    let sides = text.split_once('x').and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
+    sides.ok_or_else(|| format!("{text:?} is no size, expected WIDTHxHEIGHT such as 1280x720"))
+}

@@ -1,0 +1,305 @@
+//! The configuration file: TOML, every key optional, defaults from the sensor's published or decided parameters.
+
+use std::path::Path;
+
+use serde::Deserialize;
+use wstac_core::error::Error as CoreError;
+use wstac_core::frame::Stride;
+use wstac_core::green::any::YcbcrMethod;
+use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::params;
+use wstac_core::rate::FrameRate;
+use wstac_core::speed::{Law, SpeedConfig, ThresholdOn};
+use wstac_core::trigger::{Rule, TriggerConfig};
+
+use crate::error::Error;
+
+/// Everything that a configuration file can say.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Config {
+    /// Where the taxels are.
+    pub layout: LayoutConfig,
+    /// How pixels become green.
+    pub green: GreenConfig,
+    /// How sums become features.
+    pub features: FeaturesConfig,
+    /// When an event starts.
+    pub trigger: TriggerKeys,
+    /// How an event's speed is worked out.
+    pub speed: SpeedKeys,
+    /// How an event's direction is worked out.
+    pub direction: DirectionConfig,
+}
+
+/// `[layout]`: a preset, or a taxel size with 25 corners.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LayoutConfig {
+    preset: Option<Preset>,
+    taxel: Option<[u16; 2]>,
+    corners: Option<Vec<[u16; 2]>>,
+}
+
+/// A layout by name.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Preset {
+    Paper,
+}
+
+/// `[green]`.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct GreenConfig {
+    /// How YCbCr becomes green.
+    pub yuv: YcbcrMethod,
+    /// Which pixels are counted.
+    pub stride: Stride,
+}
+
+/// A log kernel by name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kernel {
+    /// A chord table, integers only.
+    #[default]
+    Fixed,
+    /// `libm` in 64-bit floating point.
+    Libm,
+    /// `micromath` in 32-bit floating point.
+    Micromath,
+}
+
+/// `[features]`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FeaturesConfig {
+    /// Log kernel.
+    pub ln: Kernel,
+    /// Darkness floor, in grey levels of a taxel.
+    pub floor_levels: f64,
+}
+
+impl Default for FeaturesConfig {
+    fn default() -> Self {
+        Self { ln: Kernel::default(), floor_levels: params::DEFAULT_FLOOR_LEVELS }
+    }
+}
+
+/// `[trigger]`, before it is checked.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TriggerKeys {
+    window: u32,
+    multiplier: f64,
+    backtrack: u32,
+    rule: Rule,
+    margin: f64,
+}
+
+impl Default for TriggerKeys {
+    fn default() -> Self {
+        Self {
+            window: u32::from(params::DEFAULT_WINDOW),
+            multiplier: params::DEFAULT_MULTIPLIER,
+            backtrack: u32::from(params::DEFAULT_BACKTRACK),
+            rule: Rule::default(),
+            margin: params::DEFAULT_MARGIN,
+        }
+    }
+}
+
+/// A speed law by name.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum LawName {
+    #[default]
+    Paper,
+    Physical,
+}
+
+/// `[speed]`, before it is checked. A law's own parameters default to the published ones.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SpeedKeys {
+    law: LawName,
+    threshold: f64,
+    threshold_on: ThresholdOn,
+    intercept: f32,
+    slope: f32,
+    track_mm: f32,
+    afterglow_frames: f32,
+}
+
+impl Default for SpeedKeys {
+    fn default() -> Self {
+        Self {
+            law: LawName::default(),
+            threshold: params::VALID_THRESHOLD,
+            threshold_on: ThresholdOn::default(),
+            intercept: params::SPEED_INTERCEPT,
+            slope: params::SPEED_SLOPE,
+            track_mm: params::TRACK_LENGTH,
+            afterglow_frames: params::AFTERGLOW_FRAMES,
+        }
+    }
+}
+
+/// `[direction]`.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DirectionConfig {
+    /// How a row's or column's time is found.
+    pub method: DirectionMethod,
+}
+
+/// A direction method by name.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DirectionMethod {
+    /// Centroid of the light above baseline.
+    #[default]
+    Centroid,
+}
+
+impl Config {
+    /// Reads and checks a file, as far as it can be checked without a camera.
+    ///
+    /// # Errors
+    /// Names the file, the key, what was found and what was expected.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let text = std::fs::read_to_string(path).map_err(|error| Error::new(path.display(), error))?;
+        Self::parse(&text).map_err(|message| Error::new(path.display(), message))
+    }
+
+    /// Reads and checks a configuration's text.
+    ///
+    /// # Errors
+    /// Names the key, what was found and what was expected.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let config: Self = toml::from_str(text).map_err(|error| error.to_string().trim_end().to_owned())?;
+        config.layout.check()?;
+        config.trigger().map_err(|error| format!("[trigger] {error}"))?;
+        config.speed(FrameRate::NOMINAL).map_err(|error| format!("[speed] {error}"))?;
+        if !(config.features.floor_levels >= 0.0 && config.features.floor_levels.is_finite()) {
+            return Err(format!("[features] {}", CoreError::FloorLevels(config.features.floor_levels)));
+        }
+        Ok(config)
+    }
+
+    /// The trigger's parameters.
+    ///
+    /// # Errors
+    /// As [`TriggerConfig::new`].
+    pub fn trigger(&self) -> Result<TriggerConfig, CoreError> {
+        let keys = &self.trigger;
+        TriggerConfig::new(keys.window, keys.multiplier, keys.backtrack, keys.rule, keys.margin)
+    }
+
+    /// How speed is worked out for a camera of this rate.
+    ///
+    /// # Errors
+    /// As [`SpeedConfig::new`].
+    pub fn speed(&self, rate: FrameRate) -> Result<SpeedConfig, CoreError> {
+        let keys = &self.speed;
+        let law = match keys.law {
+            LawName::Paper => Law::Paper { intercept: keys.intercept, slope: keys.slope },
+            LawName::Physical => Law::Physical { track: keys.track_mm, afterglow: keys.afterglow_frames },
+        };
+        SpeedConfig::new(law, keys.threshold, keys.threshold_on, rate)
+    }
+
+    /// The layout for frames of this size.
+    ///
+    /// # Errors
+    /// As [`Layout::new`] and [`Layout::paper`].
+    pub fn layout(&self, frame: FrameSize) -> Result<Layout, CoreError> {
+        match self.layout.explicit() {
+            Some((taxel, corners)) => Layout::new(frame, taxel, corners),
+            None => Layout::paper(frame),
+        }
+    }
+}
+
+impl LayoutConfig {
+    fn explicit(&self) -> Option<([u16; 2], [[u16; 2]; params::TAXELS])> {
+        Some((self.taxel?, self.corners.as_deref()?.try_into().ok()?))
+    }
+
+    fn check(&self) -> Result<(), String> {
+        match (self.preset, self.taxel, &self.corners) {
+            (Some(Preset::Paper) | None, None, None) => Ok(()),
+            (Some(_), ..) => Err("[layout] has a preset beside taxel or corners, expected one or the other".into()),
+            (None, Some(_), Some(corners)) if corners.len() == params::TAXELS => Ok(()),
+            (None, Some(_), Some(corners)) => {
+                Err(format!("[layout] corners has {} entries, expected {}", corners.len(), params::TAXELS))
+            }
+            (None, Some(_), None) => Err("[layout] has taxel but no corners, expected both".into()),
+            (None, None, Some(_)) => Err("[layout] has corners but no taxel, expected both".into()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The configuration as the README and `wstac run --help` document it.
+    const DOCUMENTED: &str = r#"
+        [layout]
+        preset = "paper"
+        [green]
+        yuv = "exact"
+        stride = 1
+        [features]
+        ln = "fixed"
+        floor_levels = 0.5
+        [trigger]
+        window = 5
+        multiplier = 1.2
+        backtrack = 10
+        rule = "signed"
+        margin = 0.2
+        [speed]
+        law = "paper"
+        threshold = 0.0475
+        threshold_on = "absolute"
+        [direction]
+        method = "centroid"
+    "#;
+
+    #[test]
+    fn the_documented_values_are_the_defaults() {
+        let (documented, default) = (Config::parse(DOCUMENTED).unwrap(), Config::parse("").unwrap());
+        let documented = format!("{documented:?}").replace("Some(Paper)", "None");
+        assert_eq!(documented, format!("{default:?}"));
+        assert_eq!(default.trigger().unwrap(), TriggerConfig::default());
+        assert_eq!(default.speed(FrameRate::NOMINAL).unwrap(), SpeedConfig::paper(FrameRate::NOMINAL));
+    }
+
+    #[test]
+    fn errors_name_the_key_what_was_found_and_what_was_expected() {
+        for (text, parts) in [
+            ("[trigger]\nwindw = 5", vec!["windw", "window"]),
+            ("[trigger]\nwindow = 0", vec!["[trigger]", "window is 0", "1 to 70"]),
+            ("[trigger]\nwindow = \"five\"", vec!["window", "five", "u32"]),
+            ("[trigger]\nmultiplier = 0.9", vec!["multiplier is 0.9", "signed"]),
+            ("[trigger]\nmultiplier = nan", vec!["multiplier is NaN"]),
+            ("[trigger]\nbacktrack = 26", vec!["backtrack is 26", "25"]),
+            ("[green]\nstride = 4", vec!["stride is 4", "1, 2, 3 or 5"]),
+            ("[green]\nyuv = \"fast\"", vec!["fast", "exact"]),
+            ("[features]\nfloor_levels = -1", vec!["floor_levels is -1"]),
+            ("[speed]\nthreshold = inf", vec!["threshold is inf"]),
+            ("[speed]\nslope = 0", vec!["speed law parameter is 0"]),
+            ("[layout]\npreset = \"paper\"\ntaxel = [5, 5]", vec!["preset"]),
+            ("[layout]\ntaxel = [5, 5]\ncorners = [[0, 0]]", vec!["corners has 1", "25"]),
+            ("[layout", vec!["TOML"]),
+        ] {
+            let message = Config::parse(text).unwrap_err();
+            for part in parts {
+                assert!(message.contains(part), "{text:?} gave {message:?}, expected {part:?}");
+            }
+        }
+    }
+}

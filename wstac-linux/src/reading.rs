@@ -1,0 +1,358 @@
+//! A source read through the core: frames in, features and answers out.
+
+use serde::Serialize;
+use wstac_core::direction::{self, Unclear};
+use wstac_core::green::any::Any;
+use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
+use wstac_core::params::{FEATURE_ONE, FEATURES};
+use wstac_core::speed::{self, NoSpeed, SpeedConfig};
+use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
+use wstac_core::taxels::Camera;
+use wstac_core::trigger::{Event, Trigger};
+
+use crate::config::{Config, Kernel};
+use crate::error::Error;
+use crate::source::{Item, Source, StreamInfo};
+
+/// One line of output: what `--json` prints, and what the text is made of.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+pub enum Record {
+    /// The features of a frame.
+    Features {
+        /// Number of the feature frame.
+        frame: u64,
+        /// Natural logarithms, exact multiples of 1/2048.
+        f: [f64; FEATURES],
+    },
+    /// A tactile event.
+    Event(Box<EventRecord>),
+    /// A sample that a long gap interrupted.
+    Incomplete(IncompleteRecord),
+    /// How the stream ended.
+    End(EndRecord),
+}
+
+/// An event and its answers.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct EventRecord {
+    /// Number of the first frame of the sample.
+    pub frame: u64,
+    /// Frames of the sample.
+    pub frames: usize,
+    /// Lit frames, last less first; nothing where no frame is lit.
+    pub duration_frames: Option<u8>,
+    /// Sliding speed.
+    pub speed: Option<SpeedRecord>,
+    /// The highest speed that an event which is cut off allows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed_at_most: Option<SpeedRecord>,
+    /// Sliding direction.
+    pub direction: DirectionRecord,
+    /// Texture: no model family is built in yet, so always nothing.
+    pub texture: Option<()>,
+    /// Frames of the sample that were filled.
+    pub frames_filled: u8,
+    /// Baseline quiet, and at most a tenth of the sample filled.
+    pub reliable: bool,
+    /// Why an answer is missing.
+    #[serde(skip_serializing_if = "Why::is_empty")]
+    pub why: Why,
+    /// The sample: ten features over 70 frames.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sample: Option<Vec<Vec<f64>>>,
+}
+
+/// A sliding speed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SpeedRecord {
+    /// mm/s, to four digits.
+    pub mm_s: f64,
+    /// Outside the range that the law was fitted on.
+    pub extrapolated: bool,
+}
+
+/// A sliding direction.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct DirectionRecord {
+    /// 0, 90, 180 or 270, counter-clockwise from +x; nothing where it is unclear.
+    pub deg: Option<u16>,
+    /// 0 to 1, to four decimals.
+    pub confidence: f64,
+}
+
+/// Why an answer is missing, by answer.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Why {
+    /// Why there is no speed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed: Option<&'static str>,
+    /// Why there is no direction.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub direction: Option<&'static str>,
+    /// Why there is no texture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub texture: Option<&'static str>,
+}
+
+impl Why {
+    fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// A sample that ended before it was complete.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct IncompleteRecord {
+    /// Number of its first frame.
+    pub frame: u64,
+    /// Frames of it that had arrived.
+    pub frames: u8,
+}
+
+/// How a stream ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct EndRecord {
+    /// Feature frames on the time line, lost ones included.
+    pub frames: u64,
+    /// Camera frames that were lost or unusable.
+    pub dropped: u64,
+    /// Whether the stream was long enough for the baseline.
+    pub baseline: Completeness,
+    /// The sample that was under way.
+    pub incomplete: Option<IncompleteRecord>,
+}
+
+/// Whether something was complete.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Completeness {
+    /// It was.
+    Complete,
+    /// It was not.
+    Incomplete,
+}
+
+/// What of a stream is wanted beside its events.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Wanted {
+    /// A record of every frame's features.
+    pub features: bool,
+    /// The sample in every event.
+    pub samples: bool,
+}
+
+/// [`FeatureStream`] with its kernel chosen at run time.
+trait Stage {
+    fn push_frame(&mut self, bytes: &[u8]) -> Result<Option<FeatureFrame>, wstac_core::error::Error>;
+    fn push_lost(&mut self, frames: u64) -> Loss;
+}
+
+impl<L: Ln> Stage for FeatureStream<Any, L> {
+    fn push_frame(&mut self, bytes: &[u8]) -> Result<Option<FeatureFrame>, wstac_core::error::Error> {
+        Self::push_frame(self, bytes)
+    }
+
+    fn push_lost(&mut self, frames: u64) -> Loss {
+        Self::push_lost(self, frames)
+    }
+}
+
+/// The core, set up for one stream.
+pub struct Reading {
+    stage: Box<dyn Stage>,
+    trigger: Trigger,
+    speed: SpeedConfig,
+    wanted: Wanted,
+    dropped: u64,
+    baseline_reported: bool,
+}
+
+impl Reading {
+    /// Sets the core up for frames as `info` describes them.
+    ///
+    /// # Errors
+    /// Where layout, format and configuration do not fit each other.
+    pub fn new(info: &StreamInfo, config: &Config, wanted: Wanted) -> Result<Self, Error> {
+        let (stage, trigger, speed) = Self::stages(info, config).map_err(|error| Error::new(&info.about, error))?;
+        Ok(Self { stage, trigger, speed, wanted, dropped: 0, baseline_reported: false })
+    }
+
+    fn stages(
+        info: &StreamInfo,
+        config: &Config,
+    ) -> Result<(Box<dyn Stage>, Trigger, SpeedConfig), wstac_core::error::Error> {
+        let green = Any::new(info.format, info.colour, config.green.yuv);
+        let camera = Camera::new(green, config.layout(info.size)?, info.rate)?
+            .with_stride(config.green.stride)?
+            .with_bytes_per_row(info.bytes_per_row)?;
+        let floor = config.features.floor_levels;
+        let stage: Box<dyn Stage> = match config.features.ln {
+            Kernel::Fixed => Box::new(FeatureStream::<_, Fixed>::new(camera, floor)?),
+            Kernel::Libm => Box::new(FeatureStream::<_, Libm>::new(camera, floor)?),
+            Kernel::Micromath => Box::new(FeatureStream::<_, Micromath>::new(camera, floor)?),
+        };
+        Ok((stage, Trigger::new(config.trigger()?), config.speed(info.rate)?))
+    }
+
+    /// Takes one item of the stream; `give` gets what follows from it. Whether the stream goes on.
+    ///
+    /// # Errors
+    /// Those of `give`.
+    pub fn take<E>(&mut self, item: &Item<'_>, mut give: impl FnMut(Record) -> Result<(), E>) -> Result<bool, E> {
+        match item {
+            Item::Waiting => {}
+            Item::End => {
+                self.finish(give)?;
+                return Ok(false);
+            }
+            Item::Lost { frames, .. } => self.lose(*frames, &mut give)?,
+            Item::Frame { bytes, .. } => match self.stage.push_frame(bytes) {
+                Ok(Some(frame)) => self.push(frame, 0, &mut give)?,
+                Ok(None) => {}
+                // Too few bytes: nothing of it was taken, but its time has passed.
+                Err(_) => self.lose(1, &mut give)?,
+            },
+        }
+        Ok(true)
+    }
+
+    /// Ends the stream: what was pending, then the end record.
+    ///
+    /// # Errors
+    /// Those of `give`.
+    pub fn finish<E>(&mut self, mut give: impl FnMut(Record) -> Result<(), E>) -> Result<(), E> {
+        let event = self.trigger.finish().map(|event| answers(&event, &self.speed, self.wanted.samples));
+        if let Some(event) = event {
+            give(Record::Event(Box::new(event)))?;
+        }
+        self.give_interrupted(&mut give)?;
+        let end = self.trigger.end();
+        give(Record::End(EndRecord {
+            frames: end.frames,
+            dropped: self.dropped,
+            baseline: if end.baseline_complete { Completeness::Complete } else { Completeness::Incomplete },
+            incomplete: end.incomplete.map(|sample| IncompleteRecord { frame: sample.frame, frames: sample.frames }),
+        }))
+    }
+
+    /// Whether the baseline has just turned out not to be quiet; said once.
+    pub fn baseline_disturbed(&mut self) -> bool {
+        if self.baseline_reported || self.trigger.baseline().is_none() {
+            return false;
+        }
+        self.baseline_reported = true;
+        !self.trigger.end().baseline_quiet
+    }
+
+    fn lose<E>(&mut self, frames: u64, give: &mut impl FnMut(Record) -> Result<(), E>) -> Result<(), E> {
+        self.dropped = self.dropped.saturating_add(frames);
+        let loss = self.stage.push_lost(frames);
+        if let Some(frame) = loss.patched {
+            return self.push(frame, loss.frames, give);
+        }
+        self.trigger.push_lost(loss.frames);
+        Ok(())
+    }
+
+    fn push<E>(
+        &mut self,
+        frame: FeatureFrame,
+        lost_after: u64,
+        give: &mut impl FnMut(Record) -> Result<(), E>,
+    ) -> Result<(), E> {
+        if self.wanted.features {
+            give(Record::Features { frame: self.trigger.next_frame(), f: frame.features.map(real) })?;
+        }
+        let event = self.trigger.push_then_lose(frame.features, frame.patched, lost_after);
+        let event = event.map(|event| answers(&event, &self.speed, self.wanted.samples));
+        self.give_interrupted(give)?;
+        event.map_or(Ok(()), |event| give(Record::Event(Box::new(event))))
+    }
+
+    fn give_interrupted<E>(&mut self, give: &mut impl FnMut(Record) -> Result<(), E>) -> Result<(), E> {
+        let Some(sample) = self.trigger.take_interrupted() else { return Ok(()) };
+        give(Record::Incomplete(IncompleteRecord { frame: sample.frame, frames: sample.frames }))
+    }
+}
+
+/// Reads a source to its end (or to its first error), and always ends with the end record.
+///
+/// # Errors
+/// The source's, after the end record was given; those of `give`.
+pub fn read_all<E: From<Error>>(
+    source: &mut dyn Source,
+    reading: &mut Reading,
+    mut give: impl FnMut(Record) -> Result<(), E>,
+) -> Result<(), E> {
+    loop {
+        match source.next() {
+            Ok(item) => {
+                if !reading.take(&item, &mut give)? {
+                    return Ok(());
+                }
+            }
+            Err(error) => {
+                reading.finish(&mut give)?;
+                return Err(error.into());
+            }
+        }
+    }
+}
+
+/// An event's answers.
+fn answers(event: &Event<'_>, config: &SpeedConfig, with_sample: bool) -> EventRecord {
+    let mut why = Why { texture: Some("no model given"), ..Why::default() };
+    let mut speed_at_most = None;
+    let speed = match speed::speed(event, config) {
+        Ok(speed) => Some(SpeedRecord { mm_s: four_digits(speed.mm_s), extrapolated: speed.extrapolated }),
+        Err(reason) => {
+            if let NoSpeed::CutOff { at_most: Some(mm_s) } = reason {
+                speed_at_most = Some(SpeedRecord { mm_s: four_digits(mm_s), extrapolated: true });
+            }
+            why.speed = Some(no_speed(reason));
+            None
+        }
+    };
+    let direction = direction::direction(event);
+    why.direction = direction.heading.err().map(|unclear| match unclear {
+        Unclear::NeverLit => "unclear: a row and a column never light up",
+        Unclear::NoOrder => "unclear: neither rows nor columns light up in order",
+    });
+    EventRecord {
+        frame: event.frame,
+        frames: event.sample.frames().count(),
+        duration_frames: speed::duration(event, config).map(speed::Duration::frames),
+        speed,
+        speed_at_most,
+        direction: DirectionRecord {
+            deg: direction.heading.ok().map(direction::Heading::degrees),
+            confidence: (f64::from(direction.confidence()) * 1e4).round() / 1e4,
+        },
+        texture: None,
+        frames_filled: event.frames_filled,
+        reliable: event.reliable,
+        why,
+        sample: with_sample
+            .then(|| (0..FEATURES).map(|feature| event.sample.feature(feature).map(real).collect()).collect()),
+    }
+}
+
+fn no_speed(reason: NoSpeed) -> &'static str {
+    match reason {
+        NoSpeed::BaselineAbove => "the baseline is above the speed threshold",
+        NoSpeed::NeverValid => "no frame is above the speed threshold",
+        NoSpeed::CutOff { .. } => "cut off: the sample starts or ends above the speed threshold",
+        NoSpeed::OutsideLaw => "the speed law has no finite speed for this duration",
+    }
+}
+
+/// A feature as a real number.
+fn real(feature: i16) -> f64 {
+    f64::from(feature) / f64::from(FEATURE_ONE)
+}
+
+/// A positive number to four significant digits.
+fn four_digits(x: f32) -> f64 {
+    format!("{x:.3e}").parse().unwrap_or(f64::from(x))
+}
