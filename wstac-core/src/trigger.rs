@@ -196,7 +196,7 @@ pub struct Trigger {
     ring: HistoryBuf<Features, SAMPLE_FRAMES>,
     /// Which of the ring's frames were filled: bit 0 is the newest.
     filled: [u64; 2],
-    /// Number of the frame that comes next.
+    /// Number of the frame that comes next; at `u64::MAX` it stays there.
     frame: u64,
     phase: Phase,
     window_sums: [i32; FEATURES],
@@ -248,7 +248,7 @@ impl Trigger {
     /// Number of the frame that the next push is: lost frames are counted.
     pub fn next_frame(&self) -> u64 {
         let backlog = self.backlog.map_or(0, |(fills, ..)| u64::from(fills) + 1);
-        self.frame + backlog + self.lost
+        self.frame.saturating_add(backlog).saturating_add(self.lost)
     }
 
     /// Numbers the frames from `frame` on, for a recording that does not start at 0.
@@ -308,7 +308,7 @@ impl Trigger {
         for _ in 0..lost {
             // A gap of 7 completes one sample at most; what follows it would shift the ring under the event.
             if complete.is_some() {
-                self.frame += 1;
+                self.frame = self.frame.saturating_add(1);
             } else {
                 complete = self.fill();
             }
@@ -319,7 +319,7 @@ impl Trigger {
     /// How the stream stands; after [`Trigger::finish`], how it ended.
     pub fn end(&self) -> StreamEnd {
         let incomplete = match self.phase {
-            Phase::Capture { first, .. } => Some(Incomplete { frame: first, frames: (self.frame - first) as u8 }),
+            Phase::Capture { first, left } => Some(Incomplete { frame: first, frames: SAMPLE_FRAMES as u8 - left }),
             _ => None,
         };
         StreamEnd {
@@ -349,8 +349,8 @@ impl Trigger {
     /// Ends what was under way, and moves time on by a gap of `lost` frames.
     fn skip(&mut self, lost: u64) {
         let mut left = lost;
-        if let Phase::Capture { first, .. } = self.phase {
-            self.interrupted = Some(Incomplete { frame: first, frames: (self.frame - first) as u8 });
+        if let Phase::Capture { first, left } = self.phase {
+            self.interrupted = Some(Incomplete { frame: first, frames: SAMPLE_FRAMES as u8 - left });
         }
         while self.phase == Phase::Baseline && left > 0 {
             self.quiet = false;
@@ -364,7 +364,7 @@ impl Trigger {
                     self.remember(last, true);
                 }
             }
-            self.frame += left;
+            self.frame = self.frame.saturating_add(left);
             self.phase = match self.phase {
                 // Before t + l a window's backtrack would reach into the sample that is out.
                 Phase::Rest { left: rest } if left < u64::from(rest) => Phase::Rest { left: rest - left as u8 },
@@ -389,7 +389,7 @@ impl Trigger {
     fn step(&mut self, features: Features, filled: bool) -> Option<u64> {
         self.remember(features, filled);
         let now = self.frame;
-        self.frame += 1;
+        self.frame = self.frame.saturating_add(1);
         match &mut self.phase {
             Phase::Baseline => {
                 self.baseline.add(&features);
@@ -412,7 +412,7 @@ impl Trigger {
                     return None;
                 }
                 let arrived = self.config.backtrack + self.config.window;
-                let first = now + 1 - u64::from(arrived);
+                let first = now - u64::from(arrived - 1);
                 self.capture(first, SAMPLE_FRAMES as u8 - arrived)
             }
             Phase::Capture { first, left } => {
