@@ -1,0 +1,154 @@
+//! Every pixel format by name, and as the type that firmware would name.
+
+use wstac_core::green::any::{PixelFormat, YcbcrMethod};
+use wstac_core::green::bayer::BayerOrder;
+use wstac_core::green::ycbcr::{Colour, Matrix, Range};
+
+/// The four orders of a Bayer mosaic.
+pub const BAYER_ORDERS: [BayerOrder; 4] = [BayerOrder::Rggb, BayerOrder::Grbg, BayerOrder::Gbrg, BayerOrder::Bggr];
+
+/// The four meanings of a YCbCr stream.
+pub const COLOURS: [Colour; 4] = [
+    Colour { matrix: Matrix::Bt601, range: Range::Limited },
+    Colour { matrix: Matrix::Bt601, range: Range::Full },
+    Colour { matrix: Matrix::Bt709, range: Range::Limited },
+    Colour { matrix: Matrix::Bt709, range: Range::Full },
+];
+
+/// Both ways from YCbCr to green.
+pub const METHODS: [YcbcrMethod; 2] = [YcbcrMethod::Exact, YcbcrMethod::Linear];
+
+/// Every pixel format.
+pub fn all() -> Vec<PixelFormat> {
+    use PixelFormat as F;
+    let mut formats = vec![
+        F::Grey,
+        F::Y10,
+        F::Y12,
+        F::Y16,
+        F::Rgb24,
+        F::Bgr24,
+        F::Rgbx32,
+        F::Xrgb32,
+        F::Rgb565,
+        F::Yuyv,
+        F::Uyvy,
+        F::Nv12,
+        F::Yu12,
+        F::Yuv422p,
+        F::Yuv444p,
+    ];
+    for order in BAYER_ORDERS {
+        formats.extend([F::Bayer8(order), F::Bayer10(order), F::Bayer12(order)]);
+    }
+    formats
+}
+
+/// Whether chroma follows all luma, so that frames cannot come in stripes.
+pub fn is_planar(format: PixelFormat) -> bool {
+    matches!(format, PixelFormat::Nv12 | PixelFormat::Yu12 | PixelFormat::Yuv422p | PixelFormat::Yuv444p)
+}
+
+/// Evaluates `$body` with `$green` bound to the format's own type, for a `PixelFormat`, `Colour` and `YcbcrMethod`.
+#[macro_export]
+macro_rules! with_green_type {
+    ($format:expr, $colour:expr, $method:expr, $green:ident => $body:expr) => {{
+        use wstac_core::green::any::{PixelFormat as F, YcbcrMethod as M};
+        use wstac_core::green::{bayer, grey, packed_rgb, packed_ycbcr, planar_ycbcr, rgb565, words, ycbcr};
+        let (exact, linear) = (ycbcr::Exact::new($colour), ycbcr::Linear::new($colour));
+        match ($format, $method) {
+            (F::Grey, _) => {
+                let $green = grey::Grey;
+                $body
+            }
+            (F::Y10, _) => {
+                let $green = words::Y10::default();
+                $body
+            }
+            (F::Y12, _) => {
+                let $green = words::Y12::default();
+                $body
+            }
+            (F::Y16, _) => {
+                let $green = words::Y16::default();
+                $body
+            }
+            (F::Rgb24 | F::Bgr24, _) => {
+                let $green = packed_rgb::Rgb24::default();
+                $body
+            }
+            (F::Rgbx32, _) => {
+                let $green = packed_rgb::Rgbx32::default();
+                $body
+            }
+            (F::Xrgb32, _) => {
+                let $green = packed_rgb::Xrgb32::default();
+                $body
+            }
+            (F::Rgb565, _) => {
+                let $green = rgb565::Rgb565;
+                $body
+            }
+            (F::Bayer8(order), _) => {
+                let $green = bayer::Bayer::<8>::new(order);
+                $body
+            }
+            (F::Bayer10(order), _) => {
+                let $green = bayer::Bayer::<10>::new(order);
+                $body
+            }
+            (F::Bayer12(order), _) => {
+                let $green = bayer::Bayer::<12>::new(order);
+                $body
+            }
+            (F::Yuyv, M::Exact) => {
+                let $green = packed_ycbcr::Yuyv::new(exact);
+                $body
+            }
+            (F::Yuyv, M::Linear) => {
+                let $green = packed_ycbcr::Yuyv::new(linear);
+                $body
+            }
+            (F::Uyvy, M::Exact) => {
+                let $green = packed_ycbcr::Uyvy::new(exact);
+                $body
+            }
+            (F::Uyvy, M::Linear) => {
+                let $green = packed_ycbcr::Uyvy::new(linear);
+                $body
+            }
+            (F::Nv12, M::Exact) => {
+                let $green = planar_ycbcr::Nv12::new(exact);
+                $body
+            }
+            (F::Nv12, M::Linear) => {
+                let $green = planar_ycbcr::Nv12::new(linear);
+                $body
+            }
+            (F::Yu12, M::Exact) => {
+                let $green = planar_ycbcr::Yu12::new(exact);
+                $body
+            }
+            (F::Yu12, M::Linear) => {
+                let $green = planar_ycbcr::Yu12::new(linear);
+                $body
+            }
+            (F::Yuv422p, M::Exact) => {
+                let $green = planar_ycbcr::Yuv422p::new(exact);
+                $body
+            }
+            (F::Yuv422p, M::Linear) => {
+                let $green = planar_ycbcr::Yuv422p::new(linear);
+                $body
+            }
+            (F::Yuv444p, M::Exact) => {
+                let $green = planar_ycbcr::Yuv444p::new(exact);
+                $body
+            }
+            (F::Yuv444p, M::Linear) => {
+                let $green = planar_ycbcr::Yuv444p::new(linear);
+                $body
+            }
+        }
+    }};
+}
