@@ -14,18 +14,17 @@ FRAME = 320 * 180
 
 def check_gaps(run: Run, at_least: int) -> tuple[list[str], str]:
     """Lost frames are counted one by one, and the frames that came keep their time."""
-    frames = run.raw.stat().st_size // FRAME
-    times = run.arrived(frames)
-    gaps = times[-1] + 1 - frames
+    frames = run.saved(FRAME)
+    times, gaps, counted = run.arrived(frames), run.lost(frames), run.end["dropped"]
     problems = []
-    if gaps < at_least:
-        problems.append(f"only {gaps} frames were lost, so this proves little")
-    if run.end["dropped"] != gaps:
-        problems.append(f"dropped {run.end['dropped']}, but the sequence has gaps of {gaps}")
+    if gaps.start < at_least:
+        problems.append(f"only {gaps.start} frames were lost, so this proves little")
+    if counted not in gaps:
+        problems.append(f"dropped {counted}, but the sequence has gaps of {gaps}")
     said = [record["frame"] for record in run.of_kind("features")]
     if not set(times) <= set(said):
         problems.append(f"features at {said[:8]}…, but the buffers are those of {times[:8]}…")
-    return problems, f"{frames} frames, {gaps} lost"
+    return problems, f"{frames} frames, {counted} lost"
 
 
 def dropped(run: Run) -> tuple[list[str], str]:

@@ -40,13 +40,15 @@ def check_moving(directory: Path, name: str, fourcc: str) -> None:
     for picture in ("squares", "checkers"):
         run = Run(directory, f"{name}-{picture}")
         found = run.trouble()
-        if not found and run.raw.stat().st_size != FRAMES * stated.image:
-            found.append(f"{run.raw.stat().st_size} raw bytes, not {FRAMES} x {stated.image}")
         if not found:
+            frames = run.saved(stated.image)
+            # A slow machine may lose some of the five; two are needed to see that the picture moves.
+            if not 2 <= frames <= FRAMES:
+                found.append(f"{frames} frames saved, {FRAMES} asked for")
             expected = reference_features(run.raw, fourcc, WIDTH, HEIGHT, stated.line, colours)
             if picture == "squares" and (len(set(map(tuple, expected))) < 2 or len(set(expected[0])) < 5):
                 found.append("the picture neither moves nor has structure, so it proves nothing")
-            off, summary = compare_features(run, run.arrived(FRAMES), expected)
+            off, summary = compare_features(run, run.arrived(frames), expected)
             found += off
             notes.append(f"{picture} {summary}")
         problems += [f"{picture}: {problem}" for problem in found]
@@ -59,7 +61,7 @@ def check_still(directory: Path, name: str) -> None:
     problems = run.trouble()
     if not problems:
         other = (directory / f"{name}-v4l2.raw").read_bytes()
-        if not other or run.raw.read_bytes() != other * FRAMES:
+        if not other or run.raw.read_bytes() != other * run.saved(len(other)):
             problems.append("saved buffers differ from those of v4l2-ctl")
     verdict(f"still {name}", problems)
 

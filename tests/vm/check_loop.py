@@ -40,19 +40,18 @@ def main(directory: Path, played_file: Path, wstac: str, last_try: bool) -> None
     """Judges one loop run."""
     run = Run(directory, "loop")
     problems = run.trouble()
-    if not problems and run.raw.stat().st_size != FRAMES * WIDTH * HEIGHT:
-        problems.append(f"{run.raw.stat().st_size} raw bytes, not {FRAMES} x {WIDTH * HEIGHT}")
     if problems:
         verdict("loop run", problems)
         return
     played = np.memmap(played_file, np.uint8, "r").reshape(-1, HEIGHT, WIDTH)
     captured = np.memmap(run.raw, np.uint8, "r").reshape(-1, HEIGHT, WIDTH)
-    times = run.arrived(FRAMES)
-    lost = times[-1] + 1 - FRAMES
+    times = run.arrived(len(captured))
+    lost = run.lost(len(captured))
     numbers = [number(frame) for frame in captured]
     late = numbers[0] > FIRST_LIT - BASELINE - WINDOW
-    if (lost or late) and not last_try:
-        print(f"loop: {lost} frames lost, first number {numbers[0]}; trying again", file=sys.stderr)
+    clean = len(captured) == FRAMES and lost == range(1)
+    if (late or not clean) and not last_try:
+        print(f"loop: {lost.start} frames lost, first number {numbers[0]}; trying again", file=sys.stderr)
         sys.exit(3)
     verdict("loop run", [f"first frame {numbers[0]} is too late for a baseline"] if late else [], f"from frame {numbers[0]}")
 
@@ -60,17 +59,17 @@ def main(directory: Path, played_file: Path, wstac: str, last_try: bool) -> None
     backwards = [b for a, b in zip(numbers, numbers[1:]) if b < a]
     problems = [f"frames {wrong[:5]} are not the played ones"] if wrong else []
     problems += [f"numbers go back at {backwards[:5]}"] if backwards else []
-    verdict("loop pixels", problems, f"{FRAMES} buffers are the played frames {numbers[0]} to {numbers[-1]}, byte for byte")
+    verdict("loop pixels", problems, f"{len(captured)} buffers are the played frames {numbers[0]} to {numbers[-1]}, byte for byte")
 
     expected = reference_features(run.raw, "GREY", WIDTH, HEIGHT, WIDTH, [])
     verdict("loop features", *compare_features(run, times, expected))
 
     said = run.end["dropped"]
-    verdict("loop gaps", [] if said == lost else [f"dropped {said}, but the sequence has gaps of {lost}"], f"{lost} lost")
+    verdict("loop gaps", [] if said in lost else [f"dropped {said}, but the sequence has gaps of {lost}"], f"{said} lost")
 
     live = run.of_kind("event")
     again = events_from_file(captured, times, wstac, directory / "loop.y4m")
-    same = live == again if lost == 0 else list(map(without_fills, live)) == list(map(without_fills, again))
+    same = live == again if clean else list(map(without_fills, live)) == list(map(without_fills, again))
     verdict("loop events equal the file's", [] if same else [f"live {live}, from the file {again}"], f"{len(live)} events")
 
     # The window that holds the first light fires, and the sample goes back from its start.

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate, pairwise
 from pathlib import Path
 
 REFERENCE = Path(__file__).resolve().parent.parent / "reference" / "raw_features.py"
@@ -74,15 +75,41 @@ class Run:
             problems.append(f"exit code {self.exit}: {self.stderr.strip()[-300:]!r}")
         return problems
 
-    def arrived(self, frames: int) -> list[int]:
-        """When the first `frames` sound buffers were taken, in frames since the first one.
+    def saved(self, frame_bytes: int) -> int:
+        """How many frames were saved."""
+        frames, rest = divmod(self.raw.stat().st_size, frame_bytes)
+        if rest or not frames:
+            raise LookupError(f"{self.raw.stat().st_size} raw bytes are not frames of {frame_bytes}")
+        return frames
 
-        Differences are taken in 32 bits, since the sequence number wraps.
+    def sound(self) -> list[int]:
+        """When each undamaged buffer was taken, in frames since the first buffer.
+
+        The sequence number wraps at 2^32. vivid on a busy machine gives two frames in a row the same one; the second is
+        a frame like any other, so a step is never less than 1.
         """
-        sound = [buffer.sequence for buffer in self.buffers if not buffer.flagged][:frames]
+        steps = [(later.sequence - earlier.sequence) & 0xFFFF_FFFF for earlier, later in pairwise(self.buffers)]
+        times = accumulate((step if 0 < step < 1 << 31 else 1 for step in steps), initial=0)
+        return [time for time, buffer in zip(times, self.buffers) if not buffer.flagged]
+
+    def arrived(self, frames: int) -> list[int]:
+        """When the saved frames were taken."""
+        sound = self.sound()
         if len(sound) < frames:
             raise LookupError(f"the kernel handed out {len(sound)} sound buffers, but {frames} were saved")
-        return [(sequence - sound[0]) & 0xFFFF_FFFF for sequence in sound]
+        return sound[:frames]
+
+    def lost(self, frames: int) -> range:
+        """How many frames the kernel's sequence numbers say were lost or damaged.
+
+        Exactly known up to the last saved frame. Those between it and the next buffer may be counted too: a limit on
+        frames, or a signal, ends a run before or after the gap.
+        """
+        sound, last = self.sound(), self.arrived(frames)[-1]
+        before = last + 1 - frames
+        # No sound buffer follows: only damaged ones can.
+        after = sound[frames] - last - 1 if len(sound) > frames else sum(b.flagged for b in self.buffers)
+        return range(before, before + after + 1)
 
 
 def reference_features(raw: Path, fourcc: str, width: int, height: int, line: int, colours: list[str]) -> list[list[int]]:

@@ -10,7 +10,7 @@ press() { control "$1=1"; }
 watched devices wstac devices
 
 control percentage_of_dropped_buffers=30
-watched dropped $run --frames 60 --save-raw /out/dropped.raw
+watched dropped $run --frames 90 --save-raw /out/dropped.raw
 # vivid then starts at 2^32 - 128, so the count wraps within this run.
 control wrap_sequence_number=1
 watched wrapped $run --frames 160 --save-raw /out/wrapped.raw
