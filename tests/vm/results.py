@@ -8,7 +8,7 @@ import subprocess
 import sys
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import accumulate, pairwise
+from itertools import accumulate, pairwise, takewhile
 from pathlib import Path
 
 REFERENCE = Path(__file__).resolve().parent.parent / "reference" / "raw_features.py"
@@ -107,8 +107,8 @@ class Run:
         """
         sound, last = self.sound(), self.arrived(frames)[-1]
         before = last + 1 - frames
-        # No sound buffer follows: only damaged ones can.
-        after = sound[frames] - last - 1 if len(sound) > frames else sum(b.flagged for b in self.buffers)
+        damaged = sum(1 for _ in takewhile(lambda buffer: buffer.flagged, reversed(self.buffers)))
+        after = sound[frames] - last - 1 if len(sound) > frames else damaged
         return range(before, before + after + 1)
 
 
