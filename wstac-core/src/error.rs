@@ -5,6 +5,7 @@ use core::fmt;
 /// Why something could not be built or used. Every variant names what was found and what was expected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Error {
     /// A frame's width or height is outside 1..=16384 pixels.

@@ -5,6 +5,7 @@ use crate::params::{FEATURES, SAMPLE_FRAMES};
 
 /// A borrowed 10 × 70 view: frame by frame in the order of time, in units of 2^-11.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sample<'a> {
     /// The ring's older part, then its newer one.
     parts: (&'a [Features], &'a [Features]),
@@ -28,6 +29,19 @@ impl<'a> Sample<'a> {
     /// One feature, 0..10, over the 70 frames; nothing for another number.
     pub fn feature(&self, feature: usize) -> impl Iterator<Item = i16> + Clone + use<'a> {
         self.frames().filter_map(move |frame| frame.get(feature).copied())
+    }
+}
+
+/// Its frames in the order of time: a sequence of 70 sequences of ten numbers.
+#[cfg(feature = "serde")]
+impl serde::Serialize for Sample<'_> {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        use serde::ser::SerializeSeq;
+        let mut frames = serializer.serialize_seq(Some(SAMPLE_FRAMES))?;
+        for frame in self.frames() {
+            frames.serialize_element(frame)?;
+        }
+        frames.end()
     }
 }
 

@@ -21,6 +21,7 @@ pub struct FeatureFrame {
 /// What lost camera frames bring about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Loss {
     /// The feature frame that was under way, if they complete it.
     pub patched: Option<FeatureFrame>,

@@ -137,6 +137,8 @@ impl Default for TriggerConfig {
 
 /// A tactile event: a complete sample and what is known about it.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Event<'a> {
     /// Number of the first frame of the sample: t − c.
     pub frame: u64,
