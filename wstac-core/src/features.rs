@@ -11,6 +11,9 @@ use crate::params::{COLUMNS, FEATURE_FRACTION_BITS, FEATURE_ONE, FEATURES, ROWS,
 /// scale; −16 · 2048 (saturated) ..= ln 5 · 2048.
 pub type Features = [i16; FEATURES];
 
+/// Bits that a logarithm has more than a feature.
+const SHIFT: u32 = LN_FRACTION_BITS - FEATURE_FRACTION_BITS;
+
 /// Row sums, then column sums, of the taxel sums.
 #[inline(always)]
 pub fn line_sums(taxels: &[u32; TAXELS]) -> [u32; FEATURES] {
@@ -71,7 +74,6 @@ impl<L: Ln> FeatureScale<L> {
         if sum == 0 {
             return self.floor;
         }
-        const SHIFT: u32 = LN_FRACTION_BITS - FEATURE_FRACTION_BITS;
         // At most ln 5 · 2048 = 3296 above, and saturated below by the floor.
         let feature = (L::ln(sum) - self.reference + (1 << (SHIFT - 1))) >> SHIFT;
         feature.max(i32::from(self.floor)) as i16

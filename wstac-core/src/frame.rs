@@ -9,12 +9,12 @@ pub struct Rows<'a> {
     /// Frame row that `bytes` starts with.
     first: u16,
     /// Rows of the whole frame: where a planar format's chroma starts.
-    frame_rows: u16,
+    height: u16,
 }
 
 impl<'a> Rows<'a> {
-    pub(crate) fn new(bytes: &'a [u8], bytes_per_row: usize, first: u16, frame_rows: u16) -> Self {
-        Self { bytes, bytes_per_row, first, frame_rows }
+    pub(crate) fn new(bytes: &'a [u8], bytes_per_row: usize, first: u16, height: u16) -> Self {
+        Self { bytes, bytes_per_row, first, height }
     }
 
     /// Bytes of frame row `y`, of a packed format or of a planar format's luma, from byte `start` on.
@@ -39,7 +39,7 @@ impl<'a> Rows<'a> {
 
     /// Bytes of the luma plane.
     pub fn luma_bytes(&self) -> usize {
-        self.bytes_per_row * usize::from(self.frame_rows)
+        self.bytes_per_row * usize::from(self.height)
     }
 
     /// Bytes from row to row of the luma plane.
@@ -48,8 +48,8 @@ impl<'a> Rows<'a> {
     }
 
     /// Rows of the whole frame.
-    pub fn frame_rows(&self) -> u16 {
-        self.frame_rows
+    pub fn height(&self) -> u16 {
+        self.height
     }
 }
 

@@ -56,7 +56,7 @@ impl FrameRate {
     }
 
     /// Frames of the nominal 30 a second that one feature frame lasts.
-    pub fn nominal_frames(self) -> f32 {
+    pub const fn nominal_frames(self) -> f32 {
         let added = self.frames_added() as f32;
         added * NOMINAL_FRAME_RATE as f32 * self.denominator as f32 / self.numerator as f32
     }

@@ -50,7 +50,7 @@ impl Law {
         mm_s.is_finite().then_some(mm_s)
     }
 
-    fn check(&self) -> Result<(), Error> {
+    const fn check(&self) -> Result<(), Error> {
         let (any, positive) = match *self {
             Self::Paper { intercept, slope } => (intercept, slope),
             Self::Physical { track, afterglow } => (afterglow, track),
@@ -102,32 +102,34 @@ impl SpeedConfig {
     ///
     /// # Errors
     /// [`Error::SpeedThreshold`], [`Error::SpeedLaw`].
-    pub fn new(law: Law, threshold: f64, on: ThresholdOn, rate: FrameRate) -> Result<Self, Error> {
+    pub const fn new(law: Law, threshold: f64, on: ThresholdOn, rate: FrameRate) -> Result<Self, Error> {
         if !(threshold > 0.0 && threshold <= 5.0) {
             return Err(Error::SpeedThreshold(threshold));
         }
-        law.check()?;
-        let one = f64::from(1 << EXP_FRACTION_BITS);
-        let brightest = constant::exp(-f64::from(BRIGHTEST) / one);
+        if let Err(error) = law.check() {
+            return Err(error);
+        }
+        let one = (1 << EXP_FRACTION_BITS) as f64;
+        let brightest = constant::exp(-(BRIGHTEST as f64) / one);
+        let level = constant::floor(constant::ln(threshold) * one);
         Ok(Self {
             law,
             on,
-            level: constant::floor(constant::ln(threshold) * one).max(i64::from(i32::MIN)) as i32,
-            light: (threshold * brightest * f64::from(EXP_ONE)) as u32,
+            // A threshold below e^-2048 is below every feature.
+            level: if level < i32::MIN as i64 { i32::MIN } else { level as i32 },
+            light: (threshold * brightest * EXP_ONE as f64) as u32,
             nominal_frames: rate.nominal_frames(),
         })
     }
 
     /// The paper's law and threshold, for cameras of this rate.
-    pub fn paper(rate: FrameRate) -> Self {
-        // The published numbers pass every check of `new`.
-        Self::new(Law::PAPER, VALID_THRESHOLD, ThresholdOn::Absolute, rate).unwrap_or(Self {
-            law: Law::PAPER,
-            on: ThresholdOn::Absolute,
-            level: 0,
-            light: 0,
-            nominal_frames: 1.0,
-        })
+    pub const fn paper(rate: FrameRate) -> Self {
+        const PAPER: SpeedConfig =
+            match SpeedConfig::new(Law::PAPER, VALID_THRESHOLD, ThresholdOn::Absolute, FrameRate::NOMINAL) {
+                Ok(config) => config,
+                Err(_) => panic!("the published numbers are valid: decided at compile time"),
+            };
+        Self { nominal_frames: rate.nominal_frames(), ..PAPER }
     }
 
     fn at(&self, duration: Duration) -> Option<f32> {

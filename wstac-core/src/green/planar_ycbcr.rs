@@ -85,7 +85,7 @@ impl<C: Conversion, const VERTICAL: u32> Green for PlanarPairs<C, VERTICAL> {
     fn add_run(&self, sum: &mut C::Sum, rows: &Rows<'_>, run: Run) {
         let span = Span::of(run);
         let bytes_per_row = rows.bytes_per_row().div_ceil(2);
-        let plane = bytes_per_row * usize::from(rows.frame_rows().div_ceil(1 << VERTICAL));
+        let plane = bytes_per_row * usize::from(rows.height().div_ceil(1 << VERTICAL));
         let (y, first, cells) = (run.y >> VERTICAL, span.first / 2, span.pixels / 2);
         let cb = rows.plane_row(0, bytes_per_row, y, first, cells);
         let cr = rows.plane_row(plane, bytes_per_row, y, first, cells);
