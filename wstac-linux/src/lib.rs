@@ -3,4 +3,5 @@
 pub mod config;
 pub mod error;
 pub mod reading;
+pub mod scene;
 pub mod source;

@@ -1,5 +1,7 @@
 //! Where frames come from: one trait, one file a source.
 
+pub mod scene;
+
 use std::time::Duration;
 
 use wstac_core::green::any::PixelFormat;

@@ -1,0 +1,256 @@
+//! What a scene says: one slide or several, and the seed of all chance.
+//!
+//! ```toml
+//! specimen = "Saw3"      # Fla0, or Sin, Saw or Tri with 2, 3 or 4
+//! speed = 150            # mm/s
+//! direction = 90         # degrees: 0, 90, 180 or 270; default 0
+//! seed = 7               # default 0
+//! lead_in = 45           # dark frames before the first slide
+//! gap = 70               # dark frames between slides, and after the last one
+//! ```
+//!
+//! or, instead of the first three keys, any number of `[[slide]]` tables that hold them.
+
+use serde::Deserialize;
+use wstac_core::direction::Heading;
+use wstac_core::layout::FrameSize;
+use wstac_core::params::{BASELINE_WINDOWS, DEFAULT_BACKTRACK, DEFAULT_WINDOW, SAMPLE_FRAMES};
+use wstac_core::rate::FrameRate;
+
+use super::specimen::Specimen;
+use crate::error::Error;
+
+/// Width and height of a scene's frames unless something else is asked for (paper).
+pub const DEFAULT_SIZE: (u32, u32) = (1280, 720);
+/// Slowest and fastest slide, in mm/s.
+const SPEEDS: (f64, f64) = (1.0, 1000.0);
+/// Most dark frames that a key may ask for.
+const MOST_DARK: u32 = 100_000;
+/// Most slides of a scene.
+const MOST_SLIDES: usize = 10_000;
+/// Dark frames before the first slide unless the script says otherwise: the default trigger's baseline, its
+/// backtrack, and two windows to spare.
+const DEFAULT_LEAD_IN: u32 = BASELINE_WINDOWS * DEFAULT_WINDOW as u32 + DEFAULT_BACKTRACK as u32 + 10;
+/// Dark frames between slides unless the script says otherwise: a sample.
+const DEFAULT_GAP: u32 = SAMPLE_FRAMES as u32;
+
+/// One slide of a specimen over the sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slide {
+    /// What slides.
+    pub specimen: Specimen,
+    /// How fast, in mm/s.
+    pub speed_mm_s: f64,
+    /// Which way.
+    pub heading: Heading,
+}
+
+/// A checked scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Script {
+    /// The slides in the order of time, at least one.
+    pub slides: Vec<Slide>,
+    /// Seed of phases, gains and noise.
+    pub seed: u64,
+    /// Dark frames before the first slide.
+    pub lead_in: u32,
+    /// Dark frames after each slide.
+    pub gap: u32,
+    /// Width and height of the frames.
+    pub size: FrameSize,
+    /// Frames a second. Dark frames are counted in feature frames: at 60 a second each is two of the camera's.
+    pub rate: FrameRate,
+}
+
+/// A scene's file before it is checked.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    specimen: Option<String>,
+    speed: Option<f64>,
+    direction: Option<i64>,
+    seed: Option<i64>,
+    lead_in: Option<i64>,
+    gap: Option<i64>,
+    #[serde(default)]
+    slide: Vec<FileSlide>,
+}
+
+/// A `[[slide]]` before it is checked.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileSlide {
+    specimen: Option<String>,
+    speed: Option<f64>,
+    direction: Option<i64>,
+}
+
+impl Script {
+    fn new(slides: Vec<Slide>) -> Result<Self, String> {
+        let (width, height) = DEFAULT_SIZE;
+        Ok(Self {
+            slides,
+            seed: 0,
+            lead_in: DEFAULT_LEAD_IN,
+            gap: DEFAULT_GAP,
+            size: FrameSize::new(width, height).map_err(|error| error.to_string())?,
+            rate: FrameRate::NOMINAL,
+        })
+    }
+
+    /// Reads the short form: `Saw3@150`, then `,90deg` and `,seed=7` in any order, each at most once.
+    ///
+    /// # Errors
+    /// Names the part, what was found and what was expected.
+    pub fn parse_short(text: &str) -> Result<Self, Error> {
+        parse_short(text).map_err(|message| Error::new(format_args!("scene:{text}"), message))
+    }
+
+    /// Reads a script's text; `subject` names its file.
+    ///
+    /// # Errors
+    /// Names the key, what was found and what was expected.
+    pub fn from_toml(subject: &str, text: &str) -> Result<Self, Error> {
+        let file = toml::from_str(text).map_err(|error| error.to_string().trim_end().to_owned());
+        file.and_then(check).map_err(|message| Error::new(subject, message))
+    }
+}
+
+fn parse_short(text: &str) -> Result<Script, String> {
+    let mut parts = text.split(',').map(str::trim);
+    let what = parts.next().unwrap_or_default();
+    let Some((specimen, speed)) = what.split_once('@') else {
+        return Err(format!("slide is {what:?}, expected SPECIMEN@SPEED as in Saw3@150, or FILE.toml"));
+    };
+    let (specimen, speed) = (specimen.parse()?, checked_speed(speed)?);
+    let (mut heading, mut seed) = (None, None);
+    for part in parts {
+        let twice = if let Some(degrees) = part.strip_suffix("deg") {
+            heading.replace(checked_direction(degrees)?).map(|_| "direction")
+        } else if let Some(found) = part.strip_prefix("seed=") {
+            let expected = |_| format!("seed is {found:?}, expected an integer from 0 to {}", u64::MAX);
+            seed.replace(found.parse().map_err(expected)?).map(|_| "seed")
+        } else {
+            return Err(format!("option is {part:?}, expected 0deg, 90deg, 180deg, 270deg or seed=NUMBER"));
+        };
+        if let Some(name) = twice {
+            return Err(format!("{name} is given twice, expected once"));
+        }
+    }
+    let heading = heading.unwrap_or(Heading::Right);
+    let slide = Slide { specimen, speed_mm_s: speed, heading };
+    Ok(Script { seed: seed.unwrap_or(0), ..Script::new(vec![slide])? })
+}
+
+fn check(file: File) -> Result<Script, String> {
+    let one = FileSlide { specimen: file.specimen, speed: file.speed, direction: file.direction };
+    let in_table = one.specimen.is_none() && one.speed.is_none() && one.direction.is_none();
+    let slides = if file.slide.is_empty() {
+        vec![check_slide(one)?]
+    } else if in_table {
+        let numbered = (1..).zip(file.slide);
+        let checked = numbered.map(|(n, slide)| check_slide(slide).map_err(|e| format!("[[slide]] {n}: {e}")));
+        checked.collect::<Result<_, _>>()?
+    } else {
+        return Err("specimen, speed or direction stands beside [[slide]], expected one or the other".into());
+    };
+    if slides.len() > MOST_SLIDES {
+        return Err(format!("[[slide]] is there {} times, expected at most {MOST_SLIDES}", slides.len()));
+    }
+    let script = Script::new(slides)?;
+    let seed = file.seed.unwrap_or(0);
+    let seed = u64::try_from(seed).map_err(|_| format!("seed is {seed}, expected 0 to {}", i64::MAX))?;
+    let lead_in = checked_frames("lead_in", file.lead_in, 0, script.lead_in)?;
+    let gap = checked_frames("gap", file.gap, DEFAULT_GAP, script.gap)?;
+    Ok(Script { seed, lead_in, gap, ..script })
+}
+
+fn check_slide(slide: FileSlide) -> Result<Slide, String> {
+    let specimen = slide.specimen.ok_or("specimen is missing, expected one as in \"Saw3\"")?;
+    let speed = slide.speed.ok_or("speed is missing, expected one in mm/s")?;
+    Ok(Slide {
+        specimen: specimen.parse()?,
+        speed_mm_s: checked_speed(&speed.to_string())?,
+        heading: checked_direction(&slide.direction.unwrap_or(0).to_string())?,
+    })
+}
+
+fn checked_speed(found: &str) -> Result<f64, String> {
+    let (slowest, fastest) = SPEEDS;
+    match found.parse() {
+        Ok(speed) if (slowest..=fastest).contains(&speed) => Ok(speed),
+        _ => Err(format!("speed is {found:?}, expected {slowest} to {fastest} mm/s")),
+    }
+}
+
+fn checked_direction(found: &str) -> Result<Heading, String> {
+    let headings = [Heading::Right, Heading::Up, Heading::Left, Heading::Down];
+    let heading = headings.into_iter().find(|heading| heading.degrees().to_string() == found);
+    heading.ok_or_else(|| format!("direction is {found:?}, expected 0, 90, 180 or 270 degrees"))
+}
+
+fn checked_frames(name: &str, found: Option<i64>, least: u32, default: u32) -> Result<u32, String> {
+    let Some(found) = found else { return Ok(default) };
+    match u32::try_from(found) {
+        Ok(frames) if (least..=MOST_DARK).contains(&frames) => Ok(frames),
+        _ => Err(format!("{name} is {found}, expected {least} to {MOST_DARK} frames")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_forms_say_the_same() {
+        let short = Script::parse_short("Saw3@150,seed=7,90deg").unwrap();
+        assert_eq!(short, Script::parse_short("Saw3@150.0, 90deg, seed=7").unwrap());
+        let keys = "specimen = \"Saw3\"\nspeed = 150.0\ndirection = 90";
+        assert_eq!(short, Script::from_toml("a", &format!("{keys}\nseed = 7")).unwrap());
+        assert_eq!(short, Script::from_toml("a", &format!("seed = 7\n[[slide]]\n{keys}")).unwrap());
+        let two = format!("gap = 71\nlead_in = 3\n[[slide]]\n{keys}\n[[slide]]\nspecimen = \"Fla0\"\nspeed = 99");
+        let two = Script::from_toml("a", &two).unwrap();
+        assert_eq!((two.slides.len(), two.gap, two.lead_in, two.seed), (2, 71, 3, 0));
+        assert_eq!(two.slides[1].heading, Heading::Right);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        for (text, parts) in [
+            ("", ["slide is \"\"", "Saw3@150"]),
+            ("Saw3", ["slide is \"Saw3\"", "Saw3@150"]),
+            ("Saw7@150", ["specimen is \"Saw7\"", "Fla0"]),
+            ("Saw3@fast", ["speed is \"fast\"", "1 to 1000 mm/s"]),
+            ("Saw3@nan", ["speed is \"nan\"", "1 to 1000 mm/s"]),
+            ("Saw3@0", ["speed is \"0\"", "1 to 1000 mm/s"]),
+            ("Saw3@150,45deg", ["direction is \"45\"", "0, 90, 180 or 270"]),
+            ("Saw3@150,seed=-1", ["seed is \"-1\"", "expected an integer"]),
+            ("Saw3@150,left", ["option is \"left\"", "seed=NUMBER"]),
+            ("Saw3@150,0deg,0deg", ["direction is given twice", "once"]),
+        ] {
+            let message = Script::parse_short(text).unwrap_err().to_string();
+            for part in parts {
+                assert!(message.contains(part), "{text:?} gave {message:?}, expected {part:?}");
+            }
+        }
+        for (text, parts) in [
+            ("", ["specimen is missing", "Saw3"]),
+            ("specimen = \"Saw3\"", ["speed is missing", "mm/s"]),
+            ("specimen = 3", ["specimen", "string"]),
+            ("specimen = \"Saw3\"\nspeed = \"fast\"", ["speed", "fast"]),
+            ("specimen = \"Saw3\"\nspeed = inf", ["speed is \"inf\"", "1000"]),
+            ("specimen = \"Saw3\"\nspeed = 9\ncolour = 1", ["colour", "lead_in"]),
+            ("specimen = \"Saw3\"\nspeed = 9\nseed = -1", ["seed is -1", "expected 0"]),
+            ("specimen = \"Saw3\"\nspeed = 9\ngap = 69", ["gap is 69", "70 to 100000"]),
+            ("specimen = \"Saw3\"\nspeed = 9\nlead_in = -1", ["lead_in is -1", "0 to 100000"]),
+            ("speed = 9\n[[slide]]\nspeed = 9", ["beside [[slide]]", "one or the other"]),
+            ("[[slide]]\nspeed = 9", ["[[slide]] 1: specimen is missing", "Saw3"]),
+            ("[[slide]", ["TOML", "1"]),
+        ] {
+            let message = Script::from_toml("s.toml", text).unwrap_err().to_string();
+            for part in ["s.toml"].into_iter().chain(parts) {
+                assert!(message.contains(part), "{text:?} gave {message:?}, expected {part:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! A whisker: a cantilever on the dome, bent by what it overlaps.
+
+use libm::{asin, cos, sin, sqrt};
+use wstac_core::direction::Heading;
+use wstac_core::params::{COLUMNS, ROWS, TAXELS};
+
+/// Length in mm (paper).
+pub const LENGTH_MM: f64 = 5.0;
+/// Diameter in mm (paper).
+pub const DIAMETER_MM: f64 = 1.0;
+/// Distance between the bases of neighbours in mm (a guess: the paper does not say).
+pub const PITCH_MM: f64 = 4.0;
+/// Opening angle of the dome's cap that carries the whiskers, corner to corner, in degrees (paper: 30°; that it
+/// is measured so is a guess).
+pub const DOME_DEGREES: f64 = 30.0;
+
+/// The shortening of an end-loaded cantilever's projection, in units of δ²/L: ½ ∫ w′² of its small deflection.
+const SHORTENING: f64 = 0.6;
+/// The overlap that a whisker is bent by at most, as a share of its length: the linear beam says nothing beyond.
+const MOST_OVERLAP: f64 = 0.6;
+
+/// Where a whisker stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Whisker {
+    /// To the right of the middle, in mm.
+    pub x: f64,
+    /// Above the middle as the camera's picture shows it, in mm.
+    pub y: f64,
+    /// How much lower than the middle whisker's the tip is, because of the dome, in mm.
+    pub lowered: f64,
+}
+
+impl Whisker {
+    /// Position along a slide's way, in mm from the middle.
+    pub fn along(&self, heading: Heading) -> f64 {
+        match heading {
+            Heading::Right => self.x,
+            Heading::Up => self.y,
+            Heading::Left => -self.x,
+            Heading::Down => -self.y,
+        }
+    }
+}
+
+/// The 25 whiskers in the order of the taxels: row by row, top to bottom.
+pub fn whiskers() -> [Whisker; TAXELS] {
+    // The cap's rim goes through the corner whiskers: its radius follows from pitch and angle.
+    let half = DOME_DEGREES / 2.0 * core::f64::consts::PI / 180.0;
+    let corner = PITCH_MM * (COLUMNS / 2) as f64 * core::f64::consts::SQRT_2;
+    let radius = corner / sin(half);
+    core::array::from_fn(|k| {
+        let x = PITCH_MM * ((k % COLUMNS) as f64 - (COLUMNS / 2) as f64);
+        let y = PITCH_MM * ((ROWS / 2) as f64 - (k / COLUMNS) as f64);
+        let lowered = radius * (1.0 - cos(asin(sqrt(x * x + y * y) / radius)));
+        Whisker { x, y, lowered }
+    })
+}
+
+/// Strain at the base of a whisker whose tip a surface overlaps by `overlap` mm; 0 where it does not.
+///
+/// A small-deflection beam loaded at its end: the tip gives way sideways by δ until the projection is `overlap`
+/// shorter, 0.6 δ²/L, and the strain at the base's surface is (d/2) · 3δ/L².
+pub fn base_strain(overlap: f64) -> f64 {
+    if overlap.is_nan() || overlap <= 0.0 {
+        return 0.0;
+    }
+    let overlap = overlap.min(MOST_OVERLAP * LENGTH_MM);
+    let deflection = sqrt(overlap * LENGTH_MM / SHORTENING);
+    DIAMETER_MM / 2.0 * 3.0 * deflection / (LENGTH_MM * LENGTH_MM)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_corners_are_lowest_and_the_middle_is_not_lowered() {
+        let whiskers = whiskers();
+        assert_eq!(whiskers[12], Whisker::default());
+        assert_eq!((whiskers[0].x, whiskers[0].y), (-8.0, 8.0));
+        for corner in [0, 4, 20, 24] {
+            // (1 − cos 15°) / sin 15° = tan 7.5° of the half diagonal.
+            assert!((whiskers[corner].lowered - 8.0 * core::f64::consts::SQRT_2 * 0.131_652_5).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    #[expect(clippy::float_cmp, reason = "exact by construction")]
+    fn strain_grows_with_the_root_of_the_overlap() {
+        assert_eq!(base_strain(-1.0), 0.0);
+        assert_eq!(base_strain(f64::NAN), 0.0);
+        assert!((base_strain(2.0) / base_strain(0.5) - 2.0).abs() < 1e-12);
+        assert!((base_strain(0.6 * 5.0) - 0.3).abs() < 1e-12);
+        assert_eq!(base_strain(4.0), base_strain(3.0));
+    }
+}
