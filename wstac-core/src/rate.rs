@@ -52,7 +52,11 @@ impl FrameRate {
             return 1;
         }
         let nominal = NOMINAL_FRAME_RATE as u64 * d;
-        ((2 * n + nominal) / (2 * nominal)) as u32
+        match (2 * n + nominal).checked_div(2 * nominal) {
+            Some(frames) => frames as u32,
+            // Not reached: the denominator is above 0.
+            None => 1,
+        }
     }
 
     /// Frames of the nominal 30 a second that one feature frame lasts.

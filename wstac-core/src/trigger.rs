@@ -1,7 +1,5 @@
 //! Features → events: baseline, windows, capture, gaps (SPEC §3, algorithm 1 of the paper).
 
-use heapless::HistoryBuf;
-
 use crate::baseline::Baseline;
 use crate::error::Error;
 use crate::features::Features;
@@ -10,6 +8,7 @@ use crate::params::{
     BASELINE_WINDOWS, DEFAULT_BACKTRACK, DEFAULT_MARGIN, DEFAULT_MULTIPLIER, DEFAULT_WINDOW, FEATURES,
     LONGEST_FILLED_GAP, SAMPLE_FRAMES,
 };
+use crate::ring::Ring;
 use crate::sample::Sample;
 
 /// How a window's threshold follows from the baseline η.
@@ -195,7 +194,7 @@ enum Phase {
 #[derive(Clone, Debug)]
 pub struct Trigger {
     config: TriggerConfig,
-    ring: HistoryBuf<Features, SAMPLE_FRAMES>,
+    ring: Ring,
     /// Which of the ring's frames were filled: bit 0 is the newest.
     filled: [u64; 2],
     /// Number of the frame that comes next; at `u64::MAX` it stays there.
@@ -218,7 +217,7 @@ impl Trigger {
     pub fn new(config: TriggerConfig) -> Self {
         Self {
             config,
-            ring: HistoryBuf::new(),
+            ring: Ring::new(),
             filled: [0; 2],
             frame: 0,
             phase: Phase::Baseline,
@@ -344,7 +343,7 @@ impl Trigger {
 
     /// Repeats the last features for one lost frame.
     fn fill(&mut self) -> Option<u64> {
-        let last = *self.ring.recent()?;
+        let last = *self.ring.newest()?;
         self.step(last, true)
     }
 
@@ -362,7 +361,7 @@ impl Trigger {
         if self.phase != Phase::Baseline {
             // Of more frames than the ring holds only the last can be seen again.
             for _ in 0..left.min(SAMPLE_FRAMES as u64) {
-                if let Some(&last) = self.ring.recent() {
+                if let Some(&last) = self.ring.newest() {
                     self.remember(last, true);
                 }
             }
@@ -472,7 +471,7 @@ impl Trigger {
         let frames_filled = low.count_ones() + (high & in_sample).count_ones();
         Event {
             frame,
-            sample: Sample::new(self.ring.as_slices()),
+            sample: Sample::new(self.ring.parts()),
             baseline: &self.baseline,
             frames_filled: frames_filled as u8,
             reliable: self.quiet && frames_filled <= LONGEST_FILLED_GAP,

@@ -45,6 +45,18 @@ pub struct Colour {
     pub range: Range,
 }
 
+/// `$of($colour)`, made at compile time for each of the four colours: no 128-bit division at run time.
+macro_rules! of_colour {
+    ($of:path, $colour:expr) => {
+        match ($colour.matrix, $colour.range) {
+            (Matrix::Bt601, Range::Limited) => const { $of(Colour { matrix: Matrix::Bt601, range: Range::Limited }) },
+            (Matrix::Bt601, Range::Full) => const { $of(Colour { matrix: Matrix::Bt601, range: Range::Full }) },
+            (Matrix::Bt709, Range::Limited) => const { $of(Colour { matrix: Matrix::Bt709, range: Range::Limited }) },
+            (Matrix::Bt709, Range::Full) => const { $of(Colour { matrix: Matrix::Bt709, range: Range::Full }) },
+        }
+    };
+}
+
 /// q B and q C as exact fractions, and B, C rounded for 32-bit multiplies.
 #[derive(Clone, Copy, Debug)]
 struct Coefficients {
@@ -124,8 +136,12 @@ pub struct Exact {
 }
 
 impl Exact {
-    /// The conversion for streams of this colour.
+    /// The conversion for streams of this colour: one of four made at compile time.
     pub const fn new(colour: Colour) -> Self {
+        of_colour!(Exact::of, colour)
+    }
+
+    const fn of(colour: Colour) -> Self {
         let c = Coefficients::of(colour);
         let one = 1_i128 << (HIGH_BITS + LOW_BITS);
         let nearest = (one * c.cb as i128 + c.denominator as i128 / 2) / c.denominator as i128;
@@ -182,9 +198,9 @@ pub struct Linear {
 }
 
 impl Linear {
-    /// The conversion for streams of this colour.
+    /// The conversion for streams of this colour: one of four made at compile time.
     pub const fn new(colour: Colour) -> Self {
-        Self { coefficients: Coefficients::of(colour) }
+        Self { coefficients: of_colour!(Coefficients::of, colour) }
     }
 }
 
