@@ -2,7 +2,7 @@
 
 use crate::features::Features;
 use crate::fixed::Q16;
-use crate::params::{BASELINE_WINDOWS, FEATURE_ONE, FEATURES};
+use crate::params::{BASELINE_WINDOWS, FEATURE_FRACTION_BITS, FEATURE_ONE, FEATURES};
 use crate::trigger::{Rule, TriggerConfig};
 
 /// What the sensor showed before contact: ten totals over the baseline's 5m frames.
@@ -48,8 +48,11 @@ impl Baseline {
         let frames = i64::from(self.frames);
         self.totals.map(|total| {
             // |total| < 2^15 · 350, so 64 bits hold it; the quotient is within the range of a feature.
-            let scaled = i64::from(total) << (fraction_bits - crate::params::FEATURE_FRACTION_BITS);
-            scaled.checked_div_euclid(frames).unwrap_or(0) as i32
+            let scaled = i64::from(total) << (fraction_bits - FEATURE_FRACTION_BITS);
+            let mean = scaled.checked_div_euclid(frames).unwrap_or(0);
+            // A recorded baseline may hold anything: a mean of features is a feature.
+            let most = 1_i64 << (15 + fraction_bits - FEATURE_FRACTION_BITS);
+            mean.clamp(-most, most - 1) as i32
         })
     }
 

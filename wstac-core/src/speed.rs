@@ -151,7 +151,7 @@ pub struct Duration {
 impl Duration {
     /// D: end minus start, 0..=69 frames.
     pub fn frames(self) -> u8 {
-        self.last - self.first
+        self.last.saturating_sub(self.first)
     }
 
     /// Whether the light starts before the sample or lasts beyond it.

@@ -30,7 +30,7 @@ impl<C: Conversion> Green for Nv12<C> {
     }
 
     fn chroma_bytes(&self, bytes_per_row: usize, rows: u16) -> Option<usize> {
-        Some(bytes_per_row * usize::from(rows.div_ceil(2)))
+        Some(bytes_per_row.saturating_mul(usize::from(rows.div_ceil(2))))
     }
 
     #[inline(always)]
@@ -78,7 +78,7 @@ impl<C: Conversion, const VERTICAL: u32> Green for PlanarPairs<C, VERTICAL> {
     }
 
     fn chroma_bytes(&self, bytes_per_row: usize, rows: u16) -> Option<usize> {
-        Some(2 * bytes_per_row.div_ceil(2) * usize::from(rows.div_ceil(1 << VERTICAL)))
+        Some(bytes_per_row.div_ceil(2).saturating_mul(2 * usize::from(rows.div_ceil(1 << VERTICAL))))
     }
 
     #[inline(always)]
@@ -128,7 +128,7 @@ impl<C: Conversion> Green for Yuv444p<C> {
     }
 
     fn chroma_bytes(&self, bytes_per_row: usize, rows: u16) -> Option<usize> {
-        Some(2 * bytes_per_row * usize::from(rows))
+        Some(bytes_per_row.saturating_mul(2 * usize::from(rows)))
     }
 
     #[inline(always)]

@@ -11,6 +11,6 @@ pub const LN_FRACTION_BITS: u32 = 26;
 
 /// A natural logarithm of 32-bit integers.
 pub trait Ln {
-    /// ln `x` for `x` ≥ 1, in units of 2^-26: 0..=22.2 · 2^26. ln 0 is not asked for; a kernel answers 0.
+    /// ln `x` for `x` ≥ 1, in units of 2^-26: 0..=22.2 · 2^26. ln 0 is not asked for; a kernel answers any number of that range.
     fn ln(x: u32) -> i32;
 }
