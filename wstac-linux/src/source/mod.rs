@@ -1,6 +1,7 @@
 //! Where frames come from: one trait, one file a source.
 
 pub mod scene;
+pub mod y4m;
 
 use std::time::Duration;
 

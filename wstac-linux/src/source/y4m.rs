@@ -1,0 +1,273 @@
+//! Y4M (YUV4MPEG2): a header line, then frames, each a `FRAME` line and raw planes. The format of mjpegtools' `yuv4mpeg(5)`,
+//! with the words that ffmpeg adds to it.
+//!
+//! One buffer holds what was read: the frame that is handed out and at most a line of the next one, so that a frame
+//! takes one large read and no copy. It grows as bytes arrive, not as a header claims.
+
+mod header;
+mod input;
+
+use std::fs::File;
+use std::io::Read;
+use std::ops::Range;
+use std::os::fd::AsFd;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use wstac_core::green::Green;
+use wstac_core::green::any::{Any, YcbcrMethod};
+use wstac_core::rate::FrameRate;
+
+use self::header::Header;
+use self::input::{Got, Input};
+use super::{Item, Source, StreamInfo};
+use crate::error::Error;
+
+/// The word that a Y4M stream starts with.
+pub const MAGIC: &[u8] = b"YUV4MPEG2";
+
+/// Longest header or `FRAME` line, newline included, in bytes.
+const LONGEST_LINE: usize = 4096;
+/// Bytes that the buffer starts with: what a pipe holds.
+const FIRST_READ: usize = 65_536;
+/// How long a call may go on reading a frame that arrives slowly.
+const LONGEST_CALL: Duration = Duration::from_millis(500);
+
+/// A Y4M file or stream.
+pub struct Y4m {
+    info: StreamInfo,
+    reader: Reader,
+    /// Bytes of a frame, without its line.
+    frame_bytes: usize,
+    /// Number of the frame that comes next.
+    frame: u64,
+    ended: bool,
+}
+
+/// What was read and not yet used.
+struct Reader {
+    subject: String,
+    input: Input,
+    buffer: Vec<u8>,
+    /// Bytes at the buffer's start that were read.
+    filled: usize,
+    /// Bytes at the buffer's start that the caller is done with.
+    used: usize,
+}
+
+/// What a reading step came to.
+enum Step {
+    Frame(Range<usize>),
+    Waiting,
+    End,
+}
+
+impl Y4m {
+    /// Opens a file or a named pipe. `fps` replaces the header's rate.
+    ///
+    /// # Errors
+    /// Where it cannot be read, or its header says what this reader does not know: names the field, what was found
+    /// and what was expected.
+    pub fn open(path: &Path, fps: Option<FrameRate>) -> Result<Self, Error> {
+        let subject = path.display().to_string();
+        let file = File::open(path).map_err(|error| Error::new(&subject, error))?;
+        if file.metadata().is_ok_and(|metadata| metadata.is_dir()) {
+            return Err(Error::new(&subject, "is a folder, expected a Y4M file"));
+        }
+        Self::new(subject, Input::Polled(file), fps)
+    }
+
+    /// Reads standard input. Waiting for its header ends with an error when a signal is handled meanwhile.
+    ///
+    /// # Errors
+    /// As [`Y4m::open`].
+    pub fn standard_input(fps: Option<FrameRate>) -> Result<Self, Error> {
+        Self::from_fd("standard input", std::io::stdin(), fps)
+    }
+
+    /// Reads a descriptor, which is never waited for longer than half a second. `subject` names it in errors.
+    ///
+    /// # Errors
+    /// As [`Y4m::open`].
+    pub fn from_fd(subject: &str, descriptor: impl AsFd, fps: Option<FrameRate>) -> Result<Self, Error> {
+        let owned = descriptor.as_fd().try_clone_to_owned().map_err(|error| Error::new(subject, error))?;
+        Self::new(subject.into(), Input::Polled(owned.into()), fps)
+    }
+
+    /// Reads anything; it may block. `subject` names it in errors.
+    ///
+    /// # Errors
+    /// As [`Y4m::open`].
+    pub fn from_reader(
+        subject: &str,
+        reader: impl Read + Send + 'static,
+        fps: Option<FrameRate>,
+    ) -> Result<Self, Error> {
+        Self::new(subject.into(), Input::Blocking(Box::new(reader)), fps)
+    }
+
+    fn new(subject: String, input: Input, fps: Option<FrameRate>) -> Result<Self, Error> {
+        let mut reader = Reader { subject, input, buffer: Vec::new(), filled: 0, used: 0 };
+        let line = reader.header_line()?;
+        let line_bytes = reader.buffer.get(MAGIC.len()..line).unwrap_or_default();
+        let header = Header::parse(line_bytes, fps).map_err(|message| Error::new(&reader.subject, message))?;
+        reader.used = line + 1;
+        let green = Any::new(header.format, header.colour, YcbcrMethod::Exact);
+        let (rows, bytes_per_row) = (header.size.height(), green.row_bytes(header.size.width()));
+        // 2^14 · 2^15 bytes at most, or three planes of 2^28.
+        let frame_bytes = bytes_per_row * usize::from(rows) + green.chroma_bytes(bytes_per_row, rows).unwrap_or(0);
+        let about = format!(
+            "{}: Y4M, {}x{} {}, {}:{} frames a second",
+            reader.subject,
+            header.size.width(),
+            header.size.height(),
+            header.name,
+            header.rate.numerator(),
+            header.rate.denominator()
+        );
+        let info = StreamInfo {
+            size: header.size,
+            format: header.format,
+            colour: header.colour,
+            bytes_per_row: bytes_per_row as u32,
+            rate: header.rate,
+            about,
+        };
+        Ok(Self { info, reader, frame_bytes, frame: 0, ended: false })
+    }
+
+    fn step(&mut self) -> Result<Step, Error> {
+        let started = Instant::now();
+        self.reader.discard_used();
+        loop {
+            let line = self.reader.frame_line(self.frame)?;
+            if let Some(line) = line
+                && self.reader.filled - line >= self.frame_bytes
+            {
+                self.frame += 1;
+                self.reader.used = line + self.frame_bytes;
+                return Ok(Step::Frame(line..self.reader.used));
+            }
+            match self.reader.fill(self.frame_bytes + LONGEST_LINE)? {
+                Got::Nothing | Got::Interrupted => return Ok(Step::Waiting),
+                Got::Bytes(0) if self.reader.filled == 0 => return Ok(Step::End),
+                Got::Bytes(0) => return Err(self.truncated(line)),
+                Got::Bytes(_) if started.elapsed() > LONGEST_CALL => return Ok(Step::Waiting),
+                Got::Bytes(_) => {}
+            }
+        }
+    }
+
+    /// What is wrong with a stream that ends inside a frame.
+    fn truncated(&self, line: Option<usize>) -> Error {
+        let found = match line {
+            Some(line) => format!("has {} bytes, expected {}", self.reader.filled - line, self.frame_bytes),
+            None => "ends within its FRAME line".into(),
+        };
+        self.reader.error(format_args!("truncated: frame {} (the first is 0) {found}", self.frame))
+    }
+}
+
+impl Source for Y4m {
+    fn info(&self) -> &StreamInfo {
+        &self.info
+    }
+
+    fn next(&mut self) -> Result<Item<'_>, Error> {
+        if self.ended {
+            return Ok(Item::End);
+        }
+        let step = self.step();
+        self.ended = matches!(step, Err(_) | Ok(Step::End));
+        Ok(match step? {
+            Step::Frame(range) => {
+                Item::Frame { bytes: self.reader.buffer.get(range).unwrap_or_default(), timestamp: None }
+            }
+            Step::Waiting => Item::Waiting,
+            Step::End => Item::End,
+        })
+    }
+}
+
+impl Reader {
+    fn error(&self, message: impl std::fmt::Display) -> Error {
+        Error::new(&self.subject, message)
+    }
+
+    fn read_bytes(&self) -> &[u8] {
+        self.buffer.get(..self.filled).unwrap_or_default()
+    }
+
+    /// Reads until the header's newline, and returns where that is.
+    fn header_line(&mut self) -> Result<usize, Error> {
+        loop {
+            let bytes = self.read_bytes();
+            let start = bytes.get(..MAGIC.len()).unwrap_or(bytes);
+            let next = bytes.get(MAGIC.len());
+            if !MAGIC.starts_with(start) || next.is_some_and(|next| ![b' ', b'\n'].contains(next)) {
+                let start = bytes.get(..bytes.len().min(MAGIC.len() + 1)).unwrap_or_default();
+                let start = start.escape_ascii();
+                return Err(
+                    self.error(format_args!("starts with \"{start}\", expected \"YUV4MPEG2 \" as every Y4M does"))
+                );
+            }
+            if let Some(at) = bytes.iter().take(LONGEST_LINE).position(|&byte| byte == b'\n') {
+                return Ok(at);
+            }
+            if bytes.len() >= LONGEST_LINE {
+                return Err(self.error(format_args!("header line has no end in {LONGEST_LINE} bytes")));
+            }
+            let found = self.filled;
+            match self.fill(FIRST_READ)? {
+                Got::Bytes(0) if found == 0 => return Err(self.error("is empty, expected a Y4M header")),
+                Got::Bytes(0) => return Err(self.error(format_args!("ends within its header, after {found} bytes"))),
+                Got::Interrupted => return Err(self.error("interrupted before its header was complete")),
+                Got::Bytes(_) | Got::Nothing => {}
+            }
+        }
+    }
+
+    /// Bytes of the `FRAME` line at the buffer's start, newline included, once it is there.
+    fn frame_line(&self, frame: u64) -> Result<Option<usize>, Error> {
+        const WORD: &[u8] = b"FRAME";
+        let bytes = self.read_bytes();
+        let start = bytes.get(..WORD.len()).unwrap_or(bytes);
+        let next = bytes.get(WORD.len());
+        if !WORD.starts_with(start) || next.is_some_and(|next| ![b' ', b'\n'].contains(next)) {
+            let start = bytes.get(..bytes.len().min(WORD.len() + 1)).unwrap_or_default().escape_ascii();
+            return Err(self.error(format_args!("frame {frame} starts with \"{start}\", expected \"FRAME\"")));
+        }
+        let newline = bytes.iter().take(LONGEST_LINE).position(|&byte| byte == b'\n');
+        if newline.is_none() && bytes.len() >= LONGEST_LINE {
+            return Err(self.error(format_args!("FRAME line of frame {frame} has no end in {LONGEST_LINE} bytes")));
+        }
+        Ok(newline.map(|at| at + 1))
+    }
+
+    /// Makes room: what is left moves to the buffer's start, a line's bytes at most once the buffer has its full size.
+    fn discard_used(&mut self) {
+        self.buffer.copy_within(self.used..self.filled, 0);
+        self.filled -= self.used;
+        self.used = 0;
+    }
+
+    /// Reads once, into a buffer of up to `most` bytes.
+    fn fill(&mut self, most: usize) -> Result<Got, Error> {
+        let size = self.buffer.len();
+        if self.filled == size {
+            let more = (2 * size).max(FIRST_READ).min(most).saturating_sub(size);
+            let no_room = |error| Error::new(&self.subject, format_args!("no memory for its frames: {error}"));
+            self.buffer.try_reserve_exact(more).map_err(no_room)?;
+            self.buffer.resize(size + more, 0);
+        }
+        let room = self.buffer.get_mut(self.filled..).unwrap_or_default();
+        let got = self.input.read(room).map_err(|error| Error::new(&self.subject, error))?;
+        if let Got::Bytes(count) = got {
+            self.filled += count;
+        }
+        Ok(got)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,145 @@
+//! The header line: what it says, and what is wrong with it.
+
+use wstac_core::green::any::PixelFormat;
+use wstac_core::green::ycbcr::{Colour, Matrix, Range};
+use wstac_core::layout::FrameSize;
+use wstac_core::params::LARGEST_FRAME_SIDE;
+use wstac_core::rate::FrameRate;
+
+/// What a header says.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Header {
+    pub(super) size: FrameSize,
+    pub(super) rate: FrameRate,
+    pub(super) format: PixelFormat,
+    pub(super) colour: Colour,
+    /// The format as Y4M calls it.
+    pub(super) name: String,
+}
+
+/// Tags as they were found, at most one of each; X tags apart.
+#[derive(Default)]
+struct Tags {
+    /// Values of W, H, F, I, A and C.
+    values: [Option<String>; KEYS.len()],
+    range: Option<Range>,
+    /// An old writer's X tag for the chroma's sampling.
+    sampling: Option<String>,
+}
+
+const KEYS: [char; 6] = ['W', 'H', 'F', 'I', 'A', 'C'];
+
+impl Header {
+    /// Reads the tags that follow the magic word. `fps` replaces the header's rate.
+    pub(super) fn parse(line: &[u8], fps: Option<FrameRate>) -> Result<Self, String> {
+        let tags = Tags::parse(&String::from_utf8_lossy(line))?;
+        let [width, height, rate, interlacing, aspect, format] = &tags.values;
+        let size = FrameSize::new(side('W', width.as_deref())?, side('H', height.as_deref())?);
+        let rate = checked_rate(rate.as_deref(), fps)?;
+        match interlacing.as_deref() {
+            None | Some("?" | "p" | "t" | "b" | "m") => {}
+            Some(other) => return Err(format!("I is {other:?}, expected ?, p, t, b or m")),
+        }
+        if let Some(aspect) = aspect.as_deref().filter(|aspect| ratio(aspect).is_none()) {
+            return Err(format!("A is {aspect:?}, expected two numbers as in 1:1"));
+        }
+        let (name, format) = checked_format(format.as_deref(), tags.sampling.as_deref())?;
+        Ok(Self {
+            size: size.map_err(|error| error.to_string())?,
+            rate,
+            format,
+            colour: Colour { matrix: Matrix::Bt601, range: tags.range.unwrap_or(Range::Limited) },
+            name,
+        })
+    }
+}
+
+impl Tags {
+    fn parse(line: &str) -> Result<Self, String> {
+        let mut tags = Self::default();
+        for tag in line.split([' ', '\r']).filter(|tag| !tag.is_empty()) {
+            let mut characters = tag.chars();
+            let key = characters.next().unwrap_or_default();
+            let value = characters.as_str();
+            if key == 'X' {
+                tags.extension(value)?;
+                continue;
+            }
+            let slot = KEYS.iter().position(|&known| known == key).and_then(|index| tags.values.get_mut(index));
+            let slot = slot.ok_or_else(|| format!("header has a tag {tag:?}, expected W, H, F, I, A, C or X"))?;
+            if slot.replace(value.to_owned()).is_some() {
+                return Err(format!("header has {key} twice, expected once"));
+            }
+        }
+        Ok(tags)
+    }
+
+    /// An X tag: anybody's own, but for two that change what the bytes mean.
+    fn extension(&mut self, value: &str) -> Result<(), String> {
+        match value.split_once('=') {
+            Some(("COLORRANGE", "FULL")) => self.range = Some(Range::Full),
+            Some(("COLORRANGE", "LIMITED")) => self.range = Some(Range::Limited),
+            Some(("COLORRANGE", other)) => {
+                return Err(format!("XCOLORRANGE is {other:?}, expected FULL or LIMITED"));
+            }
+            Some(("YSCSS", sampling)) => self.sampling = Some(sampling.to_owned()),
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+fn side(key: char, found: Option<&str>) -> Result<u32, String> {
+    let expected = || format!("expected a number from 1 to {LARGEST_FRAME_SIDE}");
+    let found = found.ok_or_else(|| format!("{key} is missing, {}", expected()))?;
+    let number = number(found).filter(|number| (1..=LARGEST_FRAME_SIDE).contains(number));
+    number.ok_or_else(|| format!("{key} is {found:?}, {}", expected()))
+}
+
+fn checked_rate(found: Option<&str>, fps: Option<FrameRate>) -> Result<FrameRate, String> {
+    let header = match found {
+        None => None,
+        Some(found) => match ratio(found) {
+            Some((numerator, denominator)) => FrameRate::new(numerator, denominator).ok(),
+            None => return Err(format!("F is {found:?}, expected a rate as in 30:1 or 30000:1001")),
+        },
+    };
+    fps.or(header).ok_or_else(|| {
+        let found = found.map_or("missing".into(), |found| format!("{found:?}"));
+        format!("F is {found}, expected a rate as in 30:1; state the rate with --fps")
+    })
+}
+
+/// A format and its name; without C, 4:2:0, as the format's description says.
+fn checked_format(found: Option<&str>, sampling: Option<&str>) -> Result<(String, PixelFormat), String> {
+    let format = match found.unwrap_or("420") {
+        "420" | "420jpeg" | "420mpeg2" | "420paldv" => PixelFormat::Yu12,
+        "422" => PixelFormat::Yuv422p,
+        "444" => PixelFormat::Yuv444p,
+        "mono" => PixelFormat::Grey,
+        "mono10" => PixelFormat::Y10,
+        "mono12" => PixelFormat::Y12,
+        "mono16" => PixelFormat::Y16,
+        other => {
+            return Err(format!(
+                "C is {other:?}, expected 420, 420jpeg, 420mpeg2, 420paldv, 422, 444, mono, mono10, mono12 or mono16"
+            ));
+        }
+    };
+    match sampling {
+        Some(other) if found.is_none() && !other.starts_with("420") => {
+            Err(format!("XYSCSS is {other:?} and C is missing, expected 420 or a C"))
+        }
+        _ => Ok((format!("C{}", found.unwrap_or("420")), format)),
+    }
+}
+
+fn ratio(text: &str) -> Option<(u32, u32)> {
+    let (numerator, denominator) = text.split_once(':')?;
+    Some((number(numerator)?, number(denominator)?))
+}
+
+/// Decimal digits and nothing else.
+fn number(text: &str) -> Option<u32> {
+    text.bytes().all(|byte| byte.is_ascii_digit()).then(|| text.parse().ok())?
+}

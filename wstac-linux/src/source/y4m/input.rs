@@ -1,0 +1,52 @@
+//! Reading that never waits longer than half a second, so that a signal is noticed.
+
+use std::fs::File;
+use std::io::{ErrorKind, Read, Result};
+use std::os::fd::AsRawFd;
+
+/// Longest wait, in ms.
+const WAIT_MS: libc::c_int = 500;
+
+/// Where bytes come from.
+pub(super) enum Input {
+    /// A descriptor, asked first whether a read would block.
+    Polled(File),
+    /// Anything else.
+    Blocking(Box<dyn Read + Send>),
+}
+
+/// What a read came to.
+pub(super) enum Got {
+    /// This many bytes; 0 at the end.
+    Bytes(usize),
+    /// Nothing in time.
+    Nothing,
+    /// Nothing, because a signal was handled.
+    Interrupted,
+}
+
+impl Input {
+    /// Reads once.
+    pub(super) fn read(&mut self, room: &mut [u8]) -> Result<Got> {
+        let read = match self {
+            Self::Polled(file) => {
+                readable(file).and_then(|ready| if ready { file.read(room).map(Some) } else { Ok(None) })
+            }
+            Self::Blocking(reader) => reader.read(room).map(Some),
+        };
+        match read {
+            Ok(count) => Ok(count.map_or(Got::Nothing, Got::Bytes)),
+            Err(error) if error.kind() == ErrorKind::Interrupted => Ok(Got::Interrupted),
+            Err(error) if error.kind() == ErrorKind::WouldBlock => Ok(Got::Nothing),
+            Err(error) => Err(error),
+        }
+    }
+}
+
+/// Whether a read of `file` returns at once, which it does at the end, too.
+fn readable(file: &File) -> Result<bool> {
+    let mut descriptor = libc::pollfd { fd: file.as_raw_fd(), events: libc::POLLIN, revents: 0 };
+    // SAFETY: `descriptor` is one valid pollfd, and its descriptor is open as long as `file` is.
+    let ready = unsafe { libc::poll(&raw mut descriptor, 1, WAIT_MS) };
+    if ready < 0 { Err(std::io::Error::last_os_error()) } else { Ok(ready > 0) }
+}
