@@ -34,7 +34,6 @@ pub mod ln;
 pub mod params;
 pub mod pipeline;
 pub mod rate;
-mod ring;
 pub mod sample;
 pub mod speed;
 pub mod stream;

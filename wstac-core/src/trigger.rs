@@ -1,5 +1,7 @@
 //! Features → events: baseline, windows, capture, gaps (SPEC §3, algorithm 1 of the paper).
 
+use heapless::Deque;
+
 use crate::baseline::Baseline;
 use crate::error::Error;
 use crate::features::Features;
@@ -8,7 +10,6 @@ use crate::params::{
     BASELINE_WINDOWS, DEFAULT_BACKTRACK, DEFAULT_MARGIN, DEFAULT_MULTIPLIER, DEFAULT_WINDOW, FEATURES,
     LONGEST_FILLED_GAP, SAMPLE_FRAMES,
 };
-use crate::ring::Ring;
 use crate::sample::Sample;
 
 /// How a window's threshold follows from the baseline η.
@@ -194,7 +195,8 @@ enum Phase {
 #[derive(Clone, Debug)]
 pub struct Trigger {
     config: TriggerConfig,
-    ring: Ring,
+    /// The last frames: all of a sample when it is complete.
+    ring: Deque<Features, SAMPLE_FRAMES>,
     /// Which of the ring's frames were filled: bit 0 is the newest.
     filled: [u64; 2],
     /// Number of the frame that comes next; at `u64::MAX` it stays there.
@@ -217,7 +219,7 @@ impl Trigger {
     pub fn new(config: TriggerConfig) -> Self {
         Self {
             config,
-            ring: Ring::new(),
+            ring: Deque::new(),
             filled: [0; 2],
             frame: 0,
             phase: Phase::Baseline,
@@ -343,7 +345,7 @@ impl Trigger {
 
     /// Repeats the last features for one lost frame.
     fn fill(&mut self) -> Option<u64> {
-        let last = *self.ring.newest()?;
+        let last = *self.ring.back()?;
         self.step(last, true)
     }
 
@@ -361,7 +363,7 @@ impl Trigger {
         if self.phase != Phase::Baseline {
             // Of more frames than the ring holds only the last can be seen again.
             for _ in 0..left.min(SAMPLE_FRAMES as u64) {
-                if let Some(&last) = self.ring.newest() {
+                if let Some(&last) = self.ring.back() {
                     self.remember(last, true);
                 }
             }
@@ -381,7 +383,11 @@ impl Trigger {
     }
 
     fn remember(&mut self, features: Features, filled: bool) {
-        self.ring.write(features);
+        if self.ring.is_full() {
+            self.ring.pop_front();
+        }
+        // There is room now, so it is taken.
+        let _ = self.ring.push_back(features);
         let [low, high] = self.filled;
         self.filled = [low << 1 | u64::from(filled), high << 1 | low >> 63];
     }
@@ -471,7 +477,7 @@ impl Trigger {
         let frames_filled = low.count_ones() + (high & in_sample).count_ones();
         Event {
             frame,
-            sample: Sample::new(self.ring.parts()),
+            sample: Sample::new(self.ring.as_slices()),
             baseline: &self.baseline,
             frames_filled: frames_filled as u8,
             reliable: self.quiet && frames_filled <= LONGEST_FILLED_GAP,
