@@ -1,0 +1,165 @@
+//! From what a user calls a source to the source.
+
+use std::fs::File;
+use std::io::Read;
+use std::os::unix::fs::FileTypeExt;
+use std::path::Path;
+
+use wstac_core::layout::FrameSize;
+use wstac_core::rate::FrameRate;
+
+use super::Source;
+use super::png_folder::PngFolder;
+use super::scene::SceneSource;
+use super::y4m::{MAGIC, Y4m};
+use crate::error::Error;
+use crate::scene::Script;
+
+/// What a user asks of a source; nothing asked, nothing changed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OpenOptions {
+    /// Frames a second: of a file, what it is taken to have; of a camera or a scene, what it is set to.
+    pub fps: Option<FrameRate>,
+    /// Pixel format by its four-character code; cameras, and `GREY` for scenes.
+    pub format: Option<[u8; 4]>,
+    /// Width and height in pixels; cameras and scenes.
+    pub size: Option<(u32, u32)>,
+}
+
+/// What a source can be, for messages.
+const EXPECTED: &str = "expected /dev/videoN, scene:…, a .y4m file, a folder of PNGs or -";
+/// What only a camera has a choice of.
+const OF_A_CAMERA: &str = "expected only with a camera or a scene: a file states its own";
+
+/// Opens a source: `/dev/videoN` (any character device), `scene:FILE.toml`, `scene:Saw3@150`, a Y4M file by its
+/// first bytes or named pipe, a folder of PNGs, or `-` for Y4M on standard input.
+///
+/// # Errors
+/// Where it is none of these, cannot be used, or an option does not apply to it: says what was found and what was
+/// expected.
+pub fn open(spec: &str, options: &OpenOptions) -> Result<Box<dyn Source>, Error> {
+    if let Some(scene) = spec.strip_prefix("scene:") {
+        return Ok(Box::new(SceneSource::new(&script(scene, options)?)?));
+    }
+    if spec == "-" {
+        of_a_file(spec, options)?;
+        return Ok(Box::new(Y4m::standard_input(options.fps)?));
+    }
+    let path = Path::new(spec);
+    let none_of_these = |why: &str| Error::new(format_args!("SOURCE is {spec:?}"), format_args!("{why}{EXPECTED}"));
+    let kind = match path.metadata() {
+        Ok(metadata) => metadata.file_type(),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Err(none_of_these("no such file; ")),
+        Err(error) => return Err(Error::new(spec, error)),
+    };
+    if kind.is_char_device() {
+        return Err(Error::new(spec, "is a device, but cameras are not built in"));
+    }
+    of_a_file(spec, options)?;
+    if kind.is_dir() {
+        return Ok(Box::new(PngFolder::open(path, options.fps)?));
+    }
+    // A pipe cannot be looked into first.
+    let is_y4m = kind.is_fifo() || path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("y4m"));
+    if is_y4m || (kind.is_file() && has_magic(path).map_err(|error| Error::new(spec, error))?) {
+        return Ok(Box::new(Y4m::open(path, options.fps)?));
+    }
+    Err(none_of_these(""))
+}
+
+/// The script of a scene, with what the options change.
+fn script(scene: &str, options: &OpenOptions) -> Result<Script, Error> {
+    let is_file = Path::new(scene).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+    let mut script = if is_file {
+        let text = std::fs::read_to_string(scene).map_err(|error| Error::new(scene, error))?;
+        Script::from_toml(scene, &text)?
+    } else {
+        Script::parse_short(scene)?
+    };
+    let refused = |message: &dyn std::fmt::Display| Error::new(format_args!("scene:{scene}"), message);
+    if let Some(format) = options.format.filter(|format| format != b"GREY") {
+        return Err(refused(&format_args!("format is {}, expected GREY", format.escape_ascii())));
+    }
+    if let Some((width, height)) = options.size {
+        script.size = FrameSize::new(width, height).map_err(|error| refused(&error))?;
+    }
+    script.rate = options.fps.unwrap_or(script.rate);
+    Ok(script)
+}
+
+/// Refuses what a file has no choice of.
+fn of_a_file(spec: &str, options: &OpenOptions) -> Result<(), Error> {
+    if let Some((width, height)) = options.size {
+        return Err(Error::new(spec, format_args!("size is {width}x{height}, {OF_A_CAMERA}")));
+    }
+    if let Some(format) = options.format {
+        return Err(Error::new(spec, format_args!("format is {}, {OF_A_CAMERA}", format.escape_ascii())));
+    }
+    Ok(())
+}
+
+/// Whether a file starts as a Y4M does.
+fn has_magic(path: &Path) -> std::io::Result<bool> {
+    let mut start = Vec::new();
+    File::open(path)?.take(MAGIC.len() as u64).read_to_end(&mut start)?;
+    Ok(start == MAGIC)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+    use crate::source::Item;
+
+    fn message(spec: &str, options: OpenOptions) -> String {
+        open(spec, &options).err().unwrap().to_string()
+    }
+
+    #[test]
+    fn every_kind_of_source_opens() {
+        let folder = std::env::temp_dir().join(format!("wstac-open-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let path = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+        let y4m = b"YUV4MPEG2 W1 H1 F25:1 Cmono\nFRAME\nx";
+        fs::write(path("clip.y4m"), y4m).unwrap();
+        fs::write(path("clip.dat"), y4m).unwrap();
+        fs::write(path("other.dat"), "other").unwrap();
+        fs::write(path("empty.y4m"), "").unwrap();
+        fs::write(path("s.toml"), "specimen = \"Saw3\"\nspeed = 150").unwrap();
+        for name in ["clip.y4m", "clip.dat"] {
+            let mut source = open(&path(name), &OpenOptions::default()).unwrap();
+            assert!(matches!(source.next(), Ok(Item::Frame { bytes: b"x", .. })));
+        }
+        let scene = open(&format!("scene:{}", path("s.toml")), &OpenOptions::default()).unwrap();
+        assert!(scene.info().about.contains("Saw3 at 150 mm/s"), "{}", scene.info().about);
+        let none = OpenOptions::default();
+        let expected = "expected /dev/videoN, scene:…, a .y4m file, a folder of PNGs or -";
+        let error = message(&path("other.dat"), none);
+        assert!(error.starts_with("SOURCE is \"") && error.contains(expected), "{error}");
+        assert!(message(&path("empty.y4m"), none).contains("is empty"));
+        assert!(message(&path(""), none).contains("no .png file"));
+        let error = message("nothing", none);
+        assert!(error.starts_with("SOURCE is \"nothing\": no such file; expected /dev/videoN"), "{error}");
+        assert!(message("", none).starts_with("SOURCE is \"\": no such file"));
+        let sized = OpenOptions { size: Some((4, 4)), ..none };
+        assert!(message(&path("clip.y4m"), sized).contains("size is 4x4, expected only with a camera"));
+        let format = OpenOptions { format: Some(*b"YUYV"), ..none };
+        assert!(message(&path("clip.y4m"), format).contains("format is YUYV, expected only with a camera"));
+        fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn scenes_take_options() {
+        let rate = FrameRate::new(60, 1).unwrap();
+        let options = OpenOptions { fps: Some(rate), format: Some(*b"GREY"), size: Some((100, 80)) };
+        let source = open("scene:Saw3@150,90deg", &options).unwrap();
+        assert_eq!((source.info().rate, source.info().size.width()), (rate, 100));
+        assert!(message("scene:Saw3", options).contains("scene:Saw3: slide is \"Saw3\", expected"));
+        assert!(message("scene:no.toml", options).contains("no.toml: No such file"));
+        let format = OpenOptions { format: Some(*b"YUYV"), ..options };
+        assert!(message("scene:Saw3@150", format).contains("format is YUYV, expected GREY"));
+        let tiny = OpenOptions { size: Some((3, 3)), ..options };
+        assert!(message("scene:Saw3@150", tiny).contains("taxel size"));
+    }
+}

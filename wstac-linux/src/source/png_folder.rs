@@ -1,0 +1,125 @@
+//! A folder of PNG pictures, a frame each, in natural order: `frame2.png` before `frame10.png`.
+//!
+//! A picture that cannot be decoded is a lost frame; one of another size or type than the first is an error, because
+//! it belongs to something else.
+
+mod natural;
+mod picture;
+
+use std::path::{Path, PathBuf};
+
+use wstac_core::green::ycbcr::Colour;
+use wstac_core::rate::FrameRate;
+
+use self::picture::{Picture, Problem, Shape};
+use super::{Item, Source, StreamInfo};
+use crate::error::Error;
+
+/// The pictures of a folder.
+pub struct PngFolder {
+    info: StreamInfo,
+    /// What all pictures must be, and the name of the first that is.
+    shape: Shape,
+    model: String,
+    files: std::vec::IntoIter<PathBuf>,
+    /// A picture as it was decoded, and as a frame where that differs.
+    decoded: Vec<u8>,
+    frame: Vec<u8>,
+}
+
+impl PngFolder {
+    /// Lists a folder and reads the header of its first picture. Files with another extension than `.png` are passed
+    /// over, and so are hidden ones. 30 frames a second unless `fps` says otherwise.
+    ///
+    /// # Errors
+    /// Where the folder cannot be listed, holds no picture, or its first picture's size or type is not supported.
+    pub fn open(path: &Path, fps: Option<FrameRate>) -> Result<Self, Error> {
+        let files = list(path).map_err(|error| Error::new(path.display(), error))?;
+        if files.is_empty() {
+            return Err(Error::new(path.display(), "has no .png file, expected at least one"));
+        }
+        let (first, shape) = first_picture(path, &files)?;
+        let rate = fps.unwrap_or(FrameRate::NOMINAL);
+        let about = format!(
+            "{}: {} PNG files, {shape}, {}:{} frames a second",
+            path.display(),
+            files.len(),
+            rate.numerator(),
+            rate.denominator()
+        );
+        let info = StreamInfo {
+            size: shape.size,
+            format: shape.format(),
+            colour: Colour::default(),
+            bytes_per_row: shape.bytes_per_row(),
+            rate,
+            about,
+        };
+        let model = first.file_name().unwrap_or_default().display().to_string();
+        Ok(Self { info, shape, model, files: files.into_iter(), decoded: Vec::new(), frame: Vec::new() })
+    }
+
+    /// Reads a picture; whether its bytes are in `frame` rather than in `decoded`.
+    fn read(&mut self, file: &Path) -> Result<bool, Problem> {
+        let picture = Picture::open(file)?;
+        if picture.shape() != self.shape {
+            return Err(Problem::Refused(format!("is {}, expected {} as {}", picture.shape(), self.shape, self.model)));
+        }
+        picture.decode(&mut self.decoded, &mut self.frame)
+    }
+}
+
+impl Source for PngFolder {
+    fn info(&self) -> &StreamInfo {
+        &self.info
+    }
+
+    fn next(&mut self) -> Result<Item<'_>, Error> {
+        let Some(file) = self.files.next() else { return Ok(Item::End) };
+        match self.read(&file) {
+            Ok(converted) => {
+                let bytes = if converted { &self.frame } else { &self.decoded };
+                Ok(Item::Frame { bytes, timestamp: None })
+            }
+            Err(Problem::Corrupt(_)) => Ok(Item::Lost { frames: 1, why: "picture that cannot be decoded" }),
+            Err(Problem::Refused(message)) => {
+                self.files = Vec::new().into_iter();
+                Err(Error::new(file.display(), message))
+            }
+        }
+    }
+}
+
+/// The PNG files of a folder, in natural order.
+fn list(path: &Path) -> std::io::Result<Vec<PathBuf>> {
+    let mut files = vec![];
+    for entry in std::fs::read_dir(path)? {
+        let file = entry?.path();
+        let is_png = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
+        let is_hidden = file.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
+        if is_png && !is_hidden {
+            files.push(file);
+        }
+    }
+    files.sort_by(|a, b| natural::compare(a.as_os_str().as_encoded_bytes(), b.as_os_str().as_encoded_bytes()));
+    Ok(files)
+}
+
+/// The first picture whose header can be read: corrupt ones before it are frames that are lost later on.
+fn first_picture(folder: &Path, files: &[PathBuf]) -> Result<(PathBuf, Shape), Error> {
+    let mut why = String::new();
+    for file in files {
+        match Picture::open(file) {
+            Ok(picture) => return Ok((file.clone(), picture.shape())),
+            Err(Problem::Refused(message)) => return Err(Error::new(file.display(), message)),
+            Err(Problem::Corrupt(message)) if why.is_empty() => {
+                why = format!("{}: {message}", file.file_name().unwrap_or_default().display());
+            }
+            Err(Problem::Corrupt(_)) => {}
+        }
+    }
+    Err(Error::new(folder.display(), format_args!("no PNG file of {} can be read; {why}", files.len())))
+}
+
+#[cfg(test)]
+mod tests;

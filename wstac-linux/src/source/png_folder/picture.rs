@@ -1,0 +1,175 @@
+//! One PNG file → the bytes of a frame.
+
+use std::fmt;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use png::{BitDepth, ColorType, Decoder, Limits, Reader, Transformations};
+use wstac_core::green::any::PixelFormat;
+use wstac_core::layout::FrameSize;
+
+/// Most bytes that a decoded picture may take.
+const MOST_DECODED: usize = 1 << 30;
+/// Most bytes that the decoder may take for itself: a row of the widest picture, and what metadata it keeps.
+const MOST_OVERHEAD: usize = 1 << 24;
+
+/// Why a picture is no frame.
+#[derive(Debug)]
+pub(super) enum Problem {
+    /// It cannot be read: lost.
+    Corrupt(String),
+    /// It can, but is not what is expected: says what was found and what was expected.
+    Refused(String),
+}
+
+impl From<png::DecodingError> for Problem {
+    fn from(error: png::DecodingError) -> Self {
+        Self::Corrupt(error.to_string())
+    }
+}
+
+/// Size and type of a picture, palettes looked up and samples of less than 8 bits widened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Shape {
+    pub(super) size: FrameSize,
+    kind: Kind,
+}
+
+/// What a pixel is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Grey8,
+    GreyAlpha8,
+    Rgb8,
+    Rgba8,
+    Grey16,
+    GreyAlpha16,
+    Rgb16,
+    Rgba16,
+}
+
+impl Shape {
+    /// The format of the frames: alpha is dropped, and of 16-bit colours green is taken.
+    pub(super) fn format(self) -> PixelFormat {
+        match self.kind {
+            Kind::Grey8 | Kind::GreyAlpha8 => PixelFormat::Grey,
+            Kind::Rgb8 => PixelFormat::Rgb24,
+            Kind::Rgba8 => PixelFormat::Rgbx32,
+            Kind::Grey16 | Kind::GreyAlpha16 | Kind::Rgb16 | Kind::Rgba16 => PixelFormat::Y16,
+        }
+    }
+
+    /// Bytes from row to row of a frame.
+    pub(super) fn bytes_per_row(self) -> u32 {
+        let pixel = match self.kind {
+            Kind::Grey8 | Kind::GreyAlpha8 => 1,
+            Kind::Rgb8 => 3,
+            Kind::Rgba8 => 4,
+            Kind::Grey16 | Kind::GreyAlpha16 | Kind::Rgb16 | Kind::Rgba16 => 2,
+        };
+        pixel * u32::from(self.size.width())
+    }
+}
+
+impl fmt::Display for Shape {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let kind = match self.kind {
+            Kind::Grey8 => "8-bit grey",
+            Kind::GreyAlpha8 => "8-bit grey with alpha",
+            Kind::Rgb8 => "8-bit RGB",
+            Kind::Rgba8 => "8-bit RGBA",
+            Kind::Grey16 => "16-bit grey",
+            Kind::GreyAlpha16 => "16-bit grey with alpha",
+            Kind::Rgb16 => "16-bit RGB",
+            Kind::Rgba16 => "16-bit RGBA",
+        };
+        write!(f, "{}x{} {kind}", self.size.width(), self.size.height())
+    }
+}
+
+/// A picture whose header was read.
+pub(super) struct Picture {
+    reader: Reader<BufReader<File>>,
+    shape: Shape,
+    bytes: usize,
+}
+
+impl Picture {
+    /// Reads a file's header and checks its size before anything that large is made room for.
+    pub(super) fn open(path: &Path) -> Result<Self, Problem> {
+        let file = File::open(path).map_err(|error| Problem::Corrupt(error.to_string()))?;
+        let mut decoder = Decoder::new_with_limits(BufReader::new(file), Limits { bytes: MOST_OVERHEAD });
+        decoder.set_ignore_text_chunk(true);
+        decoder.set_ignore_iccp_chunk(true);
+        decoder.set_transformations(Transformations::EXPAND);
+        let (width, height) = decoder.read_header_info()?.size();
+        let size = FrameSize::new(width, height).map_err(|error| Problem::Refused(error.to_string()))?;
+        let reader = decoder.read_info()?;
+        let kind = match reader.output_color_type() {
+            (ColorType::Grayscale, BitDepth::Sixteen) => Kind::Grey16,
+            (ColorType::GrayscaleAlpha, BitDepth::Sixteen) => Kind::GreyAlpha16,
+            (ColorType::Rgb, BitDepth::Sixteen) => Kind::Rgb16,
+            (ColorType::Rgba, BitDepth::Sixteen) => Kind::Rgba16,
+            (ColorType::Grayscale, _) => Kind::Grey8,
+            (ColorType::GrayscaleAlpha, _) => Kind::GreyAlpha8,
+            // Palettes are looked up by the decoder.
+            (ColorType::Rgb | ColorType::Indexed, _) => Kind::Rgb8,
+            (ColorType::Rgba, _) => Kind::Rgba8,
+        };
+        let shape = Shape { size, kind };
+        match reader.output_buffer_size() {
+            Some(bytes) if bytes <= MOST_DECODED => Ok(Self { reader, shape, bytes }),
+            _ => Err(Problem::Refused(format!("is {shape}, expected at most {MOST_DECODED} bytes decoded"))),
+        }
+    }
+
+    pub(super) fn shape(&self) -> Shape {
+        self.shape
+    }
+
+    /// Decodes the picture; whether its frame is in `frame` rather than in `decoded`.
+    pub(super) fn decode(mut self, decoded: &mut Vec<u8>, frame: &mut Vec<u8>) -> Result<bool, Problem> {
+        resize(decoded, self.bytes)?;
+        let output = self.reader.next_frame(decoded)?;
+        if (output.width, output.height) != self.shape.size.into() {
+            return Err(Problem::Corrupt("its first frame is smaller than itself".into()));
+        }
+        let pixels = usize::from(self.shape.size.width()) * usize::from(self.shape.size.height());
+        match self.shape.kind {
+            Kind::Grey8 | Kind::Rgb8 | Kind::Rgba8 => return Ok(false),
+            Kind::GreyAlpha8 => {
+                resize(frame, pixels)?;
+                for (grey, [value, _alpha]) in frame.iter_mut().zip(decoded.as_chunks().0) {
+                    *grey = *value;
+                }
+            }
+            Kind::Grey16 => words(decoded, frame, pixels, |&[high, low]: &[u8; 2]| [low, high])?,
+            Kind::GreyAlpha16 => words(decoded, frame, pixels, |&[high, low, ..]: &[u8; 4]| [low, high])?,
+            Kind::Rgb16 => words(decoded, frame, pixels, |&[_, _, high, low, ..]: &[u8; 6]| [low, high])?,
+            Kind::Rgba16 => words(decoded, frame, pixels, |&[_, _, high, low, ..]: &[u8; 8]| [low, high])?,
+        }
+        Ok(true)
+    }
+}
+
+/// Makes little-endian words of pixels of `BYTES` bytes: PNG's are big-endian.
+fn words<const BYTES: usize>(
+    decoded: &[u8],
+    frame: &mut Vec<u8>,
+    pixels: usize,
+    word: impl Fn(&[u8; BYTES]) -> [u8; 2],
+) -> Result<(), Problem> {
+    resize(frame, 2 * pixels)?;
+    for (to, from) in frame.as_chunks_mut().0.iter_mut().zip(decoded.as_chunks().0) {
+        *to = word(from);
+    }
+    Ok(())
+}
+
+fn resize(buffer: &mut Vec<u8>, size: usize) -> Result<(), Problem> {
+    let no_room = |error| Problem::Refused(format!("no memory for its {size} bytes: {error}"));
+    buffer.try_reserve_exact(size.saturating_sub(buffer.len())).map_err(no_room)?;
+    buffer.resize(size, 0);
+    Ok(())
+}

@@ -1,0 +1,147 @@
+use std::fs;
+
+use png::{BitDepth, ColorType};
+use wstac_core::green::any::PixelFormat;
+
+use super::*;
+
+/// A folder that is removed when the test is over.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("wstac-png-{}-{name}", std::process::id()));
+        fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn write(&self, name: &str, bytes: &[u8]) {
+        fs::write(self.0.join(name), bytes).unwrap();
+    }
+
+    fn picture(&self, name: &str, width: u32, color: ColorType, depth: BitDepth, data: &[u8]) {
+        self.write(name, &encoded(width, color, depth, data));
+    }
+
+    fn open(&self) -> Result<PngFolder, Error> {
+        PngFolder::open(&self.0, None)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// A picture of one row.
+fn encoded(width: u32, color: ColorType, depth: BitDepth, data: &[u8]) -> Vec<u8> {
+    let mut bytes = vec![];
+    let mut encoder = png::Encoder::new(&mut bytes, width, 1);
+    encoder.set_color(color);
+    encoder.set_depth(depth);
+    if color == ColorType::Indexed {
+        encoder.set_palette(vec![9, 8, 7, 6, 5, 4]);
+    }
+    encoder.write_header().unwrap().write_image_data(data).unwrap();
+    bytes
+}
+
+fn frames(source: &mut PngFolder) -> Vec<Option<Vec<u8>>> {
+    let mut frames = vec![];
+    loop {
+        match source.next().unwrap() {
+            Item::Frame { bytes, .. } => frames.push(Some(bytes.to_vec())),
+            Item::Lost { frames: 1, .. } => frames.push(None),
+            Item::End => return frames,
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
+fn every_type_of_picture() {
+    use BitDepth::{Eight, One, Sixteen};
+    for (color, depth, data, format, expected) in [
+        (ColorType::Grayscale, Eight, &[1, 2][..], PixelFormat::Grey, &[1, 2][..]),
+        (ColorType::Grayscale, One, &[0b0100_0000], PixelFormat::Grey, &[0, 255]),
+        (ColorType::GrayscaleAlpha, Eight, &[1, 2, 3, 4], PixelFormat::Grey, &[1, 3]),
+        (ColorType::Rgb, Eight, &[1, 2, 3, 4, 5, 6], PixelFormat::Rgb24, &[1, 2, 3, 4, 5, 6]),
+        (ColorType::Indexed, Eight, &[1, 0], PixelFormat::Rgb24, &[6, 5, 4, 9, 8, 7]),
+        (ColorType::Rgba, Eight, &[1, 2, 3, 4, 5, 6, 7, 8], PixelFormat::Rgbx32, &[1, 2, 3, 4, 5, 6, 7, 8]),
+        (ColorType::Grayscale, Sixteen, &[1, 2, 3, 4], PixelFormat::Y16, &[2, 1, 4, 3]),
+        (ColorType::GrayscaleAlpha, Sixteen, &[1, 2, 3, 4, 5, 6, 7, 8], PixelFormat::Y16, &[2, 1, 6, 5]),
+        (ColorType::Rgb, Sixteen, &[1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12], PixelFormat::Y16, &[4, 3, 10, 9]),
+        (ColorType::Rgba, Sixteen, &[0; 16], PixelFormat::Y16, &[0; 4]),
+    ] {
+        let folder = Folder::new(&format!("{color:?}-{depth:?}"));
+        folder.picture("a.png", 2, color, depth, data);
+        let mut source = folder.open().unwrap();
+        let info = source.info().clone();
+        assert_eq!((info.format, info.rate), (format, FrameRate::NOMINAL));
+        assert_eq!(info.bytes_per_row as usize, expected.len());
+        assert_eq!(frames(&mut source), [Some(expected.to_vec())], "{color:?} {depth:?}");
+    }
+}
+
+#[test]
+fn natural_order_and_lost_frames() {
+    let folder = Folder::new("order");
+    folder.write("frame0.png", b"not a picture");
+    for (name, value) in [("frame10.png", 10), ("frame2.PNG", 2), ("frame1.png", 1)] {
+        folder.picture(name, 1, ColorType::Grayscale, BitDepth::Eight, &[value]);
+    }
+    let whole = encoded(1, ColorType::Grayscale, BitDepth::Eight, &[5]);
+    folder.write("frame5.png", &whole[..whole.len() - 20]);
+    folder.write("frame6.png", b"");
+    folder.write("notes.txt", b"not a picture either");
+    folder.write(".frame3.png", b"nor this");
+    let expected = [None, Some(1), Some(2), None, None, Some(10)];
+    let found = frames(&mut folder.open().unwrap());
+    assert_eq!(found, expected.map(|value| value.map(|value| vec![value])));
+}
+
+#[test]
+fn a_picture_of_another_size_or_type_is_named() {
+    for (name, width, color, data, part) in [
+        ("size", 2, ColorType::Grayscale, &[1, 2][..], "2x1 8-bit grey, expected 1x1 8-bit grey as a1.png"),
+        ("type", 1, ColorType::Rgb, &[1, 2, 3], "1x1 8-bit RGB, expected 1x1 8-bit grey as a1.png"),
+    ] {
+        let folder = Folder::new(name);
+        folder.picture("a1.png", 1, ColorType::Grayscale, BitDepth::Eight, &[1]);
+        folder.picture("a2.png", width, color, BitDepth::Eight, data);
+        folder.picture("a3.png", 1, ColorType::Grayscale, BitDepth::Eight, &[1]);
+        let mut source = folder.open().unwrap();
+        assert!(matches!(source.next(), Ok(Item::Frame { .. })));
+        let error = source.next().unwrap_err().to_string();
+        assert!(error.contains("a2.png: is ") && error.contains(part), "{error}");
+        assert!(matches!(source.next(), Ok(Item::End)));
+    }
+}
+
+#[test]
+fn what_cannot_be_a_source_is_named() {
+    let folder = Folder::new("wrong");
+    let message = |folder: &Folder| folder.open().err().unwrap().to_string();
+    assert!(message(&folder).contains("has no .png file, expected at least one"));
+    folder.write("a.png", b"x");
+    folder.write("b.png", b"");
+    let error = message(&folder);
+    assert!(error.contains("no PNG file of 2 can be read; a.png: "), "{error}");
+    // A header that claims 2^31 − 1 pixels each way.
+    let mut bytes = encoded(1, ColorType::Rgb, BitDepth::Eight, &[1, 2, 3]);
+    bytes[16..24].copy_from_slice(&[0x7F, 0xFF, 0xFF, 0xFF, 0x7F, 0xFF, 0xFF, 0xFF]);
+    let crc = crc(&bytes[12..29]);
+    bytes[29..33].copy_from_slice(&crc.to_be_bytes());
+    folder.write("a.png", &bytes);
+    let error = message(&folder);
+    assert!(error.contains("a.png: frame size is 2147483647x2147483647, expected 1 to 16384"), "{error}");
+    assert!(PngFolder::open(Path::new("/nowhere"), None).err().unwrap().to_string().contains("No such file"));
+}
+
+/// The check sum of a PNG chunk, bit by bit.
+fn crc(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(u32::MAX, |crc, &byte| {
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| (crc >> 1) ^ (0xEDB8_8320 & (crc & 1).wrapping_neg()))
+    })
+}
