@@ -332,12 +332,11 @@ struct Run<'a> {
 
 impl Run<'_> {
     fn push(&mut self, frame: Option<FeatureFrame>, lost: u64) {
-        let event = match frame {
-            Some(frame) => self.trigger.push_then_lose(frame.features, frame.patched, lost),
-            None => {
-                self.trigger.push_lost(lost);
-                None
-            }
+        let event = if let Some(frame) = frame {
+            self.trigger.push_then_lose(frame.features, frame.patched, lost)
+        } else {
+            self.trigger.push_lost(lost);
+            None
         };
         Self::check(self.name, event, self.expected, &mut self.events, &self.speed, self.exact);
         self.interrupted.extend(self.trigger.take_interrupted());

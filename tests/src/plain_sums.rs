@@ -28,6 +28,7 @@ pub struct Picture {
 }
 
 /// One pixel as its bytes have it.
+#[derive(Clone, Copy)]
 enum Pixel {
     Green(u64),
     /// A red or blue site of a mosaic.
@@ -102,7 +103,11 @@ impl Picture {
         let full_scale = full_scale(self.format);
         let site = |order: BayerOrder, green: u64| {
             let first_is_green = matches!(order, BayerOrder::Grbg | BayerOrder::Gbrg);
-            if ((x + y) % 2 == 0) == first_is_green { Pixel::Green(green.min(full_scale)) } else { Pixel::NotGreen }
+            if (x + y).is_multiple_of(2) == first_is_green {
+                Pixel::Green(green.min(full_scale))
+            } else {
+                Pixel::NotGreen
+            }
         };
         let half_row = self.bytes_per_row.div_ceil(2);
         match self.format {

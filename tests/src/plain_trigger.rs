@@ -42,15 +42,17 @@ pub fn events(stream: &[(Features, bool)], config: &TriggerConfig) -> (Vec<Owned
     let (numerators, denominator) = thresholds(&baseline, config);
 
     let windows: Vec<[i32; 10]> = quiet_part.chunks(m).map(totals).collect();
+    let range = |k: usize| {
+        let sums = windows.iter().map(|window| i128::from(window[k]));
+        sums.clone().max().unwrap_or(0) - sums.min().unwrap_or(0)
+    };
     let quiet = (0..10).all(|k| {
-        let low = windows.iter().map(|window| i128::from(window[k])).min().unwrap();
-        let high = windows.iter().map(|window| i128::from(window[k])).max().unwrap();
         let eta = i128::from(baseline[k]) * 65_536;
         let margin = match config.rule() {
             Rule::Signed => numerators[k] - eta,
             Rule::Literal => (numerators[k] - eta).abs(),
         };
-        (high - low) * denominator <= margin
+        range(k) * denominator <= margin
     });
 
     let mut t = 5 * m;
