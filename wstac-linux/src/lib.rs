@@ -1,5 +1,6 @@
 //! Host side of WSTac: sources of frames, a simulated sensor, and the `wstac` command.
 
+pub mod camera;
 pub mod config;
 pub mod error;
 pub mod reading;

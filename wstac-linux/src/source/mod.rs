@@ -1,5 +1,6 @@
 //! Where frames come from: one trait, one file a source.
 
+pub mod camera;
 pub mod open;
 pub mod png_folder;
 pub mod scene;

@@ -1,0 +1,171 @@
+//! Four-character codes of V4L2 and the pixel formats that they are.
+
+use wstac_core::green::any::PixelFormat;
+use wstac_core::green::bayer::BayerOrder::{Bggr, Gbrg, Grbg, Rggb};
+
+/// A four-character code, as in `YUYV`; shorter names end in spaces, as in `Y10 `.
+pub type FourCc = [u8; 4];
+
+/// What a driver's buffers hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Coding {
+    /// Pixels of this format.
+    Raw(PixelFormat),
+    /// One JPEG picture.
+    Jpeg,
+}
+
+/// All formats that are read. Where nothing else decides, an earlier one is preferred: green straight from the
+/// bytes of a monochrome or YCbCr camera first, the sensor's own mosaic later, lossy pictures last.
+const READABLE: [(FourCc, Coding); 36] = [
+    (*b"GREY", Coding::Raw(PixelFormat::Grey)),
+    (*b"YUYV", Coding::Raw(PixelFormat::Yuyv)),
+    (*b"UYVY", Coding::Raw(PixelFormat::Uyvy)),
+    (*b"NV12", Coding::Raw(PixelFormat::Nv12)),
+    (*b"YU12", Coding::Raw(PixelFormat::Yu12)),
+    (*b"422P", Coding::Raw(PixelFormat::Yuv422p)),
+    (*b"Y10 ", Coding::Raw(PixelFormat::Y10)),
+    (*b"Y12 ", Coding::Raw(PixelFormat::Y12)),
+    (*b"Y16 ", Coding::Raw(PixelFormat::Y16)),
+    (*b"RGB3", Coding::Raw(PixelFormat::Rgb24)),
+    (*b"BGR3", Coding::Raw(PixelFormat::Bgr24)),
+    // In memory: B G R X and R G B X. V4L2 names the first after the word's bytes from the highest down.
+    (*b"XR24", Coding::Raw(PixelFormat::Rgbx32)),
+    (*b"AR24", Coding::Raw(PixelFormat::Rgbx32)),
+    (*b"BGR4", Coding::Raw(PixelFormat::Rgbx32)),
+    (*b"XB24", Coding::Raw(PixelFormat::Rgbx32)),
+    (*b"AB24", Coding::Raw(PixelFormat::Rgbx32)),
+    // In memory: X R G B and X B G R.
+    (*b"BX24", Coding::Raw(PixelFormat::Xrgb32)),
+    (*b"BA24", Coding::Raw(PixelFormat::Xrgb32)),
+    (*b"RGB4", Coding::Raw(PixelFormat::Xrgb32)),
+    (*b"RX24", Coding::Raw(PixelFormat::Xrgb32)),
+    (*b"RA24", Coding::Raw(PixelFormat::Xrgb32)),
+    (*b"RGGB", Coding::Raw(PixelFormat::Bayer8(Rggb))),
+    (*b"GRBG", Coding::Raw(PixelFormat::Bayer8(Grbg))),
+    (*b"GBRG", Coding::Raw(PixelFormat::Bayer8(Gbrg))),
+    (*b"BA81", Coding::Raw(PixelFormat::Bayer8(Bggr))),
+    (*b"RG10", Coding::Raw(PixelFormat::Bayer10(Rggb))),
+    (*b"BA10", Coding::Raw(PixelFormat::Bayer10(Grbg))),
+    (*b"GB10", Coding::Raw(PixelFormat::Bayer10(Gbrg))),
+    (*b"BG10", Coding::Raw(PixelFormat::Bayer10(Bggr))),
+    (*b"RG12", Coding::Raw(PixelFormat::Bayer12(Rggb))),
+    (*b"BA12", Coding::Raw(PixelFormat::Bayer12(Grbg))),
+    (*b"GB12", Coding::Raw(PixelFormat::Bayer12(Gbrg))),
+    (*b"BG12", Coding::Raw(PixelFormat::Bayer12(Bggr))),
+    (*b"RGBP", Coding::Raw(PixelFormat::Rgb565)),
+    (*b"MJPG", Coding::Jpeg),
+    (*b"JPEG", Coding::Jpeg),
+];
+
+/// What buffers of this code hold; nothing where it is not read.
+pub fn coding(fourcc: FourCc) -> Option<Coding> {
+    READABLE.iter().find(|(code, _)| *code == fourcc).map(|(_, coding)| *coding)
+}
+
+/// Place of a code in the order of preference, 0 first; nothing where it is not read.
+pub fn preference(fourcc: FourCc) -> Option<usize> {
+    READABLE.iter().position(|(code, _)| *code == fourcc)
+}
+
+/// The codes that are read, for a person.
+pub fn readable() -> String {
+    list(READABLE.iter().map(|(code, _)| *code))
+}
+
+/// Codes for a person: `GREY, Y10, YUYV`.
+pub fn list(codes: impl IntoIterator<Item = FourCc>) -> String {
+    codes.into_iter().map(name).collect::<Vec<_>>().join(", ")
+}
+
+/// A code for a person: without the spaces at its end, bytes that do not print as `\xNN`, big-endian ones (bit 31) so.
+pub fn name(code: FourCc) -> String {
+    let big_endian = code[3] & 0x80 != 0;
+    let letters = [code[0], code[1], code[2], code[3] & 0x7f];
+    let end = if big_endian { "-BE" } else { "" };
+    format!("{}{end}", letters.escape_ascii().to_string().trim_end())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_for_people() {
+        assert_eq!(name(*b"Y10 "), "Y10");
+        assert_eq!(name([b'Y', b'1', b'6', b' ' | 0x80]), "Y16-BE");
+        assert_eq!(name([0, b'A', b'B', b'C']), "\\x00ABC");
+        assert_eq!(list([*b"GREY", *b"Y10 "]), "GREY, Y10");
+    }
+
+    #[test]
+    fn codes_are_unique() {
+        for (index, (code, _)) in READABLE.iter().enumerate() {
+            assert_eq!(preference(*code), Some(index), "{}", name(*code));
+        }
+    }
+
+    #[test]
+    fn what_is_not_read_is_said_to_be_unknown() {
+        for code in [*b"H264", *b"PJPG", *b"NV21", *b"YVYU", *b"RGBR", *b"pBAA", [0; 4], [255; 4]] {
+            assert_eq!(coding(code), None, "{}", name(code));
+        }
+    }
+
+    /// Every code is found in the kernel's header under the name that its format has there.
+    #[test]
+    fn codes_are_those_of_the_kernels_header() {
+        let header = std::fs::read_to_string("/usr/include/linux/videodev2.h");
+        let Ok(header) = header else {
+            eprintln!("no /usr/include/linux/videodev2.h here: not compared");
+            return;
+        };
+        let code_of = |name: &str| {
+            let define = format!("#define V4L2_PIX_FMT_{name} ");
+            let line = header.lines().find(|line| line.starts_with(&define)).unwrap_or_else(|| panic!("no {name}"));
+            let letters: Vec<u8> = line.split('\'').skip(1).step_by(2).map(|letter| letter.as_bytes()[0]).collect();
+            FourCc::try_from(letters).unwrap()
+        };
+        let raw = |format| Some(Coding::Raw(format));
+        for (name, expected) in [
+            ("GREY", raw(PixelFormat::Grey)),
+            ("Y10", raw(PixelFormat::Y10)),
+            ("Y12", raw(PixelFormat::Y12)),
+            ("Y16", raw(PixelFormat::Y16)),
+            ("RGB24", raw(PixelFormat::Rgb24)),
+            ("BGR24", raw(PixelFormat::Bgr24)),
+            ("BGR32", raw(PixelFormat::Rgbx32)),
+            ("XBGR32", raw(PixelFormat::Rgbx32)),
+            ("ABGR32", raw(PixelFormat::Rgbx32)),
+            ("RGBX32", raw(PixelFormat::Rgbx32)),
+            ("RGBA32", raw(PixelFormat::Rgbx32)),
+            ("RGB32", raw(PixelFormat::Xrgb32)),
+            ("XRGB32", raw(PixelFormat::Xrgb32)),
+            ("ARGB32", raw(PixelFormat::Xrgb32)),
+            ("BGRX32", raw(PixelFormat::Xrgb32)),
+            ("BGRA32", raw(PixelFormat::Xrgb32)),
+            ("RGB565", raw(PixelFormat::Rgb565)),
+            ("SRGGB8", raw(PixelFormat::Bayer8(Rggb))),
+            ("SGRBG8", raw(PixelFormat::Bayer8(Grbg))),
+            ("SGBRG8", raw(PixelFormat::Bayer8(Gbrg))),
+            ("SBGGR8", raw(PixelFormat::Bayer8(Bggr))),
+            ("SRGGB10", raw(PixelFormat::Bayer10(Rggb))),
+            ("SGRBG10", raw(PixelFormat::Bayer10(Grbg))),
+            ("SGBRG10", raw(PixelFormat::Bayer10(Gbrg))),
+            ("SBGGR10", raw(PixelFormat::Bayer10(Bggr))),
+            ("SRGGB12", raw(PixelFormat::Bayer12(Rggb))),
+            ("SGRBG12", raw(PixelFormat::Bayer12(Grbg))),
+            ("SGBRG12", raw(PixelFormat::Bayer12(Gbrg))),
+            ("SBGGR12", raw(PixelFormat::Bayer12(Bggr))),
+            ("YUYV", raw(PixelFormat::Yuyv)),
+            ("UYVY", raw(PixelFormat::Uyvy)),
+            ("NV12", raw(PixelFormat::Nv12)),
+            ("YUV420", raw(PixelFormat::Yu12)),
+            ("YUV422P", raw(PixelFormat::Yuv422p)),
+            ("MJPEG", Some(Coding::Jpeg)),
+            ("JPEG", Some(Coding::Jpeg)),
+        ] {
+            assert_eq!(coding(code_of(name)), expected, "{name}");
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! Cameras through V4L2: find, negotiate, stream.
+//!
+//! The `v4l` crate gives the kernel's structures and the raw calls; the capture stream is this module's own
+//! ([`buffers`]), because it has to end its waits, survive faults and tell damaged buffers from good ones.
+
+pub mod buffers;
+mod choose;
+pub mod colour;
+pub mod device;
+pub mod devices;
+pub mod formats;
+pub mod mjpeg;
+pub mod modes;
+mod negotiate;
+pub mod timeline;
+
+use std::path::PathBuf;
+
+use v4l::v4l_sys as sys;
+use wstac_core::rate::FrameRate;
+
+use crate::error::Error;
+use buffers::Buffers;
+use device::{Device, Identity};
+pub use devices::{DeviceInfo, devices};
+use formats::FourCc;
+pub use negotiate::Negotiated;
+
+/// Which camera, and what is wanted of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CameraRequest {
+    /// Its device node, such as `/dev/video0`.
+    pub path: PathBuf,
+    /// Four-character code of the pixel format; nothing for the one that suits size and rate best.
+    pub format: Option<FourCc>,
+    /// Width and height in pixels; nothing for the paper's 1280x720.
+    pub size: Option<(u32, u32)>,
+    /// Frames a second; nothing for the paper's 30.
+    pub rate: Option<FrameRate>,
+}
+
+impl CameraRequest {
+    /// This camera with all defaults.
+    pub fn new(path: impl Into<PathBuf>) -> Self {
+        Self { path: path.into(), format: None, size: None, rate: None }
+    }
+}
+
+/// A camera that streams.
+#[derive(Debug)]
+pub struct Camera {
+    /// Who it is.
+    pub identity: Identity,
+    /// What its frames are like.
+    pub negotiated: Negotiated,
+    /// The stream.
+    pub buffers: Buffers,
+}
+
+impl Camera {
+    /// Opens a camera, agrees with its driver on format, size and rate, and starts the stream.
+    ///
+    /// # Errors
+    /// Where there is no such camera, it may not be opened, another program uses it, it offers nothing that is read,
+    /// or the driver refuses.
+    pub fn open(request: &CameraRequest) -> Result<Self, Error> {
+        let device = Device::open(&request.path)?;
+        let identity = device.identity().map_err(|error| device.error("cannot be used", &error))?;
+        if let Some(reason) = unusable(identity.capabilities) {
+            return Err(Error::new(request.path.display(), reason));
+        }
+        let negotiated = negotiate::negotiate(&device, request)?;
+        Ok(Self { identity, negotiated, buffers: Buffers::start(device)? })
+    }
+}
+
+/// Why a node with these capabilities gives no frames.
+fn unusable(capabilities: u32) -> Option<&'static str> {
+    if capabilities & sys::V4L2_CAP_VIDEO_CAPTURE == 0 {
+        return Some(if capabilities & sys::V4L2_CAP_VIDEO_CAPTURE_MPLANE != 0 {
+            "a multi-planar capture device, which is not supported"
+        } else {
+            "does not capture video (an output, metadata or other node); wstac devices lists the cameras"
+        });
+    }
+    if capabilities & sys::V4L2_CAP_STREAMING == 0 {
+        return Some("the driver cannot stream");
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error_of(path: &str) -> String {
+        Camera::open(&CameraRequest::new(path)).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn what_is_no_camera_is_said_so() {
+        assert!(error_of("/dev/video-none").contains("no such file"));
+        assert!(error_of("/dev").contains("not a camera"));
+        assert!(error_of("/dev/null").contains("not a video device"), "{}", error_of("/dev/null"));
+        assert!(error_of("/proc/self/exe").contains("not a camera"));
+    }
+
+    #[test]
+    fn nodes_that_do_not_capture_are_named() {
+        let streaming = sys::V4L2_CAP_STREAMING;
+        assert_eq!(unusable(streaming | sys::V4L2_CAP_VIDEO_CAPTURE), None);
+        assert!(unusable(streaming | sys::V4L2_CAP_VIDEO_OUTPUT).unwrap().contains("does not capture"));
+        assert!(unusable(streaming | sys::V4L2_CAP_VIDEO_CAPTURE_MPLANE).unwrap().contains("multi-planar"));
+        assert!(unusable(sys::V4L2_CAP_VIDEO_CAPTURE).unwrap().contains("cannot stream"));
+    }
+}

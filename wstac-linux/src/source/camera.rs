@@ -1,0 +1,169 @@
+//! A camera as a source: its buffers in order, what was lost between them, and an end to every wait.
+
+use std::time::Duration;
+
+use wstac_core::green::any::PixelFormat;
+
+use super::{Item, Source, StreamInfo};
+use crate::camera::buffers::{Filled, Wait};
+use crate::camera::formats::{self, Coding};
+use crate::camera::mjpeg::Decoder;
+use crate::camera::modes::fps;
+use crate::camera::timeline::Timeline;
+use crate::camera::{Camera, CameraRequest};
+use crate::error::Error;
+
+/// Longest wait for a frame before the caller may look for signals.
+const WAIT: Duration = Duration::from_millis(500);
+/// Waits in a row without a frame before the camera is given up: 5 s.
+const MOST_WAITS: u32 = 10;
+/// Read errors in a row before the camera is given up.
+const MOST_ERRORS: u32 = 10;
+
+/// A camera's frames.
+#[derive(Debug)]
+pub struct CameraSource {
+    camera: Camera,
+    info: StreamInfo,
+    timeline: Timeline,
+    decoder: Option<Decoder>,
+    /// The buffer whose bytes the caller has: the next call gives it back.
+    lent: Option<Filled>,
+    /// A buffer that has arrived after a gap: the gap was told, the buffer is next.
+    next: Option<Filled>,
+    /// Waits in a row that brought nothing.
+    waits: u32,
+    /// Errors in a row.
+    errors: u32,
+}
+
+impl CameraSource {
+    /// Opens a camera and starts it.
+    ///
+    /// # Errors
+    /// Those of [`Camera::open`].
+    pub fn open(request: &CameraRequest) -> Result<Self, Error> {
+        let camera = Camera::open(request)?;
+        let negotiated = &camera.negotiated;
+        let (format, decoder) = match negotiated.coding {
+            Coding::Raw(format) => (format, None),
+            Coding::Jpeg => (PixelFormat::Rgb24, Some(Decoder::new(negotiated.size))),
+        };
+        let info = StreamInfo {
+            size: negotiated.size,
+            format,
+            colour: negotiated.colour,
+            bytes_per_row: negotiated.bytes_per_row,
+            rate: negotiated.rate,
+            about: about(&camera),
+        };
+        let timeline = Timeline::new(negotiated.rate);
+        Ok(Self { camera, info, timeline, decoder, lent: None, next: None, waits: 0, errors: 0 })
+    }
+
+    /// Where the driver gives something else than was asked for, for a person.
+    pub fn notes(&self) -> &[String] {
+        &self.camera.negotiated.notes
+    }
+
+    /// Waits for a buffer and keeps it as the next one.
+    fn wait(&mut self) -> Result<Arrival, Error> {
+        match self.camera.buffers.wait(WAIT) {
+            Ok(Wait::Filled(filled)) => {
+                (self.waits, self.errors) = (0, 0);
+                let lost = self.timeline.arrive(filled.sequence, filled.timestamp);
+                self.next = Some(filled);
+                Ok(Arrival::Buffer { lost })
+            }
+            Ok(Wait::Interrupted) => Ok(Arrival::Nothing),
+            Ok(Wait::TimedOut) => {
+                self.waits += 1;
+                if self.waits < MOST_WAITS { Ok(Arrival::Nothing) } else { Err(self.stuck()) }
+            }
+            Err(error) => {
+                self.errors += 1;
+                if error.raw_os_error() != Some(libc::EIO) || self.errors >= MOST_ERRORS {
+                    return Err(self.camera.buffers.device().error("cannot be read any further", &error));
+                }
+                // The frame of this moment, wherever it is; the next one's sequence number may count it, too.
+                self.timeline.report_lost();
+                Ok(Arrival::Unreadable)
+            }
+        }
+    }
+
+    fn stuck(&self) -> Error {
+        let device = self.camera.buffers.device();
+        let seconds = (WAIT * MOST_WAITS).as_secs();
+        let hint = if device.no_signal() {
+            "the driver says that the input has no signal or power"
+        } else {
+            "check the cable, the hub's power and, for a video input, its signal"
+        };
+        Error::new(device.path().display(), format!("no frame for {seconds} s: {hint}"))
+    }
+}
+
+/// What a wait brought.
+enum Arrival {
+    /// A buffer, and how many frames were lost before it.
+    Buffer { lost: u64 },
+    /// One frame that could not be read.
+    Unreadable,
+    /// Nothing yet.
+    Nothing,
+}
+
+impl Source for CameraSource {
+    fn info(&self) -> &StreamInfo {
+        &self.info
+    }
+
+    fn next(&mut self) -> Result<Item<'_>, Error> {
+        if let Some(lent) = self.lent.take() {
+            self.camera.buffers.give_back(lent);
+        }
+        if self.next.is_none() {
+            match self.wait()? {
+                Arrival::Buffer { lost: 0 } => {}
+                Arrival::Buffer { lost } => return Ok(Item::Lost { frames: lost, why: "dropped by the driver" }),
+                Arrival::Unreadable => return Ok(Item::Lost { frames: 1, why: "the driver could not read it" }),
+                Arrival::Nothing => return Ok(Item::Waiting),
+            }
+        }
+        // Whatever becomes of it, the next call gives it back.
+        let Some(filled) = self.next.take() else { return Ok(Item::Waiting) };
+        let filled = self.lent.insert(filled);
+        if filled.damaged {
+            return Ok(Item::Lost { frames: 1, why: "marked as damaged by the driver" });
+        }
+        let (bytes, timestamp) = (self.camera.buffers.bytes(filled), filled.timestamp);
+        if bytes.len() < self.camera.negotiated.frame_bytes {
+            return Ok(Item::Lost { frames: 1, why: "shorter than a frame" });
+        }
+        let Some(decoder) = &mut self.decoder else { return Ok(Item::Frame { bytes, timestamp }) };
+        Ok(match decoder.decode(bytes) {
+            Some(bytes) => Item::Frame { bytes, timestamp },
+            None => Item::Lost { frames: 1, why: "corrupt JPEG picture" },
+        })
+    }
+}
+
+/// `/dev/video0: Camera, YUYV 1280x720, 30 fps`, then the notes.
+fn about(camera: &Camera) -> String {
+    let negotiated = &camera.negotiated;
+    let mut about = format!(
+        "{}: {}, {} {}x{}, {} fps",
+        camera.buffers.device().path().display(),
+        camera.identity.card,
+        formats::name(negotiated.fourcc),
+        negotiated.size.width(),
+        negotiated.size.height(),
+        fps(negotiated.rate),
+    );
+    for note in &negotiated.notes {
+        about.push_str("; ");
+        about.push_str(note);
+    }
+    about
+}
