@@ -9,9 +9,11 @@ use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 
 use super::Source;
+use super::camera::CameraSource;
 use super::png_folder::PngFolder;
 use super::scene::SceneSource;
 use super::y4m::{MAGIC, Y4m};
+use crate::camera::CameraRequest;
 use crate::error::Error;
 use crate::scene::Script;
 
@@ -53,7 +55,8 @@ pub fn open(spec: &str, options: &OpenOptions) -> Result<Box<dyn Source>, Error>
         Err(error) => return Err(Error::new(spec, error)),
     };
     if kind.is_char_device() {
-        return Err(Error::new(spec, "is a device, but cameras are not built in"));
+        let OpenOptions { fps: rate, format, size } = *options;
+        return Ok(Box::new(CameraSource::open(&CameraRequest { path: path.into(), format, size, rate })?));
     }
     of_a_file(spec, options)?;
     if kind.is_dir() {
@@ -146,6 +149,7 @@ mod tests {
         assert!(message(&path("clip.y4m"), sized).contains("size is 4x4, expected only with a camera"));
         let format = OpenOptions { format: Some(*b"YUYV"), ..none };
         assert!(message(&path("clip.y4m"), format).contains("format is YUYV, expected only with a camera"));
+        assert!(message("/dev/null", none).starts_with("/dev/null: "), "a device is taken for a camera");
         fs::remove_dir_all(&folder).unwrap();
     }
 
