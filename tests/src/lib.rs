@@ -1,6 +1,7 @@
 //! What the tests share: every pixel format, a plain per-pixel model of the taxel sums, a plain model of the trigger,
 //! and events as owned data.
 
+pub mod command;
 pub mod formats;
 pub mod plain_sums;
 pub mod plain_trigger;

@@ -1,6 +1,7 @@
 //! Host side of WSTac: sources of frames, a simulated sensor, and the `wstac` command.
 
 pub mod camera;
+pub mod cli;
 pub mod config;
 pub mod error;
 pub mod reading;

@@ -1,3 +1,7 @@
 //! The `wstac` command.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    wstac_linux::cli::main()
+}

@@ -1,0 +1,88 @@
+//! How long a 1280 × 720 frame takes from its bytes to its features, by pixel format; and a logarithm by kernel.
+//!
+//! "any" is what the `wstac` command runs: the format is chosen at run time. "read" is a plain sum of the same bytes.
+
+#![expect(missing_docs, reason = "criterion_group! makes a function without any")]
+
+use std::hint::black_box;
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use wstac_core::features::FeatureScale;
+use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
+use wstac_core::green::bayer::BayerOrder;
+use wstac_core::green::ycbcr::Colour;
+use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
+use wstac_core::rate::FrameRate;
+use wstac_core::stream::FeatureStream;
+use wstac_core::taxels::Camera;
+
+const FORMATS: [(&str, PixelFormat, YcbcrMethod); 12] = [
+    ("grey", PixelFormat::Grey, YcbcrMethod::Exact),
+    ("y16", PixelFormat::Y16, YcbcrMethod::Exact),
+    ("rgb24", PixelFormat::Rgb24, YcbcrMethod::Exact),
+    ("rgb565", PixelFormat::Rgb565, YcbcrMethod::Exact),
+    ("bayer8", PixelFormat::Bayer8(BayerOrder::Rggb), YcbcrMethod::Exact),
+    ("bayer10", PixelFormat::Bayer10(BayerOrder::Rggb), YcbcrMethod::Exact),
+    ("yuyv exact", PixelFormat::Yuyv, YcbcrMethod::Exact),
+    ("yuyv linear", PixelFormat::Yuyv, YcbcrMethod::Linear),
+    ("nv12 exact", PixelFormat::Nv12, YcbcrMethod::Exact),
+    ("nv12 linear", PixelFormat::Nv12, YcbcrMethod::Linear),
+    ("yu12 exact", PixelFormat::Yu12, YcbcrMethod::Exact),
+    ("yu12 linear", PixelFormat::Yu12, YcbcrMethod::Linear),
+];
+
+fn frames(c: &mut Criterion) {
+    let mut group = c.benchmark_group("frame 1280x720");
+    // One element is one frame: criterion then prints frames a second.
+    group.throughput(Throughput::Elements(1));
+    let layout = Layout::paper(FrameSize::new(1280, 720).unwrap()).unwrap();
+    for (name, format, method) in FORMATS {
+        let green = Any::new(format, Colour::default(), method);
+        let camera = Camera::new(green, layout, FrameRate::NOMINAL).unwrap();
+        let bytes: Vec<u8> =
+            (0..camera.frame_bytes() as u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+        let mut stream: FeatureStream<Any, Fixed> = FeatureStream::new(camera, 0.5).unwrap();
+        group.bench_with_input(BenchmarkId::from_parameter(name), &bytes, |b, bytes| {
+            b.iter(|| black_box(stream.push_frame(black_box(bytes))));
+        });
+    }
+    group.finish();
+}
+
+fn read(c: &mut Criterion) {
+    let mut group = c.benchmark_group("read of the bytes under 25 taxels");
+    group.throughput(Throughput::Elements(1));
+    for bytes_per_pixel in [1, 2, 3] {
+        let bytes = vec![7_u8; 25 * 90 * 90 * bytes_per_pixel];
+        group.bench_function(BenchmarkId::from_parameter(format!("{bytes_per_pixel} a pixel")), |b| {
+            b.iter(|| {
+                let words = black_box(&bytes).as_chunks::<8>().0;
+                black_box(words.iter().fold(0, |sum: u64, word| sum.wrapping_add(u64::from_le_bytes(*word))))
+            });
+        });
+    }
+    group.finish();
+}
+
+fn logarithm<L: Ln>(c: &mut Criterion, name: &str) {
+    let scale: FeatureScale<L> = FeatureScale::new(8100, 255, 1, 0.5).unwrap();
+    let sums: Vec<[u32; 10]> = (1..100).map(|i| std::array::from_fn(|k| i * 7919 * (k as u32 + 1))).collect();
+    c.benchmark_group("ten features").bench_function(name, |b| {
+        b.iter(|| {
+            for sums in black_box(&sums) {
+                black_box(scale.features(sums));
+            }
+        });
+    });
+}
+
+fn logarithms(c: &mut Criterion) {
+    logarithm::<Fixed<256>>(c, "fixed, 256 segments (times 99)");
+    logarithm::<Fixed<32>>(c, "fixed, 32 segments (times 99)");
+    logarithm::<Libm>(c, "libm (times 99)");
+    logarithm::<Micromath>(c, "micromath (times 99)");
+}
+
+criterion_group!(benches, frames, read, logarithms);
+criterion_main!(benches);

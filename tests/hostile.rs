@@ -1,0 +1,236 @@
+//! Hostile inputs to the `wstac` command: each is answered by a clear message, the right exit code, and no panic.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use wstac_tests::command::wstac;
+
+/// What a run is given, and what it must answer.
+struct Case {
+    name: &'static str,
+    arguments: Vec<String>,
+    stdin: Vec<u8>,
+    /// Exit code.
+    code: i32,
+    /// Parts of the message on standard error.
+    says: Vec<&'static str>,
+    /// Whether the stream had started, so that the end record must be there.
+    ended: bool,
+}
+
+fn case(name: &'static str, arguments: &[&str], code: i32, says: &[&'static str]) -> Case {
+    let arguments = arguments.iter().map(|argument| (*argument).to_owned()).collect();
+    Case { name, arguments, stdin: Vec::new(), code, says: says.to_vec(), ended: false }
+}
+
+/// A Y4M stream on standard input.
+fn y4m(name: &'static str, stream: &[u8], code: i32, says: &[&'static str]) -> Case {
+    Case { stdin: stream.to_vec(), ..case(name, &["run", "-", "--json"], code, says) }
+}
+
+fn y4m_that_ends(name: &'static str, stream: &[u8], code: i32, says: &[&'static str]) -> Case {
+    Case { ended: true, ..y4m(name, stream, code, says) }
+}
+
+/// A configuration file beside a valid stream.
+fn config(dir: &Path, name: &'static str, text: &[u8], says: &[&'static str]) -> Case {
+    let path = dir.join(format!("{}.toml", name.replace(' ', "-")));
+    fs::write(&path, text).unwrap();
+    Case { stdin: frames(2), ..case(name, &["run", "-", "--json", "--config", path.to_str().unwrap()], 1, says) }
+}
+
+/// `count` dark grey frames of 40 × 40 pixels.
+fn frames(count: usize) -> Vec<u8> {
+    let mut stream = b"YUV4MPEG2 W40 H40 F30:1 Cmono\n".to_vec();
+    for _ in 0..count {
+        stream.extend(b"FRAME\n");
+        stream.extend([3; 1600]);
+    }
+    stream
+}
+
+fn cases(dir: &Path) -> Vec<Case> {
+    let file = |name: &str, bytes: &[u8]| -> PathBuf {
+        let path = dir.join(name);
+        fs::write(&path, bytes).unwrap();
+        path
+    };
+    let folder = |name: &str, files: &[(&str, &[u8])]| -> String {
+        let path = dir.join(name);
+        fs::create_dir(&path).unwrap();
+        for (name, bytes) in files {
+            fs::write(path.join(name), bytes).unwrap();
+        }
+        path.to_str().unwrap().to_owned()
+    };
+    let text = |path: PathBuf| path.to_str().unwrap().to_owned();
+    let mut truncated = frames(3);
+    truncated.truncate(truncated.len() - 700);
+    let mut garbage_between = frames(1);
+    garbage_between.extend(b"GARBAGE HERE\n");
+    let mut endless_header = b"YUV4MPEG2 W40 H40 F30:1 X".to_vec();
+    endless_header.extend([b'a'; 100_000]);
+    let random: Vec<u8> = (0..5000_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+
+    vec![
+        // Arguments.
+        case("no command", &[], 2, &["Usage"]),
+        case("unknown command", &["slide"], 2, &["slide"]),
+        case("no source", &["run"], 2, &["<SOURCE>"]),
+        case("two sources", &["run", "a.y4m", "b.y4m"], 2, &["b.y4m"]),
+        case("unknown option", &["run", "-", "--fast"], 2, &["--fast"]),
+        case("frame rate of zero", &["run", "-", "--fps", "0"], 2, &["--fps", "above 0"]),
+        case("frame rate that is none", &["run", "-", "--fps", "NaN"], 2, &["NaN", "30000/1001"]),
+        case("unknown matrix", &["run", "-", "--matrix", "bt2020"], 2, &["bt2020", "bt601"]),
+        case("size without an x", &["run", "-", "--size", "1280"], 2, &["1280", "WIDTHxHEIGHT"]),
+        case("samples without json", &["run", "-", "--samples"], 2, &["--json"]),
+        case("unknown shell", &["completions", "cmd"], 2, &["cmd", "bash"]),
+        // Sources.
+        case("missing file", &["run", "no-such.y4m"], 1, &["no-such.y4m"]),
+        case("missing device", &["run", "/dev/video99"], 1, &["/dev/video99"]),
+        case("device that is no camera", &["run", "/dev/null"], 1, &["/dev/null"]),
+        case("no source at all", &["run", ""], 1, &["SOURCE"]),
+        case("unknown specimen", &["run", "scene:Cube9@150"], 1, &["Cube9", "Saw3"]),
+        case("scene without a speed", &["run", "scene:Saw3"], 1, &["speed"]),
+        case("scene at no speed", &["run", "scene:Saw3@0"], 1, &["0", "speed"]),
+        case("scene at NaN", &["run", "scene:Saw3@nan"], 1, &["nan"]),
+        case("scene in an odd direction", &["run", "scene:Saw3@150,45deg"], 1, &["45", "90"]),
+        case("scene with an unknown word", &["run", "scene:Saw3@150,loud"], 1, &["loud"]),
+        case(
+            "scene file with an unknown key",
+            &["run", &format!("scene:{}", text(file("s.toml", b"specimen = \"Saw3\"\nspeed = 150\ncolour = 1\n")))],
+            1,
+            &["s.toml", "colour"],
+        ),
+        case("scene file that is missing", &["run", "scene:none.toml"], 1, &["none.toml"]),
+        case("empty folder", &["run", &folder("empty", &[])], 1, &["empty", "PNG"]),
+        case(
+            "folder of a broken PNG",
+            &["run", &folder("broken", &[("1.png", b"\x89PNG\r\n\x1a\nno")])],
+            1,
+            &["1.png"],
+        ),
+        case("file of another kind", &["run", &text(file("notes.txt", b"hello"))], 1, &["notes.txt"]),
+        case("empty file", &["run", &text(file("empty.y4m", b""))], 1, &["empty.y4m"]),
+        // Y4M streams.
+        y4m("nothing on standard input", b"", 1, &["standard input"]),
+        y4m("random bytes", &random, 1, &["standard input", "YUV4MPEG2"]),
+        y4m("header without an end", &endless_header, 1, &["header"]),
+        y4m("no width", b"YUV4MPEG2 H40 F30:1 Cmono\n", 1, &["W"]),
+        y4m("width that is no number", b"YUV4MPEG2 Wabc H40 F30:1 Cmono\n", 1, &["W", "abc"]),
+        y4m("width of zero", b"YUV4MPEG2 W0 H40 F30:1 Cmono\n", 1, &["0"]),
+        y4m("width beyond all", b"YUV4MPEG2 W99999999999999999999 H40 F30:1 Cmono\n", 1, &["99999999999999999999"]),
+        y4m("side above the limit", b"YUV4MPEG2 W16385 H40 F30:1 Cmono\n", 1, &["16385", "16384"]),
+        y4m("negative height", b"YUV4MPEG2 W40 H-40 F30:1 Cmono\n", 1, &["-40"]),
+        y4m("unknown rate", b"YUV4MPEG2 W40 H40 F0:0 Cmono\n", 1, &["0:0", "--fps"]),
+        y4m("ten-bit chroma", b"YUV4MPEG2 W40 H40 F30:1 C420p10\n", 1, &["420p10"]),
+        y4m("frame too small for taxels", b"YUV4MPEG2 W3 H3 F30:1 Cmono\nFRAME\n123456789", 1, &["taxel"]),
+        y4m_that_ends("frame cut short", &truncated, 1, &["frame 2", "900", "1600"]),
+        y4m_that_ends("garbage between frames", &garbage_between, 1, &["FRAME"]),
+        y4m_that_ends("no frames", &frames(0), 0, &[]),
+        y4m_that_ends("fewer frames than the baseline", &frames(5), 0, &[]),
+        // Configurations.
+        config(dir, "unknown key", b"[trigger]\nwindw = 5\n", &["unknown-key.toml", "windw", "window"]),
+        config(dir, "unknown table", b"[triger]\n", &["triger", "trigger"]),
+        config(dir, "window of zero", b"[trigger]\nwindow = 0\n", &["window", "0", "1 to 70"]),
+        config(dir, "window of text", b"[trigger]\nwindow = \"five\"\n", &["window", "five"]),
+        config(dir, "multiplier that is NaN", b"[trigger]\nmultiplier = nan\n", &["multiplier", "NaN"]),
+        config(dir, "infinite margin", b"[trigger]\nmargin = inf\n", &["margin", "inf"]),
+        config(dir, "backtrack too long", b"[trigger]\nbacktrack = 60\n", &["backtrack", "60", "25"]),
+        config(dir, "stride of four", b"[green]\nstride = 4\n", &["stride", "4", "1, 2, 3 or 5"]),
+        config(dir, "taxels without corners", b"[layout]\ntaxel = [5, 5]\n", &["corners"]),
+        config(
+            dir,
+            "corner outside the frame",
+            format!("[layout]\ntaxel = [5, 5]\ncorners = {:?}\n", vec![[38, 0]; 25]).as_bytes(),
+            &["taxel 0", "(43, 5)", "40x40"],
+        ),
+        config(dir, "floor of a thousand levels", b"[features]\nfloor_levels = 1000\n", &["floor_levels", "1000"]),
+        config(dir, "not TOML", b"\xff\xfe{}", &["not-TOML.toml"]),
+        case("missing configuration", &["run", "-", "--config", "none.toml"], 1, &["none.toml"]),
+        case(
+            "file to save to is there",
+            &["run", "scene:Saw3@150", "--save-raw", &text(file("kept.raw", b"kept"))],
+            1,
+            &["kept.raw"],
+        ),
+    ]
+}
+
+#[test]
+fn hostile_inputs_get_a_clear_message_and_the_right_exit_code() {
+    let dir = std::env::temp_dir().join(format!("wstac-hostile-{}", std::process::id()));
+    let _ = fs::remove_dir_all(&dir);
+    fs::create_dir(&dir).unwrap();
+    let mut wrong = Vec::new();
+    let cases = cases(&dir);
+    assert!(cases.len() >= 40);
+    for case in &cases {
+        let mut child = Command::new(wstac())
+            .args(&case.arguments)
+            .current_dir(&dir)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        // A program that refuses its input early closes the pipe: that is its right.
+        let _ = child.stdin.take().unwrap().write_all(&case.stdin);
+        let output = child.wait_with_output().unwrap();
+        let (stdout, stderr) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        let mut faults = Vec::new();
+        if output.status.code() != Some(case.code) {
+            faults.push(format!("exit code {:?}, expected {}", output.status.code(), case.code));
+        }
+        for part in case.says.iter().filter(|part| !stderr.contains(*part)) {
+            faults.push(format!("does not say {part:?}"));
+        }
+        if stderr.contains("panicked") {
+            faults.push("panicked".to_owned());
+        }
+        if case.ended != stdout.contains(r#""kind":"end""#) {
+            faults.push(format!("end record expected: {}", case.ended));
+        }
+        println!("{:32} {:?}  {}", case.name, output.status.code(), stderr.trim_end().replace('\n', "\n    "));
+        if !faults.is_empty() {
+            wrong.push(format!("{}: {}\n  said: {stderr}", case.name, faults.join("; ")));
+        }
+    }
+    fs::remove_dir_all(&dir).unwrap();
+    assert!(wrong.is_empty(), "{} of {} wrong:\n{}", wrong.len(), cases.len(), wrong.join("\n"));
+    println!("{} hostile inputs", cases.len());
+}
+
+#[test]
+fn a_file_that_is_there_is_never_written_over() {
+    let path = std::env::temp_dir().join(format!("wstac-kept-{}", std::process::id()));
+    fs::write(&path, "kept").unwrap();
+    let status =
+        Command::new(wstac()).args(["run", "scene:Saw3@150", "--save-raw"]).arg(&path).output().unwrap().status;
+    assert_eq!((status.code(), fs::read_to_string(&path).unwrap().as_str()), (Some(1), "kept"));
+    fs::remove_file(&path).unwrap();
+}
+
+#[test]
+fn a_closed_output_ends_the_program_quietly() {
+    let mut child = Command::new(wstac())
+        .args(["run", "scene:Saw3@150", "--json", "--features"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    assert!(!String::from_utf8_lossy(&output.stderr).contains("panicked"));
+}
+
+#[test]
+fn a_full_disk_is_an_error_that_names_the_output() {
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let output = Command::new(wstac()).args(["run", "scene:Saw3@150", "--json"]).stdout(full).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("standard output"));
+}
