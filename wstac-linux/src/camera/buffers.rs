@@ -92,7 +92,7 @@ impl Buffers {
     /// Waits for the next buffer.
     ///
     /// # Errors
-    /// The driver's. After EIO the stream may go on.
+    /// The driver's. EIO is of one buffer: the stream may go on.
     pub fn wait(&mut self, timeout: Duration) -> io::Result<Wait> {
         self.return_idle()?;
         let mut poll = libc::pollfd { fd: self.device.file().as_raw_fd(), events: libc::POLLIN, revents: 0 };
@@ -109,11 +109,11 @@ impl Buffers {
         // An error flag is not looked at: taking the buffer says which error it is.
         let mut raw = described(0);
         match self.device.call(&DQBUF, &mut raw) {
-            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
-                // An error without a buffer would be there again at once, for ever.
-                let broken = poll.revents & libc::POLLIN == 0;
-                return if broken { Err(io::Error::from_raw_os_error(libc::EIO)) } else { Ok(Wait::Interrupted) };
+            // Without a buffer the error would be there again at once, for ever: the stream itself has failed.
+            Err(error) if poll.revents & libc::POLLIN == 0 && is_of_the_stream(&error) => {
+                return Err(io::Error::other("the driver says that the stream has failed"));
             }
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => return Ok(Wait::Interrupted),
             other => other?,
         }
         let index = raw.index as usize;
@@ -180,6 +180,11 @@ impl Drop for Buffers {
         request.memory = sys::v4l2_memory_V4L2_MEMORY_MMAP;
         let _ = self.device.call(&REQBUFS, &mut request);
     }
+}
+
+/// Whether an error is not of one buffer where no buffer is ready.
+fn is_of_the_stream(error: &io::Error) -> bool {
+    matches!(error.raw_os_error(), Some(libc::EIO | libc::EAGAIN))
 }
 
 /// A request about the buffer of this number.

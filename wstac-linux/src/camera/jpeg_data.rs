@@ -187,12 +187,13 @@ impl Bits<'_> {
         (self.held >= self.missing).then_some(())
     }
 
-    /// The data end here, but for bits that fill the last byte.
+    /// Nothing but padding is left: ones or zeros in the last byte, or more of them, as some encoders write.
     fn at_end(&self) -> Option<()> {
         let left = self.held.checked_sub(self.missing)?;
-        // Fill bytes may stand before a marker.
+        let bits = self.window.checked_shr(64 - left).unwrap_or(0);
+        let padding = bits == 0 || bits == (1 << left) - 1;
         let rest = self.data.get(self.at..)?;
-        (left < 8 && rest.iter().all(|byte| *byte == 0xff)).then_some(())
+        (padding && (left < 8 || rest.is_empty()) && rest.iter().all(|byte| matches!(byte, 0 | 0xff))).then_some(())
     }
 
     /// Goes on after the restart marker of this number, which has to be here.

@@ -1,7 +1,7 @@
 //! `wstac run`: a source's events.
 
 use std::fs::File;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -219,7 +219,10 @@ struct RawFile {
 impl RawFile {
     /// Creates it, and never writes over another.
     fn create(path: &Path) -> Result<Self, Error> {
-        let file = File::create_new(path).map_err(|error| Error::new(path.display(), error))?;
+        let file = File::create_new(path).map_err(|error| match error.kind() {
+            ErrorKind::AlreadyExists => Error::new(path.display(), "exists already, expected a new file"),
+            _ => Error::new(path.display(), error),
+        })?;
         Ok(Self { file, path: path.to_owned() })
     }
 
