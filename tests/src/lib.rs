@@ -2,6 +2,7 @@
 //! and events as owned data.
 
 pub mod command;
+pub mod extreme;
 pub mod formats;
 pub mod plain_sums;
 pub mod plain_trigger;
