@@ -68,7 +68,9 @@ macro_rules! format {
                     sum_frame: |accumulators, bytes| accumulators.push_frame(bytes),
                     sum_stripe: |accumulators, bytes| accumulators.push_stripe(bytes),
                     abandon: |accumulators| accumulators.abandon_frame(),
-                    sizes: |camera| (camera.frame_bytes(), camera.bytes_per_row(), camera.pixels(), camera.full_scale()),
+                    sizes: |camera| {
+                        (camera.frame_bytes(), camera.bytes_per_row(), camera.pixels(), camera.full_scale())
+                    },
                     stream: |camera, floor| FeatureStream::new(camera, floor),
                     stream_frame: |stream, bytes| stream.push_frame(bytes),
                     stream_stripe: |stream, bytes| stream.push_stripe(bytes),

@@ -1,0 +1,25 @@
+//! Any text as a configuration file: an error that says something, or a configuration that builds or says why not.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use wstac_core::layout::FrameSize;
+use wstac_core::rate::FrameRate;
+use wstac_linux::config::Config;
+
+fuzz_target!(|text: &str| {
+    let config = match Config::parse(text) {
+        Ok(config) => config,
+        Err(message) => return assert!(!message.is_empty()),
+    };
+    let size = FrameSize::new(640, 480).expect("a size");
+    // What cannot be built says why.
+    if let Err(error) = config.layout(size) {
+        assert!(!error.to_string().is_empty());
+    }
+    if let Err(error) = config.trigger() {
+        assert!(!error.to_string().is_empty());
+    }
+    if let Err(error) = config.speed(FrameRate::NOMINAL) {
+        assert!(!error.to_string().is_empty());
+    }
+});
