@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use wstac_core::green::any::PixelFormat;
+use wstac_core::rate::FrameRate;
 
 use super::{Item, Source, StreamInfo};
 use crate::camera::buffers::{Filled, Wait};
@@ -15,8 +16,9 @@ use crate::error::Error;
 
 /// Longest wait for a frame before the caller may look for signals.
 const WAIT: Duration = Duration::from_millis(500);
-/// Waits in a row without a frame before the camera is given up: 5 s.
-const MOST_WAITS: u32 = 10;
+/// How long no frame may come before the camera is given up, and how many periods of a very slow one.
+const LONGEST_SILENCE: Duration = Duration::from_secs(5);
+const SILENT_PERIODS: f64 = 3.0;
 /// Read errors in a row before the camera is given up.
 const MOST_ERRORS: u32 = 10;
 
@@ -78,7 +80,9 @@ impl CameraSource {
             Ok(Wait::Interrupted) => Ok(Arrival::Nothing),
             Ok(Wait::TimedOut) => {
                 self.waits += 1;
-                if self.waits < MOST_WAITS { Ok(Arrival::Nothing) } else { Err(self.stuck()) }
+                // Waits are counted, not a clock's time: a program that was stopped for a while is not a stuck camera.
+                let silence = WAIT * self.waits;
+                if silence < longest_silence(self.info.rate) { Ok(Arrival::Nothing) } else { Err(self.stuck(silence)) }
             }
             Err(error) => {
                 self.errors += 1;
@@ -92,9 +96,9 @@ impl CameraSource {
         }
     }
 
-    fn stuck(&self) -> Error {
+    fn stuck(&self, silence: Duration) -> Error {
         let device = self.camera.buffers.device();
-        let seconds = (WAIT * MOST_WAITS).as_secs();
+        let seconds = silence.as_secs();
         let hint = if device.no_signal() {
             "the driver says that the input has no signal or power"
         } else {
@@ -102,6 +106,12 @@ impl CameraSource {
         };
         Error::new(device.path().display(), format!("no frame for {seconds} s: {hint}"))
     }
+}
+
+/// From when on a camera of this rate is stuck.
+fn longest_silence(rate: FrameRate) -> Duration {
+    let periods = SILENT_PERIODS * f64::from(rate.denominator()) / f64::from(rate.numerator());
+    Duration::try_from_secs_f64(periods).map_or(Duration::MAX, |periods| periods.max(LONGEST_SILENCE))
 }
 
 /// What a wait brought.
@@ -166,4 +176,18 @@ fn about(camera: &Camera) -> String {
         about.push_str(note);
     }
     about
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slow_cameras_may_be_silent_for_longer() {
+        let silence = |numerator, denominator| longest_silence(FrameRate::new(numerator, denominator).unwrap());
+        assert_eq!(silence(30, 1), Duration::from_secs(5));
+        assert_eq!(silence(1, 1), Duration::from_secs(5));
+        assert_eq!(silence(1, 60), Duration::from_secs(180));
+        assert!(silence(1, u32::MAX) > Duration::from_secs(u32::MAX.into()));
+    }
 }
