@@ -4,10 +4,10 @@
 //! the slower rate of a camera that lengthens its exposure in the dark. The larger of both is believed:
 //!
 //! - Timestamps are held against a grid of nominal periods, not against the frame before, so that jitter neither adds
-//!   up nor counts: a frame has to be [`LATE`] periods behind the grid (more while the grid rests on few frames). The
+//!   up nor counts: a frame has to be `LATE` periods behind the grid (more while the grid rests on few frames). The
 //!   grid follows slowly: a camera whose own clock is up to 1 % off loses nothing. A frame counted for one that was
 //!   merely late makes the next ones early, so a later gap is counted less: the count keeps to the time that passed.
-//! - A jump of the sequence number or of the timestamp by more than [`LONGEST_GAP`] is a wrap or a reset unless the
+//! - A jump of the sequence number or of the timestamp by more than `LONGEST_GAP` (10 s) is a wrap or a reset unless the
 //!   other agrees, and then counts as one step; so does a sequence number that stays, or a timestamp that goes back.
 //!   A sequence number that wraps from 2^32 − 1 to 0 is no jump.
 
@@ -17,7 +17,7 @@ use wstac_core::rate::FrameRate;
 
 /// Periods behind the grid from which frames are missing: more than jitter of ±0.6 reaches, less than one.
 const LATE: f64 = 0.75;
-/// What is added to [`LATE`] for the second frame; it falls with the square root of the frames that the grid rests on.
+/// What is added to `LATE` for the second frame; it falls with the square root of the frames that the grid rests on.
 const UNCERTAINTY: f64 = 0.5;
 /// Frames that the grid rests on at most: a 64th of a deviation moves it.
 const MEMORY: f64 = 64.0;
