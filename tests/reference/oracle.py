@@ -74,7 +74,8 @@ def run(stream: BinaryIO, arguments: argparse.Namespace) -> None:
     )
     layout = settings.layout(header.width, header.height)
     stride = settings.get("green", "stride", 1)
-    green = GreenSums(header.format, header.width, header.height, header.width, layout, stride, ycbcr)
+    bytes_per_line = header.format.min_bytes_per_line(header.width)
+    green = GreenSums(header.format, header.width, header.height, bytes_per_line, layout, stride, ycbcr)
     line = Pipeline.of(
         green,
         fps,

@@ -66,7 +66,7 @@ pub struct EventRecord {
 /// A sliding speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SpeedRecord {
-    /// mm/s, to four digits.
+    /// mm/s: one decimal, or four significant digits where that is finer.
     pub mm_s: f64,
     /// Outside the range that the law was fitted on.
     pub extrapolated: bool,
@@ -305,10 +305,10 @@ fn answers(event: &Event<'_>, config: &SpeedConfig, with_sample: bool) -> EventR
     let mut why = Why { texture: Some("no model given"), ..Why::default() };
     let mut speed_at_most = None;
     let speed = match speed::speed(event, config) {
-        Ok(speed) => Some(SpeedRecord { mm_s: four_digits(speed.mm_s), extrapolated: speed.extrapolated }),
+        Ok(speed) => Some(SpeedRecord { mm_s: rounded(speed.mm_s), extrapolated: speed.extrapolated }),
         Err(reason) => {
             if let NoSpeed::CutOff { at_most: Some(mm_s) } = reason {
-                speed_at_most = Some(SpeedRecord { mm_s: four_digits(mm_s), extrapolated: true });
+                speed_at_most = Some(SpeedRecord { mm_s: rounded(mm_s), extrapolated: true });
             }
             why.speed = Some(no_speed(reason));
             None
@@ -352,7 +352,8 @@ fn real(feature: i16) -> f64 {
     f64::from(feature) / f64::from(FEATURE_ONE)
 }
 
-/// A positive number to four significant digits.
-fn four_digits(x: f32) -> f64 {
-    format!("{x:.3e}").parse().unwrap_or(f64::from(x))
+/// A speed for output: one decimal, or four significant digits where that is finer.
+fn rounded(mm_s: f32) -> f64 {
+    let tenths = (f64::from(mm_s) * 10.0).round() / 10.0;
+    if tenths >= 100.0 { tenths } else { format!("{mm_s:.3e}").parse().unwrap_or(tenths) }
 }

@@ -25,12 +25,14 @@ class Header:
     @property
     def frame_bytes(self) -> int:
         """Bytes of a frame; Y4M has no row padding."""
-        return self.format.frame_bytes(self.height, self.width)
+        return self.format.frame_bytes(self.height, self.format.min_bytes_per_line(self.width))
 
 
 def _format(tag: str) -> PixelFormat:
     if tag == "mono":
         return FORMATS["GREY"]
+    if tag in ("mono10", "mono12", "mono16"):
+        return FORMATS[f"Y{tag[4:]}"]
     if tag in ("420", "420jpeg", "420mpeg2", "420paldv"):
         return FORMATS["YU12"]
     if tag in ("422", "444"):
