@@ -5,7 +5,7 @@
 //! have made of them: every bit pattern of every field is covered. Only `Display` of errors is left out: it is
 //! `core::fmt`, which has panics of its own, and nothing on the way from bytes to events formats text.
 #![no_std]
-#![allow(improper_ctypes_definitions, missing_docs)]
+#![allow(improper_ctypes_definitions, missing_docs, clippy::type_complexity)]
 
 use wstac_core::baseline::Baseline;
 use wstac_core::direction::{self, Direction};
