@@ -71,7 +71,7 @@ fn cases(dir: &Path) -> Vec<Case> {
     let mut garbage_between = frames(1);
     garbage_between.extend(b"GARBAGE HERE\n");
     let mut endless_header = b"YUV4MPEG2 W40 H40 F30:1 X".to_vec();
-    endless_header.extend([b'a'; 100_000]);
+    endless_header.resize(100_000, b'a');
     let random: Vec<u8> = (0..5000_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
 
     vec![

@@ -244,20 +244,21 @@ fn interruptions() -> Result<Arc<AtomicBool>, Error> {
 
 /// `30`, `29.97` or `30000/1001`.
 fn frame_rate(text: &str) -> Result<FrameRate, String> {
-    let wrong = || format!("{text:?} is no frame rate, expected a number above 0 such as 30, 29.97 or 30000/1001");
     let (numerator, denominator) = match text.split_once(['/', ':']) {
         Some((numerator, denominator)) => (numerator.parse().ok(), denominator.parse().ok()),
-        None => match text.parse::<u32>() {
-            Ok(whole) => (Some(whole), Some(1)),
-            Err(_) => {
-                let real: f64 = text.parse().map_err(|_| wrong())?;
-                let thousandths = (real * 1000.0).round();
-                ((1.0..=4e9).contains(&thousandths).then_some(thousandths as u32), Some(1000))
-            }
-        },
+        None if text.bytes().all(|byte| byte.is_ascii_digit()) => (text.parse().ok(), Some(1)),
+        None => (thousandths(text), Some(1000)),
     };
-    let rate = numerator.zip(denominator).and_then(|(numerator, denominator)| FrameRate::new(numerator, denominator).ok());
-    rate.ok_or_else(wrong)
+    let rate =
+        numerator.zip(denominator).and_then(|(numerator, denominator)| FrameRate::new(numerator, denominator).ok());
+    rate.ok_or_else(|| format!("{text:?} is no frame rate, expected a number above 0 such as 30, 29.97 or 30000/1001"))
+}
+
+/// A decimal number in thousandths.
+fn thousandths(text: &str) -> Option<u32> {
+    let thousandths = (text.parse::<f64>().ok()? * 1000.0).round();
+    // False for NaN too.
+    (thousandths >= 1.0 && thousandths <= f64::from(u32::MAX)).then_some(thousandths as u32)
 }
 
 /// A four-character code; shorter ones are padded with spaces, as in `Y10 `.
