@@ -182,7 +182,8 @@ pub enum NoSpeed {
     NeverValid,
     /// The first or the last frame of the sample is valid: the slide lasted at least as long as was seen.
     CutOff {
-        /// The highest speed that the seen duration allows, in mm/s, where the law has one.
+        /// What the law makes of the duration that was seen, in mm/s: a bound as good as the law is there, which is
+        /// outside the range it was fitted on.
         at_most: Option<f32>,
     },
     /// The law has no finite speed for this duration.

@@ -126,10 +126,10 @@ pub struct SpeedKeys {
     law: LawName,
     threshold: f64,
     threshold_on: ThresholdOn,
-    intercept: f32,
-    slope: f32,
-    track_mm: f32,
-    afterglow_frames: f32,
+    intercept: Option<f32>,
+    slope: Option<f32>,
+    track_mm: Option<f32>,
+    afterglow_frames: Option<f32>,
 }
 
 impl Default for SpeedKeys {
@@ -138,10 +138,10 @@ impl Default for SpeedKeys {
             law: LawName::default(),
             threshold: params::VALID_THRESHOLD,
             threshold_on: ThresholdOn::default(),
-            intercept: params::SPEED_INTERCEPT,
-            slope: params::SPEED_SLOPE,
-            track_mm: params::TRACK_LENGTH,
-            afterglow_frames: params::AFTERGLOW_FRAMES,
+            intercept: None,
+            slope: None,
+            track_mm: None,
+            afterglow_frames: None,
         }
     }
 }
@@ -180,6 +180,7 @@ impl Config {
     pub fn parse(text: &str) -> Result<Self, String> {
         let config: Self = toml::from_str(text).map_err(|error| error.to_string().trim_end().to_owned())?;
         config.layout.check()?;
+        config.speed.check()?;
         config.trigger().map_err(|error| format!("[trigger] {error}"))?;
         config.speed(FrameRate::NOMINAL).map_err(|error| format!("[speed] {error}"))?;
         if !(config.features.floor_levels >= 0.0 && config.features.floor_levels.is_finite()) {
@@ -204,8 +205,14 @@ impl Config {
     pub fn speed(&self, rate: FrameRate) -> Result<SpeedConfig, CoreError> {
         let keys = &self.speed;
         let law = match keys.law {
-            LawName::Paper => Law::Paper { intercept: keys.intercept, slope: keys.slope },
-            LawName::Physical => Law::Physical { track: keys.track_mm, afterglow: keys.afterglow_frames },
+            LawName::Paper => Law::Paper {
+                intercept: keys.intercept.unwrap_or(params::SPEED_INTERCEPT),
+                slope: keys.slope.unwrap_or(params::SPEED_SLOPE),
+            },
+            LawName::Physical => Law::Physical {
+                track: keys.track_mm.unwrap_or(params::TRACK_LENGTH),
+                afterglow: keys.afterglow_frames.unwrap_or(params::AFTERGLOW_FRAMES),
+            },
         };
         SpeedConfig::new(law, keys.threshold, keys.threshold_on, rate)
     }
@@ -241,39 +248,41 @@ impl LayoutConfig {
     }
 }
 
+impl SpeedKeys {
+    /// A parameter of the law that is not in force would change nothing, in silence.
+    fn check(&self) -> Result<(), String> {
+        let (law, other, key) = match self.law {
+            LawName::Paper => (
+                "paper",
+                "physical",
+                self.track_mm.map(|_| "track_mm").or(self.afterglow_frames.map(|_| "afterglow_frames")),
+            ),
+            LawName::Physical => {
+                ("physical", "paper", self.intercept.map(|_| "intercept").or(self.slope.map(|_| "slope")))
+            }
+        };
+        key.map_or(Ok(()), |key| {
+            Err(format!("[speed] has {key} with law = \"{law}\", expected it with law = \"{other}\" only"))
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// The configuration as the README and `wstac run --help` document it.
-    const DOCUMENTED: &str = r#"
-        [layout]
-        preset = "paper"
-        [green]
-        yuv = "exact"
-        stride = 1
-        [features]
-        ln = "fixed"
-        floor_levels = 0.5
-        [trigger]
-        window = 5
-        multiplier = 1.2
-        backtrack = 10
-        rule = "signed"
-        margin = 0.2
-        [speed]
-        law = "paper"
-        threshold = 0.0475
-        threshold_on = "absolute"
-        [direction]
-        method = "centroid"
-    "#;
+    /// The configuration as `wstac run --help` prints it.
+    const DOCUMENTED: &str = crate::cli::DEFAULT_CONFIGURATION;
 
     #[test]
     fn the_documented_values_are_the_defaults() {
         let (documented, default) = (Config::parse(DOCUMENTED).unwrap(), Config::parse("").unwrap());
-        let documented = format!("{documented:?}").replace("Some(Paper)", "None");
-        assert_eq!(documented, format!("{default:?}"));
+        // The preset is written out, and so are the law's parameters.
+        let without = |config: &Config| {
+            format!("{:?} {:?} {:?} {:?}", config.green, config.features, config.trigger, config.direction)
+        };
+        assert_eq!(without(&documented), without(&default));
+        assert_eq!(documented.speed(FrameRate::NOMINAL).unwrap(), default.speed(FrameRate::NOMINAL).unwrap());
         assert_eq!(default.trigger().unwrap(), TriggerConfig::default());
         assert_eq!(default.speed(FrameRate::NOMINAL).unwrap(), SpeedConfig::paper(FrameRate::NOMINAL));
     }
@@ -292,6 +301,7 @@ mod tests {
             ("[features]\nfloor_levels = -1", vec!["floor_levels is -1"]),
             ("[speed]\nthreshold = inf", vec!["threshold is inf"]),
             ("[speed]\nslope = 0", vec!["speed law parameter is 0"]),
+            ("[speed]\ntrack_mm = 4.0", vec!["track_mm", "physical"]),
             ("[layout]\npreset = \"paper\"\ntaxel = [5, 5]", vec!["preset"]),
             ("[layout]\ntaxel = [5, 5]\ncorners = [[0, 0]]", vec!["corners has 1", "25"]),
             ("[layout", vec!["TOML"]),

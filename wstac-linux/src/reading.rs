@@ -4,7 +4,7 @@ use serde::Serialize;
 use wstac_core::direction::{self, Unclear};
 use wstac_core::green::any::Any;
 use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
-use wstac_core::params::{FEATURE_ONE, FEATURES};
+use wstac_core::params::{FASTEST_FITTED, FEATURE_ONE, FEATURES, SLOWEST_FITTED};
 use wstac_core::speed::{self, NoSpeed, SpeedConfig};
 use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
 use wstac_core::taxels::Camera;
@@ -44,7 +44,8 @@ pub struct EventRecord {
     pub duration_frames: Option<u8>,
     /// Sliding speed.
     pub speed: Option<SpeedRecord>,
-    /// The highest speed that an event which is cut off allows.
+    /// What the speed law makes of the part of a cut-off event that was seen: the slide lasted longer, so it was slower.
+    /// As good as the law is there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed_at_most: Option<SpeedRecord>,
     /// Sliding direction.
@@ -302,13 +303,14 @@ pub fn read_all<E: From<Error>>(
 
 /// An event's answers.
 fn answers(event: &Event<'_>, config: &SpeedConfig, with_sample: bool) -> EventRecord {
-    let mut why = Why { texture: Some("no model given"), ..Why::default() };
+    let mut why = Why { texture: Some("no texture models in this version"), ..Why::default() };
     let mut speed_at_most = None;
     let speed = match speed::speed(event, config) {
         Ok(speed) => Some(SpeedRecord { mm_s: rounded(speed.mm_s), extrapolated: speed.extrapolated }),
         Err(reason) => {
             if let NoSpeed::CutOff { at_most: Some(mm_s) } = reason {
-                speed_at_most = Some(SpeedRecord { mm_s: rounded(mm_s), extrapolated: true });
+                let extrapolated = !(SLOWEST_FITTED..=FASTEST_FITTED).contains(&mm_s);
+                speed_at_most = Some(SpeedRecord { mm_s: rounded(mm_s), extrapolated });
             }
             why.speed = Some(no_speed(reason));
             None

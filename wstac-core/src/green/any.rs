@@ -39,6 +39,13 @@ pub enum PixelFormat {
     Yuv444p,
 }
 
+impl PixelFormat {
+    /// Whether its pixels are Y, Cb and Cr, so that matrix and range matter.
+    pub const fn is_ycbcr(self) -> bool {
+        matches!(self, Self::Yuyv | Self::Uyvy | Self::Nv12 | Self::Yu12 | Self::Yuv422p | Self::Yuv444p)
+    }
+}
+
 /// How YCbCr becomes green: the trade of speed for accuracy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

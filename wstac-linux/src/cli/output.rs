@@ -104,7 +104,10 @@ fn text_of_event(line: &mut String, event: &EventRecord) -> fmt::Result {
                 line.write_str(" (extrapolated)")?;
             }
         }
-        (None, Some(most), why) => write!(line, "speed at most {:.0} mm/s ({})", most.mm_s, why.unwrap_or("cut off"))?,
+        (None, Some(most), why) => {
+            let extrapolated = if most.extrapolated { "extrapolated; " } else { "" };
+            write!(line, "speed at most {:.0} mm/s ({extrapolated}{})", most.mm_s, why.unwrap_or("cut off"))?;
+        }
         (None, None, why) => write!(line, "no speed ({})", why.unwrap_or("unknown"))?,
     }
     match (event.direction.deg, event.why.direction) {

@@ -24,10 +24,10 @@ use crate::source::{Item, Source};
 /// speed and direction. The first 25 frames are the baseline: nothing may touch the sensor during them (0.8 s at
 /// 30 frames a second). Ctrl-C ends a camera.
 #[derive(Debug, clap::Args)]
-#[command(after_long_help = HELP)]
+#[command(after_long_help = help())]
 pub(super) struct Arguments {
-    /// /dev/videoN, scene:NAME@SPEED[,DIRECTION][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input), or
-    /// a folder of PNGs
+    /// /dev/videoN, scene:Saw3@150[,90deg][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input), or a
+    /// folder of PNGs
     source: String,
 
     /// Read the configuration from this TOML file
@@ -46,7 +46,8 @@ pub(super) struct Arguments {
     #[arg(long, requires = "json")]
     samples: bool,
 
-    /// Frames a second, such as 30 or 30000/1001: of a recording, instead of what it says; of a camera, to ask for
+    /// Frames a second, such as 30 or 30000/1001: of a recording, instead of what it says; of a camera, to ask for; of a
+    /// scene, to simulate
     #[arg(long, value_name = "RATE", value_parser = frame_rate)]
     fps: Option<FrameRate>,
 
@@ -62,7 +63,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FOURCC", value_parser = four_characters)]
     format: Option<[u8; 4]>,
 
-    /// Frame size to ask a camera for
+    /// Frame size to ask a camera for, or to simulate
     #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size)]
     size: Option<(u32, u32)>,
 
@@ -87,37 +88,63 @@ enum RangeName {
     Full,
 }
 
-const HELP: &str = r#"Output with --json, one object a line:
-  {"kind":"features","frame":0,"f":[10 natural logarithms, exact multiples of 1/2048]}
+const HELP: &str = r#"Sources:
+  /dev/videoN      a V4L2 camera (wstac devices lists them): --format, --size and --fps choose
+                   among what it offers
+  scene:Saw3@150   a simulated slide: Fla0, or Sin, Saw or Tri with a depth of 2, 3 or 4 mm, at
+                   1 to 1000 mm/s, then any of ,0deg ,90deg ,180deg ,270deg and ,seed=N
+  scene:FILE.toml  the same from a file: specimen = "Saw3", speed = 150, direction = 90,
+                   seed = 7, lead_in = 45, gap = 70 (dark frames before and after), or several
+                   [[slide]] tables
+  FILE.y4m, -      Y4M; for other videos:
+                   ffmpeg -i FILE -pix_fmt yuv420p -f yuv4mpegpipe - | wstac run -
+  FOLDER           its PNGs, 2.png before 10.png; 30 frames a second unless --fps says otherwise
+  Exit code: 1 where a source or file cannot be used, 2 for wrong arguments, otherwise 0.
+
+What the answers mean:
+  An event is a sample of 70 frames (2.3 s at 30 frames a second). A slide that lasts
+  longer, one slower than about 50 mm/s, is cut into several events: their speeds are
+  bounds, and their directions may be wrong.
+  Speed was fitted from 100 to 200 mm/s. An answer outside is marked "extrapolated" and may
+  be far off. One frame of 30 a second is 4 % of the speed.
+  Directions are counter-clockwise in the picture: 0° is right, 90° up.
+  "reliable" says that the baseline was quiet and that at most 7 frames were filled, no
+  more.
+
+Output with --json, one object a line:
+  {"kind":"features","frame":0,"f":[…10 numbers…]}
   {"kind":"event","frame":137,"frames":70,"duration_frames":38,
    "speed":{"mm_s":102.0,"extrapolated":false},"direction":{"deg":90,"confidence":0.93},
-   "texture":null,"frames_filled":0,"reliable":true,"why":{"texture":"no model given"}}
-  {"kind":"incomplete","frame":300,"frames":12}       an event that a gap ended
+   "texture":null,"frames_filled":0,"reliable":true,"why":{"texture":"…"}}
+  {"kind":"incomplete","frame":300,"frames":12}     an event that a gap of lost frames ended
   {"kind":"end","frames":900,"dropped":0,"baseline":"complete","incomplete":null}
-  speed, direction.deg and texture are null where there is no answer; "why" says why.
-  Frame numbers count feature frames: above 45 frames a second, round(fps/30) camera frames
-  are added up to one. "dropped" counts camera frames.
+  "f" is five rows, then five columns: natural logarithms, exact multiples of 1/2048.
+  --samples adds "sample" to events: 10 lists of 70 such numbers.
+  "frame" of an event is the first of its sample, 10 before the window that fired. Frames
+  are counted from 0; above 45 a second, round(fps/30) camera frames are added up to one.
+  "dropped" counts camera frames.
+  speed, direction.deg and texture are null where there is no answer, and "why" says why.
+  "speed_at_most" is what the law makes of the part of a cut-off event that was seen.
+  "baseline" is "incomplete" where the stream was too short for it; "incomplete" is
+  {"frame","frames"} where the stream ended inside an event.
 
-Configuration, every key optional, with its default:
-  [layout]    preset = "paper"           # or: taxel = [w, h], corners = [[x, y], … 25, row by row]
-  [green]     yuv = "exact"  stride = 1  # yuv: exact | linear (faster); stride: 1, 2, 3 or 5
-  [features]  ln = "fixed"  floor_levels = 0.5            # ln: fixed | libm | micromath
-  [trigger]   window = 5  multiplier = 1.2  backtrack = 10  rule = "signed"  margin = 0.2
-              # rule: signed | literal (the published one)
-  [speed]     law = "paper"  threshold = 0.0475  threshold_on = "absolute"
-              # law: paper (with intercept, slope) | physical (with track_mm, afterglow_frames)
-              # threshold_on: absolute | above_baseline
-  [direction] method = "centroid"
-  (each key on a line of its own)
-
-Exit code: 2 for wrong arguments, 1 for a source or file that cannot be used, 0 otherwise.
+Configuration (--config), every key optional; these are the defaults:
 "#;
+
+/// What `wstac run --help` ends with.
+fn help() -> String {
+    let configuration = super::DEFAULT_CONFIGURATION.replace('\n', "\n  ");
+    format!("{HELP}  {}", configuration.trim_end())
+}
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let config = arguments.config.as_deref().map_or_else(|| Ok(Config::default()), Config::read)?;
     let options = OpenOptions { fps: arguments.fps, format: arguments.format, size: arguments.size };
     let mut source = open(&arguments.source, &options)?;
     let mut info = source.info().clone();
+    if (arguments.matrix.is_some() || arguments.range.is_some()) && !info.format.is_ycbcr() {
+        return Err(Error::new(&info.about, "--matrix and --range are for YCbCr sources, expected neither").into());
+    }
     if let Some(matrix) = arguments.matrix {
         info.colour.matrix = match matrix {
             MatrixName::Bt601 => Matrix::Bt601,

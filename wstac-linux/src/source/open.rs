@@ -51,6 +51,9 @@ pub fn open(spec: &str, options: &OpenOptions) -> Result<Box<dyn Source>, Error>
     let none_of_these = |why: &str| Error::new(format_args!("SOURCE is {spec:?}"), format_args!("{why}{EXPECTED}"));
     let kind = match path.metadata() {
         Ok(metadata) => metadata.file_type(),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound && spec.starts_with("/dev/video") => {
+            return Err(Error::new(spec, "no such camera; wstac devices lists those that there are"));
+        }
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Err(none_of_these("no such file; ")),
         Err(error) => return Err(Error::new(spec, error)),
     };
@@ -67,7 +70,15 @@ pub fn open(spec: &str, options: &OpenOptions) -> Result<Box<dyn Source>, Error>
     if is_y4m || (kind.is_file() && has_magic(path).map_err(|error| Error::new(spec, error))?) {
         return Ok(Box::new(Y4m::open(path, options.fps)?));
     }
-    Err(none_of_these(""))
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    Err(none_of_these(match extension.to_str() {
+        Some("toml") => "a scene's file is scene:FILE.toml; ",
+        Some("png") => "a PNG is read with all of its folder, so name that; ",
+        Some("mp4" | "mkv" | "mov" | "avi" | "webm" | "mjpeg") => {
+            "a video is read by ffmpeg -i FILE -pix_fmt yuv420p -f yuv4mpegpipe - | wstac run - ; "
+        }
+        _ => "",
+    }))
 }
 
 /// The script of a scene, with what the options change.

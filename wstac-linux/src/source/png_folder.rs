@@ -41,11 +41,12 @@ impl PngFolder {
         let (first, shape) = first_picture(path, &files)?;
         let rate = fps.unwrap_or(FrameRate::NOMINAL);
         let about = format!(
-            "{}: {} PNG files, {shape}, {}:{} frames a second",
+            "{}: {} PNG files, {shape}, {}:{} frames a second{}",
             path.display(),
             files.len(),
             rate.numerator(),
-            rate.denominator()
+            rate.denominator(),
+            if fps.is_none() { " (assumed: state another with --fps)" } else { "" }
         );
         let info = StreamInfo {
             size: shape.size,

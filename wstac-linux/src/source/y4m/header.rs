@@ -122,7 +122,7 @@ fn checked_format(found: Option<&str>, sampling: Option<&str>) -> Result<(String
         "mono16" => PixelFormat::Y16,
         other => {
             return Err(format!(
-                "C is {other:?}, expected 420, 420jpeg, 420mpeg2, 420paldv, 422, 444, mono, mono10, mono12 or mono16"
+                "C is {other:?}, expected 420, 420jpeg, 420mpeg2, 420paldv, 422, 444, mono, mono10, mono12 or mono16; ffmpeg makes the first with -pix_fmt yuv420p"
             ));
         }
     };
