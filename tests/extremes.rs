@@ -175,8 +175,8 @@ fn whole_frame_taxels_sum_the_whole_frame() {
     let layout = stacked(size(31, 17), [31, 17], [0, 0]);
     let bytes: Vec<u8> = (0..31 * 17_u32).map(|i| (i * 7 % 251) as u8).collect();
     for stride in [1_usize, 2, 3, 5] {
-        let camera = Camera::new(Grey, layout, FrameRate::NOMINAL).unwrap();
-        let camera = camera.with_stride(Stride::try_from(stride as u32).unwrap()).unwrap();
+        let counted = Stride::try_from(stride as u32).unwrap();
+        let camera = Camera::with_stride(Grey, layout, FrameRate::NOMINAL, counted).unwrap();
         let rows = bytes.chunks(31).step_by(stride);
         let expected: u32 = rows.flat_map(|row| row.iter().step_by(stride)).map(|&v| u32::from(v)).sum();
         assert_eq!(Accumulators::new(camera).push_frame(&bytes).unwrap(), [expected; 25], "stride {stride}");
@@ -267,4 +267,38 @@ fn four_gigabytes_from_row_to_row() {
         let narrow = Camera::new(any(format), layout, FrameRate::NOMINAL).unwrap().with_bytes_per_row(least - 1);
         assert_eq!(narrow.unwrap_err(), Error::BytesPerRow { found: least - 1, expected: least });
     }
+}
+
+/// 5 · A · G with a stride: A is what it counts, so a frame that is too large for stride 1 may be accepted and right.
+#[test]
+fn the_32_bit_limit_counts_what_the_stride_counts() {
+    // 8-bit taxels of 4104 x 4104 pixels hold 16 842 816; 5 · 255 of them do not fit, a quarter does not, a ninth does.
+    let layout = stacked(size(4104, 4104), [4104, 4104], [0, 0]);
+    let camera = |stride| Camera::with_stride(Grey, layout, FrameRate::NOMINAL, stride);
+    for stride in [Stride::One, Stride::Two] {
+        assert!(matches!(camera(stride), Err(Error::SumTooLarge { .. })), "{stride:?}");
+    }
+    let bytes = vec![255; 4104 * 4104];
+    for stride in [Stride::Three, Stride::Five] {
+        let camera = camera(stride).unwrap();
+        let counted = 4104_u32.div_ceil(u32::from(stride.get()));
+        assert_eq!(camera.pixels(), counted * counted);
+        assert_eq!(Accumulators::new(camera).push_frame(&bytes).unwrap(), [255 * counted * counted; 25]);
+    }
+}
+
+/// A frame that stops in the middle of its stripes: the next whole frame is refused until it is given up, which keeps
+/// its place in time.
+#[test]
+fn a_frame_that_stops_in_its_stripes_can_be_given_up() {
+    let camera = Camera::new(Grey, Layout::paper(size(40, 40)).unwrap(), FrameRate::NOMINAL).unwrap();
+    let mut pipeline: Pipeline = Pipeline::new(camera, 0.5, TriggerConfig::default()).unwrap();
+    let frame = [3; 1600];
+    assert!(pipeline.push_frame(&frame).unwrap().is_none());
+    assert!(pipeline.push_stripe(&frame[..400]).unwrap().is_none());
+    assert!(pipeline.push_lost(1).is_none());
+    assert!(matches!(pipeline.push_frame(&frame), Err(Error::FrameUnderWay { rows: 10 })));
+    assert!(pipeline.abandon_frame().is_none());
+    assert!(pipeline.push_frame(&frame).unwrap().is_none());
+    assert_eq!(pipeline.end().frames, 4);
 }

@@ -119,7 +119,8 @@ fn eta_at_its_extremes_in_both_rules() {
 #[test]
 fn streams_around_2_to_the_32_and_33() {
     let run = |start: u64| {
-        let mut trigger = trigger(5, 10, Rule::Signed, 1.2).starting_at(start);
+        let config = TriggerConfig::new(5, 1.2, 10, Rule::Signed, 0.2).unwrap();
+        let mut trigger = Trigger::starting_at(config, start);
         let mut events = Vec::new();
         for frame in 0..1500_u64 {
             if frame % 211 == 60 {

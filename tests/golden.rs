@@ -230,8 +230,8 @@ impl Case {
                 Layout::new(size, *taxel, corners.as_slice().try_into().unwrap()).unwrap()
             }
         };
-        Camera::new(Any::new(self.pixel_format(), Colour { matrix, range }, method), layout, self.rate())
-            .and_then(|camera| camera.with_stride(Stride::try_from(self.stride).unwrap()))
+        let green = Any::new(self.pixel_format(), Colour { matrix, range }, method);
+        Camera::with_stride(green, layout, self.rate(), Stride::try_from(self.stride).unwrap())
             .and_then(|camera| camera.with_bytes_per_row(self.bytes_per_line))
             .unwrap()
     }

@@ -51,6 +51,7 @@ fn frames(count: usize) -> Vec<u8> {
     stream
 }
 
+#[expect(clippy::too_many_lines, reason = "a table")]
 fn cases(dir: &Path) -> Vec<Case> {
     let file = |name: &str, bytes: &[u8]| -> PathBuf {
         let path = dir.join(name);
@@ -145,9 +146,14 @@ fn cases(dir: &Path) -> Vec<Case> {
             dir,
             "corner outside the frame",
             format!("[layout]\ntaxel = [5, 5]\ncorners = {:?}\n", vec![[38, 0]; 25]).as_bytes(),
-            &["taxel 0", "(43, 5)", "40x40"],
+            &["corner-outside-the-frame.toml", "[layout]", "taxel 0", "(43, 5)", "40x40"],
         ),
-        config(dir, "floor of a thousand levels", b"[features]\nfloor_levels = 1000\n", &["floor_levels", "1000"]),
+        config(
+            dir,
+            "floor of a thousand levels",
+            b"[features]\nfloor_levels = 1000\n",
+            &["levels.toml", "[features]", "floor_levels", "1000"],
+        ),
         config(dir, "not TOML", b"\xff\xfe{}", &["not-TOML.toml"]),
         case("missing configuration", &["run", "-", "--config", "none.toml"], 1, &["none.toml"]),
         case(

@@ -71,8 +71,8 @@ fn layout_of(picture: &Picture) -> Layout {
 }
 
 fn camera_of<G: Green>(green: G, picture: &Picture) -> Camera<G> {
-    Camera::new(green, layout_of(picture), FrameRate::NOMINAL)
-        .and_then(|camera| camera.with_stride(Stride::try_from(picture.stride as u32).unwrap()))
+    let stride = Stride::try_from(picture.stride as u32).unwrap();
+    Camera::with_stride(green, layout_of(picture), FrameRate::NOMINAL, stride)
         .and_then(|camera| camera.with_bytes_per_row(picture.bytes_per_row as u32))
         .unwrap()
 }
@@ -360,7 +360,7 @@ proptest! {
         losses in prop::collection::vec((0_usize..600, prop_oneof![1_u64..=20, 60_u64..200, any::<u64>()]), 0..30),
         start in prop_oneof![Just(0), any::<u32>().prop_map(u64::from)], seed in any::<u64>(),
     ) {
-        let mut trigger = Trigger::new(config).starting_at(start);
+        let mut trigger = Trigger::starting_at(config, start);
         let mut frames_seen = start;
         let mut last: Option<u64> = None;
         let mut check = |event: Option<OwnedEvent>, now: u64| {
@@ -524,8 +524,8 @@ proptest! {
                 pipeline.end();
             }
         }
-        let camera = Camera::new(any_of(&picture), layout_of(&picture), rate)
-            .and_then(|camera| camera.with_stride(Stride::try_from(picture.stride as u32).unwrap()))
+        let stride = Stride::try_from(picture.stride as u32).unwrap();
+        let camera = Camera::with_stride(any_of(&picture), layout_of(&picture), rate, stride)
             .and_then(|camera| camera.with_bytes_per_row(picture.bytes_per_row as u32));
         // A rate can be too high for 32 bits.
         let Ok(camera) = camera else { return Ok(()) };

@@ -3,10 +3,14 @@
 use std::ptr;
 
 use wstac_core::green::Green;
+use wstac_core::green::bayer::{Bayer, BayerOrder};
 use wstac_core::green::grey::Grey;
-use wstac_core::green::packed_ycbcr::Yuyv;
-use wstac_core::green::planar_ycbcr::Nv12;
-use wstac_core::green::ycbcr::{Colour, Exact};
+use wstac_core::green::packed_rgb::{Rgbx32, Xrgb32};
+use wstac_core::green::packed_ycbcr::{Uyvy, Yuyv};
+use wstac_core::green::planar_ycbcr::{Nv12, Yu12, Yuv422p, Yuv444p};
+use wstac_core::green::rgb565::Rgb565;
+use wstac_core::green::words::Y16;
+use wstac_core::green::ycbcr::{Colour, Exact, Linear};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::{Accumulators, Camera};
@@ -109,24 +113,59 @@ fn check<G: Green>(camera: Camera<G>, pages: usize, level: u8, expected: u32, to
     }
 }
 
-#[test]
-fn grey_bytes_outside_the_taxels_are_never_read() {
-    let (camera, layout) = camera(Grey, 1, 4, false);
-    check(camera, 4 * 24, 7, 16 * 7, |number| is_touched(&layout, number / 4, number % 4, 1, 1));
+/// Packed formats: one kind of row, `pages_per_row` pages each.
+fn check_packed<G: Green>(green: G, bytes_per_pixel: usize, level: u8, expected: u32) {
+    let even_rows = green.cell() == 2;
+    let pages = if bytes_per_pixel == 1 { 4 } else { 7 };
+    let (camera, layout) = camera(green, bytes_per_pixel, pages, even_rows);
+    let touched = |number| is_touched(&layout, number / pages, number % pages, bytes_per_pixel, 1);
+    check(camera, pages * 24, level, expected, touched);
 }
 
 #[test]
-fn yuyv_bytes_outside_the_taxels_are_never_read() {
-    let (camera, layout) = camera(Yuyv::new(Exact::new(Colour::default())), 2, 7, false);
-    // Y = Cb = Cr = 128 is a green of 130.
-    check(camera, 7 * 24, 128, 16 * 130, |number| is_touched(&layout, number / 7, number % 7, 2, 1));
+fn bytes_outside_the_taxels_are_never_read_in_packed_formats() {
+    // Taxels have 16 pixels, of a Bayer mosaic 8 green ones. 0x0707 is 1799, and a green of 227 as RGB565.
+    let colour = Colour::default();
+    check_packed(Grey, 1, 7, 16 * 7);
+    check_packed(Y16::default(), 2, 7, 16 * 1799);
+    check_packed(Rgbx32::default(), 4, 7, 16 * 7);
+    check_packed(Xrgb32::default(), 4, 7, 16 * 7);
+    check_packed(Rgb565, 2, 7, 16 * 227);
+    check_packed(Bayer::<8>::new(BayerOrder::Rggb), 1, 7, 8 * 7);
+    check_packed(Bayer::<12>::new(BayerOrder::Grbg), 2, 7, 8 * 1799);
+    // Y = Cb = Cr = 128 is a green of 130.41: 130 a pixel if exact, 2087 a taxel if linear.
+    check_packed(Yuyv::new(Exact::new(colour)), 2, 128, 16 * 130);
+    check_packed(Uyvy::new(Linear::new(colour)), 2, 128, 2087);
 }
 
 #[test]
-fn nv12_bytes_outside_the_taxels_are_never_read() {
+fn bytes_outside_the_taxels_are_never_read_in_nv12() {
     let (camera, layout) = camera(Nv12::new(Exact::new(Colour::default())), 1, 4, true);
     check(camera, 4 * 36, 128, 16 * 130, |number| match number / 4 {
         row @ 0..24 => is_touched(&layout, row, number % 4, 1, 1),
         row => is_touched(&layout, row - 24, number % 4, 1, 2),
     });
+}
+
+/// Planes of luma, Cb and Cr, with chroma rows of half as many pages for every `per` rows of luma.
+fn check_planes<G: Green>(green: G, per: usize, expected: u32) {
+    let (camera, layout) = camera(green, 1, 4, true);
+    let plane = 2 * 24 / per;
+    check(camera, 4 * 24 + 2 * plane, 128, expected, |number| {
+        let Some(in_chroma) = number.checked_sub(4 * 24) else {
+            return is_touched(&layout, number / 4, number % 4, 1, 1);
+        };
+        // Two pages of luma share one of chroma.
+        let (row, page) = (in_chroma % plane / 2, in_chroma % 2);
+        (0..2).any(|half| is_touched(&layout, row, 2 * page + half, 1, per))
+    });
+}
+
+#[test]
+fn bytes_outside_the_taxels_are_never_read_in_planar_formats() {
+    let colour = Colour::default();
+    check_planes(Yu12::new(Exact::new(colour)), 2, 16 * 130);
+    check_planes(Yuv422p::new(Linear::new(colour)), 1, 2087);
+    let (camera, layout) = camera(Yuv444p::new(Exact::new(colour)), 1, 4, false);
+    check(camera, 3 * 4 * 24, 128, 16 * 130, |number| is_touched(&layout, number / 4 % 24, number % 4, 1, 1));
 }

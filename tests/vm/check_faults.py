@@ -66,7 +66,10 @@ def stopped(run: Run) -> tuple[list[str], str]:
     problems = [] if size % FRAME == 0 else ["the raw file ends inside a frame"]
     problems += [] if saved > 20 else [f"only {saved} frames in three seconds"]
     problems += [] if saved == said or run.end["dropped"] else [f"{saved} frames saved, {said} counted"]
-    problems += [] if len(run.of_kind("features")) == said else ["the end record counts other frames than were printed"]
+    # A busy machine may lose a frame here, too; frames lost at the very end have no place in time.
+    printed, lost = len(run.of_kind("features")), run.end["dropped"]
+    if not printed <= said <= printed + lost:
+        problems.append(f"the end record counts {said} frames, {printed} were printed and {lost} lost")
     return problems, f"{said} frames"
 
 

@@ -102,7 +102,27 @@ pub enum Error {
     /// A speed threshold that is not a number above 0 and at most 5.
     SpeedThreshold(f64),
     /// A parameter of a speed law that is not finite, or not above zero where it must be.
-    SpeedLaw(f32),
+    SpeedLaw {
+        /// Which.
+        parameter: LawParameter,
+        /// Number found.
+        found: f32,
+    },
+}
+
+/// A parameter of a speed law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum LawParameter {
+    /// Frames at 1 mm/s, of the paper's law.
+    Intercept,
+    /// Frames a decade, of the paper's law.
+    Slope,
+    /// Lit track in mm, of the physical law.
+    Track,
+    /// Afterglow in frames, of the physical law.
+    Afterglow,
 }
 
 impl fmt::Display for Error {
@@ -122,7 +142,7 @@ impl fmt::Display for Error {
             ),
             Self::SumTooLarge { pixels, full_scale, frames } => write!(
                 f,
-                "5 taxels of {pixels} pixels at full scale {full_scale} over {frames} frame(s) do not fit 32 bits, expected at most 4294967295"
+                "5 taxels of {pixels} counted pixels at full scale {full_scale} over {frames} frame(s) do not fit 32 bits, expected at most 4294967295"
             ),
             Self::Stride(found) => write!(f, "stride is {found}, expected 1, 2, 3 or 5"),
             Self::BytesPerRow { found, expected } => {
@@ -158,9 +178,12 @@ impl fmt::Display for Error {
             Self::SpeedThreshold(found) => {
                 write!(f, "speed threshold is {found}, expected above 0 and at most 5")
             }
-            Self::SpeedLaw(found) => {
-                write!(f, "speed law parameter is {found}, expected a finite number, above 0 for a slope or a track")
-            }
+            Self::SpeedLaw { parameter, found } => match parameter {
+                LawParameter::Intercept => write!(f, "intercept is {found}, expected a finite number"),
+                LawParameter::Slope => write!(f, "slope is {found}, expected a finite number above 0"),
+                LawParameter::Track => write!(f, "track_mm is {found}, expected a finite number above 0"),
+                LawParameter::Afterglow => write!(f, "afterglow_frames is {found}, expected a finite number"),
+            },
         }
     }
 }

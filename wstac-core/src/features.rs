@@ -14,16 +14,16 @@ pub type Features = [i16; FEATURES];
 /// Bits that a logarithm has more than a feature.
 const SHIFT: u32 = LN_FRACTION_BITS - FEATURE_FRACTION_BITS;
 
-/// Row sums, then column sums, of the taxel sums.
+/// Row sums, then column sums, of the taxel sums; saturating, which five sums of at most G · A do not need.
 #[inline(always)]
 pub fn line_sums(taxels: &[u32; TAXELS]) -> [u32; FEATURES] {
     let mut lines = [0; FEATURES];
     let (rows, columns) = lines.split_at_mut(ROWS);
     let (grid, _) = taxels.as_chunks::<COLUMNS>();
     for (row, taxels) in rows.iter_mut().zip(grid) {
-        *row = taxels.iter().sum();
+        *row = taxels.iter().fold(0, |sum: u32, taxel| sum.saturating_add(*taxel));
         for (column, taxel) in columns.iter_mut().zip(taxels) {
-            *column += taxel;
+            *column = column.saturating_add(*taxel);
         }
     }
     lines
@@ -74,9 +74,9 @@ impl<L: Ln> FeatureScale<L> {
         if sum == 0 {
             return self.floor;
         }
-        // At most ln 5 · 2048 = 3296 above, and saturated below by the floor.
+        // At most ln 5 · 2048 = 3296 for a sum of five taxels; what is no such sum saturates.
         let feature = (L::ln(sum) - self.reference + (1 << (SHIFT - 1))) >> SHIFT;
-        feature.max(i32::from(self.floor)) as i16
+        feature.clamp(i32::from(self.floor), i32::from(i16::MAX)) as i16
     }
 
     /// The features of ten line sums.

@@ -53,8 +53,9 @@ impl<G: Green, L: Ln> Pipeline<G, L> {
     /// Takes a whole frame; an event, if it completes one.
     ///
     /// # Errors
-    /// [`Error::FrameTooShort`], [`Error::FrameUnderWay`]: the frame was not taken. Count it with
-    /// [`Pipeline::push_lost`] to keep time.
+    /// [`Error::FrameTooShort`]: the frame was not taken; count it with [`Pipeline::push_lost`] to keep time.
+    /// [`Error::FrameUnderWay`]: a frame in stripes is not complete; give it up with [`Pipeline::abandon_frame`],
+    /// which counts it as lost, and push again.
     pub fn push_frame(&mut self, bytes: &[u8]) -> Result<Option<Event<'_>>, Error> {
         let Some(frame) = self.stream.push_frame(bytes)? else { return Ok(None) };
         Ok(self.trigger.push(frame.features, frame.patched))
@@ -76,7 +77,7 @@ impl<G: Green, L: Ln> Pipeline<G, L> {
         self.lose(loss)
     }
 
-    /// Keeps the place of lost camera frames in time.
+    /// Keeps the place of lost camera frames in time. A frame that is under way in stripes stays so.
     pub fn push_lost(&mut self, frames: u64) -> Option<Event<'_>> {
         let loss = self.stream.push_lost(frames);
         self.lose(loss)

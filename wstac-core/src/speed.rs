@@ -1,6 +1,6 @@
 //! Sliding speed from how long a sample is lit (SPEC §4; paper, "Speed Regression").
 
-use crate::error::Error;
+use crate::error::{Error, LawParameter};
 use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, exp_of_negative};
 use crate::features::Features;
 use crate::ln::constant;
@@ -47,19 +47,20 @@ impl Law {
             }
             Self::Physical { .. } => return None,
         };
-        mm_s.is_finite().then_some(mm_s)
+        // Beyond what 32 bits can tell from 0 or from infinity there is no answer.
+        (mm_s > 0.0 && mm_s.is_finite()).then_some(mm_s)
     }
 
     const fn check(&self) -> Result<(), Error> {
         let (any, positive) = match *self {
-            Self::Paper { intercept, slope } => (intercept, slope),
-            Self::Physical { track, afterglow } => (afterglow, track),
+            Self::Paper { intercept, slope } => ((LawParameter::Intercept, intercept), (LawParameter::Slope, slope)),
+            Self::Physical { track, afterglow } => ((LawParameter::Afterglow, afterglow), (LawParameter::Track, track)),
         };
-        if !any.is_finite() {
-            return Err(Error::SpeedLaw(any));
+        if !any.1.is_finite() {
+            return Err(Error::SpeedLaw { parameter: any.0, found: any.1 });
         }
-        if !(positive > 0.0 && positive.is_finite()) {
-            return Err(Error::SpeedLaw(positive));
+        if !(positive.1 > 0.0 && positive.1.is_finite()) {
+            return Err(Error::SpeedLaw { parameter: positive.0, found: positive.1 });
         }
         Ok(())
     }

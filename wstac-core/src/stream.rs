@@ -81,12 +81,12 @@ impl<G: Green, L: Ln> FeatureStream<G, L> {
         Ok(self.push_taxels(&taxels))
     }
 
-    /// Takes the 25 taxel sums of a frame that was summed elsewhere, each at most G · A.
+    /// Takes the 25 taxel sums of a frame that was summed elsewhere, each at most G · A; larger ones saturate.
     pub fn push_taxels(&mut self, taxels: &[u32; TAXELS]) -> Option<FeatureFrame> {
         self.started = true;
         self.present += 1;
         for (line, sum) in self.lines.iter_mut().zip(line_sums(taxels)) {
-            *line += sum;
+            *line = line.saturating_add(sum);
         }
         self.complete()
     }
@@ -97,7 +97,8 @@ impl<G: Green, L: Ln> FeatureStream<G, L> {
         self.push_lost(1)
     }
 
-    /// Keeps the place of `frames` lost camera frames in time. Lost before the first frame, they have none.
+    /// Keeps the place of `frames` lost camera frames in time. Lost before the first frame, they have none. A frame
+    /// that is under way in stripes stays so: [`FeatureStream::abandon_frame`] gives that up.
     pub fn push_lost(&mut self, frames: u64) -> Loss {
         let size = self.camera().rate().frames_added();
         let room = u64::from(size - self.present - self.lost);

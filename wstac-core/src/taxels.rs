@@ -25,21 +25,19 @@ impl<G: Green> Camera<G> {
     /// [`Error::EmptyTaxel`] where a Bayer format's taxels hold no 2 × 2 cell; [`Error::SumTooLarge`] where
     /// 5 · A · G · (frames added up) exceeds `u32::MAX`.
     pub fn new(green: G, layout: Layout, rate: FrameRate) -> Result<Self, Error> {
-        let layout = layout.snapped(green.cell())?;
-        let bytes_per_row = green.row_bytes(layout.frame().width()) as u32;
-        let mut camera = Self { green, layout, stride: Stride::One, bytes_per_row, pixels: 0, rate };
-        camera.count_pixels()?;
-        Ok(camera)
+        Self::with_stride(green, layout, rate, Stride::One)
     }
 
-    /// The camera with this pixel stride.
+    /// The same with a pixel stride: A is the pixels that it counts.
     ///
     /// # Errors
-    /// None that [`Camera::new`] did not find already.
-    pub fn with_stride(mut self, stride: Stride) -> Result<Self, Error> {
-        self.stride = stride;
-        self.count_pixels()?;
-        Ok(self)
+    /// As [`Camera::new`].
+    pub fn with_stride(green: G, layout: Layout, rate: FrameRate, stride: Stride) -> Result<Self, Error> {
+        let layout = layout.snapped(green.cell())?;
+        let bytes_per_row = green.row_bytes(layout.frame().width()) as u32;
+        let mut camera = Self { green, layout, stride, bytes_per_row, pixels: 0, rate };
+        camera.count_pixels()?;
+        Ok(camera)
     }
 
     /// The camera with this many bytes from row to row.

@@ -217,11 +217,16 @@ pub struct Trigger {
 impl Trigger {
     /// A trigger at frame 0, before its baseline.
     pub fn new(config: TriggerConfig) -> Self {
+        Self::starting_at(config, 0)
+    }
+
+    /// A trigger before its baseline whose first frame is number `frame`, for a recording that does not start at 0.
+    pub fn starting_at(config: TriggerConfig, frame: u64) -> Self {
         Self {
             config,
             ring: Deque::new(),
             filled: [0; 2],
-            frame: 0,
+            frame,
             phase: Phase::Baseline,
             window_sums: [0; FEATURES],
             baseline: Baseline::empty(),
@@ -252,13 +257,6 @@ impl Trigger {
     pub fn next_frame(&self) -> u64 {
         let backlog = self.backlog.map_or(0, |(fills, ..)| u64::from(fills) + 1);
         self.frame.saturating_add(backlog).saturating_add(self.lost)
-    }
-
-    /// Numbers the frames from `frame` on, for a recording that does not start at 0.
-    #[must_use]
-    pub fn starting_at(mut self, frame: u64) -> Self {
-        self.frame = frame;
-        self
     }
 
     /// Takes the features of the next frame; an event, if they complete a sample. `patched` says that some, but not

@@ -18,6 +18,9 @@ use crate::error::Error;
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Config {
+    /// What messages call the configuration: the file that it was read from.
+    #[serde(skip)]
+    origin: Option<String>,
     /// Where the taxels are.
     pub layout: LayoutConfig,
     /// How pixels become green.
@@ -34,11 +37,11 @@ pub struct Config {
 
 /// `[layout]`: a preset, or a taxel size with 25 corners.
 #[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct LayoutConfig {
     preset: Option<Preset>,
-    taxel: Option<[u16; 2]>,
-    corners: Option<Vec<[u16; 2]>>,
+    taxel: Option<Vec<u16>>,
+    corners: Option<Vec<Vec<u16>>>,
 }
 
 /// A layout by name.
@@ -50,7 +53,7 @@ enum Preset {
 
 /// `[green]`.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct GreenConfig {
     /// How YCbCr becomes green.
     pub yuv: YcbcrMethod,
@@ -73,7 +76,7 @@ pub enum Kernel {
 
 /// `[features]`.
 #[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct FeaturesConfig {
     /// Log kernel.
     pub ln: Kernel,
@@ -89,7 +92,7 @@ impl Default for FeaturesConfig {
 
 /// `[trigger]`, before it is checked.
 #[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct TriggerKeys {
     window: u32,
     multiplier: f64,
@@ -121,7 +124,7 @@ enum LawName {
 
 /// `[speed]`, before it is checked. A law's own parameters default to the published ones.
 #[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct SpeedKeys {
     law: LawName,
     threshold: f64,
@@ -148,7 +151,7 @@ impl Default for SpeedKeys {
 
 /// `[direction]`.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct DirectionConfig {
     /// How a row's or column's time is found.
     pub method: DirectionMethod,
@@ -170,7 +173,16 @@ impl Config {
     /// Names the file, the key, what was found and what was expected.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let text = std::fs::read_to_string(path).map_err(|error| Error::new(path.display(), error))?;
-        Self::parse(&text).map_err(|message| Error::new(path.display(), message))
+        let config = Self::parse(&text).map_err(|message| Error::new(path.display(), message))?;
+        Ok(Self { origin: Some(path.display().to_string()), ..config })
+    }
+
+    /// An error that shows only with a source: it names the configuration and the source.
+    pub(crate) fn does_not_fit(&self, source: &str, table: &str, error: CoreError) -> Error {
+        match &self.origin {
+            Some(file) => Error::new(file, format_args!("{table} {error} (source: {source})")),
+            None => Error::new(source, error),
+        }
     }
 
     /// Reads and checks a configuration's text.
@@ -231,21 +243,38 @@ impl Config {
 
 impl LayoutConfig {
     fn explicit(&self) -> Option<([u16; 2], [[u16; 2]; params::TAXELS])> {
-        Some((self.taxel?, self.corners.as_deref()?.try_into().ok()?))
+        let mut corners = [[0; 2]; params::TAXELS];
+        for (corner, given) in corners.iter_mut().zip(self.corners.as_ref()?) {
+            *corner = pair(given)?;
+        }
+        Some((pair(self.taxel.as_ref()?)?, corners))
     }
 
     fn check(&self) -> Result<(), String> {
-        match (self.preset, self.taxel, &self.corners) {
+        match (self.preset, &self.taxel, &self.corners) {
             (Some(Preset::Paper) | None, None, None) => Ok(()),
             (Some(_), ..) => Err("[layout] has a preset beside taxel or corners, expected one or the other".into()),
-            (None, Some(_), Some(corners)) if corners.len() == params::TAXELS => Ok(()),
-            (None, Some(_), Some(corners)) => {
-                Err(format!("[layout] corners has {} entries, expected {}", corners.len(), params::TAXELS))
+            (None, Some(taxel), Some(corners)) => {
+                if pair(taxel).is_none() {
+                    return Err(format!("[layout] taxel has {} numbers, expected width and height", taxel.len()));
+                }
+                if corners.len() != params::TAXELS {
+                    return Err(format!("[layout] corners has {} entries, expected {}", corners.len(), params::TAXELS));
+                }
+                match corners.iter().position(|corner| pair(corner).is_none()) {
+                    Some(k) => Err(format!("[layout] corners[{k}] has {} numbers, expected x and y", corners[k].len())),
+                    None => Ok(()),
+                }
             }
             (None, Some(_), None) => Err("[layout] has taxel but no corners, expected both".into()),
             (None, None, Some(_)) => Err("[layout] has corners but no taxel, expected both".into()),
         }
     }
+}
+
+/// Two numbers, no more.
+fn pair(numbers: &[u16]) -> Option<[u16; 2]> {
+    numbers.try_into().ok()
 }
 
 impl SpeedKeys {
@@ -300,10 +329,13 @@ mod tests {
             ("[green]\nyuv = \"fast\"", vec!["fast", "exact"]),
             ("[features]\nfloor_levels = -1", vec!["floor_levels is -1"]),
             ("[speed]\nthreshold = inf", vec!["threshold is inf"]),
-            ("[speed]\nslope = 0", vec!["speed law parameter is 0"]),
+            ("[speed]\nslope = 0", vec!["slope is 0"]),
             ("[speed]\ntrack_mm = 4.0", vec!["track_mm", "physical"]),
             ("[layout]\npreset = \"paper\"\ntaxel = [5, 5]", vec!["preset"]),
             ("[layout]\ntaxel = [5, 5]\ncorners = [[0, 0]]", vec!["corners has 1", "25"]),
+            ("[layout]\ntaxel = [5, 5, 9]\ncorners = []", vec!["taxel has 3", "width and height"]),
+            ("[layout]\ntaxel = 5", vec!["taxel", "sequence"]),
+            ("layout = 5", vec!["layout", "a table"]),
             ("[layout", vec!["TOML"]),
         ] {
             let message = Config::parse(text).unwrap_err();

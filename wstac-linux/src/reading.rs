@@ -159,6 +159,10 @@ impl<L: Ln> Stage for FeatureStream<Any, L> {
     }
 }
 
+fn boxed<L: Ln + 'static>(camera: Camera<Any>, floor_levels: f64) -> Result<Box<dyn Stage>, wstac_core::error::Error> {
+    Ok(Box::new(FeatureStream::<_, L>::new(camera, floor_levels)?))
+}
+
 /// The core, set up for one stream.
 pub struct Reading {
     stage: Box<dyn Stage>,
@@ -175,25 +179,26 @@ impl Reading {
     /// # Errors
     /// Where layout, format and configuration do not fit each other.
     pub fn new(info: &StreamInfo, config: &Config, wanted: Wanted) -> Result<Self, Error> {
-        let (stage, trigger, speed) = Self::stages(info, config).map_err(|error| Error::new(&info.about, error))?;
-        Ok(Self { stage, trigger, speed, wanted, dropped: 0, baseline_reported: false })
-    }
-
-    fn stages(
-        info: &StreamInfo,
-        config: &Config,
-    ) -> Result<(Box<dyn Stage>, Trigger, SpeedConfig), wstac_core::error::Error> {
+        let in_table = |table| move |error| config.does_not_fit(&info.about, table, error);
+        let layout = config.layout(info.size).map_err(in_table("[layout]"))?;
         let green = Any::new(info.format, info.colour, config.green.yuv);
-        let camera = Camera::new(green, config.layout(info.size)?, info.rate)?
-            .with_stride(config.green.stride)?
-            .with_bytes_per_row(info.bytes_per_row)?;
+        let camera = Camera::with_stride(green, layout, info.rate, config.green.stride)
+            .and_then(|camera| camera.with_bytes_per_row(info.bytes_per_row))
+            .map_err(in_table("[layout], [green]"))?;
         let floor = config.features.floor_levels;
-        let stage: Box<dyn Stage> = match config.features.ln {
-            Kernel::Fixed => Box::new(FeatureStream::<_, Fixed>::new(camera, floor)?),
-            Kernel::Libm => Box::new(FeatureStream::<_, Libm>::new(camera, floor)?),
-            Kernel::Micromath => Box::new(FeatureStream::<_, Micromath>::new(camera, floor)?),
+        let stage: Result<Box<dyn Stage>, _> = match config.features.ln {
+            Kernel::Fixed => boxed::<Fixed>(camera, floor),
+            Kernel::Libm => boxed::<Libm>(camera, floor),
+            Kernel::Micromath => boxed::<Micromath>(camera, floor),
         };
-        Ok((stage, Trigger::new(config.trigger()?), config.speed(info.rate)?))
+        Ok(Self {
+            stage: stage.map_err(in_table("[features]"))?,
+            trigger: Trigger::new(config.trigger().map_err(in_table("[trigger]"))?),
+            speed: config.speed(info.rate).map_err(in_table("[speed]"))?,
+            wanted,
+            dropped: 0,
+            baseline_reported: false,
+        })
     }
 
     /// Takes one item of the stream; `give` gets what follows from it. Whether the stream goes on.

@@ -47,8 +47,7 @@ fn camera(picture: &Picture, input: &mut Unstructured<'_>) -> Result<Option<Came
     let Ok(rate) = FrameRate::new(rate.0, rate.1) else { return Ok(None) };
     let any = Any::new(picture.format, picture.colour, picture.method);
     let stride = Stride::try_from(picture.stride as u32).expect("1, 2, 3 or 5");
-    let camera = Camera::new(any, layout, rate)
-        .and_then(|camera| camera.with_stride(stride))
+    let camera = Camera::with_stride(any, layout, rate, stride)
         .and_then(|camera| camera.with_bytes_per_row(picture.bytes_per_row as u32));
     Ok(camera.ok())
 }

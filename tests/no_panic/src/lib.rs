@@ -62,7 +62,7 @@ macro_rules! format {
             pub extern "C" fn entries() -> Entries<G, L> {
                 Entries {
                     camera: |green, layout, rate| Camera::new(green, layout, rate),
-                    stride: |camera, stride| camera.with_stride(stride),
+                    stride: |green, layout, rate, stride| Camera::with_stride(green, layout, rate, stride),
                     bytes_per_row: |camera, bytes| camera.with_bytes_per_row(bytes),
                     accumulators: |camera| Accumulators::new(camera),
                     sum_frame: |accumulators, bytes| accumulators.push_frame(bytes),
@@ -95,7 +95,7 @@ macro_rules! format {
 #[repr(C)]
 pub struct Entries<G: Green + 'static, L: 'static> {
     camera: fn(G, Layout, FrameRate) -> Result<Camera<G>, Error>,
-    stride: fn(Camera<G>, Stride) -> Result<Camera<G>, Error>,
+    stride: fn(G, Layout, FrameRate, Stride) -> Result<Camera<G>, Error>,
     bytes_per_row: fn(Camera<G>, u32) -> Result<Camera<G>, Error>,
     accumulators: fn(Camera<G>) -> Accumulators<G>,
     sum_frame: fn(&mut Accumulators<G>, &[u8]) -> Result<[u32; 25], Error>,
@@ -190,7 +190,7 @@ entries! {
         TriggerConfig::new(window, multiplier, backtrack, rule, margin)
     }
     trigger_default() -> TriggerConfig { TriggerConfig::default() }
-    trigger_new(config: TriggerConfig, frame: u64) -> Trigger { Trigger::new(config).starting_at(frame) }
+    trigger_new(config: TriggerConfig, frame: u64) -> Trigger { Trigger::starting_at(config, frame) }
     trigger_push<'a>(trigger: &'a mut Trigger, features: Features, patched: bool) -> Option<Event<'a>> {
         trigger.push(features, patched)
     }

@@ -1,7 +1,7 @@
 //! YUYV and UYVY: four bytes for two pixels, which share one chroma sample.
 
 use super::Green;
-use super::ycbcr::{Conversion, Exact, Linear};
+use super::ycbcr::{Conversion, Exact};
 use crate::frame::{Rows, Run, Stride};
 
 /// Cells of four bytes with luma at bytes `LUMA` and `LUMA` + 2; G = 255.
@@ -14,8 +14,6 @@ pub struct PackedYcbcr<C, const LUMA: usize> {
 pub type Yuyv<C = Exact> = PackedYcbcr<C, 0>;
 /// UYVY: Cb Y₀ Cr Y₁.
 pub type Uyvy<C = Exact> = PackedYcbcr<C, 1>;
-/// YUYV, converted once per taxel.
-pub type YuyvLinear = Yuyv<Linear>;
 
 impl<C, const LUMA: usize> PackedYcbcr<C, LUMA> {
     /// The format, with this way to green.

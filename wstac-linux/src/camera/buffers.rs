@@ -21,21 +21,21 @@ const FAILED_RETURNS: u32 = 30;
 /// A buffer that the driver has filled. It belongs to the program until it is given back.
 #[derive(Debug)]
 #[must_use = "a buffer that is not given back is lost to the driver"]
-pub struct Filled {
+pub(crate) struct Filled {
     index: usize,
     /// Bytes of it that the driver wrote.
     bytes: usize,
     /// The driver's frame counter.
-    pub sequence: u32,
+    pub(crate) sequence: u32,
     /// When it was taken, where the driver's clock is the monotonic one.
-    pub timestamp: Option<Duration>,
+    pub(crate) timestamp: Option<Duration>,
     /// The driver says that its contents may be wrong.
-    pub damaged: bool,
+    pub(crate) damaged: bool,
 }
 
 /// What a wait for a buffer brought.
 #[derive(Debug)]
-pub enum Wait {
+pub(crate) enum Wait {
     /// A buffer.
     Filled(Filled),
     /// None in time.
@@ -46,7 +46,7 @@ pub enum Wait {
 
 /// Streaming buffers of a device. Dropping them stops the stream.
 #[derive(Debug)]
-pub struct Buffers {
+pub(crate) struct Buffers {
     device: Device,
     maps: Vec<Map>,
     /// Buffers that the driver has not taken back yet.
@@ -59,7 +59,7 @@ impl Buffers {
     ///
     /// # Errors
     /// The driver's, in words.
-    pub fn start(device: Device) -> Result<Self, Error> {
+    pub(crate) fn start(device: Device) -> Result<Self, Error> {
         let mut request: sys::v4l2_requestbuffers = zeroed();
         request.count = WANTED;
         request.type_ = CAPTURE;
@@ -85,7 +85,7 @@ impl Buffers {
     }
 
     /// The device that streams.
-    pub fn device(&self) -> &Device {
+    pub(crate) fn device(&self) -> &Device {
         &self.device
     }
 
@@ -93,7 +93,7 @@ impl Buffers {
     ///
     /// # Errors
     /// The driver's. EIO is of one buffer: the stream may go on.
-    pub fn wait(&mut self, timeout: Duration) -> io::Result<Wait> {
+    pub(crate) fn wait(&mut self, timeout: Duration) -> io::Result<Wait> {
         self.return_idle()?;
         let mut poll = libc::pollfd { fd: self.device.file().as_raw_fd(), events: libc::POLLIN, revents: 0 };
         let timeout = timeout.as_millis().min(1000) as libc::c_int;
@@ -131,13 +131,13 @@ impl Buffers {
     }
 
     /// What the driver wrote.
-    pub fn bytes(&self, filled: &Filled) -> &[u8] {
+    pub(crate) fn bytes(&self, filled: &Filled) -> &[u8] {
         self.maps.get(filled.index).and_then(|map| map.get(..filled.bytes)).unwrap_or(&[])
     }
 
     /// Gives a buffer back; the next wait hands it to the driver.
     #[expect(clippy::needless_pass_by_value, reason = "the buffer is no longer the caller's")]
-    pub fn give_back(&mut self, filled: Filled) {
+    pub(crate) fn give_back(&mut self, filled: Filled) {
         self.idle.push(filled.index);
     }
 

@@ -24,37 +24,37 @@ const MOST_ENTRIES: u32 = 1024;
 
 /// An open video node, in non-blocking mode.
 #[derive(Debug)]
-pub struct Device {
+pub(crate) struct Device {
     file: File,
     path: PathBuf,
 }
 
 /// Who a device is and what it can do.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Identity {
+pub(crate) struct Identity {
     /// What the maker calls it.
-    pub card: String,
+    pub(crate) card: String,
     /// The kernel's driver.
-    pub driver: String,
+    pub(crate) driver: String,
     /// Where it is plugged in.
-    pub bus: String,
+    pub(crate) bus: String,
     /// `V4L2_CAP_*` of this node.
-    pub capabilities: u32,
+    pub(crate) capabilities: u32,
 }
 
 /// What the driver's frames are like.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PictureFormat {
+pub(crate) struct PictureFormat {
     /// What the buffers hold.
-    pub fourcc: FourCc,
+    pub(crate) fourcc: FourCc,
     /// Width and height in pixels.
-    pub size: (u32, u32),
+    pub(crate) size: (u32, u32),
     /// Bytes from row to row; 0 where the driver does not say.
-    pub bytes_per_row: u32,
+    pub(crate) bytes_per_row: u32,
     /// Y, Cb, Cr.
-    pub colorimetry: Colorimetry,
+    pub(crate) colorimetry: Colorimetry,
     /// Frames are whole pictures, not fields of an interlaced one.
-    pub progressive: bool,
+    pub(crate) progressive: bool,
 }
 
 impl Device {
@@ -62,7 +62,7 @@ impl Device {
     ///
     /// # Errors
     /// Where there is no such file, it is no device, or it may not be opened.
-    pub fn open(path: &Path) -> Result<Self, Error> {
+    pub(crate) fn open(path: &Path) -> Result<Self, Error> {
         // Looked at first: opening a named pipe or a tape would not end, or not be without effect.
         let kind = std::fs::metadata(path).map_err(|error| explain(path, "cannot be opened", &error))?.file_type();
         if !kind.is_char_device() {
@@ -74,7 +74,7 @@ impl Device {
     }
 
     /// The path that it was opened by.
-    pub fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
@@ -84,7 +84,7 @@ impl Device {
     }
 
     /// An error that names this device.
-    pub fn error(&self, what: &str, error: &io::Error) -> Error {
+    pub(crate) fn error(&self, what: &str, error: &io::Error) -> Error {
         explain(&self.path, what, error)
     }
 
@@ -105,7 +105,7 @@ impl Device {
     ///
     /// # Errors
     /// The driver's; ENOTTY from whatever is no V4L2 device.
-    pub fn identity(&self) -> io::Result<Identity> {
+    pub(crate) fn identity(&self) -> io::Result<Identity> {
         let mut raw: sys::v4l2_capability = zeroed();
         self.call(&QUERYCAP, &mut raw)?;
         // `capabilities` is of the whole device with all its nodes; older drivers know nothing else.
@@ -249,7 +249,7 @@ impl Device {
     }
 
     /// Whether the driver says that the selected input has no signal or no power.
-    pub fn no_signal(&self) -> bool {
+    pub(crate) fn no_signal(&self) -> bool {
         let mut index: std::ffi::c_int = 0;
         let mut raw: sys::v4l2_input = zeroed();
         let asked = self.call(&G_INPUT, &mut index).and_then(|()| {

@@ -3,10 +3,10 @@
 //! The `v4l` crate gives the kernel's structures and the raw calls; the capture stream is this module's own
 //! ([`buffers`]), because it has to end its waits, survive faults and tell damaged buffers from good ones.
 
-pub mod buffers;
+pub(crate) mod buffers;
 mod choose;
 pub mod colour;
-pub mod device;
+mod device;
 pub mod devices;
 pub mod formats;
 mod jpeg_data;
@@ -53,11 +53,11 @@ impl CameraRequest {
 #[derive(Debug)]
 pub struct Camera {
     /// Who it is.
-    pub identity: Identity,
+    pub(crate) identity: Identity,
     /// What its frames are like.
     pub negotiated: Negotiated,
     /// The stream.
-    pub buffers: Buffers,
+    pub(crate) buffers: Buffers,
 }
 
 impl Camera {

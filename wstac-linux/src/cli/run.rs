@@ -71,7 +71,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N")]
     frames: Option<u64>,
 
-    /// Write the bytes of every frame, as the source gave them, to a new file
+    /// Write the bytes of every frame, as they are summed (JPEG and PNG decoded), to a new file; lost frames leave no
+    /// bytes
     #[arg(long, value_name = "FILE")]
     save_raw: Option<PathBuf>,
 }
@@ -190,15 +191,17 @@ fn read(
         let item = match source.next() {
             Ok(item) => item,
             Err(error) => {
-                reading.finish(|record| records.write(&record))?;
+                // The source's error is the one that matters, whatever becomes of the end record.
+                let _ = reading.finish(|record| records.write(&record));
                 break Err(error.into());
             }
         };
         match &item {
             Item::Frame { bytes, .. } => {
                 seen += 1;
-                if let Some(raw) = &mut raw {
-                    raw.write(bytes)?;
+                if let Some(error) = raw.as_mut().and_then(|raw| raw.write(bytes).err()) {
+                    reading.finish(|record| records.write(&record))?;
+                    break Err(error.into());
                 }
             }
             Item::Lost { frames, why } => {

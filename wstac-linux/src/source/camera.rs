@@ -63,11 +63,6 @@ impl CameraSource {
         Ok(Self { camera, info, timeline, decoder, lent: None, next: None, waits: 0, errors: 0 })
     }
 
-    /// Where the driver gives something else than was asked for, for a person.
-    pub fn notes(&self) -> &[String] {
-        &self.camera.negotiated.notes
-    }
-
     /// Waits for a buffer and keeps it as the next one.
     fn wait(&mut self) -> Result<Arrival, Error> {
         match self.camera.buffers.wait(WAIT) {

@@ -98,6 +98,10 @@ fn script(scene: &str, options: &OpenOptions) -> Result<Script, Error> {
         script.size = FrameSize::new(width, height).map_err(|error| refused(&error))?;
     }
     script.rate = options.fps.unwrap_or(script.rate);
+    if script.rate.numerator() < script.rate.denominator() {
+        let (numerator, denominator) = (script.rate.numerator(), script.rate.denominator());
+        return Err(refused(&format_args!("fps is {numerator}/{denominator}, expected at least 1")));
+    }
     Ok(script)
 }
 

@@ -98,7 +98,8 @@ fn list(path: &Path) -> std::io::Result<Vec<PathBuf>> {
         let file = entry?.path();
         let is_png = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
         let is_hidden = file.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
-        if is_png && !is_hidden {
+        // A pipe would be waited for, and a folder has no pixels.
+        if is_png && !is_hidden && file.is_file() {
             files.push(file);
         }
     }

@@ -98,7 +98,7 @@ pub(super) struct Picture {
 impl Picture {
     /// Reads a file's header and checks its size before anything that large is made room for.
     pub(super) fn open(path: &Path) -> Result<Self, Problem> {
-        let file = File::open(path).map_err(|error| Problem::Corrupt(error.to_string()))?;
+        let file = File::open(path).map_err(|error| Problem::Refused(error.to_string()))?;
         let mut decoder = Decoder::new_with_limits(BufReader::new(file), Limits { bytes: MOST_OVERHEAD });
         decoder.set_ignore_text_chunk(true);
         decoder.set_ignore_iccp_chunk(true);

@@ -1,0 +1,103 @@
+//! The `wstac` command as people use it: its records to the letter, and how it ends on signals.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::process::{Child, Command, Stdio};
+
+use wstac_tests::command::wstac;
+
+fn start(arguments: &[&str]) -> Child {
+    let mut command = Command::new(wstac());
+    command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command.spawn().unwrap()
+}
+
+fn output(arguments: &[&str]) -> Vec<String> {
+    let output = Command::new(wstac()).args(arguments).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap().lines().map(str::to_owned).collect()
+}
+
+#[test]
+fn records_are_as_documented_to_the_letter() {
+    let lines = output(&["run", "scene:Saw3@150,90deg", "--json", "--features"]);
+    assert_eq!(lines.len(), 138 + 2);
+    assert!(lines[0].starts_with(r#"{"kind":"features","frame":0,"f":[-"#), "{}", lines[0]);
+    assert_eq!(lines[0].matches(',').count(), 2 + 9);
+    let event = concat!(
+        r#"{"kind":"event","frame":35,"frames":70,"duration_frames":28,"#,
+        r#""speed":{"mm_s":153.5,"extrapolated":false},"direction":{"deg":90,"confidence":0.9835},"#,
+        r#""texture":null,"frames_filled":0,"reliable":true,"why":{"texture":"no texture models in this version"}}"#
+    );
+    assert_eq!(lines.iter().filter(|line| *line == event).count(), 1, "{lines:#?}");
+    let end = r#"{"kind":"end","frames":138,"dropped":0,"baseline":"complete","incomplete":null}"#;
+    assert_eq!(lines.last().unwrap(), end);
+}
+
+#[test]
+fn a_cut_off_event_has_a_bound_and_says_why() {
+    let lines = output(&["run", "scene:Saw3@50", "--json"]);
+    let speed = r#""speed":null,"speed_at_most":{"mm_s":"#;
+    assert!(lines[0].contains(speed) && lines[0].contains(r#""why":{"speed":"cut off: "#), "{}", lines[0]);
+}
+
+#[test]
+fn a_stream_that_ends_inside_an_event_says_how_far_it_got() {
+    let lines = output(&["run", "scene:Saw3@150", "--json", "--frames", "80"]);
+    let end = r#"{"kind":"end","frames":80,"dropped":0,"baseline":"complete","incomplete":{"frame":35,"frames":45}}"#;
+    assert_eq!(lines, [end]);
+}
+
+#[test]
+fn samples_are_ten_lists_of_seventy() {
+    let lines = output(&["run", "scene:Saw3@150", "--json", "--samples"]);
+    let event: serde_json::Value = serde_json::from_str(&lines[0]).unwrap();
+    let sample = event["sample"].as_array().unwrap();
+    assert_eq!(sample.len(), 10);
+    assert!(sample.iter().all(|feature| feature.as_array().unwrap().len() == 70));
+}
+
+#[test]
+fn a_signal_ends_a_pipe_that_goes_on_with_the_end_record() {
+    for signal in [libc::SIGINT, libc::SIGTERM] {
+        let mut child = start(&["run", "-", "--json", "--features"]);
+        let mut stdin = child.stdin.take().unwrap();
+        stdin.write_all(b"YUV4MPEG2 W40 H40 F30:1 Cmono\nFRAME\n").unwrap();
+        stdin.write_all(&[3; 1600]).unwrap();
+        // Half a frame more, and the pipe stays open.
+        stdin.write_all(b"FRAME\nhalf").unwrap();
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        assert!(lines.next().unwrap().unwrap().contains(r#""frame":0"#));
+        // SAFETY: sends a signal to the child, which has not been waited for.
+        assert_eq!(unsafe { libc::kill(child.id() as i32, signal) }, 0);
+        let end = r#"{"kind":"end","frames":1,"dropped":0,"baseline":"incomplete","incomplete":null}"#;
+        assert_eq!(lines.next().unwrap().unwrap(), end);
+        assert_eq!(child.wait().unwrap().code(), Some(0));
+        drop(stdin);
+    }
+}
+
+#[test]
+fn a_source_error_is_told_even_if_nobody_reads_the_output() {
+    let mut child = start(&["run", "-", "--json"]);
+    drop(child.stdout.take());
+    let mut stdin = child.stdin.take().unwrap();
+    stdin.write_all(b"YUV4MPEG2 W40 H40 F30:1 Cmono\nFRAME\nshort").unwrap();
+    drop(stdin);
+    let mut stderr = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(1));
+    assert!(stderr.contains("truncated"), "{stderr}");
+}
+
+#[test]
+fn a_raw_file_that_cannot_be_written_still_lets_the_stream_end() {
+    // A limit on the file's size, as a full disk would be: 100 000 bytes are less than a frame.
+    let path = std::env::temp_dir().join(format!("wstac-limited-{}", std::process::id()));
+    let script =
+        format!("trap '' XFSZ; ulimit -f 100; exec \"$0\" run scene:Saw3@150 --json --save-raw {}", path.display());
+    let output = Command::new("bash").args(["-c", &script]).arg(wstac()).output().unwrap();
+    let _ = std::fs::remove_file(&path);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stdout).contains(r#""kind":"end""#));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("wstac-limited"));
+}
