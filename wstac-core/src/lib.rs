@@ -1,5 +1,8 @@
 //! Frames of a WSTac tactile sensor → 25 taxel sums → ten features → events → sliding speed and direction.
 //!
+//! "SPEC" in these pages is `docs/SPEC.md` of the repository: the arithmetic, with what is published and what was
+//! decided. "Paper" is the published description of the sensor that it quotes.
+//!
 //! `no_std`, no allocation, no unsafe code, integers from the camera to the event. Construction validates; running
 //! takes what construction allows and cannot fail on anything else than bytes that are not a frame.
 //!
