@@ -1,7 +1,7 @@
 //! Cameras through V4L2: find, negotiate, stream.
 //!
 //! The `v4l` crate gives the kernel's structures and the raw calls; the capture stream is this module's own
-//! ([`buffers`]), because it has to end its waits, survive faults and tell damaged buffers from good ones.
+//! (`buffers`), because it has to end its waits, survive faults and tell damaged buffers from good ones.
 
 pub(crate) mod buffers;
 mod choose;
