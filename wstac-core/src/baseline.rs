@@ -3,7 +3,7 @@
 use crate::features::Features;
 use crate::fixed::Q16;
 use crate::params::{BASELINE_WINDOWS, FEATURE_FRACTION_BITS, FEATURE_ONE, FEATURES};
-use crate::trigger::{Rule, TriggerConfig};
+use crate::trigger_config::{Rule, TriggerConfig};
 
 /// What the sensor showed before contact: ten totals over the baseline's 5m frames.
 ///

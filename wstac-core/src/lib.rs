@@ -42,3 +42,4 @@ pub mod speed;
 pub mod stream;
 pub mod taxels;
 pub mod trigger;
+mod trigger_config;

@@ -3,137 +3,10 @@
 use heapless::Deque;
 
 use crate::baseline::Baseline;
-use crate::error::Error;
 use crate::features::Features;
-use crate::fixed::Q16;
-use crate::params::{
-    BASELINE_WINDOWS, DEFAULT_BACKTRACK, DEFAULT_MARGIN, DEFAULT_MULTIPLIER, DEFAULT_WINDOW, FEATURES,
-    LONGEST_FILLED_GAP, SAMPLE_FRAMES,
-};
+use crate::params::{FEATURES, LONGEST_FILLED_GAP, SAMPLE_FRAMES};
 use crate::sample::Sample;
-
-/// How a window's threshold follows from the baseline η.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
-pub enum Rule {
-    /// b · η (paper). η is usually negative, and then a b above 1 fires on every window.
-    Literal,
-    /// η + max((b − 1) · |η|, m · margin), b ≥ 1: a higher b is harder to fire for every η (decided).
-    #[default]
-    Signed,
-}
-
-/// The trigger's parameters, checked together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(try_from = "TriggerFields"))]
-pub struct TriggerConfig {
-    window: u8,
-    backtrack: u8,
-    rule: Rule,
-    multiplier: Q16,
-    margin: Q16,
-}
-
-/// What a trigger's parameters are before they are checked.
-#[cfg(feature = "serde")]
-#[derive(serde::Deserialize)]
-struct TriggerFields {
-    window: u8,
-    backtrack: u8,
-    rule: Rule,
-    multiplier: Q16,
-    margin: Q16,
-}
-
-#[cfg(feature = "serde")]
-impl TryFrom<TriggerFields> for TriggerConfig {
-    type Error = Error;
-    fn try_from(fields: TriggerFields) -> Result<Self, Error> {
-        let real = |q: Q16| f64::from(q.bits()) / 65_536.0;
-        let (multiplier, margin) = (real(fields.multiplier), real(fields.margin));
-        Self::new(u32::from(fields.window), multiplier, u32::from(fields.backtrack), fields.rule, margin)
-    }
-}
-
-impl TriggerConfig {
-    /// Window m and backtrack c in frames, multiplier b, margin in units of a feature's natural logarithm a frame.
-    ///
-    /// # Errors
-    /// [`Error::Window`] unless 1 ≤ m ≤ 70; [`Error::Backtrack`] unless c ≤ 5m and c + m ≤ 70; [`Error::Multiplier`]
-    /// unless 0 ≤ b < 65536 and, with [`Rule::Signed`], b ≥ 1; [`Error::Margin`] unless 0 ≤ margin < 65536.
-    pub const fn new(window: u32, multiplier: f64, backtrack: u32, rule: Rule, margin: f64) -> Result<Self, Error> {
-        if window == 0 || window > SAMPLE_FRAMES as u32 {
-            return Err(Error::Window(window));
-        }
-        let (before, within) = (BASELINE_WINDOWS * window, SAMPLE_FRAMES as u32 - window);
-        let most = if before < within { before } else { within };
-        if backtrack > most {
-            return Err(Error::Backtrack { found: backtrack, most });
-        }
-        let least = match rule {
-            Rule::Literal => 0,
-            Rule::Signed => Q16::ONE.bits(),
-        };
-        let b = match Q16::new(multiplier) {
-            Some(b) if b.bits() >= least => b,
-            _ => return Err(Error::Multiplier(multiplier)),
-        };
-        let Some(margin) = Q16::new(margin) else {
-            return Err(Error::Margin(margin));
-        };
-        Ok(Self { window: window as u8, backtrack: backtrack as u8, rule, multiplier: b, margin })
-    }
-
-    /// Frames of a window, m: 1..=70.
-    pub const fn window(&self) -> u8 {
-        self.window
-    }
-
-    /// Frames of a sample before the window that fired, c: 0..=69.
-    pub const fn backtrack(&self) -> u8 {
-        self.backtrack
-    }
-
-    /// How the threshold follows from the baseline.
-    pub const fn rule(&self) -> Rule {
-        self.rule
-    }
-
-    /// The multiplier, b.
-    pub const fn multiplier(&self) -> Q16 {
-        self.multiplier
-    }
-
-    /// Least distance of the signed rule's threshold from the baseline.
-    pub const fn margin(&self) -> Q16 {
-        self.margin
-    }
-
-    /// Frames of the baseline, 5m.
-    pub const fn baseline_frames(&self) -> u16 {
-        self.window as u16 * BASELINE_WINDOWS as u16
-    }
-}
-
-impl Default for TriggerConfig {
-    fn default() -> Self {
-        const DEFAULT: TriggerConfig = match TriggerConfig::new(
-            DEFAULT_WINDOW as u32,
-            DEFAULT_MULTIPLIER,
-            DEFAULT_BACKTRACK as u32,
-            Rule::Signed,
-            DEFAULT_MARGIN,
-        ) {
-            Ok(config) => config,
-            Err(_) => panic!("the defaults are valid: decided at compile time"),
-        };
-        DEFAULT
-    }
-}
+pub use crate::trigger_config::{Rule, TriggerConfig};
 
 /// A tactile event: a complete sample and what is known about it.
 #[derive(Clone, Copy, Debug)]
@@ -399,14 +272,14 @@ impl Trigger {
             Phase::Baseline => {
                 self.baseline.add(&features);
                 self.add_to_window(&features);
-                if self.baseline.frames().is_multiple_of(u16::from(self.config.window)) {
+                if self.baseline.frames().is_multiple_of(u16::from(self.config.window())) {
                     self.end_baseline_window();
                 }
                 None
             }
             Phase::Watch { seen } => {
                 *seen += 1;
-                let complete = *seen == self.config.window;
+                let complete = *seen == self.config.window();
                 self.add_to_window(&features);
                 if !complete {
                     return None;
@@ -416,7 +289,7 @@ impl Trigger {
                     self.start_windows();
                     return None;
                 }
-                let arrived = self.config.backtrack + self.config.window;
+                let arrived = self.config.backtrack() + self.config.window();
                 let first = now - u64::from(arrived - 1);
                 self.capture(first, SAMPLE_FRAMES as u8 - arrived)
             }
@@ -441,7 +314,7 @@ impl Trigger {
             return None;
         }
         // The next window starts at t + l, which is c frames after the sample's end.
-        match self.config.backtrack {
+        match self.config.backtrack() {
             0 => self.start_windows(),
             left => self.phase = Phase::Rest { left },
         }
