@@ -1,8 +1,10 @@
 //! A sensor made of arithmetic (SPEC §8): whiskers that a specimen bends, light, a camera.
 //!
-//! What is not modelled yet: large deflections, the tip's own way while it is dragged, the tip's radius, blur,
+//! What is not modelled yet: the tip's own way while it is dragged, the tip's radius, blur,
 //! formats other than grey.
 
+pub mod beam;
+mod elliptic;
 pub mod light;
 pub mod rng;
 pub mod script;
@@ -17,7 +19,7 @@ use self::rng::Rng;
 pub use self::script::{Script, Slide};
 use self::sensor::Sensor;
 use self::specimen::LENGTH_MM;
-use self::whisker::{PITCH_MM, Whisker, whiskers};
+use self::whisker::{BaseStrain, PITCH_MM, Whisker, whiskers};
 use crate::error::Error;
 
 /// How far the middle whisker's tip is overlapped by a specimen's crests, in mm (a guess).
@@ -57,6 +59,7 @@ pub struct Scene {
     /// Which of them is next or under way.
     current: usize,
     whiskers: [(Whisker, Light, f64); TAXELS],
+    base_strain: BaseStrain,
     sensor: Sensor,
     steps: Steps,
     steps_per_frame: u32,
@@ -84,6 +87,7 @@ impl Scene {
             truth,
             current: 0,
             whiskers: whiskers().map(|w| (w, Light::default(), 1.0 + GAIN_DEVIATION * gains.normal())),
+            base_strain: BaseStrain::new(script.beam),
             sensor,
             steps: Steps::new(frame_s / f64::from(steps_per_frame)),
             steps_per_frame,
@@ -128,7 +132,7 @@ impl Scene {
                 let (strain, slid) = slide.map_or((0.0, 0.0), |truth| {
                     let seconds = (now - truth.start) * self.frame_s;
                     let slid = truth.slide.speed_mm_s * self.frame_s / f64::from(self.steps_per_frame);
-                    (strain(whisker, &truth.slide, seconds), slid)
+                    (strain(&self.base_strain, whisker, &truth.slide, seconds), slid)
                 });
                 *exposure += light.step(self.steps, strain, slid);
             }
@@ -139,10 +143,10 @@ impl Scene {
 }
 
 /// Strain at a whisker's base, `seconds` after the slide's first touch.
-fn strain(whisker: &Whisker, slide: &Slide, seconds: f64) -> f64 {
+fn strain(base_strain: &BaseStrain, whisker: &Whisker, slide: &Slide, seconds: f64) -> f64 {
     // The block's leading end starts at the first whiskers.
     let passed = slide.speed_mm_s * seconds - (whisker.along(slide.heading) + span_mm() / 2.0);
-    whisker::base_strain(OVERLAP_MM - whisker.lowered - slide.specimen.drop_mm(passed))
+    base_strain.at(OVERLAP_MM - whisker.lowered - slide.specimen.drop_mm(passed))
 }
 
 /// Distance of the first and last whiskers, in mm.

@@ -7,6 +7,7 @@
 //! seed = 7               # default 0
 //! lead_in = 45           # dark frames before the first slide
 //! gap = 70               # dark frames between slides, and after the last one
+//! beam = "linear"        # how whiskers bend: "linear" (small deflections) or "elastica" (large ones)
 //! ```
 //!
 //! or, instead of the first three keys, any number of `[[slide]]` tables that hold them.
@@ -17,6 +18,7 @@ use wstac_core::layout::FrameSize;
 use wstac_core::params::{BASELINE_WINDOWS, DEFAULT_BACKTRACK, DEFAULT_WINDOW, SAMPLE_FRAMES};
 use wstac_core::rate::FrameRate;
 
+use super::beam::Beam;
 use super::specimen::Specimen;
 use crate::error::Error;
 
@@ -56,6 +58,8 @@ pub struct Script {
     pub lead_in: u32,
     /// Dark frames after each slide.
     pub gap: u32,
+    /// How whiskers bend.
+    pub beam: Beam,
     /// Width and height of the frames.
     pub size: FrameSize,
     /// Frames a second. Dark frames are counted in feature frames: at 60 a second each is two of the camera's.
@@ -72,6 +76,8 @@ struct File {
     seed: Option<i64>,
     lead_in: Option<i64>,
     gap: Option<i64>,
+    #[serde(default)]
+    beam: Beam,
     #[serde(default)]
     slide: Vec<FileSlide>,
 }
@@ -93,6 +99,7 @@ impl Script {
             seed: 0,
             lead_in: DEFAULT_LEAD_IN,
             gap: DEFAULT_GAP,
+            beam: Beam::default(),
             size: FrameSize::new(width, height).map_err(|error| error.to_string())?,
             rate: FrameRate::NOMINAL,
         })
@@ -157,7 +164,7 @@ fn check(file: File) -> Result<Script, String> {
     if slides.len() > MOST_SLIDES {
         return Err(format!("[[slide]] is there {} times, expected at most {MOST_SLIDES}", slides.len()));
     }
-    let script = Script::new(slides)?;
+    let script = Script { beam: file.beam, ..Script::new(slides)? };
     let seed = file.seed.unwrap_or(0);
     let seed = u64::try_from(seed).map_err(|_| format!("seed is {seed}, expected 0 to {}", i64::MAX))?;
     let lead_in = checked_frames("lead_in", file.lead_in, 0, script.lead_in)?;

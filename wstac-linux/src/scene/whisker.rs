@@ -4,6 +4,8 @@ use libm::{asin, cos, sin, sqrt};
 use wstac_core::direction::Heading;
 use wstac_core::params::{COLUMNS, ROWS, TAXELS};
 
+use super::beam::{Beam, CurvatureTable};
+
 /// Length in mm (paper).
 pub const LENGTH_MM: f64 = 5.0;
 /// Diameter in mm (paper).
@@ -56,11 +58,41 @@ pub fn whiskers() -> [Whisker; TAXELS] {
     })
 }
 
+/// Strain at a whisker's base by how far a surface overlaps its tip.
+#[derive(Clone, Debug)]
+pub enum BaseStrain {
+    /// Of the linear beam: a formula.
+    Linear,
+    /// Of the elastica: a table.
+    Elastica(CurvatureTable),
+}
+
+impl BaseStrain {
+    /// For whiskers that bend so.
+    pub fn new(beam: Beam) -> Self {
+        match beam {
+            Beam::Linear => Self::Linear,
+            Beam::Elastica => Self::Elastica(CurvatureTable::new()),
+        }
+    }
+
+    /// Strain at an overlap in mm; 0 where there is none.
+    pub fn at(&self, overlap: f64) -> f64 {
+        match self {
+            Self::Linear => linear_strain(overlap),
+            Self::Elastica(table) if overlap > 0.0 => {
+                DIAMETER_MM / 2.0 / LENGTH_MM * table.curvature(overlap / LENGTH_MM)
+            }
+            Self::Elastica(_) => 0.0,
+        }
+    }
+}
+
 /// Strain at the base of a whisker whose tip a surface overlaps by `overlap` mm; 0 where it does not.
 ///
 /// A small-deflection beam loaded at its end: the tip gives way sideways by δ until the projection is `overlap`
 /// shorter, 0.6 δ²/L, and the strain at the base's surface is (d/2) · 3δ/L².
-pub fn base_strain(overlap: f64) -> f64 {
+fn linear_strain(overlap: f64) -> f64 {
     if overlap.is_nan() || overlap <= 0.0 {
         return 0.0;
     }
@@ -87,10 +119,20 @@ mod tests {
     #[test]
     #[expect(clippy::float_cmp, reason = "exact by construction")]
     fn strain_grows_with_the_root_of_the_overlap() {
-        assert_eq!(base_strain(-1.0), 0.0);
-        assert_eq!(base_strain(f64::NAN), 0.0);
-        assert!((base_strain(2.0) / base_strain(0.5) - 2.0).abs() < 1e-12);
-        assert!((base_strain(0.6 * 5.0) - 0.3).abs() < 1e-12);
-        assert_eq!(base_strain(4.0), base_strain(3.0));
+        assert_eq!(linear_strain(-1.0), 0.0);
+        assert_eq!(linear_strain(f64::NAN), 0.0);
+        assert!((linear_strain(2.0) / linear_strain(0.5) - 2.0).abs() < 1e-12);
+        assert!((linear_strain(0.6 * 5.0) - 0.3).abs() < 1e-12);
+        assert_eq!(linear_strain(4.0), linear_strain(3.0));
+    }
+
+    #[test]
+    fn the_elastica_strains_more_than_the_linear_beam_and_as_much_where_it_bends_little() {
+        let (linear, elastica) = (BaseStrain::new(Beam::Linear), BaseStrain::new(Beam::Elastica));
+        assert!((elastica.at(0.001) / linear.at(0.001) - 1.0).abs() < 1e-3);
+        // Bent far, a projection that is 60 % shorter takes more than the small slopes of the linear beam make of it.
+        assert!(elastica.at(3.0) > 1.3 * linear.at(3.0) && elastica.at(3.0) < 2.0 * linear.at(3.0));
+        assert!(elastica.at(-1.0).abs() < 1e-12 && elastica.at(f64::NAN).abs() < 1e-12);
+        assert!(elastica.at(1e9).is_finite());
     }
 }
