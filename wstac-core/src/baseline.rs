@@ -5,6 +5,9 @@ use crate::fixed::Q16;
 use crate::params::{BASELINE_WINDOWS, FEATURE_FRACTION_BITS, FEATURE_ONE, FEATURES};
 use crate::trigger_config::{Rule, TriggerConfig};
 
+/// 2^-11 in units of 2^-27 / 5, in which η, thresholds and margins are all integers.
+const UNIT: i64 = (BASELINE_WINDOWS as i64) << 16;
+
 /// What the sensor showed before contact: ten totals over the baseline's 5m frames.
 ///
 /// η_k = total_k / 5 is the mean window sum, total_k / 5m the mean feature; totals keep both exact.
@@ -71,8 +74,7 @@ impl Baseline {
 
     /// The highest window sum of each feature, in units of 2^-11, that does not fire.
     pub(crate) fn thresholds(&self, config: &TriggerConfig) -> [i32; FEATURES] {
-        // In units of 2^-27 / 5 everything is an integer: W fires if W · 5 · 2^16 > total · 2^16 + margin.
-        const UNIT: i64 = (BASELINE_WINDOWS as i64) << 16;
+        // W fires if W · 5 · 2^16 > total · 2^16 + margin.
         self.totals.map(|total| {
             let threshold = match config.rule() {
                 Rule::Literal => i64::from(config.multiplier().bits()) * i64::from(total),
@@ -84,8 +86,9 @@ impl Baseline {
 
     /// Whether the five window sums, `lowest` to `highest`, lie within the trigger's own margin.
     pub(crate) fn is_quiet(&self, lowest: &[i32; FEATURES], highest: &[i32; FEATURES], config: &TriggerConfig) -> bool {
-        self.totals.iter().zip(lowest.iter().zip(highest)).all(|(&total, (&low, &high))| {
-            i64::from(high - low) * (i64::from(BASELINE_WINDOWS) << 16) <= Self::margin(total, config)
-        })
+        self.totals
+            .iter()
+            .zip(lowest.iter().zip(highest))
+            .all(|(&total, (&low, &high))| i64::from(high - low) * UNIT <= Self::margin(total, config))
     }
 }

@@ -172,6 +172,13 @@ pub struct Speed {
     pub extrapolated: bool,
 }
 
+impl Speed {
+    /// This many mm/s, marked where that is outside the fitted range.
+    pub fn new(mm_s: f32) -> Self {
+        Self { mm_s, extrapolated: !(SLOWEST_FITTED..=FASTEST_FITTED).contains(&mm_s) }
+    }
+}
+
 /// Why there is no speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -227,8 +234,7 @@ pub fn speed(event: &Event<'_>, config: &SpeedConfig) -> Result<Speed, NoSpeed> 
     if duration.is_cut_off() {
         return Err(NoSpeed::CutOff { at_most: config.at(duration) });
     }
-    let mm_s = config.at(duration).ok_or(NoSpeed::OutsideLaw)?;
-    Ok(Speed { mm_s, extrapolated: !(SLOWEST_FITTED..=FASTEST_FITTED).contains(&mm_s) })
+    config.at(duration).map(Speed::new).ok_or(NoSpeed::OutsideLaw)
 }
 
 /// Light of a feature in units of 2^-20: a share of [`BRIGHTEST`] in units of 2^-31.

@@ -192,15 +192,19 @@ impl Trigger {
 
     /// How the stream stands; after [`Trigger::finish`], how it ended.
     pub fn end(&self) -> StreamEnd {
-        let incomplete = match self.phase {
-            Phase::Capture { first, left } => Some(Incomplete { frame: first, frames: SAMPLE_FRAMES as u8 - left }),
-            _ => None,
-        };
         StreamEnd {
             frames: self.next_frame(),
             baseline_complete: self.phase != Phase::Baseline,
             baseline_quiet: self.quiet,
-            incomplete,
+            incomplete: self.under_way(),
+        }
+    }
+
+    /// The sample that is being captured.
+    fn under_way(&self) -> Option<Incomplete> {
+        match self.phase {
+            Phase::Capture { first, left } => Some(Incomplete { frame: first, frames: SAMPLE_FRAMES as u8 - left }),
+            _ => None,
         }
     }
 
@@ -223,9 +227,7 @@ impl Trigger {
     /// Ends what was under way, and moves time on by a gap of `lost` frames.
     fn skip(&mut self, lost: u64) {
         let mut left = lost;
-        if let Phase::Capture { first, left } = self.phase {
-            self.interrupted = Some(Incomplete { frame: first, frames: SAMPLE_FRAMES as u8 - left });
-        }
+        self.interrupted = self.under_way().or(self.interrupted);
         while self.phase == Phase::Baseline && left > 0 {
             self.quiet = false;
             self.fill();

@@ -4,8 +4,8 @@ use serde::Serialize;
 use wstac_core::direction::{self, Unclear};
 use wstac_core::green::any::Any;
 use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
-use wstac_core::params::{FASTEST_FITTED, FEATURE_ONE, FEATURES, SLOWEST_FITTED};
-use wstac_core::speed::{self, NoSpeed, SpeedConfig};
+use wstac_core::params::{FEATURE_ONE, FEATURES};
+use wstac_core::speed::{self, NoSpeed, Speed, SpeedConfig};
 use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
 use wstac_core::taxels::Camera;
 use wstac_core::trigger::{Event, Trigger};
@@ -71,6 +71,12 @@ pub struct SpeedRecord {
     pub mm_s: f64,
     /// Outside the range that the law was fitted on.
     pub extrapolated: bool,
+}
+
+impl From<Speed> for SpeedRecord {
+    fn from(speed: Speed) -> Self {
+        Self { mm_s: rounded(speed.mm_s), extrapolated: speed.extrapolated }
+    }
 }
 
 /// A sliding direction.
@@ -311,11 +317,10 @@ fn answers(event: &Event<'_>, config: &SpeedConfig, with_sample: bool) -> EventR
     let mut why = Why { texture: Some("no texture models in this version"), ..Why::default() };
     let mut speed_at_most = None;
     let speed = match speed::speed(event, config) {
-        Ok(speed) => Some(SpeedRecord { mm_s: rounded(speed.mm_s), extrapolated: speed.extrapolated }),
+        Ok(speed) => Some(speed.into()),
         Err(reason) => {
             if let NoSpeed::CutOff { at_most: Some(mm_s) } = reason {
-                let extrapolated = !(SLOWEST_FITTED..=FASTEST_FITTED).contains(&mm_s);
-                speed_at_most = Some(SpeedRecord { mm_s: rounded(mm_s), extrapolated });
+                speed_at_most = Some(Speed::new(mm_s).into());
             }
             why.speed = Some(no_speed(reason));
             None

@@ -16,8 +16,6 @@ pub const PITCH_MM: f64 = 4.0;
 /// is measured so is a guess).
 pub const DOME_DEGREES: f64 = 30.0;
 
-/// The shortening of an end-loaded cantilever's projection, in units of δ²/L: ½ ∫ w′² of its small deflection.
-const SHORTENING: f64 = 0.6;
 /// The overlap that a whisker is bent by at most, as a share of its length: the linear beam says nothing beyond.
 const MOST_OVERLAP: f64 = 0.6;
 
@@ -90,15 +88,13 @@ impl BaseStrain {
 
 /// Strain at the base of a whisker whose tip a surface overlaps by `overlap` mm; 0 where it does not.
 ///
-/// A small-deflection beam loaded at its end: the tip gives way sideways by δ until the projection is `overlap`
-/// shorter, 0.6 δ²/L, and the strain at the base's surface is (d/2) · 3δ/L².
+/// The tip gives way sideways until the projection is `overlap` shorter; the strain is that of the base's surface, d/2
+/// off the axis.
 fn linear_strain(overlap: f64) -> f64 {
     if overlap.is_nan() || overlap <= 0.0 {
         return 0.0;
     }
-    let overlap = overlap.min(MOST_OVERLAP * LENGTH_MM);
-    let deflection = sqrt(overlap * LENGTH_MM / SHORTENING);
-    DIAMETER_MM / 2.0 * 3.0 * deflection / (LENGTH_MM * LENGTH_MM)
+    DIAMETER_MM / 2.0 / LENGTH_MM * Beam::Linear.shortened((overlap / LENGTH_MM).min(MOST_OVERLAP)).curvature
 }
 
 #[cfg(test)]
