@@ -3,6 +3,8 @@
 //! What drives it is not a load but the surface, which shortens the whisker's projection. So states are reached by their
 //! shortening, and load, deflection and curvature follow.
 
+use std::sync::OnceLock;
+
 use libm::{exp, log, sqrt};
 use serde::Deserialize;
 
@@ -13,10 +15,10 @@ use super::elliptic::{r_d, r_f};
 #[serde(rename_all = "lowercase")]
 pub enum Beam {
     /// Euler–Bernoulli with small slopes: δ = α/3, shortening α²/15, curvature at the base α.
-    #[default]
     Linear,
     /// The elastica: large deflections, after K. E. Bisshopp and D. C. Drucker, "Large deflection of cantilever
     /// beams" (1945).
+    #[default]
     Elastica,
 }
 
@@ -63,6 +65,40 @@ impl Beam {
     }
 }
 
+impl Beam {
+    /// Curvature κ L at `parts` + 1 places, evenly from the base to the tip, of a beam in the state `bend`.
+    pub fn curvature_along(self, bend: &Bend, parts: usize) -> Vec<f64> {
+        let parts = parts.max(1);
+        match self {
+            Self::Linear => (0..=parts).map(|k| bend.load * (1.0 - k as f64 / parts as f64)).collect(),
+            Self::Elastica => elastica_along(bend, parts),
+        }
+    }
+}
+
+/// Curvature of the elastica along its length: θ'' = −α cos θ from θ = 0 and θ' = κ₀ at the base, by Runge and Kutta.
+fn elastica_along(bend: &Bend, parts: usize) -> Vec<f64> {
+    const STEPS: usize = 1000;
+    let steps = STEPS.div_ceil(parts);
+    let step = 1.0 / (steps * parts) as f64;
+    let rate = |[angle, curvature]: [f64; 2]| [curvature, -bend.load * libm::cos(angle)];
+    let ahead = |[a, b]: [f64; 2], [da, db]: [f64; 2], by: f64| [a + da * by, b + db * by];
+    let mut state = [0.0, bend.curvature];
+    let mut along = vec![bend.curvature];
+    for _ in 0..parts {
+        for _ in 0..steps {
+            let k1 = rate(state);
+            let k2 = rate(ahead(state, k1, step / 2.0));
+            let k3 = rate(ahead(state, k2, step / 2.0));
+            let k4 = rate(ahead(state, k3, step));
+            let mean: [f64; 2] = core::array::from_fn(|i| (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]) / 6.0);
+            state = ahead(state, mean, step);
+        }
+        along.push(state[1]);
+    }
+    along
+}
+
 /// The first state of the elastica that is `beyond` what is asked for, by bisection: load and shortening grow
 /// monotonically as the complement of the modulus, k'² = 1 − k², falls from 1/2 to 0, exponentially at the end.
 fn elastica(beyond: impl Fn(&Bend) -> bool) -> Bend {
@@ -93,11 +129,11 @@ fn of_complement(complement: f64) -> Bend {
     }
 }
 
-/// The elastica's curvature at the base by its shortening.
+/// The elastica's states by the root of their shortening: linear interpolation, for what is asked many times a frame.
 #[derive(Clone, Debug)]
-pub struct CurvatureTable {
-    /// Curvature times what is left of the projection, even in √shortening: smooth from end to end.
-    values: Vec<f64>,
+pub struct BendTable {
+    /// Curvature times what is left of the projection, and load times its square: even in √shortening from end to end.
+    values: Vec<[f64; 2]>,
 }
 
 /// Intervals of the table.
@@ -105,31 +141,39 @@ const INTERVALS: usize = 1024;
 /// Shortening at the table's end; a whisker is taken to be shortened no further.
 const MOST_SHORTENING: f64 = 0.95;
 
-impl CurvatureTable {
-    /// The table; relative error of what it gives below 1e-5 (tested).
-    pub fn new() -> Self {
+impl BendTable {
+    /// The table, made once; relative error of what it gives below 1e-5 (tested).
+    pub fn get() -> &'static Self {
+        static TABLE: OnceLock<BendTable> = OnceLock::new();
+        TABLE.get_or_init(Self::new)
+    }
+
+    fn new() -> Self {
         let root = |index: usize| sqrt(MOST_SHORTENING) * index as f64 / INTERVALS as f64;
-        let value = |shortening| Beam::Elastica.shortened(shortening).curvature * (1.0 - shortening);
-        Self { values: (0..=INTERVALS).map(|index| value(root(index) * root(index))).collect() }
+        let value = |root: f64| {
+            let bend = Beam::Elastica.shortened(root * root);
+            let left = 1.0 - root * root;
+            [bend.curvature * left, bend.load * left * left]
+        };
+        Self { values: (0..=INTERVALS).map(|index| value(root(index))).collect() }
     }
 
-    /// κ₀ L at a shortening ≥ 0.
-    pub fn curvature(&self, shortening: f64) -> f64 {
-        let shortening = shortening.min(MOST_SHORTENING);
-        let position = sqrt(shortening / MOST_SHORTENING) * INTERVALS as f64;
+    /// Curvature at the base κ₀ L and load α where the root of the shortening is `root` ≥ 0.
+    #[inline]
+    pub fn at(&self, root: f64) -> [f64; 2] {
+        let root = root.min(const { MOST_ROOT });
+        let position = root * const { INTERVALS as f64 / MOST_ROOT };
         let index = (position as usize).min(INTERVALS - 1);
-        match self.values.get(index..index + 2) {
-            Some(&[low, high]) => (low + (high - low) * (position - index as f64)) / (1.0 - shortening),
-            _ => 0.0,
-        }
+        let Some(&[low, high]) = self.values.get(index..index + 2) else { return [0.0; 2] };
+        let share = position - index as f64;
+        let inverse = 1.0 / (1.0 - root * root);
+        let between = |k: usize| low[k] + (high[k] - low[k]) * share;
+        [between(0) * inverse, between(1) * inverse * inverse]
     }
 }
 
-impl Default for CurvatureTable {
-    fn default() -> Self {
-        Self::new()
-    }
-}
+/// √[`MOST_SHORTENING`].
+const MOST_ROOT: f64 = 0.974_679_434_480_896_3;
 
 #[cfg(test)]
 mod tests {
@@ -175,13 +219,30 @@ mod tests {
 
     #[test]
     fn the_table_is_the_elastica() {
-        let table = CurvatureTable::new();
+        assert!((MOST_ROOT * MOST_ROOT - MOST_SHORTENING).abs() < 1e-15);
+        let table = BendTable::get();
         for index in 1..=4000 {
             let shortening = 0.95 * f64::from(index) / 4000.0;
-            let (found, expected) = (table.curvature(shortening), Beam::Elastica.shortened(shortening).curvature);
-            assert!((found / expected - 1.0).abs() < 1e-5, "{shortening}: {found} {expected}");
+            let (found, expected) = (table.at(sqrt(shortening)), Beam::Elastica.shortened(shortening));
+            assert!((found[0] / expected.curvature - 1.0).abs() < 1e-5, "{shortening}: {found:?} {expected:?}");
+            assert!((found[1] / expected.load - 1.0).abs() < 2e-5, "{shortening}: {found:?} {expected:?}");
         }
-        assert!(table.curvature(0.0).abs() < 1e-12);
-        assert!((table.curvature(2.0) - table.curvature(0.95)).abs() < 1e-12);
+        assert!(table.at(0.0)[0].abs() < 1e-12);
+        assert!((table.at(2.0)[0] - table.at(0.97467943)[0]).abs() < 1e-4);
+    }
+
+    #[test]
+    fn curvature_falls_from_the_base_to_nothing_at_the_tip() {
+        for beam in [Beam::Linear, Beam::Elastica] {
+            for load in [0.01, 1.0, 10.0, 100.0] {
+                let bend = beam.under_load(load);
+                let along = beam.curvature_along(&bend, 20);
+                assert_eq!(along.len(), 21);
+                assert!((along[0] / bend.curvature - 1.0).abs() < 1e-12);
+                assert!(along.windows(2).all(|pair| pair[0] > pair[1]), "{along:?}");
+                // The moment at the tip is none.
+                assert!(along[20].abs() < 1e-5 * bend.curvature, "{beam:?} {load} {}", along[20]);
+            }
+        }
     }
 }

@@ -1,54 +1,194 @@
 //! Light of a whisker's base: flashes with the rate of strain, glows while it is rubbed, fades exponentially.
+//!
+//! Light is counted in shares of the camera's full scale, as the mean of a taxel. What is emitted over time is so in
+//! shares of full scale times seconds.
 
-use libm::exp;
+use libm::{exp, fabs};
+use serde::Deserialize;
 
-/// Afterglow: the time in s in which light fades to 1/e (fitted to the speed law together with [`FLASH`]).
-pub const AFTERGLOW_S: f64 = 0.055;
-/// Light of bending by a strain of 1, in shares of full scale · s (fitted with [`AFTERGLOW_S`]).
-pub const FLASH: f64 = 0.022;
-/// Light of rubbing over a mm at a strain of 1, in shares of full scale · s: friction goes with the force that
-/// bends (a guess).
-pub const RUBBING: f64 = 0.000_8;
+use super::keys::{Keys, within};
+use super::rng::Rng;
 
-/// The steps that time goes in, all of one length.
+/// What a scene says about light: the `[light]` table.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LightConfig {
+    /// Light of bending by a strain of 1, in full scales · ms (a guess: bright slides reach a third of full scale).
+    pub flash_ms: f64,
+    /// Light of rubbing over a mm under a load P L² / EI of 1, in full scales · ms: friction times speed times load (a
+    /// guess), 0 for none.
+    pub rubbing_ms: f64,
+    /// Deviation of the rubbing, as a share of it: 0 for even rubbing (a guess).
+    pub fluctuation: f64,
+    /// Length over which the fluctuation stays alike, in mm (1, a guess).
+    pub fluctuation_mm: f64,
+    /// Time in which light fades to 1/e, in ms: fitted, with the specimens' length, to the paper's speed law (SPEC
+    /// §8); 0 for none.
+    pub afterglow_ms: f64,
+    /// Deviation of the whiskers' gains, as a share (a guess).
+    pub gain_deviation: f64,
+    /// Which sensor it is: each has its own gains.
+    pub unit: u32,
+    /// Deviation of the gain of all whiskers from slide to slide, as a share (a guess).
+    pub run_deviation: f64,
+    /// Ambient light that leaks in, as a share of full scale.
+    pub leak: f64,
+    /// How much more light there is after a minute, as a share; less where it is negative.
+    pub drift_per_minute: f64,
+}
+
+impl Default for LightConfig {
+    fn default() -> Self {
+        Self {
+            flash_ms: 11.0,
+            rubbing_ms: 0.01,
+            fluctuation: 0.3,
+            fluctuation_mm: 1.0,
+            afterglow_ms: 38.0,
+            gain_deviation: 0.05,
+            unit: 0,
+            run_deviation: 0.1,
+            leak: 0.0,
+            drift_per_minute: 0.0,
+        }
+    }
+}
+
+impl Keys for LightConfig {
+    const TABLE: &'static str = "light";
+
+    fn check(&self) -> Result<(), String> {
+        within("flash_ms", self.flash_ms, 0.0, 1e6)?;
+        within("rubbing_ms", self.rubbing_ms, 0.0, 1e6)?;
+        within("fluctuation", self.fluctuation, 0.0, 10.0)?;
+        within("fluctuation_mm", self.fluctuation_mm, 1e-3, 1e3)?;
+        within("afterglow_ms", self.afterglow_ms, 0.0, 1e5)?;
+        within("gain_deviation", self.gain_deviation, 0.0, 1.0)?;
+        within("run_deviation", self.run_deviation, 0.0, 1.0)?;
+        within("leak", self.leak, 0.0, 1.0)?;
+        within("drift_per_minute", self.drift_per_minute, -1.0, 10.0)
+    }
+}
+
+impl LightConfig {
+    /// Gain of all light at a time in s since the scene's start.
+    pub fn drifted(&self, seconds: f64) -> f64 {
+        (1.0 + self.drift_per_minute * seconds / 60.0).max(0.0)
+    }
+}
+
+/// A gain of mean 1 that is never below 0.
+pub fn gain(deviation: f64, rng: &mut Rng) -> f64 {
+    if deviation > 0.0 { (1.0 + deviation * rng.normal()).max(0.0) } else { 1.0 }
+}
+
+/// Light of one base over a stretch of time, summed up from what is emitted at single moments.
+///
+/// τ dB/dt = e − B: what is emitted at a moment is B · τ more, and fades from then on. All that a stretch needs are the
+/// sum of what is emitted and the part of it that has not faded by the end.
 #[derive(Clone, Copy, Debug)]
-pub struct Steps {
-    /// Length in s.
-    seconds: f64,
-    /// What is left of the light after a step.
-    fading: f64,
+pub struct Exposure {
+    /// Time constant in s, 0 for none.
+    afterglow: f64,
+    /// End of the stretch in s.
+    end: f64,
+    emitted: f64,
+    left: f64,
 }
 
-impl Steps {
-    /// Steps of this length in s, above 0.
-    pub fn new(seconds: f64) -> Self {
-        Self { seconds, fading: exp(-seconds / AFTERGLOW_S) }
+impl Exposure {
+    /// A stretch that ends at `end` s.
+    pub fn new(afterglow: f64, end: f64) -> Self {
+        Self { afterglow, end, emitted: 0.0, left: 0.0 }
+    }
+
+    /// Adds what is emitted around the moment `at`, spread over about `length` s.
+    #[inline]
+    pub fn add(&mut self, emitted: f64, at: f64, length: f64) {
+        self.emitted += emitted;
+        if self.afterglow > 0.0 {
+            let age = (self.end - at) / self.afterglow;
+            // What is spread fades a little less than at its mean moment: e^x is convex. The spread's variance is near
+            // length² / 12 for an even rate as for that of the first touch.
+            let spread = length / self.afterglow;
+            self.left += emitted * exp(-age) * (1.0 + spread * spread / 24.0);
+        }
+    }
+
+    /// The exposure, brightness integrated over the stretch of `length` s, in full scales · s; `brightness` goes on to
+    /// the end of the stretch.
+    pub fn close(&self, brightness: &mut f64, length: f64) -> f64 {
+        if self.afterglow <= 0.0 {
+            return self.emitted;
+        }
+        let before = *brightness;
+        *brightness = before * exp(-length / self.afterglow) + self.left / self.afterglow;
+        if *brightness < 1e-12 {
+            *brightness = 0.0;
+        }
+        // What is neither seen nor left fades later.
+        self.emitted - self.afterglow * (*brightness - before)
     }
 }
 
-/// The light of one whisker.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Light {
-    /// Brightness now, as a share of full scale.
-    brightness: f64,
-    /// Strain now.
-    strain: f64,
+/// A fluctuation along the way of one whisker over one specimen: independent numbers of mean 0 and deviation 1 at even
+/// distances, straight lines in between.
+#[derive(Clone, Debug)]
+pub struct Fluctuation {
+    seed: u64,
+    knot: i64,
+    values: [f64; 2],
 }
 
-impl Light {
-    /// Goes on by a step, at the end of which the base is strained by `strain` and over which the surface has slid
-    /// by `slid_mm` mm. Returns the exposure: the brightness integrated over the step, in shares of full scale · s.
-    pub fn step(&mut self, steps: Steps, strain: f64, slid_mm: f64) -> f64 {
-        // Only the change matters, not how it is spread within a step: a sudden release needs no smaller steps.
-        let flash = FLASH * libm::fabs(strain - self.strain);
-        let emitted = flash + RUBBING * strain * slid_mm;
-        self.strain = strain;
-        // τ · dB/dt = rate − B, solved for a rate that is even over the step; its integral is the exposure.
-        let rate = emitted / steps.seconds;
-        let before = self.brightness;
-        self.brightness = before * steps.fading + rate * (1.0 - steps.fading);
-        emitted - AFTERGLOW_S * (self.brightness - before)
+impl Fluctuation {
+    /// The fluctuation of this seed.
+    pub fn new(seed: u64) -> Self {
+        Self { seed, knot: i64::MIN, values: [0.0; 2] }
     }
+
+    /// At two places at most 1 apart, in units of the distance between its numbers, and the mean from one to the other.
+    pub fn over(&mut self, from: f64, to: f64) -> [f64; 3] {
+        let knot = libm::floor(to);
+        let first = self.at(from);
+        if knot <= from {
+            let last = self.at(to);
+            return [first, last, 0.5 * (first + last)];
+        }
+        // Straight on either side of the number in between.
+        let between = self.at(knot);
+        let last = self.at(to);
+        let sum = (first + between) * (knot - from) + (between + last) * (to - knot);
+        [first, last, 0.5 * sum / (to - from)]
+    }
+
+    /// At a place.
+    fn at(&mut self, place: f64) -> f64 {
+        let floor = libm::floor(place);
+        let knot = floor as i64;
+        if knot != self.knot {
+            let value = |knot: i64| Rng::new(self.seed, knot as u64).normal();
+            let low = if knot == self.knot.wrapping_add(1) { self.values[1] } else { value(knot) };
+            (self.values, self.knot) = ([low, value(knot.wrapping_add(1))], knot);
+        }
+        // Between the numbers their mean deviates less: by √(2/3) on average.
+        const EVEN: f64 = 1.224_744_871_391_589;
+        let share = place - floor;
+        EVEN * (self.values[0] + (self.values[1] - self.values[0]) * share)
+    }
+}
+
+/// Where a change that goes with the root of something linear has its mean moment, as a share of its time: from root
+/// `from` to root `to`.
+#[inline]
+pub fn moment_of_roots(from: f64, to: f64) -> f64 {
+    let sum = from + to;
+    if sum > 0.0 { (to + 2.0 * from) / (3.0 * sum) } else { 0.5 }
+}
+
+/// Light of a change of strain.
+#[inline]
+pub fn flash(before: f64, after: f64) -> f64 {
+    fabs(after - before)
 }
 
 #[cfg(test)]
@@ -56,25 +196,60 @@ mod tests {
     use super::*;
 
     #[test]
-    fn all_that_is_emitted_is_seen_whatever_the_step() {
-        for seconds in [1e-4, 1e-3, 1e-2] {
-            let (steps, mut light) = (Steps::new(seconds), Light::default());
-            let mut seen = light.step(steps, 0.2, 0.0);
-            for _ in 0..(2.0 / seconds) as u32 {
-                seen += light.step(steps, 0.2, 0.0);
+    fn all_that_is_emitted_is_seen_whenever_it_is() {
+        for (at, frames) in [(0.0, 60), (0.01, 60), (0.033, 60)] {
+            let (mut brightness, mut seen) = (0.0, 0.0);
+            for frame in 0..frames {
+                let mut exposure = Exposure::new(0.05, 0.033);
+                if frame == 0 {
+                    exposure.add(0.2, at, 0.0);
+                }
+                seen += exposure.close(&mut brightness, 0.033);
             }
-            assert!((seen - 0.2 * FLASH).abs() < 1e-12, "{seconds}: {seen}");
+            assert!((seen - 0.2).abs() < 1e-9, "{at}: {seen}");
+        }
+        let (mut none, mut at_once) = (0.0, Exposure::new(0.0, 1.0));
+        at_once.add(0.2, 0.9, 0.0);
+        assert!((at_once.close(&mut none, 1.0) - 0.2).abs() < 1e-15 && none.abs() < 1e-15);
+    }
+
+    #[test]
+    fn an_even_rate_may_be_added_at_once() {
+        let parts = |count: u32| {
+            let (mut exposure, mut brightness) = (Exposure::new(0.055, 0.02), 0.0);
+            let length = 0.02 / f64::from(count);
+            for part in 0..count {
+                exposure.add(length, (f64::from(part) + 0.5) * length, length);
+            }
+            exposure.close(&mut brightness, 0.02)
+        };
+        // ∫ (1 − e^(−t/τ)) dt.
+        let expected = 0.02 - 0.055 * (1.0 - exp(-0.02_f64 / 0.055));
+        for (count, error) in [(1, 5e-5), (4, 5e-7), (32, 1e-9)] {
+            assert!((parts(count) / expected - 1.0).abs() < error, "{count}: {}", parts(count) / expected - 1.0);
         }
     }
 
     #[test]
-    fn still_is_silent() {
-        let (steps, mut light) = (Steps::new(1e-3), Light::default());
-        light.step(steps, 0.2, 0.0);
-        for _ in 0..2000 {
-            light.step(steps, 0.2, 0.0);
+    fn the_mean_moment_of_a_root() {
+        // ∫ x d√x from 1/4 to 1, by parts.
+        let expected = (1.0 - 2.0 / 3.0 * (1.0 - 0.125) - 0.125) / 0.5;
+        let found = 0.25 + 0.75 * moment_of_roots(0.5, 1.0);
+        assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        assert!((moment_of_roots(0.0, 1.0) - 1.0 / 3.0).abs() < 1e-15);
+        assert!((moment_of_roots(1.0, 0.0) - 2.0 / 3.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_fluctuation_has_mean_0_and_deviation_1_and_is_the_same_from_wherever_it_is_asked() {
+        let mut there = Fluctuation::new(3);
+        let values: Vec<f64> = (0..100_000).map(|k| there.at(f64::from(k) * 0.37)).collect();
+        let mean = values.iter().sum::<f64>() / 1e5;
+        let variance = values.iter().map(|x| x * x).sum::<f64>() / 1e5;
+        assert!(mean.abs() < 0.02 && (variance - 1.0).abs() < 0.03, "{mean} {variance}");
+        let mut back = Fluctuation::new(3);
+        for k in (0..100_000).rev().step_by(777) {
+            assert!((back.at(k as f64 * 0.37) - values[k]).abs() < 1e-12);
         }
-        assert!(light.brightness < 1e-12);
-        assert!(light.step(steps, 0.2, 1.0) > 0.0);
     }
 }

@@ -1,16 +1,22 @@
-//! What a scene says: one slide or several, and the seed of all chance.
+//! What a scene says: one slide or several, the sensor that it goes over, and the seed of all chance.
 //!
 //! ```toml
-//! specimen = "Saw3"      # Fla0, or Sin, Saw or Tri with 2, 3 or 4
+//! specimen = "Saw3"      # Fla0, or Sin, Saw or Tri with 2, 3 or 4, or Sphere
 //! speed = 150            # mm/s
 //! direction = 90         # degrees: 0, 90, 180 or 270; default 0
-//! seed = 7               # default 0
+//! depth = 3.5            # of the texture in mm, instead of the name's; the period is then 7
+//! period = 5             # of the texture in mm, instead of twice the depth
+//! length = 96            # of the block in mm
+//! edge = 72              # slope of its ends in degrees, up to 90
+//! radius = 0.5           # of a Sphere in mm
+//! seed = 7               # of all chance; default 0
+//! noise = 1              # scale of all that deviates by chance; 0 for none
 //! lead_in = 45           # dark frames before the first slide
 //! gap = 70               # dark frames between slides, and after the last one
-//! beam = "linear"        # how whiskers bend: "linear" (small deflections) or "elastica" (large ones)
 //! ```
 //!
-//! or, instead of the first three keys, any number of `[[slide]]` tables that hold them.
+//! or, instead of the keys of a slide, any number of `[[slide]]` tables that hold them. The tables `[whisker]`,
+//! `[light]` and `[sensor]` are [`WhiskerConfig`], [`LightConfig`] and the camera's.
 
 use serde::Deserialize;
 use wstac_core::direction::Heading;
@@ -18,8 +24,10 @@ use wstac_core::layout::FrameSize;
 use wstac_core::params::{BASELINE_WINDOWS, DEFAULT_BACKTRACK, DEFAULT_WINDOW, SAMPLE_FRAMES};
 use wstac_core::rate::FrameRate;
 
-use super::beam::Beam;
-use super::specimen::Specimen;
+use super::keys::{Keys, within};
+use super::light::LightConfig;
+use super::specimen::{Pattern, Specimen};
+use super::whisker::WhiskerConfig;
 use crate::error::Error;
 
 /// Width and height of a scene's frames unless something else is asked for (paper).
@@ -52,14 +60,18 @@ pub struct Slide {
 pub struct Script {
     /// The slides in the order of time, at least one.
     pub slides: Vec<Slide>,
-    /// Seed of phases, gains and noise.
+    /// Seed of all chance.
     pub seed: u64,
+    /// Scale of all that deviates by chance from run to run: gain, rubbing, the sensor's noise. 0 for none.
+    pub noise: f64,
     /// Dark frames before the first slide.
     pub lead_in: u32,
     /// Dark frames after each slide.
     pub gap: u32,
-    /// How whiskers bend.
-    pub beam: Beam,
+    /// The whiskers.
+    pub whisker: WhiskerConfig,
+    /// Their light.
+    pub light: LightConfig,
     /// Width and height of the frames.
     pub size: FrameSize,
     /// Frames a second. Dark frames are counted in feature frames: at 60 a second each is two of the camera's.
@@ -73,22 +85,35 @@ struct File {
     specimen: Option<String>,
     speed: Option<f64>,
     direction: Option<i64>,
+    depth: Option<f64>,
+    period: Option<f64>,
+    length: Option<f64>,
+    edge: Option<f64>,
+    radius: Option<f64>,
     seed: Option<i64>,
+    noise: Option<f64>,
     lead_in: Option<i64>,
     gap: Option<i64>,
     #[serde(default)]
-    beam: Beam,
+    whisker: WhiskerConfig,
+    #[serde(default)]
+    light: LightConfig,
     #[serde(default)]
     slide: Vec<FileSlide>,
 }
 
 /// A `[[slide]]` before it is checked.
-#[derive(Deserialize)]
+#[derive(Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 struct FileSlide {
     specimen: Option<String>,
     speed: Option<f64>,
     direction: Option<i64>,
+    depth: Option<f64>,
+    period: Option<f64>,
+    length: Option<f64>,
+    edge: Option<f64>,
+    radius: Option<f64>,
 }
 
 impl Script {
@@ -99,7 +124,9 @@ impl Script {
             seed: 0,
             lead_in: DEFAULT_LEAD_IN,
             gap: DEFAULT_GAP,
-            beam: Beam::default(),
+            noise: 1.0,
+            whisker: WhiskerConfig::default(),
+            light: LightConfig::default(),
             size: FrameSize::new(width, height).map_err(|error| error.to_string())?,
             rate: FrameRate::NOMINAL,
         })
@@ -150,36 +177,88 @@ fn parse_short(text: &str) -> Result<Script, String> {
 }
 
 fn check(file: File) -> Result<Script, String> {
-    let one = FileSlide { specimen: file.specimen, speed: file.speed, direction: file.direction };
-    let in_table = one.specimen.is_none() && one.speed.is_none() && one.direction.is_none();
+    let File { specimen, speed, direction, depth, period, length, edge, radius, .. } = file;
+    let one = FileSlide { specimen, speed, direction, depth, period, length, edge, radius };
     let slides = if file.slide.is_empty() {
         vec![check_slide(one)?]
-    } else if in_table {
+    } else if one == FileSlide::NONE {
         let numbered = (1..).zip(file.slide);
         let checked = numbered.map(|(n, slide)| check_slide(slide).map_err(|e| format!("[[slide]] {n}: {e}")));
         checked.collect::<Result<_, _>>()?
     } else {
-        return Err("specimen, speed or direction stands beside [[slide]], expected one or the other".into());
+        return Err("a slide's key stands beside [[slide]], expected one or the other".into());
     };
     if slides.len() > MOST_SLIDES {
         return Err(format!("[[slide]] is there {} times, expected at most {MOST_SLIDES}", slides.len()));
     }
-    let script = Script { beam: file.beam, ..Script::new(slides)? };
+    file.whisker.check_table()?;
+    file.light.check_table()?;
+    let script = Script { whisker: file.whisker, light: file.light, ..Script::new(slides)? };
     let seed = file.seed.unwrap_or(0);
     let seed = u64::try_from(seed).map_err(|_| format!("seed is {seed}, expected 0 to {}", i64::MAX))?;
+    let noise = file.noise.unwrap_or(script.noise);
+    within("noise", noise, 0.0, 1000.0)?;
     let lead_in = checked_frames("lead_in", file.lead_in, 0, script.lead_in)?;
     let gap = checked_frames("gap", file.gap, DEFAULT_GAP, script.gap)?;
-    Ok(Script { seed, lead_in, gap, ..script })
+    Ok(Script { seed, noise, lead_in, gap, ..script })
+}
+
+impl FileSlide {
+    /// No key.
+    const NONE: Self = Self {
+        specimen: None,
+        speed: None,
+        direction: None,
+        depth: None,
+        period: None,
+        length: None,
+        edge: None,
+        radius: None,
+    };
 }
 
 fn check_slide(slide: FileSlide) -> Result<Slide, String> {
-    let specimen = slide.specimen.ok_or("specimen is missing, expected one as in \"Saw3\"")?;
+    let specimen = slide.specimen.as_ref().ok_or("specimen is missing, expected one as in \"Saw3\"")?;
+    let specimen = check_specimen(specimen.parse()?, &slide)?;
     let speed = slide.speed.ok_or("speed is missing, expected one in mm/s")?;
     Ok(Slide {
-        specimen: specimen.parse()?,
+        specimen,
         speed_mm_s: checked_speed(&speed.to_string())?,
         heading: checked_direction(&slide.direction.unwrap_or(0).to_string())?,
     })
+}
+
+/// A specimen with what a slide says about it.
+fn check_specimen(named: Specimen, slide: &FileSlide) -> Result<Specimen, String> {
+    let of_others = |key: &str, found: Option<f64>, others: &str| match found {
+        Some(found) => Err(format!("{key} is {found}, expected only with {others}")),
+        None => Ok(()),
+    };
+    if named.pattern == Pattern::Sphere {
+        for (key, found) in [("depth", slide.depth), ("length", slide.length), ("edge", slide.edge)] {
+            of_others(key, found, "a block")?;
+        }
+        of_others("period", slide.period, "Sin, Saw or Tri")?;
+        let radius = slide.radius.unwrap_or(named.depth_mm);
+        within("radius", radius, 0.01, 100.0)?;
+        return Ok(Specimen::sphere(radius));
+    }
+    of_others("radius", slide.radius, "Sphere")?;
+    let mut specimen = named;
+    if named.is_textured() {
+        specimen = Specimen::block(named.pattern, slide.depth.unwrap_or(named.depth_mm));
+        specimen.period_mm = slide.period.unwrap_or(specimen.period_mm);
+        within("depth", specimen.depth_mm, 0.001, 100.0)?;
+        within("period", specimen.period_mm, 0.1, 1000.0)?;
+    } else {
+        of_others("depth", slide.depth, "Sin, Saw or Tri")?;
+        of_others("period", slide.period, "Sin, Saw or Tri")?;
+    }
+    specimen.length_mm = slide.length.unwrap_or(named.length_mm);
+    specimen.edge_degrees = slide.edge.unwrap_or(named.edge_degrees);
+    within("length", specimen.length_mm, 0.1, 1000.0)?;
+    within("edge", specimen.edge_degrees, 1.0, 90.0)?;
+    Ok(specimen)
 }
 
 fn checked_speed(found: &str) -> Result<f64, String> {
@@ -227,6 +306,7 @@ mod tests {
             ("", ["slide is \"\"", "Saw3@150"]),
             ("Saw3", ["slide is \"Saw3\"", "Saw3@150"]),
             ("Saw7@150", ["specimen is \"Saw7\"", "Fla0"]),
+            ("saw3@150", ["specimen is \"saw3\"", "Fla0"]),
             ("Saw3@fast", ["speed is \"fast\"", "1 to 1000 mm/s"]),
             ("Saw3@nan", ["speed is \"nan\"", "1 to 1000 mm/s"]),
             ("Saw3@0", ["speed is \"0\"", "1 to 1000 mm/s"]),
@@ -253,6 +333,14 @@ mod tests {
             ("speed = 9\n[[slide]]\nspeed = 9", ["beside [[slide]]", "one or the other"]),
             ("[[slide]]\nspeed = 9", ["[[slide]] 1: specimen is missing", "Saw3"]),
             ("[[slide]", ["TOML", "1"]),
+            ("specimen = \"Saw3\"\nspeed = 9\nnoise = -1", ["noise is -1", "0 to 1000"]),
+            ("specimen = \"Saw3\"\nspeed = 9\nradius = 1", ["radius is 1", "only with Sphere"]),
+            ("specimen = \"Fla0\"\nspeed = 9\ndepth = 1", ["depth is 1", "only with Sin, Saw or Tri"]),
+            ("specimen = \"Sphere\"\nspeed = 9\nedge = 1", ["edge is 1", "only with a block"]),
+            ("specimen = \"Saw3\"\nspeed = 9\nperiod = nan", ["period is NaN", "0.1 to 1000"]),
+            ("specimen = \"Saw3\"\nspeed = 9\n[light]\nleak = 2", ["[light] leak is 2", "0 to 1"]),
+            ("specimen = \"Saw3\"\nspeed = 9\n[whisker]\noverlap_mm = 5", ["[whisker] overlap_mm is 5", "0 to 4.75"]),
+            ("specimen = \"Saw3\"\nspeed = 9\n[whisker]\nbeam = \"stiff\"", ["stiff", "elastica"]),
         ] {
             let message = Script::from_toml("s.toml", text).unwrap_err().to_string();
             for part in ["s.toml"].into_iter().chain(parts) {

@@ -1,19 +1,16 @@
-//! The ten specimens: blocks with a textured top (paper, table 2).
+//! Specimens: blocks with a textured top, and a sphere (paper, table 2 and figure 2c).
 
 use std::fmt;
 use std::str::FromStr;
 
-use libm::{fabs, fmod, sin};
+/// Length of a block along its slide, in mm: fitted, with the afterglow, to the paper's speed law (SPEC §8).
+pub const LENGTH_MM: f64 = 105.0;
+/// How steep a block's ends are, in degrees (a guess: 90 would be an upright side).
+pub const EDGE_DEGREES: f64 = 72.0;
+/// Radius of the sphere in mm (paper).
+pub const RADIUS_MM: f64 = 0.5;
 
-/// Length of a block along its slide, in mm: with the whiskers' span of 16 mm and the afterglow it gives the paper's
-/// speed law (SPEC §8, calibration), and it holds a whole number of every period.
-pub const LENGTH_MM: f64 = 96.0;
-/// Length of the bevel at either end, in mm (a guess).
-pub const BEVEL_LENGTH_MM: f64 = 1.0;
-/// How far the bevel goes down, in mm: below every tip.
-pub const BEVEL_DEPTH_MM: f64 = 3.0;
-
-/// Shape of a block's top.
+/// Shape of a specimen's top.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pattern {
     /// Flat.
@@ -24,92 +21,99 @@ pub enum Pattern {
     Saw,
     /// Triangle.
     Tri,
+    /// One sphere.
+    Sphere,
 }
 
 impl Pattern {
-    /// The paper's name: Fla, Sin, Saw or Tri.
+    /// The paper's name: Fla, Sin, Saw or Tri; or Sphere.
     pub fn name(self) -> &'static str {
         match self {
             Self::Flat => "Fla",
             Self::Sinc => "Sin",
             Self::Saw => "Saw",
             Self::Tri => "Tri",
+            Self::Sphere => "Sphere",
         }
     }
 }
 
-/// One of the ten specimens; written `Fla0`, `Sin2`, `Saw3`, `Tri4` …
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A specimen. One of the ten of the paper is written `Fla0`, `Sin2`, `Saw3`, `Tri4` …
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Specimen {
-    pattern: Pattern,
-    depth_mm: u8,
+    /// Shape of its top.
+    pub pattern: Pattern,
+    /// From crest to valley, in mm; the sphere's radius.
+    pub depth_mm: f64,
+    /// Length of a period of the texture, in mm.
+    pub period_mm: f64,
+    /// Length of the block along its slide, in mm.
+    pub length_mm: f64,
+    /// Slope of its ends, above 0 to 90 degrees.
+    pub edge_degrees: f64,
 }
 
 impl Specimen {
-    /// All ten, in the paper's order.
-    pub const ALL: [Self; 10] = {
-        const fn of(pattern: Pattern, depth_mm: u8) -> Specimen {
-            Specimen { pattern, depth_mm }
-        }
-        [
-            of(Pattern::Flat, 0),
-            of(Pattern::Sinc, 2),
-            of(Pattern::Sinc, 3),
-            of(Pattern::Sinc, 4),
-            of(Pattern::Saw, 2),
-            of(Pattern::Saw, 3),
-            of(Pattern::Saw, 4),
-            of(Pattern::Tri, 2),
-            of(Pattern::Tri, 3),
-            of(Pattern::Tri, 4),
-        ]
-    };
-
-    /// Shape of its top.
-    pub fn pattern(self) -> Pattern {
-        self.pattern
+    /// A block with a depth in mm and the paper's period, twice that.
+    pub const fn block(pattern: Pattern, depth_mm: f64) -> Self {
+        Self { pattern, depth_mm, period_mm: 2.0 * depth_mm, length_mm: LENGTH_MM, edge_degrees: EDGE_DEGREES }
     }
 
-    /// From crest to valley, in mm: 0, 2, 3 or 4. The period is twice that (paper).
-    pub fn depth_mm(self) -> u8 {
-        self.depth_mm
+    /// A sphere of this radius in mm.
+    pub const fn sphere(radius_mm: f64) -> Self {
+        let pattern = Pattern::Sphere;
+        Self { pattern, depth_mm: radius_mm, period_mm: 0.0, length_mm: 2.0 * radius_mm, edge_degrees: 90.0 }
     }
 
-    /// How far below the crests the surface is, in mm, `at` mm behind the block's leading end; infinitely far beyond
-    /// its ends.
-    pub fn drop_mm(self, at: f64) -> f64 {
-        let inside = at.min(LENGTH_MM - at);
-        if inside.is_nan() || inside < 0.0 {
-            return f64::INFINITY;
-        }
-        let bevel = (1.0 - inside / BEVEL_LENGTH_MM) * BEVEL_DEPTH_MM;
-        bevel.max(self.texture_mm(at))
-    }
+    /// The ten of the paper, in its order.
+    pub const ALL: [Self; 10] = [
+        Self::block(Pattern::Flat, 0.0),
+        Self::block(Pattern::Sinc, 2.0),
+        Self::block(Pattern::Sinc, 3.0),
+        Self::block(Pattern::Sinc, 4.0),
+        Self::block(Pattern::Saw, 2.0),
+        Self::block(Pattern::Saw, 3.0),
+        Self::block(Pattern::Saw, 4.0),
+        Self::block(Pattern::Tri, 2.0),
+        Self::block(Pattern::Tri, 3.0),
+        Self::block(Pattern::Tri, 4.0),
+    ];
 
-    /// The texture below its crests, endless. Blocks begin and end on a crest where the pattern has two sides;
-    /// a sawtooth begins in its valley and ends on its crest.
-    fn texture_mm(self, at: f64) -> f64 {
-        let depth = f64::from(self.depth_mm);
-        // 0 to below 1 within a period; only reached with a depth above 0.
-        let phase = || fmod(at, 2.0 * depth) / (2.0 * depth);
+    /// Length of its finest shape that is not straight, in mm; infinite where all are.
+    pub fn finest_mm(&self) -> f64 {
         match self.pattern {
-            Pattern::Flat => 0.0,
-            Pattern::Sinc => {
-                // The period is four of sinc's half widths: zeros at a quarter, a half and three quarters of it.
-                let from_crest = fabs(phase() - libm::round(phase()));
-                let x = 4.0 * core::f64::consts::PI * from_crest;
-                let sinc = if x == 0.0 { 1.0 } else { sin(x) / x };
-                depth * (1.0 - fabs(sinc))
-            }
-            Pattern::Saw => depth * (1.0 - phase()),
-            Pattern::Tri => depth * (1.0 - fabs(1.0 - 2.0 * phase())),
+            // A lobe.
+            Pattern::Sinc => self.period_mm / 4.0,
+            Pattern::Sphere => self.depth_mm,
+            Pattern::Flat | Pattern::Saw | Pattern::Tri => f64::INFINITY,
         }
+    }
+
+    /// Whether its texture repeats.
+    pub fn is_textured(&self) -> bool {
+        matches!(self.pattern, Pattern::Sinc | Pattern::Saw | Pattern::Tri)
     }
 }
 
 impl fmt::Display for Specimen {
+    /// The name, and whatever is not as in the paper.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}{}", self.pattern.name(), self.depth_mm)
+        let (name, depth) = (self.pattern.name(), self.depth_mm);
+        if self.pattern == Pattern::Sphere {
+            return write!(f, "{name} of radius {depth} mm");
+        }
+        write!(f, "{name}{depth}")?;
+        let usual = Self::block(self.pattern, depth);
+        if self.is_textured() && self.period_mm != usual.period_mm {
+            write!(f, ", period {} mm", self.period_mm)?;
+        }
+        if self.length_mm != usual.length_mm {
+            write!(f, ", length {} mm", self.length_mm)?;
+        }
+        if self.edge_degrees != usual.edge_degrees {
+            write!(f, ", edge {}°", self.edge_degrees)?;
+        }
+        Ok(())
     }
 }
 
@@ -118,8 +122,12 @@ impl FromStr for Specimen {
 
     /// The specimen of this name; says what was found and what was expected otherwise.
     fn from_str(name: &str) -> Result<Self, String> {
+        if name == Pattern::Sphere.name() {
+            return Ok(Self::sphere(RADIUS_MM));
+        }
         let named = |specimen: &&Self| specimen.to_string() == name;
-        let unknown = || format!("specimen is {name:?}, expected Fla0, or Sin, Saw or Tri followed by 2, 3 or 4");
+        let unknown =
+            || format!("specimen is {name:?}, expected Fla0, or Sin, Saw or Tri followed by 2, 3 or 4, or Sphere");
         Self::ALL.iter().find(named).copied().ok_or_else(unknown)
     }
 }
@@ -133,6 +141,7 @@ mod tests {
         for specimen in Specimen::ALL {
             assert_eq!(specimen.to_string().parse(), Ok(specimen));
         }
+        assert_eq!("Sphere".parse(), Ok(Specimen::sphere(0.5)));
         for wrong in ["", "Fla", "Fla2", "Saw5", "saw3", "Tri33"] {
             let message = wrong.parse::<Specimen>().unwrap_err();
             assert!(message.contains(&format!("{wrong:?}")), "{message}");
@@ -140,25 +149,9 @@ mod tests {
     }
 
     #[test]
-    #[expect(clippy::float_cmp, reason = "exact by construction")]
-    fn textures_go_from_crest_to_valley_within_a_period() {
-        for specimen in &Specimen::ALL[1..] {
-            let depth = f64::from(specimen.depth_mm());
-            let drops = || (0..=2000).map(|k| specimen.texture_mm(f64::from(k) * 1e-3 * 2.0 * depth));
-            let highest = drops().fold(f64::INFINITY, f64::min);
-            let lowest = drops().fold(0.0, f64::max);
-            assert!(highest < 0.01 && lowest > depth - 0.01 && lowest <= depth, "{specimen}");
-            assert_eq!(fmod(LENGTH_MM, 2.0 * depth), 0.0, "{specimen}");
-        }
-    }
-
-    #[test]
-    #[expect(clippy::float_cmp, reason = "exact by construction")]
-    fn nothing_is_beyond_the_ends() {
-        for at in [-1e-9, LENGTH_MM + 1e-9, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            assert_eq!(Specimen::ALL[0].drop_mm(at), f64::INFINITY);
-        }
-        assert_eq!(Specimen::ALL[0].drop_mm(0.0), BEVEL_DEPTH_MM);
-        assert_eq!(Specimen::ALL[0].drop_mm(LENGTH_MM / 2.0), 0.0);
+    fn what_is_unusual_is_said() {
+        let saw = Specimen { period_mm: 5.0, length_mm: 40.0, ..Specimen::block(Pattern::Saw, 3.5) };
+        assert_eq!(saw.to_string(), "Saw3.5, period 5 mm, length 40 mm");
+        assert_eq!(Specimen::sphere(0.5).to_string(), "Sphere of radius 0.5 mm");
     }
 }

@@ -1,32 +1,114 @@
-//! A whisker: a cantilever on the dome, bent by what it overlaps.
+//! Whiskers: cantilevers on a dome, bent by what they overlap.
 
 use libm::{asin, cos, sin, sqrt};
+use serde::Deserialize;
 use wstac_core::direction::Heading;
 use wstac_core::params::{COLUMNS, ROWS, TAXELS};
 
-use super::beam::{Beam, CurvatureTable};
+use super::beam::{Beam, BendTable};
+use super::keys::{Keys, within};
 
-/// Length in mm (paper).
-pub const LENGTH_MM: f64 = 5.0;
-/// Diameter in mm (paper).
-pub const DIAMETER_MM: f64 = 1.0;
-/// Distance between the bases of neighbours in mm (a guess: the paper does not say).
-pub const PITCH_MM: f64 = 4.0;
-/// Opening angle of the dome's cap that carries the whiskers, corner to corner, in degrees (paper: 30°; that it
-/// is measured so is a guess).
-pub const DOME_DEGREES: f64 = 30.0;
-
-/// The overlap that a whisker is bent by at most, as a share of its length: the linear beam says nothing beyond.
+/// The overlap that a linear beam is bent by at most, as a share of its length: it says nothing beyond.
 const MOST_OVERLAP: f64 = 0.6;
 
-/// Where a whisker stands.
+/// What a scene says about its whiskers: the `[whisker]` table.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct WhiskerConfig {
+    /// How they bend.
+    pub beam: Beam,
+    /// Length in mm (paper: 5).
+    pub length_mm: f64,
+    /// Diameter in mm (paper: 1).
+    pub diameter_mm: f64,
+    /// Distance between the bases of neighbours in mm (4, a guess).
+    pub pitch_mm: f64,
+    /// Opening angle of the dome's cap that carries the whiskers, corner to corner, in degrees, 0 for a plane (paper:
+    /// 30; that it is measured so is a guess).
+    pub dome_degrees: f64,
+    /// How far a specimen's crests overlap the middle whisker, in mm (3, a guess).
+    pub overlap_mm: f64,
+    /// Time in which a whisker that is let go springs back to 1/e of its bend, in ms; 0 for at once (2, a guess: a
+    /// silicone cantilever of this size swings at about 180 Hz and is damped within a period).
+    pub relaxation_ms: f64,
+    /// Which whiskers there are.
+    pub present: Present,
+}
+
+/// Which whiskers there are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Present {
+    /// All 25.
+    #[default]
+    All,
+    /// The one in the middle: the paper's figure 2c.
+    Middle,
+}
+
+impl Default for WhiskerConfig {
+    fn default() -> Self {
+        Self {
+            beam: Beam::default(),
+            length_mm: 5.0,
+            diameter_mm: 1.0,
+            pitch_mm: 4.0,
+            dome_degrees: 30.0,
+            overlap_mm: 3.0,
+            relaxation_ms: 2.0,
+            present: Present::All,
+        }
+    }
+}
+
+impl Keys for WhiskerConfig {
+    const TABLE: &'static str = "whisker";
+
+    fn check(&self) -> Result<(), String> {
+        within("length_mm", self.length_mm, 0.1, 100.0)?;
+        within("diameter_mm", self.diameter_mm, 0.01, 100.0)?;
+        within("pitch_mm", self.pitch_mm, 0.1, 100.0)?;
+        within("dome_degrees", self.dome_degrees, 0.0, 170.0)?;
+        within("overlap_mm", self.overlap_mm, 0.0, 0.95 * self.length_mm)?;
+        within("relaxation_ms", self.relaxation_ms, 0.0, 1000.0)
+    }
+}
+
+impl WhiskerConfig {
+    /// Distance of the first and last whiskers, in mm.
+    pub fn span_mm(&self) -> f64 {
+        match self.present {
+            Present::All => self.pitch_mm * (COLUMNS - 1) as f64,
+            Present::Middle => 0.0,
+        }
+    }
+
+    /// The whiskers by taxel, row by row, top to bottom; nothing where there is none.
+    pub fn whiskers(&self) -> [Option<Whisker>; TAXELS] {
+        // The cap's rim goes through the corner whiskers: its radius follows from pitch and angle.
+        let half = self.dome_degrees / 2.0 * core::f64::consts::PI / 180.0;
+        let corner = self.pitch_mm * (COLUMNS / 2) as f64 * core::f64::consts::SQRT_2;
+        core::array::from_fn(|taxel| {
+            if self.present == Present::Middle && taxel != TAXELS / 2 {
+                return None;
+            }
+            let x = self.pitch_mm * ((taxel % COLUMNS) as f64 - (COLUMNS / 2) as f64);
+            let y = self.pitch_mm * ((ROWS / 2) as f64 - (taxel / COLUMNS) as f64);
+            let radius = corner / sin(half);
+            let lowered = if half > 0.0 { radius * (1.0 - cos(asin(sqrt(x * x + y * y) / radius))) } else { 0.0 };
+            Some(Whisker { x, y, lowered })
+        })
+    }
+}
+
+/// Where a whisker stands, in mm.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Whisker {
-    /// To the right of the middle, in mm.
+    /// To the right of the middle.
     pub x: f64,
-    /// Above the middle as the camera's picture shows it, in mm.
+    /// Above the middle as the camera's picture shows it.
     pub y: f64,
-    /// How much lower than the middle whisker's the tip is, because of the dome, in mm.
+    /// How much lower than the middle whisker's the tip is, because of the dome.
     pub lowered: f64,
 }
 
@@ -42,60 +124,50 @@ impl Whisker {
     }
 }
 
-/// The 25 whiskers in the order of the taxels: row by row, top to bottom.
-pub fn whiskers() -> [Whisker; TAXELS] {
-    // The cap's rim goes through the corner whiskers: its radius follows from pitch and angle.
-    let half = DOME_DEGREES / 2.0 * core::f64::consts::PI / 180.0;
-    let corner = PITCH_MM * (COLUMNS / 2) as f64 * core::f64::consts::SQRT_2;
-    let radius = corner / sin(half);
-    core::array::from_fn(|k| {
-        let x = PITCH_MM * ((k % COLUMNS) as f64 - (COLUMNS / 2) as f64);
-        let y = PITCH_MM * ((ROWS / 2) as f64 - (k / COLUMNS) as f64);
-        let lowered = radius * (1.0 - cos(asin(sqrt(x * x + y * y) / radius)));
-        Whisker { x, y, lowered }
-    })
+/// How much a whisker is bent.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Bent {
+    /// Strain of the base's surface, d/2 off the axis.
+    pub strain: f64,
+    /// Load at the tip, P L² / EI.
+    pub load: f64,
 }
 
-/// Strain at a whisker's base by how far a surface overlaps its tip.
+/// From the overlap of a whisker's tip to strain and load: the tip gives way sideways until the whisker's projection
+/// is shorter by the overlap.
 #[derive(Clone, Debug)]
-pub enum BaseStrain {
-    /// Of the linear beam: a formula.
-    Linear,
-    /// Of the elastica: a table.
-    Elastica(CurvatureTable),
+pub struct Bending {
+    length_mm: f64,
+    /// Strain of a curvature of 1 / L.
+    strain: f64,
+    /// Nothing for the linear beam, which needs none.
+    table: Option<&'static BendTable>,
 }
 
-impl BaseStrain {
-    /// For whiskers that bend so.
-    pub fn new(beam: Beam) -> Self {
-        match beam {
-            Beam::Linear => Self::Linear,
-            Beam::Elastica => Self::Elastica(CurvatureTable::new()),
+impl Bending {
+    /// Of these whiskers.
+    pub fn new(config: &WhiskerConfig) -> Self {
+        Self {
+            length_mm: config.length_mm,
+            strain: config.diameter_mm / 2.0 / config.length_mm,
+            table: (config.beam == Beam::Elastica).then(BendTable::get),
         }
     }
 
-    /// Strain at an overlap in mm; 0 where there is none.
-    pub fn at(&self, overlap: f64) -> f64 {
-        match self {
-            Self::Linear => linear_strain(overlap),
-            Self::Elastica(table) if overlap > 0.0 => {
-                DIAMETER_MM / 2.0 / LENGTH_MM * table.curvature(overlap / LENGTH_MM)
-            }
-            Self::Elastica(_) => 0.0,
-        }
+    /// At a root of the overlap, √mm ≥ 0.
+    #[inline]
+    pub fn at_root(&self, root: f64) -> Bent {
+        let root = root / sqrt(self.length_mm);
+        let [curvature, load] = match self.table {
+            Some(table) => table.at(root),
+            None => [sqrt(15.0) * root.min(const { MOST_ROOT }); 2],
+        };
+        Bent { strain: self.strain * curvature, load }
     }
 }
 
-/// Strain at the base of a whisker whose tip a surface overlaps by `overlap` mm; 0 where it does not.
-///
-/// The tip gives way sideways until the projection is `overlap` shorter; the strain is that of the base's surface, d/2
-/// off the axis.
-fn linear_strain(overlap: f64) -> f64 {
-    if overlap.is_nan() || overlap <= 0.0 {
-        return 0.0;
-    }
-    DIAMETER_MM / 2.0 / LENGTH_MM * Beam::Linear.shortened((overlap / LENGTH_MM).min(MOST_OVERLAP)).curvature
-}
+/// √[`MOST_OVERLAP`].
+const MOST_ROOT: f64 = 0.774_596_669_241_483_4;
 
 #[cfg(test)]
 mod tests {
@@ -103,32 +175,40 @@ mod tests {
 
     #[test]
     fn the_corners_are_lowest_and_the_middle_is_not_lowered() {
-        let whiskers = whiskers();
+        let whiskers = WhiskerConfig::default().whiskers().map(Option::unwrap);
         assert_eq!(whiskers[12], Whisker::default());
         assert_eq!((whiskers[0].x, whiskers[0].y), (-8.0, 8.0));
         for corner in [0, 4, 20, 24] {
             // (1 − cos 15°) / sin 15° = tan 7.5° of the half diagonal.
             assert!((whiskers[corner].lowered - 8.0 * core::f64::consts::SQRT_2 * 0.131_652_5).abs() < 1e-6);
         }
+        let plane = WhiskerConfig { dome_degrees: 0.0, ..WhiskerConfig::default() };
+        assert!(plane.whiskers().iter().all(|whisker| whisker.unwrap().lowered.abs() < 1e-12));
+        let one = WhiskerConfig { present: Present::Middle, ..plane };
+        assert_eq!(one.whiskers().iter().flatten().count(), 1);
+        assert!(one.whiskers()[12].is_some() && one.span_mm() < 1e-12);
+    }
+
+    fn strain(beam: Beam, overlap: f64) -> f64 {
+        Bending::new(&WhiskerConfig { beam, ..WhiskerConfig::default() }).at_root(sqrt(overlap)).strain
     }
 
     #[test]
-    #[expect(clippy::float_cmp, reason = "exact by construction")]
-    fn strain_grows_with_the_root_of_the_overlap() {
-        assert_eq!(linear_strain(-1.0), 0.0);
-        assert_eq!(linear_strain(f64::NAN), 0.0);
-        assert!((linear_strain(2.0) / linear_strain(0.5) - 2.0).abs() < 1e-12);
-        assert!((linear_strain(0.6 * 5.0) - 0.3).abs() < 1e-12);
-        assert_eq!(linear_strain(4.0), linear_strain(3.0));
+    fn the_linear_beams_strain_grows_with_the_root_of_the_overlap() {
+        assert!((MOST_ROOT * MOST_ROOT - MOST_OVERLAP).abs() < 1e-15);
+        let linear = |overlap| strain(Beam::Linear, overlap);
+        assert!(linear(0.0).abs() < 1e-15);
+        assert!((linear(2.0) / linear(0.5) - 2.0).abs() < 1e-12);
+        assert!((linear(0.6 * 5.0) - 0.3).abs() < 1e-12);
+        assert!((linear(4.0) - linear(3.0)).abs() < 1e-15);
     }
 
     #[test]
     fn the_elastica_strains_more_than_the_linear_beam_and_as_much_where_it_bends_little() {
-        let (linear, elastica) = (BaseStrain::new(Beam::Linear), BaseStrain::new(Beam::Elastica));
-        assert!((elastica.at(0.001) / linear.at(0.001) - 1.0).abs() < 1e-3);
+        assert!((strain(Beam::Elastica, 0.001) / strain(Beam::Linear, 0.001) - 1.0).abs() < 1e-3);
         // Bent far, a projection that is 60 % shorter takes more than the small slopes of the linear beam make of it.
-        assert!(elastica.at(3.0) > 1.3 * linear.at(3.0) && elastica.at(3.0) < 2.0 * linear.at(3.0));
-        assert!(elastica.at(-1.0).abs() < 1e-12 && elastica.at(f64::NAN).abs() < 1e-12);
-        assert!(elastica.at(1e9).is_finite());
+        let ratio = strain(Beam::Elastica, 3.0) / strain(Beam::Linear, 3.0);
+        assert!(ratio > 1.3 && ratio < 2.0, "{ratio}");
+        assert!(strain(Beam::Elastica, 1e9).is_finite());
     }
 }
