@@ -17,7 +17,7 @@ use wstac_core::params::TAXELS;
 use self::light::{Light, Steps};
 use self::rng::Rng;
 pub use self::script::{Script, Slide};
-use self::sensor::Sensor;
+use self::sensor::{Fidelity, Sensor, SensorConfig};
 use self::specimen::LENGTH_MM;
 use self::whisker::{BaseStrain, PITCH_MM, Whisker, whiskers};
 use crate::error::Error;
@@ -76,8 +76,8 @@ impl Scene {
     /// # Errors
     /// Where the frame is too small for the paper's layout.
     pub fn new(script: &Script) -> Result<Self, Error> {
-        let sensor =
-            Sensor::new(script.size, Rng::new(script.seed, NOISE)).map_err(|error| Error::new("scene", error))?;
+        let config = SensorConfig { size: script.size, rate: script.rate, ..SensorConfig::default() };
+        let sensor = Sensor::new(&config, Fidelity::Rendered, 0.0, Rng::new(script.seed, NOISE))?;
         let frame_s = f64::from(script.rate.denominator()) / f64::from(script.rate.numerator());
         // At most a million steps: a camera of a frame in a thousand seconds is as good as that.
         let steps_per_frame = libm::ceil(frame_s / LONGEST_STEP_S).clamp(1.0, 1e6) as u32;
@@ -114,8 +114,7 @@ impl Scene {
         }
         let brightness = self.brightness();
         self.frame += 1;
-        self.sensor.expose(&brightness);
-        Some(self.sensor.pixels())
+        Some(self.sensor.expose(&brightness))
     }
 
     /// Mean light of each taxel over the next frame's exposure, which lasts the whole frame.

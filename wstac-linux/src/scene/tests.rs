@@ -91,7 +91,7 @@ fn hash(script: &Script) -> u64 {
 fn a_seed_gives_the_same_bytes_everywhere() {
     let slide = Slide { specimen: "Sin3".parse().unwrap(), speed_mm_s: 170.0, heading: Heading::Left };
     let small = |seed| hash(&one(slide, seed, (60, 40)));
-    assert_eq!(small(7), 0x0442_05E4_8F1F_8891);
+    assert_eq!(small(7), 0xF61E_640A_6991_9482);
     assert_eq!(small(7), small(7));
     assert_ne!(small(7), small(8));
 }
