@@ -66,7 +66,8 @@ impl Pixel {
 
 /// Light that can be rendered: no NaN, nothing negative, nothing endless.
 pub(super) fn checked_light(light: f64) -> f64 {
-    light.max(0.0).min(MOST_LIGHT)
+    // Not the same as a clamp alone, which keeps what is no number.
+    light.max(0.0).clamp(0.0, MOST_LIGHT)
 }
 
 /// What rows are rendered with: everything in values of the format.

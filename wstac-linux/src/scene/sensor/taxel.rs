@@ -13,13 +13,19 @@ use super::pixel::{Pixel, checked_light};
 use super::quantised::Values;
 use crate::scene::rng::Rng;
 
-/// Points of the tables for a change by one deviation of the noise in the value of a pixel: linear interpolation of a
-/// pixel's mean is off by less than 5e-4 of a value, or of a step where a format has larger ones.
-const POINTS_PER_DEVIATION: f64 = 8.0;
+/// Points of a pixel's table for a change by one deviation of the noise in its value: linear interpolation of the mean
+/// is off by less than 5e-4 of a value, or of a step where a format has larger ones.
+const PIXEL_POINTS: f64 = 8.0;
+/// The same of a spot's table, which makes that 2e-3, and less where pixels of the spot differ.
+const SPOT_POINTS: f64 = 4.0;
 /// Most intervals of a table; very little noise has wider ones.
 const MOST_INTERVALS: f64 = 32_768.0;
-/// Pixels are told apart by their light's power of two and this many bits of its mantissa: by 1.6 % of it.
-const CLASS_BITS: u32 = 6;
+/// Pixels are told apart by their light's power of two and this many bits of its mantissa: by 3 % of it …
+const CLASS_BITS: u32 = 5;
+/// … or by 0.8 % where there is too little noise to hide that values are integers.
+const QUIET_CLASS_BITS: u32 = 7;
+/// Deviation of a dark pixel's noise, in values, that hides it.
+const HIDING: f64 = 0.3;
 
 /// Draws the sums of taxels.
 #[derive(Clone, Debug)]
@@ -55,7 +61,8 @@ impl TaxelSums {
             PixelFormat::Rgb565 => Values::six_bits(),
             _ => Values::Every(pixel.full_scale as u32),
         };
-        let classes = classes(green);
+        let hidden = pixel.scale * pixel.root(0.0) * pixel.noise >= HIDING;
+        let classes = classes(green, if hidden { CLASS_BITS } else { QUIET_CLASS_BITS });
         let curves = (pixel.noise > 0.0).then(|| Curves::new(&pixel, &values, &classes));
         let pixels = green.len() as f64;
         Self { pixels, most: pixels * pixel.full_scale, pixel, values, classes, curves, rng }
@@ -106,15 +113,16 @@ impl Curves {
         // electrons of full scale.
         let saturating = pixel.read + (pixel.full_scale - pixel.black).max(0.0) / pixel.scale;
         let unlucky = 7.0 * pixel.noise;
-        let saturated = (unlucky + (unlucky * unlucky + 4.0 * saturating).sqrt()) / 2.0;
-        let step = pixel.noise / POINTS_PER_DEVIATION / 2.0;
-        let of_pixel = Curve::new(dark, saturated.max(dark), step, |root| {
+        let saturated = f64::midpoint(unlucky, (unlucky * unlucky + 4.0 * saturating).sqrt());
+        // A value goes with half the square of the root.
+        let step = |points| pixel.noise / points / 2.0;
+        let of_pixel = Curve::new(dark, saturated.max(dark), step(PIXEL_POINTS), |root| {
             values.moments(pixel.value(root * root - pixel.read), pixel.scale * root * pixel.noise)
         });
         let mut curves = Self { pixel: of_pixel, spot: Curve::default(), brightest };
-        // Four times the light that saturates the spot's middle: what is rarer need not be fast.
-        let end = (2.0 * saturated).max(dark);
-        curves.spot = Curve::new(dark, end, step, |root| {
+        // Twice the light that saturates the spot's middle: what is rarer need not be fast.
+        let end = (1.5 * saturated).max(dark);
+        curves.spot = Curve::new(dark, end, step(SPOT_POINTS), |root| {
             let light = (root * root - pixel.read - pixel.dark) / (pixel.full_well * brightest);
             over_spot(pixel, classes, light, |collected| curves.of_pixel(pixel, collected))
         });
@@ -136,11 +144,11 @@ fn over_spot(pixel: &Pixel, classes: &[(f64, f64)], light: f64, of: impl Fn(f64)
 }
 
 /// Pixels by their light: each class has the mean light of its pixels and their share.
-fn classes(green: &[f64]) -> Vec<(f64, f64)> {
+fn classes(green: &[f64], bits: u32) -> Vec<(f64, f64)> {
     let mut sorted: Vec<u64> = green.iter().map(|light| light.to_bits()).collect();
     // Numbers that are not negative are in the order of their bits.
     sorted.sort_unstable();
-    let shift = f64::MANTISSA_DIGITS - 1 - CLASS_BITS;
+    let shift = f64::MANTISSA_DIGITS - 1 - bits;
     let classes = sorted.chunk_by(|a, b| a >> shift == b >> shift).map(|class| {
         let sum: f64 = class.iter().map(|&bits| f64::from_bits(bits)).sum();
         (sum / class.len() as f64, class.len() as f64 / green.len() as f64)

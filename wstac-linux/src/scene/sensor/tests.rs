@@ -143,10 +143,10 @@ fn a_seed_gives_the_same_bytes_everywhere() {
         ("RGBP", 0x85BE_382C_AE1C_9CC6),
         ("RGGB", 0x668E_549D_9A33_735F),
         ("GB10", 0x42F1_95F7_9D9D_E988),
-        ("YUYV", 0x2E50_744C_7266_2DE4),
-        ("NV12", 0x36F5_940B_437A_85D6),
-        ("YU12", 0x2F0A_D8B9_9FBD_DF94),
-        ("422P", 0x6D6C_F93C_CD24_F260),
+        ("YUYV", 0xD761_0620_E3B0_9B31),
+        ("NV12", 0xF9A7_7F4C_BC7A_4D4E),
+        ("YU12", 0xA09C_E9D9_FD81_CC84),
+        ("422P", 0xAF41_ED59_E8DF_1075),
         ("MJPG", 0x7683_99A4_EE59_1825),
     ];
     let found = expected.map(|(format, _)| {
@@ -160,10 +160,10 @@ fn a_seed_gives_the_same_bytes_everywhere() {
 #[test]
 fn a_seed_gives_the_same_sums_everywhere() {
     let expected: [(&str, u64); 4] = [
-        ("GREY", 0xE4CE_327E_B3E7_F1F8),
-        ("Y12", 0x6DFB_AADC_A215_DEBE),
-        ("RGBP", 0x8B1D_71BD_6341_8999),
-        ("BG12", 0xFA57_7825_B425_E0B5),
+        ("GREY", 0x807F_E519_1ECD_7507),
+        ("Y12", 0xBA47_6135_2158_E714),
+        ("RGBP", 0x774E_7320_AA66_DDD1),
+        ("BG12", 0x7FC2_685C_B998_7F86),
     ];
     let found = expected.map(|(format, _)| {
         let config = SensorConfig { blur: 0.8, gain: 1.5, ..config(format, (75, 61)) };
@@ -185,7 +185,7 @@ fn statistics(config: &SensorConfig, fidelity: Fidelity, light: f64, frames: u32
 #[test]
 fn drawn_sums_are_distributed_as_rendered_ones() {
     let config = |format, change: fn(&mut SensorConfig)| {
-        let mut config = config(format, (500, 400));
+        let mut config = config(format, (400, 300));
         change(&mut config);
         config
     };
@@ -194,6 +194,7 @@ fn drawn_sums_are_distributed_as_rendered_ones() {
         config("GREY", |_| ()),
         config("GREY", |c| (c.gain, c.blur) = (8.0, 3.0)),
         config("GREY", |c| c.noise = 0.3),
+        config("GREY", |c| c.noise = 0.05),
         config("GREY", |c| c.noise = 0.0),
         config("GREY", |c| (c.full_well, c.read_noise, c.black_level) = (3000.0, 40.0, 0.0)),
         config("Y10", |c| c.blur = 1.0),
@@ -213,9 +214,8 @@ fn drawn_sums_are_distributed_as_rendered_ones() {
             let off = (render[0] - drawn[0]).abs();
             assert!(off < 0.02 + chance, "{about}: mean {} drawn, {} rendered", drawn[0], render[0]);
             worst_mean = worst_mean.max(off);
-            // A sum is an integer, which alone varies by a twelfth.
-            let scale = (60.0 * 60.0 / 255.0 * 65_535.0_f64).powi(-2);
-            if render[1].max(drawn[1]) > 1e-9 + scale {
+            // Where nearly no pixel ever changes, a sum's own rounding is as large as its deviation.
+            if render[1].max(drawn[1]) > 1e-9 {
                 let ratio = drawn[1] / render[1];
                 assert!((ratio - 1.0).abs() < 0.15 + 4.0 * (4.0 / samples).sqrt(), "{about}: variance {ratio} times");
                 worst_variance = worst_variance.max((ratio - 1.0).abs());

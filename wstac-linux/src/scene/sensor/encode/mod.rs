@@ -111,3 +111,6 @@ pub(super) fn encoder(format: SensorFormat, colour: Colour) -> Arc<dyn Encoder> 
         PixelFormat::Yuv444p => Arc::new(Planar { conversion, chroma: Chroma::Full }),
     }
 }
+
+#[cfg(test)]
+mod tests;

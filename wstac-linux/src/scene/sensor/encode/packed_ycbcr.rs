@@ -20,9 +20,9 @@ impl<const LUMA: usize> Encoder for PackedPairs<LUMA> {
         let [red, green, blue] = block.colours.map(|values| values.as_chunks::<2>().0);
         let cells = frame.row(block.top, 2 * block.left, 2 * block.width).as_chunks_mut::<4>().0;
         for (((cell, red), green), blue) in cells.iter_mut().zip(red).zip(green).zip(blue) {
-            let [first, second] = [0, 1].map(|k| [red[k], green[k], blue[k]].map(i32::from));
-            let sum = [first[0] + second[0], first[1] + second[1], first[2] + second[2]];
-            let ([cb, cr], [first, second]) = (self.0.chroma(sum, 1), [first, second].map(|pixel| self.0.luma(pixel)));
+            let [first, second] = [0, 1].map(|k| self.0.luma([red[k], green[k], blue[k]]));
+            let sum = [red[0] + red[1], green[0] + green[1], blue[0] + blue[1]];
+            let (cb, cr) = (self.0.cb(sum, 0.5), self.0.cr(sum, 0.5));
             *cell = if LUMA == 0 { [first, cb, second, cr] } else { [cb, first, cr, second] };
         }
     }

@@ -41,47 +41,55 @@ impl Encoder for Planar {
         for (((y, red), (_, green)), (_, blue)) in rows {
             let row = frame.row(y, block.left, block.width).iter_mut();
             for (((luma, &red), &green), &blue) in row.zip(red).zip(green).zip(blue) {
-                *luma = self.conversion.luma([red, green, blue].map(i32::from));
+                *luma = self.conversion.luma([red, green, blue]);
             }
         }
-        self.encode_chroma(block, frame);
+        match self.chroma {
+            Chroma::Interleaved => self.encode_pairs(block, frame),
+            Chroma::Quarter => self.encode_planes::<2, 2>(block, frame),
+            Chroma::Half => self.encode_planes::<2, 1>(block, frame),
+            Chroma::Full => self.encode_planes::<1, 1>(block, frame),
+        }
     }
 }
 
 impl Planar {
-    fn encode_chroma(&self, block: &Block<'_>, frame: &mut Frame) {
-        let [columns, rows] = self.cell();
-        let log_count = (columns * rows).trailing_zeros();
-        let (x, y, cells) = (block.left / columns, block.top / rows, block.width / columns);
-        let chroma = (0..cells).map(|cell| {
-            let sum = block.colours.map(|values| cell_sum(values, block.width, [columns, rows], cell));
-            self.conversion.chroma(sum, log_count)
-        });
-        if self.chroma == Chroma::Interleaved {
-            let pairs = frame.plane_row(0, frame.bytes_per_row, y, 2 * x, 2 * cells).as_chunks_mut().0;
-            for (pair, chroma) in pairs.iter_mut().zip(chroma) {
-                *pair = chroma;
-            }
-            return;
+    /// Cb Cr pairs of 2 × 2 pixels.
+    fn encode_pairs(&self, block: &Block<'_>, frame: &mut Frame) {
+        let row = frame.plane_row(0, frame.bytes_per_row, block.top / 2, block.left, block.width);
+        for (pair, sum) in row.as_chunks_mut().0.iter_mut().zip(sums::<2, 2>(block)) {
+            *pair = [self.conversion.cb(sum, 0.25), self.conversion.cr(sum, 0.25)];
         }
-        let bytes_per_row = frame.bytes_per_row.div_ceil(columns);
-        let plane = bytes_per_row * frame.height.div_ceil(rows);
-        for (cell, [cb, cr]) in chroma.enumerate() {
-            for (offset, value) in [(0, cb), (plane, cr)] {
-                if let [byte] = frame.plane_row(offset, bytes_per_row, y, x + cell, 1) {
-                    *byte = value;
-                }
-            }
+    }
+
+    /// Planes of Cb and Cr.
+    fn encode_planes<const COLUMNS: usize, const ROWS: usize>(&self, block: &Block<'_>, frame: &mut Frame) {
+        let share = 1.0 / (COLUMNS * ROWS) as f32;
+        let bytes_per_row = frame.bytes_per_row.div_ceil(COLUMNS);
+        let plane = bytes_per_row * frame.height.div_ceil(ROWS);
+        let (x, y, cells) = (block.left / COLUMNS, block.top / ROWS, block.width / COLUMNS);
+        let cb = frame.plane_row(0, bytes_per_row, y, x, cells);
+        for (byte, sum) in cb.iter_mut().zip(sums::<COLUMNS, ROWS>(block)) {
+            *byte = self.conversion.cb(sum, share);
+        }
+        let cr = frame.plane_row(plane, bytes_per_row, y, x, cells);
+        for (byte, sum) in cr.iter_mut().zip(sums::<COLUMNS, ROWS>(block)) {
+            *byte = self.conversion.cr(sum, share);
         }
     }
 }
 
-/// Sum of a colour over the pixels of a cell.
-#[inline(always)]
-fn cell_sum(values: &[u16], width: usize, [columns, rows]: [usize; 2], cell: usize) -> i32 {
-    let row = |row: usize| {
-        let at = row * width + cell * columns;
-        values.get(at..at + columns).unwrap_or_default().iter().map(|&value| i32::from(value)).sum::<i32>()
+/// Sums of the colours over each cell of a block that is `ROWS` rows high: up to 4 · 255.
+fn sums<'a, const COLUMNS: usize, const ROWS: usize>(
+    block: &Block<'a>,
+) -> impl Iterator<Item = [u16; 3]> + use<'a, COLUMNS, ROWS> {
+    let cells = |values: &'a [u16]| {
+        // The second row is the first one again where there is none, and does not count.
+        let (first, second) = values.split_at(values.len() / ROWS);
+        let second = if ROWS == 2 { second } else { first };
+        let pairs = first.as_chunks::<COLUMNS>().0.iter().zip(second.as_chunks::<COLUMNS>().0);
+        pairs.map(|(first, second)| first.iter().sum::<u16>() + if ROWS == 2 { second.iter().sum() } else { 0 })
     };
-    (0..rows).map(row).sum()
+    let [red, green, blue] = block.colours.map(cells);
+    red.zip(green).zip(blue).map(|((red, green), blue)| [red, green, blue])
 }
