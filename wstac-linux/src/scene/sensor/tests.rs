@@ -185,7 +185,7 @@ fn statistics(config: &SensorConfig, fidelity: Fidelity, light: f64, frames: u32
 #[test]
 fn drawn_sums_are_distributed_as_rendered_ones() {
     let config = |format, change: fn(&mut SensorConfig)| {
-        let mut config = config(format, (400, 300));
+        let mut config = config(format, (300, 240));
         change(&mut config);
         config
     };
