@@ -1,5 +1,6 @@
 //! The configuration file: TOML, every key optional, defaults from the sensor's published or decided parameters.
 
+use std::fmt;
 use std::path::Path;
 
 use serde::Deserialize;
@@ -178,7 +179,7 @@ impl Config {
     }
 
     /// An error that shows only with a source: it names the configuration and the source.
-    pub(crate) fn does_not_fit(&self, source: &str, table: &str, error: CoreError) -> Error {
+    pub(crate) fn does_not_fit(&self, source: &str, table: &str, error: impl fmt::Display) -> Error {
         match &self.origin {
             Some(file) => Error::new(file, format_args!("{table} {error} (source: {source})")),
             None => Error::new(source, error),

@@ -2,9 +2,11 @@
 
 use serde::Serialize;
 use wstac_core::direction::{self, Unclear};
+use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
+use wstac_core::layout::Layout;
 use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
-use wstac_core::params::{FEATURE_ONE, FEATURES};
+use wstac_core::params::{FEATURE_ONE, FEATURES, TAXELS};
 use wstac_core::speed::{self, NoSpeed, Speed, SpeedConfig};
 use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
 use wstac_core::taxels::Camera;
@@ -152,12 +154,17 @@ pub struct Wanted {
 /// [`FeatureStream`] with its kernel chosen at run time.
 trait Stage {
     fn push_frame(&mut self, bytes: &[u8]) -> Result<Option<FeatureFrame>, wstac_core::error::Error>;
+    fn push_taxels(&mut self, taxels: &[u32; TAXELS]) -> Option<FeatureFrame>;
     fn push_lost(&mut self, frames: u64) -> Loss;
 }
 
 impl<L: Ln> Stage for FeatureStream<Any, L> {
     fn push_frame(&mut self, bytes: &[u8]) -> Result<Option<FeatureFrame>, wstac_core::error::Error> {
         Self::push_frame(self, bytes)
+    }
+
+    fn push_taxels(&mut self, taxels: &[u32; TAXELS]) -> Option<FeatureFrame> {
+        Self::push_taxels(self, taxels)
     }
 
     fn push_lost(&mut self, frames: u64) -> Loss {
@@ -187,6 +194,10 @@ impl Reading {
     pub fn new(info: &StreamInfo, config: &Config, wanted: Wanted) -> Result<Self, Error> {
         let in_table = |table| move |error| config.does_not_fit(&info.about, table, error);
         let layout = config.layout(info.size).map_err(in_table("[layout]"))?;
+        if info.taxels_only && (Ok(layout) != Layout::paper(info.size) || config.green.stride != Stride::One) {
+            let expected = "taxel sums are of the paper's layout and every pixel, expected no other layout or stride";
+            return Err(config.does_not_fit(&info.about, "[layout], [green]", expected));
+        }
         let green = Any::new(info.format, info.colour, config.green.yuv);
         let camera = Camera::with_stride(green, layout, info.rate, config.green.stride)
             .and_then(|camera| camera.with_bytes_per_row(info.bytes_per_row))
@@ -217,6 +228,11 @@ impl Reading {
             Item::End => {
                 self.finish(give)?;
                 return Ok(false);
+            }
+            Item::Taxels(sums) => {
+                if let Some(frame) = self.stage.push_taxels(sums) {
+                    self.push(frame, 0, &mut give)?;
+                }
             }
             Item::Lost { frames, .. } => self.lose(*frames, &mut give)?,
             Item::Frame { bytes, .. } => match self.stage.push_frame(bytes) {

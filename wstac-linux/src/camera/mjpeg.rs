@@ -13,7 +13,7 @@ use super::jpeg_headers::Headers;
 use super::jpeg_tables::STANDARD_TABLES;
 
 /// Decodes the pictures of one stream into one buffer.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Decoder {
     options: DecoderOptions,
     size: FrameSize,

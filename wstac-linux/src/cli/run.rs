@@ -164,6 +164,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if info.rate.frames_added() > 1 {
         note(format_args!("{} camera frames are added up to one feature frame", info.rate.frames_added()));
     }
+    if info.taxels_only && arguments.save_raw.is_some() {
+        return Err(Error::new(&info.about, "--save-raw needs frames, expected fidelity = \"rendered\"").into());
+    }
     let interrupted = interruptions()?;
     let raw = arguments.save_raw.as_deref().map(RawFile::create).transpose()?;
     let form = if arguments.json { Form::Json } else { Form::Text };
@@ -204,6 +207,7 @@ fn read(
                     break Err(error.into());
                 }
             }
+            Item::Taxels(_) => seen += 1,
             Item::Lost { frames, why } => {
                 seen += frames;
                 reasons.add(*frames, why);

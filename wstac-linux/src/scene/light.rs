@@ -42,12 +42,12 @@ impl Default for LightConfig {
         Self {
             flash_ms: 11.0,
             rubbing_ms: 0.01,
-            fluctuation: 0.3,
+            fluctuation: 0.5,
             fluctuation_mm: 1.0,
             afterglow_ms: 38.0,
             gain_deviation: 0.05,
             unit: 0,
-            run_deviation: 0.1,
+            run_deviation: 0.05,
             leak: 0.0,
             drift_per_minute: 0.0,
         }

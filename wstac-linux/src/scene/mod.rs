@@ -21,12 +21,14 @@ use wstac_core::params::TAXELS;
 use self::elastomer::Elastomer;
 use self::rng::Rng;
 pub use self::script::{Script, Slide};
-use self::sensor::Sensor;
+use self::sensor::auto_exposure::AutoExposure;
+use self::sensor::{Fidelity, Sensor, SensorConfig};
 use crate::error::Error;
 
 /// Purposes of random numbers: no two depend on each other, nor on those of the elastomer.
 const PHASES: u64 = 1;
 const NOISE: u64 = 3;
+const DROPS: u64 = 6;
 
 /// A slide and when it touches the first and last whiskers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,12 +50,30 @@ impl Truth {
     }
 }
 
-/// A scene that is rendered frame by frame.
+/// What a scene gives next.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Shot<'a> {
+    /// A frame's bytes, as [`Sensor::expose`] gives them.
+    Frame(&'a [u8]),
+    /// The taxel sums of a frame, with [`Fidelity::Taxel`].
+    Taxels([u32; TAXELS]),
+    /// Frames that are missing here; why, for a person.
+    Lost(u32, &'static str),
+}
+
+/// A scene that is made frame by frame.
 #[derive(Clone, Debug)]
 pub struct Scene {
     truth: Vec<Truth>,
     elastomer: Elastomer,
     sensor: Sensor,
+    config: SensorConfig,
+    fidelity: Fidelity,
+    leak: f64,
+    auto_exposure: AutoExposure,
+    drops: Rng,
+    /// Light of a frame that comes next, after frames that were lost for it.
+    pending: Option<[f64; TAXELS]>,
     /// Length of a frame in s.
     frame_s: f64,
     /// The frame that comes next, and how many there are.
@@ -65,13 +85,28 @@ impl Scene {
     /// A scene at its start.
     ///
     /// # Errors
-    /// Where the frame is too small for the paper's layout.
+    /// As [`Sensor::new`].
     pub fn new(script: &Script) -> Result<Self, Error> {
-        let sensor =
-            Sensor::new(script.size, Rng::new(script.seed, NOISE)).map_err(|error| Error::new("scene", error))?;
-        let frame_s = f64::from(script.rate.denominator()) / f64::from(script.rate.numerator());
+        let mut config = script.sensor.clone();
+        config.noise *= script.noise;
+        let leak = script.light.leak;
+        let sensor = Sensor::new(&config, script.fidelity, leak, Rng::new(script.seed, NOISE))?;
+        let frame_s = f64::from(config.rate.denominator()) / f64::from(config.rate.numerator());
         let (truth, frames) = schedule(script, frame_s);
-        Ok(Self { truth, elastomer: Elastomer::new(script), sensor, frame_s, frame: 0, frames })
+        Ok(Self {
+            truth,
+            elastomer: Elastomer::new(script),
+            sensor,
+            config,
+            fidelity: script.fidelity,
+            leak,
+            auto_exposure: AutoExposure::new(),
+            drops: Rng::new(script.seed, DROPS),
+            pending: None,
+            frame_s,
+            frame: 0,
+            frames,
+        })
     }
 
     /// What really happens: the slides in the order of time.
@@ -79,34 +114,63 @@ impl Scene {
         &self.truth
     }
 
-    /// How many frames the scene has.
+    /// How many frame intervals the scene has.
     pub fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// The next frame: grey, 8 bit, rows without padding; nothing after the last one.
-    pub fn next_frame(&mut self) -> Option<&[u8]> {
-        let light = self.next_light()?;
-        self.sensor.expose(&light);
-        Some(self.sensor.pixels())
+    /// The camera that looks on.
+    pub fn sensor(&self) -> &Sensor {
+        &self.sensor
     }
 
-    /// Mean light of each taxel over the next frame's exposure, as a share of full scale; nothing after the last one.
-    pub fn next_light(&mut self) -> Option<[f64; TAXELS]> {
+    /// The next frame, or frames that are missing; nothing after the last one.
+    pub fn next_shot(&mut self) -> Option<Shot<'_>> {
+        if let Some(light) = self.pending.take() {
+            return Some(self.shot(&light));
+        }
+        let (light, intervals) = self.next_light()?;
+        if self.config.dropped > 0.0 && self.drops.uniform() < self.config.dropped {
+            return Some(Shot::Lost(intervals, "dropped by the simulated driver"));
+        }
+        if intervals > 1 {
+            self.pending = Some(light);
+            return Some(Shot::Lost(intervals - 1, "auto-exposure slows the simulated camera down in the dark"));
+        }
+        Some(self.shot(&light))
+    }
+
+    fn shot(&mut self, light: &[f64; TAXELS]) -> Shot<'_> {
+        match self.fidelity {
+            Fidelity::Rendered => Shot::Frame(self.sensor.expose(light)),
+            Fidelity::Taxel => Shot::Taxels(self.sensor.sums(light)),
+        }
+    }
+
+    /// Mean light of each taxel over the next frame's exposure, as a share of full scale, and how many frame intervals
+    /// it takes; nothing after the last one. Full scale is that of a shutter open for one whole interval.
+    pub fn next_light(&mut self) -> Option<([f64; TAXELS], u32)> {
         if self.frame >= self.frames {
             return None;
         }
-        let from = self.frame as f64 * self.frame_s;
-        self.frame += 1;
-        let light = self.elastomer.expose(&self.truth, from, self.frame_s, self.frame_s);
-        Some(light.map(|light| light / self.frame_s))
+        let left = u32::try_from(self.frames - self.frame).unwrap_or(u32::MAX);
+        let intervals = if self.config.auto_exposure { self.auto_exposure.interval().frames().min(left) } else { 1 };
+        let (from, length) = (self.frame as f64 * self.frame_s, f64::from(intervals) * self.frame_s);
+        self.frame += u64::from(intervals);
+        let light = self.elastomer.expose(&self.truth, from, self.config.exposure * length, length);
+        let light = light.map(|light| light / self.frame_s);
+        if self.config.auto_exposure {
+            let mean = light.iter().sum::<f64>() / TAXELS as f64 + self.leak;
+            self.auto_exposure.next((self.config.gain * mean + self.config.black_level / 255.0).min(1.0));
+        }
+        Some((light, intervals))
     }
 }
 
 /// When the slides happen, and how many frames the scene has.
 fn schedule(script: &Script, frame_s: f64) -> (Vec<Truth>, u64) {
     let mut phases = Rng::new(script.seed, PHASES);
-    let camera_frames = |dark: u32| f64::from(dark) * f64::from(script.rate.frames_added());
+    let camera_frames = |dark: u32| f64::from(dark) * f64::from(script.sensor.rate.frames_added());
     let span_mm = script.whisker.span_mm();
     let mut free = camera_frames(script.lead_in);
     let truth = script.slides.iter().map(|&slide| {

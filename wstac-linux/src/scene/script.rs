@@ -13,6 +13,7 @@
 //! noise = 1              # scale of all that deviates by chance; 0 for none
 //! lead_in = 45           # dark frames before the first slide
 //! gap = 70               # dark frames between slides, and after the last one
+//! fidelity = "rendered"  # or "taxel": taxel sums from their distribution, without pixels
 //! ```
 //!
 //! or, instead of the keys of a slide, any number of `[[slide]]` tables that hold them. The tables `[whisker]`,
@@ -20,18 +21,15 @@
 
 use serde::Deserialize;
 use wstac_core::direction::Heading;
-use wstac_core::layout::FrameSize;
 use wstac_core::params::{BASELINE_WINDOWS, DEFAULT_BACKTRACK, DEFAULT_WINDOW, SAMPLE_FRAMES};
-use wstac_core::rate::FrameRate;
 
 use super::keys::{Keys, within};
 use super::light::LightConfig;
+use super::sensor::{Fidelity, SensorConfig};
 use super::specimen::{Pattern, Specimen};
 use super::whisker::WhiskerConfig;
 use crate::error::Error;
 
-/// Width and height of a scene's frames unless something else is asked for (paper).
-pub const DEFAULT_SIZE: (u32, u32) = (1280, 720);
 /// Slowest and fastest slide, in mm/s.
 const SPEEDS: (f64, f64) = (1.0, 1000.0);
 /// Most dark frames that a key may ask for.
@@ -72,10 +70,10 @@ pub struct Script {
     pub whisker: WhiskerConfig,
     /// Their light.
     pub light: LightConfig,
-    /// Width and height of the frames.
-    pub size: FrameSize,
-    /// Frames a second. Dark frames are counted in feature frames: at 60 a second each is two of the camera's.
-    pub rate: FrameRate,
+    /// The camera. Dark frames are counted in feature frames: at 60 a second each is two of the camera's.
+    pub sensor: SensorConfig,
+    /// How much of the camera is computed.
+    pub fidelity: Fidelity,
 }
 
 /// A scene's file before it is checked.
@@ -99,6 +97,10 @@ struct File {
     #[serde(default)]
     light: LightConfig,
     #[serde(default)]
+    sensor: SensorConfig,
+    #[serde(default)]
+    fidelity: Fidelity,
+    #[serde(default)]
     slide: Vec<FileSlide>,
 }
 
@@ -117,9 +119,9 @@ struct FileSlide {
 }
 
 impl Script {
-    fn new(slides: Vec<Slide>) -> Result<Self, String> {
-        let (width, height) = DEFAULT_SIZE;
-        Ok(Self {
+    /// The default scene with these slides.
+    fn new(slides: Vec<Slide>) -> Self {
+        Self {
             slides,
             seed: 0,
             lead_in: DEFAULT_LEAD_IN,
@@ -127,9 +129,9 @@ impl Script {
             noise: 1.0,
             whisker: WhiskerConfig::default(),
             light: LightConfig::default(),
-            size: FrameSize::new(width, height).map_err(|error| error.to_string())?,
-            rate: FrameRate::NOMINAL,
-        })
+            sensor: SensorConfig::default(),
+            fidelity: Fidelity::default(),
+        }
     }
 
     /// Reads the short form: `Saw3@150`, then `,90deg` and `,seed=7` in any order, each at most once.
@@ -173,7 +175,7 @@ fn parse_short(text: &str) -> Result<Script, String> {
     }
     let heading = heading.unwrap_or(Heading::Right);
     let slide = Slide { specimen, speed_mm_s: speed, heading };
-    Ok(Script { seed: seed.unwrap_or(0), ..Script::new(vec![slide])? })
+    Ok(Script { seed: seed.unwrap_or(0), ..Script::new(vec![slide]) })
 }
 
 fn check(file: File) -> Result<Script, String> {
@@ -193,7 +195,8 @@ fn check(file: File) -> Result<Script, String> {
     }
     file.whisker.check_table()?;
     file.light.check_table()?;
-    let script = Script { whisker: file.whisker, light: file.light, ..Script::new(slides)? };
+    let File { whisker, light, sensor, fidelity, .. } = file;
+    let script = Script { whisker, light, sensor, fidelity, ..Script::new(slides) };
     let seed = file.seed.unwrap_or(0);
     let seed = u64::try_from(seed).map_err(|_| format!("seed is {seed}, expected 0 to {}", i64::MAX))?;
     let noise = file.noise.unwrap_or(script.noise);

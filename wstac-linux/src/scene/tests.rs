@@ -1,9 +1,12 @@
 use wstac_core::direction::{self, Heading};
+use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::green::grey::Grey;
 use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::ln::fixed::Fixed;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::{self, SpeedConfig};
+use wstac_core::stream::FeatureStream;
 use wstac_core::taxels::Camera;
 use wstac_core::trigger::TriggerConfig;
 
@@ -23,18 +26,23 @@ struct Answer {
     confidence: f32,
 }
 
+fn sized(mut script: Script, (width, height): (u32, u32)) -> Script {
+    script.sensor.size = FrameSize::new(width, height).unwrap();
+    script
+}
+
 fn one(slide: Slide, seed: u64, size: (u32, u32)) -> Script {
     let text = format!("{}@{},{}deg,seed={seed}", slide.specimen, slide.speed_mm_s, slide.heading.degrees());
-    Script { size: FrameSize::new(size.0, size.1).unwrap(), ..Script::parse_short(&text).unwrap() }
+    sized(Script::parse_short(&text).unwrap(), size)
 }
 
 /// The events of a scene, through the whole core.
 fn events(script: &Script) -> Vec<Answer> {
-    let camera = Camera::new(Grey, Layout::paper(script.size).unwrap(), script.rate).unwrap();
+    let camera = Camera::new(Grey, Layout::paper(script.sensor.size).unwrap(), script.sensor.rate).unwrap();
     let mut pipeline: Pipeline = Pipeline::new(camera, 0.5, TriggerConfig::default()).unwrap();
-    let config = SpeedConfig::paper(script.rate);
+    let config = SpeedConfig::paper(script.sensor.rate);
     let (mut scene, mut answers) = (Scene::new(script).unwrap(), Vec::new());
-    while let Some(frame) = scene.next_frame() {
+    while let Some(Shot::Frame(frame)) = scene.next_shot() {
         let Some(event) = pipeline.push_frame(frame).unwrap() else { continue };
         let direction = direction::direction(&event);
         answers.push(Answer {
@@ -77,7 +85,7 @@ fn every_slide_is_one_event_with_the_right_answers() {
 fn hash(script: &Script) -> u64 {
     let mut scene = Scene::new(script).unwrap();
     let (mut hash, mut frames) = (0xCBF2_9CE4_8422_2325, 0);
-    while let Some(frame) = scene.next_frame() {
+    while let Some(Shot::Frame(frame)) = scene.next_shot() {
         // FNV-1a.
         hash = frame.iter().fold(hash, |hash: u64, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3));
         frames += 1;
@@ -91,7 +99,7 @@ fn hash(script: &Script) -> u64 {
 fn a_seed_gives_the_same_bytes_everywhere() {
     let slide = Slide { specimen: "Sin3".parse().unwrap(), speed_mm_s: 170.0, heading: Heading::Left };
     let small = |seed| hash(&one(slide, seed, (60, 40)));
-    assert_eq!(small(7), 0x10AE_7E1A_3E00_60C2);
+    assert_eq!(small(7), 0xBBCE_6EFB_5E34_741B);
     assert_eq!(small(7), small(7));
     assert_ne!(small(7), small(8));
 }
@@ -100,7 +108,7 @@ fn a_seed_gives_the_same_bytes_everywhere() {
 fn slides_of_a_script_are_an_event_each() {
     let text =
         "[[slide]]\nspecimen = \"Saw3\"\nspeed = 120\n[[slide]]\nspecimen = \"Fla0\"\nspeed = 200\ndirection = 270";
-    let script = Script { size: FrameSize::new(160, 120).unwrap(), ..Script::from_toml("s", text).unwrap() };
+    let script = sized(Script::from_toml("s", text).unwrap(), (160, 120));
     let (answers, scene) = (events(&script), Scene::new(&script).unwrap());
     assert_eq!(answers.len(), 2);
     for (answer, truth) in answers.iter().zip(scene.truth()) {
@@ -115,7 +123,8 @@ fn other_frame_rates_see_the_same_slide() {
     for (numerator, denominator) in [(25, 1), (60_000, 1001), (120, 1)] {
         let slide = Slide { specimen: "Tri3".parse().unwrap(), speed_mm_s: 150.0, heading: Heading::Up };
         let rate = FrameRate::new(numerator, denominator).unwrap();
-        let script = Script { rate, ..one(slide, 3, (100, 100)) };
+        let mut script = one(slide, 3, (100, 100));
+        script.sensor.rate = rate;
         let answers = events(&script);
         assert_eq!(answers.len(), 1, "{rate:?}");
         assert_eq!(answers[0].heading, Heading::Up);
@@ -129,7 +138,7 @@ fn exact_features(script: &Script, finer: f64) -> Vec<[f64; 10]> {
     let mut scene = Scene::new(script).unwrap();
     scene.elastomer = Elastomer::with_fineness(script, finer);
     let mut features = Vec::new();
-    while let Some(light) = scene.next_light() {
+    while let Some((light, _)) = scene.next_light() {
         let light = light.map(|light| light + 1.0 / 255.0);
         let line = |k: usize| (0..5).map(|n| if k < 5 { light[5 * k + n] } else { light[5 * n + k - 5] }).sum::<f64>();
         features.push(core::array::from_fn(|k| line(k).ln() * 2048.0));
@@ -173,4 +182,84 @@ fn half_the_step_changes_no_feature_by_more_than_one_unit() {
         worst = worst.max(most);
     }
     assert!(worst <= 1.0, "{worst} units");
+}
+
+/// All that a scene gives: features of frames where there are any, and how many were lost in between.
+fn features(text: &str) -> (Vec<[i16; 10]>, u32) {
+    let script = Script::from_toml("scene", text).unwrap();
+    let mut scene = Scene::new(&script).unwrap();
+    let sensor = scene.sensor();
+    let green = Any::new(sensor.format(), sensor.colour(), YcbcrMethod::Exact);
+    let layout = Layout::paper(script.sensor.size).unwrap();
+    let camera = Camera::new(green, layout, script.sensor.rate).unwrap();
+    let mut stream: FeatureStream<Any, Fixed> = FeatureStream::new(camera, 0.5).unwrap();
+    let (mut features, mut lost) = (Vec::new(), 0);
+    while let Some(shot) = scene.next_shot() {
+        let frame = match shot {
+            Shot::Frame(bytes) => stream.push_frame(bytes).unwrap(),
+            Shot::Taxels(sums) => stream.push_taxels(&sums),
+            Shot::Lost(frames, _) => {
+                lost += frames;
+                None
+            }
+        };
+        features.extend(frame.map(|frame| frame.features));
+    }
+    (features, lost)
+}
+
+/// Whole scenes: what is drawn for a taxel is within a level of what is rendered, for every format that allows it.
+#[test]
+fn taxel_fidelity_agrees_with_rendered_frames() {
+    let mut worst = 0.0_f64;
+    for (number, format) in (0..).zip(["GREY", "Y12", "RGB3", "GRBG", "RGBP"]) {
+        let text = |fidelity| {
+            let slide = format!("specimen = \"Sin3\"\nspeed = 150\nseed = {number}\nnoise = 2\ngap = 70");
+            let light = "[light]\nleak = 0.01";
+            let sensor = format!("[sensor]\nsize = [320, 240]\nformat = \"{format}\"\ngain = 2\nblur = 2");
+            format!("{slide}\nfidelity = \"{fidelity}\"\n{light}\n{sensor}")
+        };
+        let (rendered, drawn) = (features(&text("rendered")).0, features(&text("taxel")).0);
+        assert_eq!(rendered.len(), drawn.len());
+        for (a, b) in rendered.iter().flatten().zip(drawn.iter().flatten()) {
+            // In levels of 255 of a row of five taxels.
+            let level = |feature: &i16| 255.0 * (f64::from(*feature) / 2048.0).exp();
+            // What a row of 900 pixels varies by, five times over: 0.6 levels and more in brighter light.
+            let noise = 5.0 * 2.0 * 2.0 * (5.0 * 900.0_f64).sqrt().recip() * 5.0 * (0.6 + (level(a) / 500.0).sqrt());
+            worst = worst.max((level(a) - level(b)).abs() / (0.1 + noise));
+        }
+    }
+    assert!(worst < 1.0, "{worst}");
+    assert!(worst > 0.05, "{worst}: the noise is part of it");
+}
+
+#[test]
+fn dropped_frames_are_lost_frames() {
+    let slide = "specimen = \"Fla0\"\nspeed = 150\nfidelity = \"taxel\"\n[sensor]\n";
+    let (all, none) = features(slide);
+    let (some, lost) = features(&format!("{slide}dropped = 0.3"));
+    assert_eq!((none, some.len() + lost as usize), (0, all.len()));
+    assert!((0.2..0.4).contains(&(f64::from(lost) / all.len() as f64)), "{lost}");
+    let (few, lost) = features(&format!("{slide}dropped = 0.9"));
+    assert!(lost as usize > 5 * few.len());
+}
+
+#[test]
+fn auto_exposure_slows_down_in_the_dark() {
+    let slide = "specimen = \"Saw3\"\nspeed = 150\nlead_in = 100\nfidelity = \"taxel\"\n[sensor]\n";
+    let (all, _) = features(slide);
+    let (some, lost) = features(&format!("{slide}auto_exposure = true"));
+    assert_eq!(some.len() + lost as usize, all.len());
+    // Three of four frames are missing for most of what is dark.
+    assert!(lost > 80, "{lost}");
+}
+
+#[test]
+fn a_shorter_exposure_is_darker_and_a_gain_makes_up_for_it() {
+    let slide = "specimen = \"Tri3\"\nspeed = 150\nnoise = 0\nfidelity = \"taxel\"\n[sensor]\nblack_level = 0\n";
+    let brightest = |more: &str| features(&format!("{slide}{more}")).0.iter().flatten().copied().max().unwrap();
+    let (whole, half) = (brightest(""), brightest("exposure = 0.5"));
+    let factor = f64::from(whole - half) / 2048.0;
+    assert!((factor - 2.0_f64.ln()).abs() < 0.1, "{factor}");
+    assert!((brightest("exposure = 0.5\ngain = 2") - whole).abs() < 200);
 }

@@ -8,9 +8,6 @@ use wstac_core::params::{COLUMNS, ROWS, TAXELS};
 use super::beam::{Beam, BendTable};
 use super::keys::{Keys, within};
 
-/// The overlap that a linear beam is bent by at most, as a share of its length: it says nothing beyond.
-const MOST_OVERLAP: f64 = 0.6;
-
 /// What a scene says about its whiskers: the `[whisker]` table.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -166,7 +163,7 @@ impl Bending {
     }
 }
 
-/// √[`MOST_OVERLAP`].
+/// The root of the overlap that a linear beam is bent by at most, as a share of its length, 0.6: it says nothing beyond.
 const MOST_ROOT: f64 = 0.774_596_669_241_483_4;
 
 #[cfg(test)]
@@ -195,7 +192,7 @@ mod tests {
 
     #[test]
     fn the_linear_beams_strain_grows_with_the_root_of_the_overlap() {
-        assert!((MOST_ROOT * MOST_ROOT - MOST_OVERLAP).abs() < 1e-15);
+        assert!((MOST_ROOT * MOST_ROOT - 0.6).abs() < 1e-15);
         let linear = |overlap| strain(Beam::Linear, overlap);
         assert!(linear(0.0).abs() < 1e-15);
         assert!((linear(2.0) / linear(0.5) - 2.0).abs() < 1e-12);

@@ -57,6 +57,7 @@ impl CameraSource {
             colour: negotiated.colour,
             bytes_per_row: negotiated.bytes_per_row,
             rate: negotiated.rate,
+            taxels_only: false,
             about: about(&camera),
         };
         let timeline = Timeline::new(negotiated.rate);

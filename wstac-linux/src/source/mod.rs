@@ -11,6 +11,7 @@ use std::time::Duration;
 use wstac_core::green::any::PixelFormat;
 use wstac_core::green::ycbcr::Colour;
 use wstac_core::layout::FrameSize;
+use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
 
 use crate::error::Error;
@@ -28,6 +29,8 @@ pub struct StreamInfo {
     pub bytes_per_row: u32,
     /// Frames a second.
     pub rate: FrameRate,
+    /// Whether it gives taxel sums instead of bytes.
+    pub taxels_only: bool,
     /// One line for a person: what the source is and what it gives.
     pub about: String,
 }
@@ -42,6 +45,8 @@ pub enum Item<'a> {
         /// When it was taken, on the driver's monotonic clock; nothing for files.
         timestamp: Option<Duration>,
     },
+    /// A frame's taxel sums, of the paper's layout and every pixel: a simulated sensor that makes no pixels.
+    Taxels([u32; TAXELS]),
     /// Frames that were lost (or unusable) here; why, for a person.
     Lost {
         /// How many.

@@ -22,7 +22,7 @@ use crate::scene::Script;
 pub struct OpenOptions {
     /// Frames a second: of a file, what it is taken to have; of a camera or a scene, what it is set to.
     pub fps: Option<FrameRate>,
-    /// Pixel format by its four-character code; cameras, and `GREY` for scenes.
+    /// Pixel format by its four-character code; cameras and scenes.
     pub format: Option<[u8; 4]>,
     /// Width and height in pixels; cameras and scenes.
     pub size: Option<(u32, u32)>,
@@ -91,15 +91,16 @@ fn script(scene: &str, options: &OpenOptions) -> Result<Script, Error> {
         Script::parse_short(scene)?
     };
     let refused = |message: &dyn std::fmt::Display| Error::new(format_args!("scene:{scene}"), message);
-    if let Some(format) = options.format.filter(|format| format != b"GREY") {
-        return Err(refused(&format_args!("format is {}, expected GREY", format.escape_ascii())));
+    let sensor = &mut script.sensor;
+    if let Some(format) = options.format {
+        sensor.format = format.escape_ascii().to_string().parse().map_err(|error: String| refused(&error))?;
     }
     if let Some((width, height)) = options.size {
-        script.size = FrameSize::new(width, height).map_err(|error| refused(&error))?;
+        sensor.size = FrameSize::new(width, height).map_err(|error| refused(&error))?;
     }
-    script.rate = options.fps.unwrap_or(script.rate);
-    if script.rate.numerator() < script.rate.denominator() {
-        let (numerator, denominator) = (script.rate.numerator(), script.rate.denominator());
+    sensor.rate = options.fps.unwrap_or(sensor.rate);
+    if sensor.rate.numerator() < sensor.rate.denominator() {
+        let (numerator, denominator) = (sensor.rate.numerator(), sensor.rate.denominator());
         return Err(refused(&format_args!("fps is {numerator}/{denominator}, expected at least 1")));
     }
     Ok(script)
@@ -128,6 +129,8 @@ mod tests {
     use std::fs;
 
     use super::*;
+    use wstac_core::green::any::PixelFormat;
+
     use crate::source::Item;
 
     fn message(spec: &str, options: OpenOptions) -> String {
@@ -176,8 +179,11 @@ mod tests {
         assert_eq!((source.info().rate, source.info().size.width()), (rate, 100));
         assert!(message("scene:Saw3", options).contains("scene:Saw3: slide is \"Saw3\", expected"));
         assert!(message("scene:no.toml", options).contains("no.toml: No such file"));
-        let format = OpenOptions { format: Some(*b"YUYV"), ..options };
-        assert!(message("scene:Saw3@150", format).contains("format is YUYV, expected GREY"));
+        let yuyv = OpenOptions { format: Some(*b"YUYV"), ..options };
+        assert_eq!(open("scene:Saw3@150", &yuyv).unwrap().info().format, PixelFormat::Yuyv);
+        let format = OpenOptions { format: Some(*b"H264"), ..options };
+        let error = message("scene:Saw3@150", format);
+        assert!(error.contains("H264") && error.contains("expected"), "{error}");
         let tiny = OpenOptions { size: Some((3, 3)), ..options };
         assert!(message("scene:Saw3@150", tiny).contains("taxel size"));
     }

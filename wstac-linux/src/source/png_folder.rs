@@ -54,6 +54,7 @@ impl PngFolder {
             colour: Colour::default(),
             bytes_per_row: shape.bytes_per_row(),
             rate,
+            taxels_only: false,
             about,
         };
         let model = first.file_name().unwrap_or_default().display().to_string();

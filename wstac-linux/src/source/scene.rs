@@ -1,11 +1,9 @@
 //! A simulated sensor as a source: as fast as its frames are asked for.
 
-use wstac_core::green::any::PixelFormat;
-use wstac_core::green::ycbcr::Colour;
-
 use super::{Item, Source, StreamInfo};
 use crate::error::Error;
-use crate::scene::{Scene, Script, Truth};
+use crate::scene::sensor::Fidelity;
+use crate::scene::{Scene, Script, Shot, Truth};
 
 /// The frames of a scene.
 #[derive(Clone, Debug)]
@@ -25,14 +23,21 @@ impl SceneSource {
             [one] => format!("{} at {} mm/s, {} degrees", one.specimen, one.speed_mm_s, one.heading.degrees()),
             slides => format!("{} slides", slides.len()),
         };
-        let (width, height) = script.size.into();
+        let (width, height) = script.sensor.size.into();
+        let sensor = scene.sensor();
+        let (seed, frames, format) = (script.seed, scene.frames(), script.sensor.format);
+        let what = match script.fidelity {
+            Fidelity::Rendered => format!("frames of {width}x{height} {format}"),
+            Fidelity::Taxel => format!("taxel sums of {width}x{height} {format}"),
+        };
         let info = StreamInfo {
-            size: script.size,
-            format: PixelFormat::Grey,
-            colour: Colour::default(),
-            bytes_per_row: width,
-            rate: script.rate,
-            about: format!("scene: {slides}, seed {}, {} frames of {width}x{height} GREY", script.seed, scene.frames()),
+            size: script.sensor.size,
+            format: sensor.format(),
+            colour: sensor.colour(),
+            bytes_per_row: sensor.bytes_per_row() as u32,
+            rate: script.sensor.rate,
+            taxels_only: script.fidelity == Fidelity::Taxel,
+            about: format!("scene: {slides}, seed {seed}, {frames} {what}"),
         };
         Ok(Self { info, scene })
     }
@@ -49,6 +54,11 @@ impl Source for SceneSource {
     }
 
     fn next(&mut self) -> Result<Item<'_>, Error> {
-        Ok(self.scene.next_frame().map_or(Item::End, |bytes| Item::Frame { bytes, timestamp: None }))
+        Ok(match self.scene.next_shot() {
+            Some(Shot::Frame(bytes)) => Item::Frame { bytes, timestamp: None },
+            Some(Shot::Taxels(sums)) => Item::Taxels(sums),
+            Some(Shot::Lost(frames, why)) => Item::Lost { frames: frames.into(), why },
+            None => Item::End,
+        })
     }
 }

@@ -131,6 +131,7 @@ impl Y4m {
             colour: header.colour,
             bytes_per_row: bytes_per_row as u32,
             rate: header.rate,
+            taxels_only: false,
             about,
         };
         Ok(Self { info, reader, frame_bytes, frame: 0, ended: false })

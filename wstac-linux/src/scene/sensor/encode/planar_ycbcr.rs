@@ -1,0 +1,95 @@
+//! NV12, YU12, YUV422P, YUV444P: a plane of luma, then chroma.
+
+use super::ycbcr::Conversion;
+use super::{Block, Encoder, Frame};
+
+/// How chroma lies; each sample is the mean of its cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Chroma {
+    /// NV12: Cb Cr pairs for 2 × 2 pixels.
+    Interleaved,
+    /// YU12: planes of Cb and Cr for 2 × 2 pixels.
+    Quarter,
+    /// YUV422P: planes of Cb and Cr for 2 × 1 pixels.
+    Half,
+    /// YUV444P: planes of Cb and Cr.
+    Full,
+}
+
+/// A planar format.
+#[derive(Debug)]
+pub(super) struct Planar {
+    pub(super) conversion: Conversion,
+    pub(super) chroma: Chroma,
+}
+
+impl Encoder for Planar {
+    fn is_coloured(&self) -> bool {
+        true
+    }
+
+    fn cell(&self) -> [usize; 2] {
+        match self.chroma {
+            Chroma::Interleaved | Chroma::Quarter => [2, 2],
+            Chroma::Half => [2, 1],
+            Chroma::Full => [1, 1],
+        }
+    }
+
+    fn encode(&self, block: &Block<'_>, frame: &mut Frame) {
+        let rows = block.rows(0).zip(block.rows(1)).zip(block.rows(2));
+        for (((y, red), (_, green)), (_, blue)) in rows {
+            let row = frame.row(y, block.left, block.width).iter_mut();
+            for (((luma, &red), &green), &blue) in row.zip(red).zip(green).zip(blue) {
+                *luma = self.conversion.luma([red, green, blue]);
+            }
+        }
+        match self.chroma {
+            Chroma::Interleaved => self.encode_pairs(block, frame),
+            Chroma::Quarter => self.encode_planes::<2, 2>(block, frame),
+            Chroma::Half => self.encode_planes::<2, 1>(block, frame),
+            Chroma::Full => self.encode_planes::<1, 1>(block, frame),
+        }
+    }
+}
+
+impl Planar {
+    /// Cb Cr pairs of 2 × 2 pixels.
+    fn encode_pairs(&self, block: &Block<'_>, frame: &mut Frame) {
+        let row = frame.plane_row(0, frame.bytes_per_row, block.top / 2, block.left, block.width);
+        for (pair, sum) in row.as_chunks_mut().0.iter_mut().zip(sums::<2, 2>(block)) {
+            *pair = [self.conversion.cb(sum, 0.25), self.conversion.cr(sum, 0.25)];
+        }
+    }
+
+    /// Planes of Cb and Cr.
+    fn encode_planes<const COLUMNS: usize, const ROWS: usize>(&self, block: &Block<'_>, frame: &mut Frame) {
+        let share = 1.0 / (COLUMNS * ROWS) as f32;
+        let bytes_per_row = frame.bytes_per_row.div_ceil(COLUMNS);
+        let plane = bytes_per_row * frame.height.div_ceil(ROWS);
+        let (x, y, cells) = (block.left / COLUMNS, block.top / ROWS, block.width / COLUMNS);
+        let cb = frame.plane_row(0, bytes_per_row, y, x, cells);
+        for (byte, sum) in cb.iter_mut().zip(sums::<COLUMNS, ROWS>(block)) {
+            *byte = self.conversion.cb(sum, share);
+        }
+        let cr = frame.plane_row(plane, bytes_per_row, y, x, cells);
+        for (byte, sum) in cr.iter_mut().zip(sums::<COLUMNS, ROWS>(block)) {
+            *byte = self.conversion.cr(sum, share);
+        }
+    }
+}
+
+/// Sums of the colours over each cell of a block that is `ROWS` rows high: up to 4 · 255.
+fn sums<'a, const COLUMNS: usize, const ROWS: usize>(
+    block: &Block<'a>,
+) -> impl Iterator<Item = [u16; 3]> + use<'a, COLUMNS, ROWS> {
+    let cells = |values: &'a [u16]| {
+        // The second row is the first one again where there is none, and does not count.
+        let (first, second) = values.split_at(values.len() / ROWS);
+        let second = if ROWS == 2 { second } else { first };
+        let pairs = first.as_chunks::<COLUMNS>().0.iter().zip(second.as_chunks::<COLUMNS>().0);
+        pairs.map(|(first, second)| first.iter().sum::<u16>() + if ROWS == 2 { second.iter().sum() } else { 0 })
+    };
+    let [red, green, blue] = block.colours.map(cells);
+    red.zip(green).zip(blue).map(|((red, green), blue)| [red, green, blue])
+}

@@ -1,0 +1,36 @@
+//! GREY, Y10, Y12, Y16, and mosaics of the same depths: one value a pixel.
+
+use super::{Block, Encoder, Frame};
+
+/// One byte a pixel.
+#[derive(Debug)]
+pub(super) struct Bytes;
+
+impl Encoder for Bytes {
+    fn is_coloured(&self) -> bool {
+        false
+    }
+
+    fn encode(&self, block: &Block<'_>, frame: &mut Frame) {
+        for (byte, &value) in frame.row(block.top, block.left, block.width).iter_mut().zip(block.colours[1]) {
+            *byte = value as u8;
+        }
+    }
+}
+
+/// One little-endian 16-bit word a pixel.
+#[derive(Debug)]
+pub(super) struct Words;
+
+impl Encoder for Words {
+    fn is_coloured(&self) -> bool {
+        false
+    }
+
+    fn encode(&self, block: &Block<'_>, frame: &mut Frame) {
+        let words = frame.row(block.top, 2 * block.left, 2 * block.width).as_chunks_mut().0;
+        for (word, value) in words.iter_mut().zip(block.colours[1]) {
+            *word = value.to_le_bytes();
+        }
+    }
+}
