@@ -5,6 +5,7 @@ mod demo;
 mod devices;
 mod output;
 mod run;
+mod scene;
 
 use std::process::ExitCode;
 
@@ -64,6 +65,7 @@ method = "centroid"
 enum Command {
     Run(run::Arguments),
     Demo(demo::Arguments),
+    Scene(scene::Arguments),
     Devices(devices::Arguments),
     Completions(completions::Arguments),
 }
@@ -74,6 +76,7 @@ pub fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
+        Command::Scene(arguments) => scene::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     };

@@ -94,9 +94,8 @@ const HELP: &str = r#"Sources:
                    among what it offers
   scene:Saw3@150   a simulated slide: Fla0, or Sin, Saw or Tri with a depth of 2, 3 or 4 mm, at
                    1 to 1000 mm/s, then any of ,0deg ,90deg ,180deg ,270deg and ,seed=N
-  scene:FILE.toml  the same from a file: specimen = "Saw3", speed = 150, direction = 90,
-                   seed = 7, lead_in = 45, gap = 70 (dark frames before and after), beam = "linear"
-                   or "elastica" (how whiskers bend), or several [[slide]] tables
+  scene:FILE.toml  the same from a file, with every property of specimen, whiskers, light and
+                   camera (wstac scene --help lists them), or several slides
   FILE.y4m, -      Y4M; for other videos:
                    ffmpeg -i FILE -pix_fmt yuv420p -f yuv4mpegpipe - | wstac run -
   FOLDER           its PNGs, 2.png before 10.png; 30 frames a second unless --fps says otherwise

@@ -207,7 +207,7 @@ impl Passage<'_> {
         // The mean of what goes with a root: its end, less the change that comes before it. By how much the load does not
         // go with the root, its middle tells, with Simpson's weight.
         let change = after.load - before.load;
-        let bow = if from == to {
+        let bow = if libm::fabs(to - from) < 1e-12 {
             0.0
         } else {
             self.bending.at_root(middle).load - before.load - change * (middle - from) / (to - from)

@@ -170,12 +170,13 @@ impl Fluctuation {
             let low = if knot == self.knot.wrapping_add(1) { self.values[1] } else { value(knot) };
             (self.values, self.knot) = ([low, value(knot.wrapping_add(1))], knot);
         }
-        // Between the numbers their mean deviates less: by √(2/3) on average.
-        const EVEN: f64 = 1.224_744_871_391_589;
         let share = place - floor;
         EVEN * (self.values[0] + (self.values[1] - self.values[0]) * share)
     }
 }
+
+/// Between independent numbers their mean deviates less, by √(2/3) on average: this makes up for it.
+const EVEN: f64 = 1.224_744_871_391_589;
 
 /// Where a change that goes with the root of something linear has its mean moment, as a share of its time: from root
 /// `from` to root `to`.

@@ -3,8 +3,10 @@
 //! Data flows one way: [`script`] says what there is, [`elastomer`] makes it light at 25 bases over time ([`surface`],
 //! [`contact`], [`whisker`], [`light`]), [`sensor`] makes that the bytes of frames.
 
+pub mod along;
 pub mod beam;
 pub mod contact;
+pub mod effects;
 pub mod elastomer;
 mod elliptic;
 pub mod keys;
@@ -117,6 +119,11 @@ impl Scene {
     /// How many frame intervals the scene has.
     pub fn frames(&self) -> u64 {
         self.frames
+    }
+
+    /// How many frame intervals have passed.
+    pub fn frame(&self) -> u64 {
+        self.frame
     }
 
     /// The camera that looks on.

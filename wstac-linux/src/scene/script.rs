@@ -182,10 +182,10 @@ fn check(file: File) -> Result<Script, String> {
     let File { specimen, speed, direction, depth, period, length, edge, radius, .. } = file;
     let one = FileSlide { specimen, speed, direction, depth, period, length, edge, radius };
     let slides = if file.slide.is_empty() {
-        vec![check_slide(one)?]
+        vec![check_slide(&one)?]
     } else if one == FileSlide::NONE {
         let numbered = (1..).zip(file.slide);
-        let checked = numbered.map(|(n, slide)| check_slide(slide).map_err(|e| format!("[[slide]] {n}: {e}")));
+        let checked = numbered.map(|(n, slide)| check_slide(&slide).map_err(|e| format!("[[slide]] {n}: {e}")));
         checked.collect::<Result<_, _>>()?
     } else {
         return Err("a slide's key stands beside [[slide]], expected one or the other".into());
@@ -220,9 +220,9 @@ impl FileSlide {
     };
 }
 
-fn check_slide(slide: FileSlide) -> Result<Slide, String> {
+fn check_slide(slide: &FileSlide) -> Result<Slide, String> {
     let specimen = slide.specimen.as_ref().ok_or("specimen is missing, expected one as in \"Saw3\"")?;
-    let specimen = check_specimen(specimen.parse()?, &slide)?;
+    let specimen = check_specimen(specimen.parse()?, slide)?;
     let speed = slide.speed.ok_or("speed is missing, expected one in mm/s")?;
     Ok(Slide {
         specimen,

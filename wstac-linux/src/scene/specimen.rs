@@ -104,13 +104,14 @@ impl fmt::Display for Specimen {
         }
         write!(f, "{name}{depth}")?;
         let usual = Self::block(self.pattern, depth);
-        if self.is_textured() && self.period_mm != usual.period_mm {
+        let differs = |a: f64, b: f64| a.total_cmp(&b).is_ne();
+        if self.is_textured() && differs(self.period_mm, usual.period_mm) {
             write!(f, ", period {} mm", self.period_mm)?;
         }
-        if self.length_mm != usual.length_mm {
+        if differs(self.length_mm, usual.length_mm) {
             write!(f, ", length {} mm", self.length_mm)?;
         }
-        if self.edge_degrees != usual.edge_degrees {
+        if differs(self.edge_degrees, usual.edge_degrees) {
             write!(f, ", edge {}°", self.edge_degrees)?;
         }
         Ok(())

@@ -163,7 +163,7 @@ impl Bending {
     }
 }
 
-/// The root of the overlap that a linear beam is bent by at most, as a share of its length, 0.6: it says nothing beyond.
+/// The root of the linear beam's [`Beam::most_shortening`].
 const MOST_ROOT: f64 = 0.774_596_669_241_483_4;
 
 #[cfg(test)]
@@ -192,7 +192,7 @@ mod tests {
 
     #[test]
     fn the_linear_beams_strain_grows_with_the_root_of_the_overlap() {
-        assert!((MOST_ROOT * MOST_ROOT - 0.6).abs() < 1e-15);
+        assert!((MOST_ROOT * MOST_ROOT - Beam::Linear.most_shortening()).abs() < 1e-15);
         let linear = |overlap| strain(Beam::Linear, overlap);
         assert!(linear(0.0).abs() < 1e-15);
         assert!((linear(2.0) / linear(0.5) - 2.0).abs() < 1e-12);

@@ -81,8 +81,11 @@ pub fn open(spec: &str, options: &OpenOptions) -> Result<Box<dyn Source>, Error>
     }))
 }
 
-/// The script of a scene, with what the options change.
-fn script(scene: &str, options: &OpenOptions) -> Result<Script, Error> {
+/// The script of a scene, with what the options change: `FILE.toml` or the short form.
+///
+/// # Errors
+/// Where it is no scene, cannot be read, or an option does not apply to it.
+pub fn script(scene: &str, options: &OpenOptions) -> Result<Script, Error> {
     let is_file = Path::new(scene).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
     let mut script = if is_file {
         let text = std::fs::read_to_string(scene).map_err(|error| Error::new(scene, error))?;

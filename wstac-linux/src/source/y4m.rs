@@ -6,6 +6,7 @@
 
 mod header;
 mod input;
+mod writer;
 
 use std::fs::File;
 use std::io::Read;
@@ -20,6 +21,7 @@ use wstac_core::rate::FrameRate;
 
 use self::header::Header;
 use self::input::{Got, Input};
+pub use self::writer::header_of;
 use super::{Item, Source, StreamInfo};
 use crate::error::Error;
 

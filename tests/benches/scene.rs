@@ -1,0 +1,66 @@
+//! How long a simulated sensor takes: a scene without any effect, then each effect added to it alone, a frame; and a whole
+//! slide. What is left out costs nothing: "none" is what is left of the default scene then.
+
+#![expect(missing_docs, reason = "criterion_group! makes a function without any")]
+
+use std::hint::black_box;
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use wstac_linux::scene::effects::{EFFECTS, bare};
+use wstac_linux::scene::sensor::Fidelity;
+use wstac_linux::scene::{Scene, Script};
+
+/// Frames from the first touch of a slide at 150 mm/s to its last light, about.
+const FRAMES: u64 = 30;
+
+fn script(fidelity: Fidelity) -> Script {
+    Script { fidelity, ..Script::parse_short("Saw3@150,seed=1").expect("a scene") }
+}
+
+/// A scene that is about to be touched.
+fn ready(script: &Script) -> Scene {
+    let mut scene = Scene::new(script).expect("a scene");
+    while scene.frame() < scene.truth()[0].start_frame() {
+        scene.next_shot();
+    }
+    scene
+}
+
+fn frame(c: &mut Criterion, fidelity: Fidelity, name: &str) {
+    let mut group = c.benchmark_group(format!("scene frame {name}"));
+    group.throughput(Throughput::Elements(FRAMES));
+    let none = bare(&script(fidelity));
+    let mut one = |name: &str, script: &Script| {
+        let ready = ready(script);
+        group.bench_with_input(BenchmarkId::from_parameter(name), &ready, |b, ready| {
+            b.iter_batched(
+                || ready.clone(),
+                |mut scene| {
+                    for _ in 0..FRAMES {
+                        black_box(scene.next_shot());
+                    }
+                },
+                criterion::BatchSize::LargeInput,
+            );
+        });
+    };
+    one("none", &none);
+    for effect in &EFFECTS {
+        let mut with = none.clone();
+        (effect.add)(&mut with);
+        // Formats that need pixels change the fidelity.
+        if with.fidelity == fidelity {
+            one(effect.name, &with);
+        }
+    }
+    one("default", &script(fidelity));
+    group.finish();
+}
+
+fn frames(c: &mut Criterion) {
+    frame(c, Fidelity::Taxel, "taxel");
+    frame(c, Fidelity::Rendered, "rendered");
+}
+
+criterion_group!(benches, frames);
+criterion_main!(benches);

@@ -1,0 +1,210 @@
+//! What a scene models, effect by effect: each can be left out, and then costs nothing.
+
+use super::beam::Beam;
+use super::light::LightConfig;
+use super::script::Script;
+use super::sensor::{Fidelity, SensorConfig, SensorFormat};
+use super::whisker::WhiskerConfig;
+
+/// An effect that a scene may have.
+#[derive(Clone, Copy)]
+pub struct Effect {
+    /// Its name: a few words.
+    pub name: &'static str,
+    /// What is computed, with its source or "a guess".
+    pub what: &'static str,
+    /// Its value in a scene; nothing where the scene does not have it.
+    pub value: fn(&Script) -> Option<String>,
+    /// Leaves it out.
+    pub remove: fn(&mut Script),
+    /// Puts it into a scene that does not have it, as strong as usual.
+    pub add: fn(&mut Script),
+}
+
+/// What a scene never has.
+pub const NEVER: [&str; 8] = [
+    "sticking and slipping: a tip slides over the surface above its base",
+    "the tip's own shape and the specimen's wear",
+    "whiskers that touch each other or pull at the elastomer between them",
+    "light that spreads through the elastomer from one base to the next",
+    "fatigue and recovery of the phosphor, and its dependence on temperature",
+    "a rolling shutter, lens distortion, a sensor that is not mounted straight",
+    "slides that turn, tilt, or change their speed",
+    "texture across the slide: a specimen's profile is the same over its width",
+];
+
+/// The value of something that is there where it is above 0.
+fn positive(value: f64, unit: &str) -> Option<String> {
+    (value > 0.0).then(|| format!("{value}{unit}"))
+}
+
+/// All effects, in the order of the light's way.
+pub const EFFECTS: [Effect; 17] = [
+    Effect {
+        name: "large bends",
+        what: "the elastica (Bisshopp and Drucker 1945) instead of the linear beam",
+        value: |script| (script.whisker.beam == Beam::Elastica).then(|| "beam = \"elastica\"".into()),
+        remove: |script| script.whisker.beam = Beam::Linear,
+        add: |script| script.whisker.beam = Beam::Elastica,
+    },
+    Effect {
+        name: "dome",
+        what: "lowers the outer whiskers' tips (paper: 30°)",
+        value: |script| positive(script.whisker.dome_degrees, "°"),
+        remove: |script| script.whisker.dome_degrees = 0.0,
+        add: |script| script.whisker.dome_degrees = WhiskerConfig::default().dome_degrees,
+    },
+    Effect {
+        name: "springing back",
+        what: "a whisker that is let go takes its time (a guess)",
+        value: |script| positive(script.whisker.relaxation_ms, " ms"),
+        remove: |script| script.whisker.relaxation_ms = 0.0,
+        add: |script| script.whisker.relaxation_ms = WhiskerConfig::default().relaxation_ms,
+    },
+    Effect {
+        name: "rubbing",
+        what: "light of friction × speed × load (a guess)",
+        value: |script| positive(script.light.rubbing_ms, " ms a mm"),
+        remove: |script| script.light.rubbing_ms = 0.0,
+        add: |script| script.light.rubbing_ms = LightConfig::default().rubbing_ms,
+    },
+    Effect {
+        name: "uneven rubbing",
+        what: "fluctuates along the way (a guess)",
+        value: |script| {
+            let rubs = script.light.rubbing_ms > 0.0;
+            positive(script.light.fluctuation * script.noise, " of it").filter(|_| rubs)
+        },
+        remove: |script| script.light.fluctuation = 0.0,
+        add: |script| {
+            script.light.fluctuation = LightConfig::default().fluctuation;
+            script.light.rubbing_ms = LightConfig::default().rubbing_ms;
+        },
+    },
+    Effect {
+        name: "afterglow",
+        what: "light fades exponentially (fitted to the paper's speed law)",
+        value: |script| positive(script.light.afterglow_ms, " ms"),
+        remove: |script| script.light.afterglow_ms = 0.0,
+        add: |script| script.light.afterglow_ms = LightConfig::default().afterglow_ms,
+    },
+    Effect {
+        name: "unlike whiskers",
+        what: "each has its own gain, that of its sensor (a guess)",
+        value: |script| positive(script.light.gain_deviation, ""),
+        remove: |script| script.light.gain_deviation = 0.0,
+        add: |script| script.light.gain_deviation = LightConfig::default().gain_deviation,
+    },
+    Effect {
+        name: "unlike runs",
+        what: "each slide has its own gain (a guess; scale fitted to one cell of table 2)",
+        value: |script| positive(script.light.run_deviation * script.noise, ""),
+        remove: |script| script.light.run_deviation = 0.0,
+        add: |script| script.light.run_deviation = LightConfig::default().run_deviation,
+    },
+    Effect {
+        name: "leak",
+        what: "ambient light on every pixel",
+        value: |script| positive(script.light.leak, " of full scale"),
+        remove: |script| script.light.leak = 0.0,
+        add: |script| script.light.leak = 0.01,
+    },
+    Effect {
+        name: "drift",
+        what: "light grows or fades with time",
+        value: |script| {
+            let drift = script.light.drift_per_minute;
+            (drift.abs() > 0.0).then(|| format!("{drift} a minute"))
+        },
+        remove: |script| script.light.drift_per_minute = 0.0,
+        add: |script| script.light.drift_per_minute = -0.1,
+    },
+    Effect {
+        name: "short shutter",
+        what: "open for a share of the frame only",
+        value: |script| (script.sensor.exposure < 1.0).then(|| format!("{}", script.sensor.exposure)),
+        remove: |script| script.sensor.exposure = 1.0,
+        add: |script| script.sensor.exposure = 0.5,
+    },
+    Effect {
+        name: "noise of pixels",
+        what: "shot and read noise in electrons (a guess; scale fitted to one cell of table 2)",
+        value: |script| positive(script.sensor.noise * script.noise, " times"),
+        remove: |script| script.sensor.noise = 0.0,
+        add: |script| script.sensor.noise = SensorConfig::default().noise,
+    },
+    Effect {
+        name: "blur",
+        what: "Gaussian point spread",
+        value: |script| positive(script.sensor.blur, " px"),
+        remove: |script| script.sensor.blur = 0.0,
+        add: |script| script.sensor.blur = 3.0,
+    },
+    Effect {
+        name: "colour",
+        what: "a format other than GREY",
+        value: |script| {
+            let SensorConfig { format, .. } = script.sensor;
+            (format != SensorFormat::GREY && !format.is_jpeg()).then(|| format.to_string())
+        },
+        remove: |script| script.sensor.format = SensorFormat::GREY,
+        add: |script| set_format(script, "YUYV"),
+    },
+    Effect {
+        name: "MJPEG",
+        what: "each frame is compressed and decoded again",
+        value: |script| script.sensor.format.is_jpeg().then(|| format!("quality {}", script.sensor.quality)),
+        remove: |script| script.sensor.format = SensorFormat::GREY,
+        add: |script| set_format(script, "MJPG"),
+    },
+    Effect {
+        name: "dropped frames",
+        what: "the driver loses frames at random",
+        value: |script| positive(script.sensor.dropped, " of them"),
+        remove: |script| script.sensor.dropped = 0.0,
+        add: |script| script.sensor.dropped = 0.05,
+    },
+    Effect {
+        name: "auto-exposure",
+        what: "a camera that slows down to a quarter of its rate in the dark",
+        value: |script| script.sensor.auto_exposure.then(|| "on".into()),
+        remove: |script| script.sensor.auto_exposure = false,
+        add: |script| script.sensor.auto_exposure = true,
+    },
+];
+
+fn set_format(script: &mut Script, code: &str) {
+    // Sums are only drawn for formats that store green.
+    script.fidelity = Fidelity::Rendered;
+    if let Ok(format) = code.parse() {
+        script.sensor.format = format;
+    }
+}
+
+/// The scene without any effect: a linear beam on a plane, light of bending that is gone at once, a perfect grey camera.
+pub fn bare(script: &Script) -> Script {
+    let mut bare = script.clone();
+    for effect in &EFFECTS {
+        (effect.remove)(&mut bare);
+    }
+    bare
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn effects_come_and_go() {
+        let script = Script::parse_short("Saw3@150").unwrap();
+        let none = bare(&script);
+        for effect in &EFFECTS {
+            assert_eq!((effect.value)(&none), None, "{}", effect.name);
+            let mut with = none.clone();
+            (effect.add)(&mut with);
+            assert!((effect.value)(&with).is_some(), "{}", effect.name);
+            (effect.remove)(&mut with);
+            assert_eq!((effect.value)(&with), None, "{}", effect.name);
+        }
+    }
+}
