@@ -59,7 +59,7 @@ pub(super) const KEYS: &str = r#"A scene's file (scene:FILE.toml), every key but
   afterglow_ms = 38          # fades to 1/e in this time: fitted to the paper's speed law; 0 for none
   gain_deviation = 0.05      # of the whiskers, as a share
   unit = 0                   # which sensor it is: each has its own gains
-  run_deviation = 0.05       # of the gain from slide to slide, as a share
+  run_deviation = 0.1        # of the gain from slide to slide, as a share
   leak = 0                   # ambient light, as a share of full scale
   drift_per_minute = 0       # how much more light there is after a minute, as a share
   [sensor]
