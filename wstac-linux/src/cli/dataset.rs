@@ -1,14 +1,15 @@
 //! `wstac dataset`: simulated slides as a training set.
 
+mod progress;
+
 use std::ffi::OsString;
-use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::{Duration, Instant};
 
 use signal_hook::consts::{SIGINT, SIGTERM};
 
+use self::progress::Progress;
 use super::output::{Stop, note};
 use super::run::interruptions;
 use crate::config::Config;
@@ -184,38 +185,4 @@ fn beside(path: &Path, more: &str) -> PathBuf {
     let mut name = OsString::from(path);
     name.push(more);
     name.into()
-}
-
-/// How far it got: a line on a terminal that is written over and over.
-struct Progress {
-    /// How many slides there were at the start, and how many there will be.
-    there: u32,
-    count: u32,
-    started: Instant,
-    /// When it was said last; nothing where nobody reads it.
-    said: Option<Instant>,
-}
-
-impl Progress {
-    fn new(there: u32, count: u32) -> Self {
-        let now = Instant::now();
-        Self { there, count, started: now, said: std::io::stderr().is_terminal().then_some(now) }
-    }
-
-    fn say(&mut self, done: u32) {
-        let Some(said) = self.said.filter(|said| said.elapsed() > Duration::from_millis(200)) else { return };
-        let each = self.started.elapsed().as_secs_f64() / f64::from(done.saturating_sub(self.there).max(1));
-        let left = (each * f64::from(self.count.saturating_sub(done))).ceil();
-        let _ = write!(std::io::stderr(), "\r{done} of {} slides, {left} s left\x1b[K", self.count);
-        self.said = said.checked_add(said.elapsed());
-    }
-}
-
-impl Drop for Progress {
-    /// The line makes room for what is said next.
-    fn drop(&mut self) {
-        if self.said.is_some() {
-            let _ = write!(std::io::stderr(), "\r\x1b[K");
-        }
-    }
 }

@@ -2,61 +2,13 @@
 //!
 //! The same arrays give the same bytes: every time in it is 1 January 1980.
 
+mod npy;
+
 use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
 
 use crc32fast::Hasher;
 
-/// Numbers as an array holds them, little-endian.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Dtype {
-    /// 16 bits, signed.
-    Int16,
-    /// 64 bits, signed.
-    Int64,
-    /// 64 bits, unsigned.
-    Uint64,
-    /// 64 bits, floating point.
-    Float64,
-    /// Strings of up to this many code points, of 4 bytes each, padded with zeros.
-    Unicode(usize),
-}
-
-impl Dtype {
-    /// NumPy's name.
-    fn descr(self) -> String {
-        match self {
-            Self::Int16 => "<i2".into(),
-            Self::Int64 => "<i8".into(),
-            Self::Uint64 => "<u8".into(),
-            Self::Float64 => "<f8".into(),
-            Self::Unicode(points) => format!("<U{points}"),
-        }
-    }
-
-    /// Bytes of an element.
-    fn bytes(self) -> u64 {
-        match self {
-            Self::Int16 => 2,
-            Self::Int64 | Self::Uint64 | Self::Float64 => 8,
-            Self::Unicode(points) => 4 * points as u64,
-        }
-    }
-}
-
-/// A `.npy`'s header: what follows it starts at a multiple of 64 bytes.
-fn npy_header(dtype: Dtype, shape: &[usize]) -> Vec<u8> {
-    let shape = match shape {
-        [one] => format!("({one},)"),
-        _ => format!("({})", shape.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")),
-    };
-    let text = format!("{{'descr': '{}', 'fortran_order': False, 'shape': {shape}, }}", dtype.descr());
-    // The text ends with a line feed; ten bytes stand before it.
-    let padded = (10 + text.len() + 1).next_multiple_of(64) - 10;
-    let mut header = b"\x93NUMPY\x01\x00".to_vec();
-    header.extend((padded as u16).to_le_bytes());
-    header.extend(format!("{text:0$}\n", padded - 1).into_bytes());
-    header
-}
+pub use self::npy::Dtype;
 
 /// A member of the archive.
 struct Member {
@@ -107,7 +59,7 @@ impl<W: Write + Seek> Npz<W> {
         shape: &[usize],
         write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> io::Result<()> {
-        let header = npy_header(dtype, shape);
+        let header = npy::header(dtype, shape);
         let bytes = header.len() as u64 + dtype.bytes() * shape.iter().map(|&n| n as u64).product::<u64>();
         let name = format!("{name}.npy");
         let mut member = Member { name, crc: 0, bytes: small(bytes)?, offset: small(self.at)? };
@@ -206,22 +158,6 @@ mod tests {
     use std::io::Cursor;
 
     use super::*;
-
-    #[test]
-    fn headers_are_as_numpy_writes_them_and_end_at_64() {
-        let header = npy_header(Dtype::Int16, &[3, 10, 70]);
-        let text = "{'descr': '<i2', 'fortran_order': False, 'shape': (3, 10, 70), }";
-        assert_eq!(header[..10], *b"\x93NUMPY\x01\x00\x76\x00");
-        assert_eq!(header[10..], *format!("{text:117}\n").as_bytes());
-        for (shape, said) in [(&[][..], "()"), (&[5], "(5,)"), (&[12_345, 10], "(12345, 10)")] {
-            for dtype in [Dtype::Int64, Dtype::Uint64, Dtype::Float64, Dtype::Unicode(123_456)] {
-                let header = npy_header(dtype, shape);
-                assert!(header.len() % 64 == 0 && header.ends_with(b"\n"));
-                assert_eq!(u16::from_le_bytes([header[8], header[9]]) as usize, header.len() - 10);
-                assert!(String::from_utf8_lossy(&header[10..]).contains(&format!("'shape': {said}, ")));
-            }
-        }
-    }
 
     #[test]
     fn an_archive_byte_by_byte() {

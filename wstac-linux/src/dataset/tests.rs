@@ -115,10 +115,10 @@ fn a_sample_is_that_of_the_first_event() {
         Ok::<(), Error>(())
     })
     .unwrap();
-    let Outcome::Sample(sample) = super::sample(&script, &config).unwrap() else { panic!() };
+    let Outcome::Sample(found) = sample(&script, &config).unwrap() else { panic!() };
     let from = event.unwrap();
     for (frame, features) in features[from..from + SAMPLE_FRAMES].iter().enumerate() {
-        assert_eq!(sample.map(|feature| f64::from(feature[frame])), *features);
+        assert_eq!(found.map(|feature| feature[frame]), features.map(|feature| feature as i16));
     }
 }
 
