@@ -3,6 +3,7 @@
 pub mod camera;
 pub mod cli;
 pub mod config;
+pub mod dataset;
 pub mod error;
 pub mod reading;
 pub mod scene;

@@ -1,6 +1,7 @@
 //! The command line: arguments and output only, one file a command.
 
 mod completions;
+mod dataset;
 mod demo;
 mod devices;
 mod output;
@@ -67,6 +68,7 @@ enum Command {
     Demo(demo::Arguments),
     Scene(scene::Arguments),
     Devices(devices::Arguments),
+    Dataset(dataset::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -78,12 +80,14 @@ pub fn main() -> ExitCode {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Scene(arguments) => scene::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
+        Command::Dataset(arguments) => dataset::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     };
     match result {
         // Whoever read the output has seen enough.
         Ok(()) | Err(Stop::OutputClosed) => ExitCode::SUCCESS,
         Err(Stop::Failed(error)) => fail(&error),
+        Err(Stop::Interrupted(signal)) => ExitCode::from(128 + signal),
     }
 }
 

@@ -13,6 +13,8 @@ pub(super) enum Stop {
     OutputClosed,
     /// Something cannot be used.
     Failed(Error),
+    /// A signal of this number asked for the end before there was a result.
+    Interrupted(u8),
 }
 
 impl From<Error> for Stop {

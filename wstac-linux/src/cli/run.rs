@@ -265,7 +265,7 @@ impl RawFile {
 }
 
 /// A flag that the first Ctrl-C or SIGTERM sets; a second one ends the process at once.
-fn interruptions() -> Result<Arc<AtomicBool>, Error> {
+pub(super) fn interruptions() -> Result<Arc<AtomicBool>, Error> {
     let flag = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&flag))

@@ -150,6 +150,15 @@ impl Script {
         let file = toml::from_str(text).map_err(|error| error.to_string().trim_end().to_owned());
         file.and_then(check).map_err(|message| Error::new(subject, message))
     }
+
+    /// Reads a script that is a table of a larger file, `subject`.
+    ///
+    /// # Errors
+    /// As [`Script::from_toml`].
+    pub fn from_table(subject: &str, table: toml::Table) -> Result<Self, Error> {
+        let file = table.try_into().map_err(|error: toml::de::Error| error.to_string().trim_end().to_owned());
+        file.and_then(check).map_err(|message| Error::new(subject, message))
+    }
 }
 
 fn parse_short(text: &str) -> Result<Script, String> {

@@ -9,7 +9,7 @@ use super::config::SensorConfig;
 pub(super) const MOST_LIGHT: f64 = 1e6;
 
 /// A sensor's pixel, in electrons and in values of its format.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Pixel {
     /// Full scale G.
     pub(super) full_scale: f64,

@@ -13,7 +13,7 @@ const REACH: f64 = 7.0;
 const SMOOTH: f64 = 8.0;
 
 /// The values that a pixel can have.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) enum Values {
     /// Every integer up to full scale.
     Every(u32),

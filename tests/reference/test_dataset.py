@@ -1,0 +1,75 @@
+#!/usr/bin/env python3
+"""Checks that NumPy reads what `wstac dataset` writes. The variable WSTAC names the command."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+WSTAC = os.environ.get("WSTAC")
+SWEEP = """
+specimens = ["Fla0", "Saw3", "Sphere"]
+speeds = [100, 150.5]
+directions = [0, 90, 180, 270]
+slides = 8
+seed = 5
+"""
+
+
+@unittest.skipUnless(WSTAC, "WSTAC is not set, expected the path of the wstac command")
+class DatasetTest(unittest.TestCase):
+    def arrays(self, sweep: str) -> dict[str, np.ndarray]:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "sweep.toml"
+            path.write_text(sweep, encoding="utf-8")
+            output = Path(folder) / "set.npz"
+            done = subprocess.run([WSTAC, "dataset", path, "-o", output], capture_output=True, check=False)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            with np.load(output, allow_pickle=False) as arrays:
+                return dict(arrays)
+
+    def test_arrays(self) -> None:
+        arrays = self.arrays(SWEEP)
+        n = len(arrays["X"])
+        # A sphere may leave a slide without an event; the blocks do not.
+        self.assertIn(n, range(16, 25))
+        names = ["X", "scale", "y_specimen", "y_pattern", "y_depth", "speed", "direction", "seed", "source"]
+        self.assertEqual(list(arrays), names)
+        dtypes = {name: arrays[name].dtype.str for name in ("X", "scale", "y_depth", "speed", "direction", "seed")}
+        expected = {"X": "<i2", "scale": "<f8", "y_depth": "<f8", "speed": "<f8", "direction": "<i8", "seed": "<u8"}
+        self.assertEqual(dtypes, expected)
+        self.assertEqual((arrays["X"].shape, arrays["scale"].shape), ((n, 10, 70), ()))
+        for name in names[2:]:
+            self.assertEqual(arrays[name].shape, (n,), name)
+        self.assertEqual(float(arrays["scale"]), 1 / 2048)
+        labels = {"Fla0": ("Fla", 0.0), "Saw3": ("Saw", 3.0), "Sphere": ("Sphere", 0.5)}
+        for specimen, pattern, depth in zip(arrays["y_specimen"], arrays["y_pattern"], arrays["y_depth"]):
+            self.assertEqual((pattern, depth), labels[str(specimen)])
+        for k, seed in enumerate(arrays["seed"]):
+            slide = int(seed) - 5
+            self.assertEqual(arrays["y_specimen"][k], list(labels)[slide // 8])
+            self.assertEqual(arrays["speed"][k], [100, 150.5][slide % 2])
+            self.assertEqual(arrays["direction"][k], 90 * (slide % 8 // 2))
+        said = f"scene: Fla0 at 150.5 mm/s, 0 degrees, seed {arrays['seed'][1]}"
+        self.assertEqual(arrays["source"][1], said)
+
+    def test_features(self) -> None:
+        arrays = self.arrays('slides = 2\nspeeds = [120, 180]\ndirections = [180]\n')
+        self.assertEqual(arrays["X"].shape, (20, 10, 70))
+        self.assertEqual(arrays["y_depth"].dtype.str, "<i8")
+        features = arrays["X"].reshape(20, -1) * arrays["scale"]
+        # Logarithms of shares of full scale, from half a level on.
+        self.assertLessEqual(features.max(), np.log(5.0))
+        self.assertGreaterEqual(features.min(), np.log(0.5 / 255) - 1e-3)
+        # The event starts in the dark, and brightens up well above the trigger's margin.
+        bright = (arrays["X"] * arrays["scale"]).max(axis=2) - arrays["X"][:, :, 0] * arrays["scale"]
+        self.assertGreater(bright.min(), 0.2)
+
+
+if __name__ == "__main__":
+    unittest.main()

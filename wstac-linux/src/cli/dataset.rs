@@ -1,0 +1,188 @@
+//! `wstac dataset`: simulated slides as a training set.
+
+mod progress;
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use signal_hook::consts::{SIGINT, SIGTERM};
+
+use self::progress::Progress;
+use super::output::{Stop, note};
+use super::run::interruptions;
+use crate::config::Config;
+use crate::dataset::part::{Part, fingerprint};
+use crate::dataset::sweep::Sweep;
+use crate::dataset::{arrays, check, each_sample};
+use crate::error::Error;
+
+/// Make a training set: the samples of many simulated slides, with their labels, for NumPy
+///
+/// Every slide is a stream of its own, with its own baseline; its first event is its sample. Slides without an event, or
+/// with an incomplete sample, are counted and left out. The same sweep gives the same bytes, with any number of threads.
+#[derive(Debug, clap::Args)]
+#[command(after_long_help = HELP)]
+pub(super) struct Arguments {
+    /// Which slides to make: a TOML file, described below
+    #[arg(value_name = "SWEEP.toml")]
+    sweep: PathBuf,
+
+    /// Write the samples to this new file
+    #[arg(short, long, value_name = "FILE.npz")]
+    output: PathBuf,
+
+    /// Make this many slides at a time; all processors are used by default
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+
+    /// Read the configuration from this TOML file, as wstac run does
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+
+    /// Write over FILE.npz, and start anew where FILE.npz.part is of another sweep
+    #[arg(long)]
+    force: bool,
+}
+
+const HELP: &str = r#"The sweep, every key optional; these are the defaults:
+  specimens = ["Fla0", "Sin2", "Sin3", "Sin4", "Saw2", "Saw3", "Saw4", "Tri2", "Tri3", "Tri4"]
+                                  # "Sphere", too
+  speeds = [150]                  # mm/s, 1 to 1000
+  directions = [0]                # degrees: 0, 90, 180, 270
+  slides = 100                    # of every specimen, up to 1000000 in all
+  seed = 1                        # of the first slide; every slide has the next one
+  [scene]                         # any other key and table of a scene's file, for all slides:
+  fidelity = "taxel"              # or "rendered": every pixel, much slower
+  The k-th slide of a specimen (from 0) takes speed k mod n of n speeds and direction
+  (k / n) mod m of m, so that all combinations come round: have n · m or more slides.
+  In [scene] may be noise, lead_in, gap, depth, period, length, edge, radius, [scene.light],
+  [scene.whisker], [scene.sensor] …
+
+The arrays of FILE.npz, n samples in the order of their slides:
+  X           int16    (n, 10, 70)  features, five rows, then five columns, over 70 frames, in
+                                    units of 2^-11: X * scale are natural logarithms
+  scale       float64  ()           1/2048
+  y_specimen  str      (n,)         "Saw3"
+  y_pattern   str      (n,)         "Fla", "Sin", "Saw", "Tri", "Sphere"
+  y_depth     int64    (n,)         mm (a Sphere's radius); float64 where one is no integer
+  speed       float64  (n,)         mm/s
+  direction   int64    (n,)         degrees, counter-clockwise in the picture
+  seed        uint64   (n,)         of the slide's scene
+  source      str      (n,)         "scene: Saw3 at 150 mm/s, 90 degrees, seed 7"
+  In Python:
+    set = numpy.load("FILE.npz")
+    model.fit(set["X"].reshape(len(set["X"]), -1) * set["scale"], set["y_specimen"])
+
+What is done is kept in FILE.npz.part until all is: after Ctrl-C or a crash the same command
+goes on from there.
+Exit code: 0 where there is a sample, 1 where there is none or a file cannot be used, 2 for
+wrong arguments, 130 after Ctrl-C, 143 after SIGTERM.
+"#;
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    let config = arguments.config.as_deref().map_or_else(|| Ok(Config::default()), Config::read)?;
+    let sweep = Sweep::read(&arguments.sweep)?;
+    // All slides have the same camera.
+    check(&sweep.script(0), &config).map_err(|error| Error::new(arguments.sweep.display(), error))?;
+    let output = &arguments.output;
+    check_new(output, arguments.force)?;
+    let signal = signals()?;
+    let path = beside(output, ".part");
+    let mut part = Part::open(&path, fingerprint(&sweep, &config), sweep.count(), arguments.force)?;
+    let (there, count) = (part.tally().done(), sweep.count());
+    if there > 0 {
+        note(format_args!("{}: {there} of {count} slides are there already", path.display()));
+    }
+    make(&sweep, &config, &mut part, arguments.threads, &signal).inspect_err(|stop| {
+        if matches!(stop, Stop::Interrupted(_)) {
+            let (done, path) = (part.tally().done(), path.display());
+            note(format_args!("stopped after {done} of {count} slides; the same command goes on from {path}"));
+        }
+    })?;
+    let tally = part.tally();
+    for (slides, why) in [(tally.no_event, "had no event"), (tally.incomplete, "had an incomplete sample")] {
+        if slides > 0 {
+            note(format_args!("{slides} of {count} slides {why} and are left out"));
+        }
+    }
+    if tally.samples == 0 {
+        part.remove()?;
+        let message = format_args!("none of {count} slides became a sample, expected one at least");
+        return Err(Error::new(arguments.sweep.display(), message).into());
+    }
+    let temporary = beside(output, ".tmp");
+    let written = arrays::write(&temporary, &sweep, &part).map_err(|error| Error::new(temporary.display(), error));
+    let finished = written.and_then(|()| {
+        check_new(output, arguments.force)?;
+        std::fs::rename(&temporary, output).map_err(|error| Error::new(output.display(), error))
+    });
+    if let Err(error) = finished {
+        // What is wrong is said; that the rest of it cannot be removed would not help.
+        let _ = std::fs::remove_file(&temporary);
+        return Err(error.into());
+    }
+    part.remove()?;
+    note(format_args!("{}: {} samples", output.display(), tally.samples));
+    Ok(())
+}
+
+/// Makes what is missing.
+fn make(
+    sweep: &Sweep,
+    config: &Config,
+    part: &mut Part,
+    threads: Option<u16>,
+    signal: &AtomicUsize,
+) -> Result<(), Stop> {
+    let threads = threads.map_or(0, usize::from);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|error| Error::new("--threads", error))?;
+    let missing = part.missing();
+    let mut progress = Progress::new(part.tally().done(), sweep.count());
+    pool.install(|| {
+        each_sample(
+            &missing,
+            |number| sweep.script(number),
+            config,
+            |number, outcome| {
+                part.append(number, &outcome)?;
+                progress.say(part.tally().done());
+                match signal.load(Ordering::Relaxed) {
+                    0 => Ok(()),
+                    signal => Err(Stop::Interrupted(signal as u8)),
+                }
+            },
+        )
+    })
+}
+
+/// The first SIGINT or SIGTERM, 0 before; a second one ends the process at once.
+fn signals() -> Result<Arc<AtomicUsize>, Error> {
+    interruptions()?;
+    let number = Arc::new(AtomicUsize::new(0));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register_usize(signal, Arc::clone(&number), signal as usize)
+            .map_err(|error| Error::new("signals", error))?;
+    }
+    Ok(number)
+}
+
+/// Refuses to write over a file, unless forced to.
+fn check_new(path: &Path, force: bool) -> Result<(), Error> {
+    if path.is_dir() {
+        return Err(Error::new(path.display(), "is a folder, expected a new file"));
+    }
+    if !force && path.exists() {
+        return Err(Error::new(path.display(), "exists already, expected a new file, or --force to write over it"));
+    }
+    Ok(())
+}
+
+/// The path with something more at its end.
+fn beside(path: &Path, more: &str) -> PathBuf {
+    let mut name = OsString::from(path);
+    name.push(more);
+    name.into()
+}

@@ -1,0 +1,119 @@
+//! Data sets: samples of many simulated slides, for training.
+//!
+//! [`sweep`] says which slides, [`samples`] makes them, [`part`] keeps them while they are made, [`npz`] and [`arrays`]
+//! write them for NumPy.
+
+pub mod arrays;
+pub mod npz;
+pub mod part;
+pub mod sweep;
+
+use rayon::prelude::*;
+use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
+
+use crate::config::Config;
+use crate::error::Error;
+use crate::reading::{Reading, Record, Wanted};
+use crate::scene::Script;
+use crate::source::Source;
+use crate::source::scene::SceneSource;
+
+/// To be raised by whoever changes what samples a sweep gives: half a data set of the old kind must not be completed
+/// with the new one (a test says so).
+pub const DATA_VERSION: u32 = 1;
+
+/// A sample in units of 2^-11: ten features over 70 frames.
+pub type Sample = [[i16; SAMPLE_FRAMES]; FEATURES];
+
+/// What became of a slide.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Its first event's sample.
+    Sample(Box<Sample>),
+    /// Nothing fired.
+    NoEvent,
+    /// Its sample was interrupted: by the end of the scene, or by too many lost frames.
+    Incomplete,
+}
+
+/// The sample of a scene's first event: a stream of its own, with its own baseline, through the whole core.
+///
+/// # Errors
+/// Where the scene cannot be made, or does not fit the configuration.
+pub fn sample(script: &Script, config: &Config) -> Result<Outcome, Error> {
+    let (mut source, mut reading) = stream(script, config)?;
+    let mut first = None;
+    // What comes after the first event does not matter.
+    while first.is_none() {
+        let goes_on = reading.take(&source.next()?, |record| {
+            let outcome = match record {
+                Record::Event(event) => event.sample.as_deref().map(quantised).map(Outcome::Sample),
+                Record::Incomplete(_) => Some(Outcome::Incomplete),
+                Record::End(end) => end.incomplete.map(|_| Outcome::Incomplete),
+                Record::Features { .. } => None,
+            };
+            first = first.take().or(outcome);
+            Ok::<(), Error>(())
+        })?;
+        if !goes_on {
+            break;
+        }
+    }
+    Ok(first.unwrap_or(Outcome::NoEvent))
+}
+
+/// Whether a scene can be made, and fits the configuration, without making its frames.
+///
+/// # Errors
+/// As [`sample`].
+pub fn check(script: &Script, config: &Config) -> Result<(), Error> {
+    stream(script, config).map(drop)
+}
+
+fn stream(script: &Script, config: &Config) -> Result<(SceneSource, Reading), Error> {
+    let source = SceneSource::new(script)?;
+    let reading = Reading::new(source.info(), config, Wanted { samples: true, features: false })?;
+    Ok((source, reading))
+}
+
+/// Units of 2^-11 again, without loss: the numbers of a record are exact multiples of it.
+fn quantised(features: &[Vec<f64>]) -> Box<Sample> {
+    let mut sample = Box::new([[0; SAMPLE_FRAMES]; FEATURES]);
+    for (row, feature) in sample.iter_mut().zip(features) {
+        for (value, real) in row.iter_mut().zip(feature) {
+            *value = (real * f64::from(FEATURE_ONE)) as i16;
+        }
+    }
+    sample
+}
+
+/// [`sample`] of every script, in parallel, in their order, whatever the number of threads.
+///
+/// # Errors
+/// As [`sample`].
+pub fn samples(scripts: &[Script], config: &Config) -> Result<Vec<Outcome>, Error> {
+    scripts.par_iter().map(|script| sample(script, config)).collect()
+}
+
+/// [`sample`] of the script of every number, in parallel; `take` gets them one by one as they are ready, in any order,
+/// and ends everything with an error.
+///
+/// # Errors
+/// As [`sample`]; those of `take`.
+pub fn each_sample<E: From<Error> + Send>(
+    numbers: &[u32],
+    script: impl Fn(u32) -> Script + Sync,
+    config: &Config,
+    take: impl FnMut(u32, Outcome) -> Result<(), E> + Send,
+) -> Result<(), E> {
+    let take = std::sync::Mutex::new(take);
+    numbers.par_iter().with_max_len(1).try_for_each(|&number| {
+        let outcome = sample(&script(number), config)?;
+        // A poisoned lock means that another thread's `take` panicked, and that panic ends everything anyway.
+        let mut take = take.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        take(number, outcome)
+    })
+}
+
+#[cfg(test)]
+mod tests;

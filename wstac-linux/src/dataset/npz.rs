@@ -1,0 +1,192 @@
+//! NumPy's `.npz`: a zip archive, nothing compressed, of one `.npy` (version 1.0) an array.
+//!
+//! The same arrays give the same bytes: every time in it is 1 January 1980.
+
+mod npy;
+
+use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
+
+use crc32fast::Hasher;
+
+pub use self::npy::Dtype;
+
+/// A member of the archive.
+struct Member {
+    name: String,
+    crc: u32,
+    bytes: u32,
+    offset: u32,
+}
+
+impl Member {
+    /// What a local header and an entry of the directory have in common, from the version on.
+    fn common(&self) -> Vec<u8> {
+        let mut common = Vec::new();
+        // Version 2.0, no flag, stored, midnight, 1 January 1980.
+        for word in [20_u16, 0, 0, 0, 0x21] {
+            common.extend(word.to_le_bytes());
+        }
+        for word in [self.crc, self.bytes, self.bytes] {
+            common.extend(word.to_le_bytes());
+        }
+        common.extend((self.name.len() as u16).to_le_bytes());
+        common.extend([0; 2]);
+        common
+    }
+}
+
+/// Writes an archive.
+pub struct Npz<W> {
+    out: W,
+    at: u64,
+    members: Vec<Member>,
+}
+
+impl<W: Write + Seek> Npz<W> {
+    /// An archive at the start of `out`.
+    pub fn new(out: W) -> Self {
+        Self { out, at: 0, members: Vec::new() }
+    }
+
+    /// Adds an array; `write` writes its elements, the last index fastest.
+    ///
+    /// # Errors
+    /// Those of writing; where `write` writes more or less than the array; where the archive gets too large (4 GiB).
+    pub fn array(
+        &mut self,
+        name: &str,
+        dtype: Dtype,
+        shape: &[usize],
+        write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> io::Result<()> {
+        let header = npy::header(dtype, shape);
+        let bytes = header.len() as u64 + dtype.bytes() * shape.iter().map(|&n| n as u64).product::<u64>();
+        let name = format!("{name}.npy");
+        let mut member = Member { name, crc: 0, bytes: small(bytes)?, offset: small(self.at)? };
+        self.out.write_all(b"PK\x03\x04")?;
+        self.out.write_all(&member.common())?;
+        self.out.write_all(member.name.as_bytes())?;
+        let mut data = Checked { out: &mut self.out, crc: Hasher::new(), bytes: 0 };
+        data.write_all(&header)?;
+        write(&mut data)?;
+        let written = data.bytes;
+        member.crc = data.crc.finalize();
+        if written != bytes {
+            let message = format!("{} is {written} bytes, expected {bytes}", member.name);
+            return Err(io::Error::new(ErrorKind::InvalidData, message));
+        }
+        // The checksum stands before the data: 14 bytes from the header's start.
+        self.out.seek(SeekFrom::Start(self.at + 14))?;
+        self.out.write_all(&member.crc.to_le_bytes())?;
+        self.at += 30 + member.name.len() as u64 + bytes;
+        self.out.seek(SeekFrom::Start(self.at))?;
+        self.members.push(member);
+        Ok(())
+    }
+
+    /// Adds an array of strings, of one dimension.
+    ///
+    /// # Errors
+    /// As [`array`](Self::array).
+    pub fn strings(&mut self, name: &str, strings: impl ExactSizeIterator<Item = String> + Clone) -> io::Result<()> {
+        let points = strings.clone().map(|string| string.chars().count()).max().unwrap_or(0).max(1);
+        self.array(name, Dtype::Unicode(points), &[strings.len()], |out| {
+            for string in strings {
+                let padded = string.chars().map(u32::from).chain(std::iter::repeat(0)).take(points);
+                out.write_all(&padded.flat_map(u32::to_le_bytes).collect::<Vec<u8>>())?;
+            }
+            Ok(())
+        })
+    }
+
+    /// Ends the archive.
+    ///
+    /// # Errors
+    /// As [`array`](Self::array).
+    pub fn finish(mut self) -> io::Result<W> {
+        let directory = self.at;
+        let mut entries = Vec::new();
+        for member in &self.members {
+            // Made by version 2.0 on Unix.
+            entries.extend(b"PK\x01\x02\x14\x03");
+            entries.extend(member.common());
+            // No comment, first disk, nothing internal; an ordinary file that others may read.
+            entries.extend([0; 6]);
+            entries.extend((0o100_644_u32 << 16).to_le_bytes());
+            entries.extend(member.offset.to_le_bytes());
+            entries.extend(member.name.as_bytes());
+        }
+        let count = (self.members.len() as u16).to_le_bytes();
+        let bytes = small(entries.len() as u64)?.to_le_bytes();
+        entries.extend(b"PK\x05\x06\0\0\0\0");
+        entries.extend(count.into_iter().chain(count).chain(bytes).chain(small(directory)?.to_le_bytes()));
+        entries.extend([0; 2]);
+        self.out.write_all(&entries)?;
+        self.out.flush()?;
+        Ok(self.out)
+    }
+}
+
+/// A number of bytes that a plain zip archive can hold.
+fn small(bytes: u64) -> io::Result<u32> {
+    u32::try_from(bytes)
+        .map_err(|_| io::Error::new(ErrorKind::FileTooLarge, "larger than 4 GiB, expected fewer slides"))
+}
+
+/// Counts and checks what goes through.
+struct Checked<'a, W> {
+    out: &'a mut W,
+    crc: Hasher,
+    bytes: u64,
+}
+
+impl<W: Write> Write for Checked<'_, W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.out.write(bytes)?;
+        self.crc.update(&bytes[..written]);
+        self.bytes += written as u64;
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use super::*;
+
+    #[test]
+    fn an_archive_byte_by_byte() {
+        let mut npz = Npz::new(Cursor::new(Vec::new()));
+        npz.array("a", Dtype::Int16, &[2], |out| out.write_all(&[1, 0, 0xFF, 0xFF])).unwrap();
+        npz.strings("b", ["Saw3", "°"].into_iter().map(String::from)).unwrap();
+        let bytes = npz.finish().unwrap().into_inner();
+        let a = 30 + 5 + 128 + 4;
+        assert_eq!(bytes[..14], *b"PK\x03\x04\x14\0\0\0\0\0\0\0\x21\0");
+        assert_eq!(bytes[14..18], crc32fast::hash(&bytes[35..a]).to_le_bytes());
+        assert_eq!(bytes[18..35], *b"\x84\0\0\0\x84\0\0\0\x05\0\0\0a.npy");
+        assert_eq!(bytes[a..a + 4], *b"PK\x03\x04");
+        let b = a + 35 + 128;
+        assert_eq!(bytes[b..b + 20], *b"S\0\0\0a\0\0\0w\0\0\x003\0\0\0\xB0\0\0\0");
+        let directory = b + 32;
+        assert_eq!(bytes[directory..directory + 6], *b"PK\x01\x02\x14\x03");
+        assert_eq!(bytes[directory + 6..directory + 32], bytes[4..30]);
+        let end = directory + 2 * (46 + 5);
+        assert_eq!(bytes[end..end + 12], *b"PK\x05\x06\0\0\0\0\x02\0\x02\0");
+        assert_eq!(bytes[end + 16..end + 20], (directory as u32).to_le_bytes());
+        assert_eq!(bytes.len(), end + 22);
+    }
+
+    #[test]
+    fn an_array_of_another_length_is_refused() {
+        let mut npz = Npz::new(Cursor::new(Vec::new()));
+        let error = npz.array("a", Dtype::Int64, &[2], |out| out.write_all(&[0; 8])).unwrap_err();
+        assert!(error.to_string().contains("a.npy is 136 bytes, expected 144"), "{error}");
+        let error = npz.array("a", Dtype::Int64, &[1 << 29], |_| Ok(())).unwrap_err();
+        assert!(error.to_string().contains("4 GiB"), "{error}");
+    }
+}

@@ -1,0 +1,74 @@
+//! An array's `.npy`: what its elements are, and the header before them.
+
+/// Numbers as an array holds them, little-endian.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dtype {
+    /// 16 bits, signed.
+    Int16,
+    /// 64 bits, signed.
+    Int64,
+    /// 64 bits, unsigned.
+    Uint64,
+    /// 64 bits, floating point.
+    Float64,
+    /// Strings of up to this many code points, of 4 bytes each, padded with zeros.
+    Unicode(usize),
+}
+
+impl Dtype {
+    /// NumPy's name.
+    fn descr(self) -> String {
+        match self {
+            Self::Int16 => "<i2".into(),
+            Self::Int64 => "<i8".into(),
+            Self::Uint64 => "<u8".into(),
+            Self::Float64 => "<f8".into(),
+            Self::Unicode(points) => format!("<U{points}"),
+        }
+    }
+
+    /// Bytes of an element.
+    pub(super) fn bytes(self) -> u64 {
+        match self {
+            Self::Int16 => 2,
+            Self::Int64 | Self::Uint64 | Self::Float64 => 8,
+            Self::Unicode(points) => 4 * points as u64,
+        }
+    }
+}
+
+/// A `.npy`'s header: what follows it starts at a multiple of 64 bytes.
+pub(super) fn header(dtype: Dtype, shape: &[usize]) -> Vec<u8> {
+    let shape = match shape {
+        [one] => format!("({one},)"),
+        _ => format!("({})", shape.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")),
+    };
+    let text = format!("{{'descr': '{}', 'fortran_order': False, 'shape': {shape}, }}", dtype.descr());
+    // The text ends with a line feed; ten bytes stand before it.
+    let padded = (10 + text.len() + 1).next_multiple_of(64) - 10;
+    let mut header = b"\x93NUMPY\x01\x00".to_vec();
+    header.extend((padded as u16).to_le_bytes());
+    header.extend(format!("{text:0$}\n", padded - 1).into_bytes());
+    header
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Dtype;
+
+    #[test]
+    fn headers_are_as_numpy_writes_them_and_end_at_64() {
+        let header = super::header(Dtype::Int16, &[3, 10, 70]);
+        let text = "{'descr': '<i2', 'fortran_order': False, 'shape': (3, 10, 70), }";
+        assert_eq!(header[..10], *b"\x93NUMPY\x01\x00\x76\x00");
+        assert_eq!(header[10..], *format!("{text:117}\n").as_bytes());
+        for (shape, said) in [(&[][..], "()"), (&[5], "(5,)"), (&[12_345, 10], "(12345, 10)")] {
+            for dtype in [Dtype::Int64, Dtype::Uint64, Dtype::Float64, Dtype::Unicode(123_456)] {
+                let header = super::header(dtype, shape);
+                assert!(header.len().is_multiple_of(64) && header.ends_with(b"\n"));
+                assert_eq!(u16::from_le_bytes([header[8], header[9]]) as usize, header.len() - 10);
+                assert!(String::from_utf8_lossy(&header[10..]).contains(&format!("'shape': {said}, ")));
+            }
+        }
+    }
+}
