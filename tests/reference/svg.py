@@ -43,9 +43,10 @@ class Drawing:
         )
 
     def area(self, points: Sequence[tuple[float, float]], colour: str, opacity: float) -> None:
-        """A filled outline."""
+        """A filled outline, with a thin edge."""
         path = " ".join(f"{number(x)},{number(y)}" for x, y in points)
-        self.elements.append(f"<polygon points='{path}' fill='{colour}' fill-opacity='{opacity:.2f}'/>")
+        fill = f"fill='{colour}' fill-opacity='{opacity:.2f}'"
+        self.elements.append(f"<polygon points='{path}' {fill} stroke='{colour}'/>")
 
     def circle(self, x: float, y: float, radius: float, colour: str, opacity: float = 1.0) -> None:
         """A disc."""

@@ -18,7 +18,7 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 from sklearn.svm import SVC
 
-from scenes import SPECIMENS, WORKERS, run_wstac
+from scenes import DEFAULTS, SPECIMENS, WORKERS, Changes, run_wstac
 
 SPEED_MM_S = 150
 """The paper does not state at what speed its textures were taken: the middle of its speeds, a guess."""
@@ -28,6 +28,8 @@ SLIDES = 100
 """Of every specimen."""
 TEST_SHARE = 0.1
 """The split is 9 : 1."""
+SEEDS_APART = 100_000
+"""Seeds of datasets with no slide in common are this far apart."""
 
 
 @dataclass(frozen=True)
@@ -38,21 +40,25 @@ class Dataset:
     specimen: np.ndarray
 
 
-def sweep_text(seed: int, noise: float | None) -> str:
+def sweep_text(seed: int, changes: Changes = DEFAULTS) -> str:
     """The TOML text of a sweep for `wstac dataset`: ten specimens, one speed, one direction."""
     names = ", ".join(f'"{name}"' for name in SPECIMENS)
     lines = [f"specimens = [{names}]", f"speeds = [{SPEED_MM_S}]", f"directions = [{DIRECTION_DEG}]"]
     lines += [f"slides = {SLIDES}", f"seed = {seed}", "[scene]", 'fidelity = "taxel"']
-    if noise is not None:
-        lines.append(f"noise = {noise}")
+    if changes.noise is not None:
+        lines.append(f"noise = {changes.noise}")
+    if changes.length_mm is not None:
+        lines.append(f"length = {changes.length_mm}")
+    if changes.afterglow_ms is not None:
+        lines += ["[scene.light]", f"afterglow_ms = {changes.afterglow_ms}"]
     return "\n".join(lines) + "\n"
 
 
-def dataset(seed: int, noise: float | None = None) -> Dataset:
-    """What `wstac dataset` makes of the sweep; None leaves the simulator's noise alone."""
+def dataset(seed: int, changes: Changes = DEFAULTS) -> Dataset:
+    """What `wstac dataset` makes of the sweep. Its slides have this seed, the next, and so on."""
     with tempfile.TemporaryDirectory() as folder:
         sweep, file = Path(folder, "sweep.toml"), Path(folder, "samples.npz")
-        sweep.write_text(sweep_text(seed, noise))
+        sweep.write_text(sweep_text(seed, changes))
         run_wstac(["dataset", str(sweep), "-o", str(file)])
         with np.load(file) as arrays:
             # Units of a feature, int16 (n, 10, 70), and what one is worth.
