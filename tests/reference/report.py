@@ -1,0 +1,91 @@
+"""Parts of a report in Markdown: tables, numbers, intervals, and whether a goal is met, in words."""
+
+from __future__ import annotations
+
+import math
+import statistics
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+STUDENT = {20: 2.093}
+"""Two-sided 95 % points of Student's t by the count of numbers, one more than the degrees of freedom."""
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A mean and its 95 % interval."""
+
+    mean: float
+    low: float
+    high: float
+
+
+def interval_of(values: Sequence[float]) -> Interval:
+    """Mean of independent numbers, with Student's 95 % interval of the mean."""
+    mean = statistics.fmean(values)
+    half = STUDENT[len(values)] * statistics.stdev(values) / math.sqrt(len(values))
+    return Interval(mean, mean - half, mean + half)
+
+
+def fixed(value: float, digits: int, sign: bool = False) -> str:
+    """A number with this many decimals, a true minus, and a plus where asked for; zero has no sign."""
+    text = f"{value:+.{digits}f}" if sign else f"{value:.{digits}f}"
+    if float(text) == 0:
+        text = f"{0:.{digits}f}"
+    return text.replace("-", "−")
+
+
+def percent(share: float, digits: int = 1, sign: bool = False) -> str:
+    """A share as a percentage."""
+    return fixed(100 * share, digits, sign) + " %"
+
+
+def interval_words(interval: Interval, digits: int) -> str:
+    """`low … high`."""
+    return f"{fixed(interval.low, digits)} … {fixed(interval.high, digits)}"
+
+
+def relative_error(found: float, wanted: float) -> float:
+    """How far off, as a share of what is wanted: positive where the size is larger."""
+    return (found - wanted) / wanted
+
+
+def within(found: float, wanted: float, limit: float) -> str:
+    """`met`, or by how much a number misses one that it should be within a share of."""
+    error = relative_error(found, wanted)
+    if abs(error) <= limit:
+        return "met"
+    return f"**missed**: off by {percent(error, 2, sign=True)}, goal {percent(limit, 0)}"
+
+
+def at_least(found: float, least: float, digits: int) -> str:
+    """`met`, or what was found instead of at least this."""
+    if found >= least:
+        return "met"
+    return f"**missed**: {fixed(found, digits + 1)}, goal {fixed(least, digits)}"
+
+
+def all_of(count: int, total: int) -> str:
+    """`met`, or how many are missing."""
+    return "met" if count == total else f"**missed**: {total - count} of {total} are not"
+
+
+def paragraph(*sentences: str) -> str:
+    """Sentences as lines of even length."""
+    text = " ".join(" ".join(sentences).split())
+    return textwrap.fill(text, 118, break_long_words=False, break_on_hyphens=False)
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[int] = ()) -> str:
+    """A Markdown table; the columns with these indices are aligned to the right."""
+    rules = ["---:" if column in numbers else "---" for column in range(len(head))]
+    lines = [head, rules, *rows]
+    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
+
+
+def summary(goals: Sequence[tuple[str, str]]) -> str:
+    """A sentence on what meets its goal: pairs of what it is and its verdict, `met` or not."""
+    missed = [what for what, verdict in goals if verdict != "met"]
+    text = f"{len(goals) - len(missed)} of {len(goals)} figures that have a goal meet it."
+    return f"{text} Missed: {'; '.join(missed)}." if missed else text

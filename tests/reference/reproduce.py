@@ -1,0 +1,328 @@
+#!/usr/bin/env python3
+"""Writes docs/REPRODUCE.md and docs/plots: the simulated sensor beside the paper's numbers.
+
+    WSTAC=… reproduce.py FOLDER
+
+FOLDER gets REPRODUCE.md and plots/. Every number of the report is computed here; the same program gives the same bytes.
+"""
+
+from __future__ import annotations
+
+import re
+import statistics
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import plots
+import scenes
+import speed_law
+from report import (
+    Interval,
+    all_of,
+    at_least,
+    fixed,
+    interval_of,
+    interval_words,
+    paragraph,
+    percent,
+    relative_error,
+    summary,
+    table,
+    within,
+)
+from scenes import DIRECTIONS, SPECIMENS, Event, Slide
+from speed_law import PAPER_INTERCEPT, PAPER_R2, PAPER_SLOPE, SPEEDS_MM_S, Protocol, durations_of, fit_line
+
+SOURCES = Path(__file__).parents[2] / "wstac-linux" / "src" / "scene"
+REPEATS = 20
+SPEED_SEED = 0
+DIRECTION_SEED = 500_000
+"""Streams of the speed law have the seeds 0, 1 …; those of the directions start here; calibrate.py's at 1 000 000."""
+
+GOAL_ERROR = 0.03
+GOAL_R2 = 0.975
+PICTURE = Slide("Saw3", 100, 0)
+"""What the plot of directions shows, in all four."""
+
+
+@dataclass(frozen=True)
+class Section:
+    """Some Markdown, and the goals in it: pairs of what it is and its verdict."""
+
+    text: str
+    goals: list[tuple[str, str]]
+
+
+def constant(file: str, pattern: str) -> float:
+    """A number in the simulator's sources."""
+    found = re.search(pattern + r"([0-9.]+)", (SOURCES / file).read_text())
+    if found is None:
+        raise SystemExit(f"{file} has no {pattern!r}")
+    return float(found[1])
+
+
+def speed_answers(done: Sequence[Protocol]) -> list[tuple[Slide, Event]]:
+    """Every slide of all protocols with its event."""
+    return [pair for protocol in done for pair in zip(protocol.slides, protocol.events, strict=True)]
+
+
+def fitted_section(done: Sequence[Protocol]) -> Section:
+    """What was fitted to which published number, and what it reaches on seeds that were not used to fit."""
+    lines = speed_law.repeat_lines(done)
+    length = constant("specimen.rs", r"LENGTH_MM: f64 = ")
+    afterglow = constant("light.rs", r"afterglow_ms: ")
+    rows, goals = [], []
+    for name, what, found, wanted in (
+        ("slope, frames a decade", "slope", interval_of([line.slope for line in lines]), PAPER_SLOPE),
+        ("intercept, frames", "intercept", interval_of([line.intercept for line in lines]), PAPER_INTERCEPT),
+    ):
+        verdict = within(found.mean, wanted, GOAL_ERROR)
+        goals.append((what, verdict))
+        error = percent(relative_error(found.mean, wanted), 2, sign=True)
+        rows.append([name, fixed(wanted, 2), fixed(found.mean, 2), interval_words(found, 2), error, verdict])
+    head = ["published number", "paper", "reached", "95 % interval", "error", "goal: 3 % at most"]
+    how = paragraph(
+        "Two numbers of the simulator were fitted to two published numbers, together: the length of the specimens,",
+        f"now {length:g} mm, and the afterglow, now {afterglow:g} ms. `tests/reference/calibrate.py speed` does it.",
+        "The published speed law is D = 151.06 − 56.29 log10 v: D the duration in frames of 1/30 s, v the speed in mm/s.",
+    )
+    what = paragraph(
+        "The seeds are not those of the fit. So the table says that the fit holds, and no more than that."
+    )
+    return Section(f"## Fitted\n\n{how}\n\n{table(head, rows, range(1, 5))}\n\n{what}", goals)
+
+
+def predicted_law(done: Sequence[Protocol]) -> Section:
+    """How straight the line is, and each specimen's own line."""
+    r2 = interval_of([line.r2 for line in speed_law.repeat_lines(done)])
+    verdict = at_least(r2.mean, GOAL_R2, 3)
+    means = interval_of([statistics.fmean(r2_of_means([p]) for p in done if p.repeat == n) for n in range(REPEATS)])
+    rows = [
+        ["R² of 55 slides", fixed(PAPER_R2, 2), fixed(r2.mean, 4), interval_words(r2, 4), verdict],
+        ["R² of 11 means of five slides", "", fixed(means.mean, 4), interval_words(means, 4), ""],
+    ]
+    text = table(["", "paper", "simulated", "95 % interval", f"goal: {GOAL_R2} at least"], rows, range(1, 4))
+    rounded = f"With two decimals, as in the paper, these are {fixed(r2.mean, 2)} and {fixed(means.mean, 2)}."
+    text += f"\n\nThe paper does not say which of the two its R² is. {rounded}"
+    return Section(f"{text}\n\n{missing_r2(done, r2)}\n\n{specimens_table(done)}", [("R²", verdict)])
+
+
+def r2_of_means(done: Sequence[Protocol]) -> float:
+    """R² of the line through the mean duration at each speed, over some protocols."""
+    answers = speed_answers(done)
+    means = [mean_duration(answers, speed) for speed in SPEEDS_MM_S]
+    return fit_line(SPEEDS_MM_S, means).r2
+
+
+def mean_duration(answers: Sequence[tuple[Slide, Event]], speed: float) -> float:
+    """Mean duration in frames of the slides at a speed."""
+    return statistics.fmean(durations_of([event for slide, event in answers if slide.speed_mm_s == speed]))
+
+
+def missing_r2(done: Sequence[Protocol], r2: Interval) -> str:
+    """Where the R² that is missing to 1 goes: the law's shape, and scatter at one speed."""
+    shape = statistics.fmean(1 - r2_of_means([p for p in done if p.specimen == name]) for name in SPECIMENS)
+    variance = statistics.fmean(statistics.pvariance(durations_of(p.events)) for p in done)
+    scatter = statistics.fmean(
+        statistics.pvariance(durations_of([event for slide, event in answers if slide.speed_mm_s == speed]))
+        for answers in (speed_answers([p for p in done if p.specimen == name]) for name in SPECIMENS)
+        for speed in SPEEDS_MM_S
+    )
+    side = "above" if r2.mean >= PAPER_R2 else "below"
+    # A duration of n + f frames, its start anywhere in a frame, counts as n or n + 1: f (1 - f), 1/6 on average.
+    return paragraph(
+        f"R² is {fixed(abs(r2.mean - PAPER_R2), 4)} {side} the paper's.",
+        f"What is missing to 1, {fixed(1 - r2.mean, 4)}, has two parts.",
+        f"{fixed(shape, 4)} are missing where {REPEATS} repeats are averaged, so that only the shape is left:",
+        "a length over v is no straight line over log10 v.",
+        f"And slides of one specimen at one speed scatter, by a variance of {fixed(scatter, 3)} frames²:",
+        f"{fixed(scatter / variance, 4)} of the variance over all speeds.",
+        f"Whole frames and a start anywhere within a frame alone would make that variance 1/6, {fixed(1 / 6, 3)},",
+        f"and cost {fixed(1 / 6 / variance, 4)}.",
+    )
+
+
+def specimens_table(done: Sequence[Protocol]) -> str:
+    """Each specimen's mean line."""
+    rows, near = [], 0
+    for name in SPECIMENS:
+        line = speed_law.mean_line([p.line for p in done if p.specimen == name])
+        error = relative_error(line.slope, PAPER_SLOPE)
+        near += abs(error) <= GOAL_ERROR
+        cells = [fixed(line.slope, 2), percent(error, 1, sign=True), fixed(line.intercept, 2), fixed(line.r2, 4)]
+        rows.append([name, *cells])
+    head = ["specimen", "slope", "of the paper's", "intercept", "R²"]
+    said = paragraph(
+        "Only the mean over specimens was fitted.",
+        f"The slopes of {near} of {len(SPECIMENS)} specimens are within 3 % of the paper's.",
+    )
+    return f"{said}\n\n{table(head, rows, range(1, 5))}"
+
+
+def direction_section(done: Sequence[Protocol]) -> Section:
+    """Directions: every specimen, direction and speed once, and all slides of the speed law besides."""
+    streams = []
+    for n, specimen in enumerate(SPECIMENS):
+        slides = [Slide(specimen, speed, direction) for direction in DIRECTIONS for speed in SPEEDS_MM_S]
+        streams.append((slides, DIRECTION_SEED + n))
+    events = scenes.events_of_streams(streams)
+    each = [
+        pair
+        for (slides, _), found in zip(streams, events, strict=True)
+        for pair in zip(slides, found, strict=True)
+    ]
+    rows, goals = [], []
+    for what, answers in (
+        (f"{len(SPECIMENS)} specimens × {len(DIRECTIONS)} directions × {len(SPEEDS_MM_S)} speeds", each),
+        (f"all slides of the speed law, {REPEATS} repeats", speed_answers(done)),
+    ):
+        right = sum(event.direction_deg == slide.direction_deg for slide, event in answers)
+        unclear = sum(event.direction_deg is None for _, event in answers)
+        verdict = all_of(right, len(answers))
+        goals.append((f"directions of {what}", verdict))
+        rows.append([what, str(len(answers)), str(right), str(unclear), str(len(answers) - right - unclear), verdict])
+    head = ["slides", "number", "right", "unclear", "wrong", "goal: all right"]
+    return Section(table(head, rows, range(1, 5)), goals)
+
+
+def speed_section(done: Sequence[Protocol]) -> Section:
+    """The speeds that the product answers, by the paper's law, beside the true ones."""
+    answers = speed_answers(done)
+    rows = []
+    for speed in SPEEDS_MM_S:
+        at_speed = [pair for pair in answers if pair[0].speed_mm_s == speed]
+        durations = [fixed(mean_duration(at_speed, speed), 2), fixed(speed_law.paper_duration(speed), 2)]
+        rows.append([str(speed), *durations, *error_cells(speed_errors(at_speed))])
+    rows.append(["all", "", "", *error_cells(speed_errors(answers))])
+    none = sum(event.speed_mm_s is None for _, event in answers)
+    head = ["mm/s", "duration", "paper's law", "mean error", "mean size of the error", "19 of 20 are below"]
+    said = paragraph(
+        "Durations are in frames. Errors are those of the speed that `wstac run` answers, as shares of the true one.",
+        f"{none} of {len(answers)} slides got no speed." if none else "",
+        f"A slide at 150 mm/s lasts about {mean_duration(answers, 150):.0f} frames, and one frame is",
+        f"{percent(10 ** (1 / -PAPER_SLOPE) - 1)} of the speed: durations are whole frames, so the error of a single",
+        "slide cannot be much smaller.",
+        "The mean over all speeds follows from the fit; how errors go with the speed does not.",
+    )
+    return Section(f"{table(head, rows, range(6))}\n\n{said}", [])
+
+
+def speed_errors(answers: Sequence[tuple[Slide, Event]]) -> list[float]:
+    """Errors of the answered speeds, as shares of the true ones."""
+    return [
+        relative_error(event.speed_mm_s, slide.speed_mm_s) for slide, event in answers if event.speed_mm_s is not None
+    ]
+
+
+def error_cells(errors: Sequence[float]) -> list[str]:
+    """Mean, mean size and 95th percentile of the size of errors."""
+    sizes = sorted(abs(error) for error in errors)
+    percentile = sizes[(95 * len(sizes) + 99) // 100 - 1]
+    return [percent(statistics.fmean(errors), sign=True), percent(statistics.fmean(sizes)), percent(percentile)]
+
+
+def texture_section() -> Section | None:
+    """The place of the paper's table 2, textures. None, as long as nothing computes it, prints no section.
+
+    The noise is fitted to one cell of that table: that cell belongs to `fitted_section`, the other eight here.
+    """
+    return None
+
+
+def report(done: Sequence[Protocol]) -> str:
+    """The report's text."""
+    fitted = fitted_section(done)
+    law, direction, speed = predicted_law(done), direction_section(done), speed_section(done)
+    texture = texture_section()
+    predicted = [goal for part in (law, direction, speed, texture) if part is not None for goal in part.goals]
+    intro = paragraph(
+        "Every slide on this page is simulated: taxel sums of `wstac run scene:FILE.toml` at `fidelity = \"taxel\"`.",
+        "It shows what the simulator shares with the published sensor, and where not.",
+        "It says nothing about a real sensor.",
+    )
+    protocol = paragraph(
+        "The protocol is the paper's: a specimen slides at 100, 110 … 200 mm/s, five times each, and a line is fitted",
+        "to the durations over log10 v.",
+        f"Here all ten specimens do so, directions take turns, and everything is repeated {REPEATS} times:",
+        f"{sum(len(p.slides) for p in done)} slides.",
+        "A 95 % interval is Student's, of the mean over the repeats.",
+        "Repeats differ by chance only; specimens and sensor are the same.",
+    )
+    picture = paragraph(
+        f"{PICTURE.specimen} at {PICTURE.speed_mm_s} mm/s in four directions.",
+        "Each lane is a row or a column: its light above the first five frames, all lanes of a panel to one scale.",
+        "The dots are the centroids over time, from whose order the direction is told.",
+    )
+    text = f"""# The simulated sensor and the paper's numbers
+
+`ci/reproduce` writes this page and its plots; `ci/reproduce --check` compares them with what it makes. Do not edit.
+
+{intro}
+
+Fitted: {summary(fitted.goals)}
+
+Predicted: {summary(predicted)}
+
+{protocol}
+
+{fitted.text}
+
+![Duration of an event against sliding speed](plots/duration_against_speed.svg)
+
+## Predicted
+
+Nothing below was fitted.
+
+### The speed law's straightness
+
+{law.text}
+
+### Directions
+
+{direction.text}
+
+![Order in which rows and columns light up](plots/order_of_light.svg)
+
+{picture}
+
+### Speeds
+
+{speed.text}
+"""
+    if texture is not None:
+        text += f"\n### Textures\n\n{texture.text}\n"
+    return text
+
+
+def order_plot() -> str:
+    """The plot of one slide in four directions."""
+    name, speed = PICTURE.specimen, PICTURE.speed_mm_s
+    streams = [([Slide(name, speed, degrees)], DIRECTION_SEED) for degrees in DIRECTIONS]
+    events = scenes.events_of_streams(streams, samples=True)
+    found = [(degrees, event[0]) for degrees, event in zip(DIRECTIONS, events, strict=True)]
+    return plots.order_plot(f"{name} at {speed:g} mm/s", found)
+
+
+def main() -> int:
+    """Command line."""
+    if len(sys.argv) != 2:
+        print("reproduce.py: expected a folder to write to", file=sys.stderr)
+        return 2
+    folder = Path(sys.argv[1])
+    done = speed_law.protocols(REPEATS, SPEED_SEED)
+    files = {
+        "REPRODUCE.md": report(done),
+        "plots/duration_against_speed.svg": plots.duration_plot(done),
+        "plots/order_of_light.svg": order_plot(),
+    }
+    for name, text in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text)
+        print(folder / name)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,125 @@
+"""Scenes for `wstac run`: slides written as a scene's TOML file, and the events that the command makes of them.
+
+The command is the one that the environment variable WSTAC names. Scenes run at `fidelity = "taxel"`: taxel sums are
+drawn from their distribution, no pixel is rendered.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import tempfile
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+SPECIMENS = ("Fla0", "Sin2", "Sin3", "Sin4", "Saw2", "Saw3", "Saw4", "Tri2", "Tri3", "Tri4")
+"""The ten of the paper, in its order."""
+
+DIRECTIONS = (0, 90, 180, 270)
+"""In degrees, counter-clockwise in the picture."""
+
+WORKERS = 2
+"""Commands that run at the same time."""
+
+
+@dataclass(frozen=True)
+class Slide:
+    """One slide: a specimen's name, speed in mm/s, direction in degrees."""
+
+    specimen: str
+    speed_mm_s: float
+    direction_deg: int
+
+
+@dataclass(frozen=True)
+class Changes:
+    """What a scene has instead of the simulator's defaults; None leaves a default alone."""
+
+    length_mm: float | None = None
+    afterglow_ms: float | None = None
+    noise: float | None = None
+
+
+DEFAULTS = Changes()
+
+
+@dataclass(frozen=True)
+class Event:
+    """What `wstac run` says of one slide.
+
+    `duration_frames` and `speed_mm_s` are None where there is no answer, `direction_deg` where it is unclear.
+    `sample` is 10 features × 70 frames of natural logarithms, None unless it was asked for.
+    """
+
+    duration_frames: int | None
+    speed_mm_s: float | None
+    direction_deg: int | None
+    sample: list[list[float]] | None
+
+
+def scene_text(slides: Sequence[Slide], seed: int, changes: Changes = DEFAULTS) -> str:
+    """The TOML text of a scene with these slides one after another."""
+    lines = ['fidelity = "taxel"', f"seed = {seed}"]
+    if changes.noise is not None:
+        lines.append(f"noise = {changes.noise}")
+    if changes.afterglow_ms is not None:
+        lines += ["[light]", f"afterglow_ms = {changes.afterglow_ms}"]
+    for slide in slides:
+        lines += ["[[slide]]", f'specimen = "{slide.specimen}"', f"speed = {slide.speed_mm_s}"]
+        lines.append(f"direction = {slide.direction_deg}")
+        if changes.length_mm is not None:
+            lines.append(f"length = {changes.length_mm}")
+    return "\n".join(lines) + "\n"
+
+
+def command() -> str:
+    """Path of the wstac command."""
+    path = os.environ.get("WSTAC")
+    if not path:
+        raise SystemExit("WSTAC is not set, expected the path of the wstac command (ci/wstac prints it)")
+    return path
+
+
+def run_wstac(arguments: Sequence[str]) -> str:
+    """What the command prints."""
+    done = subprocess.run([command(), *arguments], capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise SystemExit(f"wstac {' '.join(arguments)} ended with {done.returncode}: {done.stderr}")
+    return done.stdout
+
+
+def event_of(line: dict[str, Any]) -> Event:
+    """An event from its JSON object."""
+    speed = line["speed"]
+    return Event(
+        line["duration_frames"], speed and speed["mm_s"], line["direction"]["deg"], line.get("sample")
+    )
+
+
+def events(slides: Sequence[Slide], seed: int, changes: Changes = DEFAULTS, samples: bool = False) -> list[Event]:
+    """The events of one stream with these slides, one a slide.
+
+    Fails where the stream does not have as many events as slides, since nobody could say whose they are.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "scene.toml")
+        file.write_text(scene_text(slides, seed, changes))
+        printed = run_wstac(["run", f"scene:{file}", "--json", *(["--samples"] if samples else [])])
+    lines = [json.loads(line) for line in printed.splitlines()]
+    found = [event_of(line) for line in lines if line["kind"] == "event"]
+    if len(found) != len(slides):
+        raise SystemExit(f"{len(found)} events of {len(slides)} slides, seed {seed}, {slides[0]} and so on")
+    return found
+
+
+def events_of_streams(
+    streams: Iterable[tuple[Sequence[Slide], int]], changes: Changes = DEFAULTS, samples: bool = False
+) -> list[list[Event]]:
+    """The events of several streams, each of some slides and a seed; in their order."""
+    with ThreadPoolExecutor(WORKERS) as pool:
+        jobs = [pool.submit(events, slides, seed, changes, samples) for slides, seed in streams]
+        return [job.result() for job in jobs]
