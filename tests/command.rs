@@ -20,16 +20,16 @@ fn output(arguments: &[&str]) -> Vec<String> {
 #[test]
 fn records_are_as_documented_to_the_letter() {
     let lines = output(&["run", "scene:Saw3@150,90deg", "--json", "--features"]);
-    assert_eq!(lines.len(), 138 + 2);
+    assert_eq!(lines.len(), 140 + 2);
     assert!(lines[0].starts_with(r#"{"kind":"features","frame":0,"f":[-"#), "{}", lines[0]);
     assert_eq!(lines[0].matches(',').count(), 2 + 9);
     let event = concat!(
-        r#"{"kind":"event","frame":35,"frames":70,"duration_frames":28,"#,
-        r#""speed":{"mm_s":153.5,"extrapolated":false},"direction":{"deg":90,"confidence":0.9835},"#,
+        r#"{"kind":"event","frame":35,"frames":70,"duration_frames":27,"#,
+        r#""speed":{"mm_s":159.9,"extrapolated":false},"direction":{"deg":90,"confidence":0.9832},"#,
         r#""texture":null,"frames_filled":0,"reliable":true,"why":{"texture":"no texture models in this version"}}"#
     );
     assert_eq!(lines.iter().filter(|line| *line == event).count(), 1, "{lines:#?}");
-    let end = r#"{"kind":"end","frames":138,"dropped":0,"baseline":"complete","incomplete":null}"#;
+    let end = r#"{"kind":"end","frames":140,"dropped":0,"baseline":"complete","incomplete":null}"#;
     assert_eq!(lines.last().unwrap(), end);
 }
 

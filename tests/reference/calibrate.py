@@ -36,14 +36,14 @@ PRECISION = (0.5, 0.5)
 
 PAPER_SVM_ACCURACY = 0.83
 """Table 2: linear SVM, specimens (*paper*)."""
-NOISE_RANGE = (0.4, 5.0)
+NOISE_RANGE = (0.4, 2.0)
 """Where the noise is looked for."""
 NOISE_PRECISION = 0.04
 """Bisection ends at this share."""
 
 LENGTH_AT = "LENGTH_MM in wstac-linux/src/scene/specimen.rs"
 AFTERGLOW_AT = "LightConfig's afterglow_ms in wstac-linux/src/scene/light.rs"
-NOISE_AT = "Script's noise in wstac-linux/src/scene/script.rs"
+NOISE_AT = "NOISE in wstac-linux/src/scene/script.rs"
 
 
 def rounded(value: float, step: float) -> float:

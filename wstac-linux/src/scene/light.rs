@@ -45,7 +45,7 @@ impl Default for LightConfig {
             rubbing_ms: 0.01,
             fluctuation: 0.5,
             fluctuation_mm: 1.0,
-            afterglow_ms: 38.0,
+            afterglow_ms: 44.5,
             gain_deviation: 0.05,
             unit: 0,
             run_deviation: 0.1,

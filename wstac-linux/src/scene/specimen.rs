@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 /// Length of a block along its slide, in mm: fitted, with the afterglow, to the paper's speed law (SPEC §8).
-pub const LENGTH_MM: f64 = 105.0;
+pub const LENGTH_MM: f64 = 104.5;
 /// How steep a block's ends are, in degrees (a guess: 90 would be an upright side).
 pub const EDGE_DEGREES: f64 = 72.0;
 /// Radius of the sphere in mm (paper).

@@ -1,0 +1,142 @@
+//! The simulated sensor through the command: every specimen, direction and speed, and what `wstac scene` does.
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use wstac_tests::command::wstac;
+
+fn run(arguments: &[&str]) -> Output {
+    let output = Command::new(wstac()).args(arguments).output().unwrap();
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    output
+}
+
+fn text(arguments: &[&str]) -> String {
+    String::from_utf8(run(arguments).stdout).unwrap()
+}
+
+fn refusal(arguments: &[&str]) -> String {
+    let output = Command::new(wstac()).args(arguments).output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{arguments:?}");
+    String::from_utf8(output.stderr).unwrap()
+}
+
+/// A file of its own in a folder of its own.
+fn file(name: &str, content: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("wstac-scene-{}-{name}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join(name);
+    std::fs::write(&path, content).unwrap();
+    path
+}
+
+/// All specimens, directions and speeds of the paper: 440 slides, each an event of its own, all directions right.
+#[test]
+fn every_direction_is_right() {
+    let mut slides = Vec::new();
+    for specimen in ["Fla0", "Sin2", "Sin3", "Sin4", "Saw2", "Saw3", "Saw4", "Tri2", "Tri3", "Tri4"] {
+        for degrees in [0, 90, 180, 270] {
+            slides.extend((100..=200).step_by(10).map(|speed| (specimen, speed, degrees)));
+        }
+    }
+    let wrong = |slides: &[(&str, u32, u32)]| {
+        let mut wrong = Vec::new();
+        for (seed, &(specimen, speed, degrees)) in slides.iter().enumerate() {
+            let source = format!("scene:{specimen}@{speed},{degrees}deg,seed={seed}");
+            let events = text(&["run", &source, "--json", "--size", "320x240"]);
+            let right = format!("\"direction\":{{\"deg\":{degrees},");
+            if events.lines().count() != 2 || !events.contains(&right) {
+                wrong.push((source, events));
+            }
+        }
+        wrong
+    };
+    let (first, second) = slides.split_at(slides.len() / 2);
+    let wrong: Vec<_> = std::thread::scope(|scope| {
+        let halves = [first, second].map(|half| scope.spawn(move || wrong(half)));
+        halves.into_iter().flat_map(|half| half.join().unwrap()).collect()
+    });
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bytes_and_another_one_others() {
+    let render = |seed: u32, format: &str| {
+        let scene = format!(
+            "specimen = \"Sin2\"\nspeed = 190\nseed = {seed}\n[sensor]\nsize = [160, 120]\nformat = \"{format}\""
+        );
+        let path = file(&format!("seed{seed}{}.toml", format.trim()), &scene);
+        run(&["scene", "render", path.to_str().unwrap(), "-o", "-"]).stdout
+    };
+    for format in ["GREY", "YU12", "Y10"] {
+        let (one, again, other) = (render(1, format), render(1, format), render(2, format));
+        assert!(one.len() > 100 * 160 * 120 && one == again && one != other, "{format}");
+    }
+}
+
+#[test]
+fn a_rendered_file_gives_the_events_of_its_scene() {
+    let scene = file(
+        "s.toml",
+        "specimen = \"Saw3\"\nspeed = 150\ndirection = 180\n[sensor]\nsize = [320, 240]\nformat = \"422P\"",
+    );
+    let scene = scene.to_str().unwrap();
+    let y4m = file("s.y4m", "");
+    let y4m = y4m.to_str().unwrap();
+    assert!(refusal(&["scene", "render", scene, "-o", y4m]).contains("exists already"));
+    run(&["scene", "render", scene, "-o", y4m, "--force"]);
+    let live = text(&["run", &format!("scene:{scene}"), "--json", "--features"]);
+    assert_eq!(text(&["run", y4m, "--json", "--features"]), live);
+    assert!(live.contains("\"deg\":180"));
+    let taxel = file("t.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"");
+    assert!(
+        refusal(&["scene", "render", taxel.to_str().unwrap(), "-o", "x.y4m"])
+            .contains("expected fidelity = \"rendered\"")
+    );
+    assert!(refusal(&["scene", "render", scene, "-o", "x.avi"]).contains(".y4m or .raw"));
+    let yuyv = file("y.toml", "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nformat = \"YUYV\"");
+    assert!(refusal(&["scene", "render", yuyv.to_str().unwrap(), "-o", "x.y4m"]).contains("expected GREY, Y10"));
+}
+
+#[test]
+fn taxel_sums_need_the_papers_layout() {
+    let scene = file("c.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"");
+    let scene = format!("scene:{}", scene.to_str().unwrap());
+    assert!(text(&["run", &scene, "--json"]).contains("\"deg\":0"));
+    let config = file("c2.toml", "[green]\nstride = 2");
+    let error = refusal(&["run", &scene, "--config", config.to_str().unwrap()]);
+    assert!(error.contains("expected no other layout or stride"), "{error}");
+    let raw = std::env::temp_dir().join("wstac-never-written.raw");
+    assert!(refusal(&["run", &scene, "--save-raw", raw.to_str().unwrap()]).contains("rendered"));
+}
+
+/// The paper's figure 2c.
+#[test]
+fn strain_of_a_single_whisker_is_printed_and_peaks_at_the_base() {
+    let whisker = "[whisker]\npresent = \"middle\"\noverlap_mm = 0.4";
+    let scene = file("2c.toml", &format!("specimen = \"Sphere\"\nspeed = 100\n{whisker}"));
+    let scene = scene.to_str().unwrap();
+    let printed = text(&["scene", "strain", scene]);
+    assert!(printed.ends_with("at 0.00 mm, the base, after 5.00 ms\n"), "{printed}");
+    let csv = text(&["scene", "strain", scene, "--csv", "--moments", "4", "--parts", "3"]);
+    let lines: Vec<&str> = csv.lines().collect();
+    assert_eq!((lines.len(), lines[0]), (6, "time_ms,overlap_mm,aside_mm,0.00_mm,1.67_mm,3.33_mm,5.00_mm"));
+    // One whisker is a stream as any other; whether it is an event is the trigger's business.
+    assert!(text(&["run", &format!("scene:{scene}"), "--json"]).contains("\"kind\":\"end\""));
+}
+
+#[test]
+fn a_scene_explains_itself() {
+    let explained = text(&["scene", "explain", "Saw3@150", "--no-cost"]);
+    for part in ["Saw3 at 150 mm/s", "Modelled:", "afterglow", "not paid for", "MJPEG", "Never modelled"] {
+        assert!(explained.contains(part), "{part}: {explained}");
+    }
+    // What is off stands below, what is on above.
+    let off = explained.find("not paid for").unwrap();
+    assert!(explained.find("  rubbing").unwrap() < off && explained.find("  leak").unwrap() > off);
+    let dark = file("d.toml", "specimen = \"Saw3\"\nspeed = 150\n[light]\nleak = 0.1\nrubbing_ms = 0");
+    let explained = text(&["scene", "explain", dark.to_str().unwrap(), "--no-cost"]);
+    let off = explained.find("not paid for").unwrap();
+    assert!(explained.find("  rubbing").unwrap() > off && explained.find("  leak").unwrap() < off);
+    assert!(text(&["scene", "explain", "Fla0@200"]).contains("ns a frame"));
+}
