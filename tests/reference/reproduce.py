@@ -226,20 +226,11 @@ def error_cells(errors: Sequence[float]) -> list[str]:
     return [percent(statistics.fmean(errors), sign=True), percent(statistics.fmean(sizes)), percent(percentile)]
 
 
-def texture_section() -> Section | None:
-    """The place of the paper's table 2, textures. None, as long as nothing computes it, prints no section.
-
-    The noise is fitted to one cell of that table: that cell belongs to `fitted_section`, the other eight here.
-    """
-    return None
-
-
 def report(done: Sequence[Protocol]) -> str:
     """The report's text."""
     fitted = fitted_section(done)
     law, direction, speed = predicted_law(done), direction_section(done), speed_section(done)
-    texture = texture_section()
-    predicted = [goal for part in (law, direction, speed, texture) if part is not None for goal in part.goals]
+    predicted = [goal for part in (law, direction, speed) for goal in part.goals]
     intro = paragraph(
         "Every slide on this page is simulated: taxel sums of `wstac run scene:FILE.toml` at `fidelity = \"taxel\"`.",
         "It shows what the simulator shares with the published sensor, and where not.",
@@ -276,7 +267,8 @@ Predicted: {summary(predicted)}
 
 ## Predicted
 
-Nothing below was fitted.
+No number below was fitted to by itself. R² and the speeds follow in part from the two fitted numbers: they say that the
+law's shape and scatter come out, too.
 
 ### The speed law's straightness
 
@@ -294,8 +286,6 @@ Nothing below was fitted.
 
 {speed.text}
 """
-    if texture is not None:
-        text += f"\n### Textures\n\n{texture.text}\n"
     return text
 
 

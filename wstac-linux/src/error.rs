@@ -14,6 +14,12 @@ impl Error {
     pub fn new(subject: impl fmt::Display, message: impl fmt::Display) -> Self {
         Self { subject: subject.to_string(), message: message.to_string() }
     }
+
+    /// The same of another subject, which the caller knows better.
+    #[must_use]
+    pub fn about(self, subject: impl fmt::Display) -> Self {
+        Self { subject: subject.to_string(), ..self }
+    }
 }
 
 impl fmt::Display for Error {

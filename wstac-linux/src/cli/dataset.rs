@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 use self::progress::Progress;
-use super::output::{Stop, note};
+use super::output::{Stop, check_new, note};
 use super::run::interruptions;
 use crate::config::Config;
 use crate::dataset::part::{Part, fingerprint};
@@ -21,7 +21,7 @@ use crate::error::Error;
 /// Make a training set: the samples of many simulated slides, with their labels, for NumPy
 ///
 /// Every slide is a stream of its own, with its own baseline; its first event is its sample. Slides without an event, or
-/// with an incomplete sample, are counted and left out. The same sweep gives the same bytes, with any number of threads.
+/// with an incomplete sample, are counted and left out; samples that are cut off or not reliable are counted and kept. The same sweep gives the same bytes, with any number of threads.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
@@ -70,6 +70,8 @@ The arrays of FILE.npz, n samples in the order of their slides:
   speed       float64  (n,)         mm/s
   direction   int64    (n,)         degrees, counter-clockwise in the picture
   seed        uint64   (n,)         of the slide's scene
+  reliable    bool     (n,)         baseline quiet and at most 7 frames filled, as wstac run says
+  duration    int64    (n,)         of the event in frames; -1 where it is cut off or never lights up
   source      str      (n,)         "scene: Saw3 at 150 mm/s, 90 degrees, seed 7"
   In Python:
     set = numpy.load("FILE.npz")
@@ -105,6 +107,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     for (slides, why) in [(tally.no_event, "had no event"), (tally.incomplete, "had an incomplete sample")] {
         if slides > 0 {
             note(format_args!("{slides} of {count} slides {why} and are left out"));
+        }
+    }
+    for (samples, why) in [
+        (tally.unreliable, "are not reliable: a baseline that was not quiet, or too many lost frames (array reliable)"),
+        (tally.without_duration, "have no duration: slides that are cut off, or that never light up (array duration)"),
+    ] {
+        if samples > 0 {
+            note(format_args!("{samples} of {} samples {why}", tally.samples));
         }
     }
     if tally.samples == 0 {
@@ -167,17 +177,6 @@ fn signals() -> Result<Arc<AtomicUsize>, Error> {
             .map_err(|error| Error::new("signals", error))?;
     }
     Ok(number)
-}
-
-/// Refuses to write over a file, unless forced to.
-fn check_new(path: &Path, force: bool) -> Result<(), Error> {
-    if path.is_dir() {
-        return Err(Error::new(path.display(), "is a folder, expected a new file"));
-    }
-    if !force && path.exists() {
-        return Err(Error::new(path.display(), "exists already, expected a new file, or --force to write over it"));
-    }
-    Ok(())
 }
 
 /// The path with something more at its end.

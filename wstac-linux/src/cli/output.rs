@@ -3,6 +3,8 @@
 use std::fmt::{self, Write as _};
 use std::io::{self, ErrorKind, StdoutLock, Write};
 
+use std::path::Path;
+
 use crate::error::Error;
 use crate::reading::{EventRecord, Record};
 
@@ -29,6 +31,19 @@ impl From<io::Error> for Stop {
             ErrorKind::BrokenPipe => Self::OutputClosed,
             _ => Self::Failed(Error::new("standard output", error)),
         }
+    }
+}
+
+/// Refuses to write over a file, unless forced to; and over what is no file, always.
+pub(super) fn check_new(path: &Path, force: bool) -> Result<(), Error> {
+    let refused = |message: &str| Err(Error::new(path.display(), message));
+    // Of the path itself: a link is none to write to, wherever it leads.
+    match path.symlink_metadata() {
+        Err(_) => Ok(()),
+        Ok(there) if there.is_dir() => refused("is a folder, expected a new file"),
+        Ok(there) if !there.is_file() => refused("is a device, a pipe or a link, expected a new file"),
+        Ok(_) if force => Ok(()),
+        Ok(_) => refused("exists already, expected a new file, or --force to write over it"),
     }
 }
 

@@ -103,10 +103,12 @@ const HELP: &str = r#"Sources:
 
 What the answers mean:
   An event is a sample of 70 frames (2.3 s at 30 frames a second). A slide that lasts
-  longer, one slower than about 50 mm/s, is cut into several events: their speeds are
-  bounds, and their directions may be wrong.
-  Speed was fitted from 100 to 200 mm/s. An answer outside is marked "extrapolated" and may
-  be far off. One frame of 30 a second is 4 % of the speed.
+  longer, one slower than about 70 mm/s, is cut, or becomes several events: their speeds,
+  bounds and directions may be wrong.
+  Speed was fitted from 100 to 200 mm/s, for specimens about as long as the paper's (105 mm
+  in the simulation) at 30 frames a second; one frame is 4 % of it. An answer outside is
+  marked "extrapolated" and may be far off. Another length: [speed] law = "physical", with
+  track_mm its length and the whiskers' span of 16 mm.
   Directions are counter-clockwise in the picture: 0° is right, 90° up.
   "reliable" says that the baseline was quiet and that at most 7 frames were filled, no
   more.

@@ -40,6 +40,14 @@ pub fn write(path: &Path, sweep: &Sweep, part: &Part) -> io::Result<()> {
     let degrees = |slide: Slide| i64::from(slide.heading.degrees());
     numbers_of(&mut npz, "direction", Dtype::Int64, slides().map(|(slide, _)| degrees(slide).to_le_bytes()))?;
     numbers_of(&mut npz, "seed", Dtype::Uint64, slides().map(|(_, seed)| seed.to_le_bytes()))?;
+    let facts = || numbers.iter().filter_map(|&number| part.facts(number));
+    npz.array("reliable", Dtype::Bool, &[n], |out| {
+        facts().try_for_each(|facts| out.write_all(&[u8::from(facts.reliable)]))
+    })?;
+    npz.array("duration", Dtype::Int64, &[n], |out| {
+        let durations = facts().map(|facts| facts.duration.map_or(-1, i64::from));
+        durations.into_iter().try_for_each(|duration| out.write_all(&duration.to_le_bytes()))
+    })?;
     npz.strings("source", slides().map(|(slide, seed)| source(&slide, seed)))?;
     let file = npz.finish()?.into_inner().map_err(io::IntoInnerError::into_error)?;
     file.sync_all()

@@ -20,16 +20,25 @@ use crate::source::scene::SceneSource;
 
 /// To be raised by whoever changes what samples a sweep gives: half a data set of the old kind must not be completed
 /// with the new one (a test says so).
-pub const DATA_VERSION: u32 = 1;
+pub const DATA_VERSION: u32 = 2;
 
 /// A sample in units of 2^-11: ten features over 70 frames.
 pub type Sample = [[i16; SAMPLE_FRAMES]; FEATURES];
+
+/// What is known of a sample beside its numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Facts {
+    /// Whether its baseline was quiet and at most 7 of its frames were filled, as `wstac run` says.
+    pub reliable: bool,
+    /// Its event's duration in frames; nothing where it is cut off or never lights up.
+    pub duration: Option<u8>,
+}
 
 /// What became of a slide.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// Its first event's sample.
-    Sample(Box<Sample>),
+    Sample(Box<Sample>, Facts),
     /// Nothing fired.
     NoEvent,
     /// Its sample was interrupted: by the end of the scene, or by too many lost frames.
@@ -47,7 +56,11 @@ pub fn sample(script: &Script, config: &Config) -> Result<Outcome, Error> {
     while first.is_none() {
         let goes_on = reading.take(&source.next()?, |record| {
             let outcome = match record {
-                Record::Event(event) => event.sample.as_deref().map(quantised).map(Outcome::Sample),
+                Record::Event(event) => {
+                    let duration = event.duration_frames;
+                    let facts = Facts { reliable: event.reliable, duration };
+                    event.sample.as_deref().map(quantised).map(|sample| Outcome::Sample(sample, facts))
+                }
                 Record::Incomplete(_) => Some(Outcome::Incomplete),
                 Record::End(end) => end.incomplete.map(|_| Outcome::Incomplete),
                 Record::Features { .. } => None,

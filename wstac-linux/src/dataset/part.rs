@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 
 use super::sweep::Sweep;
-use super::{DATA_VERSION, Outcome};
+use super::{DATA_VERSION, Facts, Outcome};
 use crate::config::Config;
 use crate::error::Error;
 
@@ -36,7 +36,7 @@ pub fn fingerprint(sweep: &Sweep, config: &Config) -> u64 {
 enum Entry {
     Missing,
     /// With the place of its record.
-    Sample(u64),
+    Sample(u64, Facts),
     NoEvent,
     Incomplete,
 }
@@ -46,6 +46,10 @@ enum Entry {
 pub struct Tally {
     /// Samples.
     pub samples: u32,
+    /// Of these, those that are not reliable.
+    pub unreliable: u32,
+    /// Of these, those whose event has no duration: it is cut off, or never lights up.
+    pub without_duration: u32,
     /// Slides without an event.
     pub no_event: u32,
     /// Slides whose sample was incomplete.
@@ -133,10 +137,14 @@ impl Part {
         let Some(entry) = self.entries.get_mut(number as usize).filter(|entry| **entry == Entry::Missing) else {
             return false;
         };
-        let (new, count) = match status {
-            0 => (Entry::NoEvent, &mut self.tally.no_event),
-            1 => (Entry::Sample(self.end), &mut self.tally.samples),
-            2 => (Entry::Incomplete, &mut self.tally.incomplete),
+        let (new, count) = match (status & 0xFF, facts_of(status)) {
+            (0, _) => (Entry::NoEvent, &mut self.tally.no_event),
+            (SAMPLE, facts) => {
+                self.tally.unreliable += u32::from(!facts.reliable);
+                self.tally.without_duration += u32::from(facts.duration.is_none());
+                (Entry::Sample(self.end, facts), &mut self.tally.samples)
+            }
+            (2, _) => (Entry::Incomplete, &mut self.tally.incomplete),
             _ => return false,
         };
         *entry = new;
@@ -157,7 +165,7 @@ impl Part {
 
     /// Numbers of the slides that are samples, in order.
     pub fn samples(&self) -> Vec<u32> {
-        self.numbers(|entry| matches!(entry, Entry::Sample(_)))
+        self.numbers(|entry| matches!(entry, Entry::Sample(..)))
     }
 
     fn numbers(&self, wanted: impl Fn(Entry) -> bool) -> Vec<u32> {
@@ -170,13 +178,13 @@ impl Part {
     /// Where it cannot be written.
     pub fn append(&mut self, number: u32, outcome: &Outcome) -> Result<(), Error> {
         let mut record = Vec::with_capacity(RECORD);
-        let status: u32 = match outcome {
+        let status = match outcome {
             Outcome::NoEvent => 0,
-            Outcome::Sample(_) => 1,
+            Outcome::Sample(_, facts) => SAMPLE | stored(*facts),
             Outcome::Incomplete => 2,
         };
         record.extend(number.to_le_bytes().into_iter().chain(status.to_le_bytes()));
-        if let Outcome::Sample(sample) = outcome {
+        if let Outcome::Sample(sample, _) = outcome {
             record.extend(sample.as_flattened().iter().flat_map(|feature| feature.to_le_bytes()));
         }
         record.resize(RECORD - 4, 0);
@@ -193,12 +201,20 @@ impl Part {
     /// # Errors
     /// Where there is none, or it cannot be read.
     pub fn sample(&self, number: u32) -> io::Result<[u8; SAMPLE_BYTES]> {
-        let Some(Entry::Sample(at)) = self.entries.get(number as usize) else {
+        let Some(Entry::Sample(at, _)) = self.entries.get(number as usize) else {
             return Err(io::ErrorKind::NotFound.into());
         };
         let mut sample = [0; SAMPLE_BYTES];
         self.file.read_exact_at(&mut sample, at + 8)?;
         Ok(sample)
+    }
+
+    /// What is known of a slide's sample; nothing where there is none.
+    pub fn facts(&self, number: u32) -> Option<Facts> {
+        match self.entries.get(number as usize) {
+            Some(Entry::Sample(_, facts)) => Some(*facts),
+            _ => None,
+        }
     }
 
     /// Removes the file: the data set is finished.
@@ -208,6 +224,19 @@ impl Part {
     pub fn remove(self) -> Result<(), Error> {
         std::fs::remove_file(&self.path).map_err(|error| Error::new(self.path.display(), error))
     }
+}
+
+/// Status of a sample, in its low byte.
+const SAMPLE: u32 = 1;
+
+/// Facts in a status: 256 for reliable, and the duration, one more, from bit 16 on.
+fn stored(facts: Facts) -> u32 {
+    u32::from(facts.reliable) << 8 | facts.duration.map_or(0, |frames| u32::from(frames) + 1) << 16
+}
+
+fn facts_of(status: u32) -> Facts {
+    let duration = (status >> 16).checked_sub(1).and_then(|frames| u8::try_from(frames).ok());
+    Facts { reliable: status >> 8 & 1 == 1, duration }
 }
 
 /// Number and status of a record that is as it was written.

@@ -60,7 +60,7 @@ fn what_is_wrong_with_a_sweep_is_named() {
         ("[scene]\nseed = 1", vec!["[scene] has seed", "above"]),
         ("[scene]\nslide = 1", vec!["[scene] has slide", "above"]),
         ("[scene]\ncolour = 1", vec!["unknown field `colour`", "noise"]),
-        ("[scene]\nnoise = -1", vec!["noise is -1", "0 to 1000"]),
+        ("[scene]\nnoise = -1", vec!["noise is -1", "0 to 100"]),
         ("[scene]\ndepth = 1", vec!["depth is 1", "only with Sin, Saw or Tri"]),
         ("[scene.light]\nleak = 2", vec!["[light] leak is 2", "0 to 1"]),
         ("[scene", vec!["TOML"]),
@@ -80,7 +80,7 @@ fn samples_are_the_same_for_any_number_of_threads() {
         pool.install(|| samples(&scripts, &Config::default())).unwrap()
     };
     let one = with(1);
-    assert!(one.iter().all(|outcome| matches!(outcome, Outcome::Sample(_))));
+    assert!(one.iter().all(|outcome| matches!(outcome, Outcome::Sample(..))));
     assert_eq!(with(2), one);
     assert_eq!(with(5), one);
 }
@@ -91,11 +91,11 @@ fn a_sweep_gives_the_same_samples_everywhere() {
     let outcomes = samples(&scripts(&sweep("slides = 1")), &Config::default()).unwrap();
     let mut hash = 0xCBF2_9CE4_8422_2325_u64;
     for outcome in &outcomes {
-        let Outcome::Sample(sample) = outcome else { panic!("{outcome:?}") };
+        let Outcome::Sample(sample, _) = outcome else { panic!("{outcome:?}") };
         let bytes = sample.as_flattened().iter().flat_map(|feature| feature.to_le_bytes());
         hash = bytes.fold(hash, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3));
     }
-    assert_eq!((DATA_VERSION, hash), (1, 0x8770_FCDA_337B_9072), "{hash:#X}");
+    assert_eq!((DATA_VERSION, hash), (2, 0xF133_AE53_48D5_A8FF), "{hash:#X}");
 }
 
 #[test]
@@ -115,7 +115,8 @@ fn a_sample_is_that_of_the_first_event() {
         Ok::<(), Error>(())
     })
     .unwrap();
-    let Outcome::Sample(found) = sample(&script, &config).unwrap() else { panic!() };
+    let Outcome::Sample(found, facts) = sample(&script, &config).unwrap() else { panic!() };
+    assert!(facts.reliable && facts.duration.is_some_and(|frames| (20..40).contains(&frames)), "{facts:?}");
     let from = event.unwrap();
     for (frame, features) in features[from..from + SAMPLE_FRAMES].iter().enumerate() {
         assert_eq!(found.map(|feature| feature[frame]), features.map(|feature| feature as i16));
@@ -139,8 +140,11 @@ fn a_part_goes_on_where_it_stopped() {
     let _ = fs::remove_file(&path);
     let mut wanted = [[0; SAMPLE_FRAMES]; FEATURES];
     (wanted[0][1], wanted[9][69]) = (-2, 0x1234);
+    let facts = Facts { reliable: false, duration: Some(70) };
     let mut part = Part::open(&path, 5, 4, false).unwrap();
-    for (number, outcome) in [(2, Outcome::Sample(Box::new(wanted))), (0, Outcome::NoEvent), (3, Outcome::Incomplete)] {
+    for (number, outcome) in
+        [(2, Outcome::Sample(Box::new(wanted), facts)), (0, Outcome::NoEvent), (3, Outcome::Incomplete)]
+    {
         part.append(number, &outcome).unwrap();
         part.append(number, &Outcome::NoEvent).unwrap();
     }
@@ -149,7 +153,8 @@ fn a_part_goes_on_where_it_stopped() {
     drop(part);
     let whole = fs::read(&path).unwrap();
     let part = Part::open(&path, 5, 4, false).unwrap();
-    assert_eq!(part.tally(), Tally { samples: 1, no_event: 1, incomplete: 1 });
+    assert_eq!(part.tally(), Tally { samples: 1, unreliable: 1, no_event: 1, incomplete: 1, without_duration: 0 });
+    assert_eq!((part.facts(2), part.facts(0)), (Some(facts), None));
     assert_eq!((part.missing(), part.samples()), (vec![1], vec![2]));
     let sample = part.sample(2).unwrap();
     assert_eq!((&sample[..4], &sample[SAMPLE_BYTES - 2..]), (&[0, 0, 0xFE, 0xFF][..], &[0x34, 0x12][..]));

@@ -181,6 +181,21 @@ impl BendTable {
     }
 }
 
+impl BendTable {
+    /// d ln κ₀ / d ln √shortening where the root of the shortening is `root` ≥ 0: 1 at first, more where much is bent.
+    pub fn steepness(&self, root: f64) -> f64 {
+        let root = root.min(const { MOST_ROOT });
+        let width = const { MOST_ROOT / INTERVALS as f64 };
+        let index = ((root / width) as usize).min(INTERVALS - 1);
+        let Some(&[[low, _], [high, _]]) = self.values.get(index..index + 2) else { return 1.0 };
+        let value = low + (high - low) * (root / width - index as f64);
+        if value <= 0.0 {
+            return 1.0;
+        }
+        root * (high - low) / (width * value) + 2.0 * root * root / (1.0 - root * root)
+    }
+}
+
 /// √[`MOST_SHORTENING`].
 const MOST_ROOT: f64 = 0.974_679_434_480_896_3;
 

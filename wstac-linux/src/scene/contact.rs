@@ -9,7 +9,7 @@
 use libm::{exp, sqrt};
 
 use super::light::{Exposure, Fluctuation, flash, moment_of_roots};
-use super::surface::Surface;
+use super::surface::{Segment, Surface};
 use super::whisker::{Bending, Bent};
 
 /// What all whiskers have in common while a specimen slides.
@@ -50,6 +50,11 @@ pub struct Tip {
     pub fluctuation: Fluctuation,
 }
 
+/// What is nearer to each other than this, in mm, has no gap between: rounding.
+const LEAST_GAP_MM: f64 = 1e-9;
+/// Most pieces of a segment: keys keep well below it.
+const MOST_PIECES: f64 = 1e6;
+
 /// Moments of a piece in s, from the start of the stretch.
 #[derive(Clone, Copy)]
 struct Piece {
@@ -73,42 +78,80 @@ impl Passage<'_> {
     pub fn advance(&self, tip: &mut Tip, passed: f64, length: f64, exposure: &mut Exposure) {
         let reached = passed + self.speed_mm_s * length;
         let moment = |place: f64| ((place - passed) / self.speed_mm_s).clamp(0.0, length);
-        let mut now = 0.0;
+        // Up to where it has come. What rounding leaves between segments is no gap.
+        let mut place = passed;
         for segment in self.surface.segments_from(passed) {
             if segment.from >= reached {
                 break;
             }
             let (first, last) = (segment.from.max(passed), segment.to.min(reached));
-            let (from, to) = (moment(first), moment(last));
-            if from > now {
-                self.free(tip, Piece { from: now, to: from }, exposure);
+            if first > place + LEAST_GAP_MM {
+                self.free(tip, Piece { from: moment(place), to: moment(first) }, exposure);
             }
-            now = to;
-            let crests = tip.overlap_mm;
-            let overlap = |place: f64| crests - segment.drop_mm(place);
-            let (start, end) = (overlap(first), overlap(last));
-            if start <= 0.0 && end <= 0.0 {
-                self.free(tip, Piece { from, to }, exposure);
-                continue;
-            }
-            let change = libm::fabs(end - start) / self.step_mm;
-            let parts = libm::ceil(((to - from) / self.step_s).max(change)).max(1.0);
-            let mut before = start;
-            self.jump(tip, before, from, exposure);
-            for part in 1..=parts as u32 {
-                let share = |part: u32| f64::from(part) / parts;
-                let piece = Piece { from: from + (to - from) * share(part - 1), to: from + (to - from) * share(part) };
-                let place = first + (last - first) * share(part);
-                let after = overlap(place);
-                self.piece(tip, [before, after], piece, passed, exposure);
-                before = after;
-            }
+            self.cross(tip, segment, [first, last], [moment(first), moment(last)], passed, exposure);
+            place = last;
         }
-        if now < length {
-            self.free(tip, Piece { from: now, to: length }, exposure);
+        if reached > place + LEAST_GAP_MM {
+            self.free(tip, Piece { from: moment(place), to: length }, exposure);
         }
     }
 
+    /// Goes over a segment, or what of it lies between two places, in mm, from one moment to another.
+    fn cross(
+        &self,
+        tip: &mut Tip,
+        segment: &Segment,
+        [first, last]: [f64; 2],
+        [from, to]: [f64; 2],
+        passed: f64,
+        exposure: &mut Exposure,
+    ) {
+        let crests = tip.overlap_mm;
+        let overlap = |place: f64| crests - segment.drop_mm(place);
+        let (start, end) = (overlap(first), overlap(last));
+        let piece = Piece { from, to };
+        if start <= 0.0 && end <= 0.0 {
+            self.free(tip, piece, exposure);
+            return;
+        }
+        if segment.is_straight() && start.min(end) < 0.0 {
+            // Only what touches is gone over in pieces.
+            let share = start / (start - end);
+            let (place, at) = (first + share * (last - first), piece.at(share));
+            if start < 0.0 {
+                self.free(tip, Piece { to: at, ..piece }, exposure);
+                self.over(tip, overlap, [place, last], Piece { from: at, ..piece }, passed, exposure);
+            } else {
+                self.over(tip, overlap, [first, place], Piece { to: at, ..piece }, passed, exposure);
+                self.free(tip, Piece { from: at, ..piece }, exposure);
+            }
+            return;
+        }
+        self.over(tip, overlap, [first, last], piece, passed, exposure);
+    }
+
+    /// Goes in pieces over what lies between two places, in mm, where the overlap is smooth.
+    fn over(
+        &self,
+        tip: &mut Tip,
+        overlap: impl Fn(f64) -> f64,
+        [first, last]: [f64; 2],
+        whole: Piece,
+        passed: f64,
+        exposure: &mut Exposure,
+    ) {
+        let mut before = overlap(first);
+        let change = libm::fabs(overlap(last) - before) / self.step_mm;
+        let parts = libm::ceil((whole.length() / self.step_s).max(change)).clamp(1.0, MOST_PIECES) as u32;
+        self.jump(tip, before, whole.from, exposure);
+        let share = |part: u32| f64::from(part) / f64::from(parts);
+        for part in 1..=parts {
+            let piece = Piece { from: whole.at(share(part - 1)), to: whole.at(share(part)) };
+            let after = overlap(first + (last - first) * share(part));
+            self.piece(tip, [before, after], piece, passed, exposure);
+            before = after;
+        }
+    }
     /// A piece over which the overlap goes from one value to another, in mm; below 0 there is none.
     fn piece(&self, tip: &mut Tip, [before, after]: [f64; 2], piece: Piece, passed: f64, exposure: &mut Exposure) {
         let crossing = || piece.at(before / (before - after));
@@ -149,20 +192,41 @@ impl Passage<'_> {
             self.free(tip, Piece { to: caught, ..piece }, exposure);
             from += rate * (caught - piece.from);
             piece.from = caught;
+            // As bent as it was, but on the surface, which loads it.
+            tip.bent = self.bending.at_root(sqrt(from.max(0.0)));
             tip.loose = false;
         }
-        // Of √overlap, d ln / dt = rate / 2 overlap; of springing back, −1 / relaxation.
-        let lets_go = -0.5 * rate * self.relaxation_s;
-        if lets_go <= to {
+        let Some(lets_go) = self.lets_go(rate, [from, to]) else {
             self.follow(tip, [from, to], piece, passed, exposure);
             return;
-        }
-        let moment = (piece.from + (lets_go - from) / rate).max(piece.from);
+        };
+        let moment = (piece.from + (lets_go - from) / rate).clamp(piece.from, piece.to);
         if lets_go < from {
             self.follow(tip, [from, lets_go], Piece { to: moment, ..piece }, passed, exposure);
         }
         tip.loose = true;
         self.free(tip, Piece { from: moment, ..piece }, exposure);
+    }
+
+    /// The overlap at which a surface that falls away at `rate` mm/s begins to fall faster than the whisker springs back,
+    /// if it does from one overlap to another: d ln strain / dt, which is steepness · rate / overlap, below −1 / relaxation.
+    fn lets_go(&self, rate: f64, [from, to]: [f64; 2]) -> Option<f64> {
+        if rate >= 0.0 || self.relaxation_s <= 0.0 {
+            return None;
+        }
+        let holds = |overlap: f64| overlap + self.relaxation_s * rate * self.bending.steepness(overlap) >= 0.0;
+        if !holds(from) {
+            return Some(from);
+        }
+        if holds(to) {
+            return None;
+        }
+        let (mut high, mut low) = (from, to);
+        for _ in 0..20 {
+            let middle = 0.5 * (high + low);
+            if holds(middle) { high = middle } else { low = middle }
+        }
+        Some(low)
     }
 
     /// The moment at which a loose tip meets the surface again, if it does within the piece.

@@ -35,7 +35,7 @@ pub const NEVER: [&str; 8] = [
 
 /// The value of something that is there where it is above 0.
 fn positive(value: f64, unit: &str) -> Option<String> {
-    (value > 0.0).then(|| format!("{value}{unit}"))
+    (value > 0.0).then(|| format!("{}{unit}", (value * 1e6).round() / 1e6))
 }
 
 /// All effects, in the order of the light's way.
@@ -97,7 +97,7 @@ pub const EFFECTS: [Effect; 17] = [
     },
     Effect {
         name: "unlike runs",
-        what: "each slide has its own gain (a guess; scale fitted to one cell of table 2)",
+        what: "each slide has its own gain (a guess; all noise scaled to fit one cell of table 2)",
         value: |script| positive(script.light.run_deviation * script.noise, ""),
         remove: |script| script.light.run_deviation = 0.0,
         add: |script| script.light.run_deviation = LightConfig::default().run_deviation,
@@ -128,7 +128,7 @@ pub const EFFECTS: [Effect; 17] = [
     },
     Effect {
         name: "noise of pixels",
-        what: "shot and read noise in electrons (a guess; scale fitted to one cell of table 2)",
+        what: "shot and read noise in electrons (a guess; all noise scaled to fit one cell of table 2)",
         value: |script| positive(script.sensor.noise * script.noise, " times"),
         remove: |script| script.sensor.noise = 0.0,
         add: |script| script.sensor.noise = SensorConfig::default().noise,

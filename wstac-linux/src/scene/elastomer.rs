@@ -105,19 +105,21 @@ impl Elastomer {
     fn pass(&mut self, from: f64, length: f64) -> [f64; TAXELS] {
         let afterglow = self.light.afterglow_ms * 1e-3;
         let relaxation_s = self.whisker.relaxation_ms * 1e-3;
-        let flash = self.light.flash_ms * 1e-3;
         let half_span = self.whisker.span_mm() / 2.0;
+        // What still glows keeps the brightness that it was made with, whatever gain the next slide has.
         let gain = self.current.as_ref().map_or(1.0, |current| current.gain);
-        let current = self.current.as_ref().filter(|current| current.start < from + length);
+        let flash = self.light.flash_ms * 1e-3 * gain;
+        let under_way = |current: &&Current| current.start < from + length && current.end > from;
+        let current = self.current.as_ref().filter(under_way);
         let passage = current.map(|current| Passage {
             surface: &current.surface,
             bending: &self.bending,
             speed_mm_s: current.slide.speed_mm_s,
             relaxation_s,
-            step_s: longest_step_s(&self.light, &current.slide) / self.fineness,
+            step_s: fastest_s(&self.whisker, &self.light, &current.slide) / self.fineness,
             step_mm: WIDEST_STEP * self.whisker.length_mm / self.fineness,
             flash,
-            rubbing: self.light.rubbing_ms * 1e-3,
+            rubbing: self.light.rubbing_ms * 1e-3 * gain,
             fluctuation: self.light.fluctuation * self.noise,
             fluctuation_mm: self.light.fluctuation_mm,
         });
@@ -139,7 +141,7 @@ impl Elastomer {
                 _ if site.brightness <= 0.0 => continue,
                 _ => {}
             }
-            *light = site.gain * gain * exposure.close(&mut site.brightness, length);
+            *light = site.gain * exposure.close(&mut site.brightness, length);
         }
         light
     }
@@ -168,11 +170,15 @@ impl Elastomer {
     }
 }
 
-/// What is fastest in a slide, in s: afterglow, texture or rubbing.
-fn longest_step_s(light: &LightConfig, slide: &Slide) -> f64 {
+/// What is fastest in a slide, in s: texture, afterglow, springing back or rubbing.
+fn fastest_s(whisker: &WhiskerConfig, light: &LightConfig, slide: &Slide) -> f64 {
     let mut fastest = slide.specimen.finest_mm() / slide.speed_mm_s;
     if light.afterglow_ms > 0.0 {
         fastest = fastest.min(light.afterglow_ms * 1e-3);
+    }
+    if whisker.relaxation_ms > 0.0 {
+        // What springs back is exact by itself; only when it is let go and caught depends on pieces.
+        fastest = fastest.min(16.0 * whisker.relaxation_ms * 1e-3);
     }
     if light.rubbing_ms > 0.0 && light.fluctuation > 0.0 {
         fastest = fastest.min(3.0 * light.fluctuation_mm / slide.speed_mm_s);

@@ -23,7 +23,7 @@ use wstac_core::params::TAXELS;
 use self::elastomer::Elastomer;
 use self::rng::Rng;
 pub use self::script::{Script, Slide};
-use self::sensor::auto_exposure::AutoExposure;
+use self::sensor::auto_exposure::{AutoExposure, Interval};
 use self::sensor::{Fidelity, Sensor, SensorConfig};
 use crate::error::Error;
 
@@ -31,6 +31,7 @@ use crate::error::Error;
 const PHASES: u64 = 1;
 const NOISE: u64 = 3;
 const DROPS: u64 = 6;
+const LONG_NOISE: u64 = 7;
 
 /// A slide and when it touches the first and last whiskers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,6 +70,8 @@ pub struct Scene {
     truth: Vec<Truth>,
     elastomer: Elastomer,
     sensor: Sensor,
+    /// The same camera in long exposures, where they differ by more than their light.
+    long: Option<Sensor>,
     config: SensorConfig,
     fidelity: Fidelity,
     leak: f64,
@@ -91,14 +94,21 @@ impl Scene {
     pub fn new(script: &Script) -> Result<Self, Error> {
         let mut config = script.sensor.clone();
         config.noise *= script.noise;
-        let leak = script.light.leak;
-        let sensor = Sensor::new(&config, script.fidelity, leak, Rng::new(script.seed, NOISE))?;
+        // The sensor takes light that is integrated already, leaks included.
+        let leak = script.light.leak * config.exposure;
+        let sensor = |intervals: f64, purpose| {
+            Sensor::new(&config, script.fidelity, leak * intervals, Rng::new(script.seed, purpose))
+        };
+        let (long, nominal) = (f64::from(Interval::Long.frames()), sensor(1.0, NOISE)?);
+        // Longer exposures gather more leak: where there is none, one camera does.
+        let long = (config.auto_exposure && leak > 0.0).then(|| sensor(long, LONG_NOISE)).transpose()?;
         let frame_s = f64::from(config.rate.denominator()) / f64::from(config.rate.numerator());
         let (truth, frames) = schedule(script, frame_s);
         Ok(Self {
             truth,
             elastomer: Elastomer::new(script),
-            sensor,
+            sensor: nominal,
+            long,
             config,
             fidelity: script.fidelity,
             leak,
@@ -134,7 +144,7 @@ impl Scene {
     /// The next frame, or frames that are missing; nothing after the last one.
     pub fn next_shot(&mut self) -> Option<Shot<'_>> {
         if let Some(light) = self.pending.take() {
-            return Some(self.shot(&light));
+            return Some(self.shot(&light, true));
         }
         let (light, intervals) = self.next_light()?;
         if self.config.dropped > 0.0 && self.drops.uniform() < self.config.dropped {
@@ -144,13 +154,14 @@ impl Scene {
             self.pending = Some(light);
             return Some(Shot::Lost(intervals - 1, "auto-exposure slows the simulated camera down in the dark"));
         }
-        Some(self.shot(&light))
+        Some(self.shot(&light, false))
     }
 
-    fn shot(&mut self, light: &[f64; TAXELS]) -> Shot<'_> {
+    fn shot(&mut self, light: &[f64; TAXELS], long: bool) -> Shot<'_> {
+        let sensor = self.long.as_mut().filter(|_| long).unwrap_or(&mut self.sensor);
         match self.fidelity {
-            Fidelity::Rendered => Shot::Frame(self.sensor.expose(light)),
-            Fidelity::Taxel => Shot::Taxels(self.sensor.sums(light)),
+            Fidelity::Rendered => Shot::Frame(sensor.expose(light)),
+            Fidelity::Taxel => Shot::Taxels(sensor.sums(light)),
         }
     }
 
@@ -167,8 +178,9 @@ impl Scene {
         let light = self.elastomer.expose(&self.truth, from, self.config.exposure * length, length);
         let light = light.map(|light| light / self.frame_s);
         if self.config.auto_exposure {
-            let mean = light.iter().sum::<f64>() / TAXELS as f64 + self.leak;
-            self.auto_exposure.next((self.config.gain * mean + self.config.black_level / 255.0).min(1.0));
+            let leak = self.leak * f64::from(intervals);
+            let level = |light: &f64| (self.config.gain * (light + leak) + self.config.black_level / 255.0).min(1.0);
+            self.auto_exposure.next(light.iter().map(level).sum::<f64>() / TAXELS as f64);
         }
         Some((light, intervals))
     }

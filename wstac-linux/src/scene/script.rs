@@ -169,7 +169,10 @@ fn parse_short(text: &str) -> Result<Script, String> {
     let Some((specimen, speed)) = what.split_once('@') else {
         return Err(format!("slide is {what:?}, expected SPECIMEN@SPEED as in Saw3@150, or FILE.toml"));
     };
-    let (specimen, speed) = (specimen.parse()?, checked_speed(speed)?);
+    let (specimen, speed): (Specimen, f64) = (specimen.parse()?, checked_speed(speed)?);
+    if specimen.pattern == Pattern::Sphere {
+        return Err("specimen is \"Sphere\", expected it in a FILE.toml, with overlap_mm under [whisker]".into());
+    }
     let (mut heading, mut seed) = (None, None);
     for part in parts {
         let twice = if let Some(degrees) = part.strip_suffix("deg") {
@@ -207,11 +210,19 @@ fn check(file: File) -> Result<Script, String> {
     file.whisker.check_table()?;
     file.light.check_table()?;
     let File { whisker, light, sensor, fidelity, .. } = file;
+    let spheres = slides.iter().filter(|slide| slide.specimen.pattern == Pattern::Sphere);
+    for radius in spheres.map(|slide| slide.specimen.depth_mm) {
+        if whisker.overlap_mm > radius {
+            let found = whisker.overlap_mm;
+            return Err(format!("[whisker] overlap_mm is {found}, expected 0 to a Sphere's radius, {radius}"));
+        }
+    }
     let script = Script { whisker, light, sensor, fidelity, ..Script::new(slides) };
     let seed = file.seed.unwrap_or(0);
     let seed = u64::try_from(seed).map_err(|_| format!("seed is {seed}, expected 0 to {}", i64::MAX))?;
     let noise = file.noise.unwrap_or(script.noise);
-    within("noise", noise, 0.0, 1000.0)?;
+    within("noise", noise, 0.0, 100.0)?;
+    within("noise of [sensor] times noise", script.sensor.noise * noise, 0.0, 10_000.0)?;
     let lead_in = checked_frames("lead_in", file.lead_in, 0, script.lead_in)?;
     let gap = checked_frames("gap", file.gap, DEFAULT_GAP, script.gap)?;
     Ok(Script { seed, noise, lead_in, gap, ..script })
@@ -347,7 +358,7 @@ mod tests {
             ("speed = 9\n[[slide]]\nspeed = 9", ["beside [[slide]]", "one or the other"]),
             ("[[slide]]\nspeed = 9", ["[[slide]] 1: specimen is missing", "Saw3"]),
             ("[[slide]", ["TOML", "1"]),
-            ("specimen = \"Saw3\"\nspeed = 9\nnoise = -1", ["noise is -1", "0 to 1000"]),
+            ("specimen = \"Saw3\"\nspeed = 9\nnoise = -1", ["noise is -1", "0 to 100"]),
             ("specimen = \"Saw3\"\nspeed = 9\nradius = 1", ["radius is 1", "only with Sphere"]),
             ("specimen = \"Fla0\"\nspeed = 9\ndepth = 1", ["depth is 1", "only with Sin, Saw or Tri"]),
             ("specimen = \"Sphere\"\nspeed = 9\nedge = 1", ["edge is 1", "only with a block"]),

@@ -28,6 +28,11 @@ enum Shape {
 }
 
 impl Segment {
+    /// Whether it is a straight line.
+    pub fn is_straight(&self) -> bool {
+        matches!(self.shape, Shape::Line { .. })
+    }
+
     /// How far below the crests the top is, in mm, at a place within the segment, its ends included.
     #[inline]
     pub fn drop_mm(&self, at: f64) -> f64 {

@@ -163,6 +163,18 @@ impl Bending {
     }
 }
 
+impl Bending {
+    /// d ln strain / d ln overlap at an overlap in mm.
+    pub fn steepness(&self, overlap_mm: f64) -> f64 {
+        let root = sqrt(overlap_mm.max(0.0) / self.length_mm);
+        match self.table {
+            Some(table) => 0.5 * table.steepness(root),
+            None if root < MOST_ROOT => 0.5,
+            None => 0.0,
+        }
+    }
+}
+
 /// The root of the linear beam's [`Beam::most_shortening`].
 const MOST_ROOT: f64 = 0.774_596_669_241_483_4;
 

@@ -41,7 +41,8 @@ const OF_A_CAMERA: &str = "expected only with a camera or a scene: a file states
 /// expected.
 pub fn open(spec: &str, options: &OpenOptions) -> Result<Box<dyn Source>, Error> {
     if let Some(scene) = spec.strip_prefix("scene:") {
-        return Ok(Box::new(SceneSource::new(&script(scene, options)?)?));
+        let source = SceneSource::new(&script(scene, options)?).map_err(|error| error.about(spec))?;
+        return Ok(Box::new(source));
     }
     if spec == "-" {
         of_a_file(spec, options)?;

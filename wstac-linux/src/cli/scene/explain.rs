@@ -26,7 +26,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let script = script(named(&arguments.scene), &OpenOptions::default())?;
-    let scene = Scene::new(&script)?;
+    let scene = Scene::new(&script).map_err(|error| error.about(&arguments.scene))?;
     let mut out = std::io::stdout().lock();
     let (width, height) = script.sensor.size.into();
     let rate = f64::from(script.sensor.rate.numerator()) / f64::from(script.sensor.rate.denominator());
@@ -44,7 +44,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         "\nModelled:{}",
         if arguments.no_cost { "" } else { "                                      ns a frame" }
     )?;
-    if let Some(cost) = costs.next() {
+    if let Some(Some(cost)) = costs.next() {
         writeln!(
             out,
             "  {:18} {:22} {cost:>10.0}  strain's flashes and a GREY camera without noise",
@@ -54,11 +54,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     for effect in EFFECTS.iter().filter(has) {
         let value = (effect.value)(&script).unwrap_or_default();
         match costs.next() {
-            Some(cost) => writeln!(out, "  {:18} {value:22} {cost:>+10.0}  {}", effect.name, effect.what)?,
+            Some(Some(cost)) => writeln!(out, "  {:18} {value:22} {cost:>+10.0}  {}", effect.name, effect.what)?,
+            Some(None) => writeln!(out, "  {:18} {value:22} {:>10}  {}", effect.name, "in noise", effect.what)?,
             None => writeln!(out, "  {:18} {value:22} {}", effect.name, effect.what)?,
         }
     }
-    if let Some(cost) = costs.next() {
+    if let Some(Some(cost)) = costs.next() {
         writeln!(
             out,
             "  {:18} {:22} {cost:>10.0}  work is shared, and a whisker kept out of contact saves it: no sum of the rest",
@@ -75,7 +76,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     writeln!(
         out,
-        "\nGuesses, as the paper does not say: overlap, pitch, edge, flash, spot, black level (wstac scene --help)."
+        "\nGuesses, as the paper does not say: overlap, pitch, edge, flash, black level (wstac scene --help), and a base's\nspot of light, a soft disc."
     )?;
     Ok(())
 }
@@ -90,8 +91,9 @@ fn described(fidelity: Fidelity) -> &'static str {
 /// How often everything is measured: the least of it is told, which noise of the machine only makes larger.
 const ROUNDS: u32 = 5;
 
-/// ns a frame: of the bare scene, of every effect that the scene has, of the whole.
-fn costs(script: &Script) -> Result<Vec<f64>, Error> {
+/// ns a frame: of the bare scene, of every effect that the scene has (nothing where that is less than what repeated
+/// measurements differ by), of the whole.
+fn costs(script: &Script) -> Result<Vec<Option<f64>>, Error> {
     let mut scripts = vec![crate::scene::effects::bare(script)];
     for effect in EFFECTS.iter().filter(|effect| (effect.value)(script).is_some()) {
         let mut without = script.clone();
@@ -99,19 +101,24 @@ fn costs(script: &Script) -> Result<Vec<f64>, Error> {
         scripts.push(without);
     }
     scripts.push(script.clone());
-    let mut least = vec![f64::INFINITY; scripts.len()];
+    // The two least of each: what is between them tells how far they can be trusted.
+    let mut least = vec![[f64::INFINITY; 2]; scripts.len()];
     // Round by round, so that a slower moment of the machine does not fall on one of them alone.
     for _ in 0..ROUNDS {
         for (least, script) in least.iter_mut().zip(&scripts) {
-            *least = least.min(ns_a_frame(script)?);
+            let ns = ns_a_frame(script)?;
+            *least = if ns < least[0] { [ns, least[0]] } else { [least[0], least[1].min(ns)] };
         }
     }
-    let whole = least.last().copied().unwrap_or_default();
-    let last = least.len().saturating_sub(1);
-    for cost in least.iter_mut().take(last).skip(1) {
-        *cost = whole - *cost;
-    }
-    Ok(least)
+    let (whole, last) = (least.last().copied().unwrap_or_default(), least.len().saturating_sub(1));
+    let cost = |(index, [ns, next]): (usize, [f64; 2])| {
+        if index == 0 || index == last {
+            return Some(ns);
+        }
+        let (cost, doubt) = (whole[0] - ns, whole[1] - whole[0] + next - ns);
+        (cost.abs() > doubt).then_some(cost)
+    };
+    Ok(least.into_iter().enumerate().map(cost).collect())
 }
 
 /// Mean over the frames of the first slide and what follows it, but for at most 100 ms.

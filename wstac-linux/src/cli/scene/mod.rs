@@ -38,8 +38,8 @@ pub(super) const KEYS: &str = r#"A scene's file (scene:FILE.toml), every key but
   edge = 72                  # slope of the block's ends in degrees; 90 is upright
   #radius = 0.5              # of a Sphere in mm, instead of depth, period, length and edge
   seed = 0                   # of all chance: the same seed gives the same bytes on every machine
-  noise = 0.8                # scale of all that deviates by chance, except the first touch: fitted to
-                             # one number of the paper's table 2; 0 for none
+  noise = 0.8                # scale of what deviates from run to run (fluctuation, run_deviation, noise of
+                             # pixels), fitted to one number of the paper's table 2; 0 for none
   lead_in = 45               # dark frames before the first slide
   gap = 70                   # dark frames after each slide
   fidelity = "rendered"      # or "taxel": taxel sums from their distribution, without pixels
@@ -49,12 +49,13 @@ pub(super) const KEYS: &str = r#"A scene's file (scene:FILE.toml), every key but
   diameter_mm = 1
   pitch_mm = 4
   dome_degrees = 30          # the cap that carries the whiskers; 0 for a plane
-  overlap_mm = 3             # how far a specimen's crests overlap the middle whisker
+  overlap_mm = 3             # how far a specimen's crests overlap the middle whisker; a Sphere at most by
+                             # its radius
   relaxation_ms = 2          # of a whisker that is let go; 0 for at once
   present = "all"            # or "middle": one whisker
   [light]                    # in full scales of the camera, as the mean of a taxel
   flash_ms = 11              # light of bending by a strain of 1, in full scales · ms
-  rubbing_ms = 0.01          # light of rubbing over a mm under a load P L²/EI of 1; 0 for none
+  rubbing_ms = 0.01          # light of rubbing (friction) over a mm under a load P L²/EI of 1; 0 for none
   fluctuation = 0.5          # deviation of the rubbing, as a share
   fluctuation_mm = 1         # length over which it stays alike
   afterglow_ms = 44.5        # fades to 1/e in this time: fitted to the paper's speed law; 0 for none

@@ -3,8 +3,10 @@
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
 
-use super::super::output::{Stop, note};
+use super::super::output::{Stop, check_new, note};
+use super::super::run::interruptions;
 use super::named;
 use crate::error::Error;
 use crate::source::open::{OpenOptions, script};
@@ -14,13 +16,16 @@ use crate::source::{Item, Source};
 
 /// Write a scene's frames to a new file
 ///
-/// Only pixels under whiskers are computed; all others stay dark.
+/// Only pixels under whiskers are computed; all others stay dark. Frames that the simulated driver loses leave no bytes, so
+/// what is read from the file is shorter by them. MJPG is written as it is decoded, as RGB. A file that is not whole is
+/// removed.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// Saw3@150[,90deg][,seed=N], or FILE.toml
     scene: String,
 
-    /// FILE.y4m (formats GREY, Y10, Y12, Y16, YU12 and 422P), FILE.raw (frames of any format back to back), or - for Y4M
+    /// FILE.y4m (formats GREY, Y10, Y12, Y16, YU12 and 422P), FILE.raw (frames of any format back to back, for other
+    /// programs), or - for Y4M
     /// on standard output
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -31,7 +36,8 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
-    let mut source = SceneSource::new(&script(named(&arguments.scene), &OpenOptions::default())?)?;
+    let script = script(named(&arguments.scene), &OpenOptions::default())?;
+    let mut source = SceneSource::new(&script).map_err(|error| error.about(&arguments.scene))?;
     let path = arguments.output.as_path();
     let info = source.info().clone();
     if info.taxels_only {
@@ -42,15 +48,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if !raw && !y4m {
         return Err(Error::new(path.display(), "expected a name that ends in .y4m or .raw, or -").into());
     }
-    let header =
-        if raw { None } else { Some(header_of(&info).map_err(|message| Error::new(path.display(), message))?) };
+    let header = if raw { None } else { Some(header_of(&info).map_err(|message| Error::new(&info.about, message))?) };
     note(&info.about);
     let mut out = Output::create(path, arguments.force)?;
     if let Some(header) = &header {
         out.write(header.as_bytes())?;
     }
-    let mut lost = 0;
+    let (mut lost, interrupted) = (0, interruptions()?);
     loop {
+        if interrupted.load(Ordering::Relaxed) {
+            return Err(Stop::Interrupted(signal_hook::consts::SIGINT as u8));
+        }
         match source.next()? {
             Item::Frame { bytes, .. } => {
                 if header.is_some() {
@@ -70,10 +78,26 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     Ok(())
 }
 
-/// A file that gets its name when it is whole, or standard output.
+/// A new file, or standard output.
 enum Output {
     Standard(BufWriter<std::io::Stdout>),
-    File { file: BufWriter<File>, path: PathBuf, part: PathBuf },
+    File(NewFile),
+}
+
+/// A file that is removed again unless it becomes whole.
+struct NewFile {
+    file: BufWriter<File>,
+    path: PathBuf,
+    whole: bool,
+}
+
+impl Drop for NewFile {
+    fn drop(&mut self) {
+        if !self.whole {
+            // What went wrong is said already; that the rest of it cannot be removed would not help.
+            let _ = fs::remove_file(&self.path);
+        }
+    }
 }
 
 impl Output {
@@ -81,21 +105,16 @@ impl Output {
         if path == Path::new("-") {
             return Ok(Self::Standard(BufWriter::new(std::io::stdout())));
         }
-        if path.exists() && !force {
-            return Err(Error::new(path.display(), "exists already, expected a new file or --force"));
-        }
-        let mut part = path.as_os_str().to_owned();
-        part.push(".part");
-        let part = PathBuf::from(part);
-        let file = File::create(&part).map_err(|error| Error::new(part.display(), error))?;
-        Ok(Self::File { file: BufWriter::new(file), path: path.to_owned(), part })
+        check_new(path, force)?;
+        let file = File::create(path).map_err(|error| Error::new(path.display(), error))?;
+        Ok(Self::File(NewFile { file: BufWriter::new(file), path: path.to_owned(), whole: false }))
     }
 
     fn write(&mut self, bytes: &[u8]) -> Result<(), Stop> {
         match self {
             Self::Standard(out) => Ok(out.write_all(bytes)?),
-            Self::File { file, part, .. } => {
-                file.write_all(bytes).map_err(|error| Error::new(part.display(), error).into())
+            Self::File(NewFile { file, path, .. }) => {
+                file.write_all(bytes).map_err(|error| Error::new(path.display(), error).into())
             }
         }
     }
@@ -103,9 +122,10 @@ impl Output {
     fn finish(self) -> Result<(), Stop> {
         match self {
             Self::Standard(mut out) => Ok(out.flush()?),
-            Self::File { mut file, path, part } => {
-                file.flush().map_err(|error| Error::new(part.display(), error))?;
-                fs::rename(&part, &path).map_err(|error| Error::new(path.display(), error).into())
+            Self::File(mut new) => {
+                new.file.flush().map_err(|error| Error::new(new.path.display(), error))?;
+                new.whole = true;
+                Ok(())
             }
         }
     }

@@ -46,14 +46,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let places = (0..=parts).map(|part| script.whisker.length_mm * part as f64 / parts as f64);
     let heads = ["time_ms", "overlap_mm", "aside_mm"].map(str::to_owned);
     row(&mut out, heads.into_iter().chain(places.map(|place| format!("{place:.2}_mm"))).collect())?;
-    let mut peak = (0.0, 0.0, 0);
     for moment in strain_along(&script, moments, parts) {
         let time_ms = moment.time_s * 1e3;
-        for (part, &strain) in moment.strain.iter().enumerate() {
-            if strain > peak.0 {
-                peak = (strain, time_ms, part);
-            }
-        }
         let first =
             [format!("{time_ms:.2}"), format!("{:.3}", moment.overlap_mm), format!("{:.3}", moment.deflection_mm)];
         // Rounding may leave a strain of −0.
@@ -61,9 +55,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         row(&mut out, first.into_iter().chain(strains).collect())?;
     }
     if !arguments.csv {
-        let (strain, time_ms, part) = peak;
-        let place = script.whisker.length_mm * part as f64 / parts as f64;
-        let base = if part == 0 { ", the base" } else { "" };
+        // Of many moments, not only of those that have a row.
+        const MOMENTS: usize = 2000;
+        let mut peak = (0.0, 0.0, 0.0);
+        for moment in strain_along(&script, MOMENTS, parts) {
+            for (part, &strain) in moment.strain.iter().enumerate() {
+                if strain > peak.0 {
+                    peak = (strain, moment.time_s * 1e3, script.whisker.length_mm * part as f64 / parts as f64);
+                }
+            }
+        }
+        let (strain, time_ms, place) = peak;
+        let base = if place > 0.0 { "" } else { ", the base" };
         writeln!(out, "peak strain {strain:.4} at {place:.2} mm{base}, after {time_ms:.2} ms")?;
     }
     Ok(())

@@ -3,6 +3,8 @@
 /// Numbers as an array holds them, little-endian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dtype {
+    /// True or false, a byte each.
+    Bool,
     /// 16 bits, signed.
     Int16,
     /// 64 bits, signed.
@@ -19,6 +21,7 @@ impl Dtype {
     /// NumPy's name.
     fn descr(self) -> String {
         match self {
+            Self::Bool => "|b1".into(),
             Self::Int16 => "<i2".into(),
             Self::Int64 => "<i8".into(),
             Self::Uint64 => "<u8".into(),
@@ -30,6 +33,7 @@ impl Dtype {
     /// Bytes of an element.
     pub(super) fn bytes(self) -> u64 {
         match self {
+            Self::Bool => 1,
             Self::Int16 => 2,
             Self::Int64 | Self::Uint64 | Self::Float64 => 8,
             Self::Unicode(points) => 4 * points as u64,

@@ -55,7 +55,7 @@ pub struct SensorConfig {
     pub gain: f64,
     /// Deviation of the point spread in pixels, 0..=100.
     pub blur: f64,
-    /// Scale of all random deviations of the sensor, 0 for none, 0..=100.
+    /// Scale of all random deviations of the sensor, 0 for none, 0..=10 000.
     pub noise: f64,
     /// Share of frames that the driver drops at random, 0..=0.9. Whoever hands frames out drops them.
     pub dropped: f64,
@@ -154,7 +154,7 @@ impl SensorConfig {
         in_range("black_level", self.black_level, 0.0..=128.0)?;
         in_range("gain", self.gain, 1.0..=1000.0)?;
         in_range("blur", self.blur, 0.0..=100.0)?;
-        in_range("noise", self.noise, 0.0..=100.0)?;
+        in_range("noise", self.noise, 0.0..=10_000.0)?;
         in_range("dropped", self.dropped, 0.0..=0.9)
     }
 }

@@ -77,9 +77,10 @@ impl Sensor {
         let format = config.format.pixels();
         // A JPEG picture's own colour is undone by its decoder.
         let colour = if format.is_ycbcr() { config.colour } else { Colour::default() };
+        let (width, height) = config.size.into();
         let camera = Layout::paper(config.size)
             .and_then(|layout| Camera::new(Any::new(format, colour, YcbcrMethod::Exact), layout, config.rate))
-            .map_err(|error| Error::new("scene", error))?;
+            .map_err(|error| Error::new("scene", format_args!("size is [{width}, {height}]: {error}")))?;
         let pixel = Pixel::new(config, camera.full_scale(), leak);
         let spot = Spot::new(camera.layout().taxel().map(usize::from), config.blur, Mosaic::of(format));
         let rendered = |rng| Renderer::new(config, &camera, &pixel, &spot, rng);
