@@ -153,3 +153,6 @@ macro_rules! include_model {
         MODEL
     }};
 }
+
+#[cfg(test)]
+mod tests;
