@@ -5,7 +5,7 @@
 //! then all trees of the first score, of the second and so on, as in [`super::trees`]. Leaves, starts and the bound are
 //! int32 and leaves int16, or all float32, which are added in the order of the trees: exactly what XGBoost does.
 
-use super::file::{HEADER_WORDS, Header, INPUTS, Labels, ModelError, long};
+use super::file::{HEADER_WORDS, Header, INPUTS, Labels, ModelError, long, word};
 use super::trees::{self, Leaves};
 
 /// Boosted trees that have been checked.
@@ -48,11 +48,11 @@ impl<'a> Boosted<'a> {
         if header.labels < HEADER_WORDS + 3 {
             return Err(ModelError::Part(HEADER_WORDS as u32));
         }
-        let scores = words[HEADER_WORDS];
+        let scores = word(words, HEADER_WORDS);
         if scores as u8 != header.classes && !(scores == 1 && header.classes == 2) || scores > 0xFF {
             return Err(ModelError::Part(HEADER_WORDS as u32));
         }
-        if floats && !trees::is_moderate(words[HEADER_WORDS + 2]) {
+        if floats && !trees::is_moderate(word(words, HEADER_WORDS + 2)) {
             return Err(ModelError::Overflow);
         }
         let trees = HEADER_WORDS + 3 + 3 * scores as usize;
@@ -63,11 +63,11 @@ impl<'a> Boosted<'a> {
         let mut score = 0;
         while score < scores as usize {
             let entry = HEADER_WORDS + 3 + 3 * score;
-            let count = words[entry] as u32;
+            let count = word(words, entry) as u32;
             all += count;
             let start = long(words, entry + 1) as i32;
             let fits = if floats {
-                trees::is_moderate(words[entry + 2])
+                trees::is_moderate(word(words, entry + 2))
             } else {
                 start.unsigned_abs() as u64 + count as u64 * 32_768 <= i32::MAX as u64
             };
@@ -100,10 +100,14 @@ impl<'a> Boosted<'a> {
     /// The class of a sample; the lowest of those with the highest score.
     pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
         if self.floats {
-            self.highest(sample, f32::from_bits, |score, at| score + f32::from_bits(self.long(at)))
+            self.highest(sample, f32::from_bits, |score, at| score + f32::from_bits(long(self.words, at)))
         } else {
             // Starts and leaves fit 32 bits together: checked once.
-            self.highest(sample, |bits| bits as i32, |score, at| score.wrapping_add(i32::from(self.word(at) as i16)))
+            self.highest(
+                sample,
+                |bits| bits as i32,
+                |score, at| score.wrapping_add(i32::from(word(self.words, at) as i16)),
+            )
         }
     }
 
@@ -118,8 +122,8 @@ impl<'a> Boosted<'a> {
         let (mut at, mut best, mut highest) = (self.trees, 0, None);
         for class in 0..self.scores {
             let entry = HEADER_WORDS + 3 + 3 * usize::from(class);
-            let mut score = of_bits(self.long(entry + 1));
-            for _ in 0..self.word(entry) {
+            let mut score = of_bits(long(self.words, entry + 1));
+            for _ in 0..word(self.words, entry) {
                 let Ok((start, end)) = trees::bounds(self.words, at, self.header.labels) else { break };
                 let leaf = if self.floats {
                     trees::walk::<2>(self.words, start, self.header.shift, sample)
@@ -134,17 +138,9 @@ impl<'a> Boosted<'a> {
             }
         }
         if self.scores == 1 {
-            let bound = of_bits(self.long(HEADER_WORDS + 1));
+            let bound = of_bits(long(self.words, HEADER_WORDS + 1));
             return u8::from(highest.is_some_and(|score| score > bound));
         }
         best
-    }
-
-    fn word(&self, at: usize) -> u16 {
-        self.words.get(at).copied().unwrap_or(0)
-    }
-
-    fn long(&self, at: usize) -> u32 {
-        u32::from(self.word(at)) | u32::from(self.word(at + 1)) << 16
     }
 }

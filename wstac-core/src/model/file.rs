@@ -122,7 +122,7 @@ pub struct Header {
 impl Header {
     /// Checks everything but what a kind defines.
     pub(super) const fn read(words: &[u16]) -> Result<Self, ModelError> {
-        if words.len() < 2 || words[0] != MAGIC[0] || words[1] != MAGIC[1] {
+        if words.len() < 2 || word(words, 0) != MAGIC[0] || word(words, 1) != MAGIC[1] {
             return Err(ModelError::Magic);
         }
         if words.len() < HEADER_WORDS || long(words, 4) as usize != words.len() || !words.len().is_multiple_of(2) {
@@ -131,18 +131,18 @@ impl Header {
         if crc(words, 4) != long(words, 2) {
             return Err(ModelError::Checksum);
         }
-        let classes = words[8];
+        let classes = word(words, 8);
         if classes == 0 || classes as usize > MOST_CLASSES {
             return Err(ModelError::Header(8));
         }
-        let task = match words[9] {
+        let task = match word(words, 9) {
             0 => Task::Other,
             1 => Task::Specimen,
             2 => Task::Pattern,
             3 => Task::Depth,
             _ => return Err(ModelError::Header(9)),
         };
-        let frames = words[10];
+        let frames = word(words, 10);
         if frames == 0 || frames as usize > SAMPLE_FRAMES {
             return Err(ModelError::Header(10));
         }
@@ -150,23 +150,23 @@ impl Header {
         if labels < HEADER_WORDS || labels > words.len() {
             return Err(ModelError::Header(12));
         }
-        if words[14] > 8 {
+        if word(words, 14) > 8 {
             return Err(ModelError::Header(14));
         }
-        if words[15] != 0 {
+        if word(words, 15) != 0 {
             return Err(ModelError::Header(15));
         }
         if let Err(error) = check_labels(words, labels, classes) {
             return Err(error);
         }
         Ok(Self {
-            kind: words[6],
-            number: words[7],
+            kind: word(words, 6),
+            number: word(words, 7),
             classes: classes as u8,
             task,
             frames: frames as u8,
-            trees: words[11],
-            shift: words[14] as u8,
+            trees: word(words, 11),
+            shift: word(words, 14) as u8,
             labels,
         })
     }
@@ -187,7 +187,7 @@ const fn check_labels(words: &[u16], start: usize, classes: u16) -> Result<(), M
         if at + counts > words.len() {
             return Err(ModelError::Label);
         }
-        let count = if counts == 1 { words[at] as usize } else { long(words, at) as usize };
+        let count = if counts == 1 { word(words, at) as usize } else { long(words, at) as usize };
         at += counts;
         if count > words.len() - at || !is_text(words, at, at + count) {
             return Err(ModelError::Label);
@@ -202,9 +202,9 @@ const fn check_labels(words: &[u16], start: usize, classes: u16) -> Result<(), M
 const fn is_text(words: &[u16], from: usize, to: usize) -> bool {
     let mut at = from;
     while at < to {
-        match words[at] {
+        match word(words, at) {
             0xD800..=0xDBFF => {
-                if at + 1 >= to || !matches!(words[at + 1], 0xDC00..=0xDFFF) {
+                if at + 1 >= to || !matches!(word(words, at + 1), 0xDC00..=0xDFFF) {
                     return false;
                 }
                 at += 2;
@@ -216,9 +216,28 @@ const fn is_text(words: &[u16], from: usize, to: usize) -> bool {
     true
 }
 
-/// 32 bits at two words, which are there.
+/// A word; 0 beyond the end. What is checked first never reads there, and nothing else can tell the compiler so.
+pub(super) const fn word(words: &[u16], at: usize) -> u16 {
+    match words.split_at_checked(at) {
+        Some((_, [word, ..])) => *word,
+        _ => 0,
+    }
+}
+
+/// 32 bits at two words.
 pub(super) const fn long(words: &[u16], at: usize) -> u32 {
-    words[at] as u32 | (words[at + 1] as u32) << 16
+    word(words, at) as u32 | (word(words, at + 1) as u32) << 16
+}
+
+/// The words from one place to another; none where these are not in order.
+pub(super) const fn part(words: &[u16], from: usize, to: usize) -> &[u16] {
+    match words.split_at_checked(to) {
+        Some((before, _)) => match before.split_at_checked(from) {
+            Some((_, part)) => part,
+            None => &[],
+        },
+        None => &[],
+    }
 }
 
 /// Remainders of CRC-32 for every byte.
@@ -243,8 +262,8 @@ pub const fn crc(words: &[u16], from: usize) -> u32 {
     let mut rest = u32::MAX;
     let mut at = from;
     while at < words.len() {
-        rest = rest >> 8 ^ CRC_TABLE[((rest ^ words[at] as u32) & 0xFF) as usize];
-        rest = rest >> 8 ^ CRC_TABLE[((rest ^ (words[at] >> 8) as u32) & 0xFF) as usize];
+        rest = rest >> 8 ^ CRC_TABLE[((rest ^ word(words, at) as u32) & 0xFF) as usize];
+        rest = rest >> 8 ^ CRC_TABLE[((rest ^ (word(words, at) >> 8) as u32) & 0xFF) as usize];
         at += 1;
     }
     !rest
@@ -283,7 +302,7 @@ pub struct Labels<'a> {
 
 impl<'a> Labels<'a> {
     pub(super) const fn new(words: &'a [u16], header: &Header) -> Self {
-        Self { words: words.split_at(header.labels).1, classes: header.classes }
+        Self { words: part(words, header.labels, words.len()), classes: header.classes }
     }
 
     /// How many classes there are.

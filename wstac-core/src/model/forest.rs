@@ -5,7 +5,7 @@
 //! table where its entry starts: how many classes have a share, then for each the class and its share of U (two
 //! words). Trees · U is below 2^32.
 
-use super::file::{HEADER_WORDS, Header, INPUTS, Labels, MOST_CLASSES, ModelError, long};
+use super::file::{HEADER_WORDS, Header, INPUTS, Labels, MOST_CLASSES, ModelError, long, part, word};
 use super::trees::{self, Leaves};
 
 /// A forest that has been checked.
@@ -30,7 +30,7 @@ pub(super) const fn is_entry(table: &[u16], place: u16, classes: u16, unit: u32)
     if at >= table.len() {
         return false;
     }
-    let shares = table[at] as usize;
+    let shares = word(table, at) as usize;
     if shares == 0 || shares > classes as usize || table.len() - at < 1 + 3 * shares {
         return false;
     }
@@ -38,7 +38,7 @@ pub(super) const fn is_entry(table: &[u16], place: u16, classes: u16, unit: u32)
     let mut share = 0;
     while share < shares {
         let entry = at + 1 + 3 * share;
-        if table[entry] >= classes {
+        if word(table, entry) >= classes {
             return false;
         }
         sum += long(table, entry + 1) as u64;
@@ -79,7 +79,7 @@ impl<'a> Forest<'a> {
             return Err(ModelError::Part(table as u32));
         }
         let trees = table + length;
-        let entries = words.split_at(trees).0.split_at(table).1;
+        let entries = part(words, table, trees);
         let leaves = Leaves::Indices { classes: header.classes as u16, table: entries, unit };
         let mut at = trees;
         let mut tree = 0;

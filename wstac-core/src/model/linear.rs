@@ -10,7 +10,7 @@
 //! where it is above 0. One against one: each row is a vote, for its first class where it is above 0 and for its second
 //! otherwise; the class with most votes wins, the lowest of several (as libsvm does).
 
-use super::file::{HEADER_WORDS, Header, INPUTS, Labels, MOST_CLASSES, ModelError};
+use super::file::{HEADER_WORDS, Header, INPUTS, Labels, MOST_CLASSES, ModelError, part, word};
 
 /// Rows that are summed up together: their sums fit a Cortex-M's registers.
 pub const BLOCK: usize = 5;
@@ -55,13 +55,13 @@ impl<'a> Linear<'a> {
         if header.labels < start {
             return Err(ModelError::Part(HEADER_WORDS as u32));
         }
-        let rows = words[HEADER_WORDS] as usize;
+        let rows = word(words, HEADER_WORDS) as usize;
         let expected = match header.kind {
             ONE_AGAINST_REST if classes == 2 && rows == 1 => 1,
             ONE_AGAINST_REST => classes,
             _ => classes * (classes - 1) / 2,
         };
-        if rows != expected || words[HEADER_WORDS + 1] != 0 {
+        if rows != expected || word(words, HEADER_WORDS + 1) != 0 {
             return Err(ModelError::Part(HEADER_WORDS as u32));
         }
         let inputs = header.inputs();
@@ -69,17 +69,16 @@ impl<'a> Linear<'a> {
         if header.labels != start + 4 * rows + weights {
             return Err(ModelError::Part(start as u32));
         }
-        let part = words.split_at(header.labels).0.split_at(start).1;
-        let (biases, weights) = part.split_at(4 * rows);
+        let parts = part(words, start, header.labels);
+        let (biases, weights) = (part(parts, 0, 4 * rows), part(parts, 4 * rows, parts.len()));
         let (biases, _) = biases.as_chunks::<4>();
         // 700 products of int16 are below 2^40: with a bias below 2^62 no sum of them overflows.
-        let mut row = 0;
-        while row < rows {
-            let bias = bias_of(biases[row]);
-            if bias > 1 << 62 || bias < -(1 << 62) {
+        let mut left = biases;
+        while let [bias, rest @ ..] = left {
+            if bias_of(*bias).unsigned_abs() > 1 << 62 {
                 return Err(ModelError::Overflow);
             }
-            row += 1;
+            left = rest;
         }
         Ok(Self { labels: Labels::new(words, &header), header, biases, weights })
     }
@@ -136,14 +135,16 @@ impl<'a> Linear<'a> {
                 sums_of_int8(&mut sums, these, biases.len(), inputs);
             }
             for ((row, bias), sum) in (block * BLOCK..).zip(biases).zip(sums) {
-                give(row, bias_of(*bias) + sum);
+                give(row, bias_of(*bias).wrapping_add(sum));
             }
         }
     }
 }
 
+/// An int64 of four words.
 const fn bias_of(words: [u16; 4]) -> i64 {
-    words[0] as i64 | (words[1] as i64) << 16 | (words[2] as i64) << 32 | (words[3] as i64) << 48
+    let [a, b, c, d] = words;
+    a as i64 | (b as i64) << 16 | (c as i64) << 32 | (d as i64) << 48
 }
 
 /// Adds up a block of int16 rows; the plain way.

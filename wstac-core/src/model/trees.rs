@@ -13,7 +13,7 @@
 //! the sample goes left where x ≤ threshold, an int16. A child that is a node and has no offset follows its parent. Offsets count
 //! from their node in units of 2^shift words: a right child follows the left subtree, with less than a unit of padding.
 
-use super::file::{INPUTS, ModelError, long};
+use super::file::{INPUTS, ModelError, long, word};
 
 /// The left child is a leaf.
 pub const LEFT_LEAF: u16 = 1 << 15;
@@ -32,8 +32,8 @@ pub(super) const fn bounds(words: &[u16], at: usize, end: usize) -> Result<(usiz
     if at >= end {
         return none;
     }
-    let (start, length) = if words[at] != 0 {
-        (at + 1, words[at] as usize)
+    let (start, length) = if word(words, at) != 0 {
+        (at + 1, word(words, at) as usize)
     } else if end - at >= 3 {
         (at + 3, long(words, at + 1) as usize)
     } else {
@@ -64,7 +64,7 @@ pub(super) const fn check(
         if end - at < 3 {
             return error;
         }
-        let node = words[at];
+        let node = word(words, at);
         if (node & FEATURE) as usize >= inputs || node & !(LEFT_LEAF | RIGHT_LEAF | NARROW | FEATURE) != 0 {
             return error;
         }
@@ -85,15 +85,15 @@ pub(super) const fn check(
         }
         let good = match (left || right, narrow) {
             (false, _) => {
-                let target = at + ((words[at + 2] as usize) << shift);
-                if target <= at || target >= end || count == MOST_PENDING {
+                let target = at + ((word(words, at + 2) as usize) << shift);
+                if target <= at || target >= end || count >= MOST_PENDING {
                     return error;
                 }
                 pending[count] = target;
                 count += 1;
                 true
             }
-            (true, true) => leaves.has(words[at + 2] & 0xFF) && leaves.has(words[at + 2] >> 8),
+            (true, true) => leaves.has(word(words, at + 2) & 0xFF) && leaves.has(word(words, at + 2) >> 8),
             (true, false) => {
                 leaves.are_at(words, at + 2) && (!(left && right) || leaves.are_at(words, at + 2 + leaf_words))
             }
@@ -104,7 +104,7 @@ pub(super) const fn check(
         at += size;
         if left && right {
             // The subtree is whole: next is the nearest right child that waits, or the tree's end.
-            let target = if count == 0 { end } else { pending[count - 1] };
+            let target = if count == 0 { end } else { pending[(count - 1) % MOST_PENDING] };
             if target < at || target - at >= 1 << shift {
                 return error;
             }
@@ -147,8 +147,8 @@ impl Leaves<'_> {
     /// Whether there is a leaf at a place, all of which is there.
     const fn are_at(self, words: &[u16], at: usize) -> bool {
         match self {
-            Self::Floats => is_moderate(words[at + 1]),
-            _ => self.has(words[at]),
+            Self::Floats => is_moderate(word(words, at + 1)),
+            _ => self.has(word(words, at)),
         }
     }
 
@@ -184,11 +184,10 @@ impl Leaf {
 
     /// Its word or byte.
     pub(super) fn of(self, words: &[u16]) -> u16 {
-        let word = |at: usize| words.get(at).copied().unwrap_or(0);
         match self {
-            Self::Word(at) => word(at),
-            Self::Low(at) => word(at) & 0xFF,
-            Self::High(at) => word(at) >> 8,
+            Self::Word(at) => word(words, at),
+            Self::Low(at) => word(words, at) & 0xFF,
+            Self::High(at) => word(words, at) >> 8,
         }
     }
 }
