@@ -127,13 +127,15 @@ fn the_arrays_are_as_documented_whatever_the_number_of_threads() {
         ("speed", "<f8", "(10,)"),
         ("direction", "<i8", "(10,)"),
         ("seed", "<u8", "(10,)"),
+        ("reliable", "|b1", "(10,)"),
+        ("duration", "<i8", "(10,)"),
     ];
     for ((name, descr, shape), array) in shapes.into_iter().zip(&arrays) {
         assert_eq!(array.0, format!("{name}.npy"));
         assert_eq!(array.1, format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}"));
     }
-    assert_eq!((arrays.len(), arrays[0].2.len()), (9, 10 * 10 * 70 * 2));
-    let source = strings(&arrays[8].2, 10);
+    assert_eq!((arrays.len(), arrays[0].2.len()), (11, 10 * 10 * 70 * 2));
+    let source = strings(&arrays[10].2, 10);
     assert_eq!(source[0], "scene: Fla0 at 100 mm/s, 0 degrees, seed 7");
     assert_eq!(source[8], "scene: Saw3 at 150.5 mm/s, 270 degrees, seed 15");
     let specimens = strings(&arrays[2].2, 10);
@@ -141,6 +143,8 @@ fn the_arrays_are_as_documented_whatever_the_number_of_threads() {
     let numbers = |array: usize| arrays[array].2.chunks(8).map(|bytes| number(bytes, 0, 8)).collect::<Vec<_>>();
     assert_eq!(numbers(4), [0, 0, 0, 0, 0, 3, 3, 3, 3, 3]);
     assert_eq!(numbers(6), [0, 0, 270, 270, 0, 0, 0, 270, 270, 0]);
+    assert_eq!(arrays[8].2, [1; 10]);
+    assert!(numbers(9).iter().all(|frames| (15..45).contains(frames)), "{:?}", numbers(9));
     assert_eq!(numbers(7), (7..17).collect::<Vec<_>>());
     assert_eq!(numbers(1), [(1.0_f64 / 2048.0).to_bits() as usize]);
 }

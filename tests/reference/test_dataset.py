@@ -13,11 +13,13 @@ import numpy as np
 
 WSTAC = os.environ.get("WSTAC")
 SWEEP = """
-specimens = ["Fla0", "Saw3", "Sphere"]
+specimens = ["Saw3", "Tri3"]
 speeds = [100, 150.5]
 directions = [0, 90, 180, 270]
 slides = 8
 seed = 5
+[scene]
+depth = 3.5
 """
 
 
@@ -36,9 +38,9 @@ class DatasetTest(unittest.TestCase):
     def test_arrays(self) -> None:
         arrays = self.arrays(SWEEP)
         n = len(arrays["X"])
-        # A sphere may leave a slide without an event; the blocks do not.
-        self.assertIn(n, range(16, 25))
-        names = ["X", "scale", "y_specimen", "y_pattern", "y_depth", "speed", "direction", "seed", "source"]
+        self.assertEqual(n, 16)
+        names = ["X", "scale", "y_specimen", "y_pattern", "y_depth", "speed", "direction", "seed"]
+        names += ["reliable", "duration", "source"]
         self.assertEqual(list(arrays), names)
         dtypes = {name: arrays[name].dtype.str for name in ("X", "scale", "y_depth", "speed", "direction", "seed")}
         expected = {"X": "<i2", "scale": "<f8", "y_depth": "<f8", "speed": "<f8", "direction": "<i8", "seed": "<u8"}
@@ -47,7 +49,10 @@ class DatasetTest(unittest.TestCase):
         for name in names[2:]:
             self.assertEqual(arrays[name].shape, (n,), name)
         self.assertEqual(float(arrays["scale"]), 1 / 2048)
-        labels = {"Fla0": ("Fla", 0.0), "Saw3": ("Saw", 3.0), "Sphere": ("Sphere", 0.5)}
+        self.assertEqual((arrays["reliable"].dtype.str, arrays["duration"].dtype.str), ("|b1", "<i8"))
+        self.assertTrue(arrays["reliable"].all())
+        self.assertTrue(((arrays["duration"] > 15) & (arrays["duration"] < 45)).all())
+        labels = {"Saw3.5": ("Saw", 3.5), "Tri3.5": ("Tri", 3.5)}
         for specimen, pattern, depth in zip(arrays["y_specimen"], arrays["y_pattern"], arrays["y_depth"]):
             self.assertEqual((pattern, depth), labels[str(specimen)])
         for k, seed in enumerate(arrays["seed"]):
@@ -55,7 +60,7 @@ class DatasetTest(unittest.TestCase):
             self.assertEqual(arrays["y_specimen"][k], list(labels)[slide // 8])
             self.assertEqual(arrays["speed"][k], [100, 150.5][slide % 2])
             self.assertEqual(arrays["direction"][k], 90 * (slide % 8 // 2))
-        said = f"scene: Fla0 at 150.5 mm/s, 0 degrees, seed {arrays['seed'][1]}"
+        said = f"scene: Saw3.5 at 150.5 mm/s, 0 degrees, seed {arrays['seed'][1]}"
         self.assertEqual(arrays["source"][1], said)
 
     def test_features(self) -> None:

@@ -48,7 +48,7 @@ pub(super) struct Arguments {
 
 const HELP: &str = r#"The sweep, every key optional; these are the defaults:
   specimens = ["Fla0", "Sin2", "Sin3", "Sin4", "Saw2", "Saw3", "Saw4", "Tri2", "Tri3", "Tri4"]
-                                  # "Sphere", too
+                                  # "Sphere", too, with [scene.whisker] overlap_mm 0.4
   speeds = [150]                  # mm/s, 1 to 1000
   directions = [0]                # degrees: 0, 90, 180, 270
   slides = 100                    # of every specimen, up to 1000000 in all
