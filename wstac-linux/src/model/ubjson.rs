@@ -232,3 +232,67 @@ impl<'a> MapAccess<'a> for Items<'_, 'a> {
         seed.deserialize(Value { reader: self.reader, marker })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use serde::Deserialize;
+
+    use super::*;
+
+    #[derive(Debug, Deserialize, PartialEq)]
+    struct Sample {
+        a: Vec<i32>,
+        b: Vec<f32>,
+        c: Option<String>,
+        d: Vec<Vec<u8>>,
+    }
+
+    /// The same in UBJSON, with typed lists, plain lists and members that nobody asks for.
+    fn bytes() -> Vec<u8> {
+        let mut bytes = b"{U\x01a[$l#L\0\0\0\0\0\0\0\x02".to_vec();
+        bytes.extend([-1_i32, 70_000].iter().flat_map(|number| number.to_be_bytes()));
+        bytes.extend(b"i\x01xZi\x01y[[#U\x02TF{i\x01zNCq}]i\x01b[$d#U\x02");
+        bytes.extend([0.1_f32, -3.5].iter().flat_map(|number| number.to_be_bytes()));
+        bytes.extend(b"I\0\x01cSU\x03abcL\0\0\0\0\0\0\0\x01d[[$U#U\x02\x01\xFF[i\x07N]]}");
+        bytes
+    }
+
+    #[test]
+    fn the_same_as_in_json() {
+        let json = r#"{"a": [-1, 70000], "x": null, "b": [0.1, -3.5], "c": "abc", "d": [[1, 255], [7]]}"#;
+        let expected: Sample = serde_json::from_str(json).unwrap();
+        assert_eq!(from_slice::<Sample>(&bytes()).unwrap(), expected);
+    }
+
+    #[test]
+    fn what_is_cut_off_or_damaged_is_an_error_and_no_panic() {
+        let whole = bytes();
+        for length in 0..whole.len() {
+            from_slice::<Sample>(&whole[..length]).unwrap_err();
+        }
+        for at in 0..whole.len() {
+            for byte in 0..=255 {
+                let mut damaged = whole.clone();
+                damaged[at] = byte;
+                // Some are other numbers or letters, and read well.
+                let _ = from_slice::<Sample>(&damaged);
+            }
+        }
+    }
+
+    #[test]
+    fn depth_and_counts_are_limited() {
+        let error = from_slice::<de::IgnoredAny>(&[b'['; 100_000]).unwrap_err().to_string();
+        assert!(error.contains("inside each other"), "{error}");
+        for (bytes, says) in [
+            (&b"[#L\x7F\xFF\xFF\xFF\xFF\xFF\xFF\xFF"[..], "the file ends"),
+            (b"[$T#L\x7F\xFF\xFF\xFF\xFF\xFF\xFF\xFF", "a list of 'T'"),
+            (b"[#L\xFF\xFF\xFF\xFF\xFF\xFF\xFF\xFF", "a count of -1"),
+            (b"SL\x7F\xFF\xFF\xFF\xFF\xFF\xFF\xFF", "the file ends"),
+            (b"[$d]", "without a count"),
+        ] {
+            let error = from_slice::<de::IgnoredAny>(bytes).unwrap_err().to_string();
+            assert!(error.contains(says), "{error}");
+        }
+    }
+}

@@ -53,8 +53,11 @@ struct Booster {
 
 #[derive(Deserialize)]
 struct Model {
-    gbtree_model_param: TreesParameters,
+    /// Other boosters than the one that is understood do not have it.
+    gbtree_model_param: Option<TreesParameters>,
+    #[serde(default)]
     tree_info: Vec<u32>,
+    #[serde(default)]
     trees: Vec<XgbTree>,
 }
 
@@ -91,6 +94,7 @@ pub(super) fn read(file: File, labels: Option<Vec<String>>) -> Result<(Trained, 
         return Err(format!("gradient_booster.name is \"{}\", expected \"gbtree\"", gradient_booster.name));
     }
     let model = gradient_booster.model.ok_or("gradient_booster.model is missing")?;
+    let trees = model.gbtree_model_param.ok_or("gradient_booster.model.gbtree_model_param is missing")?;
     let classes = number(&parameters.num_class, "num_class")?;
     let (classes, scores) = match objective.name.as_str() {
         "multi:softprob" | "multi:softmax" => (classes, classes),
@@ -124,7 +128,7 @@ pub(super) fn read(file: File, labels: Option<Vec<String>>) -> Result<(Trained, 
     let mut used = model.trees.len();
     if let Some(best) = &attributes.best_iteration {
         // Training that stopped early: later trees are in the file, and predictions leave them out.
-        let parallel = number(&model.gbtree_model_param.num_parallel_tree, "num_parallel_tree")?;
+        let parallel = number(&trees.num_parallel_tree, "num_parallel_tree")?;
         let best = number(best, "attributes.best_iteration")?;
         used = used.min(best.saturating_add(1).saturating_mul(parallel).saturating_mul(scores));
     }
