@@ -6,6 +6,9 @@
 use wstac_core::model::file::Task;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 
+/// Most nodes of all trees together: they take far more memory here than in a file.
+pub const MOST_NODES: usize = 1 << 24;
+
 /// A model of any kind, with its classes.
 #[derive(Clone, Debug)]
 pub struct Trained {

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::trained::{Boosted, Kind, Node, Score, Trained, Tree, guess_task};
+use super::trained::{Boosted, Kind, MOST_NODES, Node, Score, Trained, Tree, guess_task};
 
 /// What is read of a file; everything else is passed over without keeping it.
 #[derive(Deserialize)]
@@ -124,6 +124,10 @@ pub(super) fn read(file: File, labels: Option<Vec<String>>) -> Result<(Trained, 
     if model.tree_info.len() != model.trees.len() {
         let counts = (model.tree_info.len(), model.trees.len());
         return Err(format!("tree_info has {} numbers for {} trees, expected one for each", counts.0, counts.1));
+    }
+    let nodes: usize = model.trees.iter().map(|tree| tree.left_children.len()).sum();
+    if nodes > MOST_NODES {
+        return Err(format!("trees have {nodes} nodes, expected at most {MOST_NODES}"));
     }
     let mut used = model.trees.len();
     if let Some(best) = &attributes.best_iteration {

@@ -2,7 +2,7 @@
 
 use super::proto::Node;
 use super::{Scaler, attribute, floats, integers, labels, post_transform};
-use crate::model::trained::{Kind, Linear, Row};
+use crate::model::trained::{Kind, Linear, Row, frames};
 
 type Read = (usize, Kind, Vec<String>);
 
@@ -31,6 +31,7 @@ pub(super) fn classifier(node: &Node, scaler: Option<&Scaler>) -> Result<Read, S
         ));
     }
     let inputs = coefficients.len() / rows;
+    frames(inputs)?;
     let mut rows: Vec<Row> = coefficients
         .chunks(inputs)
         .enumerate()
@@ -79,6 +80,8 @@ pub(super) fn svm(node: &Node, scaler: Option<&Scaler>) -> Result<Read, String> 
         ));
     }
     let inputs = vectors.len() / count;
+    // There may be many pairs: what inputs they are of must not be too many.
+    frames(inputs)?;
     let starts: Vec<usize> = counts
         .iter()
         .scan(0, |start, &count| {

@@ -5,6 +5,8 @@
 
 mod linear;
 mod proto;
+#[cfg(test)]
+mod tests;
 mod trees;
 
 use self::proto::{Attribute, Model, Node};

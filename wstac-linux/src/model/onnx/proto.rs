@@ -92,7 +92,7 @@ pub(super) struct Attribute<'a> {
 }
 
 /// Most nodes of a model: what memory they take is far more than their bytes.
-const MOST_NODES: usize = 100_000;
+const MOST_NODES: usize = 20_000;
 
 fn text(bytes: &[u8]) -> Result<String, String> {
     String::from_utf8(bytes.to_vec()).map_err(|_| "has a name that is not UTF-8".into())

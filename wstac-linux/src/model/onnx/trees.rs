@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::proto::Node as OnnxNode;
 use super::{Scaler, attribute, floats, integers, labels, post_transform};
-use crate::model::trained::{Kind, Node, Tree};
+use crate::model::trained::{Kind, MOST_NODES, Node, Tree};
 
 type Leaf = Vec<(u16, f64)>;
 
@@ -61,6 +61,9 @@ impl Ensemble {
             return Err(format!(
                 "TreeEnsembleClassifier: lists of {lengths:?} nodes, expected {count} in each, as in nodes_treeids"
             ));
+        }
+        if count > MOST_NODES {
+            return Err(format!("TreeEnsembleClassifier: {count} nodes, expected at most {MOST_NODES}"));
         }
         let mut ensemble = Self { trees: Vec::new(), places: HashMap::with_capacity(count), single: false };
         let mut roots = HashMap::new();
