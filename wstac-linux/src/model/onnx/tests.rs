@@ -116,3 +116,17 @@ fn what_is_not_understood_is_named() {
         assert!(error.contains(says), "{error}");
     }
 }
+
+#[test]
+fn scaled_thresholds_are_those_of_every_integer() {
+    let bytes = whole();
+    let (found, _) = read(&bytes, None).unwrap();
+    let words = write(&found, "", Options::default()).unwrap().words;
+    let read = wstac_core::model::Model::from_words(&words).unwrap();
+    for x in i16::MIN..=i16::MAX {
+        let mut sample = [0; 700];
+        sample[11] = x;
+        let expected = u8::from((f32::from(x) / 2048.0 - 0.5) * 2.0 > -1.0);
+        assert_eq!(read.classify(&sample), expected, "{x}");
+    }
+}

@@ -180,7 +180,8 @@ fn unscaled(threshold: f32, strict: bool, (offset, scale): (f32, f32)) -> Result
     // Left is a range from the lowest on, as the scale is above 0.
     let (mut from, mut to) = (i32::from(i16::MIN), i32::from(i16::MAX) + 1);
     while from < to {
-        let middle = i32::midpoint(from, to);
+        // Rounded down, unlike i32::midpoint: otherwise a range of two negative numbers would never end.
+        let middle = (from + to) >> 1;
         if left(middle) { from = middle + 1 } else { to = middle }
     }
     Ok(f64::from(from - 1) / ONE)
