@@ -25,8 +25,7 @@ pub(super) struct Arguments {
     scene: String,
 
     /// FILE.y4m (formats GREY, Y10, Y12, Y16, YU12 and 422P), FILE.raw (frames of any format back to back, for other
-    /// programs), or - for Y4M
-    /// on standard output
+    /// programs), or - for Y4M on standard output
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 

@@ -18,14 +18,13 @@
 //! auto_exposure = false  # whether the camera lengthens its exposure in the dark
 //! ```
 
-use std::ops::RangeInclusive;
-
 use serde::Deserialize;
 use wstac_core::green::ycbcr::{Colour, Matrix, Range};
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 
 use super::format::SensorFormat;
+use crate::scene::keys::within;
 
 /// A checked `[sensor]` table.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -148,22 +147,15 @@ impl SensorConfig {
     /// Names the key, what was found and what was expected.
     pub fn check(&self) -> Result<(), String> {
         checked_quality(self.quality.into())?;
-        in_range("exposure", self.exposure, 0.01..=1.0)?;
-        in_range("full_well", self.full_well, 1.0..=1e9)?;
-        in_range("read_noise", self.read_noise, 0.0..=1e6)?;
-        in_range("black_level", self.black_level, 0.0..=128.0)?;
-        in_range("gain", self.gain, 1.0..=1000.0)?;
-        in_range("blur", self.blur, 0.0..=100.0)?;
-        in_range("noise", self.noise, 0.0..=10_000.0)?;
-        in_range("dropped", self.dropped, 0.0..=0.9)
+        within("exposure", self.exposure, 0.01, 1.0)?;
+        within("full_well", self.full_well, 1.0, 1e9)?;
+        within("read_noise", self.read_noise, 0.0, 1e6)?;
+        within("black_level", self.black_level, 0.0, 128.0)?;
+        within("gain", self.gain, 1.0, 1000.0)?;
+        within("blur", self.blur, 0.0, 100.0)?;
+        within("noise", self.noise, 0.0, 10_000.0)?;
+        within("dropped", self.dropped, 0.0, 0.9)
     }
-}
-
-fn in_range(key: &str, found: f64, expected: RangeInclusive<f64>) -> Result<(), String> {
-    if expected.contains(&found) {
-        return Ok(());
-    }
-    Err(format!("{key} is {found}, expected {} to {}", expected.start(), expected.end()))
 }
 
 fn checked_quality(found: i64) -> Result<u8, String> {
