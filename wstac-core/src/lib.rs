@@ -34,6 +34,7 @@ pub mod frame;
 pub mod green;
 pub mod layout;
 pub mod ln;
+pub mod model;
 pub mod params;
 pub mod pipeline;
 pub mod rate;

@@ -26,6 +26,15 @@ impl<'a> Sample<'a> {
         self.parts.0.iter().chain(self.parts.1)
     }
 
+    /// All of it, frame by frame: feature k of frame t is number 10 t + k. What texture models take.
+    pub fn flat(&self) -> [i16; FEATURES * SAMPLE_FRAMES] {
+        let mut flat = [0; FEATURES * SAMPLE_FRAMES];
+        for (numbers, frame) in flat.as_chunks_mut::<FEATURES>().0.iter_mut().zip(self.frames()) {
+            *numbers = *frame;
+        }
+        flat
+    }
+
     /// One feature, 0..10, over the 70 frames; nothing for another number.
     pub fn feature(&self, feature: usize) -> impl Iterator<Item = i16> + Clone + use<'a> {
         self.frames().filter_map(move |frame| frame.get(feature).copied())

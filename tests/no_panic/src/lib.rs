@@ -25,6 +25,11 @@ use wstac_core::green::words::{Y10, Y12, Y16};
 use wstac_core::green::ycbcr::{Colour, Exact, Linear};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::{Ln, constant, fixed::Fixed, libm::Libm, micromath::Micromath};
+use wstac_core::model::Model;
+use wstac_core::model::boosted::Boosted;
+use wstac_core::model::file::{Label, Labels, ModelError};
+use wstac_core::model::forest::Forest;
+use wstac_core::model::linear::Linear as LinearModel;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
@@ -208,6 +213,15 @@ entries! {
     baseline(totals: [i32; 10], frames: u16) -> Baseline { Baseline::new(totals, frames) }
     sample<'a>(frames: &'a [Features; 70]) -> Sample<'a> { Sample::from_frames(frames) }
     sample_feature(sample: Sample<'_>, feature: usize) -> i64 { sample.feature(feature).map(i64::from).sum() }
+    sample_flat(sample: Sample<'_>) -> [i16; 700] { sample.flat() }
+    model<'a>(words: &'a [u16]) -> Result<Model<'a>, ModelError> { Model::from_words(words) }
+    model_linear<'a>(words: &'a [u16]) -> Result<LinearModel<'a>, ModelError> { LinearModel::from_words(words) }
+    model_forest<'a>(words: &'a [u16]) -> Result<Forest<'a>, ModelError> { Forest::from_words(words) }
+    model_boosted<'a>(words: &'a [u16]) -> Result<Boosted<'a>, ModelError> { Boosted::from_words(words) }
+    model_classify(model: &Model<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
+    model_label<'a>(labels: Labels<'a>, class: usize) -> Option<Label<'a>> { labels.get(class) }
+    model_training<'a>(labels: Labels<'a>) -> Option<Label<'a>> { labels.training() }
+    model_label_letters(label: Label<'_>) -> u32 { label.chars().map(u32::from).fold(0, u32::wrapping_add) }
     sample_frames(sample: Sample<'_>) -> usize { sample.frames().count() }
     event_direction(event: &Event<'_>) -> Direction { direction::direction(event) }
     event_duration(event: &Event<'_>, config: &SpeedConfig) -> Option<Duration> { speed::duration(event, config) }

@@ -4,6 +4,7 @@ mod completions;
 mod dataset;
 mod demo;
 mod devices;
+mod model;
 mod output;
 mod run;
 mod scene;
@@ -69,6 +70,7 @@ enum Command {
     Scene(scene::Arguments),
     Devices(devices::Arguments),
     Dataset(dataset::Arguments),
+    Model(model::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -81,6 +83,7 @@ pub fn main() -> ExitCode {
         Command::Scene(arguments) => scene::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Dataset(arguments) => dataset::run(&arguments),
+        Command::Model(arguments) => model::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     };
     match result {

@@ -1,0 +1,158 @@
+//! Texture models: one small file that a board compiles in and a host loads, and that answers as the trained model did
+//! (SPEC §6).
+//!
+//! [`file`] has the byte layout. A model is checked when it is made, in a `const` on a board ([`include_model!`]); then it
+//! answers without checks that could fail, panics or allocation. An application that names the one kind it uses
+//! ([`Linear`], [`Forest`], [`Boosted`]) links that alone; [`Model`] is any of them.
+
+pub mod boosted;
+pub mod file;
+pub mod forest;
+pub mod linear;
+pub mod trees;
+
+use self::boosted::Boosted;
+use self::file::{Header, INPUTS, Labels, ModelError, Task};
+use self::forest::Forest;
+use self::linear::Linear;
+
+/// Makes what all kinds of models have in common.
+macro_rules! common {
+    ($($kind:ident)*) => {$(
+        impl<'a> $kind<'a> {
+            /// The names of its classes.
+            pub const fn labels(&self) -> Labels<'a> {
+                self.labels
+            }
+
+            /// What it tells apart.
+            pub const fn task(&self) -> Task {
+                self.header.task
+            }
+
+            /// Frames of the sample that it needs, from the first on: 1 to 70.
+            pub const fn frames(&self) -> u8 {
+                self.header.frames
+            }
+
+            /// Trees; 0 where there are none.
+            pub const fn trees(&self) -> u16 {
+                self.header.trees
+            }
+        }
+    )*};
+}
+common!(Linear Forest Boosted);
+
+/// A model of any kind.
+#[derive(Clone, Copy, Debug)]
+pub enum Model<'a> {
+    /// Weighted sums.
+    Linear(Linear<'a>),
+    /// A random forest.
+    Forest(Forest<'a>),
+    /// Boosted trees.
+    Boosted(Boosted<'a>),
+}
+
+impl<'a> Model<'a> {
+    /// A model from its file's words, all of which are checked.
+    ///
+    /// # Errors
+    /// What is wrong with the file.
+    pub const fn from_words(words: &'a [u16]) -> Result<Self, ModelError> {
+        let header = match Header::read(words) {
+            Ok(header) => header,
+            Err(error) => return Err(error),
+        };
+        match header.kind {
+            linear::ONE_AGAINST_REST | linear::ONE_AGAINST_ONE => match Linear::from_words(words) {
+                Ok(model) => Ok(Self::Linear(model)),
+                Err(error) => Err(error),
+            },
+            forest::KIND => match Forest::from_words(words) {
+                Ok(model) => Ok(Self::Forest(model)),
+                Err(error) => Err(error),
+            },
+            boosted::KIND => match Boosted::from_words(words) {
+                Ok(model) => Ok(Self::Boosted(model)),
+                Err(error) => Err(error),
+            },
+            _ => Err(ModelError::Header(6)),
+        }
+    }
+
+    /// The class of a sample: 700 numbers, frame by frame ([`crate::sample::Sample::flat`]).
+    pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
+        match self {
+            Self::Linear(model) => model.classify(sample),
+            Self::Forest(model) => model.classify(sample),
+            Self::Boosted(model) => model.classify(sample),
+        }
+    }
+
+    /// The names of its classes.
+    pub const fn labels(&self) -> Labels<'a> {
+        match self {
+            Self::Linear(model) => model.labels(),
+            Self::Forest(model) => model.labels(),
+            Self::Boosted(model) => model.labels(),
+        }
+    }
+
+    /// What it tells apart.
+    pub const fn task(&self) -> Task {
+        match self {
+            Self::Linear(model) => model.task(),
+            Self::Forest(model) => model.task(),
+            Self::Boosted(model) => model.task(),
+        }
+    }
+
+    /// Frames of the sample that it needs, from the first on: 1 to 70.
+    pub const fn frames(&self) -> u8 {
+        match self {
+            Self::Linear(model) => model.frames(),
+            Self::Forest(model) => model.frames(),
+            Self::Boosted(model) => model.frames(),
+        }
+    }
+}
+
+/// A file's bytes as words, in a `const`. For [`include_model!`].
+#[doc(hidden)]
+pub const fn words<const N: usize>(bytes: &[u8]) -> [u16; N] {
+    let mut words = [0; N];
+    let mut word = 0;
+    while word < N {
+        words[word] = u16::from_le_bytes([bytes[2 * word], bytes[2 * word + 1]]);
+        word += 1;
+    }
+    words
+}
+
+/// Compiles a model file in: checked by the compiler, so that a bad one does not build. The kind is one of
+/// [`Linear`](crate::model::linear::Linear), [`Forest`](crate::model::forest::Forest), [`Boosted`](crate::model::boosted::Boosted)
+/// and [`Model`](crate::model::Model), by its path; what it names is linked.
+///
+/// ```ignore
+/// use wstac_core::{include_model, model::forest::Forest};
+/// static TEXTURE: Forest<'static> = include_model!(Forest, "texture.wsm");
+/// ```
+#[macro_export]
+macro_rules! include_model {
+    ($kind:ident, $path:expr) => {{
+        const BYTES: &[u8] = include_bytes!($path);
+        #[allow(long_running_const_eval)]
+        static WORDS: [u16; BYTES.len() / 2] = $crate::model::words(BYTES);
+        #[allow(long_running_const_eval)]
+        const MODEL: $kind<'static> = match $kind::from_words(&WORDS) {
+            Ok(model) => model,
+            Err(error) => panic!("{}", error.describe()),
+        };
+        MODEL
+    }};
+}
+
+#[cfg(test)]
+mod tests;

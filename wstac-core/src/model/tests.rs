@@ -1,0 +1,219 @@
+use std::vec;
+use std::vec::Vec;
+
+use super::file::{HEADER_WORDS, INPUTS, MAGIC, ModelError, crc};
+use super::trees::{LEFT_LEAF, NARROW, RIGHT_LEAF};
+use super::*;
+
+/// A file of what a kind defines: header, labels and checksum around it. Labels are `a`, `b` …
+fn file(kind: u16, number: u16, classes: u16, trees: u16, part: &[u16]) -> Vec<u16> {
+    let mut words = vec![0; HEADER_WORDS];
+    words[..2].copy_from_slice(&MAGIC);
+    (words[6], words[7], words[8], words[9], words[10], words[11]) = (kind, number, classes, 1, 70, trees);
+    words.extend(part);
+    words[12] = words.len() as u16;
+    for class in 0..classes {
+        words.extend([1, u16::from(b'a') + class]);
+    }
+    words.extend([2, 0, u16::from(b'o'), u16::from(b'k')]);
+    if words.len() % 2 == 1 {
+        words.push(0);
+    }
+    words[4] = words.len() as u16;
+    sealed(words)
+}
+
+/// The same with a checksum that is right.
+fn sealed(mut words: Vec<u16>) -> Vec<u16> {
+    let crc = crc(&words, 4);
+    (words[2], words[3]) = (crc as u16, (crc >> 16) as u16);
+    words
+}
+
+fn below(threshold: i16) -> u16 {
+    threshold as u16
+}
+
+/// Three trees over two features; the last one's leaf is shared, 3 quarters for class 2 and one for class 0.
+fn forest() -> Vec<u16> {
+    let both = LEFT_LEAF | RIGHT_LEAF;
+    let part = [
+        [4, 0, 7, 0].as_slice(),
+        // The table of leaves: one entry.
+        &[2, 0, 1, 0, 2, 3, 0],
+        // x0 ≤ 5 ? (x1 ≤ −1 ? 0 : 1) : (x1 ≤ 0 ? 1 : 2)
+        &[9, 0, below(5), 6, both | NARROW | 1, below(-1), 1 << 8, both | NARROW | 1, 0, 2 << 8 | 1],
+        // x0 ≤ 100 ? 0 : 2, as two words
+        &[4, both, below(100), 0, 2],
+        // x699 ≤ 7 ? (the shared leaf) : (x0 ≤ 0 ? 1 : 2)
+        &[6, LEFT_LEAF | 699, 7, 3, both | NARROW, 0, 2 << 8 | 1],
+    ];
+    file(3, 0, 3, 3, &part.concat())
+}
+
+fn sample(first: i16, second: i16, last: i16) -> [i16; INPUTS] {
+    let mut sample = [0; INPUTS];
+    (sample[0], sample[1], sample[699]) = (first, second, last);
+    sample
+}
+
+#[test]
+fn a_forest_votes() {
+    let words = forest();
+    let forest = Forest::from_words(&words).unwrap();
+    // Votes of 4: (0, 0, shared) = 9 of class 0; ties go to the lowest.
+    for (sample, class) in [
+        (sample(5, -1, 7), 0),
+        // 1, 0 and the shared leaf: 5 of class 0, 4 of class 1, 3 of class 2.
+        (sample(5, 0, 7), 0),
+        // 2, 0 and 2.
+        (sample(6, 1, 8), 2),
+        // 2, 2 and the shared leaf.
+        (sample(101, 1, 0), 2),
+        // 1, 0 and 1.
+        (sample(0, 3, 9), 1),
+        // 0, 0 and 1.
+        (sample(-9, -9, 9), 0),
+    ] {
+        assert_eq!(forest.classify(&sample), class);
+        assert_eq!(Model::from_words(&words).unwrap().classify(&sample), class);
+    }
+    assert_eq!(forest.labels().get(2).unwrap().chars().collect::<Vec<_>>(), ['c']);
+    assert!(forest.labels().get(3).is_none());
+    assert!(forest.labels().training().unwrap() == *"ok");
+    assert_eq!((forest.task(), forest.frames(), forest.trees()), (Task::Specimen, 70, 3));
+}
+
+/// Two classes with a score each, of two trees each; float32 or int16 leaves.
+fn boosted(floats: bool) -> Vec<u16> {
+    let both = LEFT_LEAF | RIGHT_LEAF;
+    let value = |value: i16| if floats { f32::from(value).to_bits() } else { i32::from(value) as u32 };
+    let long = |number: u32| [number as u16, (number >> 16) as u16];
+    let leaf = |number: i16| if floats { long(value(number)).to_vec() } else { vec![number as u16] };
+    let mut part = vec![2, 0, 0];
+    for start in [10, -10] {
+        part.push(2);
+        part.extend(long(value(start)));
+    }
+    for (threshold, low, high) in [(0, 1, -5), (10, 2, -5), (0, 3, 30), (10, -4, 50)] {
+        let leaves = [leaf(low), leaf(high)].concat();
+        part.extend([2 + leaves.len() as u16, both, below(threshold)]);
+        part.extend(leaves);
+    }
+    file(4, if floats { 3 } else { 2 }, 2, 4, &part)
+}
+
+#[test]
+fn boosted_trees_add_up() {
+    for floats in [false, true] {
+        let words = boosted(floats);
+        let model = Boosted::from_words(&words).unwrap();
+        // 13 against −11, 7 against 16, 0 against 70.
+        for (first, class) in [(0, 0), (1, 1), (11, 1)] {
+            assert_eq!(model.classify(&sample(first, 0, 0)), class, "{floats} {first}");
+        }
+    }
+}
+
+/// Weights of `rows` rows, int16: `weight(row, input)`.
+fn linear(kind: u16, classes: u16, rows: usize, biases: &[i64], weight: impl Fn(usize, usize) -> i16) -> Vec<u16> {
+    let mut part = vec![rows as u16, 0];
+    for bias in biases {
+        part.extend((0..4).map(|word| (bias >> (16 * word)) as u16));
+    }
+    for block in (0..rows).collect::<Vec<_>>().chunks(linear::BLOCK) {
+        for pair in 0..INPUTS / 2 {
+            part.extend(block.iter().flat_map(|&row| [weight(row, 2 * pair) as u16, weight(row, 2 * pair + 1) as u16]));
+        }
+    }
+    file(kind, 2, classes, 0, &part)
+}
+
+#[test]
+fn a_linear_model_weighs() {
+    // Class k looks at input k alone.
+    let words = linear(1, 7, 7, &[0, 0, 0, 0, 0, 0, 500], |row, input| i16::from(row == input) * 100);
+    let model = Linear::from_words(&words).unwrap();
+    assert_eq!(model.classify(&sample(0, 0, 0)), 6);
+    assert_eq!(model.classify(&sample(4, 6, 0)), 1);
+    // A tie: the lowest.
+    assert_eq!(model.classify(&sample(6, 6, 0)), 0);
+    // All weights and inputs at their limits: no sum overflows.
+    for extreme in [i16::MIN, i16::MAX] {
+        let words = linear(1, 2, 2, &[1 << 61, -(1 << 61)], |row, _| if row == 0 { extreme } else { i16::MIN });
+        let model = Linear::from_words(&words).unwrap();
+        assert_eq!(model.classify(&[i16::MIN; INPUTS]), 0);
+    }
+    let one = linear(1, 2, 1, &[-3], |_, input| i16::from(input == 0));
+    let one = Linear::from_words(&one).unwrap();
+    assert_eq!([3, 4].map(|first| one.classify(&sample(first, 0, 0))), [0, 1]);
+}
+
+#[test]
+fn one_against_one_votes() {
+    // Rows 0–1, 0–2, 1–2: whoever has the larger input of the two.
+    let pairs = [(0, 1), (0, 2), (1, 2)];
+    let words = linear(2, 3, 3, &[0; 3], |row, input| {
+        let (first, second) = pairs[row];
+        let place = |class: usize| if class == 2 { 699 } else { class };
+        i16::from(input == place(first)) - i16::from(input == place(second))
+    });
+    let model = Linear::from_words(&words).unwrap();
+    for (sample, class) in [(sample(3, 2, 1), 0), (sample(1, 3, 2), 1), (sample(1, 2, 3), 2), (sample(1, 2, 2), 2)] {
+        assert_eq!(model.classify(&sample), class);
+    }
+}
+
+#[test]
+fn what_is_damaged_is_refused() {
+    for words in [forest(), boosted(false), boosted(true), linear(1, 3, 3, &[0; 3], |_, _| 1)] {
+        assert!(Model::from_words(&words).is_ok());
+        for length in 0..words.len().min(60) {
+            assert!(Model::from_words(&words[..length]).is_err(), "{length}");
+        }
+        for word in 0..words.len().min(120) {
+            for bit in 0..16 {
+                let mut damaged = words.clone();
+                damaged[word] ^= 1 << bit;
+                assert!(Model::from_words(&damaged).is_err(), "{word} {bit}");
+            }
+        }
+    }
+}
+
+/// With a checksum that is right, too: what the checks let through answers without end or harm.
+#[test]
+fn what_is_changed_on_purpose_is_refused_or_harmless() {
+    let mut state = 1_u64;
+    let mut random = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as u32
+    };
+    let (mut refused, mut accepted) = (0, 0);
+    for words in [forest(), boosted(false), boosted(true)] {
+        for _ in 0..20_000 {
+            let mut changed = words.clone();
+            for _ in 0..=random() % 3 {
+                let word = random() as usize % (changed.len() - 6) + 6;
+                changed[word] = match random() % 3 {
+                    0 => random() as u16,
+                    1 => changed[word].wrapping_add(random() as u16 % 7).wrapping_sub(3),
+                    _ => changed[word] ^ 1 << (random() % 16),
+                };
+            }
+            let changed = sealed(changed);
+            match Model::from_words(&changed) {
+                Ok(model) => {
+                    accepted += 1;
+                    let sample = [(); INPUTS].map(|()| random() as i16);
+                    assert!(usize::from(model.classify(&sample)) < model.labels().len());
+                }
+                Err(error) => {
+                    refused += 1;
+                    assert_ne!(error, ModelError::Checksum);
+                }
+            }
+        }
+    }
+    assert!(refused > 1000 && accepted > 1000, "{refused} {accepted}");
+}

@@ -1,0 +1,90 @@
+//! `wstac model import`.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use wstac_core::model::file::Task;
+
+use super::super::output::{Stop, note};
+use crate::error::Error;
+use crate::model::inspect::task_name;
+use crate::model::write::Options;
+use crate::model::{Import, import};
+
+/// Make a model file of a trained model
+///
+/// What kind of file it is shows in what it holds, not in its name. wstac model --help says which models are understood. The
+/// same file gives the same bytes.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// What the trainer saved: XGBoost's JSON or UBJSON, or ONNX
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+
+    /// Write the model to this file
+    #[arg(short, long, value_name = "OUT.wsm")]
+    output: PathBuf,
+
+    /// Names of the classes in their order, for files without (XGBoost), such as Fla0,Saw2; numbers by default
+    #[arg(long, value_name = "A,B,…", value_delimiter = ',')]
+    labels: Option<Vec<String>>,
+
+    /// What the classes are; guessed from their labels by default
+    #[arg(long, value_enum)]
+    task: Option<Classes>,
+
+    /// Weights of a linear model: int8 is half as large and less exact
+    #[arg(long, value_enum, default_value = "int16")]
+    weights: Weights,
+
+    /// Leaves of boosted trees: float32 is exact, int16 smaller
+    #[arg(long, value_enum, default_value = "float32")]
+    leaves: Leaves,
+
+    /// Write over OUT.wsm
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Classes {
+    Specimen,
+    Pattern,
+    Depth,
+    Other,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Weights {
+    Int16,
+    Int8,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Leaves {
+    Float32,
+    Int16,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    let output = &arguments.output;
+    if !arguments.force && output.exists() {
+        let message = "exists already, expected a new file, or --force to write over it";
+        return Err(Error::new(output.display(), message).into());
+    }
+    let task = arguments.task.map(|task| match task {
+        Classes::Specimen => Task::Specimen,
+        Classes::Pattern => Task::Pattern,
+        Classes::Depth => Task::Depth,
+        Classes::Other => Task::Other,
+    });
+    let options =
+        Options { narrow_weights: arguments.weights == Weights::Int8, short_leaves: arguments.leaves == Leaves::Int16 };
+    let wanted = Import { labels: arguments.labels.clone(), task, options };
+    let (model, written) = import(&arguments.file, &wanted)?;
+    let bytes = written.bytes();
+    std::fs::write(output, &bytes).map_err(|error| Error::new(output.display(), error))?;
+    let (path, classes, task) = (output.display(), model.labels.len(), task_name(model.task));
+    note(format_args!("{path}: {} bytes, {classes} classes, task {task}; {}", bytes.len(), written.exactness));
+    Ok(())
+}

@@ -1,0 +1,75 @@
+//! `wstac model`: trained texture models become model files, which are looked into and judged.
+
+mod eval;
+mod import;
+mod inspect;
+
+use std::path::Path;
+
+use clap::Subcommand;
+
+use super::output::Stop;
+use crate::error::Error;
+
+/// Make a model file of a trained texture model, look into one, judge one on a data set
+///
+/// A model file (.wsm) names the texture of a sample: a board compiles it in, a host loads it. Train with scikit-learn or
+/// XGBoost on what wstac dataset wrote, save as described below, and import that.
+#[derive(Debug, clap::Args)]
+#[command(after_long_help = HELP)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Import(import::Arguments),
+    Inspect(inspect::Arguments),
+    Eval(eval::Arguments),
+}
+
+const HELP: &str = r#"From data to a model file:
+  wstac dataset sweep.toml -o train.npz
+  In Python:
+    set = numpy.load("train.npz")
+    X, y = set["X"].reshape(len(set["X"]), -1) * set["scale"], set["y_specimen"]
+    model = RandomForestClassifier(100, max_depth=12).fit(X, y)
+    onnx = skl2onnx.convert_sklearn(model, initial_types=[("X", FloatTensorType([None, 700]))])
+    open("forest.onnx", "wb").write(onnx.SerializeToString())
+  wstac model import forest.onnx -o forest.wsm
+  wstac model inspect forest.wsm
+  wstac model eval forest.wsm test.npz
+
+Models that are understood:
+  scikit-learn, as ONNX of skl2onnx
+    RandomForestClassifier, ExtraTreesClassifier, DecisionTreeClassifier
+                           thresholds are exact; votes are exact where leaves are of one class,
+                           otherwise within the bound that import prints
+    LogisticRegression, LinearSVC and other linear classifiers, SVC(kernel="linear"),
+    with or without a StandardScaler before them
+                           weights are rounded; import prints by how much a score may be off
+  XGBoost, as save_model("FILE.json") or save_model("FILE.ubj")
+    XGBClassifier          exact: trees, leaves and the order of their sums. It saves no labels:
+                           import --labels
+Inputs are 700, feature by feature (X.reshape(n, 700) of a data set, times its scale), or
+X[:, :, :N].reshape(n, 10 * N) for a model that answers after the first N frames. At most 64
+classes, 65535 trees.
+
+Exit code: 0; 1 where a file cannot be used, 2 for wrong arguments.
+"#;
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    match &arguments.command {
+        Command::Import(arguments) => import::run(arguments),
+        Command::Inspect(arguments) => inspect::run(arguments),
+        Command::Eval(arguments) => eval::run(arguments),
+    }
+}
+
+/// A model file's words, checked.
+fn checked(path: &Path) -> Result<Vec<u16>, Error> {
+    let words = crate::model::words(path)?;
+    wstac_core::model::Model::from_words(&words).map_err(|error| Error::new(path.display(), error))?;
+    Ok(words)
+}

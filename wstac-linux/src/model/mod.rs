@@ -1,0 +1,98 @@
+//! Texture models from their trainers' files to the model file that the core reads, what is in one, and how good it is.
+//!
+//! [`trained`] is what every reader makes, [`write`] makes a model file of it, [`inspect`] and [`eval`] read one.
+
+pub mod eval;
+pub mod inspect;
+mod integers;
+mod npz;
+mod onnx;
+pub mod trained;
+mod ubjson;
+pub mod write;
+mod xgboost;
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use wstac_core::model::file::Task;
+
+use crate::error::Error;
+use trained::Trained;
+use write::{Options, Written, write};
+
+/// Largest file that is read.
+pub const MOST_BYTES: u64 = 256 << 20;
+
+/// What a user may say about a model beyond its file.
+#[derive(Clone, Debug, Default)]
+pub struct Import {
+    /// Names of classes, for files that have none.
+    pub labels: Option<Vec<String>>,
+    /// What the model tells apart, where its labels do not show it.
+    pub task: Option<Task>,
+    /// How real numbers become integers.
+    pub options: Options,
+}
+
+/// A trained model from its trainer's file.
+///
+/// # Errors
+/// What of the file cannot be used.
+pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error> {
+    let bytes = bytes(path)?;
+    let failed = |why: String| Error::new(path.display(), why);
+    let (mut model, tool) = read(&bytes, wanted.labels.clone()).map_err(failed)?;
+    drop(bytes);
+    model.task = wanted.task.unwrap_or(model.task);
+    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let facts = serde_json::json!({ "file": name, "trainer": tool }).to_string();
+    let written = write(&model, &facts, wanted.options).map_err(failed)?;
+    Ok((model, written))
+}
+
+/// A model file's words.
+///
+/// # Errors
+/// Where the file cannot be read, or is too large; what is in it is not checked.
+pub fn words(path: &Path) -> Result<Vec<u16>, Error> {
+    let bytes = bytes(path)?;
+    if !bytes.len().is_multiple_of(2) {
+        return Err(Error::new(path.display(), format_args!("{} bytes, expected an even number", bytes.len())));
+    }
+    Ok(bytes.as_chunks::<2>().0.iter().map(|bytes| u16::from_le_bytes(*bytes)).collect())
+}
+
+/// All of a file, unless it is too large.
+fn bytes(path: &Path) -> Result<Vec<u8>, Error> {
+    let failed = |error| Error::new(path.display(), error);
+    let mut bytes = Vec::new();
+    File::open(path).map_err(failed)?.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > MOST_BYTES {
+        return Err(Error::new(
+            path.display(),
+            format_args!("is larger than {} MB, expected a model", MOST_BYTES >> 20),
+        ));
+    }
+    Ok(bytes)
+}
+
+/// A model, and what trained it; the kind of file is told by what is in it.
+fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained, String), String> {
+    let start = bytes.trim_ascii_start();
+    match start {
+        [] => Err("is empty, expected a model".into()),
+        [b'W', b'S', b'M', b'1', ..] => Err("is a model file already, expected one of XGBoost or ONNX".into()),
+        // An object of UBJSON starts with a key's length, one of JSON with a quotation mark.
+        [b'{', b'i' | b'U' | b'I' | b'l' | b'L' | b'#' | b'$' | b'N', ..] => {
+            let file = ubjson::from_slice(start).map_err(|error| format!("UBJSON: {error}"))?;
+            xgboost::read(file, labels)
+        }
+        [b'{', ..] => {
+            let file = serde_json::from_slice(start).map_err(|error| format!("JSON: {error}"))?;
+            xgboost::read(file, labels)
+        }
+        _ => onnx::read(bytes, labels),
+    }
+}

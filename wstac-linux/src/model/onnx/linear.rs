@@ -1,0 +1,124 @@
+//! `LinearClassifier` and `SVMClassifier` of a linear kernel, as weighted sums.
+
+use super::proto::Node;
+use super::{Scaler, attribute, floats, integers, labels, post_transform};
+use crate::model::trained::{Kind, Linear, Row, frames};
+
+type Read = (usize, Kind, Vec<String>);
+
+/// Weighted sums of `LinearClassifier`.
+pub(super) fn classifier(node: &Node, scaler: Option<&Scaler>) -> Result<Read, String> {
+    let labels = labels(node, "classlabels_ints")?;
+    let transform = post_transform(node);
+    // All of them keep the order of scores, so the label is the same.
+    if !matches!(transform.as_str(), "NONE" | "SOFTMAX" | "LOGISTIC") {
+        return Err(format!("LinearClassifier: post_transform {transform}, expected NONE, SOFTMAX or LOGISTIC"));
+    }
+    let (coefficients, intercepts) = (floats(node, "coefficients")?, floats(node, "intercepts")?);
+    let classes = labels.len();
+    let rows = match intercepts.len() {
+        0 => classes,
+        rows => rows,
+    };
+    if rows != classes && !(rows == 1 && classes == 2)
+        || coefficients.is_empty()
+        || !coefficients.len().is_multiple_of(rows)
+    {
+        let counts = (coefficients.len(), intercepts.len());
+        return Err(format!(
+            "LinearClassifier: {} coefficients and {} intercepts for {classes} classes",
+            counts.0, counts.1
+        ));
+    }
+    let inputs = coefficients.len() / rows;
+    frames(inputs)?;
+    let mut rows: Vec<Row> = coefficients
+        .chunks(inputs)
+        .enumerate()
+        .map(|(row, weights)| Row {
+            weights: weights.iter().map(|&weight| f64::from(weight)).collect(),
+            bias: f64::from(intercepts.get(row).copied().unwrap_or(0.0)),
+        })
+        .collect();
+    if let [first, second] = &mut rows[..] {
+        // Of two classes, one sum is enough: the second where it is above that of the first.
+        second.weights.iter_mut().zip(&first.weights).for_each(|(second, first)| *second -= first);
+        second.bias -= first.bias;
+        rows.remove(0);
+    }
+    scale(&mut rows, scaler)?;
+    Ok((inputs, Kind::Linear(Linear { pairs: false, rows }), labels))
+}
+
+/// Weighted sums of `SVMClassifier`: each pair of classes has its own, of the support vectors of both.
+pub(super) fn svm(node: &Node, scaler: Option<&Scaler>) -> Result<Read, String> {
+    let labels = labels(node, "classlabels_ints")?;
+    let classes = labels.len();
+    let kernel = attribute(node, "kernel_type").and_then(|attribute| attribute.text).unwrap_or(b"LINEAR");
+    if kernel != b"LINEAR" {
+        let kernel = String::from_utf8_lossy(kernel);
+        return Err(format!("SVMClassifier: kernel_type {kernel}, expected LINEAR"));
+    }
+    if !floats(node, "prob_a")?.is_empty() {
+        return Err("SVMClassifier: prob_a, expected none: train without probabilities, which change the label".into());
+    }
+    let (vectors, coefficients, rho) =
+        (floats(node, "support_vectors")?, floats(node, "coefficients")?, floats(node, "rho")?);
+    let counts: Option<Vec<usize>> =
+        integers(node, "vectors_per_class").iter().map(|&count| usize::try_from(count).ok()).collect();
+    let counts = counts.filter(|counts| counts.len() == classes && classes > 1);
+    let counts = counts.ok_or("SVMClassifier: vectors_per_class, expected a count for each class")?;
+    let count = counts.iter().try_fold(0_usize, |sum, &count| sum.checked_add(count)).unwrap_or(usize::MAX);
+    let pairs = classes * (classes - 1) / 2;
+    let fits =
+        count > 0 && vectors.len().is_multiple_of(count) && Some(coefficients.len()) == count.checked_mul(classes - 1);
+    if !fits || rho.len() != pairs {
+        let found = (vectors.len(), coefficients.len(), rho.len());
+        return Err(format!(
+            "SVMClassifier: {} numbers of {count} support vectors, {} coefficients and {} rho do not belong together",
+            found.0, found.1, found.2
+        ));
+    }
+    let inputs = vectors.len() / count;
+    // There may be many pairs: what inputs they are of must not be too many.
+    frames(inputs)?;
+    let starts: Vec<usize> = counts
+        .iter()
+        .scan(0, |start, &count| {
+            *start += count;
+            Some(*start - count)
+        })
+        .collect();
+    let mut rows = Vec::with_capacity(pairs);
+    for first in 0..classes {
+        for second in first + 1..classes {
+            let mut row = Row { weights: vec![0.0; inputs], bias: f64::from(rho[rows.len()]) };
+            // libsvm keeps a vector's coefficients against the other classes in rows, its own class left out.
+            for (class, line) in [(first, second - 1), (second, first)] {
+                for vector in starts[class]..starts[class] + counts[class] {
+                    let coefficient = f64::from(coefficients[line * count + vector]);
+                    if coefficient != 0.0 {
+                        let vector = &vectors[vector * inputs..][..inputs];
+                        row.weights.iter_mut().zip(vector).for_each(|(sum, &x)| *sum += coefficient * f64::from(x));
+                    }
+                }
+            }
+            rows.push(row);
+        }
+    }
+    scale(&mut rows, scaler)?;
+    Ok((inputs, Kind::Linear(Linear { pairs: true, rows }), labels))
+}
+
+/// Weights of unscaled inputs.
+fn scale(rows: &mut [Row], scaler: Option<&Scaler>) -> Result<(), String> {
+    let Some(scaler) = scaler else { return Ok(()) };
+    for row in rows {
+        for (input, weight) in row.weights.iter_mut().enumerate() {
+            let (offset, scale) = scaler.of(input)?;
+            *weight *= f64::from(scale);
+            row.bias -= *weight * f64::from(offset);
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,224 @@
+//! As much of protocol buffers, and of ONNX in them, as models need: nodes with their attributes, inputs and outputs.
+
+/// A field of a message.
+#[derive(Clone, Copy, Debug)]
+enum Field<'a> {
+    Varint(u64),
+    Fixed32([u8; 4]),
+    Bytes(&'a [u8]),
+    /// 64 bits, which nothing here uses.
+    Fixed64,
+}
+
+/// The fields of a message.
+struct Fields<'a> {
+    rest: &'a [u8],
+}
+
+impl<'a> Fields<'a> {
+    fn varint(&mut self) -> Result<u64, String> {
+        let mut number = 0;
+        for place in 0..10 {
+            let (&byte, rest) = self.rest.split_first().ok_or("ends inside a number")?;
+            self.rest = rest;
+            number |= u64::from(byte & 0x7F) << (7 * place);
+            if byte < 0x80 {
+                return Ok(number);
+            }
+        }
+        Err("has a number of more than 64 bits".into())
+    }
+
+    fn take(&mut self, count: u64) -> Result<&'a [u8], String> {
+        let count = usize::try_from(count).unwrap_or(usize::MAX);
+        let (taken, rest) = self.rest.split_at_checked(count).ok_or("ends inside a field")?;
+        self.rest = rest;
+        Ok(taken)
+    }
+
+    /// The next field's number and what it holds.
+    fn next(&mut self) -> Result<Option<(u64, Field<'a>)>, String> {
+        if self.rest.is_empty() {
+            return Ok(None);
+        }
+        let tag = self.varint()?;
+        let field = match tag & 7 {
+            0 => Field::Varint(self.varint()?),
+            1 => self.take(8).map(|_| Field::Fixed64)?,
+            2 => {
+                let count = self.varint()?;
+                Field::Bytes(self.take(count)?)
+            }
+            5 => Field::Fixed32(self.take(4)?.try_into().map_err(|_| "ends inside a number")?),
+            other => return Err(format!("has a field of wire type {other}, expected 0, 1, 2 or 5")),
+        };
+        if tag >> 3 == 0 {
+            return Err("has a field of number 0".into());
+        }
+        Ok(Some((tag >> 3, field)))
+    }
+}
+
+/// A model, as far as it is read.
+#[derive(Debug, Default)]
+pub(super) struct Model<'a> {
+    pub(super) producer: String,
+    pub(super) nodes: Vec<Node<'a>>,
+    pub(super) inputs: Vec<String>,
+    pub(super) outputs: Vec<String>,
+    /// The last dimension of the last input, where it is stated.
+    pub(super) width: Option<usize>,
+}
+
+/// A step of the computation.
+#[derive(Debug, Default)]
+pub(super) struct Node<'a> {
+    pub(super) inputs: Vec<String>,
+    pub(super) outputs: Vec<String>,
+    pub(super) kind: String,
+    pub(super) attributes: Vec<Attribute<'a>>,
+}
+
+/// What a step is told.
+#[derive(Debug, Default)]
+pub(super) struct Attribute<'a> {
+    pub(super) name: String,
+    pub(super) integer: Option<i64>,
+    pub(super) text: Option<&'a [u8]>,
+    pub(super) floats: Vec<f32>,
+    pub(super) integers: Vec<i64>,
+    pub(super) texts: Vec<&'a [u8]>,
+    pub(super) tensor: bool,
+}
+
+/// Most nodes of a model: what memory they take is far more than their bytes.
+const MOST_NODES: usize = 20_000;
+
+fn text(bytes: &[u8]) -> Result<String, String> {
+    String::from_utf8(bytes.to_vec()).map_err(|_| "has a name that is not UTF-8".into())
+}
+
+/// Reads a model.
+pub(super) fn model(bytes: &[u8]) -> Result<Model<'_>, String> {
+    let mut model = Model::default();
+    let mut version = String::new();
+    let mut fields = Fields { rest: bytes };
+    let mut graphs = 0;
+    while let Some((number, field)) = fields.next()? {
+        match (number, field) {
+            (2, Field::Bytes(bytes)) => model.producer = text(bytes)?,
+            (3, Field::Bytes(bytes)) => version = text(bytes)?,
+            (7, Field::Bytes(bytes)) => {
+                graphs += 1;
+                graph(bytes, &mut model)?;
+            }
+            _ => {}
+        }
+    }
+    if graphs != 1 {
+        return Err(format!("has {graphs} graphs, expected one"));
+    }
+    if !version.is_empty() {
+        model.producer = format!("{} {version}", model.producer);
+    }
+    Ok(model)
+}
+
+fn graph<'a>(bytes: &'a [u8], model: &mut Model<'a>) -> Result<(), String> {
+    let mut fields = Fields { rest: bytes };
+    while let Some((number, field)) = fields.next()? {
+        if let (1, Field::Bytes(bytes)) = (number, field) {
+            if model.nodes.len() == MOST_NODES {
+                return Err(format!("has more than {MOST_NODES} nodes"));
+            }
+            model.nodes.push(node(bytes)?);
+        } else if let (11 | 12, Field::Bytes(bytes)) = (number, field) {
+            let names = if number == 11 { &mut model.inputs } else { &mut model.outputs };
+            if names.len() == MOST_NODES {
+                return Err(format!("has more than {MOST_NODES} inputs or outputs"));
+            }
+            let mut fields = Fields { rest: bytes };
+            while let Some((what, field)) = fields.next()? {
+                match (what, field) {
+                    (1, Field::Bytes(bytes)) => names.push(text(bytes)?),
+                    (2, Field::Bytes(bytes)) if number == 11 => model.width = width(bytes)?,
+                    _ => {}
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The last dimension of a tensor's type: in it is the type of tensors, in that the shape, in that dimensions, in each its
+/// length.
+fn width(bytes: &[u8]) -> Result<Option<usize>, String> {
+    let mut inner = bytes;
+    for wanted in [1, 2, 1] {
+        let mut fields = Fields { rest: inner };
+        let mut found = None;
+        while let Some((number, field)) = fields.next()? {
+            if let Field::Bytes(bytes) = field
+                && number == wanted
+            {
+                found = Some(bytes);
+            }
+        }
+        let Some(found) = found else { return Ok(None) };
+        inner = found;
+    }
+    let first = Fields { rest: inner }.next()?;
+    Ok(if let Some((1, Field::Varint(length))) = first { usize::try_from(length).ok() } else { None })
+}
+
+fn node(bytes: &[u8]) -> Result<Node<'_>, String> {
+    let mut node = Node::default();
+    let mut fields = Fields { rest: bytes };
+    while let Some((number, field)) = fields.next()? {
+        match (number, field) {
+            (1, Field::Bytes(bytes)) => node.inputs.push(text(bytes)?),
+            (2, Field::Bytes(bytes)) => node.outputs.push(text(bytes)?),
+            (4, Field::Bytes(bytes)) => node.kind = text(bytes)?,
+            (5, Field::Bytes(bytes)) => {
+                if node.attributes.len() == 1000 {
+                    return Err("has a node of more than 1000 attributes".into());
+                }
+                node.attributes.push(attribute(bytes)?);
+            }
+            _ => {}
+        }
+    }
+    Ok(node)
+}
+
+fn attribute(bytes: &[u8]) -> Result<Attribute<'_>, String> {
+    let mut attribute = Attribute::default();
+    let mut fields = Fields { rest: bytes };
+    while let Some((number, field)) = fields.next()? {
+        match (number, field) {
+            (1, Field::Bytes(bytes)) => attribute.name = text(bytes)?,
+            (3, Field::Varint(number)) => attribute.integer = Some(number as i64),
+            (4, Field::Bytes(bytes)) => attribute.text = Some(bytes),
+            (5, _) => attribute.tensor = true,
+            // Lists are packed or not, at the writer's choice.
+            (7, Field::Fixed32(float)) => attribute.floats.push(f32::from_le_bytes(float)),
+            (7, Field::Bytes(bytes)) => {
+                let (floats, rest) = bytes.as_chunks::<4>();
+                if !rest.is_empty() {
+                    return Err("has a list of floats that ends inside one".into());
+                }
+                attribute.floats.extend(floats.iter().map(|float| f32::from_le_bytes(*float)));
+            }
+            (8, Field::Varint(number)) => attribute.integers.push(number as i64),
+            (8, Field::Bytes(bytes)) => {
+                let mut numbers = Fields { rest: bytes };
+                while !numbers.rest.is_empty() {
+                    attribute.integers.push(numbers.varint()? as i64);
+                }
+            }
+            (9, Field::Bytes(bytes)) => attribute.texts.push(bytes),
+            _ => {}
+        }
+    }
+    Ok(attribute)
+}

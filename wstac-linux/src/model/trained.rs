@@ -1,0 +1,133 @@
+//! A trained model as its trainer left it: what every reader makes and the writer takes.
+//!
+//! Inputs are in the order of data sets: input n k + t is feature k of frame t, of n frames. Features are the natural
+//! logarithms that a trainer sees, so an integer x of a sample is x / 2048.
+
+use wstac_core::model::file::Task;
+use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
+
+/// Most nodes of all trees together: they take far more memory here than in a file.
+pub const MOST_NODES: usize = 1 << 24;
+
+/// A model of any kind, with its classes.
+#[derive(Clone, Debug)]
+pub struct Trained {
+    /// The names of its classes.
+    pub labels: Vec<String>,
+    /// What it tells apart.
+    pub task: Task,
+    /// Inputs that it was trained with: ten for each frame.
+    pub inputs: usize,
+    /// How it decides.
+    pub kind: Kind,
+}
+
+/// How a model decides.
+#[derive(Clone, Debug)]
+pub enum Kind {
+    /// Weighted sums.
+    Linear(Linear),
+    /// Trees that vote with class weights.
+    Forest(Vec<Tree<Vec<(u16, f64)>>>),
+    /// Trees that add up to scores.
+    Boosted(Boosted),
+}
+
+/// Weighted sums: a row for each class, for each pair of classes, or a single one for two classes.
+#[derive(Clone, Debug)]
+pub struct Linear {
+    /// Whether rows are of pairs of classes: 0 and 1, 0 and 2 … 1 and 2 …; above 0 is the first.
+    pub pairs: bool,
+    /// Rows.
+    pub rows: Vec<Row>,
+}
+
+/// A weighted sum.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// A weight for each input.
+    pub weights: Vec<f64>,
+    /// What the sum starts with.
+    pub bias: f64,
+}
+
+/// Trees that add up to scores.
+#[derive(Clone, Debug)]
+pub struct Boosted {
+    /// One for each class, or a single one for two classes.
+    pub scores: Vec<Score>,
+    /// Of a single score: the second class is the answer above it.
+    pub bound: f32,
+}
+
+/// What adds up to one score.
+#[derive(Clone, Debug)]
+pub struct Score {
+    /// What it starts with.
+    pub start: f32,
+    /// Its trees, in the order in which they are added.
+    pub trees: Vec<Tree<f32>>,
+}
+
+/// A tree; its first node is the root.
+#[derive(Clone, Debug)]
+pub struct Tree<L> {
+    /// Nodes in any order.
+    pub nodes: Vec<Node<L>>,
+}
+
+/// A node of a tree.
+#[derive(Clone, Debug)]
+pub enum Node<L> {
+    /// Goes left where the input is at most the threshold.
+    Split {
+        /// The input.
+        input: usize,
+        /// The threshold.
+        threshold: f64,
+        /// Whether the input must be below the threshold to go left.
+        strict: bool,
+        /// Number of the left child.
+        left: usize,
+        /// Number of the right child.
+        right: usize,
+    },
+    /// An end.
+    Leaf(L),
+}
+
+/// Frames that inputs are of.
+///
+/// # Errors
+/// Where they are not ten for each of 1 to 70 frames.
+pub fn frames(inputs: usize) -> Result<usize, String> {
+    if inputs == 0 || !inputs.is_multiple_of(FEATURES) || inputs > FEATURES * SAMPLE_FRAMES {
+        return Err(format!("{inputs} inputs, expected 700, or ten for each of the first frames"));
+    }
+    Ok(inputs / FEATURES)
+}
+
+/// Where an input of a data set is in a model file: frame by frame.
+pub fn file_order(input: usize, frames: usize) -> usize {
+    FEATURES * (input % frames) + input / frames
+}
+
+/// What classes of these names most likely are.
+pub fn guess_task(labels: &[String]) -> Task {
+    let is_pattern = |label: &str| matches!(label, "Fla" | "Sin" | "Saw" | "Tri" | "Sphere");
+    let is_depth = |label: &str| label.parse::<f64>().is_ok_and(|depth| (0.0..=10.0).contains(&depth));
+    let specimen = |label: &String| match label.split_at_checked(3) {
+        Some((pattern, depth)) => label == "Sphere" || is_pattern(pattern) && is_depth(depth),
+        None => false,
+    };
+    let numbered = labels.iter().enumerate().all(|(number, label)| *label == number.to_string());
+    if labels.iter().all(specimen) {
+        Task::Specimen
+    } else if labels.iter().all(|label| is_pattern(label)) {
+        Task::Pattern
+    } else if !numbered && labels.iter().all(|label| is_depth(label)) {
+        Task::Depth
+    } else {
+        Task::Other
+    }
+}

@@ -1,0 +1,75 @@
+//! Boosted trees: leaves as they are, or rounded to int16 with one scale.
+
+use super::super::integers::integers;
+use super::super::trained::{Boosted, Node};
+use super::layout::{LeafSize, lay_out};
+use super::{Body, push_long};
+
+pub(super) fn body(model: &Boosted, classes: usize, inputs: usize, short: bool) -> Result<Body, String> {
+    let trees = model.scores.iter().map(|score| score.trees.len()).sum::<usize>();
+    let count = u16::try_from(trees).map_err(|_| format!("{trees} trees, expected at most 65535"))?;
+    if model.scores.len() != classes && !(model.scores.len() == 1 && classes == 2) {
+        return Err(format!("{} scores, expected one for each of {classes} classes", model.scores.len()));
+    }
+    let numbers = || model.scores.iter().map(|score| score.start).chain([model.bound]);
+    if let Some(number) = numbers().find(|&number| !is_moderate(number)) {
+        return Err(format!("a score starts with, or is compared to, {number}, expected a finite number below 2^96"));
+    }
+    let scale = if short { scale(model) } else { 1.0 };
+    let bits = |number: f32| {
+        if short { (f64::from(number) * scale).round() as i32 as u32 } else { number.to_bits() }
+    };
+    let mut parts = Vec::with_capacity(trees);
+    let mut words = vec![model.scores.len() as u16];
+    // Whole numbers are above the bound where real ones are: above its whole part.
+    let bound = if short { (f64::from(model.bound) * scale).floor() as i32 as u32 } else { model.bound.to_bits() };
+    push_long(&mut words, bound);
+    for (class, score) in model.scores.iter().enumerate() {
+        words.push(score.trees.len() as u16);
+        push_long(&mut words, bits(score.start));
+        for (number, tree) in score.trees.iter().enumerate() {
+            let tree = integers(tree, inputs, |&leaf| {
+                if !is_moderate(leaf) {
+                    return Err(format!("leaf {leaf}, expected a finite number below 2^96"));
+                }
+                Ok(if short { bits(leaf) & 0xFFFF } else { bits(leaf) })
+            });
+            parts.push(tree.map_err(|why| format!("tree {number} of score {class}: {why}"))?);
+        }
+    }
+    let size = if short { LeafSize::Word } else { LeafSize::TwoWords };
+    let (tree_words, shift) = lay_out(&parts, size)?;
+    words.extend(tree_words);
+    let most = model.scores.iter().map(|score| score.trees.len()).max().unwrap_or(0);
+    let exactness = if short {
+        let bound = (most as f64 + 1.0) * 0.5 / scale;
+        format!(
+            "thresholds are exact; leaves are in units of {:.2e}: a score is off by {bound:.2e} at most",
+            1.0 / scale
+        )
+    } else {
+        "thresholds, leaves and the order of their sums are exact".into()
+    };
+    let number = if short { 2 } else { 3 };
+    Ok(Body { kind: 4, number, trees: count, shift, words, exactness, score_bound: 0.0 })
+}
+
+/// What the largest leaf is 32 767 of, so far as starts and sums fit 32 bits.
+fn scale(model: &Boosted) -> f64 {
+    let mut scale = f64::MAX;
+    for score in &model.scores {
+        let leaves = score.trees.iter().flat_map(|tree| &tree.nodes).filter_map(|node| match node {
+            Node::Leaf(leaf) if leaf.is_finite() => Some(f64::from(leaf.abs())),
+            _ => None,
+        });
+        let largest = leaves.fold(0.0, f64::max);
+        let room = f64::from(i32::MAX) - 32_768.0 * score.trees.len() as f64 - 1.0;
+        scale = scale.min(32_767.0 / largest.max(1e-30)).min(room.max(1.0) / f64::from(score.start.abs()).max(1e-30));
+    }
+    scale.min(f64::from(i32::MAX) / f64::from(model.bound.abs()).max(1e-30))
+}
+
+/// Whether a number is finite, and so small that no sum of such numbers overflows.
+fn is_moderate(number: f32) -> bool {
+    number.abs() < 2.0_f32.powi(96)
+}

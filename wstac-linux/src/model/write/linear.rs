@@ -1,0 +1,81 @@
+//! Linear models: one scale for all rows, so that their sums can be compared.
+
+use wstac_core::model::linear::BLOCK;
+use wstac_core::params::FEATURES;
+
+use super::super::trained::{Linear, file_order};
+use super::Body;
+
+/// Units of a feature.
+const ONE: f64 = 2048.0;
+/// The features of a camera of 8 bits at the default floor: ln(2.5/255) to ln 5.
+const USUAL: (f64, f64) = (-9471.0, 3296.0);
+
+pub(super) fn body(model: &Linear, classes: usize, frames: usize, narrow: bool) -> Result<Body, String> {
+    let inputs = frames * FEATURES;
+    let pairs = classes * (classes - 1) / 2;
+    let expected = if model.pairs { pairs } else { classes };
+    let rows = model.rows.len();
+    if rows != expected && (model.pairs || rows != 1 || classes != 2) {
+        return Err(format!("{rows} weighted sums of {classes} classes, expected {expected}"));
+    }
+    for (number, row) in model.rows.iter().enumerate() {
+        if row.weights.len() != inputs {
+            return Err(format!("weighted sum {number} has {} weights, expected {inputs}", row.weights.len()));
+        }
+        if let Some(weight) = row.weights.iter().chain([&row.bias]).find(|weight| !weight.is_finite()) {
+            return Err(format!("weighted sum {number}: weight {weight}, expected a finite number"));
+        }
+    }
+    let largest = model.rows.iter().flat_map(|row| &row.weights).fold(0.0_f64, |most, weight| most.max(weight.abs()));
+    let full = if narrow { 127.0 } else { 32_767.0 };
+    // Without weights only biases count; any scale at which they fit will do.
+    let largest_bias = model.rows.iter().fold(0.0_f64, |most, row| most.max(row.bias.abs()));
+    let scale = (full / largest.max(1e-290)).min(2.0_f64.powi(61) / ONE / largest_bias.max(1e-290));
+    let mut scaled = Vec::with_capacity(rows);
+    let (mut anywhere, mut usual) = (0.0_f64, 0.0_f64);
+    for row in &model.rows {
+        let mut weights = vec![0_i16; inputs];
+        let bias = (row.bias * scale * ONE).round();
+        let off = (bias / (scale * ONE) - row.bias).abs();
+        let (mut any, mut low, mut high) = (off, off, off);
+        for (input, weight) in row.weights.iter().enumerate() {
+            let rounded = (weight * scale).round();
+            weights[file_order(input, frames)] = rounded as i16;
+            let off = rounded / scale - weight;
+            any += off.abs() * 16.0;
+            let ends = [off * USUAL.0 / ONE, off * USUAL.1 / ONE];
+            low -= ends[0].min(ends[1]);
+            high += ends[0].max(ends[1]);
+        }
+        anywhere = anywhere.max(any);
+        usual = usual.max(low.max(high));
+        scaled.push((weights, bias as i64));
+    }
+    let mut words = vec![rows as u16, 0];
+    words.extend(scaled.iter().flat_map(|(_, bias)| (0..4).map(move |word| (bias >> (16 * word)) as u16)));
+    for block in scaled.chunks(BLOCK) {
+        if narrow {
+            // Rows of a block take turns, four inputs each; what is missing of the last four is 0.
+            for first in (0..inputs).step_by(4) {
+                for (weights, _) in block {
+                    let byte = |input: usize| weights.get(input).map_or(0, |weight| u16::from(*weight as u8));
+                    words.extend([0, 2].map(|word| byte(first + word) | byte(first + word + 1) << 8));
+                }
+            }
+        } else {
+            for first in (0..inputs).step_by(2) {
+                words.extend(block.iter().flat_map(|(weights, _)| [weights[first] as u16, weights[first + 1] as u16]));
+            }
+        }
+    }
+    let exactness = format!(
+        "weights are in units of {:.2e}: a score is off by {usual:.2e} at most for features of {:.2} to {:.2}, by {anywhere:.2e} for any",
+        1.0 / scale,
+        USUAL.0 / ONE,
+        USUAL.1 / ONE
+    );
+    let kind = if model.pairs { 2 } else { 1 };
+    let number = if narrow { 1 } else { 2 };
+    Ok(Body { kind, number, trees: 0, shift: 0, words, exactness, score_bound: usual })
+}

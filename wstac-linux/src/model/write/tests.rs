@@ -1,0 +1,316 @@
+use wstac_core::model::file::INPUTS;
+use wstac_core::model::trees::NARROW;
+
+use super::super::trained::{Boosted, Linear, Node, Row, Score, Tree, file_order};
+use super::*;
+use crate::model::inspect::inspect;
+
+/// Enough chance for a test.
+struct Chance(u64);
+
+impl Chance {
+    fn next(&mut self, below: u64) -> u64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) % below
+    }
+
+    fn sample(&mut self, thresholds: &[(usize, i16)]) -> [i16; INPUTS] {
+        let mut sample = [0; INPUTS];
+        sample.fill_with(|| self.next(65_536) as i16);
+        // Half of the samples are on thresholds or beside them.
+        for &(input, threshold) in thresholds {
+            if self.next(2) == 0 {
+                sample[input] = threshold.saturating_add(self.next(3) as i16 - 1);
+            }
+        }
+        sample
+    }
+}
+
+/// A random tree of `splits` splits over the first inputs of a sample of 70 frames, its thresholds among the samples' range.
+fn tree<L>(chance: &mut Chance, splits: usize, mut leaf: impl FnMut(&mut Chance) -> L) -> Tree<L> {
+    let mut nodes = vec![Node::Leaf(leaf(chance))];
+    let mut leaves = vec![0];
+    for _ in 0..splits {
+        let node = leaves.swap_remove(chance.next(leaves.len() as u64) as usize);
+        let (left, right) = (nodes.len(), nodes.len() + 1);
+        nodes.push(Node::Leaf(leaf(chance)));
+        nodes.push(Node::Leaf(leaf(chance)));
+        leaves.extend([left, right]);
+        let threshold = (chance.next(70_000) as f64 - 35_000.0 + chance.next(2) as f64 * 0.5) / 2048.0;
+        let (input, strict) = (chance.next(700) as usize, chance.next(2) == 0);
+        nodes[node] = Node::Split { input, threshold, strict, left, right };
+    }
+    Tree { nodes }
+}
+
+/// The leaf of a sample in the order of data sets, walked as the trainer would.
+fn walk<'a, L>(tree: &'a Tree<L>, sample: &[i16; INPUTS]) -> &'a L {
+    let mut at = 0;
+    loop {
+        match &tree.nodes[at] {
+            Node::Leaf(leaf) => return leaf,
+            Node::Split { input, threshold, strict, left, right } => {
+                let x = f64::from(sample[*input]) / 2048.0;
+                at = if if *strict { x < *threshold } else { x <= *threshold } { *left } else { *right };
+            }
+        }
+    }
+}
+
+fn thresholds<L>(tree: &Tree<L>) -> Vec<(usize, i16)> {
+    tree.nodes
+        .iter()
+        .filter_map(|node| match node {
+            Node::Split { input, threshold, .. } => Some((*input, (threshold * 2048.0).floor() as i16)),
+            Node::Leaf(_) => None,
+        })
+        .collect()
+}
+
+fn to_file(sample: &[i16; INPUTS]) -> [i16; INPUTS] {
+    let mut file = [0; INPUTS];
+    for (input, &value) in sample.iter().enumerate() {
+        file[file_order(input, 70)] = value;
+    }
+    file
+}
+
+fn model(classes: usize, kind: Kind) -> Trained {
+    let labels = (0..classes).map(|class| format!("Klasse {class} µ𝛼")).collect();
+    Trained { labels, task: Task::Other, inputs: INPUTS, kind }
+}
+
+fn same_answers(
+    model: &Trained,
+    thresholds: &[(usize, i16)],
+    options: Options,
+    expected: impl Fn(&[i16; INPUTS]) -> usize,
+) -> Vec<u16> {
+    let words = write(model, "{}", options).unwrap().words;
+    let read = Model::from_words(&words).unwrap();
+    for (class, label) in model.labels.iter().enumerate() {
+        assert!(read.labels().get(class).unwrap() == *label.as_str());
+    }
+    let mut chance = Chance(5);
+    for _ in 0..10_000 {
+        let sample = chance.sample(thresholds);
+        assert_eq!(usize::from(read.classify(&to_file(&sample))), expected(&sample));
+    }
+    words
+}
+
+/// The class of the pure leaf that a sample ends in.
+fn pure(tree: &Tree<Vec<(u16, f64)>>, sample: &[i16; INPUTS]) -> usize {
+    usize::from(walk(tree, sample)[0].0)
+}
+
+#[test]
+fn single_trees_end_where_a_plain_walk_ends() {
+    let mut chance = Chance(1);
+    for splits in [0, 1, 2, 3, 10, 100, 1000] {
+        let tree = tree(&mut chance, splits, |chance| vec![(chance.next(40) as u16, 1.0)]);
+        let trained = model(40, Kind::Forest(vec![tree.clone()]));
+        same_answers(&trained, &thresholds(&tree), Options::default(), |sample| pure(&tree, sample));
+    }
+}
+
+#[test]
+fn trees_whose_offsets_need_a_shift_are_the_same() {
+    let mut chance = Chance(2);
+    let mut tree = tree(&mut chance, 40_000, |chance| vec![(chance.next(60) as u16, 1.0)]);
+    // The same again, right of a new root.
+    let nodes = tree.nodes.len();
+    for node in 0..nodes {
+        tree.nodes.push(match tree.nodes[node].clone() {
+            Node::Split { input, threshold, strict, left, right } => {
+                Node::Split { input, threshold, strict, left: left + nodes, right: right + nodes }
+            }
+            Node::Leaf(leaf) => Node::Leaf(leaf),
+        });
+    }
+    tree.nodes.push(tree.nodes[0].clone());
+    tree.nodes[0] = Node::Split { input: 7, threshold: 0.0, strict: false, left: 2 * nodes, right: nodes };
+    let trained = model(60, Kind::Forest(vec![tree.clone()]));
+    let words = same_answers(&trained, &thresholds(&tree)[..700], Options::default(), |sample| pure(&tree, sample));
+    assert!(words[14] > 0, "{}", words[14]);
+}
+
+#[test]
+fn votes_of_impure_leaves_are_exact() {
+    let mut chance = Chance(3);
+    let mut trees = Vec::new();
+    for _ in 0..15 {
+        trees.push(tree(&mut chance, 60, |chance| {
+            let first = chance.next(8) as u16;
+            let (part, of) = [(1.0, 2.0), (1.0, 3.0), (2.0, 7.0), (1.0, 1.0)][chance.next(4) as usize];
+            // As float32 in ONNX: divided by the number of trees and multiplied again.
+            let share = |share: f64| f64::from((share / 15.0) as f32) * 15.0;
+            vec![(first, share(part / of)), ((first + 1) % 9, share(1.0 - part / of))]
+        }));
+    }
+    let all: Vec<(usize, i16)> = trees.iter().flat_map(thresholds).collect();
+    let trained = model(9, Kind::Forest(trees.clone()));
+    let written = write(&trained, "", Options::default()).unwrap();
+    assert_eq!(written.exactness, "thresholds and votes are exact");
+    assert_eq!(written.words[16], 42);
+    let words = same_answers(&trained, &all, Options::default(), |sample| {
+        let mut votes = [0; 9];
+        for tree in &trees {
+            for (class, share) in walk(tree, sample) {
+                votes[usize::from(*class)] += (share * 42.0).round() as u32;
+            }
+        }
+        (0..9).rev().max_by_key(|&class| votes[class]).unwrap()
+    });
+    let found = inspect(&Model::from_words(&words).unwrap(), &words).trees.unwrap();
+    assert_eq!(found.count, 15);
+    assert!(found.splits <= 15 * 60 && found.visits_worst >= found.depth && found.visits_mean > 1.0);
+}
+
+#[test]
+fn leaves_that_are_no_fractions_are_rounded_within_the_bound() {
+    let mut chance = Chance(4);
+    let tree = tree(&mut chance, 300, |chance| {
+        let share = chance.next(1 << 30) as f64 / f64::from(1 << 30);
+        vec![(0, share), (1, 1.0 - share)]
+    });
+    let trained = model(2, Kind::Forest(vec![tree.clone()]));
+    assert!(write(&trained, "", Options::default()).unwrap().exactness.contains("in units of 1/16777216"));
+    same_answers(&trained, &thresholds(&tree), Options::default(), |sample| {
+        usize::from(walk(&tree, sample)[1].1 > 0.5)
+    });
+}
+
+#[test]
+fn boosted_trees_add_up_in_order() {
+    let mut chance = Chance(6);
+    let scores: Vec<Score> = (0..4)
+        .map(|score| Score {
+            start: score as f32 * 0.1,
+            trees: (0..7).map(|_| tree(&mut chance, 20, |chance| chance.next(1000) as f32 / 777.0 - 0.6)).collect(),
+        })
+        .collect();
+    let all: Vec<(usize, i16)> = scores.iter().flat_map(|score| &score.trees).flat_map(thresholds).collect();
+    let sum = |score: &Score, sample: &[i16; INPUTS]| {
+        score.trees.iter().fold(score.start, |sum, tree| sum + walk(tree, sample))
+    };
+    let trained = model(4, Kind::Boosted(Boosted { scores: scores.clone(), bound: 0.0 }));
+    same_answers(&trained, &all, Options::default(), |sample| {
+        (0..4).rev().max_by(|&a, &b| sum(&scores[a], sample).total_cmp(&sum(&scores[b], sample))).unwrap()
+    });
+    let single = Boosted { scores: scores[..1].to_vec(), bound: 0.25 };
+    let trained = model(2, Kind::Boosted(single));
+    same_answers(&trained, &all, Options::default(), |sample| usize::from(sum(&scores[0], sample) > 0.25));
+    // Rounded leaves decide alike where scores are not close.
+    let short = Options { short_leaves: true, ..Options::default() };
+    let words = write(&trained, "", short).unwrap().words;
+    let read = Model::from_words(&words).unwrap();
+    for _ in 0..2000 {
+        let sample = chance.sample(&all);
+        let score = sum(&scores[0], &sample);
+        if (score - 0.25).abs() > 1e-3 {
+            assert_eq!(read.classify(&to_file(&sample)), u8::from(score > 0.25));
+        }
+    }
+}
+
+#[test]
+fn linear_models_decide_as_real_numbers_do() {
+    let mut chance = Chance(7);
+    for (pairs, classes, rows) in [(false, 7, 7), (false, 2, 1), (true, 6, 15), (true, 2, 1)] {
+        let rows: Vec<Row> = (0..rows)
+            .map(|_| Row {
+                weights: (0..INPUTS).map(|_| chance.next(2_000_001) as f64 * 1e-6 - 1.0).collect(),
+                bias: chance.next(1000) as f64 / 100.0 - 5.0,
+            })
+            .collect();
+        let trained = model(classes, Kind::Linear(Linear { pairs, rows: rows.clone() }));
+        for narrow_weights in [false, true] {
+            let written = write(&trained, "", Options { narrow_weights, short_leaves: false }).unwrap();
+            let read = Model::from_words(&written.words).unwrap();
+            // The bound is that of usual features.
+            let margin = 2.0 * written.score_bound;
+            let mut decided = 0;
+            for _ in 0..500 {
+                let mut sample = [0; INPUTS];
+                sample.fill_with(|| chance.next(12_768) as i16 - 9471);
+                let sums: Vec<f64> = rows
+                    .iter()
+                    .map(|row| {
+                        let products =
+                            row.weights.iter().zip(&sample).map(|(weight, &x)| weight * f64::from(x) / 2048.0);
+                        products.sum::<f64>() + row.bias
+                    })
+                    .collect();
+                let Some(expected) = decide(pairs, classes, &sums, margin) else { continue };
+                decided += 1;
+                assert_eq!(usize::from(read.classify(&to_file(&sample))), expected);
+            }
+            assert!(narrow_weights || decided > 450, "{decided}");
+        }
+    }
+}
+
+/// The class that sums decide for, where none of them is within the margin.
+fn decide(pairs: bool, classes: usize, sums: &[f64], margin: f64) -> Option<usize> {
+    if !pairs && sums.len() == 1 {
+        return (sums[0].abs() > margin).then(|| usize::from(sums[0] > 0.0));
+    }
+    let mut scores = sums.to_vec();
+    if pairs {
+        scores = vec![0.0; classes];
+        let mut sums = sums.iter();
+        for first in 0..classes {
+            for second in first + 1..classes {
+                let sum = sums.next()?;
+                if sum.abs() <= margin {
+                    return None;
+                }
+                scores[if *sum > 0.0 { first } else { second }] += 1.0;
+            }
+        }
+    }
+    let best = (0..classes).rev().max_by(|&a, &b| scores[a].total_cmp(&scores[b]))?;
+    let second = (0..classes).filter(|&class| class != best).map(|class| scores[class]).fold(f64::MIN, f64::max);
+    (pairs || scores[best] - second > margin).then_some(best)
+}
+
+#[test]
+fn small_leaves_share_a_word_only_where_the_core_reads_that() {
+    let node = |leaf: fn(u16) -> Vec<(u16, f64)>| Tree {
+        nodes: vec![
+            Node::Split { input: 0, threshold: 0.0, strict: false, left: 1, right: 2 },
+            Node::Leaf(leaf(0)),
+            Node::Leaf(leaf(1)),
+        ],
+    };
+    let forest = model(2, Kind::Forest(vec![node(|class| vec![(class, 1.0)])]));
+    assert!(write(&forest, "", Options::default()).unwrap().words.contains(&(NARROW | 0xC000)));
+}
+
+#[test]
+fn what_cannot_be_written_is_said() {
+    let leaf = |share: f64| Tree { nodes: vec![Node::Leaf(vec![(0, share)])] };
+    let boosted = |leaf: f32| {
+        let trees = vec![Tree { nodes: vec![Node::Leaf(leaf)] }];
+        Kind::Boosted(Boosted { scores: vec![Score { start: 0.0, trees }], bound: 0.0 })
+    };
+    let row = |weight: f64| Row { weights: vec![weight; 700], bias: 0.0 };
+    for (trained, says) in [
+        (model(0, Kind::Forest(vec![leaf(1.0)])), "0 classes"),
+        (model(65, Kind::Forest(vec![leaf(1.0)])), "65 classes"),
+        (model(2, Kind::Forest(vec![])), "0 trees"),
+        (model(2, Kind::Forest(vec![leaf(1.0), leaf(f64::NAN)])), "tree 1: node 0"),
+        (model(2, Kind::Forest(vec![leaf(0.4)])), "tree 0: node 0"),
+        (model(2, boosted(f32::NAN)), "tree 0 of score 0: node 0: leaf NaN"),
+        (model(2, boosted(f32::MAX)), "leaf 340"),
+        (model(3, boosted(0.0)), "1 scores"),
+        (model(3, Kind::Linear(Linear { pairs: false, rows: vec![row(1.0)] })), "1 weighted sums of 3 classes"),
+        (model(2, Kind::Linear(Linear { pairs: false, rows: vec![row(f64::INFINITY)] })), "weight inf"),
+        (Trained { inputs: 699, ..model(2, boosted(0.0)) }, "699 inputs"),
+    ] {
+        let error = write(&trained, "", Options::default()).unwrap_err();
+        assert!(error.contains(says), "{error}");
+    }
+}

@@ -1,0 +1,203 @@
+//! Boosted trees as XGBoost saves them, in JSON or UBJSON.
+
+use serde::Deserialize;
+
+use super::trained::{Boosted, Kind, MOST_NODES, Node, Score, Trained, Tree, guess_task};
+
+/// What is read of a file; everything else is passed over without keeping it.
+#[derive(Deserialize)]
+pub(super) struct File {
+    learner: Learner,
+    #[serde(default)]
+    version: Vec<u32>,
+}
+
+#[derive(Deserialize)]
+struct Learner {
+    #[serde(default)]
+    attributes: Attributes,
+    gradient_booster: Booster,
+    #[serde(rename = "learner_model_param")]
+    parameters: Parameters,
+    objective: Objective,
+}
+
+#[derive(Default, Deserialize)]
+struct Attributes {
+    best_iteration: Option<String>,
+}
+
+#[derive(Deserialize)]
+struct Parameters {
+    base_score: String,
+    num_class: String,
+    num_feature: String,
+    #[serde(default = "one")]
+    num_target: String,
+}
+
+fn one() -> String {
+    "1".into()
+}
+
+#[derive(Deserialize)]
+struct Objective {
+    name: String,
+}
+
+#[derive(Deserialize)]
+struct Booster {
+    name: String,
+    model: Option<Model>,
+}
+
+#[derive(Deserialize)]
+struct Model {
+    /// Other boosters than the one that is understood do not have it.
+    gbtree_model_param: Option<TreesParameters>,
+    #[serde(default)]
+    tree_info: Vec<u32>,
+    #[serde(default)]
+    trees: Vec<XgbTree>,
+}
+
+#[derive(Deserialize)]
+struct TreesParameters {
+    #[serde(default = "one")]
+    num_parallel_tree: String,
+}
+
+#[derive(Deserialize)]
+struct XgbTree {
+    left_children: Vec<i32>,
+    right_children: Vec<i32>,
+    split_indices: Vec<u32>,
+    split_conditions: Vec<f32>,
+    #[serde(default)]
+    split_type: Vec<u8>,
+    tree_param: TreeParameters,
+}
+
+#[derive(Deserialize)]
+struct TreeParameters {
+    #[serde(default = "one")]
+    size_leaf_vector: String,
+}
+
+const OBJECTIVES: &str = "multi:softprob, multi:softmax or binary:logistic";
+
+/// The model in a file, with the labels given, or with the numbers of its classes.
+pub(super) fn read(file: File, labels: Option<Vec<String>>) -> Result<(Trained, String), String> {
+    let version: Vec<String> = file.version.iter().map(u32::to_string).collect();
+    let Learner { attributes, gradient_booster, parameters, objective } = file.learner;
+    if gradient_booster.name != "gbtree" {
+        return Err(format!("gradient_booster.name is \"{}\", expected \"gbtree\"", gradient_booster.name));
+    }
+    let model = gradient_booster.model.ok_or("gradient_booster.model is missing")?;
+    let trees = model.gbtree_model_param.ok_or("gradient_booster.model.gbtree_model_param is missing")?;
+    let classes = number(&parameters.num_class, "num_class")?;
+    let (classes, scores) = match objective.name.as_str() {
+        "multi:softprob" | "multi:softmax" => (classes, classes),
+        "binary:logistic" => (2, 1),
+        other => return Err(format!("objective.name is \"{other}\", expected {OBJECTIVES}")),
+    };
+    if !(1..=wstac_core::model::file::MOST_CLASSES).contains(&classes) {
+        return Err(format!("num_class is {classes}, expected 2 to {}", wstac_core::model::file::MOST_CLASSES));
+    }
+    if parameters.num_target != "1" {
+        return Err(format!("num_target is {}, expected 1", parameters.num_target));
+    }
+    let inputs = number(&parameters.num_feature, "num_feature")?;
+    let mut starts = starts(&parameters.base_score, scores)?;
+    let mut bound = 0.0;
+    if scores == 1 {
+        for start in &mut starts {
+            if !(*start > 0.0 && *start < 1.0) {
+                return Err(format!("base_score is {start}, expected a probability above 0 and below 1"));
+            }
+            // The start is kept as a probability; XGBoost makes a score of it in this way, in float32.
+            *start = -libm::logf(1.0 / *start - 1.0);
+        }
+        // The least scores above 0 still are a probability of 0.5 in float32, which is not above 0.5.
+        bound = 1.5 / 16_777_216.0;
+    }
+    if model.tree_info.len() != model.trees.len() {
+        let counts = (model.tree_info.len(), model.trees.len());
+        return Err(format!("tree_info has {} numbers for {} trees, expected one for each", counts.0, counts.1));
+    }
+    let nodes: usize = model.trees.iter().map(|tree| tree.left_children.len()).sum();
+    if nodes > MOST_NODES {
+        return Err(format!("trees have {nodes} nodes, expected at most {MOST_NODES}"));
+    }
+    let mut used = model.trees.len();
+    if let Some(best) = &attributes.best_iteration {
+        // Training that stopped early: later trees are in the file, and predictions leave them out.
+        let parallel = number(&trees.num_parallel_tree, "num_parallel_tree")?;
+        let best = number(best, "attributes.best_iteration")?;
+        used = used.min(best.saturating_add(1).saturating_mul(parallel).saturating_mul(scores));
+    }
+    let mut all: Vec<Score> = starts.into_iter().map(|start| Score { start, trees: Vec::new() }).collect();
+    for (number, (tree, score)) in model.trees.into_iter().zip(model.tree_info).take(used).enumerate() {
+        let Some(score) = all.get_mut(score as usize) else {
+            return Err(format!("tree_info[{number}] is {score}, expected a score below {scores}"));
+        };
+        score.trees.push(self::tree(tree).map_err(|why| format!("trees[{number}].{why}"))?);
+    }
+    let labels = labels.unwrap_or_else(|| (0..classes).map(|class| class.to_string()).collect());
+    if labels.len() != classes {
+        return Err(format!("has {classes} classes, and --labels names {}", labels.len()));
+    }
+    let task = guess_task(&labels);
+    let kind = Kind::Boosted(Boosted { scores: all, bound });
+    Ok((Trained { labels, task, inputs, kind }, format!("XGBoost {}", version.join("."))))
+}
+
+fn number(text: &str, what: &str) -> Result<usize, String> {
+    text.parse().map_err(|_| format!("{what} is \"{text}\", expected a number"))
+}
+
+/// What scores start with: one number, or since 3.1 a list.
+fn starts(text: &str, scores: usize) -> Result<Vec<f32>, String> {
+    let list = text.trim().trim_start_matches('[').trim_end_matches(']');
+    let starts: Result<Vec<f32>, _> = list.split(',').map(|start| start.trim().parse::<f32>()).collect();
+    match starts {
+        Ok(starts) if starts.len() == scores && starts.iter().all(|start| start.is_finite()) => Ok(starts),
+        Ok(starts) if starts.len() == 1 && starts[0].is_finite() => Ok(vec![starts[0]; scores]),
+        _ => Err(format!("base_score is \"{text}\", expected a number, or a list of {scores}")),
+    }
+}
+
+fn tree(tree: XgbTree) -> Result<Tree<f32>, String> {
+    if tree.tree_param.size_leaf_vector.parse::<u32>().is_ok_and(|size| size > 1) {
+        let size = tree.tree_param.size_leaf_vector;
+        return Err(format!("tree_param.size_leaf_vector is {size}, expected 0 or 1: trees of one score each"));
+    }
+    let count = tree.left_children.len();
+    let lengths = [
+        ("right_children", tree.right_children.len()),
+        ("split_indices", tree.split_indices.len()),
+        ("split_conditions", tree.split_conditions.len()),
+    ];
+    for (name, length) in lengths {
+        if length != count {
+            return Err(format!("{name} has {length} numbers, expected {count} as left_children"));
+        }
+    }
+    if let Some(node) = tree.split_type.iter().position(|&kind| kind != 0) {
+        return Err(format!("split_type[{node}] is categorical, expected numerical splits"));
+    }
+    let mut nodes = Vec::with_capacity(count);
+    for node in 0..count {
+        let (left, right) = (tree.left_children[node], tree.right_children[node]);
+        let value = tree.split_conditions[node];
+        nodes.push(match (usize::try_from(left), usize::try_from(right)) {
+            (Err(_), Err(_)) => Node::Leaf(value),
+            (Ok(left), Ok(right)) => {
+                let input = tree.split_indices[node] as usize;
+                Node::Split { input, threshold: f64::from(value), strict: true, left, right }
+            }
+            _ => return Err(format!("left_children[{node}] is {left} and right_children[{node}] {right}, expected two children or two −1")),
+        });
+    }
+    Ok(Tree { nodes })
+}
