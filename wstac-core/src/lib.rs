@@ -26,6 +26,7 @@ extern crate std;
 
 pub mod baseline;
 pub mod direction;
+pub mod early;
 pub mod error;
 mod exp;
 pub mod features;

@@ -98,6 +98,11 @@ impl<G: Green, L: Ln> Pipeline<G, L> {
         self.trigger.take_interrupted()
     }
 
+    /// What finds the events.
+    pub fn trigger(&self) -> &Trigger {
+        &self.trigger
+    }
+
     fn lose(&mut self, loss: Loss) -> Option<Event<'_>> {
         if let Some(frame) = loss.patched {
             return self.trigger.push_then_lose(frame.features, frame.patched, loss.frames);

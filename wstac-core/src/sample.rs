@@ -35,6 +35,22 @@ impl<'a> Sample<'a> {
         flat
     }
 
+    /// The last `frames` frames.
+    pub(crate) fn last(parts: (&'a [Features], &'a [Features]), frames: usize) -> Self {
+        let (older, newer) = parts;
+        let last = |part: &'a [Features], frames| {
+            part.split_at_checked(part.len().saturating_sub(frames)).unwrap_or_default().1
+        };
+        Self { parts: (last(older, frames.saturating_sub(newer.len())), last(newer, frames)) }
+    }
+
+    /// The same without what comes after the first `frames` frames.
+    pub(crate) fn first(self, frames: usize) -> Self {
+        let (older, newer) = self.parts;
+        let first = |part: &'a [Features], frames| part.get(..frames).unwrap_or(part);
+        Self { parts: (first(older, frames), first(newer, frames.saturating_sub(older.len()))) }
+    }
+
     /// One feature, 0..10, over the 70 frames; nothing for another number.
     pub fn feature(&self, feature: usize) -> impl Iterator<Item = i16> + Clone + use<'a> {
         self.frames().filter_map(move |frame| frame.get(feature).copied())

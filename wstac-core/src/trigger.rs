@@ -200,6 +200,12 @@ impl Trigger {
         }
     }
 
+    /// The sample that is being captured, as far as it has arrived; nothing outside an event.
+    pub(crate) fn captured(&self) -> Option<(Incomplete, Sample<'_>)> {
+        let so_far = self.under_way()?;
+        Some((so_far, Sample::last(self.ring.as_slices(), usize::from(so_far.frames))))
+    }
+
     /// The sample that is being captured.
     fn under_way(&self) -> Option<Incomplete> {
         match self.phase {
