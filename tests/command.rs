@@ -26,7 +26,7 @@ fn records_are_as_documented_to_the_letter() {
     let event = concat!(
         r#"{"kind":"event","frame":35,"frames":70,"duration_frames":27,"#,
         r#""speed":{"mm_s":159.9,"extrapolated":false},"direction":{"deg":90,"confidence":0.9831},"#,
-        r#""texture":null,"frames_filled":0,"reliable":true,"why":{"texture":"no texture models in this version"}}"#
+        r#""texture":null,"frames_filled":0,"reliable":true,"why":{"texture":"no model was given"}}"#
     );
     assert_eq!(lines.iter().filter(|line| *line == event).count(), 1, "{lines:#?}");
     let end = r#"{"kind":"end","frames":140,"dropped":0,"baseline":"complete","incomplete":null}"#;

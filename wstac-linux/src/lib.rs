@@ -9,3 +9,4 @@ pub mod model;
 pub mod reading;
 pub mod scene;
 pub mod source;
+pub mod texture;

@@ -15,6 +15,7 @@ use wstac_core::trigger::{Event, Trigger};
 use crate::config::{Config, Kernel};
 use crate::error::Error;
 use crate::source::{Item, Source, StreamInfo};
+use crate::texture::{TextureRecord, Textures};
 
 /// One line of output: what `--json` prints, and what the text is made of.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -29,6 +30,8 @@ pub enum Record {
     },
     /// A tactile event.
     Event(Box<EventRecord>),
+    /// What a model that needs no more frames says of a sample that is still being captured.
+    Texture(EarlyTextureRecord),
     /// A sample that a long gap interrupted.
     Incomplete(IncompleteRecord),
     /// How the stream ended.
@@ -52,8 +55,8 @@ pub struct EventRecord {
     pub speed_at_most: Option<SpeedRecord>,
     /// Sliding direction.
     pub direction: DirectionRecord,
-    /// Texture: no model family is built in yet, so always nothing.
-    pub texture: Option<()>,
+    /// Texture: what the models say, where there are any.
+    pub texture: Option<TextureRecord>,
     /// Frames of the sample that were filled.
     pub frames_filled: u8,
     /// Baseline quiet, and at most a tenth of the sample filled.
@@ -64,6 +67,17 @@ pub struct EventRecord {
     /// The sample: ten features over 70 frames.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sample: Option<Vec<Vec<f64>>>,
+}
+
+/// A texture before its event.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct EarlyTextureRecord {
+    /// Number of the first frame of the sample: that of the event to come.
+    pub frame: u64,
+    /// Frames of the sample that were looked at.
+    pub frames: u8,
+    /// What the model says; the event will say the same.
+    pub texture: TextureRecord,
 }
 
 /// A sliding speed.
@@ -177,8 +191,9 @@ fn boxed<L: Ln + 'static>(camera: Camera<Any>, floor_levels: f64) -> Result<Box<
 }
 
 /// The core, set up for one stream.
-pub struct Reading {
+pub struct Reading<'m> {
     stage: Box<dyn Stage>,
+    textures: Textures<'m>,
     trigger: Trigger,
     speed: SpeedConfig,
     wanted: Wanted,
@@ -186,7 +201,7 @@ pub struct Reading {
     baseline_reported: bool,
 }
 
-impl Reading {
+impl<'m> Reading<'m> {
     /// Sets the core up for frames as `info` describes them.
     ///
     /// # Errors
@@ -212,10 +227,17 @@ impl Reading {
             stage: stage.map_err(in_table("[features]"))?,
             trigger: Trigger::new(config.trigger().map_err(in_table("[trigger]"))?),
             speed: config.speed(info.rate).map_err(in_table("[speed]"))?,
+            textures: Textures::default(),
             wanted,
             dropped: 0,
             baseline_reported: false,
         })
+    }
+
+    /// The same with texture models.
+    #[must_use]
+    pub fn with_textures(self, textures: Textures<'m>) -> Self {
+        Self { textures, ..self }
     }
 
     /// Takes one item of the stream; `give` gets what follows from it. Whether the stream goes on.
@@ -250,7 +272,8 @@ impl Reading {
     /// # Errors
     /// Those of `give`.
     pub fn finish<E>(&mut self, mut give: impl FnMut(Record) -> Result<(), E>) -> Result<(), E> {
-        let event = self.trigger.finish().map(|event| answers(&event, &self.speed, self.wanted.samples));
+        let event = self.trigger.finish();
+        let event = event.map(|event| answers(&event, &self.speed, &self.textures, self.wanted.samples));
         if let Some(event) = event {
             give(Record::Event(Box::new(event)))?;
         }
@@ -293,9 +316,15 @@ impl Reading {
             give(Record::Features { frame: self.trigger.next_frame(), f: frame.features.map(real) })?;
         }
         let event = self.trigger.push_then_lose(frame.features, frame.patched, lost_after);
-        let event = event.map(|event| answers(&event, &self.speed, self.wanted.samples));
+        let event = event.map(|event| answers(&event, &self.speed, &self.textures, self.wanted.samples));
         self.give_interrupted(give)?;
-        event.map_or(Ok(()), |event| give(Record::Event(Box::new(event))))
+        if let Some(event) = event {
+            return give(Record::Event(Box::new(event)));
+        }
+        for (frame, frames, texture) in self.textures.of_beginning(&self.trigger) {
+            give(Record::Texture(EarlyTextureRecord { frame, frames, texture }))?;
+        }
+        Ok(())
     }
 
     fn give_interrupted<E>(&mut self, give: &mut impl FnMut(Record) -> Result<(), E>) -> Result<(), E> {
@@ -310,7 +339,7 @@ impl Reading {
 /// The source's, after the end record was given; those of `give`.
 pub fn read_all<E: From<Error>>(
     source: &mut dyn Source,
-    reading: &mut Reading,
+    reading: &mut Reading<'_>,
     mut give: impl FnMut(Record) -> Result<(), E>,
 ) -> Result<(), E> {
     loop {
@@ -329,8 +358,9 @@ pub fn read_all<E: From<Error>>(
 }
 
 /// An event's answers.
-fn answers(event: &Event<'_>, config: &SpeedConfig, with_sample: bool) -> EventRecord {
-    let mut why = Why { texture: Some("no texture models in this version"), ..Why::default() };
+fn answers(event: &Event<'_>, config: &SpeedConfig, textures: &Textures, with_sample: bool) -> EventRecord {
+    let texture = textures.of_sample(&event.sample.flat());
+    let mut why = Why { texture: texture.is_none().then_some("no model was given"), ..Why::default() };
     let mut speed_at_most = None;
     let speed = match speed::speed(event, config) {
         Ok(speed) => Some(speed.into()),
@@ -357,7 +387,7 @@ fn answers(event: &Event<'_>, config: &SpeedConfig, with_sample: bool) -> EventR
             deg: direction.heading.ok().map(direction::Heading::degrees),
             confidence: (f64::from(direction.confidence()) * 1e4).round() / 1e4,
         },
-        texture: None,
+        texture,
         frames_filled: event.frames_filled,
         reliable: event.reliable,
         why,

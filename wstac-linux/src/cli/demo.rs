@@ -1,12 +1,15 @@
 //! `wstac demo`: simulated slides through the whole program, the truth beside the answers.
 
 use std::io::Write;
+use std::path::PathBuf;
 
 use super::output::Stop;
 use crate::config::Config;
 use crate::error::Error;
+use crate::model::file::ModelFile;
 use crate::reading::{EventRecord, Reading, Record, Wanted, read_all};
 use crate::source::open::{OpenOptions, open};
+use crate::texture::Textures;
 
 /// Slide every specimen over a simulated sensor and print the truth beside the answers
 ///
@@ -16,6 +19,10 @@ pub(super) struct Arguments {
     /// Seed of the simulation: another one starts every slide at another phase and with other noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
+
+    /// Name textures with this model of specimens
+    #[arg(long, value_name = "FILE.wsm", default_value = "builtin:forest")]
+    model: PathBuf,
 }
 
 /// What slides: every specimen, all four directions, the range of speeds that the speed law was fitted on.
@@ -35,24 +42,29 @@ const SLIDES: [(&str, u32, u32); 12] = [
 ];
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    let files = [ModelFile::open(&arguments.model)?];
+    let textures = Textures::new(&files)?;
     let mut out = std::io::stdout().lock();
-    writeln!(out, "                 truth                 answer")?;
-    writeln!(out, "specimen    mm/s  direction      mm/s  direction  confidence")?;
-    let (mut errors, mut right) = (Vec::new(), 0);
+    writeln!(out, "truth                          answer")?;
+    writeln!(out, "specimen    mm/s  direction    specimen    mm/s  direction  confidence")?;
+    let (mut errors, mut right, mut named) = (Vec::new(), 0, 0);
     for (number, (specimen, speed, direction)) in (0..).zip(SLIDES) {
         let seed = arguments.seed.wrapping_add(number);
-        let event = slide(&format!("scene:{specimen}@{speed},{direction}deg,seed={seed}"))?;
+        let event = slide(&format!("scene:{specimen}@{speed},{direction}deg,seed={seed}"), &textures)?;
         write!(out, "{specimen:8}   {speed:5}  {direction:8}°")?;
         let Some(event) = event else {
             writeln!(out, "  no event")?;
             continue;
         };
+        let texture = event.texture.and_then(|texture| texture.specimen);
+        named += usize::from(texture.as_deref() == Some(specimen));
+        write!(out, "    {:8}", texture.as_deref().unwrap_or("none"))?;
         match event.speed {
             Some(answer) => {
                 errors.push((answer.mm_s - f64::from(speed)).abs() / f64::from(speed));
-                write!(out, "  {:8.0}", answer.mm_s)?;
+                write!(out, "  {:6.0}", answer.mm_s)?;
             }
-            None => write!(out, "  {:>8}", "none")?,
+            None => write!(out, "  {:>6}", "none")?,
         }
         right += usize::from(event.direction.deg.map(u32::from) == Some(direction));
         match event.direction.deg {
@@ -65,17 +77,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let mean = 100.0 * errors.iter().sum::<f64>() / errors.len().max(1) as f64;
     writeln!(
         out,
-        "{right} of {} directions right; {} speeds, off by {mean:.1} % on average",
-        SLIDES.len(),
-        errors.len()
+        "{right} of {all} directions right; {} speeds, off by {mean:.1} % on average; {named} of {all} specimens right",
+        errors.len(),
+        all = SLIDES.len(),
     )?;
     Ok(())
 }
 
 /// The first event of a scene, if there is one.
-fn slide(source: &str) -> Result<Option<EventRecord>, Error> {
+fn slide(source: &str, textures: &Textures) -> Result<Option<EventRecord>, Error> {
     let mut source = open(source, &OpenOptions::default())?;
-    let mut reading = Reading::new(source.info(), &Config::default(), Wanted::default())?;
+    let reading = Reading::new(source.info(), &Config::default(), Wanted::default())?;
+    let mut reading = reading.with_textures(textures.clone());
     let mut first = None;
     read_all(source.as_mut(), &mut reading, |record| {
         if let Record::Event(event) = record {

@@ -7,6 +7,7 @@ use std::path::Path;
 
 use crate::error::Error;
 use crate::reading::{EventRecord, Record};
+use crate::texture::{TextureRecord, pattern_and_depth};
 
 /// Why a command ends early.
 #[derive(Debug)]
@@ -95,6 +96,11 @@ fn text(line: &mut String, record: &Record) -> fmt::Result {
             f.iter().try_for_each(|feature| write!(line, " {feature:8.4}"))
         }
         Record::Event(event) => text_of_event(line, event),
+        Record::Texture(early) => {
+            write!(line, "at frame {}: texture ", early.frame + u64::from(early.frames))?;
+            text_of_texture(line, &early.texture)?;
+            write!(line, ", from the first {} frames of the event at frame {}", early.frames, early.frame)
+        }
         Record::Incomplete(sample) => write!(
             line,
             "incomplete event at frame {}: a gap ended it after {} of 70 frames",
@@ -131,6 +137,10 @@ fn text_of_event(line: &mut String, event: &EventRecord) -> fmt::Result {
         (Some(deg), _) => write!(line, ", direction {deg}° (confidence {:.2})", event.direction.confidence)?,
         (None, why) => write!(line, ", no direction ({})", why.unwrap_or("unclear"))?,
     }
+    if let Some(texture) = &event.texture {
+        line.write_str(", texture ")?;
+        text_of_texture(line, texture)?;
+    }
     if event.frames_filled > 0 {
         write!(line, ", {} of 70 frames filled", event.frames_filled)?;
     }
@@ -138,4 +148,14 @@ fn text_of_event(line: &mut String, event: &EventRecord) -> fmt::Result {
         line.write_str(", not reliable")?;
     }
     Ok(())
+}
+
+fn text_of_texture(line: &mut String, texture: &TextureRecord) -> fmt::Result {
+    // A specimen's name has both; another model may disagree with it.
+    let of_name = texture.specimen.as_deref().map(pattern_and_depth);
+    let (pattern, depth) = of_name.unwrap_or_default();
+    let mut words: Vec<String> = texture.specimen.iter().chain(&texture.class).cloned().collect();
+    words.extend(texture.pattern.clone().filter(|_| texture.pattern != pattern));
+    words.extend(texture.depth_mm.filter(|_| texture.depth_mm != depth).map(|depth| format!("{depth} mm deep")));
+    line.write_str(&words.join(", "))
 }

@@ -14,9 +14,11 @@ use wstac_core::rate::FrameRate;
 use super::output::{Form, Records, Stop, note};
 use crate::config::Config;
 use crate::error::Error;
+use crate::model::file::ModelFile;
 use crate::reading::{Reading, Wanted};
 use crate::source::open::{OpenOptions, open};
 use crate::source::{Item, Source};
+use crate::texture::Textures;
 
 /// Print the tactile events of a source
 ///
@@ -33,6 +35,11 @@ pub(super) struct Arguments {
     /// Read the configuration from this TOML file
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+
+    /// Name textures with this model file (wstac model --help), or with builtin:svm, builtin:forest or builtin:boosted, which
+    /// were trained on simulated slides; once for each model, where specimens, patterns and depths have their own
+    #[arg(long = "model", value_name = "FILE.wsm")]
+    models: Vec<PathBuf>,
 
     /// Print JSON Lines instead of text
     #[arg(long)]
@@ -117,7 +124,9 @@ Output with --json, one object a line:
   {"kind":"features","frame":0,"f":[…10 numbers…]}
   {"kind":"event","frame":137,"frames":70,"duration_frames":38,
    "speed":{"mm_s":102.0,"extrapolated":false},"direction":{"deg":90,"confidence":0.93},
-   "texture":null,"frames_filled":0,"reliable":true,"why":{"texture":"…"}}
+   "texture":{"specimen":"Saw3","pattern":"Saw","depth_mm":3.0},
+   "frames_filled":0,"reliable":true}
+  {"kind":"texture","frame":137,"frames":40,"texture":{…}}
   {"kind":"incomplete","frame":300,"frames":12}     an event that a gap of lost frames ended
   {"kind":"end","frames":900,"dropped":0,"baseline":"complete","incomplete":null}
   "f" is five rows, then five columns: natural logarithms, exact multiples of 1/2048.
@@ -126,6 +135,9 @@ Output with --json, one object a line:
   are counted from 0; above 45 a second, round(fps/30) camera frames are added up to one.
   "dropped" counts camera frames.
   speed, direction.deg and texture are null where there is no answer, and "why" says why.
+  "texture" has null for what no model tells, and "class" from models of other classes. A
+  record of that kind comes as soon as a model's frames have arrived, where the model needs
+  fewer than 70; the event that follows says the same.
   "speed_at_most" is what the law makes of the part of a cut-off event that was seen.
   "baseline" is "incomplete" where the stream was too short for it; "incomplete" is
   {"frame","frames"} where the stream ended inside an event.
@@ -160,7 +172,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         };
     }
     let wanted = Wanted { features: arguments.features, samples: arguments.samples };
-    let mut reading = Reading::new(&info, &config, wanted)?;
+    let files = arguments.models.iter().map(|name| ModelFile::open(name)).collect::<Result<Vec<_>, _>>()?;
+    let mut reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
     note(&info.about);
     if info.rate.frames_added() > 1 {
         note(format_args!("{} camera frames are added up to one feature frame", info.rate.frames_added()));
@@ -179,7 +192,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 /// the end record is written.
 fn read(
     source: &mut dyn Source,
-    reading: &mut Reading,
+    reading: &mut Reading<'_>,
     records: &mut Records,
     mut raw: Option<RawFile>,
     limit: Option<u64>,

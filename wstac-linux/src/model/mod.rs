@@ -3,6 +3,7 @@
 //! [`trained`] is what every reader makes, [`write`] makes a model file of it, [`inspect`] and [`eval`] read one.
 
 pub mod eval;
+pub mod file;
 pub mod inspect;
 mod integers;
 mod npz;
@@ -50,18 +51,6 @@ pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error>
     let facts = serde_json::json!({ "file": name, "trainer": tool }).to_string();
     let written = write(&model, &facts, wanted.options).map_err(failed)?;
     Ok((model, written))
-}
-
-/// A model file's words.
-///
-/// # Errors
-/// Where the file cannot be read, or is too large; what is in it is not checked.
-pub fn words(path: &Path) -> Result<Vec<u16>, Error> {
-    let bytes = bytes(path)?;
-    if !bytes.len().is_multiple_of(2) {
-        return Err(Error::new(path.display(), format_args!("{} bytes, expected an even number", bytes.len())));
-    }
-    Ok(bytes.as_chunks::<2>().0.iter().map(|bytes| u16::from_le_bytes(*bytes)).collect())
 }
 
 /// All of a file, unless it is too large.

@@ -4,8 +4,8 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use super::super::output::Stop;
-use crate::error::Error;
 use crate::model::eval::{Answers, Truth, answers};
+use crate::model::file::ModelFile;
 
 /// Answers of a model for the samples of a data set; accuracy and confusions where the truth is there
 ///
@@ -14,7 +14,7 @@ use crate::model::eval::{Answers, Truth, answers};
 /// compared where only these are there.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The model
+    /// The model: a file, or builtin:NAME
     #[arg(value_name = "FILE.wsm")]
     model: PathBuf,
 
@@ -28,9 +28,8 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
-    let words = super::checked(&arguments.model)?;
-    let failed = |error| Error::new(arguments.model.display(), error);
-    let model = wstac_core::model::Model::from_words(&words).map_err(failed)?;
+    let file = ModelFile::open(&arguments.model)?;
+    let model = file.model()?;
     let answers = answers(&model, &arguments.data)?;
     let n = answers.predictions.len();
     let accuracy = answers.right().filter(|_| n > 0).map(|right| right as f64 / n as f64);

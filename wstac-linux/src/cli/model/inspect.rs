@@ -5,12 +5,13 @@ use std::path::PathBuf;
 
 use super::super::output::Stop;
 use crate::error::Error;
+use crate::model::file::ModelFile;
 use crate::model::inspect::inspect;
 
 /// Print what is in a model file: kind, classes, size, and what a classification costs
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The model
+    /// The model: a file, or builtin:NAME
     #[arg(value_name = "FILE.wsm")]
     model: PathBuf,
 
@@ -20,10 +21,9 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
-    let words = super::checked(&arguments.model)?;
-    let failed = |error| Error::new(arguments.model.display(), error);
-    let model = wstac_core::model::Model::from_words(&words).map_err(failed)?;
-    let found = inspect(&model, &words);
+    let file = ModelFile::open(&arguments.model)?;
+    let model = file.model()?;
+    let found = inspect(&model, file.words());
     let mut out = std::io::stdout().lock();
     if arguments.json {
         let json = serde_json::to_string(&found).map_err(|error| Error::new("standard output", error))?;

@@ -4,12 +4,9 @@ mod eval;
 mod import;
 mod inspect;
 
-use std::path::Path;
-
 use clap::Subcommand;
 
 use super::output::Stop;
-use crate::error::Error;
 
 /// Make a model file of a trained texture model, look into one, judge one on a data set
 ///
@@ -65,11 +62,4 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Eval(arguments) => eval::run(arguments),
     }
-}
-
-/// A model file's words, checked.
-fn checked(path: &Path) -> Result<Vec<u16>, Error> {
-    let words = crate::model::words(path)?;
-    wstac_core::model::Model::from_words(&words).map_err(|error| Error::new(path.display(), error))?;
-    Ok(words)
 }

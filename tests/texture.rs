@@ -1,0 +1,124 @@
+//! `wstac run --model`: textures in events, and before them.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use wstac_tests::command::wstac;
+
+fn run(arguments: &[&str]) -> Output {
+    Command::new(wstac()).args(arguments).output().unwrap()
+}
+
+fn records(arguments: &[&str]) -> Vec<Value> {
+    let done = run(arguments);
+    assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
+    String::from_utf8(done.stdout).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+/// A model of two classes, from XGBoost's JSON: the second where feature 0 of a frame is −1.5 or above.
+fn model(folder: &std::path::Path, name: &str, frames: u32, frame: u32, labels: &str) -> PathBuf {
+    let json = format!(
+        r#"{{"learner": {{"attributes": {{}}, "gradient_booster": {{"name": "gbtree", "model": {{
+        "gbtree_model_param": {{"num_parallel_tree": "1", "num_trees": "1"}}, "tree_info": [0], "trees": [{{
+        "left_children": [1, -1, -1], "right_children": [2, -1, -1], "split_indices": [{frame}, 0, 0],
+        "split_conditions": [-1.5, -1, 1], "split_type": [0, 0, 0], "tree_param": {{"size_leaf_vector": "1"}}}}]}}}},
+        "learner_model_param": {{"base_score": "[5E-1]", "num_class": "0", "num_feature": "{}"}},
+        "objective": {{"name": "binary:logistic"}}}}, "version": [3, 2, 0]}}"#,
+        10 * frames
+    );
+    let (file, out) = (folder.join(format!("{name}.json")), folder.join(format!("{name}.wsm")));
+    fs::write(&file, json).unwrap();
+    let (file, path) = (file.to_str().unwrap(), out.to_str().unwrap());
+    let done = run(&["model", "import", file, "-o", path, "--labels", labels]);
+    assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
+    out
+}
+
+/// A new folder, removed at the end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("wstac-texture-{name}-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir(&path).unwrap();
+        Self(path)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+const SCENE: &str = "scene:Saw3@150";
+
+#[test]
+fn models_that_come_with_the_program_name_specimens() {
+    for model in ["svm", "forest", "boosted"] {
+        let found = records(&["run", SCENE, "--json", "--model", &format!("builtin:{model}")]);
+        let [event, end] = &found[..] else { panic!("{model}: {found:?}") };
+        assert_eq!(end["kind"], "end");
+        let texture = &event["texture"];
+        let specimen = texture["specimen"].as_str().unwrap();
+        assert_eq!(texture["pattern"], specimen[..3], "{texture}");
+        assert_eq!(texture["depth_mm"], specimen[3..].parse::<f64>().unwrap(), "{texture}");
+        assert!(event.get("why").is_none(), "{event}");
+        let text = String::from_utf8(run(&["run", SCENE, "--model", &format!("builtin:{model}")]).stdout).unwrap();
+        assert!(text.contains(&format!(", texture {specimen}")), "{text}");
+    }
+}
+
+#[test]
+fn a_model_of_the_first_frames_answers_when_they_have_arrived() {
+    let folder = Folder::new("early");
+    let early = model(&folder.0, "early", 30, 29, "Fla,Saw");
+    let late = model(&folder.0, "late", 70, 69, "2,3");
+    let (early, late) = (early.to_str().unwrap(), late.to_str().unwrap());
+    let found = records(&["run", SCENE, "--json", "--features", "--samples", "--model", late, "--model", early]);
+    let place = |kind: &str| found.iter().position(|record| record["kind"] == kind).unwrap();
+    let (texture, event) = (&found[place("texture")], &found[place("event")]);
+    let first = event["frame"].as_u64().unwrap();
+    assert_eq!((&texture["frame"], &texture["frames"]), (&event["frame"], &30.into()));
+    let sees_light = |frame: usize| event["sample"][0][frame].as_f64().unwrap() >= -1.5;
+    let pattern = if sees_light(29) { "Saw" } else { "Fla" };
+    let depth = if sees_light(69) { 3.0 } else { 2.0 };
+    assert_eq!(texture["texture"], serde_json::json!({"specimen": null, "pattern": pattern, "depth_mm": null}));
+    assert_eq!(event["texture"], serde_json::json!({"specimen": null, "pattern": pattern, "depth_mm": depth}));
+    // Frame number 29 of the sample is the last before it, and the one after comes later.
+    let before = &found[place("texture") - 1];
+    assert_eq!((&before["kind"], &before["frame"]), (&"features".into(), &(first + 29).into()));
+    let text = String::from_utf8(run(&["run", SCENE, "--model", early]).stdout).unwrap();
+    let line =
+        format!("at frame {}: texture {pattern}, from the first 30 frames of the event at frame {first}", first + 30);
+    assert!(text.starts_with(&line), "{text}");
+}
+
+#[test]
+fn models_that_cannot_be_used_are_refused_by_name() {
+    let folder = Folder::new("refused");
+    let one = model(&folder.0, "one", 70, 0, "Fla,Saw");
+    let two = model(&folder.0, "two", 70, 1, "Sin,Saw");
+    let (one, two) = (one.to_str().unwrap(), two.to_str().unwrap());
+    let damaged = folder.0.join("damaged.wsm");
+    let mut bytes = fs::read(one).unwrap();
+    bytes[40] ^= 1;
+    fs::write(&damaged, bytes).unwrap();
+    for (models, parts) in [
+        (vec![one, two], &["two.wsm", "one.wsm", "pattern"][..]),
+        (vec![damaged.to_str().unwrap()], &["damaged.wsm", "checksum"]),
+        (vec!["builtin:trees"], &["builtin:trees", "builtin:forest"]),
+        (vec!["none.wsm"], &["none.wsm", "No such file"]),
+    ] {
+        let mut arguments = vec!["run", SCENE];
+        arguments.extend(models.iter().flat_map(|model| ["--model", model]));
+        let done = run(&arguments);
+        let said = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert_eq!(done.status.code(), Some(1), "{said}");
+        assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+        assert!(done.stdout.is_empty());
+    }
+}

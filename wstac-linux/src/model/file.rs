@@ -1,0 +1,69 @@
+//! Model files: those of a user, and those that come with the program.
+
+use std::path::Path;
+
+use wstac_core::model::Model;
+
+use crate::error::Error;
+
+/// What the name of a model that comes with the program starts with.
+pub const BUILT_IN: &str = "builtin:";
+
+/// Models that come with the program, trained on simulated slides.
+const MODELS: [(&str, &[u8]); 3] = [
+    ("svm", include_bytes!("../../models/svm.wsm")),
+    ("forest", include_bytes!("../../models/forest.wsm")),
+    ("boosted", include_bytes!("../../models/boosted.wsm")),
+];
+
+/// A model file's content.
+#[derive(Clone, Debug)]
+pub struct ModelFile {
+    about: String,
+    words: Vec<u32>,
+}
+
+impl ModelFile {
+    /// Reads `builtin:NAME`, or the file of that name; what is in it is checked by [`ModelFile::model`].
+    ///
+    /// # Errors
+    /// Where there is no such model, or the file cannot be read, or is too large.
+    pub fn open(name: &Path) -> Result<Self, Error> {
+        let about = name.display().to_string();
+        let Some(built_in) = about.strip_prefix(BUILT_IN) else {
+            return Self::of_bytes(about, &super::bytes(name)?);
+        };
+        let found = MODELS.iter().find(|(name, _)| *name == built_in);
+        let (_, bytes) = found.ok_or_else(|| {
+            let names: Vec<_> = MODELS.iter().map(|(name, _)| format!("{BUILT_IN}{name}")).collect();
+            Error::new(&about, format_args!("is no model that comes with wstac, expected {}", names.join(", ")))
+        })?;
+        Self::of_bytes(about, bytes)
+    }
+
+    fn of_bytes(about: String, bytes: &[u8]) -> Result<Self, Error> {
+        let (words, rest) = bytes.as_chunks::<4>();
+        if !rest.is_empty() {
+            return Err(Error::new(about, format_args!("{} bytes, expected a multiple of four", bytes.len())));
+        }
+        Ok(Self { about, words: words.iter().map(|word| u32::from_le_bytes(*word)).collect() })
+    }
+
+    /// Its name, for messages.
+    pub fn about(&self) -> &str {
+        &self.about
+    }
+
+    /// Its words.
+    pub fn words(&self) -> &[u32] {
+        &self.words
+    }
+
+    /// The model, all of which is checked.
+    ///
+    /// # Errors
+    /// What is wrong with the file.
+    pub fn model(&self) -> Result<Model<'_>, Error> {
+        Model::from_words(&self.words).map_err(|error| Error::new(&self.about, error))
+    }
+}
