@@ -63,7 +63,7 @@ pub fn sample(script: &Script, config: &Config) -> Result<Outcome, Error> {
                 }
                 Record::Incomplete(_) => Some(Outcome::Incomplete),
                 Record::End(end) => end.incomplete.map(|_| Outcome::Incomplete),
-                Record::Features { .. } => None,
+                Record::Features { .. } | Record::Texture(_) => None,
             };
             first = first.take().or(outcome);
             Ok::<(), Error>(())
@@ -83,7 +83,7 @@ pub fn check(script: &Script, config: &Config) -> Result<(), Error> {
     stream(script, config).map(drop)
 }
 
-fn stream(script: &Script, config: &Config) -> Result<(SceneSource, Reading), Error> {
+fn stream(script: &Script, config: &Config) -> Result<(SceneSource, Reading<'static>), Error> {
     let source = SceneSource::new(script)?;
     let reading = Reading::new(source.info(), config, Wanted { samples: true, features: false })?;
     Ok((source, reading))
