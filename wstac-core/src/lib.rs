@@ -43,5 +43,6 @@ pub mod sample;
 pub mod speed;
 pub mod stream;
 pub mod taxels;
+pub mod texture;
 pub mod trigger;
 mod trigger_config;

@@ -4,6 +4,7 @@ use serde::Serialize;
 use wstac_core::early::{Beginning, Early};
 use wstac_core::model::Model;
 use wstac_core::model::file::{INPUTS, Task};
+use wstac_core::texture::texture;
 use wstac_core::trigger::Trigger;
 
 use crate::error::Error;
@@ -98,10 +99,9 @@ impl<'m> Textures<'m> {
 
 /// A model's answer.
 fn answer(model: &Model, sample: &[i16; INPUTS]) -> TextureRecord {
-    let label = model.labels().get(usize::from(model.classify(sample))).map(|label| label.to_string());
-    let Some(label) = label else { return TextureRecord::default() };
-    let mut record = TextureRecord::default();
-    match model.task() {
+    let texture = texture(sample, model);
+    let (label, mut record) = (texture.label.to_string(), TextureRecord::default());
+    match texture.task {
         Task::Specimen => {
             (record.pattern, record.depth_mm) = pattern_and_depth(&label);
             record.specimen = Some(label);

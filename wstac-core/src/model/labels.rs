@@ -138,6 +138,11 @@ impl<'a> Labels<'a> {
         (class < self.len()).then(|| self.text(class))
     }
 
+    /// The name of a class that the model has just given, so there is one.
+    pub(crate) fn of(&self, class: u8) -> Label<'a> {
+        self.text(usize::from(class))
+    }
+
     /// What the trainer wrote about the training.
     pub fn training(&self) -> Label<'a> {
         self.text(self.len())
