@@ -8,39 +8,65 @@ use super::linear_svm::BLOCK;
 
 /// The sums of a block of rows with int16 weights.
 #[inline(always)]
-pub(super) fn int16(weights: &[u32], rows: usize, inputs: &[i16], fits_32_bits: bool) -> [i64; BLOCK] {
+pub(super) fn int16(start: [i64; BLOCK], weights: &[u32], inputs: &[i16], fits_32_bits: bool) -> [i64; BLOCK] {
     #[cfg(dsp)]
-    if rows == BLOCK {
-        let (packed, left) = packed::int16(weights, inputs);
-        let rest = plain::int16::<i64>(left.0, rows, left.1);
-        return [0, 1].map(|row| packed[row].wrapping_add(rest[row]));
+    {
+        let _ = fits_32_bits;
+        packed::int16(start, weights, inputs)
     }
-    if fits_32_bits {
-        plain::int16::<i32>(weights, rows, inputs).map(i64::from)
-    } else {
-        plain::int16::<i64>(weights, rows, inputs)
+    #[cfg(not(dsp))]
+    {
+        let [first, second] = if fits_32_bits {
+            plain::int16::<i32, BLOCK>(weights, inputs).map(i64::from)
+        } else {
+            plain::int16::<i64, BLOCK>(weights, inputs)
+        };
+        [start[0].wrapping_add(first), start[1].wrapping_add(second)]
     }
 }
 
 /// The sums of a block of rows with int8 weights.
 #[inline(always)]
-pub(super) fn int8(weights: &[u32], rows: usize, inputs: &[i16], fits_32_bits: bool) -> [i64; BLOCK] {
+pub(super) fn int8(start: [i64; BLOCK], weights: &[u32], inputs: &[i16], fits_32_bits: bool) -> [i64; BLOCK] {
     #[cfg(dsp)]
-    if rows == BLOCK {
-        let (packed, left) = packed::int8(weights, inputs);
-        let rest = plain::int8::<i64>(left.0, rows, left.1);
-        return [0, 1].map(|row| packed[row].wrapping_add(rest[row]));
+    {
+        let _ = fits_32_bits;
+        packed::int8(start, weights, inputs)
     }
-    if fits_32_bits {
-        plain::int8::<i32>(weights, rows, inputs).map(i64::from)
-    } else {
-        plain::int8::<i64>(weights, rows, inputs)
+    #[cfg(not(dsp))]
+    {
+        let [first, second] = if fits_32_bits {
+            plain::int8::<i32, BLOCK>(weights, inputs).map(i64::from)
+        } else {
+            plain::int8::<i64, BLOCK>(weights, inputs)
+        };
+        [start[0].wrapping_add(first), start[1].wrapping_add(second)]
     }
 }
 
-pub(super) mod plain {
-    use super::BLOCK;
+/// The sum of a single row with int16 weights: what is left of an odd number.
+#[inline(always)]
+pub(super) fn one_int16(weights: &[u32], inputs: &[i16], fits_32_bits: bool) -> i64 {
+    if fits_32_bits {
+        let [sum] = plain::int16::<i32, 1>(weights, inputs);
+        return sum.into();
+    }
+    let [sum] = plain::int16::<i64, 1>(weights, inputs);
+    sum
+}
 
+/// The sum of a single row with int8 weights.
+#[inline(always)]
+pub(super) fn one_int8(weights: &[u32], inputs: &[i16], fits_32_bits: bool) -> i64 {
+    if fits_32_bits {
+        let [sum] = plain::int8::<i32, 1>(weights, inputs);
+        return sum.into();
+    }
+    let [sum] = plain::int8::<i64, 1>(weights, inputs);
+    sum
+}
+
+pub(super) mod plain {
     /// A number that products are summed up in.
     pub(in super::super) trait Sum: Copy + Default {
         /// The sum and two products of int16, which together may just exceed 32 bits.
@@ -63,28 +89,21 @@ pub(super) mod plain {
     }
 
     #[inline(always)]
-    pub(in super::super) fn int16<S: Sum>(weights: &[u32], rows: usize, inputs: &[i16]) -> [S; BLOCK] {
-        let mut sums = [S::default(); BLOCK];
-        let products = |sum: S, word: u32, [first, second]: [i16; 2]| {
-            sum.add(i32::from(word as i16) * i32::from(first), i32::from((word >> 16) as i16) * i32::from(second))
-        };
-        let (pairs, _) = inputs.as_chunks::<2>();
-        if rows == BLOCK {
-            for (words, &pair) in weights.as_chunks::<BLOCK>().0.iter().zip(pairs) {
-                sums = [0, 1].map(|row| products(sums[row], words[row], pair));
-            }
-        } else {
-            for (&word, &pair) in weights.iter().zip(pairs) {
-                sums[0] = products(sums[0], word, pair);
+    pub(in super::super) fn int16<S: Sum, const ROWS: usize>(weights: &[u32], inputs: &[i16]) -> [S; ROWS] {
+        let mut sums = [S::default(); ROWS];
+        for (words, &[first, second]) in weights.as_chunks::<ROWS>().0.iter().zip(inputs.as_chunks::<2>().0) {
+            for (sum, &word) in sums.iter_mut().zip(words) {
+                *sum = sum
+                    .add(i32::from(word as i16) * i32::from(first), i32::from((word >> 16) as i16) * i32::from(second));
             }
         }
         sums
     }
 
     #[inline(always)]
-    pub(in super::super) fn int8<S: Sum>(weights: &[u32], rows: usize, inputs: &[i16]) -> [S; BLOCK] {
-        let mut sums = [S::default(); BLOCK];
-        for (words, inputs) in weights.chunks_exact(rows.max(1)).zip(inputs.chunks(4)) {
+    pub(in super::super) fn int8<S: Sum, const ROWS: usize>(weights: &[u32], inputs: &[i16]) -> [S; ROWS] {
+        let mut sums = [S::default(); ROWS];
+        for (words, inputs) in weights.as_chunks::<ROWS>().0.iter().zip(inputs.chunks(4)) {
             let mut four = [0; 4];
             for (input, &given) in four.iter_mut().zip(inputs) {
                 *input = i32::from(given);
@@ -103,34 +122,33 @@ mod packed {
     #![allow(unsafe_code)]
 
     use super::BLOCK;
+    use crate::params::FEATURES;
 
-    /// Inputs of a turn of the loop.
-    const TURN: usize = 10;
-
-    /// Sums of whole turns, and the weights and inputs that are left.
-    type Part<'a> = ([i64; BLOCK], (&'a [u32], &'a [i16]));
+    /// Inputs of a turn of the loop: a frame.
+    const TURN: usize = FEATURES;
 
     #[inline(always)]
-    pub(super) fn int16<'a>(weights: &'a [u32], inputs: &'a [i16]) -> Part<'a> {
+    pub(super) fn int16(start: [i64; BLOCK], weights: &[u32], inputs: &[i16]) -> [i64; BLOCK] {
         let turns = (inputs.len() / TURN).min(weights.len() / TURN);
         if turns == 0 {
-            return ([0; BLOCK], (weights, inputs));
+            return start;
         }
-        // SAFETY: so many turns of ten words and ten inputs are there.
-        let sums = unsafe { turns_of_int16(weights.as_ptr(), inputs.as_ptr(), turns) };
-        (sums, (weights.get(turns * TURN..).unwrap_or_default(), inputs.get(turns * TURN..).unwrap_or_default()))
+        // SAFETY: so many turns of ten words and ten inputs are there; inputs are those of whole frames.
+        unsafe { turns_of_int16(start, weights.as_ptr(), inputs.as_ptr(), turns) }
     }
 
     #[inline(always)]
-    pub(super) fn int8<'a>(weights: &'a [u32], inputs: &'a [i16]) -> Part<'a> {
-        const TURN: usize = 4;
-        let turns = (inputs.len() / TURN).min(weights.len() / BLOCK);
-        if turns == 0 {
-            return ([0; BLOCK], (weights, inputs));
+    pub(super) fn int8(start: [i64; BLOCK], weights: &[u32], inputs: &[i16]) -> [i64; BLOCK] {
+        let turns = (inputs.len() / 4).min(weights.len() / BLOCK);
+        let mut sums = start;
+        if turns > 0 {
+            // SAFETY: so many turns of two words and four inputs are there.
+            sums = unsafe { turns_of_int8(start, weights.as_ptr(), inputs.as_ptr(), turns) };
         }
-        // SAFETY: so many turns of two words and four inputs are there.
-        let sums = unsafe { turns_of_int8(weights.as_ptr(), inputs.as_ptr(), turns) };
-        (sums, (weights.get(turns * BLOCK..).unwrap_or_default(), inputs.get(turns * TURN..).unwrap_or_default()))
+        // Of an odd number of frames two inputs are left.
+        let left = (weights.get(turns * BLOCK..).unwrap_or_default(), inputs.get(turns * 4..).unwrap_or_default());
+        let rest = super::plain::int8::<i64, BLOCK>(left.0, left.1);
+        [sums[0].wrapping_add(rest[0]), sums[1].wrapping_add(rest[1])]
     }
 
     /// On a Cortex-M4, 20 instructions for 20 products. Weights are aligned, as LDM wants them; the sample need not be.
@@ -138,8 +156,13 @@ mod packed {
     /// # Safety
     /// `turns`, not 0, times ten words and ten inputs are there.
     #[inline(never)]
-    unsafe fn turns_of_int16(weights: *const u32, inputs: *const i16, turns: usize) -> [i64; BLOCK] {
-        let (low0, high0, low1, high1): (u32, u32, u32, u32);
+    unsafe fn turns_of_int16(
+        start: [i64; BLOCK],
+        weights: *const u32,
+        inputs: *const i16,
+        turns: usize,
+    ) -> [i64; BLOCK] {
+        let [(mut low0, mut high0), (mut low1, mut high1)] = start.map(|sum| (sum as u32, (sum >> 32) as u32));
         // SAFETY: a turn reads ten words of weights and ten inputs. R6 is saved, as the compiler may need it.
         unsafe {
             core::arch::asm!(
@@ -166,8 +189,8 @@ mod packed {
                 inout("r1") inputs => _,
                 inout("lr") inputs.add(turns * TURN) => _,
                 out("r2") _, out("r3") _, out("r4") _, out("r5") _,
-                inout("r8") 0_u32 => low0, inout("r10") 0_u32 => high0,
-                inout("r11") 0_u32 => low1, inout("r12") 0_u32 => high1,
+                inout("r8") low0, inout("r10") high0,
+                inout("r11") low1, inout("r12") high1,
                 options(readonly),
             );
         }
@@ -179,8 +202,13 @@ mod packed {
     /// # Safety
     /// `turns`, not 0, times two words and four inputs are there.
     #[inline(never)]
-    unsafe fn turns_of_int8(weights: *const u32, inputs: *const i16, turns: usize) -> [i64; BLOCK] {
-        let (low0, high0, low1, high1): (u32, u32, u32, u32);
+    unsafe fn turns_of_int8(
+        start: [i64; BLOCK],
+        weights: *const u32,
+        inputs: *const i16,
+        turns: usize,
+    ) -> [i64; BLOCK] {
+        let [(mut low0, mut high0), (mut low1, mut high1)] = start.map(|sum| (sum as u32, (sum >> 32) as u32));
         // SAFETY: a turn reads two words of weights and four inputs. R6 is saved, as the compiler may need it.
         unsafe {
             core::arch::asm!(
@@ -205,8 +233,8 @@ mod packed {
                 inout("r1") inputs => _,
                 inout("lr") inputs.add(4 * turns) => _,
                 out("r2") _, out("r3") _, out("r4") _, out("r5") _,
-                inout("r8") 0_u32 => low0, inout("r10") 0_u32 => high0,
-                inout("r11") 0_u32 => low1, inout("r12") 0_u32 => high1,
+                inout("r8") low0, inout("r10") high0,
+                inout("r11") low1, inout("r12") high1,
                 options(readonly),
             );
         }

@@ -165,6 +165,7 @@ fn add(votes: &mut [u32; MOST_CLASSES], class: u16, share: u32) {
 }
 
 /// The lowest of the classes with most votes, its votes, and the most of any other.
+#[inline(never)]
 fn standing(votes: &[u32]) -> (u8, u32, u32) {
     let (mut best, mut first, mut second) = (0, 0, 0);
     for (class, &votes) in (0..).zip(votes) {

@@ -129,18 +129,29 @@ impl<'a> LinearSvm<'a> {
         let inputs = sample.get(..self.header.inputs()).unwrap_or_default();
         let int16 = self.header.number == INT16;
         let row_words = if int16 { inputs.len() / 2 } else { inputs.len().div_ceil(4) };
-        let mut weights = self.weights;
-        for (block, biases) in self.biases.chunks(BLOCK).enumerate() {
-            let (these, rest) = weights.split_at_checked(biases.len() * row_words).unwrap_or_default();
-            weights = rest;
+        let (blocks, last) = self.biases.as_chunks::<BLOCK>();
+        // Keeps the compiler from writing the loop out for every block of a model that is compiled in: flash matters more.
+        let (blocks, weights) = core::hint::black_box((blocks, self.weights));
+        let mut weights = weights.chunks_exact((BLOCK * row_words).max(1));
+        let mut row = 0;
+        for (biases, weights) in blocks.iter().zip(weights.by_ref()) {
             let sums = if int16 {
-                dot::int16(these, biases.len(), inputs, self.fits_32_bits)
+                dot::int16(biases.map(bias_of), weights, inputs, self.fits_32_bits)
             } else {
-                dot::int8(these, biases.len(), inputs, self.fits_32_bits)
+                dot::int8(biases.map(bias_of), weights, inputs, self.fits_32_bits)
             };
-            for ((row, bias), sum) in (block * BLOCK..).zip(biases).zip(sums) {
-                give(row, bias_of(*bias).wrapping_add(sum));
+            for sum in sums {
+                give(row, sum);
+                row += 1;
             }
+        }
+        if let [bias] = last {
+            let sum = if int16 {
+                dot::one_int16(weights.remainder(), inputs, self.fits_32_bits)
+            } else {
+                dot::one_int8(weights.remainder(), inputs, self.fits_32_bits)
+            };
+            give(row, bias_of(*bias).wrapping_add(sum));
         }
     }
 }
