@@ -21,7 +21,7 @@ fn main() {
     let mut body = "fn answer(_: &[i16; 700]) -> u8 {\n    0\n}\n".to_owned();
     if let Some(file) = named("M4_MODEL") {
         let kind = match fs::read(&file).expect("a model file").get(12) {
-            Some(1 | 2) => "linear::Linear",
+            Some(1 | 2) => "linear_svm::LinearSvm",
             Some(3) => "forest::Forest",
             _ => "boosted::Boosted",
         };
