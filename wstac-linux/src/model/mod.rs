@@ -3,6 +3,7 @@
 //! [`trained`] is what every reader makes, [`write`] makes a model file of it, [`inspect`] and [`eval`] read one.
 
 pub mod eval;
+mod exact;
 pub mod inspect;
 mod integers;
 mod npz;
