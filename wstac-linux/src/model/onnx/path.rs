@@ -56,7 +56,7 @@ pub(super) fn before(model: &Model, classifier: &Node) -> Result<Before, String>
                     "ONNX node Cast to {to} before the classifier, expected to float (1) or double (11)"
                 ));
             }
-            "Scaler" => scalers.push(Scaler::new(floats(before, "offset")?, floats(before, "scale")?)?),
+            "Scaler" => scalers.push(Scaler::new(floats(before, "offset")?, floats(before, "scale")?)),
             other => return Err(format!("ONNX node {other} before the classifier; understood are {UNDERSTOOD}")),
         }
         name = before.inputs.first().ok_or("an ONNX node has no input")?;

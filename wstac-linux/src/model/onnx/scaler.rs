@@ -12,9 +12,9 @@ pub(super) struct Scaler {
 }
 
 impl Scaler {
-    /// Offsets and scales, which must belong together.
-    pub(super) fn new(offset: &[f32], scale: &[f32]) -> Result<Self, String> {
-        Ok(Self { offset: offset.to_vec(), scale: scale.to_vec() })
+    /// Offsets and scales.
+    pub(super) fn new(offset: &[f32], scale: &[f32]) -> Self {
+        Self { offset: offset.to_vec(), scale: scale.to_vec() }
     }
 
     /// Offset and scale of an input.

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::scaler::{Scaler, unscaled};
-use crate::model::trained::{Boosted, Kind, Node, Score, Tree};
+use crate::model::trained::{Boosted, Kind, MOST_NODES, Node, Score, Tree};
 
 /// Classes and what a leaf adds to each.
 pub(super) type Leaf = Vec<(u16, f64)>;
@@ -136,34 +136,32 @@ fn both(first: &Tree<Leaf>, second: &Tree<Leaf>) -> Option<Tree<Leaf>> {
     Some(Tree { nodes })
 }
 
-/// Trees that add to one class each, as scores of float32 in their order.
+/// Trees that add to scores, in float32 and in their order. A tree of several classes becomes one for each, with leaves of 0
+/// for the others: to add 0 changes no sum.
 pub(super) fn scores(trees: &[Tree<Leaf>], classes: usize) -> Result<Kind, String> {
     let mut scores = vec![Score { start: 0.0, trees: Vec::new() }; classes];
+    let mut room = MOST_NODES;
     for (number, tree) in trees.iter().enumerate() {
-        let mut of = None;
-        let mut nodes = Vec::with_capacity(tree.nodes.len());
-        for node in &tree.nodes {
-            nodes.push(match node {
+        let leaves =
+            || tree.nodes.iter().filter_map(|node| if let Node::Leaf(leaf) = node { Some(leaf) } else { None });
+        let inexact = |weight: &f64| f64::from(*weight as f32).to_bits() != weight.to_bits();
+        if let Some(weight) = leaves().flatten().map(|share| share.1).find(inexact) {
+            return Err(format!("tree {number} has weight {weight}, expected one of float32"));
+        }
+        for (class, score) in scores.iter_mut().enumerate() {
+            let of_class = |leaf: &Leaf| leaf.iter().find(|share| usize::from(share.0) == class).map(|share| share.1);
+            if leaves().all(|leaf| of_class(leaf).is_none()) {
+                continue;
+            }
+            room = room.checked_sub(tree.nodes.len()).ok_or_else(|| format!("more than {MOST_NODES} nodes"))?;
+            let node = |node: &Node<Leaf>| match node {
+                Node::Leaf(leaf) => Node::Leaf(of_class(leaf).unwrap_or(0.0) as f32),
                 Node::Split { input, threshold, strict, left, right } => {
                     Node::Split { input: *input, threshold: *threshold, strict: *strict, left: *left, right: *right }
                 }
-                Node::Leaf(leaf) => {
-                    let [(class, weight)] = leaf[..] else {
-                        return Err(format!("tree {number} has a leaf of no class"));
-                    };
-                    if *of.get_or_insert(class) != class {
-                        return Err(format!("leaves of tree {number} are of different classes and no votes"));
-                    }
-                    let single = weight as f32;
-                    if f64::from(single).to_bits() != weight.to_bits() {
-                        return Err(format!("tree {number} has weight {weight}, expected one of float32"));
-                    }
-                    Node::Leaf(single)
-                }
-            });
+            };
+            score.trees.push(Tree { nodes: tree.nodes.iter().map(node).collect() });
         }
-        let score = of.and_then(|class| scores.get_mut(usize::from(class)));
-        score.ok_or_else(|| format!("tree {number} is of no class"))?.trees.push(Tree { nodes });
     }
     Ok(Kind::Boosted(Boosted { scores, bound: 0.0 }))
 }
