@@ -155,7 +155,8 @@ class Imported(unittest.TestCase):
         print(f"{name}: {same.sum()} of {len(same)} alike in all, {(lead == 0).sum()} ties; {said}")
         self.report(f"{name}, ties included", same[~hard], hard.sum())
         # Even where rounding decides, the answer is one of the best.
-        numbers = numpy.searchsorted(model.classes_.astype(str), answers)
+        number = {label: at for at, label in enumerate(model.classes_.astype(str))}
+        numbers = [number[answer] for answer in answers]
         self.assertTrue((best[:, -1] - votes[numpy.arange(len(votes)), numbers] <= NEAR).all())
 
     def forest(self, name, model, y, inputs=700, count=SAMPLES, **options):

@@ -13,6 +13,7 @@ if MISSING is None:
     import onnx
     import xgboost
     from onnx import TensorProto, helper, numpy_helper
+    from onnx.reference import ReferenceEvaluator
     from sklearn.ensemble import RandomForestClassifier
     from sklearn.linear_model import LogisticRegression
     from sklearn.pipeline import make_pipeline
@@ -47,7 +48,8 @@ class XGBoost(Imported):
         tree = model["trees"][0]
         for name, values in tree.items():
             if isinstance(values, list):
-                tree[name] = [] if name.startswith("categories") else [0, 0, 0]
+                real = name in ("base_weights", "loss_changes")
+                tree[name] = [] if name.startswith("categories") else [0.0 if real else 0] * 3
         tree.update(left_children=[1, -1, -1], right_children=[2, -1, -1], parents=[2147483647, 0, 0])
         tree.update(split_conditions=[threshold, *leaves], sum_hessian=[3.0, 1.0, 2.0])
         tree["tree_param"]["num_nodes"] = "3"
@@ -216,10 +218,10 @@ class XGBoost(Imported):
                 large = self.written(json.loads(text.replace(shown.encode(), b"1e30")))
                 booster = xgboost.Booster(model_file=large)
                 raw = bytes(booster.save_raw("ubj"))
-                one = numpy.float32(1e30).astype(">f4").tobytes()
+                one = numpy.array(1e30, ">f4").tobytes()
                 self.assertEqual(raw.count(one), 1)
                 path = self.path / "changed.ubj"
-                path.write_bytes(raw.replace(one, numpy.float32(number).astype(">f4").tobytes()))
+                path.write_bytes(raw.replace(one, numpy.array(number, ">f4").tobytes()))
                 self.refused(path, "trees[0].split_conditions[")
         samples = numpy.zeros((3, 700), numpy.int16)
         samples[:, 0] = [-3000, 0, 3000]
@@ -270,7 +272,7 @@ class Forests(Imported):
         self.assertGreater((hard != model.predict(samples)).sum(), 20)
 
     def test_lists_are_packed_or_not_and_have_zeros(self):
-        """Ten weights a leaf, zeros included; lists of numbers unpacked, as other writers leave them."""
+        """Ten weights a leaf, zeros included; lists with a field for each number, or packed into one, as other writers do."""
         model = RandomForestClassifier(5, max_depth=8, random_state=1).fit(self.X, self.y)
         path = self.onnx(model)
         samples = self.near(2000)
@@ -280,12 +282,11 @@ class Forests(Imported):
         lists = {attribute.name: attribute for attribute in node.attribute}
         self.assertEqual(len(lists["class_weights"].floats), 10 * list(lists["nodes_modes"].strings).count(b"LEAF"))
         self.assertIn(0.0, lists["class_weights"].floats)
-        # Field 7 is floats, 8 integers: each number becomes a field.
-        packed = path.read_bytes()
-        path.write_bytes(unpacked(found))
-        self.assertGreater(path.stat().st_size, len(packed))
-        onnx.checker.check_model(onnx.load(path))
-        self.report("unpacked", before == self.answers(path, samples=samples)[0])
+        plain = path.read_bytes()
+        path.write_bytes(packed(found))
+        self.assertLess(path.stat().st_size, len(plain))
+        self.assertEqual(onnx.load(path), found)
+        self.report("packed", before == self.answers(path, samples=samples)[0])
 
     def test_scaled_thresholds_are_those_of_float32(self):
         """ONNX scales in float32: a threshold decides for every integer as it does there."""
@@ -421,7 +422,7 @@ class Version5(Imported):
         for name, options, soft, more in [
             ("pure leaves", {}, False, {}),
             ("pure leaves, double", {}, False, {"double": True, "mirrored": True}),
-            ("soft votes", {"max_depth": 5}, True, {"labels": LABELS}),
+            ("soft votes", {"max_depth": 5}, True, {"labels": list(LABELS)}),
             ("soft votes, double", {"max_depth": 5}, True, {"double": True}),
             ("trees of one leaf", {"max_leaf_nodes": 2, "min_samples_leaf": 150}, True, {"mirrored": True}),
         ]:
@@ -436,12 +437,12 @@ class Version5(Imported):
             kind = numpy.float64 if "double" in more else numpy.float32
             votes = numpy.sort(model.predict_proba(few * SCALE), axis=1)
             clear = votes[:, -1] - votes[:, -2] > NEAR
-            expected = onnx.reference.ReferenceEvaluator(made).run(None, {"X": (few * SCALE).astype(kind)})[0]
+            expected = ReferenceEvaluator(made).run(None, {"X": (few * SCALE).astype(kind)})[0]
             self.assertTrue((expected.astype(str) == answers[2990:3010])[clear].all())
 
 
-def unpacked(message):
-    """A message's bytes with each number of a list in a field of its own."""
+def packed(message):
+    """A message's bytes with each list of numbers in one field."""
 
     def varint(number):
         number &= (1 << 64) - 1
@@ -451,20 +452,22 @@ def unpacked(message):
             number >>= 7
         return bytes(data + bytes([number]))
 
+    def block(number, inner):
+        return varint(number << 3 | 2) + varint(len(inner)) + inner
+
     data = b""
     for field, value in message.ListFields():
         values = value if field.is_repeated else [value]
-        for one in values:
-            if field.message_type is not None:
-                inner = unpacked(one)
-                data += varint(field.number << 3 | 2) + varint(len(inner)) + inner
-            elif field.type == field.TYPE_FLOAT:
-                data += varint(field.number << 3 | 5) + numpy.float32(one).tobytes()
-            elif field.type in (field.TYPE_STRING, field.TYPE_BYTES):
-                inner = one.encode() if isinstance(one, str) else one
-                data += varint(field.number << 3 | 2) + varint(len(inner)) + inner
-            else:
-                data += varint(field.number << 3) + varint(int(one))
+        if field.message_type is not None:
+            data += b"".join(block(field.number, packed(one)) for one in values)
+        elif field.type in (field.TYPE_STRING, field.TYPE_BYTES):
+            data += b"".join(block(field.number, one.encode() if isinstance(one, str) else one) for one in values)
+        elif field.type == field.TYPE_FLOAT:
+            bits = b"".join(numpy.float32(one).tobytes() for one in values)
+            data += block(field.number, bits) if field.is_repeated else varint(field.number << 3 | 5) + bits
+        else:
+            bits = b"".join(varint(int(one)) for one in values)
+            data += block(field.number, bits) if field.is_repeated else varint(field.number << 3) + bits
     return data
 
 
