@@ -285,6 +285,13 @@ fn leaves_are_int16_where_that_is_proven() {
         let found: serde_json::Value = serde_json::from_str(&good(&["inspect", out, "--json"])).unwrap();
         (found["numbers"].as_str().unwrap().to_owned(), said)
     };
+    // Thresholds in units of samples instead of features.
+    let (_, said) = kept("-1, 1", &[]);
+    assert!(!said.contains("beyond all features"), "{said}");
+    let file = folder.file("units", XGBOOST.replacen("[-1.5, ", "[-3072, ", 1).as_bytes());
+    let done = model(&["import", text(&file), "-o", out, "--force"]);
+    let said = String::from_utf8(done.stderr).unwrap();
+    assert!(said.contains("1 of 1 thresholds are beyond all features: was it trained on X times its scale?"), "{said}");
     for (leaves, option, numbers, says) in [
         ("-1, 1", &[][..], "int16", "proven to be those of float32"),
         ("-0.9765625E-3, 31.9990234375", &[], "int16", "proven"),
