@@ -1,6 +1,6 @@
 //! When sums of float32 are sums of integers: leaves that int16 can hold without changing any answer.
 
-use super::trained::{Boosted, Node};
+use super::trained::{Boosted, Node, Score};
 
 /// Integers up to here, and all sums of them that stay below, are exact in float32.
 const MOST: f64 = 16_777_216.0;
@@ -9,14 +9,8 @@ const MOST: f64 = 16_777_216.0;
 /// proven to be those of float32 sums: leaves are int16, and no sum of starts and leaves, in any order, is above 2^24
 /// units, so that float32 does not round. A power of two. The bound of two classes need not be whole: sums are.
 pub(super) fn units(model: &Boosted) -> Option<f64> {
-    let leaves = |score: &'_ super::trained::Score| -> Vec<Vec<f32>> {
-        let of_tree = |tree: &super::trained::Tree<f32>| {
-            tree.nodes.iter().filter_map(|node| if let Node::Leaf(leaf) = node { Some(*leaf) } else { None }).collect()
-        };
-        score.trees.iter().map(of_tree).collect()
-    };
-    let all: Vec<(f32, Vec<Vec<f32>>)> = model.scores.iter().map(|score| (score.start, leaves(score))).collect();
-    let numbers = || all.iter().flat_map(|(start, trees)| trees.iter().flatten().chain([start]).copied());
+    let of_score = |score| leaves_of(score).flatten().chain([score.start]);
+    let numbers = || model.scores.iter().flat_map(of_score);
     if !model.bound.is_finite() || numbers().any(|number| !number.is_finite()) {
         return None;
     }
@@ -27,16 +21,12 @@ pub(super) fn units(model: &Boosted) -> Option<f64> {
         return None;
     }
     let units = 2.0_f64.powi(places);
-    for (start, trees) in &all {
-        let mut most = f64::from(start.abs()) * units;
-        for tree in trees {
-            for &leaf in tree {
-                let whole = f64::from(leaf) * units;
-                if whole < f64::from(i16::MIN) || whole > f64::from(i16::MAX) {
-                    return None;
-                }
-            }
-            most += tree.iter().fold(0.0_f64, |most, leaf| most.max(f64::from(leaf.abs()) * units));
+    let fits = |leaf: f32| (f64::from(i16::MIN)..=f64::from(i16::MAX)).contains(&(f64::from(leaf) * units));
+    for score in &model.scores {
+        let mut most = f64::from(score.start.abs()) * units;
+        for mut leaves in leaves_of(score) {
+            let largest = leaves.try_fold(0.0_f32, |most, leaf| fits(leaf).then(|| most.max(leaf.abs())))?;
+            most += f64::from(largest) * units;
         }
         if most > MOST {
             return None;
@@ -44,6 +34,12 @@ pub(super) fn units(model: &Boosted) -> Option<f64> {
     }
     // The bound's whole part is an int32 too.
     (f64::from(model.bound.abs()) * units < f64::from(i32::MAX)).then_some(units)
+}
+
+/// The leaves of each tree.
+fn leaves_of(score: &Score) -> impl Iterator<Item = impl Iterator<Item = f32>> {
+    let leaf = |node: &Node<f32>| if let Node::Leaf(leaf) = node { Some(*leaf) } else { None };
+    score.trees.iter().map(move |tree| tree.nodes.iter().filter_map(leaf))
 }
 
 /// Binary places after the point that a number other than 0 has; below 0, zeros before it.
@@ -58,7 +54,7 @@ fn places(number: f32) -> i32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::trained::{Score, Tree};
+    use super::super::trained::Tree;
     use super::*;
 
     fn model(start: f32, trees: &[&[f32]], bound: f32) -> Boosted {
