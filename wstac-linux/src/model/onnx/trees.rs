@@ -8,8 +8,10 @@ use crate::model::trained::{Boosted, Kind, MOST_NODES, Node, Score, Tree};
 /// Classes and what a leaf adds to each.
 pub(super) type Leaf = Vec<(u16, f64)>;
 
-/// How far float32 may have moved weights: relative to 1, where leaves are told to be whole votes.
-const NEAR: f64 = 1e-6;
+/// How far float32 may have moved a share, relative to 1.
+const NEAR: f64 = 1.5e-7;
+/// Most training samples of a leaf whose shares are told to be fractions of them.
+const MOST_SAMPLES: u32 = 1024;
 /// How far the weights of a leaf may be from one vote.
 const ABOUT: f64 = 1e-4;
 
@@ -57,16 +59,12 @@ pub(super) fn votes(trees: &mut [Tree<Leaf>], single: bool) -> Result<(), String
     for (number, tree) in trees.iter_mut().enumerate() {
         for node in &mut tree.nodes {
             let Node::Leaf(leaf) = node else { continue };
-            for (_, weight) in leaf.iter_mut() {
-                *weight *= factor;
-                if (*weight - weight.round()).abs() < NEAR {
-                    *weight = weight.round();
-                }
-            }
+            leaf.iter_mut().for_each(|share| share.1 *= factor);
             if single {
                 let second = leaf.first().map_or(0.0, |share| share.1);
                 leaf.push((0, 1.0 - second));
             }
+            unrounded(leaf);
             leaf.retain(|share| share.1 != 0.0);
             if (sum(leaf) - 1.0).abs() > ABOUT || leaf.iter().any(|share| share.1 < 0.0) {
                 let found = sum(leaf) / factor;
@@ -78,6 +76,19 @@ pub(super) fn votes(trees: &mut [Tree<Leaf>], single: bool) -> Result<(), String
         }
     }
     Ok(())
+}
+
+/// Makes shares the fractions that they were before float32, where all of a leaf are of one small denominator: votes that
+/// were equal are so again.
+fn unrounded(leaf: &mut Leaf) {
+    let numerator = |share: f64, of: f64| {
+        let whole = (share * of).round();
+        ((share * of - whole).abs() <= NEAR * of * share.abs().max(NEAR)).then_some(whole)
+    };
+    let fits = |of: &f64| leaf.iter().all(|share| numerator(share.1, *of).is_some());
+    if let Some(of) = (1..=MOST_SAMPLES).map(f64::from).find(fits) {
+        leaf.iter_mut().for_each(|share| share.1 = (share.1 * of).round() / of);
+    }
 }
 
 /// Puts trees together that differ in nothing but the class of each leaf: operators with one class a leaf write a forest's tree
@@ -164,4 +175,38 @@ pub(super) fn scores(trees: &[Tree<Leaf>], classes: usize) -> Result<Kind, Strin
         }
     }
     Ok(Kind::Boosted(Boosted { scores, bound: 0.0 }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_the_fractions_that_they_were() {
+        for of in 1..=300_u32 {
+            for part in 0..=of {
+                for trees in [1.0, 3.0, 100.0, 777.0] {
+                    let exact = [part, of - part].map(|part| f64::from(part) / f64::from(of));
+                    let mut leaf: Leaf = (0..)
+                        .zip(exact)
+                        .map(|(class, share)| (class, f64::from((share / trees) as f32) * trees))
+                        .collect();
+                    unrounded(&mut leaf);
+                    // The same fraction, though of its least denominator.
+                    assert!(
+                        (leaf[0].1 - exact[0]).abs() < 1e-15 && (leaf[1].1 - exact[1]).abs() < 1e-15,
+                        "{part}/{of}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn shares_that_are_no_fractions_stay() {
+        let third = std::f64::consts::FRAC_1_PI;
+        let mut leaf = vec![(0, third), (1, 1.0 - third)];
+        unrounded(&mut leaf);
+        assert!((leaf[0].1 - third).abs() < 1e-7);
+    }
 }

@@ -176,7 +176,7 @@ fn leaves_that_are_no_fractions_are_rounded_within_the_bound() {
         vec![(0, share), (1, 1.0 - share)]
     });
     let trained = model(2, Kind::Forest(vec![tree.clone()]));
-    assert!(write(&trained, "", Options::default()).unwrap().exactness.contains("in units of 1/16777216"));
+    assert!(write(&trained, "", Options::default()).unwrap().exactness.contains("in units of 1/4190266080"));
     same_answers(&trained, &thresholds(&tree), Options::default(), |sample| {
         usize::from(walk(&tree, sample)[1].1 > 0.5)
     });
