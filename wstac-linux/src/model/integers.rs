@@ -32,6 +32,18 @@ pub(super) fn left(threshold: f64, strict: bool) -> Left {
     }
 }
 
+/// How many splits no integer is on both sides of, and how many there are.
+pub(super) fn beyond<'t, L: 't>(trees: impl IntoIterator<Item = &'t Tree<L>>) -> (usize, usize) {
+    let (mut beyond, mut all) = (0, 0);
+    for node in trees.into_iter().flat_map(|tree| &tree.nodes) {
+        if let Node::Split { threshold, strict, .. } = node {
+            all += 1;
+            beyond += usize::from(!matches!(left(*threshold, *strict), Left::UpTo(_)));
+        }
+    }
+    (beyond, all)
+}
+
 /// Checks that every node is reached at most once, that children, inputs and numbers are possible, and makes integers of
 /// thresholds; the root comes first. What is wrong names the node.
 pub(super) fn integers<L>(

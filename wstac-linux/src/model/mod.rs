@@ -3,6 +3,7 @@
 //! [`trained`] is what every reader makes, [`write`] makes a model file of it, [`inspect`] and [`eval`] read one.
 
 pub mod eval;
+mod exact;
 pub mod file;
 pub mod inspect;
 mod integers;
@@ -20,7 +21,7 @@ use std::path::Path;
 use wstac_core::model::file::Task;
 
 use crate::error::Error;
-use trained::Trained;
+use trained::{Kind, Trained};
 use write::{Options, Written, write};
 
 /// Largest file that is read.
@@ -43,13 +44,29 @@ pub struct Import {
 /// What of the file cannot be used.
 pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error> {
     let bytes = bytes(path)?;
-    let failed = |why: String| Error::new(path.display(), why);
-    let (mut model, tool) = read(&bytes, wanted.labels.clone()).map_err(failed)?;
+    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    import_bytes(&name, bytes, wanted).map_err(|why| Error::new(path.display(), why))
+}
+
+/// A trained model from what is in its trainer's file; `name` is that file's.
+///
+/// # Errors
+/// What cannot be used, without the name.
+pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, Written), String> {
+    let (mut model, tool) = read(&bytes, wanted.labels.clone())?;
     drop(bytes);
     model.task = wanted.task.unwrap_or(model.task);
-    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let facts = serde_json::json!({ "file": name, "trainer": tool }).to_string();
-    let written = write(&model, &facts, wanted.options).map_err(failed)?;
+    let mut written = write(&model, &facts, wanted.options)?;
+    let (beyond, all) = match &model.kind {
+        Kind::Linear(_) => (0, 0),
+        Kind::Forest(trees) => integers::beyond(trees),
+        Kind::Boosted(boosted) => integers::beyond(boosted.scores.iter().flat_map(|score| &score.trees)),
+    };
+    if 2 * beyond > all {
+        let hint = "was it trained on X times its scale?";
+        written.exactness += &format!("; {beyond} of {all} thresholds are beyond all features: {hint}");
+    }
     Ok((model, written))
 }
 
@@ -78,10 +95,7 @@ fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained, String), 
             let file = ubjson::from_slice(start).map_err(|error| format!("UBJSON: {error}"))?;
             xgboost::read(file, labels)
         }
-        [b'{', ..] => {
-            let file = serde_json::from_slice(start).map_err(|error| format!("JSON: {error}"))?;
-            xgboost::read(file, labels)
-        }
+        [b'{', ..] => xgboost::read(xgboost::from_json(start)?, labels),
         _ => onnx::read(bytes, labels),
     }
 }

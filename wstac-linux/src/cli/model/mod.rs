@@ -42,12 +42,17 @@ Models that are understood:
   scikit-learn, as ONNX of skl2onnx
     RandomForestClassifier, ExtraTreesClassifier, DecisionTreeClassifier
                            thresholds are exact; votes are exact where leaves are of one class,
-                           otherwise within the bound that import prints
+                           otherwise within the bound that import prints; behind a StandardScaler
+                           thresholds are those of ONNX, which scales in float32
     LogisticRegression, LinearSVC and other linear classifiers, SVC(kernel="linear"),
     with or without a StandardScaler before them
                            weights are rounded; import prints by how much a score may be off
+  ONNX of others, in the operators TreeEnsembleClassifier (a forest), TreeEnsemble and ArgMax,
+    LinearClassifier, SVMClassifier (linear kernel); labels may pass LabelEncoder,
+    ArrayFeatureExtractor or Gather. Other operators on the way to the label are refused by name
   XGBoost, as save_model("FILE.json") or save_model("FILE.ubj")
-    XGBClassifier          exact: trees, leaves and the order of their sums. It saves no labels:
+    XGBClassifier, XGBRFClassifier (gbtree)
+                           exact: trees, leaves and the order of their sums. It saves no labels:
                            import --labels
 Inputs are 700, feature by feature (X.reshape(n, 700) of a data set, times its scale), or
 X[:, :, :N].reshape(n, 10 * N) for a model that answers after the first N frames. At most 64

@@ -1,11 +1,12 @@
 //! Boosted trees: leaves as they are, or rounded to int16 with one scale.
 
+use super::super::exact;
 use super::super::integers::integers;
 use super::super::trained::{Boosted, Node};
 use super::layout::{LeafSize, lay_out};
-use super::{Body, push_long};
+use super::{Body, Leaves, push_long};
 
-pub(super) fn body(model: &Boosted, classes: usize, inputs: usize, short: bool) -> Result<Body, String> {
+pub(super) fn body(model: &Boosted, classes: usize, inputs: usize, leaves: Leaves) -> Result<Body, String> {
     let trees = model.scores.iter().map(|score| score.trees.len()).sum::<usize>();
     let count = u16::try_from(trees).map_err(|_| format!("{trees} trees, expected at most 65535"))?;
     if model.scores.len() != classes && !(model.scores.len() == 1 && classes == 2) {
@@ -15,7 +16,9 @@ pub(super) fn body(model: &Boosted, classes: usize, inputs: usize, short: bool) 
     if let Some(number) = numbers().find(|&number| !is_moderate(number)) {
         return Err(format!("a score starts with, or is compared to, {number}, expected a finite number below 2^96"));
     }
-    let scale = if short { scale(model) } else { 1.0 };
+    let proven = if leaves == Leaves::Float32 { None } else { exact::units(model) };
+    let short = leaves == Leaves::Int16 || proven.is_some();
+    let scale = if short { proven.unwrap_or_else(|| scale(model)) } else { 1.0 };
     let bits = |number: f32| {
         if short { (f64::from(number) * scale).round() as i32 as u32 } else { number.to_bits() }
     };
@@ -41,7 +44,9 @@ pub(super) fn body(model: &Boosted, classes: usize, inputs: usize, short: bool) 
     let (tree_halves, shift) = lay_out(&parts, size)?;
     halves.extend(tree_halves);
     let most = model.scores.iter().map(|score| score.trees.len()).max().unwrap_or(0);
-    let exactness = if short {
+    let exactness = if proven.is_some() {
+        "thresholds are exact; leaves are int16, and their sums proven to be those of float32".into()
+    } else if short {
         let bound = (most as f64 + 1.0) * 0.5 / scale;
         format!(
             "thresholds are exact; leaves are in units of {:.2e}: a score is off by {bound:.2e} at most",

@@ -21,7 +21,7 @@ pub(super) fn body(trees: &[Tree<Leaf>], classes: usize, inputs: usize) -> Resul
     let whole = denominator(trees, most);
     // Coarser votes have fewer different leaves, so they are tried where the table gets too long.
     let finest = most.ilog2().min(24);
-    let units = whole.into_iter().chain((4..=finest).rev().map(|bits| 1 << bits));
+    let units = whole.into_iter().chain([divisible(most)]).chain((4..=finest).rev().map(|bits| 1 << bits));
     for unit in units {
         let mut table = Table { classes: classes as u16, unit, words: Vec::new(), entries: HashMap::new(), off: 0.0 };
         let mut parts = Vec::with_capacity(trees.len());
@@ -70,6 +70,19 @@ fn denominator(trees: &[Tree<Leaf>], most: u32) -> Option<u32> {
         }
     }
     Some(all)
+}
+
+/// A number up to `most`, and above half of it, that all numbers from 1 up to as many as can be divide: the shares of leaves
+/// with so many samples are whole parts of it, and votes of them that are equal stay equal.
+fn divisible(most: u32) -> u32 {
+    let mut all = 1_u32;
+    for number in 2.. {
+        match all.checked_mul(number / greatest_common(all, number)) {
+            Some(next) if next <= most => all = next,
+            _ => break,
+        }
+    }
+    all * (most / all)
 }
 
 fn greatest_common(mut a: u32, mut b: u32) -> u32 {
