@@ -55,13 +55,14 @@ pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error>
 /// A model file's words.
 ///
 /// # Errors
-/// Where the file cannot be read, or is too large; what is in it is not checked.
-pub fn words(path: &Path) -> Result<Vec<u16>, Error> {
+/// Where the file cannot be read, is too large, or its length is none of a model; what is in it is not checked.
+pub fn words(path: &Path) -> Result<Vec<u32>, Error> {
     let bytes = bytes(path)?;
-    if !bytes.len().is_multiple_of(2) {
-        return Err(Error::new(path.display(), format_args!("{} bytes, expected an even number", bytes.len())));
+    let (words, rest) = bytes.as_chunks::<4>();
+    if !rest.is_empty() {
+        return Err(Error::new(path.display(), format_args!("{} bytes, expected a multiple of 4", bytes.len())));
     }
-    Ok(bytes.as_chunks::<2>().0.iter().map(|bytes| u16::from_le_bytes(*bytes)).collect())
+    Ok(words.iter().map(|word| u32::from_le_bytes(*word)).collect())
 }
 
 /// All of a file, unless it is too large.

@@ -20,13 +20,13 @@ pub(super) fn body(model: &Boosted, classes: usize, inputs: usize, short: bool) 
         if short { (f64::from(number) * scale).round() as i32 as u32 } else { number.to_bits() }
     };
     let mut parts = Vec::with_capacity(trees);
-    let mut words = vec![model.scores.len() as u16];
+    let mut halves = vec![model.scores.len() as u16];
     // Whole numbers are above the bound where real ones are: above its whole part.
     let bound = if short { (f64::from(model.bound) * scale).floor() as i32 as u32 } else { model.bound.to_bits() };
-    push_long(&mut words, bound);
+    push_long(&mut halves, bound);
     for (class, score) in model.scores.iter().enumerate() {
-        words.push(score.trees.len() as u16);
-        push_long(&mut words, bits(score.start));
+        halves.push(score.trees.len() as u16);
+        push_long(&mut halves, bits(score.start));
         for (number, tree) in score.trees.iter().enumerate() {
             let tree = integers(tree, inputs, |&leaf| {
                 if !is_moderate(leaf) {
@@ -37,9 +37,9 @@ pub(super) fn body(model: &Boosted, classes: usize, inputs: usize, short: bool) 
             parts.push(tree.map_err(|why| format!("tree {number} of score {class}: {why}"))?);
         }
     }
-    let size = if short { LeafSize::Word } else { LeafSize::TwoWords };
-    let (tree_words, shift) = lay_out(&parts, size)?;
-    words.extend(tree_words);
+    let size = if short { LeafSize::Half } else { LeafSize::TwoHalves };
+    let (tree_halves, shift) = lay_out(&parts, size)?;
+    halves.extend(tree_halves);
     let most = model.scores.iter().map(|score| score.trees.len()).max().unwrap_or(0);
     let exactness = if short {
         let bound = (most as f64 + 1.0) * 0.5 / scale;
@@ -51,7 +51,7 @@ pub(super) fn body(model: &Boosted, classes: usize, inputs: usize, short: bool) 
         "thresholds, leaves and the order of their sums are exact".into()
     };
     let number = if short { 2 } else { 3 };
-    Ok(Body { kind: 4, number, trees: count, shift, words, exactness, score_bound: 0.0 })
+    Ok(Body { kind: 4, number, trees: count, shift, halves, exactness, score_bound: 0.0 })
 }
 
 /// What the largest leaf is 32 767 of, so far as starts and sums fit 32 bits.

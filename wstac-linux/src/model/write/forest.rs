@@ -34,12 +34,12 @@ pub(super) fn body(trees: &[Tree<Leaf>], classes: usize, inputs: usize) -> Resul
         if table.words.len() > usize::from(u16::MAX) - classes {
             continue;
         }
-        let (tree_words, shift) = lay_out(&parts, LeafSize::WordOrByte)?;
-        let mut words = Vec::new();
-        push_long(&mut words, unit);
-        push_long(&mut words, super::length(table.words.len())?);
-        words.extend(table.words);
-        words.extend(tree_words);
+        let (tree_halves, shift) = lay_out(&parts, LeafSize::Votes { classes: classes as u16 })?;
+        let mut halves = Vec::new();
+        push_long(&mut halves, unit);
+        push_long(&mut halves, super::length(table.words.len())?);
+        halves.extend(table.words);
+        halves.extend(tree_halves);
         let exactness = if whole == Some(unit) {
             "thresholds and votes are exact".into()
         } else {
@@ -47,9 +47,9 @@ pub(super) fn body(trees: &[Tree<Leaf>], classes: usize, inputs: usize) -> Resul
                 "thresholds are exact; votes are in units of 1/{unit}: a class's sum is off by {bound:.2e} of {count} at most"
             )
         };
-        return Ok(Body { kind: 3, number: 0, trees: count, shift, words, exactness, score_bound: 0.0 });
+        return Ok(Body { kind: 3, number: 0, trees: count, shift, halves, exactness, score_bound: 0.0 });
     }
-    Err("its leaves differ too much, expected at most 65535 words of different leaves".into())
+    Err("its leaves differ too much, expected at most 65535 halves of different leaves".into())
 }
 
 /// The least number of which all shares are whole parts, where it is `most` at most.

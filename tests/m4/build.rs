@@ -1,0 +1,54 @@
+//! Writes the function under test, `classify`, which calls what the environment names:
+//!
+//! | variable | what it names |
+//! | --- | --- |
+//! | `M4_MODEL` | a model file: compiled in by `include_model!`, of its own kind |
+//! | `M4_RUST` | a Rust file with `pub fn classify(sample: &[i16; 700]) -> u8` |
+//! | `M4_C` | an object file with C's `int classify(const int16_t *sample)`, and all that it needs |
+//!
+//! With none of them it answers 0 at once: what is left is the harness itself.
+
+use std::path::{Path, PathBuf};
+use std::{env, fs};
+
+fn main() {
+    let out = PathBuf::from(env::var("OUT_DIR").expect("cargo sets it"));
+    fs::copy("memory.x", out.join("memory.x")).expect("memory.x is here");
+    println!("cargo:rustc-link-search={}", out.display());
+    println!("cargo:rerun-if-changed=memory.x");
+    println!("cargo:rerun-if-changed=build.rs");
+
+    let mut body = "fn answer(_: &[i16; 700]) -> u8 {\n    0\n}\n".to_owned();
+    if let Some(file) = named("M4_MODEL") {
+        let kind = match fs::read(&file).expect("a model file").get(12) {
+            Some(1 | 2) => "linear::Linear",
+            Some(3) => "forest::Forest",
+            _ => "boosted::Boosted",
+        };
+        let name = kind.rsplit(':').next().unwrap_or(kind);
+        body = format!(
+            "use wstac_core::{{include_model, model::{kind}}};\n\
+             static MODEL: {name}<'static> = include_model!({name}, {file:?});\n\
+             #[inline(always)]\nfn answer(sample: &[i16; 700]) -> u8 {{\n    MODEL.classify(sample)\n}}\n"
+        );
+    } else if let Some(file) = named("M4_RUST") {
+        body = format!(
+            "#[path = {file:?}]\n#[allow(clippy::all, warnings)]\nmod model;\nuse model::classify as answer;\n"
+        );
+    } else if let Some(file) = named("M4_C") {
+        println!("cargo:rustc-link-arg-bins={}", file.display());
+        body = "unsafe extern \"C\" {\n    #[link_name = \"classify\"]\n    fn of_c(sample: *const i16) -> i32;\n}\n\
+                #[inline(always)]\nfn answer(sample: &[i16; 700]) -> u8 {\n    \
+                // SAFETY: it reads 700 numbers.\n    unsafe { of_c(sample.as_ptr()) as u8 }\n}\n"
+            .to_owned();
+    }
+    fs::write(out.join("answer.rs"), body).expect("OUT_DIR can be written");
+}
+
+/// The file that a variable names.
+fn named(variable: &str) -> Option<PathBuf> {
+    println!("cargo:rerun-if-env-changed={variable}");
+    let file = PathBuf::from(env::var_os(variable)?);
+    println!("cargo:rerun-if-changed={}", file.display());
+    Some(Path::new(&file).canonicalize().expect("the file that the environment names"))
+}

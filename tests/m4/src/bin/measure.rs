@@ -1,0 +1,41 @@
+//! Answers every sample of `samples` (int16, 700 each) and writes to `answers`, for each of them, three 32-bit numbers: the
+//! class, and the ticks of [`REPEATS`] answers, first with `classify`, then with a call of nothing.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+
+use wstac_m4::clock::Clock;
+use wstac_m4::file::File;
+use wstac_m4::{done, fail};
+
+include!(concat!(env!("OUT_DIR"), "/answer.rs"));
+
+/// Answers to one sample: ten are timed to four instructions.
+const REPEATS: u32 = 10;
+
+#[inline(never)]
+fn classify(sample: &[i16; 700]) -> u8 {
+    answer(sample)
+}
+
+#[inline(never)]
+fn nothing(sample: &[i16; 700]) -> u8 {
+    black_box(sample);
+    0
+}
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    let Some(clock) = Clock::start() else { fail("the clock started twice\n") };
+    let samples = File::open(b"samples\0");
+    let answers = File::create(b"answers\0");
+    let mut sample = [0; 700];
+    while samples.read(&mut sample) {
+        let mut class = 0;
+        let busy = clock.ticks(|| (0..REPEATS).for_each(|_| class = classify(black_box(&sample))));
+        let empty = clock.ticks(|| (0..REPEATS).for_each(|_| class |= nothing(black_box(&sample))));
+        answers.write(&[class.into(), busy, empty]);
+    }
+    done()
+}
