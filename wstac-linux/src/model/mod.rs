@@ -3,6 +3,7 @@
 //! [`trained`] is what every reader makes, [`write`] makes a model file of it, [`inspect`] and [`eval`] read one.
 
 pub mod eval;
+pub mod inline;
 pub mod inspect;
 mod integers;
 mod npz;
@@ -19,6 +20,7 @@ use std::path::Path;
 use wstac_core::model::file::Task;
 
 use crate::error::Error;
+use inline::Source;
 use trained::Trained;
 use write::{Options, Written, write};
 
@@ -41,15 +43,29 @@ pub struct Import {
 /// # Errors
 /// What of the file cannot be used.
 pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error> {
+    let (model, name, tool) = trained(path, wanted)?;
+    let facts = serde_json::json!({ "file": name, "trainer": tool }).to_string();
+    let written = write(&model, &facts, wanted.options).map_err(|why| Error::new(path.display(), why))?;
+    Ok((model, written))
+}
+
+/// Rust that answers as a trained model does, from its trainer's file.
+///
+/// # Errors
+/// What of the file cannot be used.
+pub fn import_inline(path: &Path, wanted: &Import) -> Result<(Trained, Source), Error> {
+    let (model, name, tool) = trained(path, wanted)?;
+    let source = inline::source(&model, &name, &tool, wanted.options).map_err(|why| Error::new(path.display(), why))?;
+    Ok((model, source))
+}
+
+/// A trained model, its file's name and what trained it.
+fn trained(path: &Path, wanted: &Import) -> Result<(Trained, String, String), Error> {
     let bytes = bytes(path)?;
-    let failed = |why: String| Error::new(path.display(), why);
-    let (mut model, tool) = read(&bytes, wanted.labels.clone()).map_err(failed)?;
-    drop(bytes);
+    let (mut model, tool) = read(&bytes, wanted.labels.clone()).map_err(|why| Error::new(path.display(), why))?;
     model.task = wanted.task.unwrap_or(model.task);
     let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    let facts = serde_json::json!({ "file": name, "trainer": tool }).to_string();
-    let written = write(&model, &facts, wanted.options).map_err(failed)?;
-    Ok((model, written))
+    Ok((model, name, tool))
 }
 
 /// A model file's words.

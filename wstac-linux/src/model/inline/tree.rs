@@ -21,7 +21,7 @@ pub(super) struct Writer<'a> {
     pub(super) leaf: &'a dyn Fn(u32) -> String,
     /// Functions that trees go on in.
     pub(super) functions: String,
-    /// How many.
+    /// How many of them.
     pub(super) count: usize,
 }
 
@@ -39,8 +39,8 @@ impl Writer<'_> {
         while let Some((number, node)) = waiting.pop() {
             let mut body = String::new();
             self.path(&mut body, tree, &sizes, node, 2, &mut waiting);
-            let head = head(&format!("part_{number}"), self.bases, "");
-            let _ = write!(self.functions, "\n{head} -> {} {{\n    't: {{\n{body}    }}\n}}\n", self.leaf_type);
+            let head = head(&format!("part_{number}"), self.bases, "", &format!(" -> {}", self.leaf_type));
+            let _ = write!(self.functions, "{head}    't: {{\n{body}    }}\n}}\n");
         }
         text
     }
@@ -60,7 +60,7 @@ impl Writer<'_> {
         loop {
             let (input, threshold, left, right) = match tree[node as usize] {
                 Part::Leaf(leaf) => {
-                    let _ = writeln!(text, "{:3$}break 't {}{};", "", (self.leaf)(leaf), "", 4 * indent);
+                    let _ = writeln!(text, "{:1$}break 't {2};", "", 4 * indent, (self.leaf)(leaf));
                     return;
                 }
                 Part::Split { .. } if splits > MOST_SPLITS => {
@@ -96,14 +96,39 @@ impl Writer<'_> {
     }
 }
 
-/// A function's first line, up to what it returns, with the bases in variables.
-pub(super) fn head(name: &str, bases: &Bases, more: &str) -> String {
-    let _ = bases;
-    format!("{ATTRIBUTES}fn {name}(s: &[i16; 700], bases: &Bases{more})")
+/// A function's start, up to the bases in variables.
+pub(super) fn head(name: &str, bases: &Bases, more: &str, gives: &str) -> String {
+    let names: Vec<String> = (0..bases.0.len()).map(|number| format!("b{number}")).collect();
+    format!(
+        "\n{ATTRIBUTES}fn {name}(s: &[i16; 700], bases: &[i32; {}]{more}){gives} {{\n    let &[{}] = bases;\n",
+        names.len(),
+        names.join(", ")
+    )
 }
 
-/// What functions are marked with.
-pub(super) const ATTRIBUTES: &str = "#[rustfmt::skip]\n#[allow(clippy::all, clippy::pedantic)]\n#[inline(never)]\n";
+/// What functions are marked with: the same text for every version of rustfmt and clippy, and bases that nothing uses are no fault.
+pub(super) const ATTRIBUTES: &str =
+    "#[rustfmt::skip]\n#[allow(unused, clippy::all, clippy::pedantic)]\n#[inline(never)]\n";
+
+/// Splits of a tree that a sample visits where both ways are as likely.
+pub(super) fn visits(tree: &[Part]) -> f64 {
+    let mut chances = vec![0.0; tree.len()];
+    let mut visits = 0.0;
+    chances[0] = 1.0;
+    for (number, part) in tree.iter().enumerate() {
+        if let Part::Split { left, right, .. } = *part {
+            visits += chances[number];
+            chances[left as usize] = chances[number] / 2.0;
+            chances[right as usize] = chances[number] / 2.0;
+        }
+    }
+    visits
+}
+
+/// How many splits a tree has.
+pub(super) fn splits(tree: &[Part]) -> usize {
+    tree.len() / 2
+}
 
 /// How many splits there are from every node on. Parents are before their children.
 fn sizes(tree: &[Part]) -> Vec<u32> {
