@@ -3,6 +3,7 @@
 //! [`trained`] is what every reader makes, [`write`] makes a model file of it, [`inspect`] and [`eval`] read one.
 
 pub mod eval;
+mod exact;
 pub mod inline;
 pub mod inspect;
 mod integers;
@@ -43,9 +44,18 @@ pub struct Import {
 /// # Errors
 /// What of the file cannot be used.
 pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error> {
-    let (model, name, tool) = trained(path, wanted)?;
+    let bytes = bytes(path)?;
+    import_bytes(&name(path), bytes, wanted).map_err(|why| Error::new(path.display(), why))
+}
+
+/// A trained model from what is in its trainer's file; `name` is that file's.
+///
+/// # Errors
+/// What cannot be used, without the name.
+pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, Written), String> {
+    let (model, tool) = trained(bytes, wanted)?;
     let facts = serde_json::json!({ "file": name, "trainer": tool }).to_string();
-    let written = write(&model, &facts, wanted.options).map_err(|why| Error::new(path.display(), why))?;
+    let written = write(&model, &facts, wanted.options)?;
     Ok((model, written))
 }
 
@@ -54,18 +64,24 @@ pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error>
 /// # Errors
 /// What of the file cannot be used.
 pub fn import_inline(path: &Path, wanted: &Import) -> Result<(Trained, Source), Error> {
-    let (model, name, tool) = trained(path, wanted)?;
-    let source = inline::source(&model, &name, &tool, wanted.options).map_err(|why| Error::new(path.display(), why))?;
-    Ok((model, source))
+    let made = trained(bytes(path)?, wanted).and_then(|(model, tool)| {
+        let source = inline::source(&model, &name(path), &tool, wanted.options)?;
+        Ok((model, source))
+    });
+    made.map_err(|why| Error::new(path.display(), why))
 }
 
-/// A trained model, its file's name and what trained it.
-fn trained(path: &Path, wanted: &Import) -> Result<(Trained, String, String), Error> {
-    let bytes = bytes(path)?;
-    let (mut model, tool) = read(&bytes, wanted.labels.clone()).map_err(|why| Error::new(path.display(), why))?;
+/// A trained model, and what trained it.
+fn trained(bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, String), String> {
+    let (mut model, tool) = read(&bytes, wanted.labels.clone())?;
+    drop(bytes);
     model.task = wanted.task.unwrap_or(model.task);
-    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    Ok((model, name, tool))
+    Ok((model, tool))
+}
+
+/// The name of a file, without its folder.
+fn name(path: &Path) -> String {
+    path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
 }
 
 /// A model file's words.
@@ -106,10 +122,7 @@ fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained, String), 
             let file = ubjson::from_slice(start).map_err(|error| format!("UBJSON: {error}"))?;
             xgboost::read(file, labels)
         }
-        [b'{', ..] => {
-            let file = serde_json::from_slice(start).map_err(|error| format!("JSON: {error}"))?;
-            xgboost::read(file, labels)
-        }
+        [b'{', ..] => xgboost::read(xgboost::from_json(start)?, labels),
         _ => onnx::read(bytes, labels),
     }
 }

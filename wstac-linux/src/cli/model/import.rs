@@ -9,7 +9,7 @@ use wstac_core::model::file::Task;
 use super::super::output::{Stop, note};
 use crate::error::Error;
 use crate::model::inspect::task_name;
-use crate::model::write::Options;
+use crate::model::write::{self, Options};
 use crate::model::{Import, import, import_inline};
 
 /// Make a model file of a trained model
@@ -43,8 +43,8 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, default_value = "int16")]
     weights: Weights,
 
-    /// Leaves of boosted trees: float32 is exact, int16 smaller
-    #[arg(long, value_enum, default_value = "float32")]
+    /// Leaves of boosted trees: float32 is exact, int16 smaller; auto is int16 where that is proven to be exact
+    #[arg(long, value_enum, default_value = "auto")]
     leaves: Leaves,
 
     /// Write over OUT.wsm
@@ -74,8 +74,9 @@ enum Weights {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Leaves {
-    Float32,
+    Auto,
     Int16,
+    Float32,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
@@ -91,8 +92,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         Classes::Depth => Task::Depth,
         Classes::Other => Task::Other,
     });
-    let options =
-        Options { narrow_weights: arguments.weights == Weights::Int8, short_leaves: arguments.leaves == Leaves::Int16 };
+    let leaves = match arguments.leaves {
+        Leaves::Auto => write::Leaves::Auto,
+        Leaves::Int16 => write::Leaves::Int16,
+        Leaves::Float32 => write::Leaves::Float32,
+    };
+    let options = Options { narrow_weights: arguments.weights == Weights::Int8, leaves };
     let wanted = Import { labels: arguments.labels.clone(), task, options };
     let (model, bytes, exactness) = if backend == Backend::Inline {
         let (model, source) = import_inline(&arguments.file, &wanted)?;

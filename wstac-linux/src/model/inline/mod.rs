@@ -43,7 +43,7 @@ pub fn source(model: &Trained, file: &str, tool: &str, options: Options) -> Resu
             (forest::body(&votes, classes), votes.exactness, votes.trees)
         }
         Kind::Boosted(boosted) => {
-            let sums = sums(boosted, classes, model.inputs, options.short_leaves)?;
+            let sums = sums(boosted, classes, model.inputs, options.leaves)?;
             (boosted::body(&sums), sums.exactness, sums.scores.into_iter().flat_map(|(_, trees)| trees).collect())
         }
     };

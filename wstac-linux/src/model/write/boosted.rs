@@ -1,9 +1,10 @@
 //! Boosted trees: leaves as they are, or rounded to int16 with one scale.
 
+use super::super::exact;
 use super::super::integers::{Part, integers};
 use super::super::trained::{Boosted, Node};
 use super::layout::{LeafSize, lay_out};
-use super::{Body, push_long};
+use super::{Body, Leaves, push_long};
 
 /// Boosted trees with integer thresholds.
 pub(in crate::model) struct Sums {
@@ -18,7 +19,7 @@ pub(in crate::model) struct Sums {
 }
 
 /// Boosted trees with integer thresholds, and their leaves' bits.
-pub(in crate::model) fn sums(model: &Boosted, classes: usize, inputs: usize, short: bool) -> Result<Sums, String> {
+pub(in crate::model) fn sums(model: &Boosted, classes: usize, inputs: usize, leaves: Leaves) -> Result<Sums, String> {
     let trees = model.scores.iter().map(|score| score.trees.len()).sum::<usize>();
     u16::try_from(trees).map_err(|_| format!("{trees} trees, expected at most 65535"))?;
     if model.scores.len() != classes && !(model.scores.len() == 1 && classes == 2) {
@@ -28,7 +29,9 @@ pub(in crate::model) fn sums(model: &Boosted, classes: usize, inputs: usize, sho
     if let Some(number) = numbers().find(|&number| !is_moderate(number)) {
         return Err(format!("a score starts with, or is compared to, {number}, expected a finite number below 2^96"));
     }
-    let scale = if short { scale(model) } else { 1.0 };
+    let proven = if leaves == Leaves::Float32 { None } else { exact::units(model) };
+    let short = leaves == Leaves::Int16 || proven.is_some();
+    let scale = if short { proven.unwrap_or_else(|| scale(model)) } else { 1.0 };
     let bits = |number: f32| {
         if short { (f64::from(number) * scale).round() as i32 as u32 } else { number.to_bits() }
     };
@@ -49,7 +52,9 @@ pub(in crate::model) fn sums(model: &Boosted, classes: usize, inputs: usize, sho
         scores.push((bits(score.start), parts));
     }
     let most = model.scores.iter().map(|score| score.trees.len()).max().unwrap_or(0);
-    let exactness = if short {
+    let exactness = if proven.is_some() {
+        "thresholds are exact; leaves are int16, and their sums proven to be those of float32".into()
+    } else if short {
         let bound = (most as f64 + 1.0) * 0.5 / scale;
         format!(
             "thresholds are exact; leaves are in units of {:.2e}: a score is off by {bound:.2e} at most",
@@ -61,8 +66,8 @@ pub(in crate::model) fn sums(model: &Boosted, classes: usize, inputs: usize, sho
     Ok(Sums { scores, bound, short, exactness })
 }
 
-pub(super) fn body(model: &Boosted, classes: usize, inputs: usize, short: bool) -> Result<Body, String> {
-    let sums = sums(model, classes, inputs, short)?;
+pub(super) fn body(model: &Boosted, classes: usize, inputs: usize, leaves: Leaves) -> Result<Body, String> {
+    let sums = sums(model, classes, inputs, leaves)?;
     let mut halves = vec![sums.scores.len() as u16];
     push_long(&mut halves, sums.bound);
     for (start, trees) in &sums.scores {

@@ -18,8 +18,20 @@ use super::trained::{Kind, Trained, frames};
 pub struct Options {
     /// Weights of linear models are int8 instead of int16.
     pub narrow_weights: bool,
-    /// Leaves of boosted trees are int16 instead of float32.
-    pub short_leaves: bool,
+    /// What leaves of boosted trees are.
+    pub leaves: Leaves,
+}
+
+/// What leaves of boosted trees are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Leaves {
+    /// Int16 where that is proven to give the same answers, otherwise float32.
+    #[default]
+    Auto,
+    /// Int16, rounded where they must be.
+    Int16,
+    /// Float32 as they are.
+    Float32,
 }
 
 /// A model file, and what writing it cost.
@@ -61,7 +73,7 @@ pub fn write(model: &Trained, facts: &str, options: Options) -> Result<Written, 
     let body = match &model.kind {
         Kind::Linear(linear) => linear::body(linear, classes, frames, options.narrow_weights)?,
         Kind::Forest(trees) => forest::body(trees, classes, model.inputs)?,
-        Kind::Boosted(boosted) => boosted::body(boosted, classes, model.inputs, options.short_leaves)?,
+        Kind::Boosted(boosted) => boosted::body(boosted, classes, model.inputs, options.leaves)?,
     };
     let mut halves = vec![0; HEADER_HALVES];
     halves[..2].copy_from_slice(&MAGIC);

@@ -203,7 +203,7 @@ fn boosted_trees_add_up_in_order() {
     let trained = model(2, Kind::Boosted(single));
     same_answers(&trained, &all, Options::default(), |sample| usize::from(sum(&scores[0], sample) > 0.25));
     // Rounded leaves decide alike where scores are not close.
-    let short = Options { short_leaves: true, ..Options::default() };
+    let short = Options { leaves: Leaves::Int16, ..Options::default() };
     let words = write(&trained, "", short).unwrap().words;
     let read = Model::from_words(&words).unwrap();
     for _ in 0..2000 {
@@ -227,7 +227,7 @@ fn linear_models_decide_as_real_numbers_do() {
             .collect();
         let trained = model(classes, Kind::Linear(Linear { pairs, rows: rows.clone() }));
         for narrow_weights in [false, true] {
-            let written = write(&trained, "", Options { narrow_weights, short_leaves: false }).unwrap();
+            let written = write(&trained, "", Options { narrow_weights, ..Options::default() }).unwrap();
             let read = Model::from_words(&written.words).unwrap();
             // The bound is that of usual features.
             let margin = 2.0 * written.score_bound;
