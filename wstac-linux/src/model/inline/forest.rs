@@ -38,8 +38,9 @@ impl Count {
         }
     }
 
+    /// Whether a word holds votes of four classes. Of one class it does not matter.
     fn is_packed(&self) -> bool {
-        self.words < self.classes || self.classes == 1 && self.unit == 1
+        self.words < self.classes
     }
 
     /// What a class's vote does.
@@ -52,30 +53,24 @@ impl Count {
         }
     }
 
-    /// The function that says who is first, and by how much.
+    /// The function that says who is first, and by how much: a line or two for every class, faster than a loop.
     fn first(&self) -> String {
         let mut body = "    let (mut class, mut first, mut second) = (0, 0, 0);\n".to_owned();
-        let look = |indent: &str, class: &str, votes: &str| {
-            format!(
-                "{indent}let votes = {votes};\n{indent}if votes > first {{\n{indent}    (class, second, first) = ({class}, first, votes);\n\
-                 {indent}}} else if votes > second {{\n{indent}    second = votes;\n{indent}}}\n"
-            )
-        };
-        if self.is_packed() {
-            for class in 0..self.classes {
-                let votes = format!("all[{}] >> {} & 255", class / CLASSES_A_WORD, 8 * (class % CLASSES_A_WORD));
-                body += &look("    ", &class.to_string(), &votes);
-            }
-        } else {
+        for class in 0..self.classes {
+            let votes = if self.is_packed() {
+                format!("all[{}] >> {} & 255", class / CLASSES_A_WORD, 8 * (class % CLASSES_A_WORD))
+            } else {
+                format!("all[{class}]")
+            };
             let _ = write!(
                 body,
-                "    for (number, votes) in (0..).zip(all) {{\n{}    }}\n",
-                look("        ", "number", "*votes")
+                "    let votes = {votes};\n    if votes > first {{\n        (class, second, first) = ({class}, first, votes);\n    \
+                 }} else if votes > second {{\n        second = votes;\n    }}\n"
             );
         }
         format!(
             "\n/// Of those with most votes the lowest class, and by how much it leads.\n{ATTRIBUTES}\
-             fn first(all: &[u32; {}]) -> (u8, u32) {{\n{body}    (class, first - second)\n}}\n",
+             fn first(all: &[u32; {}]) -> (u8, u32) {{\n{body}    (class, first.wrapping_sub(second))\n}}\n",
             self.words
         )
     }
