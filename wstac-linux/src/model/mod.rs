@@ -5,6 +5,7 @@
 pub mod eval;
 mod exact;
 pub mod file;
+pub mod inline;
 pub mod inspect;
 mod integers;
 mod npz;
@@ -21,6 +22,7 @@ use std::path::Path;
 use wstac_core::model::file::Task;
 
 use crate::error::Error;
+use inline::Source;
 use trained::{Kind, Trained};
 use write::{Options, Written, write};
 
@@ -44,8 +46,7 @@ pub struct Import {
 /// What of the file cannot be used.
 pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error> {
     let bytes = bytes(path)?;
-    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    import_bytes(&name, bytes, wanted).map_err(|why| Error::new(path.display(), why))
+    import_bytes(&name(path), bytes, wanted).map_err(|why| Error::new(path.display(), why))
 }
 
 /// A trained model from what is in its trainer's file; `name` is that file's.
@@ -53,21 +54,50 @@ pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error>
 /// # Errors
 /// What cannot be used, without the name.
 pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, Written), String> {
+    let (model, tool) = trained(bytes, wanted)?;
+    let facts = serde_json::json!({ "file": name, "trainer": tool }).to_string();
+    let mut written = write(&model, &facts, wanted.options)?;
+    written.exactness += &doubt(&model);
+    Ok((model, written))
+}
+
+/// Rust that answers as a trained model does, from its trainer's file.
+///
+/// # Errors
+/// What of the file cannot be used.
+pub fn import_inline(path: &Path, wanted: &Import) -> Result<(Trained, Source), Error> {
+    let made = trained(bytes(path)?, wanted).and_then(|(model, tool)| {
+        let mut source = inline::source(&model, &name(path), &tool, wanted.options)?;
+        source.exactness += &doubt(&model);
+        Ok((model, source))
+    });
+    made.map_err(|why| Error::new(path.display(), why))
+}
+
+/// A trained model, and what trained it.
+fn trained(bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, String), String> {
     let (mut model, tool) = read(&bytes, wanted.labels.clone())?;
     drop(bytes);
     model.task = wanted.task.unwrap_or(model.task);
-    let facts = serde_json::json!({ "file": name, "trainer": tool }).to_string();
-    let mut written = write(&model, &facts, wanted.options)?;
+    Ok((model, tool))
+}
+
+/// The name of a file, without its folder.
+fn name(path: &Path) -> String {
+    path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+}
+
+/// What to say where most thresholds of trees are beyond all features.
+fn doubt(model: &Trained) -> String {
     let (beyond, all) = match &model.kind {
         Kind::Linear(_) => (0, 0),
         Kind::Forest(trees) => integers::beyond(trees),
         Kind::Boosted(boosted) => integers::beyond(boosted.scores.iter().flat_map(|score| &score.trees)),
     };
-    if 2 * beyond > all {
-        let hint = "was it trained on X times its scale?";
-        written.exactness += &format!("; {beyond} of {all} thresholds are beyond all features: {hint}");
+    if 2 * beyond <= all {
+        return String::new();
     }
-    Ok((model, written))
+    format!("; {beyond} of {all} thresholds are beyond all features: was it trained on X times its scale?")
 }
 
 /// All of a file, unless it is too large.

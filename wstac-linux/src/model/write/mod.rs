@@ -1,7 +1,7 @@
 //! Writes model files: exactly what `wstac_core::model` reads, and nothing that it refuses.
 
-mod boosted;
-mod forest;
+pub(super) mod boosted;
+pub(super) mod forest;
 mod layout;
 mod linear;
 #[cfg(test)]
@@ -68,10 +68,7 @@ struct Body {
 /// # Errors
 /// What of the model cannot be written, and why.
 pub fn write(model: &Trained, facts: &str, options: Options) -> Result<Written, String> {
-    let classes = model.labels.len();
-    if classes == 0 || classes > MOST_CLASSES {
-        return Err(format!("{classes} classes, expected 1 to {MOST_CLASSES}"));
-    }
+    let classes = classes(model)?;
     let frames = frames(model.inputs)?;
     let body = match &model.kind {
         Kind::Linear(linear) => linear::body(linear, classes, frames, options.narrow_weights)?,
@@ -109,6 +106,15 @@ pub fn write(model: &Trained, facts: &str, options: Options) -> Result<Written, 
     words[1] = crc(&words);
     Model::from_words(&words).map_err(|error| format!("cannot be a model file: {error}"))?;
     Ok(Written { words, exactness: body.exactness, score_bound: body.score_bound })
+}
+
+/// How many classes a model has.
+pub(super) fn classes(model: &Trained) -> Result<usize, String> {
+    let classes = model.labels.len();
+    if classes == 0 || classes > MOST_CLASSES {
+        return Err(format!("{classes} classes, expected 1 to {MOST_CLASSES}"));
+    }
+    Ok(classes)
 }
 
 fn length(units: usize) -> Result<u32, String> {
