@@ -12,45 +12,14 @@ from pathlib import Path
 import numpy as np
 
 from candidates import CANDIDATES, Candidate, answers
-from runs import GAINS, Runs, run_all, sweeps
-from scenes import DIRECTIONS, run_wstac
+from runs import run_all
+from scenes import run_wstac
 from shipped_report import Judged, page
-from slides import Slides, Sweep
+from shipped_slides import TRAIN_RUNS, check_sweeps, test_sweeps, training_sweeps
+from slides import Slides
 
-SEED = 70_000_000
-CHECK_SEED = 80_000_000
-TEST_SEED = 90_000_000
-"""First seeds of the slides that train, that choose, and that judge."""
-SEEDS_APART = 10_000
-"""From one run to the next."""
-TRAIN_RUNS = 88
-CHECK_RUNS = 10
-TEST_RUNS = 20
-"""Every run is of a sensor of its own, and in one direction: they take turns."""
-SPEEDS = tuple(range(50, 301, 25))
-"""Speeds in mm/s of the slides that choose and judge; those that train are drawn between the first and the last."""
 MOST_BYTES = {"svm": 64_000, "forest": 100_000, "boosted": 100_000}
 """Largest model of each kind."""
-
-
-def training_sweeps() -> list[Sweep]:
-    """Slides as varied as in use and more: gains of the light and speeds are drawn evenly from all that is expected."""
-    random = np.random.default_rng(SEED)
-    between = np.geomspace(SPEEDS[0], SPEEDS[-1], len(SPEEDS))
-    step = between[1] / between[0]
-    wanted = []
-    for run in range(TRAIN_RUNS):
-        drawn = between * step ** random.uniform(-0.5, 0.5, len(between))
-        speeds = [round(float(speed), 1) for speed in np.clip(drawn, SPEEDS[0], SPEEDS[-1])]
-        gain = round(float(random.uniform(*GAINS)), 3)
-        directions = DIRECTIONS[run % 4 :] + DIRECTIONS[: run % 4]
-        wanted.append(Sweep(SEED + run * SEEDS_APART, len(SPEEDS), speeds, directions, gain, run))
-    return wanted
-
-
-def other_runs(seed: int, count: int, first_unit: int) -> Runs:
-    """Runs of other sensors than those that train, with other gains."""
-    return run_all(sweeps(seed, [SPEEDS] * count, len(SPEEDS), range(first_unit, first_unit + count)))
 
 
 @dataclass(frozen=True)
@@ -84,8 +53,8 @@ def named(model: Path, slides: Slides) -> np.ndarray:
 def write(folder: Path) -> None:
     """Writes svm.wsm, forest.wsm, boosted.wsm, and README.md about them."""
     train = run_all(training_sweeps()).slides
-    check = other_runs(CHECK_SEED, CHECK_RUNS, 1000).slides
-    test = other_runs(TEST_SEED, TEST_RUNS, 2000)
+    check = run_all(check_sweeps()).slides
+    test = run_all(test_sweeps())
     judged = []
     with tempfile.TemporaryDirectory() as work:
         for number, candidate in enumerate(CANDIDATES):
