@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-STUDENT = {20: 2.093}
+STUDENT = {2: 12.706, 20: 2.093}
 """Two-sided 95 % points of Student's t by the count of numbers, one more than the degrees of freedom."""
 
 

@@ -8,7 +8,6 @@ FOLDER gets REPRODUCE.md and plots/. Every number of the report is computed here
 
 from __future__ import annotations
 
-import re
 import statistics
 import sys
 from collections.abc import Sequence
@@ -32,10 +31,9 @@ from report import (
     table,
     within,
 )
-from scenes import DIRECTIONS, SPECIMENS, Event, Slide
+from scenes import DIRECTIONS, SPECIMENS, Event, Slide, constant
 from speed_law import PAPER_INTERCEPT, PAPER_R2, PAPER_SLOPE, SPEEDS_MM_S, Protocol, durations_of, fit_line
 
-SOURCES = Path(__file__).parents[2] / "wstac-linux" / "src" / "scene"
 REPEATS = 20
 SPEED_SEED = 0
 DIRECTION_SEED = 500_000
@@ -53,14 +51,6 @@ class Section:
 
     text: str
     goals: list[tuple[str, str]]
-
-
-def constant(file: str, pattern: str) -> float:
-    """A number in the simulator's sources."""
-    found = re.search(pattern + r"([0-9.]+)", (SOURCES / file).read_text())
-    if found is None:
-        raise SystemExit(f"{file} has no {pattern!r}")
-    return float(found[1])
 
 
 def speed_answers(done: Sequence[Protocol]) -> list[tuple[Slide, Event]]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import tempfile
 from collections.abc import Iterable, Sequence
@@ -24,6 +25,8 @@ DIRECTIONS = (0, 90, 180, 270)
 
 WORKERS = 2
 """Commands that run at the same time."""
+
+SOURCES = Path(__file__).parents[2] / "wstac-linux" / "src" / "scene"
 
 
 @dataclass(frozen=True)
@@ -74,6 +77,14 @@ def scene_text(slides: Sequence[Slide], seed: int, changes: Changes = DEFAULTS) 
         if changes.length_mm is not None:
             lines.append(f"length = {changes.length_mm}")
     return "\n".join(lines) + "\n"
+
+
+def constant(file: str, pattern: str) -> float:
+    """A number in the simulator's sources."""
+    found = re.search(pattern + r"([0-9.]+)", (SOURCES / file).read_text())
+    if found is None:
+        raise SystemExit(f"{file} has no {pattern!r}")
+    return float(found[1])
 
 
 def command() -> str:

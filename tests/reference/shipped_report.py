@@ -1,0 +1,129 @@
+"""README.md about the models that are shipped. No scikit-learn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from report import fixed, interval_of, interval_words, paragraph, percent, table
+from runs import Runs
+from texture_report import LABELS
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A model that is shipped: what it is, and what it says of the slides that judge.
+
+    `inspected` is what `wstac model inspect --json` prints; `specimens` is (n,), its answers; `alike` is how many of them
+    are the trained model's own.
+    """
+
+    kind: str
+    words: str
+    options: Sequence[str]
+    inspected: dict[str, Any]
+    specimens: np.ndarray
+    alike: int
+
+
+def derived(specimens: np.ndarray, labels: str) -> np.ndarray:
+    """Specimens, or their patterns or depths: `Saw3` is a saw of 3 mm."""
+    if labels == "specimen":
+        return specimens
+    if labels == "pattern":
+        return np.array([name[:3] for name in specimens])
+    return np.array([int(name[3:]) for name in specimens])
+
+
+def by_run(right: np.ndarray, run: np.ndarray) -> str:
+    """Mean over runs and its 95 % interval, in per cent."""
+    interval = interval_of([100 * float(np.mean(right[run == number])) for number in np.unique(run)])
+    return f"{fixed(interval.mean, 1)} ({interval_words(interval, 1)})"
+
+
+def models_table(models: Sequence[Judged], test: Runs) -> str:
+    """What each is, how large, and how often it is right."""
+    rows = []
+    for model in models:
+        right = [derived(model.specimens, labels) == getattr(test.slides, labels) for labels in LABELS]
+        row = [f"`{model.kind}.wsm`", options_words(model.words, model.options), str(model.inspected["bytes"])]
+        rows.append([*row, *(by_run(one, test.run) for one in right), f"{model.alike} of {len(test.run)}"])
+    head = ["file", "model", "bytes", *(f"{labels}s, %" for labels in LABELS), "as the trained model"]
+    return table(head, rows, range(2, 7))
+
+
+def options_words(words: str, options: Sequence[str]) -> str:
+    """A model and the options of its import."""
+    return f"`{words}`" + (f", `{' '.join(options)}`" if options else "")
+
+
+def groups_table(models: Sequence[Judged], test: Runs, name: str, unit: str) -> str:
+    """How often each is right, by speed or direction."""
+    values = getattr(test.slides, name)
+    rows = []
+    for value in np.unique(values):
+        mask = values == value
+        right = [float(np.mean(model.specimens[mask] == test.slides.specimen[mask])) for model in models]
+        rows.append([f"{value:g}{unit}", str(int(mask.sum())), *(percent(share) for share in right)])
+    return table([name, "slides", *(f"`{model.kind}.wsm`" for model in models)], rows, range(5))
+
+
+def trade_table(trade: Sequence[tuple[str, Sequence[str], dict[str, Any], float]]) -> str:
+    """All that was compared: size and accuracy on the slides that choose."""
+    rows = [
+        [options_words(words, options), str(said["bytes"]), percent(right)] for words, options, said, right in trade
+    ]
+    return table(["model", "bytes", "specimens"], rows, (1, 2))
+
+
+def page(
+    models: Sequence[Judged],
+    trade: Sequence[tuple[str, Sequence[str], dict[str, Any], float]],
+    test: Runs,
+    slides: int,
+    runs: int,
+) -> str:
+    """The page's text; `slides` and `runs` are those that trained."""
+    speeds = np.unique(test.slides.speed)
+    intro = paragraph(
+        "Models that name the ten specimens of the simulated sensor. They show the way from data to answers and are a",
+        "start for a sensor of your own; of a real sensor they know nothing.",
+    )
+    trained = paragraph(
+        f"Trained on {slides} simulated slides in {runs} runs: each run is another sensor, whose whiskers have gains of",
+        f"their own, with another gain of all light, 0.5 to 1.5; speeds of {speeds[0]:g} to {speeds[-1]:g} mm/s; four",
+        f"directions. Judged on {len(test.run)} slides in {len(np.unique(test.run))} runs of other sensors with other",
+        "gains, 1 ± 0.2, and other seeds. Patterns and depths are those of the specimen that is named.",
+        "Per cent, with Student's 95 % interval of the mean over runs:",
+    )
+    chosen = paragraph(
+        "Of each kind the most accurate was chosen, on runs that neither train nor judge, of at most 64 kB for the linear",
+        "model and 100 kB for trees:",
+    )
+    return f"""# Texture models
+
+`ci/train models` writes these files and this page. Do not edit.
+
+{intro}
+
+{trained}
+
+{models_table(models, test)}
+
+## By speed and direction
+
+Specimens that are named rightly.
+
+{groups_table(models, test, "speed", " mm/s")}
+
+{groups_table(models, test, "direction", "°")}
+
+## What was compared
+
+{chosen}
+
+{trade_table(trade)}
+"""

@@ -1,0 +1,110 @@
+"""Slides for training: sweeps of `wstac dataset` and the samples that it makes of them. Needs NumPy only."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from scenes import DEFAULTS, SPECIMENS, Changes, constant, run_wstac
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Slides of all ten specimens.
+
+    The k-th slide of a specimen takes speed k mod n of n speeds in mm/s, and the directions in degrees take turns with
+    every n slides. The first slide has the seed `seed`, every further one the next. `gain` is a factor of all light,
+    that of a sensor as it is mounted for one run; `unit` tells which sensor it is: each has gains of its own for its
+    whiskers.
+    """
+
+    seed: int
+    slides: int
+    speeds: Sequence[float]
+    directions: Sequence[int]
+    gain: float = 1.0
+    unit: int = 0
+    changes: Changes = DEFAULTS
+
+    def text(self) -> str:
+        """The TOML text for `wstac dataset`."""
+        names = ", ".join(f'"{name}"' for name in SPECIMENS)
+        lines = [f"specimens = [{names}]", f"speeds = {[float(speed) for speed in self.speeds]}", f"directions = {list(self.directions)}"]
+        lines += [f"slides = {self.slides}", f"seed = {self.seed}", "[scene]", 'fidelity = "taxel"']
+        if self.changes.noise is not None:
+            lines.append(f"noise = {self.changes.noise}")
+        if self.changes.length_mm is not None:
+            lines.append(f"length = {self.changes.length_mm}")
+        light = []
+        if self.changes.afterglow_ms is not None:
+            light.append(f"afterglow_ms = {self.changes.afterglow_ms}")
+        if self.gain != 1:
+            light += [f"{key} = {self.gain * constant('light.rs', key + ': ')!r}" for key in ("flash_ms", "rubbing_ms")]
+        if self.unit:
+            light.append(f"unit = {self.unit}")
+        return "\n".join(lines + (["[scene.light]", *light] if light else [])) + "\n"
+
+
+@dataclass(frozen=True)
+class Slides:
+    """Samples of n slides, and what is known of each.
+
+    `x` is int16 (n, 700), feature by feature, in units of 1/2048; `specimen`, `pattern` and `depth` are the three sets of
+    labels, `speed` is in mm/s, `direction` in degrees, `seed` the slide's own.
+    """
+
+    x: np.ndarray
+    specimen: np.ndarray
+    pattern: np.ndarray
+    depth: np.ndarray
+    speed: np.ndarray
+    direction: np.ndarray
+    seed: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+    def features(self) -> np.ndarray:
+        """Natural logarithms, float64 (n, 700): exact, also in float32."""
+        return self.x * SCALE
+
+    def of(self, rows: np.ndarray) -> Slides:
+        """Those of a mask or of indices."""
+        return Slides(*(getattr(self, field.name)[rows] for field in fields(self)))
+
+
+SCALE = 1 / 2048
+"""Natural logarithms to a unit of a feature."""
+
+ARRAYS = {"specimen": "y_specimen", "pattern": "y_pattern", "depth": "y_depth"}
+"""Names of arrays in a data set's file, where they are not those of the fields."""
+
+
+def made(sweep: Sweep) -> Slides:
+    """The samples of a sweep; fails where a slide did not become one."""
+    with tempfile.TemporaryDirectory() as folder:
+        toml, file = Path(folder, "sweep.toml"), Path(folder, "samples.npz")
+        toml.write_text(sweep.text())
+        run_wstac(["dataset", str(toml), "-o", str(file), "--threads", "1"])
+        with np.load(file) as arrays:
+            if float(arrays["scale"]) != SCALE:
+                raise SystemExit(f"wstac dataset: scale is {arrays['scale']}, expected {SCALE}")
+            names = [field.name for field in fields(Slides)][1:]
+            rest = [np.array(arrays[ARRAYS.get(name, name)]) for name in names]
+            slides = Slides(arrays["X"].reshape(len(arrays["X"]), -1), *rest)
+    expected = sweep.slides * len(SPECIMENS)
+    if len(slides) != expected:
+        raise SystemExit(f"wstac dataset made {len(slides)} samples, expected {expected}, seed {sweep.seed}")
+    return slides
+
+
+def together(parts: Sequence[Slides]) -> Slides:
+    """Several sets as one; fails where two slides have the same seed, which would be the same chance twice."""
+    whole = Slides(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Slides)))
+    if len(np.unique(whole.seed)) != len(whole):
+        raise SystemExit("two slides have the same seed, expected a seed of its own for each")
+    return whole

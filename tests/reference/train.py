@@ -1,0 +1,58 @@
+#!/usr/bin/env python3
+"""Trains texture models on simulated slides. Needs requirements-train.txt.
+
+    WSTAC=… train.py measure RESULTS [--repeats N]  # the paper's table 2, and tests that are fair to use
+    train.py page RESULTS PAGE.md                   # the page about them
+    WSTAC=… train.py models FOLDER                  # the models that are shipped, and README.md about them
+
+Seeds are fixed and every fit has one thread. So the same command gives the same bytes again; another processor's
+floating point may change a linear model's last digits.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
+import shipped
+import table2
+import texture_report
+from report import STUDENT, paragraph
+
+
+def how() -> str:
+    """Versions and hyperparameters."""
+    return paragraph(
+        f"Trained by scikit-learn {version('scikit-learn')} and XGBoost {version('xgboost')} on natural logarithms,",
+        "700 a slide: `make_pipeline(StandardScaler(), SVC(kernel=\"linear\", C=1))`, `RandomForestClassifier(100)`,",
+        "`XGBClassifier(n_estimators=100, tree_method=\"hist\", max_bin=64)`; everything else is the libraries' default.",
+    )
+
+
+def main() -> int:
+    """Command line."""
+    parser = argparse.ArgumentParser(description="train texture models on simulated slides")
+    commands = parser.add_subparsers(dest="what", required=True)
+    measure = commands.add_parser("measure", help="the paper's table 2, and tests that are fair to use")
+    measure.add_argument("results", type=Path, help="file to write, or to go on with")
+    measure.add_argument("--repeats", type=int, choices=sorted(STUDENT), default=20, help="default 20")
+    page = commands.add_parser("page", help="the page about them")
+    page.add_argument("results", type=Path, help="what measure wrote")
+    page.add_argument("page", type=Path, help="file to write")
+    models = commands.add_parser("models", help="the models that are shipped")
+    models.add_argument("folder", type=Path, help="where to write them")
+    arguments = parser.parse_args()
+    if arguments.what == "measure":
+        table2.measure(arguments.results, arguments.repeats)
+    elif arguments.what == "page":
+        results = texture_report.results_of(arguments.results.read_text().splitlines())
+        arguments.page.write_text(texture_report.page(results, how()))
+    else:
+        shipped.write(arguments.folder)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
