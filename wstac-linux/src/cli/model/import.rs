@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use wstac_core::model::file::Task;
 
-use super::super::output::{Stop, note};
+use super::super::output::{Stop, check_new, note};
 use crate::error::Error;
 use crate::model::inspect::task_name;
 use crate::model::write::{self, Options};
@@ -82,10 +82,7 @@ enum Leaves {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let output = &arguments.output;
     let backend = backend(arguments.backend, output)?;
-    if !arguments.force && output.exists() {
-        let message = "exists already, expected a new file, or --force to write over it";
-        return Err(Error::new(output.display(), message).into());
-    }
+    check_new(output, arguments.force)?;
     let task = arguments.task.map(|task| match task {
         Classes::Specimen => Task::Specimen,
         Classes::Pattern => Task::Pattern,
