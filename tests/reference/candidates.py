@@ -13,7 +13,8 @@ import skl2onnx
 from skl2onnx.common.data_types import FloatTensorType
 from sklearn.ensemble import ExtraTreesClassifier, RandomForestClassifier
 from sklearn.exceptions import ConvergenceWarning
-from sklearn.svm import SVC, LinearSVC
+from sklearn.linear_model import LogisticRegression
+from sklearn.svm import SVC
 from xgboost import XGBClassifier
 
 from scenes import SPECIMENS
@@ -59,9 +60,9 @@ LABELS = np.array(sorted(SPECIMENS))
 """Classes in their order: scikit-learn's is the alphabet's."""
 
 CANDIDATES = (
-    Candidate("svm", "LinearSVC(C=1)", lambda: LinearSVC(C=1, max_iter=100, random_state=0)),
-    Candidate("svm", "LinearSVC(C=1)", lambda: LinearSVC(C=1, max_iter=100, random_state=0), ("--weights", "int8")),
     Candidate("svm", "SVC(kernel=\"linear\", C=1)", lambda: SVC(kernel="linear", C=1)),
+    Candidate("svm", "SVC(kernel=\"linear\", C=1)", lambda: SVC(kernel="linear", C=1), ("--weights", "int8")),
+    Candidate("svm", "LogisticRegression(C=10)", lambda: LogisticRegression(C=10, max_iter=300)),
     Candidate(
         "forest",
         "RandomForestClassifier(50, max_leaf_nodes=320)",

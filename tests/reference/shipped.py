@@ -32,9 +32,8 @@ class Imported:
     said: dict[str, object]
 
 
-def imported(candidate: Candidate, train: Slides, folder: Path) -> Imported:
-    """Trains a candidate and makes a model file of it."""
-    model = candidate.train(train.features(), train.specimen)
+def imported(candidate: Candidate, model: object, folder: Path) -> Imported:
+    """Makes a model file of a candidate, trained."""
     file, options = candidate.save(model, folder)
     path = folder / f"{candidate.kind}.wsm"
     run_wstac(["model", "import", str(file), "-o", str(path), *options])
@@ -55,12 +54,16 @@ def write(folder: Path) -> None:
     train = run_all(training_sweeps()).slides
     check = run_all(check_sweeps()).slides
     test = run_all(test_sweeps())
-    judged = []
+    judged: list[tuple[Imported, float]] = []
+    trained: dict[str, object] = {}
     with tempfile.TemporaryDirectory() as work:
         for number, candidate in enumerate(CANDIDATES):
             place = Path(work, str(number))
             place.mkdir()
-            one = imported(candidate, train, place)
+            # Some differ in their import alone.
+            if candidate.words not in trained:
+                trained[candidate.words] = candidate.train(train.features(), train.specimen)
+            one = imported(candidate, trained[candidate.words], place)
             right = float(np.mean(named(one.path, check) == check.specimen))
             judged.append((one, right))
             print(f"{candidate.words}: {one.said['bytes']} bytes, {100 * right:.1f} %", file=sys.stderr, flush=True)
