@@ -45,7 +45,10 @@ class Candidate:
             model.save_model(path)
             return path, ["--labels", ",".join(LABELS), *self.options]
         path = folder / f"{self.kind}.onnx"
-        onnx = skl2onnx.convert_sklearn(model, initial_types=[("X", FloatTensorType([None, 700]))])
+        with warnings.catch_warnings():
+            # The converter reads attributes that scikit-learn will drop.
+            warnings.simplefilter("ignore", FutureWarning)
+            onnx = skl2onnx.convert_sklearn(model, initial_types=[("X", FloatTensorType([None, 700]))])
         path.write_bytes(onnx.SerializeToString())
         return path, list(self.options)
 
