@@ -6,6 +6,7 @@ import json
 import shutil
 import sys
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +14,7 @@ import numpy as np
 
 from candidates import CANDIDATES, Candidate, answers
 from runs import run_all
-from scenes import run_wstac
+from scenes import WORKERS, run_wstac
 from shipped_report import Judged, page
 from shipped_slides import TRAIN_RUNS, check_sweeps, test_sweeps, training_sweeps
 from slides import Slides
@@ -55,14 +56,15 @@ def write(folder: Path) -> None:
     check = run_all(check_sweeps()).slides
     test = run_all(test_sweeps())
     judged: list[tuple[Imported, float]] = []
-    trained: dict[str, object] = {}
+    # Some differ in their import alone.
+    different = {candidate.words: candidate for candidate in CANDIDATES}
+    with ThreadPoolExecutor(WORKERS) as pool:
+        models = pool.map(lambda one: one.train(train.features(), train.specimen), different.values())
+        trained = dict(zip(different, models, strict=True))
     with tempfile.TemporaryDirectory() as work:
         for number, candidate in enumerate(CANDIDATES):
             place = Path(work, str(number))
             place.mkdir()
-            # Some differ in their import alone.
-            if candidate.words not in trained:
-                trained[candidate.words] = candidate.train(train.features(), train.specimen)
             one = imported(candidate, trained[candidate.words], place)
             right = float(np.mean(named(one.path, check) == check.specimen))
             judged.append((one, right))
