@@ -6,6 +6,7 @@ import json
 import shutil
 import sys
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +14,7 @@ import numpy as np
 
 from candidates import CANDIDATES, Candidate, answers
 from runs import run_all
-from scenes import run_wstac
+from scenes import WORKERS, run_wstac
 from shipped_report import Judged, page
 from shipped_slides import TRAIN_RUNS, check_sweeps, test_sweeps, training_sweeps
 from slides import Slides
@@ -32,9 +33,8 @@ class Imported:
     said: dict[str, object]
 
 
-def imported(candidate: Candidate, train: Slides, folder: Path) -> Imported:
-    """Trains a candidate and makes a model file of it."""
-    model = candidate.train(train.features(), train.specimen)
+def imported(candidate: Candidate, model: object, folder: Path) -> Imported:
+    """Makes a model file of a candidate, trained."""
     file, options = candidate.save(model, folder)
     path = folder / f"{candidate.kind}.wsm"
     run_wstac(["model", "import", str(file), "-o", str(path), *options])
@@ -55,12 +55,17 @@ def write(folder: Path) -> None:
     train = run_all(training_sweeps()).slides
     check = run_all(check_sweeps()).slides
     test = run_all(test_sweeps())
-    judged = []
+    judged: list[tuple[Imported, float]] = []
+    # Some differ in their import alone.
+    different = {candidate.words: candidate for candidate in CANDIDATES}
+    with ThreadPoolExecutor(WORKERS) as pool:
+        models = pool.map(lambda one: one.train(train.features(), train.specimen), different.values())
+        trained = dict(zip(different, models, strict=True))
     with tempfile.TemporaryDirectory() as work:
         for number, candidate in enumerate(CANDIDATES):
             place = Path(work, str(number))
             place.mkdir()
-            one = imported(candidate, train, place)
+            one = imported(candidate, trained[candidate.words], place)
             right = float(np.mean(named(one.path, check) == check.specimen))
             judged.append((one, right))
             print(f"{candidate.words}: {one.said['bytes']} bytes, {100 * right:.1f} %", file=sys.stderr, flush=True)

@@ -91,6 +91,7 @@ def page(
     intro = paragraph(
         "Models that name the ten specimens of the simulated sensor. They show the way from data to answers and are a",
         "start for a sensor of your own; of a real sensor they know nothing.",
+        "`tests/reference/candidates.py` has all of their hyperparameters.",
     )
     trained = paragraph(
         f"Trained on {slides} simulated slides in {runs} runs: each run is another sensor, whose whiskers have gains of",

@@ -33,7 +33,8 @@ class Sweep:
     def text(self) -> str:
         """The TOML text for `wstac dataset`."""
         names = ", ".join(f'"{name}"' for name in SPECIMENS)
-        lines = [f"specimens = [{names}]", f"speeds = {[float(speed) for speed in self.speeds]}", f"directions = {list(self.directions)}"]
+        speeds = [float(speed) for speed in self.speeds]
+        lines = [f"specimens = [{names}]", f"speeds = {speeds}", f"directions = {list(self.directions)}"]
         lines += [f"slides = {self.slides}", f"seed = {self.seed}", "[scene]", 'fidelity = "taxel"']
         if self.changes.noise is not None:
             lines.append(f"noise = {self.changes.noise}")

@@ -76,11 +76,11 @@ def accuracies(slides: Slides, specimens: np.ndarray) -> dict[str, float]:
     return {labels: float(np.mean(answers[labels] == getattr(slides, labels))) for labels in LABELS}
 
 
-def measure(file: Path, repeats: int) -> None:
-    """Does all of it this many times and adds a line to the file for each; what is there already is not done again."""
+def measure(file: Path, repeats: int, only: str | None = None) -> None:
+    """Does all of it, or one of JOBS, this many times; adds a line to the file for each that is not there already."""
     lines = file.read_text().splitlines() if file.exists() else []
     there = {(line["kind"], line["repeat"]) for line in map(json.loads, lines)}
-    jobs = [(kind, n) for kind in JOBS for n in range(repeats) if (kind, n) not in there]
+    jobs = [(kind, n) for kind in JOBS if only in (None, kind) for n in range(repeats) if (kind, n) not in there]
     with ThreadPoolExecutor(WORKERS) as pool, file.open("a") as out:
         running = [(kind, n, pool.submit(JOBS[kind], n)) for kind, n in jobs]
         for kind, n, job in running:

@@ -203,6 +203,11 @@ class PageTest(unittest.TestCase):
         self.assertRaisesRegex(SystemExit, "20 of paper, 19 of deployed", texture_report.results_of, self.lines()[:-1])
         self.assertRaisesRegex(SystemExit, "0 of paper", texture_report.results_of, [])
 
+    def test_table_two_may_be_alone(self) -> None:
+        results = texture_report.results_of([line for line in self.lines() if '"paper"' in line])
+        self.assertEqual((results.paper, results.deployed), (self.paper, {}))
+        self.assertTrue(texture_report.page(results, "HOW").endswith("do not scale.\n"))
+
     def test_table_two(self) -> None:
         self.paper["specimen", "XGBoost"] = [0.89, 0.91] * 10
         rows = texture_report.paper_table(self.paper).splitlines()
@@ -230,6 +235,7 @@ class PageTest(unittest.TestCase):
         # Deviation 25.65 of 20 numbers: 2.093 · 25.65 / √20 = 12.0
         self.assertIn("| depth | 25.0 (13.0 … 37.0) | 25.0 (13.0 … 37.0) | 12.3 (12.3 … 12.3) |", page)
         self.assertIn("\nHOW\n", page)
+        self.assertIn("do not scale.\n\n## Fair to use\n\nA sensor", page)
         self.assertIn("repeated 20 times", page.replace("\n", " "))
 
 
