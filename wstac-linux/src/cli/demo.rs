@@ -21,7 +21,7 @@ pub(super) struct Arguments {
     seed: u64,
 
     /// Name textures with this model of specimens
-    #[arg(long, value_name = "FILE.wsm", default_value = "builtin:forest")]
+    #[arg(long, value_name = "FILE.wsm", default_value = "builtin:svm")]
     model: PathBuf,
 }
 
