@@ -20,7 +20,7 @@ use std::path::Path;
 use wstac_core::model::file::Task;
 
 use crate::error::Error;
-use trained::{Kind, Trained};
+use trained::Trained;
 use write::{Options, Written, write};
 
 /// Largest file that is read.
@@ -56,16 +56,7 @@ pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trai
     drop(bytes);
     model.task = wanted.task.unwrap_or(model.task);
     let facts = serde_json::json!({ "file": name, "trainer": tool }).to_string();
-    let mut written = write(&model, &facts, wanted.options)?;
-    let (beyond, all) = match &model.kind {
-        Kind::Linear(_) => (0, 0),
-        Kind::Forest(trees) => integers::beyond(trees),
-        Kind::Boosted(boosted) => integers::beyond(boosted.scores.iter().flat_map(|score| &score.trees)),
-    };
-    if 2 * beyond > all {
-        let hint = "was it trained on X times its scale?";
-        written.exactness += &format!("; {beyond} of {all} thresholds are beyond all features: {hint}");
-    }
+    let written = write(&model, &facts, wanted.options)?;
     Ok((model, written))
 }
 
