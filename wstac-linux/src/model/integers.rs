@@ -1,6 +1,6 @@
 //! From trees of real numbers to trees of integers: thresholds in units of 1/2048, and no splits that are decided anyway.
 
-use super::trained::{Node, Tree, file_order};
+use super::trained::{Kind, Node, Tree, file_order};
 
 /// A tree's nodes with inputs in the order of the file and int16 thresholds; leaves are words.
 #[derive(Clone, Debug)]
@@ -32,8 +32,21 @@ pub(super) fn left(threshold: f64, strict: bool) -> Left {
     }
 }
 
+/// What to say of a model most of whose splits no integer is on both sides of; nothing of others.
+pub(super) fn hint(kind: &Kind) -> String {
+    let (beyond, all) = match kind {
+        Kind::Linear(_) => (0, 0),
+        Kind::Forest(trees) => count_beyond(trees),
+        Kind::Boosted(boosted) => count_beyond(boosted.scores.iter().flat_map(|score| &score.trees)),
+    };
+    if 2 * beyond <= all {
+        return String::new();
+    }
+    format!("; {beyond} of {all} thresholds are beyond all features: was it trained on X times its scale?")
+}
+
 /// How many splits no integer is on both sides of, and how many there are.
-pub(super) fn beyond<'t, L: 't>(trees: impl IntoIterator<Item = &'t Tree<L>>) -> (usize, usize) {
+fn count_beyond<'t, L: 't>(trees: impl IntoIterator<Item = &'t Tree<L>>) -> (usize, usize) {
     let (mut beyond, mut all) = (0, 0);
     for node in trees.into_iter().flat_map(|tree| &tree.nodes) {
         if let Node::Split { threshold, strict, .. } = node {

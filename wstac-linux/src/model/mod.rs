@@ -23,7 +23,7 @@ use wstac_core::model::file::Task;
 
 use crate::error::Error;
 use inline::Source;
-use trained::{Kind, Trained};
+use trained::Trained;
 use write::{Options, Written, write};
 
 /// Largest file that is read.
@@ -56,8 +56,7 @@ pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error>
 pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, Written), String> {
     let (model, tool) = trained(bytes, wanted)?;
     let facts = serde_json::json!({ "file": name, "trainer": tool }).to_string();
-    let mut written = write(&model, &facts, wanted.options)?;
-    written.exactness += &doubt(&model);
+    let written = write(&model, &facts, wanted.options)?;
     Ok((model, written))
 }
 
@@ -68,7 +67,7 @@ pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trai
 pub fn import_inline(path: &Path, wanted: &Import) -> Result<(Trained, Source), Error> {
     let made = trained(bytes(path)?, wanted).and_then(|(model, tool)| {
         let mut source = inline::source(&model, &name(path), &tool, wanted.options)?;
-        source.exactness += &doubt(&model);
+        source.exactness += &integers::hint(&model.kind);
         Ok((model, source))
     });
     made.map_err(|why| Error::new(path.display(), why))
@@ -85,19 +84,6 @@ fn trained(bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, String), String>
 /// The name of a file, without its folder.
 fn name(path: &Path) -> String {
     path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
-}
-
-/// What to say where most thresholds of trees are beyond all features.
-fn doubt(model: &Trained) -> String {
-    let (beyond, all) = match &model.kind {
-        Kind::Linear(_) => (0, 0),
-        Kind::Forest(trees) => integers::beyond(trees),
-        Kind::Boosted(boosted) => integers::beyond(boosted.scores.iter().flat_map(|score| &score.trees)),
-    };
-    if 2 * beyond <= all {
-        return String::new();
-    }
-    format!("; {beyond} of {all} thresholds are beyond all features: was it trained on X times its scale?")
 }
 
 /// All of a file, unless it is too large.

@@ -11,6 +11,7 @@ use wstac_core::model::Model;
 use wstac_core::model::file::{HEADER_HALVES, MAGIC, MOST_CLASSES, Task, crc};
 use wstac_core::model::labels::LONGEST_LABEL;
 
+use super::integers;
 use super::trained::{Kind, Trained, frames};
 
 /// How real numbers become integers.
@@ -105,7 +106,8 @@ pub fn write(model: &Trained, facts: &str, options: Options) -> Result<Written, 
     words[2] = length(words.len())?;
     words[1] = crc(&words);
     Model::from_words(&words).map_err(|error| format!("cannot be a model file: {error}"))?;
-    Ok(Written { words, exactness: body.exactness, score_bound: body.score_bound })
+    let exactness = body.exactness + &integers::hint(&model.kind);
+    Ok(Written { words, exactness, score_bound: body.score_bound })
 }
 
 /// How many classes a model has.

@@ -316,3 +316,22 @@ fn what_cannot_be_written_is_said() {
         assert!(error.contains(says), "{error}");
     }
 }
+
+#[test]
+fn equal_votes_stay_equal_where_others_are_rounded() {
+    let leaf = |shares: &[(u16, f64)]| Tree { nodes: vec![Node::Leaf(shares.to_vec())] };
+    let share = std::f64::consts::FRAC_1_SQRT_2;
+    let rounded = Tree {
+        nodes: vec![
+            Node::Split { input: 0, threshold: 0.0, strict: false, left: 1, right: 2 },
+            Node::Leaf(vec![(5, 0.25), (6, 0.25), (7, 0.25), (8, 0.25)]),
+            Node::Leaf(vec![(5, share), (6, 1.0 - share)]),
+        ],
+    };
+    // Classes 0, 1 and 2 have 7/9 each; in units of 2^-24 the first would have less.
+    let thirds = leaf(&[(0, 1.0 / 3.0), (3, 2.0 / 3.0)]);
+    let trees = vec![thirds, leaf(&[(0, 4.0 / 9.0), (2, 5.0 / 9.0)]), leaf(&[(1, 7.0 / 9.0), (2, 2.0 / 9.0)]), rounded];
+    let written = write(&model(9, Kind::Forest(trees)), "", Options::default()).unwrap();
+    assert!(written.exactness.contains("votes are in units of"), "{}", written.exactness);
+    assert_eq!(Model::from_words(&written.words).unwrap().classify(&[0; INPUTS]), 0);
+}
