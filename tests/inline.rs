@@ -1,5 +1,6 @@
 //! Models as Rust: what is generated compiles without a warning, cannot panic, and answers as the model file does.
 
+use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -61,8 +62,8 @@ impl Crate {
         let mut answers = String::new();
         for (number, text) in sources.iter().enumerate() {
             folder.file(&format!("m{number}.rs"), text);
-            root += &format!("/// A model.\npub mod m{number};\n");
-            answers += &format!("        answers.push(models::m{number}::classify(&sample));\n");
+            let _ = write!(root, "/// A model.\npub mod m{number};\n");
+            let _ = writeln!(answers, "        answers.push(models::m{number}::classify(&sample));");
         }
         folder.file("models.rs", &root);
         let options = ["-C", optimization, "-C", "overflow-checks=on", "-C", "panic=abort"];

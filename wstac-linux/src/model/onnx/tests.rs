@@ -73,7 +73,7 @@ fn tensor_of(name: &str, kind: u8, raw: &[u8]) -> Vec<u8> {
 
 /// Two trees of `TreeEnsemble` for three classes: one split of feature 1 of frame 1 at −1, and a leaf of class 2 and
 /// weight 1.5.
-fn five(weights: &[f32; 2], classes: &[u8; 2]) -> Vec<Vec<u8>> {
+fn five(weights: [f32; 2], classes: [u8; 2]) -> Vec<Vec<u8>> {
     let floats = |floats: &[f32]| -> Vec<u8> { floats.iter().flat_map(|float| float.to_le_bytes()).collect() };
     vec![
         tensor_of("nodes_modes", 2, &[0, 0]),
@@ -92,10 +92,10 @@ fn five(weights: &[f32; 2], classes: &[u8; 2]) -> Vec<Vec<u8>> {
 
 #[test]
 fn trees_of_version_5_add_or_vote() {
-    let read = |weights, classes: &[u8; 2]| {
+    let read = |weights: &[f32; 2], classes: &[u8; 2]| {
         let argmax = node("ArgMax", "scores", "label", &[number_of("axis", 1)]);
         let (found, _) =
-            read(&model(&[node("TreeEnsemble", "X", "scores", &five(weights, classes)), argmax]), None).unwrap();
+            read(&model(&[node("TreeEnsemble", "X", "scores", &five(*weights, *classes)), argmax]), None).unwrap();
         assert_eq!((found.labels.join(",").as_str(), found.inputs), ("0,1,2", 700));
         let words = write(&found, "", Options::default()).unwrap().words;
         let read = wstac_core::model::Model::from_words(&words).unwrap();
@@ -254,13 +254,10 @@ fn what_is_not_understood_is_named() {
         // Inputs lose something on the way.
         (vec![node("Cast", "X", "y", &[cast(7)]), node("LinearClassifier", "y", "label", &[])], "Cast to 7 before"),
         (vec![named("y"), node("Cast", "y", "label", &[cast(9)])], "Cast to bool"),
-        (vec![node("TreeEnsemble", "X", "label", &five(&[1.0, 2.0], &[0, 1]))], "expected ArgMax after it"),
-        (
-            vec![node("TreeEnsemble", "X", "y", &five(&[1.0, 2.0], &[0, 1])), node("Less", "y", "label", &[])],
-            "node Less",
-        ),
-        (vec![node("TreeEnsemble", "X", "y", &five(&[1.0, f32::NAN], &[0, 1]))], "leaf_weights[1] is NaN"),
-        (vec![node("TreeEnsemble", "X", "y", &five(&[1.0, 1.0], &[0, 3]))], "leaf_targetids[1] is 3, expected below 3"),
+        (vec![node("TreeEnsemble", "X", "label", &five([1.0, 2.0], [0, 1]))], "expected ArgMax after it"),
+        (vec![node("TreeEnsemble", "X", "y", &five([1.0, 2.0], [0, 1])), node("Less", "y", "label", &[])], "node Less"),
+        (vec![node("TreeEnsemble", "X", "y", &five([1.0, f32::NAN], [0, 1]))], "leaf_weights[1] is NaN"),
+        (vec![node("TreeEnsemble", "X", "y", &five([1.0, 1.0], [0, 3]))], "leaf_targetids[1] is 3, expected below 3"),
     ] {
         let error = read(&model(&nodes), None).unwrap_err();
         assert!(error.contains(says), "{error}");

@@ -59,7 +59,9 @@ pub(super) fn votes(trees: &mut [Tree<Leaf>], single: bool) -> Result<(), String
     for (number, tree) in trees.iter_mut().enumerate() {
         for node in &mut tree.nodes {
             let Node::Leaf(leaf) = node else { continue };
-            leaf.iter_mut().for_each(|share| share.1 *= factor);
+            for share in &mut *leaf {
+                share.1 *= factor;
+            }
             if single {
                 let second = leaf.first().map_or(0.0, |share| share.1);
                 leaf.push((0, 1.0 - second));
@@ -87,7 +89,9 @@ fn unrounded(leaf: &mut Leaf) {
     };
     let fits = |of: &f64| leaf.iter().all(|share| numerator(share.1, *of).is_some());
     if let Some(of) = (1..=MOST_SAMPLES).map(f64::from).find(fits) {
-        leaf.iter_mut().for_each(|share| share.1 = (share.1 * of).round() / of);
+        for share in &mut *leaf {
+            share.1 = (share.1 * of).round() / of;
+        }
     }
 }
 
