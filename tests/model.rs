@@ -57,6 +57,42 @@ const XGBOOST: &str = r#"{"learner": {"attributes": {}, "gradient_booster": {"na
     "learner_model_param": {"base_score": "[5E-1]", "num_class": "0", "num_feature": "700"},
     "objective": {"name": "binary:logistic"}}, "version": [3, 2, 0]}"#;
 
+/// The same as zip64 has it, where sizes and places of more than 32 bits are.
+fn zip64(arrays: &[(&str, &str, Vec<u8>)]) -> Vec<u8> {
+    let small = npz(arrays);
+    let end = small.len() - 22;
+    let number = |at: usize| u32::from_le_bytes(small[at..at + 4].try_into().unwrap()) as usize;
+    let (mut rest, at) = (&small[number(end + 16)..end], number(end + 16));
+    let mut archive = small[..at].to_vec();
+    let entry = |field: usize, rest: &[u8]| u32::from_le_bytes(rest[field..field + 4].try_into().unwrap());
+    while !rest.is_empty() {
+        let name = usize::from(rest[28]);
+        let mut header = rest[..46].to_vec();
+        let large = [entry(24, rest), entry(20, rest), entry(42, rest)].map(|number| u64::from(number).to_le_bytes());
+        // Sizes, and the place, are all ones where they stand in the extras: some other field, then that of zip64.
+        header[20..28].fill(0xFF);
+        header[42..46].fill(0xFF);
+        header[30] = 6 + 4 + 24;
+        archive.extend(header);
+        archive.extend(&rest[46..46 + name]);
+        archive.extend([9, 9, 2, 0, 7, 7, 1, 0, 24, 0]);
+        archive.extend(large.as_flattened());
+        rest = &rest[46 + name..];
+    }
+    let (bytes, record) = (archive.len() - at, archive.len() as u64);
+    archive.extend(b"PK\x06\x06");
+    archive.extend([44, 0, 0, 0, 0, 0, 0, 0, 45, 0, 45, 0]);
+    archive.extend([0; 24]);
+    archive.extend([bytes as u64, at as u64].map(u64::to_le_bytes).as_flattened());
+    archive.extend(b"PK\x06\x07\0\0\0\0");
+    archive.extend(record.to_le_bytes());
+    archive.extend([1, 0, 0, 0]);
+    archive.extend(b"PK\x05\x06\0\0\0\0");
+    archive.extend([0xFF; 12]);
+    archive.extend([0, 0]);
+    archive
+}
+
 /// A zip archive of stored members, without checksums, which are not looked at.
 fn npz(arrays: &[(&str, &str, Vec<u8>)]) -> Vec<u8> {
     let (mut archive, mut directory) = (Vec::new(), Vec::new());
@@ -118,11 +154,23 @@ fn from_a_trainers_file_to_answers() {
     let samples: Vec<u8> = samples.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
     let truth: Vec<u8> = "FlaSawSawSaw".chars().flat_map(|letter| u32::from(letter).to_le_bytes()).collect();
     let x = ("X", header("<i2", "(4, 10, 70)"), samples);
-    let data = npz(&[("X", &x.1, x.2.clone()), ("y_pattern", &header("<U3", "(4,)"), truth)]);
+    let data = npz(&[("X", &x.1, x.2.clone()), ("y_pattern", &header("<U3", "(4,)"), truth.clone())]);
     let data = folder.file("data.npz", &data);
-    let found: serde_json::Value = serde_json::from_str(&good(&["eval", out, text(&data), "--json"])).unwrap();
+    let all = good(&["eval", out, text(&data), "--json"]);
+    let found: serde_json::Value = serde_json::from_str(&all).unwrap();
     assert_eq!(found, serde_json::json!({"n": 4, "accuracy": 0.75, "predictions": ["Fla", "Saw", "Fla", "Saw"]}));
     assert!(good(&["eval", out, text(&data)]).contains("75.00 % right: 3 of 4 samples, by y_pattern"));
+    let large = zip64(&[("X", &x.1, x.2.clone()), ("y_pattern", &header("<U3", "(4,)"), truth.clone())]);
+    assert_eq!(good(&["eval", out, text(&folder.file("large.npz", &large)), "--json"]), all);
+    for at in 0..large.len() {
+        // Damage is an error, or goes unnoticed in numbers and names; it is never a panic.
+        if !(150..large.len() - 350).contains(&at) {
+            let mut damaged = large.clone();
+            damaged[at] ^= 0x41;
+            let done = model(&["eval", out, text(&folder.file("damaged.npz", &damaged))]);
+            assert!(matches!(done.status.code(), Some(0 | 1)), "{at}: {}", String::from_utf8_lossy(&done.stderr));
+        }
+    }
     let data = folder.file("no-truth.npz", &npz(&[("X", &x.1, x.2.clone())]));
     let found: serde_json::Value = serde_json::from_str(&good(&["eval", out, text(&data), "--json"])).unwrap();
     assert!(found["accuracy"].is_null());
@@ -158,7 +206,7 @@ fn what_is_no_model_is_refused_by_field() {
         ("[1, -1, -1]", "[-1, -1, -1]", &["trees[0].left_children[0] is -1"]),
         ("[1, -1, -1]", "[1, -1]", &["trees[0].right_children has 3 numbers, expected 2"]),
         ("[69, 0, 0]", "[700, 0, 0]", &["node 0: input 700"]),
-        ("[-1.5, -1, 1]", "[1e60, -1, 1]", &["node 0: threshold inf"]),
+        ("[-1.5, -1, 1]", "[1e60, -1, 1]", &["trees[0].split_conditions[0] is inf"]),
         ("[-1.5, -1, 1]", "[-1.5, 1e30, 1]", &["leaf 1", "below 2^96"]),
         ("[0, 0, 0]", "[0, 1, 0]", &["split_type[1] is categorical"]),
         ("binary:logistic", "rank:ndcg", &["objective.name is \"rank:ndcg\"", "multi:softprob"]),
@@ -167,6 +215,11 @@ fn what_is_no_model_is_refused_by_field() {
         ("[5E-1]", "[1]", &["base_score is 1", "probability"]),
         ("\"tree_info\": [0]", "\"tree_info\": [1]", &["tree_info[0] is 1"]),
         ("gbtree\"", "dart\"", &["\"dart\", expected \"gbtree\""]),
+        // What is no number in JSON is known by its key only.
+        ("[-1.5, -1, 1]", "[-1.5, NaN, 1]", &["JSON", "in split_conditions"]),
+        ("[-1.5, -1, 1]", "[-Infinity, -1, 1]", &["JSON", "in split_conditions"]),
+        ("[5E-1]", "[NaN]", &["base_score is \"[NaN]\""]),
+        ("[5E-1]", "[1E-42]", &["base_score is 0.000", "almost 0"]),
         ("\"learner\"", "\"teacher\"", &["JSON: missing field `learner`"]),
     ] {
         let file = folder.file("trained.json", XGBOOST.replacen(from, to, 1).as_bytes());
@@ -187,4 +240,61 @@ fn what_is_no_model_is_refused_by_field() {
     let file = folder.file("trained", XGBOOST.as_bytes());
     bad(&["import", text(&file), "-o", text(&out), "--labels", "a,b,c"], &["has 2 classes, and --labels names 3"]);
     assert!(!out.exists());
+}
+
+#[test]
+fn a_model_of_the_first_frames_looks_at_no_others() {
+    let folder = Folder::new("early");
+    let out = folder.0.join("out.wsm");
+    let out = text(&out);
+    // Ten features of two frames; input 3 is feature 1 of frame 1.
+    let early = XGBOOST.replacen("[69, 0, 0]", "[3, 0, 0]", 1).replacen("\"700\"", "\"20\"", 1);
+    good(&["import", text(&folder.file("trained", early.as_bytes())), "-o", out]);
+    let found: serde_json::Value = serde_json::from_str(&good(&["inspect", out, "--json"])).unwrap();
+    assert_eq!(found["frames"], 2);
+    let mut samples = vec![[0_i16; 700]; 2];
+    // In a data set all frames of a feature follow each other.
+    samples[0][70 + 1] = -3073;
+    samples[1].fill(-3073);
+    samples[1][70 + 1] = -3072;
+    let samples: Vec<u8> = samples.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+    let data = folder.file("data.npz", &npz(&[("X", &header("<i2", "(2, 10, 70)"), samples)]));
+    let found: serde_json::Value = serde_json::from_str(&good(&["eval", out, text(&data), "--json"])).unwrap();
+    assert_eq!(found["predictions"], serde_json::json!(["0", "1"]));
+    for inputs in ["0", "15", "710"] {
+        let file = XGBOOST.replacen("[69, 0, 0]", "[3, 0, 0]", 1).replacen("\"700\"", &format!("\"{inputs}\""), 1);
+        let file = folder.file("refused", file.as_bytes());
+        bad(
+            &["import", text(&file), "-o", text(&folder.0.join("no.wsm"))],
+            &[&format!("{inputs} inputs, expected 700")],
+        );
+    }
+}
+
+#[test]
+fn leaves_are_int16_where_that_is_proven() {
+    let folder = Folder::new("leaves");
+    let out = folder.0.join("out.wsm");
+    let out = text(&out);
+    let kept = |leaves: &str, option: &[&str]| {
+        let trained = XGBOOST.replacen("[-1.5, -1, 1]", &format!("[-1.5, {leaves}]"), 1);
+        let file = folder.file("trained", trained.as_bytes());
+        let done = model(&[&["import", text(&file), "-o", out, "--force"], option].concat());
+        let said = String::from_utf8(done.stderr).unwrap();
+        assert_eq!(done.status.code(), Some(0), "{said}");
+        let found: serde_json::Value = serde_json::from_str(&good(&["inspect", out, "--json"])).unwrap();
+        (found["numbers"].as_str().unwrap().to_owned(), said)
+    };
+    for (leaves, option, numbers, says) in [
+        ("-1, 1", &[][..], "int16", "proven to be those of float32"),
+        ("-0.9765625E-3, 31.9990234375", &[], "int16", "proven"),
+        ("-0.9765625E-3, 32.5", &[], "float32", "order of their sums are exact"),
+        ("-1, 0.1", &[], "float32", "order of their sums are exact"),
+        ("-1, 0.1", &["--leaves", "int16"], "int16", "a score is off by"),
+        ("-1, 1", &["--leaves", "float32"], "float32", "order of their sums are exact"),
+        ("-1, 1", &["--leaves", "auto"], "int16", "proven"),
+    ] {
+        let (found, said) = kept(leaves, option);
+        assert!(found.contains(numbers) && said.contains(says), "{leaves} {option:?}: {found}; {said}");
+    }
 }

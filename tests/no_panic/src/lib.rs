@@ -27,9 +27,10 @@ use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::{Ln, constant, fixed::Fixed, libm::Libm, micromath::Micromath};
 use wstac_core::model::Model;
 use wstac_core::model::boosted::Boosted;
-use wstac_core::model::file::{Label, Labels, ModelError};
+use wstac_core::model::file::ModelError;
 use wstac_core::model::forest::Forest;
-use wstac_core::model::linear::Linear as LinearModel;
+use wstac_core::model::labels::{Label, Labels};
+use wstac_core::model::linear_svm::LinearSvm;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
@@ -214,13 +215,17 @@ entries! {
     sample<'a>(frames: &'a [Features; 70]) -> Sample<'a> { Sample::from_frames(frames) }
     sample_feature(sample: Sample<'_>, feature: usize) -> i64 { sample.feature(feature).map(i64::from).sum() }
     sample_flat(sample: Sample<'_>) -> [i16; 700] { sample.flat() }
-    model<'a>(words: &'a [u16]) -> Result<Model<'a>, ModelError> { Model::from_words(words) }
-    model_linear<'a>(words: &'a [u16]) -> Result<LinearModel<'a>, ModelError> { LinearModel::from_words(words) }
-    model_forest<'a>(words: &'a [u16]) -> Result<Forest<'a>, ModelError> { Forest::from_words(words) }
-    model_boosted<'a>(words: &'a [u16]) -> Result<Boosted<'a>, ModelError> { Boosted::from_words(words) }
+    model<'a>(words: &'a [u32]) -> Result<Model<'a>, ModelError> { Model::from_words(words) }
+    model_of_bytes<'a>(bytes: &'a [u8]) -> Result<Model<'a>, ModelError> { Model::from_bytes(bytes) }
+    model_svm<'a>(words: &'a [u32]) -> Result<LinearSvm<'a>, ModelError> { LinearSvm::from_words(words) }
+    model_forest<'a>(words: &'a [u32]) -> Result<Forest<'a>, ModelError> { Forest::from_words(words) }
+    model_boosted<'a>(words: &'a [u32]) -> Result<Boosted<'a>, ModelError> { Boosted::from_words(words) }
     model_classify(model: &Model<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
+    svm_classify(model: &LinearSvm<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
+    forest_classify(model: &Forest<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
+    boosted_classify(model: &Boosted<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
     model_label<'a>(labels: Labels<'a>, class: usize) -> Option<Label<'a>> { labels.get(class) }
-    model_training<'a>(labels: Labels<'a>) -> Option<Label<'a>> { labels.training() }
+    model_training<'a>(labels: Labels<'a>) -> Label<'a> { labels.training() }
     model_label_letters(label: Label<'_>) -> u32 { label.chars().map(u32::from).fold(0, u32::wrapping_add) }
     sample_frames(sample: Sample<'_>) -> usize { sample.frames().count() }
     event_direction(event: &Event<'_>) -> Direction { direction::direction(event) }

@@ -1,29 +1,31 @@
 //! Boosted trees: every tree adds its leaf to the score of its class, and the class with the highest score wins.
 //!
-//! From word 16 on: scores (one for each class, or a single one for two classes), then two words: the score above which
-//! the second of two classes is the answer; for each score its trees (one word) and what it starts with (two words);
+//! From half 16 on: scores (one for each class, or a single one for two classes), then two halves: the score above which
+//! the second of two classes is the answer; for each score its trees (one half) and what it starts with (two halves);
 //! then all trees of the first score, of the second and so on, as in [`super::trees`]. Leaves, starts and the bound are
 //! int32 and leaves int16, or all float32, which are added in the order of the trees: exactly what XGBoost does.
 
-use super::file::{HEADER_WORDS, Header, INPUTS, Labels, ModelError, long, word};
+use super::file::{HEADER_HALVES, Header, INPUTS, ModelError, half, long};
+use super::labels::Labels;
 use super::trees::{self, Leaves};
+use super::walk;
 
 /// Boosted trees that have been checked.
 #[derive(Clone, Copy, Debug)]
 pub struct Boosted<'a> {
-    words: &'a [u16],
+    words: &'a [u32],
     pub(super) labels: Labels<'a>,
     pub(super) header: Header,
     /// Number of scores: that of the classes, or 1.
     scores: u8,
-    /// Word at which the trees start.
+    /// Half at which the trees start.
     trees: usize,
     floats: bool,
 }
 
 /// The kind's number in the file.
 pub(super) const KIND: u16 = 4;
-/// What leaves are: see the file's word 7.
+/// What leaves are: see the file's half 7.
 const INT16: u16 = 2;
 const FLOAT32: u16 = 3;
 
@@ -32,7 +34,7 @@ impl<'a> Boosted<'a> {
     ///
     /// # Errors
     /// What is wrong with the file.
-    pub const fn from_words(words: &'a [u16]) -> Result<Self, ModelError> {
+    pub const fn from_words(words: &'a [u32]) -> Result<Self, ModelError> {
         let header = match Header::read(words) {
             Ok(header) => header,
             Err(error) => return Err(error),
@@ -40,34 +42,34 @@ impl<'a> Boosted<'a> {
         if header.kind != KIND {
             return Err(ModelError::Kind);
         }
-        let (floats, leaf_words, leaves) = match header.number {
-            INT16 => (false, 1, Leaves::Integers),
-            FLOAT32 => (true, 2, Leaves::Floats),
+        let (floats, leaves) = match header.number {
+            INT16 => (false, Leaves::Integers),
+            FLOAT32 => (true, Leaves::Floats),
             _ => return Err(ModelError::Header(7)),
         };
-        if header.labels < HEADER_WORDS + 3 {
-            return Err(ModelError::Part(HEADER_WORDS as u32));
+        if header.labels < HEADER_HALVES + 3 {
+            return Err(ModelError::Part(HEADER_HALVES as u32));
         }
-        let scores = word(words, HEADER_WORDS);
+        let scores = half(words, HEADER_HALVES);
         if scores as u8 != header.classes && !(scores == 1 && header.classes == 2) || scores > 0xFF {
-            return Err(ModelError::Part(HEADER_WORDS as u32));
+            return Err(ModelError::Part(HEADER_HALVES as u32));
         }
-        if floats && !trees::is_moderate(word(words, HEADER_WORDS + 2)) {
+        if floats && !trees::is_moderate(half(words, HEADER_HALVES + 2)) {
             return Err(ModelError::Overflow);
         }
-        let trees = HEADER_WORDS + 3 + 3 * scores as usize;
+        let trees = HEADER_HALVES + 3 + 3 * scores as usize;
         if trees > header.labels {
-            return Err(ModelError::Part(HEADER_WORDS as u32));
+            return Err(ModelError::Part(HEADER_HALVES as u32));
         }
         let mut all = 0_u32;
         let mut score = 0;
         while score < scores as usize {
-            let entry = HEADER_WORDS + 3 + 3 * score;
-            let count = word(words, entry) as u32;
+            let entry = HEADER_HALVES + 3 + 3 * score;
+            let count = half(words, entry) as u32;
             all += count;
             let start = long(words, entry + 1) as i32;
             let fits = if floats {
-                trees::is_moderate(word(words, entry + 2))
+                trees::is_moderate(half(words, entry + 2))
             } else {
                 start.unsigned_abs() as u64 + count as u64 * 32_768 <= i32::MAX as u64
             };
@@ -81,11 +83,11 @@ impl<'a> Boosted<'a> {
         }
         let mut at = trees;
         while all > 0 {
-            let (start, end) = match trees::bounds(words, at, header.labels) {
+            let (start, end) = match trees::bounds(words, at, header.labels, header.shift) {
                 Ok(bounds) => bounds,
                 Err(error) => return Err(error),
             };
-            if let Err(error) = trees::check(words, start, end, header.shift, header.inputs(), leaf_words, leaves) {
+            if let Err(error) = trees::check(words, start, end, header.shift, header.inputs(), leaves) {
                 return Err(error);
             }
             at = end;
@@ -106,7 +108,7 @@ impl<'a> Boosted<'a> {
             self.highest(
                 sample,
                 |bits| bits as i32,
-                |score, at| score.wrapping_add(i32::from(word(self.words, at) as i16)),
+                |score, at| score.wrapping_add(i32::from(half(self.words, at) as i16)),
             )
         }
     }
@@ -121,16 +123,18 @@ impl<'a> Boosted<'a> {
     ) -> u8 {
         let (mut at, mut best, mut highest) = (self.trees, 0, None);
         for class in 0..self.scores {
-            let entry = HEADER_WORDS + 3 + 3 * usize::from(class);
+            let entry = HEADER_HALVES + 3 + 3 * usize::from(class);
             let mut score = of_bits(long(self.words, entry + 1));
-            for _ in 0..word(self.words, entry) {
-                let Ok((start, end)) = trees::bounds(self.words, at, self.header.labels) else { break };
-                let leaf = if self.floats {
-                    trees::walk::<2>(self.words, start, self.header.shift, sample)
-                } else {
-                    trees::walk::<1>(self.words, start, self.header.shift, sample)
+            for _ in 0..half(self.words, entry) {
+                let Ok((start, end)) = trees::bounds(self.words, at, self.header.labels, self.header.shift) else {
+                    break;
                 };
-                score = add(score, leaf.place());
+                let leaf = if self.floats {
+                    walk::leaf::<2>(self.words, start, self.header.shift, sample)
+                } else {
+                    walk::leaf::<1>(self.words, start, self.header.shift, sample)
+                };
+                score = add(score, leaf);
                 at = end;
             }
             if highest.is_none_or(|highest| score > highest) {
@@ -138,7 +142,7 @@ impl<'a> Boosted<'a> {
             }
         }
         if self.scores == 1 {
-            let bound = of_bits(long(self.words, HEADER_WORDS + 1));
+            let bound = of_bits(long(self.words, HEADER_HALVES + 1));
             return u8::from(highest.is_some_and(|score| score > bound));
         }
         best

@@ -3,23 +3,35 @@
 //!
 //! [`file`] has the byte layout. A model is checked when it is made, in a `const` on a board ([`include_model!`]); then it
 //! answers without checks that could fail, panics or allocation. An application that names the one kind it uses
-//! ([`Linear`], [`Forest`], [`Boosted`]) links that alone; [`Model`] is any of them.
+//! ([`LinearSvm`], [`Forest`], [`Boosted`]) links that alone; [`Model`] is any of them.
 
 pub mod boosted;
+mod bytes;
 pub mod file;
 pub mod forest;
-pub mod linear;
+pub mod labels;
+pub mod linear_svm;
 pub mod trees;
+mod walk;
 
 use self::boosted::Boosted;
-use self::file::{Header, INPUTS, Labels, ModelError, Task};
+use self::file::{Header, INPUTS, ModelError, Task};
 use self::forest::Forest;
-use self::linear::Linear;
+use self::labels::Labels;
+use self::linear_svm::LinearSvm;
 
 /// Makes what all kinds of models have in common.
 macro_rules! common {
     ($($kind:ident)*) => {$(
         impl<'a> $kind<'a> {
+            /// A model from its file's bytes, all of which are checked; they are used where they lie.
+            ///
+            /// # Errors
+            /// What is wrong with the file; bytes must be aligned to four, and the machine little-endian.
+            pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, ModelError> {
+                Self::from_words(bytes::words(bytes)?)
+            }
+
             /// The names of its classes.
             pub const fn labels(&self) -> Labels<'a> {
                 self.labels
@@ -42,13 +54,13 @@ macro_rules! common {
         }
     )*};
 }
-common!(Linear Forest Boosted);
+common!(LinearSvm Forest Boosted);
 
 /// A model of any kind.
 #[derive(Clone, Copy, Debug)]
 pub enum Model<'a> {
     /// Weighted sums.
-    Linear(Linear<'a>),
+    LinearSvm(LinearSvm<'a>),
     /// A random forest.
     Forest(Forest<'a>),
     /// Boosted trees.
@@ -60,14 +72,14 @@ impl<'a> Model<'a> {
     ///
     /// # Errors
     /// What is wrong with the file.
-    pub const fn from_words(words: &'a [u16]) -> Result<Self, ModelError> {
+    pub const fn from_words(words: &'a [u32]) -> Result<Self, ModelError> {
         let header = match Header::read(words) {
             Ok(header) => header,
             Err(error) => return Err(error),
         };
         match header.kind {
-            linear::ONE_AGAINST_REST | linear::ONE_AGAINST_ONE => match Linear::from_words(words) {
-                Ok(model) => Ok(Self::Linear(model)),
+            linear_svm::ONE_AGAINST_REST | linear_svm::ONE_AGAINST_ONE => match LinearSvm::from_words(words) {
+                Ok(model) => Ok(Self::LinearSvm(model)),
                 Err(error) => Err(error),
             },
             forest::KIND => match Forest::from_words(words) {
@@ -82,10 +94,18 @@ impl<'a> Model<'a> {
         }
     }
 
+    /// A model from its file's bytes, all of which are checked; they are used where they lie.
+    ///
+    /// # Errors
+    /// What is wrong with the file; bytes must be aligned to four, and the machine little-endian.
+    pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, ModelError> {
+        Self::from_words(bytes::words(bytes)?)
+    }
+
     /// The class of a sample: 700 numbers, frame by frame ([`crate::sample::Sample::flat`]).
     pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
         match self {
-            Self::Linear(model) => model.classify(sample),
+            Self::LinearSvm(model) => model.classify(sample),
             Self::Forest(model) => model.classify(sample),
             Self::Boosted(model) => model.classify(sample),
         }
@@ -94,7 +114,7 @@ impl<'a> Model<'a> {
     /// The names of its classes.
     pub const fn labels(&self) -> Labels<'a> {
         match self {
-            Self::Linear(model) => model.labels(),
+            Self::LinearSvm(model) => model.labels(),
             Self::Forest(model) => model.labels(),
             Self::Boosted(model) => model.labels(),
         }
@@ -103,7 +123,7 @@ impl<'a> Model<'a> {
     /// What it tells apart.
     pub const fn task(&self) -> Task {
         match self {
-            Self::Linear(model) => model.task(),
+            Self::LinearSvm(model) => model.task(),
             Self::Forest(model) => model.task(),
             Self::Boosted(model) => model.task(),
         }
@@ -112,7 +132,7 @@ impl<'a> Model<'a> {
     /// Frames of the sample that it needs, from the first on: 1 to 70.
     pub const fn frames(&self) -> u8 {
         match self {
-            Self::Linear(model) => model.frames(),
+            Self::LinearSvm(model) => model.frames(),
             Self::Forest(model) => model.frames(),
             Self::Boosted(model) => model.frames(),
         }
@@ -121,19 +141,24 @@ impl<'a> Model<'a> {
 
 /// A file's bytes as words, in a `const`. For [`include_model!`].
 #[doc(hidden)]
-pub const fn words<const N: usize>(bytes: &[u8]) -> [u16; N] {
+pub const fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
     let mut words = [0; N];
+    let mut left = bytes;
     let mut word = 0;
-    while word < N {
-        words[word] = u16::from_le_bytes([bytes[2 * word], bytes[2 * word + 1]]);
+    while word < N
+        && let Some((first, rest)) = left.split_first_chunk::<4>()
+    {
+        words[word] = u32::from_le_bytes(*first);
+        left = rest;
         word += 1;
     }
     words
 }
 
 /// Compiles a model file in: checked by the compiler, so that a bad one does not build. The kind is one of
-/// [`Linear`](crate::model::linear::Linear), [`Forest`](crate::model::forest::Forest), [`Boosted`](crate::model::boosted::Boosted)
-/// and [`Model`](crate::model::Model), by its path; what it names is linked.
+/// [`LinearSvm`](crate::model::linear_svm::LinearSvm), [`Forest`](crate::model::forest::Forest),
+/// [`Boosted`](crate::model::boosted::Boosted) and [`Model`](crate::model::Model), by its name in scope; what it names is
+/// linked. The path is relative to the source file, as for `include_bytes!`.
 ///
 /// ```ignore
 /// use wstac_core::{include_model, model::forest::Forest};
@@ -143,8 +168,10 @@ pub const fn words<const N: usize>(bytes: &[u8]) -> [u16; N] {
 macro_rules! include_model {
     ($kind:ident, $path:expr) => {{
         const BYTES: &[u8] = include_bytes!($path);
+        const _: () =
+            assert!(BYTES.len() % 4 == 0, "its length is no multiple of four: it is no model file, or cut off");
         #[allow(long_running_const_eval)]
-        static WORDS: [u16; BYTES.len() / 2] = $crate::model::words(BYTES);
+        static WORDS: [u32; BYTES.len() / 4] = $crate::model::words(BYTES);
         #[allow(long_running_const_eval)]
         const MODEL: $kind<'static> = match $kind::from_words(&WORDS) {
             Ok(model) => model,

@@ -1,32 +1,32 @@
 use std::vec;
 use std::vec::Vec;
 
-use super::file::{HEADER_WORDS, INPUTS, MAGIC, ModelError, crc};
-use super::trees::{LEFT_LEAF, NARROW, RIGHT_LEAF};
+use super::file::{HEADER_HALVES, INPUTS, MAGIC, ModelError, crc};
+use super::trees::{LEFT_LEAF, NARROW, RIGHT_LEAF, SAME};
 use super::*;
 
 /// A file of what a kind defines: header, labels and checksum around it. Labels are `a`, `b` …
-fn file(kind: u16, number: u16, classes: u16, trees: u16, part: &[u16]) -> Vec<u16> {
-    let mut words = vec![0; HEADER_WORDS];
-    words[..2].copy_from_slice(&MAGIC);
-    (words[6], words[7], words[8], words[9], words[10], words[11]) = (kind, number, classes, 1, 70, trees);
-    words.extend(part);
-    words[12] = words.len() as u16;
-    for class in 0..classes {
-        words.extend([1, u16::from(b'a') + class]);
+fn file(kind: u16, number: u16, classes: u16, trees: u16, part: &[u16]) -> Vec<u32> {
+    let mut halves = vec![0; HEADER_HALVES];
+    halves[..2].copy_from_slice(&MAGIC);
+    (halves[6], halves[7], halves[8], halves[9], halves[10], halves[11]) = (kind, number, classes, 1, 70, trees);
+    halves.extend(part);
+    halves[12] = halves.len() as u16;
+    let mut bytes: Vec<u8> = halves.iter().flat_map(|half| half.to_le_bytes()).collect();
+    for class in 0..classes as u8 {
+        bytes.extend([1, b'a' + class]);
     }
-    words.extend([2, 0, u16::from(b'o'), u16::from(b'k')]);
-    if words.len() % 2 == 1 {
-        words.push(0);
-    }
-    words[4] = words.len() as u16;
+    bytes.extend([4, 0]);
+    bytes.extend("oµk".as_bytes());
+    bytes.resize(bytes.len().next_multiple_of(4), 0);
+    let mut words: Vec<u32> = bytes.as_chunks::<4>().0.iter().map(|word| u32::from_le_bytes(*word)).collect();
+    words[2] = words.len() as u32;
     sealed(words)
 }
 
 /// The same with a checksum that is right.
-fn sealed(mut words: Vec<u16>) -> Vec<u16> {
-    let crc = crc(&words, 4);
-    (words[2], words[3]) = (crc as u16, (crc >> 16) as u16);
+fn sealed(mut words: Vec<u32>) -> Vec<u32> {
+    words[1] = crc(&words);
     words
 }
 
@@ -35,7 +35,7 @@ fn below(threshold: i16) -> u16 {
 }
 
 /// Three trees over two features; the last one's leaf is shared, 3 quarters for class 2 and one for class 0.
-fn forest() -> Vec<u16> {
+fn forest() -> Vec<u32> {
     let both = LEFT_LEAF | RIGHT_LEAF;
     let part = [
         [4, 0, 7, 0].as_slice(),
@@ -43,10 +43,10 @@ fn forest() -> Vec<u16> {
         &[2, 0, 1, 0, 2, 3, 0],
         // x0 ≤ 5 ? (x1 ≤ −1 ? 0 : 1) : (x1 ≤ 0 ? 1 : 2)
         &[9, 0, below(5), 6, both | NARROW | 1, below(-1), 1 << 8, both | NARROW | 1, 0, 2 << 8 | 1],
-        // x0 ≤ 100 ? 0 : 2, as two words
-        &[4, both, below(100), 0, 2],
+        // x0 ≤ 100 ? 0 : (x0 ≤ 30000 ? 2 : 1), leaves in the feature's half and as two halves
+        &[6, LEFT_LEAF, below(100), both, 30_000, 2, 1],
         // x699 ≤ 7 ? (the shared leaf) : (x0 ≤ 0 ? 1 : 2)
-        &[6, LEFT_LEAF | 699, 7, 3, both | NARROW, 0, 2 << 8 | 1],
+        &[8, 699, 7, 5, both | SAME, 3, both | NARROW, 0, 2 << 8 | 1],
     ];
     file(3, 0, 3, 3, &part.concat())
 }
@@ -74,18 +74,21 @@ fn a_forest_votes() {
         (sample(0, 3, 9), 1),
         // 0, 0 and 1.
         (sample(-9, -9, 9), 0),
+        // 2, 1 and 2; 1, 1 and 2.
+        (sample(30_001, 1, 8), 2),
+        (sample(30_001, 0, 8), 1),
     ] {
         assert_eq!(forest.classify(&sample), class);
         assert_eq!(Model::from_words(&words).unwrap().classify(&sample), class);
     }
     assert_eq!(forest.labels().get(2).unwrap().chars().collect::<Vec<_>>(), ['c']);
     assert!(forest.labels().get(3).is_none());
-    assert!(forest.labels().training().unwrap() == *"ok");
+    assert!(forest.labels().training() == *"oµk");
     assert_eq!((forest.task(), forest.frames(), forest.trees()), (Task::Specimen, 70, 3));
 }
 
 /// Two classes with a score each, of two trees each; float32 or int16 leaves.
-fn boosted(floats: bool) -> Vec<u16> {
+fn boosted(floats: bool) -> Vec<u32> {
     let both = LEFT_LEAF | RIGHT_LEAF;
     let value = |value: i16| if floats { f32::from(value).to_bits() } else { i32::from(value) as u32 };
     let long = |number: u32| [number as u16, (number >> 16) as u16];
@@ -116,12 +119,12 @@ fn boosted_trees_add_up() {
 }
 
 /// Weights of `rows` rows, int16: `weight(row, input)`.
-fn linear(kind: u16, classes: u16, rows: usize, biases: &[i64], weight: impl Fn(usize, usize) -> i16) -> Vec<u16> {
+fn linear(kind: u16, classes: u16, rows: usize, biases: &[i64], weight: impl Fn(usize, usize) -> i16) -> Vec<u32> {
     let mut part = vec![rows as u16, 0];
     for bias in biases {
         part.extend((0..4).map(|word| (bias >> (16 * word)) as u16));
     }
-    for block in (0..rows).collect::<Vec<_>>().chunks(linear::BLOCK) {
+    for block in (0..rows).collect::<Vec<_>>().chunks(linear_svm::BLOCK) {
         for pair in 0..INPUTS / 2 {
             part.extend(block.iter().flat_map(|&row| [weight(row, 2 * pair) as u16, weight(row, 2 * pair + 1) as u16]));
         }
@@ -133,7 +136,7 @@ fn linear(kind: u16, classes: u16, rows: usize, biases: &[i64], weight: impl Fn(
 fn a_linear_model_weighs() {
     // Class k looks at input k alone.
     let words = linear(1, 7, 7, &[0, 0, 0, 0, 0, 0, 500], |row, input| i16::from(row == input) * 100);
-    let model = Linear::from_words(&words).unwrap();
+    let model = LinearSvm::from_words(&words).unwrap();
     assert_eq!(model.classify(&sample(0, 0, 0)), 6);
     assert_eq!(model.classify(&sample(4, 6, 0)), 1);
     // A tie: the lowest.
@@ -141,11 +144,11 @@ fn a_linear_model_weighs() {
     // All weights and inputs at their limits: no sum overflows.
     for extreme in [i16::MIN, i16::MAX] {
         let words = linear(1, 2, 2, &[1 << 61, -(1 << 61)], |row, _| if row == 0 { extreme } else { i16::MIN });
-        let model = Linear::from_words(&words).unwrap();
+        let model = LinearSvm::from_words(&words).unwrap();
         assert_eq!(model.classify(&[i16::MIN; INPUTS]), 0);
     }
     let one = linear(1, 2, 1, &[-3], |_, input| i16::from(input == 0));
-    let one = Linear::from_words(&one).unwrap();
+    let one = LinearSvm::from_words(&one).unwrap();
     assert_eq!([3, 4].map(|first| one.classify(&sample(first, 0, 0))), [0, 1]);
 }
 
@@ -158,7 +161,7 @@ fn one_against_one_votes() {
         let place = |class: usize| if class == 2 { 699 } else { class };
         i16::from(input == place(first)) - i16::from(input == place(second))
     });
-    let model = Linear::from_words(&words).unwrap();
+    let model = LinearSvm::from_words(&words).unwrap();
     for (sample, class) in [(sample(3, 2, 1), 0), (sample(1, 3, 2), 1), (sample(1, 2, 3), 2), (sample(1, 2, 2), 2)] {
         assert_eq!(model.classify(&sample), class);
     }
@@ -171,8 +174,8 @@ fn what_is_damaged_is_refused() {
         for length in 0..words.len().min(60) {
             assert!(Model::from_words(&words[..length]).is_err(), "{length}");
         }
-        for word in 0..words.len().min(120) {
-            for bit in 0..16 {
+        for word in 0..words.len().min(60) {
+            for bit in 0..32 {
                 let mut damaged = words.clone();
                 damaged[word] ^= 1 << bit;
                 assert!(Model::from_words(&damaged).is_err(), "{word} {bit}");
@@ -194,12 +197,14 @@ fn what_is_changed_on_purpose_is_refused_or_harmless() {
         for _ in 0..20_000 {
             let mut changed = words.clone();
             for _ in 0..=random() % 3 {
-                let word = random() as usize % (changed.len() - 6) + 6;
-                changed[word] = match random() % 3 {
+                let at = random() as usize % (2 * changed.len() - 6) + 6;
+                let half = (changed[at / 2] >> (16 * (at % 2))) as u16;
+                let other = match random() % 3 {
                     0 => random() as u16,
-                    1 => changed[word].wrapping_add(random() as u16 % 7).wrapping_sub(3),
-                    _ => changed[word] ^ 1 << (random() % 16),
+                    1 => half.wrapping_add(random() as u16 % 7).wrapping_sub(3),
+                    _ => half ^ 1 << (random() % 16),
                 };
+                changed[at / 2] ^= u32::from(half ^ other) << (16 * (at % 2));
             }
             let changed = sealed(changed);
             match Model::from_words(&changed) {

@@ -1,59 +1,78 @@
-//! Trees: how their nodes lie in the file, the one check of them, and the walk from root to leaf.
+//! Trees: how their nodes lie in the file, and the one check of them.
 //!
-//! A tree is its length in words (one word, or 0 and then two words where it is longer than 65 535), counted behind it, then
-//! its nodes in preorder: a node, what is left of it, what is right of it. Leaves are in their parents:
+//! A tree is its length (one half, in units of 2^shift halves), counted behind it, then its nodes in preorder: a node, what
+//! is left of it, what is right of it. Leaves are in their parents:
 //!
-//! | node | words |
+//! | node | halves |
 //! | --- | --- |
 //! | both children are nodes | feature, threshold, offset of the right one |
-//! | one child is a leaf | feature, threshold, the leaf |
-//! | both are leaves | feature, threshold, the left leaf, the right leaf; or both in one word, the left one low |
+//! | one child is a leaf | feature, threshold, the leaf; in a forest, feature with the leaf in it, threshold |
+//! | both are leaves | feature, threshold, the left leaf, the right leaf; or both as bytes of one half, the left one low; or feature, a leaf that both are |
 //!
-//! The feature's word has flags on top: [`LEFT_LEAF`], [`RIGHT_LEAF`], [`NARROW`] (two leaves in one word). A number x of
-//! the sample goes left where x ≤ threshold, an int16. A child that is a node and has no offset follows its parent. Offsets count
-//! from their node in units of 2^shift words: a right child follows the left subtree, with less than a unit of padding.
+//! The feature's half has flags on top: [`LEFT_LEAF`], [`RIGHT_LEAF`]; of two leaves of a forest also [`NARROW`] or
+//! [`SAME`]; of one leaf of a forest a class below 16 at [`CLASS_SHIFT`] (another leaf becomes a node with [`SAME`]). A
+//! number x of the sample goes left where x ≤ threshold, an int16. A child that is a node and has no offset follows its
+//! parent. Offsets count from their node in units of 2^shift halves: a right child follows the left subtree, with less than
+//! a unit of padding, and so does the next tree. Leaves are one half, or two (float32).
 
-use super::file::{INPUTS, ModelError, long, word};
+use super::file::{ModelError, half, long};
 
 /// The left child is a leaf.
 pub const LEFT_LEAF: u16 = 1 << 15;
 /// The right child is a leaf.
 pub const RIGHT_LEAF: u16 = 1 << 14;
-/// Both leaves are bytes of one word.
+/// Both leaves are bytes of one half.
 pub const NARROW: u16 = 1 << 13;
+/// Both leaves are the same one, in the threshold's place.
+pub const SAME: u16 = 1 << 12;
+/// Where the class of a forest's single leaf starts.
+pub const CLASS_SHIFT: u16 = 10;
+/// Classes that fit there.
+pub const MOST_SINGLE: u16 = 16;
 /// The feature's bits.
 pub const FEATURE: u16 = (1 << 10) - 1;
 /// Most right children that wait while a tree is checked: its depth at most.
-const MOST_PENDING: usize = 256;
+pub const MOST_PENDING: usize = 256;
 
-/// Where a tree's nodes start and end, from its length's word on.
-pub(super) const fn bounds(words: &[u16], at: usize, end: usize) -> Result<(usize, usize), ModelError> {
-    let none = Err(ModelError::Part(at as u32));
-    if at >= end {
-        return none;
+/// Where a tree's nodes start and end, from its length on; the end may be up to a unit of padding behind the last node.
+pub(super) const fn bounds(words: &[u32], at: usize, end: usize, shift: u8) -> Result<(usize, usize), ModelError> {
+    let length = (half(words, at) as usize) << shift;
+    if at >= end || length == 0 || length > end - at - 1 {
+        return Err(ModelError::Part(at as u32));
     }
-    let (start, length) = if word(words, at) != 0 {
-        (at + 1, word(words, at) as usize)
-    } else if end - at >= 3 {
-        (at + 3, long(words, at + 1) as usize)
-    } else {
-        return none;
-    };
-    if length == 0 || length > end - start {
-        return none;
-    }
-    Ok((start, start + length))
+    Ok((at + 1, at + 1 + length))
 }
 
-/// Checks a tree whose nodes are the words `start..end`: every node is reached once, every child is a node or a leaf,
-/// features are below `inputs`, and leaves of `leaf_words` words are what `leaves` says.
+/// What leaves are.
+#[derive(Clone, Copy)]
+pub(super) enum Leaves<'a> {
+    /// A half: every value is one.
+    Integers,
+    /// Two halves, float32: finite, and below 2^96 so that no sum of them can overflow.
+    Floats,
+    /// Classes below the number, then places in the table behind it at which an entry starts.
+    Votes {
+        /// How many classes there are.
+        classes: u16,
+        /// All words, and the halves of them that are the table of leaves.
+        words: &'a [u32],
+        /// Where the table starts.
+        table: usize,
+        /// Where it ends.
+        end: usize,
+        /// What a vote of 1 counts.
+        unit: u32,
+    },
+}
+
+/// Checks a tree whose nodes are the halves `start..end`: every node is reached once, every child is a node or a leaf,
+/// features are below `inputs`, and leaves are what `leaves` says.
 pub(super) const fn check(
-    words: &[u16],
+    words: &[u32],
     start: usize,
     end: usize,
     shift: u8,
     inputs: usize,
-    leaf_words: usize,
     leaves: Leaves<'_>,
 ) -> Result<(), ModelError> {
     let mut pending = [0_usize; MOST_PENDING];
@@ -61,48 +80,28 @@ pub(super) const fn check(
     let mut at = start;
     loop {
         let error = Err(ModelError::Node(at as u32));
-        if end - at < 3 {
+        if end - at < 2 || (half(words, at) & FEATURE) as usize >= inputs {
             return error;
         }
-        let node = word(words, at);
-        if (node & FEATURE) as usize >= inputs || node & !(LEFT_LEAF | RIGHT_LEAF | NARROW | FEATURE) != 0 {
-            return error;
-        }
-        let (left, right) = (node & LEFT_LEAF != 0, node & RIGHT_LEAF != 0);
-        let narrow = node & NARROW != 0;
-        if narrow && !(left && right && leaf_words == 1) {
-            return error;
-        }
-        let size = if !left && !right || narrow {
-            3
-        } else if left && right {
-            2 + 2 * leaf_words
-        } else {
-            2 + leaf_words
-        };
-        if end - at < size {
-            return error;
-        }
-        let good = match (left || right, narrow) {
-            (false, _) => {
-                let target = at + ((word(words, at + 2) as usize) << shift);
-                if target <= at || target >= end || count >= MOST_PENDING {
+        let node = half(words, at);
+        let size = match (node & LEFT_LEAF != 0, node & RIGHT_LEAF != 0) {
+            (false, false) => {
+                let target = at + ((half(words, at + 2) as usize) << shift);
+                if node & !FEATURE != 0 || target <= at || target >= end || count >= MOST_PENDING {
                     return error;
                 }
                 pending[count] = target;
                 count += 1;
-                true
+                3
             }
-            (true, true) => leaves.has(word(words, at + 2) & 0xFF) && leaves.has(word(words, at + 2) >> 8),
-            (true, false) => {
-                leaves.are_at(words, at + 2) && (!(left && right) || leaves.are_at(words, at + 2 + leaf_words))
-            }
+            (true, true) => leaves.pair(words, at, node),
+            _ => leaves.single(words, at, node),
         };
-        if !good {
+        if size == 0 || end - at < size {
             return error;
         }
         at += size;
-        if left && right {
+        if node & LEFT_LEAF != 0 && node & RIGHT_LEAF != 0 {
             // The subtree is whole: next is the nearest right child that waits, or the tree's end.
             let target = if count == 0 { end } else { pending[(count - 1) % MOST_PENDING] };
             if target < at || target - at >= 1 << shift {
@@ -117,104 +116,67 @@ pub(super) const fn check(
     }
 }
 
-/// What leaves are.
-#[derive(Clone, Copy)]
-pub(super) enum Leaves<'a> {
-    /// Words: every value is one.
-    Integers,
-    /// Two words, float32: finite, and below [`MOST_FLOAT`] so that no sum of them can overflow.
-    Floats,
-    /// Classes below the number, then places in the table behind it at which an entry starts.
-    Indices {
-        /// How many classes there are.
-        classes: u16,
-        /// The table of leaves.
-        table: &'a [u16],
-        /// What a vote of 1 counts.
-        unit: u32,
-    },
-}
-
-/// Exponent of the float32 that leaves stay below, 2^96, as it stands in the high word.
-const MOST_FLOAT: u16 = (96 + 127) << 7;
-
-/// Whether a float32 is finite and below 2^96, by its high word.
+/// Whether a float32 is finite and below 2^96, by its high half.
 pub(super) const fn is_moderate(high: u16) -> bool {
-    high & 0x7F80 < MOST_FLOAT
+    high & 0x7F80 < (96 + 127) << 7
 }
 
 impl Leaves<'_> {
-    /// Whether there is a leaf at a place, all of which is there.
-    const fn are_at(self, words: &[u16], at: usize) -> bool {
+    /// Halves of a node at a place, with two leaves that are good; 0 where they are not.
+    const fn pair(self, words: &[u32], at: usize, node: u16) -> usize {
+        let flags = node & !(LEFT_LEAF | RIGHT_LEAF | FEATURE);
+        let low = half(words, at + 2);
+        let good = match (self, flags) {
+            (Self::Integers, 0) => 4,
+            (Self::Floats, 0) if is_moderate(half(words, at + 3)) && is_moderate(half(words, at + 5)) => 6,
+            (Self::Votes { .. }, 0) if self.votes(low) && self.votes(half(words, at + 3)) => 4,
+            (Self::Votes { .. }, NARROW) if self.votes(low & 0xFF) && self.votes(low >> 8) => 3,
+            (Self::Votes { .. }, SAME) if self.votes(half(words, at + 1)) => 2,
+            _ => 0,
+        };
+        good
+    }
+
+    /// Halves of a node at a place, with one leaf that is good; 0 where it is not.
+    const fn single(self, words: &[u32], at: usize, node: u16) -> usize {
+        let class = node >> CLASS_SHIFT & (MOST_SINGLE - 1);
         match self {
-            Self::Floats => is_moderate(word(words, at + 1)),
-            _ => self.has(word(words, at)),
+            Self::Integers if class == 0 => 3,
+            Self::Floats if class == 0 && is_moderate(half(words, at + 3)) => 4,
+            Self::Votes { classes, .. } if class < classes => 2,
+            _ => 0,
         }
     }
 
-    /// Whether a word is a leaf.
-    const fn has(self, leaf: u16) -> bool {
+    /// Whether a half is a forest's leaf.
+    const fn votes(self, leaf: u16) -> bool {
         match self {
-            Self::Integers => true,
-            Self::Floats => false,
-            Self::Indices { classes, table, unit } => {
-                leaf < classes || super::forest::is_entry(table, leaf - classes, classes, unit)
+            Self::Votes { classes, words, table, end, unit } => {
+                leaf < classes || is_entry(words, table + (leaf - classes) as usize, end, classes, unit)
             }
+            _ => false,
         }
     }
 }
 
-/// The leaf that a sample ends in: its place in `words`, and which byte of it where leaves are narrow.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Leaf {
-    /// The whole word.
-    Word(usize),
-    /// The low byte.
-    Low(usize),
-    /// The high byte.
-    High(usize),
-}
-
-impl Leaf {
-    /// Where its word is.
-    pub(super) fn place(self) -> usize {
-        let (Self::Word(at) | Self::Low(at) | Self::High(at)) = self;
-        at
+/// Whether what starts at a place of the table of leaves is an entry: classes that there are, with shares that are the
+/// unit together at most.
+const fn is_entry(words: &[u32], at: usize, end: usize, classes: u16, unit: u32) -> bool {
+    if at >= end {
+        return false;
     }
-
-    /// Its word or byte.
-    pub(super) fn of(self, words: &[u16]) -> u16 {
-        match self {
-            Self::Word(at) => word(words, at),
-            Self::Low(at) => word(words, at) & 0xFF,
-            Self::High(at) => word(words, at) >> 8,
+    let shares = half(words, at) as usize;
+    if shares == 0 || shares > classes as usize || end - at < 1 + 3 * shares {
+        return false;
+    }
+    let mut sum = 0;
+    let mut share = at + 1;
+    while share < at + 1 + 3 * shares {
+        if half(words, share) >= classes {
+            return false;
         }
+        sum += long(words, share + 1) as u64;
+        share += 3;
     }
-}
-
-/// Walks from the root at `at` to a leaf of `LEAF_WORDS` words; the plain way, with every access checked.
-pub(super) fn walk<const LEAF_WORDS: usize>(words: &[u16], mut at: usize, shift: u8, sample: &[i16; INPUTS]) -> Leaf {
-    let word = |at: usize| words.get(at).copied().unwrap_or(LEFT_LEAF | RIGHT_LEAF);
-    loop {
-        let node = word(at);
-        let threshold = word(at + 1) as i16;
-        let value = sample.get(usize::from(node & FEATURE)).copied().unwrap_or(0);
-        let (left, right) = (node & LEFT_LEAF != 0, node & RIGHT_LEAF != 0);
-        let narrow = node & NARROW != 0;
-        if value <= threshold {
-            if left {
-                return if narrow { Leaf::Low(at + 2) } else { Leaf::Word(at + 2) };
-            }
-            at += if right { 2 + LEAF_WORDS } else { 3 };
-        } else {
-            if right {
-                return match (narrow, left) {
-                    (true, _) => Leaf::High(at + 2),
-                    (false, true) => Leaf::Word(at + 2 + LEAF_WORDS),
-                    (false, false) => Leaf::Word(at + 2),
-                };
-            }
-            at += if left { 2 + LEAF_WORDS } else { usize::from(word(at + 2)) << shift };
-        }
-    }
+    sum <= unit as u64
 }

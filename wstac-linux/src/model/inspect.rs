@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 use wstac_core::model::Model;
-use wstac_core::model::file::{HEADER_WORDS, Task};
-use wstac_core::model::trees::{LEFT_LEAF, RIGHT_LEAF};
+use wstac_core::model::file::{HEADER_HALVES, Task};
+use wstac_core::model::trees::{LEFT_LEAF, RIGHT_LEAF, SAME};
 
 /// What a model file holds.
 #[derive(Clone, Debug, Serialize)]
@@ -54,19 +54,24 @@ pub fn task_name(task: Task) -> &'static str {
 }
 
 /// What is in a model file that has been checked.
-pub fn inspect(model: &Model, words: &[u16]) -> Inspected {
-    let word = |at: usize| words.get(at).copied().unwrap_or(0);
-    let long = |at: usize| usize::from(word(at)) | usize::from(word(at + 1)) << 16;
+pub fn inspect(model: &Model, words: &[u32]) -> Inspected {
+    let half = |at: usize| half(words, at);
+    let long = |at: usize| usize::from(half(at)) | usize::from(half(at + 1)) << 16;
     let (kind, trees) = match model {
-        Model::Linear(_) if word(6) == 1 => ("linear, one against the rest", None),
-        Model::Linear(_) => ("linear, one against one", None),
-        Model::Forest(_) => ("forest", Some(HEADER_WORDS + 4 + long(HEADER_WORDS + 2))),
-        Model::Boosted(_) => ("boosted trees", Some(HEADER_WORDS + 3 + 3 * usize::from(word(HEADER_WORDS)))),
+        Model::LinearSvm(_) if half(6) == 1 => ("linear, one against the rest", None),
+        Model::LinearSvm(_) => ("linear, one against one", None),
+        Model::Forest(_) => ("forest", Some(HEADER_HALVES + 4 + long(HEADER_HALVES + 2))),
+        Model::Boosted(_) => ("boosted trees", Some(HEADER_HALVES + 3 + 3 * usize::from(half(HEADER_HALVES)))),
     };
-    let leaf_words = if matches!(model, Model::Boosted(_)) && word(7) == 3 { 2 } else { 1 };
+    // Halves of a node with one leaf.
+    let single = match model {
+        Model::Boosted(_) if half(7) == 3 => 4,
+        Model::Boosted(_) => 3,
+        _ => 2,
+    };
     Inspected {
         kind,
-        numbers: match word(7) {
+        numbers: match half(7) {
             1 => "int8",
             2 => "int16",
             3 => "float32",
@@ -78,29 +83,39 @@ pub fn inspect(model: &Model, words: &[u16]) -> Inspected {
             .map(|label| label.to_string())
             .collect(),
         frames: model.frames(),
-        bytes: 2 * words.len(),
-        rows: trees.is_none().then(|| word(HEADER_WORDS)),
-        trees: trees.map(|start| count(words, start, usize::from(word(11)), leaf_words)),
-        training: model.labels().training().map_or_else(String::new, |text| text.to_string()),
+        bytes: 4 * words.len(),
+        rows: trees.is_none().then(|| half(HEADER_HALVES)),
+        trees: trees.map(|start| count(words, start, usize::from(half(11)), single)),
+        training: model.labels().training().to_string(),
     }
 }
 
-fn count(words: &[u16], mut at: usize, trees: usize, leaf_words: usize) -> Trees {
-    let word = |at: usize| words.get(at).copied().unwrap_or(LEFT_LEAF | RIGHT_LEAF);
-    let shift = word(14);
+/// A half of a file; a leaf's node beyond the end.
+fn half(words: &[u32], at: usize) -> u16 {
+    words.get(at / 2).map_or(LEFT_LEAF | RIGHT_LEAF, |word| (word >> (16 * (at % 2))) as u16)
+}
+
+/// Flags of a forest's node whose leaves are the same.
+const TWICE: u16 = LEFT_LEAF | RIGHT_LEAF | SAME;
+
+fn count(words: &[u32], mut at: usize, trees: usize, single: usize) -> Trees {
+    let half = |at: usize| half(words, at);
+    let shift = half(14);
     let mut all = Trees { count: trees, ..Trees::default() };
     for _ in 0..trees {
-        let (start, length) = match word(at) {
-            0 => (at + 3, usize::from(word(at + 1)) | usize::from(word(at + 2)) << 16),
-            length => (at + 1, usize::from(length)),
-        };
-        at = start + length;
+        let start = at + 1;
+        at = start + (usize::from(half(at)) << shift);
         let (mut deepest, mut leaves, mut depths) = (0, 0_usize, 0_usize);
         // The check before has seen that this ends.
         let mut waiting = vec![(start, 1)];
         while let Some((node, depth)) = waiting.pop() {
+            if single == 2 && half(node) & TWICE == TWICE {
+                // A leaf that is no part of its parent.
+                (leaves, depths, deepest) = (leaves + 1, depths + depth - 1, deepest.max(depth - 1));
+                continue;
+            }
             all.splits += 1;
-            let (left, right) = (word(node) & LEFT_LEAF != 0, word(node) & RIGHT_LEAF != 0);
+            let (left, right) = (half(node) & LEFT_LEAF != 0, half(node) & RIGHT_LEAF != 0);
             let ends = usize::from(left) + usize::from(right);
             leaves += ends;
             depths += ends * depth;
@@ -108,9 +123,9 @@ fn count(words: &[u16], mut at: usize, trees: usize, leaf_words: usize) -> Trees
             match (left, right) {
                 (true, true) => {}
                 (false, false) => {
-                    waiting.extend([(node + 3, depth + 1), (node + (usize::from(word(node + 2)) << shift), depth + 1)]);
+                    waiting.extend([(node + 3, depth + 1), (node + (usize::from(half(node + 2)) << shift), depth + 1)]);
                 }
-                _ => waiting.push((node + 2 + leaf_words, depth + 1)),
+                _ => waiting.push((node + single, depth + 1)),
             }
         }
         all.depth = all.depth.max(deepest);

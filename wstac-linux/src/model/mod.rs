@@ -3,6 +3,8 @@
 //! [`trained`] is what every reader makes, [`write`] makes a model file of it, [`inspect`] and [`eval`] read one.
 
 pub mod eval;
+mod exact;
+pub mod inline;
 pub mod inspect;
 mod integers;
 mod npz;
@@ -19,6 +21,7 @@ use std::path::Path;
 use wstac_core::model::file::Task;
 
 use crate::error::Error;
+use inline::Source;
 use trained::Trained;
 use write::{Options, Written, write};
 
@@ -42,26 +45,56 @@ pub struct Import {
 /// What of the file cannot be used.
 pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error> {
     let bytes = bytes(path)?;
-    let failed = |why: String| Error::new(path.display(), why);
-    let (mut model, tool) = read(&bytes, wanted.labels.clone()).map_err(failed)?;
+    import_bytes(&name(path), bytes, wanted).map_err(|why| Error::new(path.display(), why))
+}
+
+/// A trained model from what is in its trainer's file; `name` is that file's.
+///
+/// # Errors
+/// What cannot be used, without the name.
+pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, Written), String> {
+    let (model, tool) = trained(bytes, wanted)?;
+    let facts = serde_json::json!({ "file": name, "trainer": tool }).to_string();
+    let written = write(&model, &facts, wanted.options)?;
+    Ok((model, written))
+}
+
+/// Rust that answers as a trained model does, from its trainer's file.
+///
+/// # Errors
+/// What of the file cannot be used.
+pub fn import_inline(path: &Path, wanted: &Import) -> Result<(Trained, Source), Error> {
+    let made = trained(bytes(path)?, wanted).and_then(|(model, tool)| {
+        let source = inline::source(&model, &name(path), &tool, wanted.options)?;
+        Ok((model, source))
+    });
+    made.map_err(|why| Error::new(path.display(), why))
+}
+
+/// A trained model, and what trained it.
+fn trained(bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, String), String> {
+    let (mut model, tool) = read(&bytes, wanted.labels.clone())?;
     drop(bytes);
     model.task = wanted.task.unwrap_or(model.task);
-    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    let facts = serde_json::json!({ "file": name, "trainer": tool }).to_string();
-    let written = write(&model, &facts, wanted.options).map_err(failed)?;
-    Ok((model, written))
+    Ok((model, tool))
+}
+
+/// The name of a file, without its folder.
+fn name(path: &Path) -> String {
+    path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
 }
 
 /// A model file's words.
 ///
 /// # Errors
-/// Where the file cannot be read, or is too large; what is in it is not checked.
-pub fn words(path: &Path) -> Result<Vec<u16>, Error> {
+/// Where the file cannot be read, is too large, or its length is none of a model; what is in it is not checked.
+pub fn words(path: &Path) -> Result<Vec<u32>, Error> {
     let bytes = bytes(path)?;
-    if !bytes.len().is_multiple_of(2) {
-        return Err(Error::new(path.display(), format_args!("{} bytes, expected an even number", bytes.len())));
+    let (words, rest) = bytes.as_chunks::<4>();
+    if !rest.is_empty() {
+        return Err(Error::new(path.display(), format_args!("{} bytes, expected a multiple of 4", bytes.len())));
     }
-    Ok(bytes.as_chunks::<2>().0.iter().map(|bytes| u16::from_le_bytes(*bytes)).collect())
+    Ok(words.iter().map(|word| u32::from_le_bytes(*word)).collect())
 }
 
 /// All of a file, unless it is too large.
@@ -89,10 +122,7 @@ fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained, String), 
             let file = ubjson::from_slice(start).map_err(|error| format!("UBJSON: {error}"))?;
             xgboost::read(file, labels)
         }
-        [b'{', ..] => {
-            let file = serde_json::from_slice(start).map_err(|error| format!("JSON: {error}"))?;
-            xgboost::read(file, labels)
-        }
+        [b'{', ..] => xgboost::read(xgboost::from_json(start)?, labels),
         _ => onnx::read(bytes, labels),
     }
 }

@@ -1,4 +1,4 @@
-//! Reads NumPy's `.npz`: arrays of a zip archive, stored or deflated, element by element.
+//! Reads NumPy's `.npz`: arrays of a zip archive, stored or deflated, of any size (zip64), element by element.
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Take};
@@ -13,10 +13,22 @@ const MOST: usize = 65_536;
 /// Largest directory of an archive.
 const MOST_DIRECTORY: u64 = 16 << 20;
 
-/// An archive's members: name without `.npy`, method, bytes in the file, where the local header is.
+/// An archive.
 pub(super) struct Npz<'p> {
     path: &'p Path,
-    members: Vec<(String, u16, u64, u64)>,
+    members: Vec<Member>,
+}
+
+/// What the directory says of a member.
+struct Member {
+    /// Its name without `.npy`.
+    name: String,
+    /// How it is compressed.
+    method: u16,
+    /// Bytes in the file.
+    bytes: u64,
+    /// Where its own header is.
+    at: u64,
 }
 
 /// An array that is being read.
@@ -35,6 +47,10 @@ fn long(bytes: &[u8], at: usize) -> u64 {
     u64::from(word(bytes, at)) | u64::from(word(bytes, at + 2)) << 16
 }
 
+fn eight(bytes: &[u8], at: usize) -> Option<u64> {
+    Some(u64::from_le_bytes(bytes.get(at..at + 8)?.try_into().ok()?))
+}
+
 fn bad(what: impl Into<String>) -> io::Error {
     io::Error::new(ErrorKind::InvalidData, what.into())
 }
@@ -50,7 +66,7 @@ impl<'p> Npz<'p> {
 
     /// Names of its arrays.
     pub(super) fn names(&self) -> impl Iterator<Item = &str> {
-        self.members.iter().map(|member| member.0.as_str())
+        self.members.iter().map(|member| member.name.as_str())
     }
 
     /// An error about one of its arrays.
@@ -64,13 +80,12 @@ impl<'p> Npz<'p> {
     }
 
     fn open_array(&self, name: &str) -> io::Result<Array> {
-        let found = self.members.iter().find(|member| member.0 == name);
-        let Some(&(_, method, bytes, at)) = found else {
+        let Some(member) = self.members.iter().find(|member| member.name == name) else {
             return Err(bad(format!("is missing, found {}", self.names().collect::<Vec<_>>().join(", "))));
         };
         // A position of its own: several arrays may be read at once.
         let mut file = File::open(self.path)?;
-        file.seek(SeekFrom::Start(at))?;
+        file.seek(SeekFrom::Start(member.at))?;
         let mut header = [0; 30];
         file.read_exact(&mut header)?;
         if !header.starts_with(b"PK\x03\x04") {
@@ -78,8 +93,8 @@ impl<'p> Npz<'p> {
         }
         let skip = i64::from(word(&header, 26)) + i64::from(word(&header, 28));
         file.seek(SeekFrom::Current(skip))?;
-        let stored: Take<io::BufReader<File>> = io::BufReader::with_capacity(1 << 16, file).take(bytes);
-        let mut data: Box<dyn Read> = match method {
+        let stored: Take<io::BufReader<File>> = io::BufReader::with_capacity(1 << 16, file).take(member.bytes);
+        let mut data: Box<dyn Read> = match member.method {
             0 => Box::new(stored),
             8 => Box::new(DeflateDecoder::new(stored)),
             other => return Err(bad(format!("compression {other}, expected none (0) or deflate (8)"))),
@@ -99,7 +114,7 @@ impl Array {
     }
 }
 
-fn directory(file: &mut File) -> io::Result<Vec<(String, u16, u64, u64)>> {
+fn directory(file: &mut File) -> io::Result<Vec<Member>> {
     let length = file.seek(SeekFrom::End(0))?;
     // The end record is 22 bytes, and up to 65 535 bytes of comment.
     let tail = length.min(22 + 65_535);
@@ -107,12 +122,25 @@ fn directory(file: &mut File) -> io::Result<Vec<(String, u16, u64, u64)>> {
     let mut end = Vec::new();
     file.take(tail).read_to_end(&mut end)?;
     let at = (0..end.len().saturating_sub(21)).rev().find(|&at| end[at..].starts_with(b"PK\x05\x06"));
-    let Some(end) = at.and_then(|at| end.get(at..)) else {
+    let Some(at) = at else {
         return Err(bad("is no zip archive, expected an .npz file"));
     };
-    let (bytes, start) = (long(end, 12), long(end, 16));
-    if start == 0xFFFF_FFFF || bytes > MOST_DIRECTORY {
-        return Err(bad("is a zip archive of more than 4 GiB, expected a smaller one"));
+    let (mut bytes, mut start) = (long(&end, at + 12), long(&end, at + 16));
+    // A large archive says so in a record of its own, which is found by another before this one.
+    if let Some(locator) = at.checked_sub(20)
+        && end[locator..].starts_with(b"PK\x06\x07")
+    {
+        let wrong = || bad("its zip64 end record is damaged");
+        file.seek(SeekFrom::Start(eight(&end, locator + 8).ok_or_else(wrong)?))?;
+        let mut large = [0; 56];
+        file.read_exact(&mut large)?;
+        if !large.starts_with(b"PK\x06\x06") {
+            return Err(wrong());
+        }
+        (bytes, start) = eight(&large, 40).zip(eight(&large, 48)).ok_or_else(wrong)?;
+    }
+    if bytes > MOST_DIRECTORY {
+        return Err(bad(format!("has a directory of {bytes} bytes, expected at most {MOST_DIRECTORY}")));
     }
     file.seek(SeekFrom::Start(start))?;
     let mut directory = Vec::new();
@@ -126,11 +154,33 @@ fn directory(file: &mut File) -> io::Result<Vec<(String, u16, u64, u64)>> {
             return Err(bad("is encrypted, expected a plain .npz file"));
         }
         let text = String::from_utf8_lossy(text);
-        let text = text.strip_suffix(".npy").unwrap_or(&text).to_owned();
-        members.push((text, word(rest, 10), long(rest, 20), long(rest, 42)));
+        let name_text = text.strip_suffix(".npy").unwrap_or(&text).to_owned();
+        let extras = rest.get(46 + usize::from(name)..).and_then(|rest| rest.get(..usize::from(extra)));
+        let [_, bytes, at] = sizes(rest, extras.unwrap_or_default());
+        members.push(Member { name: name_text, method: word(rest, 10), bytes, at });
         rest = rest.get(46 + usize::from(name) + usize::from(extra) + usize::from(comment)..).unwrap_or_default();
     }
     Ok(members)
+}
+
+/// Bytes of a member's data, bytes in the file, and where its header is: in the directory's entry, or where they do not
+/// fit 32 bits in the zip64 field of its extras, in this order.
+fn sizes(entry: &[u8], mut extras: &[u8]) -> [u64; 3] {
+    let mut sizes = [24, 20, 42].map(|at| long(entry, at));
+    while extras.len() >= 4 {
+        let end = (4 + usize::from(word(extras, 2))).min(extras.len());
+        if word(extras, 0) == 1 {
+            let mut at = 4;
+            for size in sizes.iter_mut().filter(|size| **size == 0xFFFF_FFFF) {
+                if let Some(large) = eight(&extras[..end], at) {
+                    *size = large;
+                }
+                at += 8;
+            }
+        }
+        extras = &extras[end..];
+    }
+    sizes
 }
 
 /// Type and shape of an `.npy` of version 1 to 3.

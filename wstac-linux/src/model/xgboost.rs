@@ -4,6 +4,23 @@ use serde::Deserialize;
 
 use super::trained::{Boosted, Kind, MOST_NODES, Node, Score, Trained, Tree, guess_task};
 
+/// The file of JSON text.
+///
+/// # Errors
+/// What is wrong, and where: after which key.
+pub(super) fn from_json(text: &[u8]) -> Result<File, String> {
+    serde_json::from_slice(text).map_err(|error| {
+        let line = text.split(|&byte| byte == b'\n').nth(error.line().saturating_sub(1)).unwrap_or_default();
+        let before = &line[..error.column().min(line.len())];
+        // The last `"key":` before it: numbers that are none (NaN, Infinity) are only known by that.
+        let key = before.windows(2).rposition(|two| two == b"\":").and_then(|end| {
+            let start = before[..end].iter().rposition(|&byte| byte == b'"')?;
+            std::str::from_utf8(&before[start + 1..end]).ok().filter(|key| key.len() < 100)
+        });
+        key.map_or_else(|| format!("JSON: {error}"), |key| format!("JSON: {error}, in {key}"))
+    })
+}
+
 /// What is read of a file; everything else is passed over without keeping it.
 #[derive(Deserialize)]
 pub(super) struct File {
@@ -116,7 +133,11 @@ pub(super) fn read(file: File, labels: Option<Vec<String>>) -> Result<(Trained, 
                 return Err(format!("base_score is {start}, expected a probability above 0 and below 1"));
             }
             // The start is kept as a probability; XGBoost makes a score of it in this way, in float32.
-            *start = -libm::logf(1.0 / *start - 1.0);
+            let score = -libm::logf(1.0 / *start - 1.0);
+            if !score.is_finite() {
+                return Err(format!("base_score is {start}, expected a probability that is not almost 0 or 1"));
+            }
+            *start = score;
         }
         // The least scores above 0 still are a probability of 0.5 in float32, which is not above 0.5.
         bound = 1.5 / 16_777_216.0;
@@ -190,6 +211,9 @@ fn tree(tree: XgbTree) -> Result<Tree<f32>, String> {
     for node in 0..count {
         let (left, right) = (tree.left_children[node], tree.right_children[node]);
         let value = tree.split_conditions[node];
+        if !value.is_finite() {
+            return Err(format!("split_conditions[{node}] is {value}, expected a finite number"));
+        }
         nodes.push(match (usize::try_from(left), usize::try_from(right)) {
             (Err(_), Err(_)) => Node::Leaf(value),
             (Ok(left), Ok(right)) => {

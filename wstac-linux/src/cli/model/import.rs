@@ -1,6 +1,7 @@
 //! `wstac model import`.
 
-use std::path::PathBuf;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use wstac_core::model::file::Task;
@@ -8,8 +9,8 @@ use wstac_core::model::file::Task;
 use super::super::output::{Stop, note};
 use crate::error::Error;
 use crate::model::inspect::task_name;
-use crate::model::write::Options;
-use crate::model::{Import, import};
+use crate::model::write::{self, Options};
+use crate::model::{Import, import, import_inline};
 
 /// Make a model file of a trained model
 ///
@@ -21,9 +22,14 @@ pub(super) struct Arguments {
     #[arg(value_name = "FILE")]
     file: PathBuf,
 
-    /// Write the model to this file
+    /// Write the model to this file: a model file, or Rust where its name ends in .rs
     #[arg(short, long, value_name = "OUT.wsm")]
     output: PathBuf,
+
+    /// What to write: a table (the model file, the smallest), or inline (Rust that answers in fewer instructions and takes more
+    /// bytes; not of linear models); by default what the name of the output says
+    #[arg(long, value_enum)]
+    backend: Option<Backend>,
 
     /// Names of the classes in their order, for files without (XGBoost), such as Fla0,Saw2; numbers by default
     #[arg(long, value_name = "A,B,…", value_delimiter = ',')]
@@ -37,13 +43,19 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, default_value = "int16")]
     weights: Weights,
 
-    /// Leaves of boosted trees: float32 is exact, int16 smaller
-    #[arg(long, value_enum, default_value = "float32")]
+    /// Leaves of boosted trees: float32 is exact, int16 smaller; auto is int16 where that is proven to be exact
+    #[arg(long, value_enum, default_value = "auto")]
     leaves: Leaves,
 
     /// Write over OUT.wsm
     #[arg(long)]
     force: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Backend {
+    Table,
+    Inline,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -62,12 +74,14 @@ enum Weights {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Leaves {
-    Float32,
+    Auto,
     Int16,
+    Float32,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let output = &arguments.output;
+    let backend = backend(arguments.backend, output)?;
     if !arguments.force && output.exists() {
         let message = "exists already, expected a new file, or --force to write over it";
         return Err(Error::new(output.display(), message).into());
@@ -78,13 +92,39 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         Classes::Depth => Task::Depth,
         Classes::Other => Task::Other,
     });
-    let options =
-        Options { narrow_weights: arguments.weights == Weights::Int8, short_leaves: arguments.leaves == Leaves::Int16 };
+    let leaves = match arguments.leaves {
+        Leaves::Auto => write::Leaves::Auto,
+        Leaves::Int16 => write::Leaves::Int16,
+        Leaves::Float32 => write::Leaves::Float32,
+    };
+    let options = Options { narrow_weights: arguments.weights == Weights::Int8, leaves };
     let wanted = Import { labels: arguments.labels.clone(), task, options };
-    let (model, written) = import(&arguments.file, &wanted)?;
-    let bytes = written.bytes();
+    let (model, bytes, exactness) = if backend == Backend::Inline {
+        let (model, source) = import_inline(&arguments.file, &wanted)?;
+        (model, source.text.into_bytes(), source.exactness)
+    } else {
+        let (model, written) = import(&arguments.file, &wanted)?;
+        (model, written.bytes(), written.exactness)
+    };
     std::fs::write(output, &bytes).map_err(|error| Error::new(output.display(), error))?;
     let (path, classes, task) = (output.display(), model.labels.len(), task_name(model.task));
-    note(format_args!("{path}: {} bytes, {classes} classes, task {task}; {}", bytes.len(), written.exactness));
+    note(format_args!("{path}: {} bytes, {classes} classes, task {task}; {}", bytes.len(), exactness));
     Ok(())
+}
+
+/// What to write: what is asked for, or what the output's name says. Where these contradict each other, nothing.
+fn backend(asked: Option<Backend>, output: &Path) -> Result<Backend, Error> {
+    let named = match output.extension().and_then(OsStr::to_str) {
+        Some("rs") => Some((Backend::Inline, "Rust", "inline")),
+        Some("wsm") => Some((Backend::Table, "a model file", "table")),
+        _ => None,
+    };
+    match (asked, named) {
+        (Some(asked), Some((named, what, name))) if asked != named => Err(Error::new(
+            output.display(),
+            format_args!("is named as {what} is, expected --backend {name} or another name"),
+        )),
+        (Some(backend), _) | (None, Some((backend, ..))) => Ok(backend),
+        (None, None) => Ok(Backend::Table),
+    }
 }

@@ -68,7 +68,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 }
 
 /// A model file's words, checked.
-fn checked(path: &Path) -> Result<Vec<u16>, Error> {
+fn checked(path: &Path) -> Result<Vec<u32>, Error> {
     let words = crate::model::words(path)?;
     wstac_core::model::Model::from_words(&words).map_err(|error| Error::new(path.display(), error))?;
     Ok(words)

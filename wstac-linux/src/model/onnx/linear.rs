@@ -1,13 +1,13 @@
 //! `LinearClassifier` and `SVMClassifier` of a linear kernel, as weighted sums.
 
+use super::path::{Answer, Before};
 use super::proto::Node;
-use super::{Scaler, attribute, floats, integers, labels, post_transform};
+use super::scaler::fold;
+use super::{Read, attribute, floats, integers, labels, post_transform};
 use crate::model::trained::{Kind, Linear, Row, frames};
 
-type Read = (usize, Kind, Vec<String>);
-
 /// Weighted sums of `LinearClassifier`.
-pub(super) fn classifier(node: &Node, scaler: Option<&Scaler>) -> Result<Read, String> {
+pub(super) fn classifier(node: &Node, before: &Before) -> Result<Read, String> {
     let labels = labels(node, "classlabels_ints")?;
     let transform = post_transform(node);
     // All of them keep the order of scores, so the label is the same.
@@ -46,12 +46,12 @@ pub(super) fn classifier(node: &Node, scaler: Option<&Scaler>) -> Result<Read, S
         second.bias -= first.bias;
         rows.remove(0);
     }
-    scale(&mut rows, scaler)?;
-    Ok((inputs, Kind::Linear(Linear { pairs: false, rows }), labels))
+    fold(&mut rows, &before.scalers)?;
+    Ok(Read { inputs, kind: Kind::Linear(Linear { pairs: false, rows }), answer: Answer::Label(labels) })
 }
 
 /// Weighted sums of `SVMClassifier`: each pair of classes has its own, of the support vectors of both.
-pub(super) fn svm(node: &Node, scaler: Option<&Scaler>) -> Result<Read, String> {
+pub(super) fn svm(node: &Node, before: &Before) -> Result<Read, String> {
     let labels = labels(node, "classlabels_ints")?;
     let classes = labels.len();
     let kernel = attribute(node, "kernel_type").and_then(|attribute| attribute.text).unwrap_or(b"LINEAR");
@@ -106,19 +106,6 @@ pub(super) fn svm(node: &Node, scaler: Option<&Scaler>) -> Result<Read, String> 
             rows.push(row);
         }
     }
-    scale(&mut rows, scaler)?;
-    Ok((inputs, Kind::Linear(Linear { pairs: true, rows }), labels))
-}
-
-/// Weights of unscaled inputs.
-fn scale(rows: &mut [Row], scaler: Option<&Scaler>) -> Result<(), String> {
-    let Some(scaler) = scaler else { return Ok(()) };
-    for row in rows {
-        for (input, weight) in row.weights.iter_mut().enumerate() {
-            let (offset, scale) = scaler.of(input)?;
-            *weight *= f64::from(scale);
-            row.bias -= *weight * f64::from(offset);
-        }
-    }
-    Ok(())
+    fold(&mut rows, &before.scalers)?;
+    Ok(Read { inputs, kind: Kind::Linear(Linear { pairs: true, rows }), answer: Answer::Label(labels) })
 }

@@ -1,22 +1,24 @@
-//! As much of protocol buffers, and of ONNX in them, as models need: nodes with their attributes, inputs and outputs.
+//! As much of protocol buffers, and of ONNX in them, as models need: nodes with their attributes, constants, inputs and
+//! outputs.
+
+use super::tensor::Tensor;
 
 /// A field of a message.
 #[derive(Clone, Copy, Debug)]
-enum Field<'a> {
+pub(super) enum Field<'a> {
     Varint(u64),
     Fixed32([u8; 4]),
     Bytes(&'a [u8]),
-    /// 64 bits, which nothing here uses.
-    Fixed64,
+    Fixed64([u8; 8]),
 }
 
 /// The fields of a message.
-struct Fields<'a> {
-    rest: &'a [u8],
+pub(super) struct Fields<'a> {
+    pub(super) rest: &'a [u8],
 }
 
 impl<'a> Fields<'a> {
-    fn varint(&mut self) -> Result<u64, String> {
+    pub(super) fn varint(&mut self) -> Result<u64, String> {
         let mut number = 0;
         for place in 0..10 {
             let (&byte, rest) = self.rest.split_first().ok_or("ends inside a number")?;
@@ -37,14 +39,14 @@ impl<'a> Fields<'a> {
     }
 
     /// The next field's number and what it holds.
-    fn next(&mut self) -> Result<Option<(u64, Field<'a>)>, String> {
+    pub(super) fn next(&mut self) -> Result<Option<(u64, Field<'a>)>, String> {
         if self.rest.is_empty() {
             return Ok(None);
         }
         let tag = self.varint()?;
         let field = match tag & 7 {
             0 => Field::Varint(self.varint()?),
-            1 => self.take(8).map(|_| Field::Fixed64)?,
+            1 => Field::Fixed64(self.take(8)?.try_into().map_err(|_| "ends inside a number")?),
             2 => {
                 let count = self.varint()?;
                 Field::Bytes(self.take(count)?)
@@ -64,9 +66,19 @@ impl<'a> Fields<'a> {
 pub(super) struct Model<'a> {
     pub(super) producer: String,
     pub(super) nodes: Vec<Node<'a>>,
-    pub(super) inputs: Vec<String>,
+    pub(super) inputs: Vec<Input>,
     pub(super) outputs: Vec<String>,
-    /// The last dimension of the last input, where it is stated.
+    /// Constants with their names.
+    pub(super) constants: Vec<(String, Tensor)>,
+}
+
+/// What the whole computation takes.
+#[derive(Debug, Default)]
+pub(super) struct Input {
+    pub(super) name: String,
+    /// ONNX's number of its type; 0 where none is stated.
+    pub(super) kind: u64,
+    /// Its last dimension, where it is stated.
     pub(super) width: Option<usize>,
 }
 
@@ -88,13 +100,13 @@ pub(super) struct Attribute<'a> {
     pub(super) floats: Vec<f32>,
     pub(super) integers: Vec<i64>,
     pub(super) texts: Vec<&'a [u8]>,
-    pub(super) tensor: bool,
+    pub(super) tensor: Option<Tensor>,
 }
 
 /// Most nodes of a model: what memory they take is far more than their bytes.
 const MOST_NODES: usize = 20_000;
 
-fn text(bytes: &[u8]) -> Result<String, String> {
+pub(super) fn text(bytes: &[u8]) -> Result<String, String> {
     String::from_utf8(bytes.to_vec()).map_err(|_| "has a name that is not UTF-8".into())
 }
 
@@ -132,43 +144,63 @@ fn graph<'a>(bytes: &'a [u8], model: &mut Model<'a>) -> Result<(), String> {
                 return Err(format!("has more than {MOST_NODES} nodes"));
             }
             model.nodes.push(node(bytes)?);
-        } else if let (11 | 12, Field::Bytes(bytes)) = (number, field) {
-            let names = if number == 11 { &mut model.inputs } else { &mut model.outputs };
-            if names.len() == MOST_NODES {
-                return Err(format!("has more than {MOST_NODES} inputs or outputs"));
+        } else if let (5 | 11 | 12, Field::Bytes(bytes)) = (number, field) {
+            if model.inputs.len().max(model.outputs.len()).max(model.constants.len()) == MOST_NODES {
+                return Err(format!("has more than {MOST_NODES} inputs, outputs or constants"));
             }
-            let mut fields = Fields { rest: bytes };
-            while let Some((what, field)) = fields.next()? {
-                match (what, field) {
-                    (1, Field::Bytes(bytes)) => names.push(text(bytes)?),
-                    (2, Field::Bytes(bytes)) if number == 11 => model.width = width(bytes)?,
-                    _ => {}
-                }
+            match number {
+                5 => model.constants.push(Tensor::read(bytes)?),
+                11 => model.inputs.push(input(bytes)?),
+                _ => model.outputs.push(input(bytes)?.name),
             }
         }
     }
     Ok(())
 }
 
-/// The last dimension of a tensor's type: in it is the type of tensors, in that the shape, in that dimensions, in each its
-/// length.
-fn width(bytes: &[u8]) -> Result<Option<usize>, String> {
-    let mut inner = bytes;
-    for wanted in [1, 2, 1] {
-        let mut fields = Fields { rest: inner };
-        let mut found = None;
-        while let Some((number, field)) = fields.next()? {
-            if let Field::Bytes(bytes) = field
-                && number == wanted
-            {
-                found = Some(bytes);
+/// An input or output: its name, and of the type of tensors that is in its type the elements' type and the shape.
+fn input(bytes: &[u8]) -> Result<Input, String> {
+    let mut input = Input::default();
+    let mut fields = Fields { rest: bytes };
+    while let Some((number, field)) = fields.next()? {
+        match (number, field) {
+            (1, Field::Bytes(bytes)) => input.name = text(bytes)?,
+            (2, Field::Bytes(bytes)) => {
+                let Some(tensor) = last(bytes, 1)? else { continue };
+                let mut fields = Fields { rest: tensor };
+                while let Some((number, field)) = fields.next()? {
+                    match (number, field) {
+                        (1, Field::Varint(kind)) => input.kind = kind,
+                        (2, Field::Bytes(shape)) => input.width = width(shape)?,
+                        _ => {}
+                    }
+                }
             }
+            _ => {}
         }
-        let Some(found) = found else { return Ok(None) };
-        inner = found;
     }
-    let first = Fields { rest: inner }.next()?;
+    Ok(input)
+}
+
+/// The last dimension of a shape, where it is a number.
+fn width(shape: &[u8]) -> Result<Option<usize>, String> {
+    let Some(dimension) = last(shape, 1)? else { return Ok(None) };
+    let first = Fields { rest: dimension }.next()?;
     Ok(if let Some((1, Field::Varint(length))) = first { usize::try_from(length).ok() } else { None })
+}
+
+/// The last field of a number that holds bytes.
+fn last(bytes: &[u8], wanted: u64) -> Result<Option<&[u8]>, String> {
+    let mut fields = Fields { rest: bytes };
+    let mut found = None;
+    while let Some((number, field)) = fields.next()? {
+        if let Field::Bytes(bytes) = field
+            && number == wanted
+        {
+            found = Some(bytes);
+        }
+    }
+    Ok(found)
 }
 
 fn node(bytes: &[u8]) -> Result<Node<'_>, String> {
@@ -199,7 +231,7 @@ fn attribute(bytes: &[u8]) -> Result<Attribute<'_>, String> {
             (1, Field::Bytes(bytes)) => attribute.name = text(bytes)?,
             (3, Field::Varint(number)) => attribute.integer = Some(number as i64),
             (4, Field::Bytes(bytes)) => attribute.text = Some(bytes),
-            (5, _) => attribute.tensor = true,
+            (5, Field::Bytes(bytes)) => attribute.tensor = Some(Tensor::read(bytes)?.1),
             // Lists are packed or not, at the writer's choice.
             (7, Field::Fixed32(float)) => attribute.floats.push(f32::from_le_bytes(float)),
             (7, Field::Bytes(bytes)) => {
@@ -216,7 +248,12 @@ fn attribute(bytes: &[u8]) -> Result<Attribute<'_>, String> {
                     attribute.integers.push(numbers.varint()? as i64);
                 }
             }
-            (9, Field::Bytes(bytes)) => attribute.texts.push(bytes),
+            (9, Field::Bytes(bytes)) => {
+                if attribute.texts.len() == crate::model::trained::MOST_NODES {
+                    return Err("has a list of too many texts".into());
+                }
+                attribute.texts.push(bytes);
+            }
             _ => {}
         }
     }

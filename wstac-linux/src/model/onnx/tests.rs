@@ -62,9 +62,147 @@ fn forest(mode: &str, threshold: f32) -> Vec<Vec<u8>> {
     ]
 }
 
+fn number_of(name: &str, number: u8) -> Vec<u8> {
+    attribute_of(name, &[vec![3 << 3, number]])
+}
+
+/// A tensor in an attribute: of type 1, floats, or 2, bytes, both raw.
+fn tensor_of(name: &str, kind: u8, raw: &[u8]) -> Vec<u8> {
+    attribute_of(name, &[field(5, &[vec![2 << 3, kind], field(9, raw)].concat())])
+}
+
+/// Two trees of `TreeEnsemble` for three classes: one split of feature 1 of frame 1 at −1, and a leaf of class 2 and
+/// weight 1.5.
+fn five(weights: &[f32; 2], classes: &[u8; 2]) -> Vec<Vec<u8>> {
+    let floats = |floats: &[f32]| -> Vec<u8> { floats.iter().flat_map(|float| float.to_le_bytes()).collect() };
+    vec![
+        tensor_of("nodes_modes", 2, &[0, 0]),
+        tensor_of("nodes_splits", 1, &floats(&[-1.0, 0.0])),
+        tensor_of("leaf_weights", 1, &floats(&[weights[0], weights[1], 1.5])),
+        integers_of("nodes_featureids", &[71, 0]),
+        integers_of("nodes_truenodeids", &[0, 2]),
+        integers_of("nodes_falsenodeids", &[1, 2]),
+        integers_of("nodes_trueleafs", &[1, 1]),
+        integers_of("nodes_falseleafs", &[1, 1]),
+        integers_of("leaf_targetids", &[classes[0], classes[1], 2]),
+        integers_of("tree_roots", &[0, 1]),
+        number_of("n_targets", 3),
+    ]
+}
+
+#[test]
+fn trees_of_version_5_add_or_vote() {
+    let read = |weights, classes: &[u8; 2]| {
+        let argmax = node("ArgMax", "scores", "label", &[number_of("axis", 1)]);
+        let (found, _) =
+            read(&model(&[node("TreeEnsemble", "X", "scores", &five(weights, classes)), argmax]), None).unwrap();
+        assert_eq!((found.labels.join(",").as_str(), found.inputs), ("0,1,2", 700));
+        let words = write(&found, "", Options::default()).unwrap().words;
+        let read = wstac_core::model::Model::from_words(&words).unwrap();
+        [-2048, -2047].map(|x| {
+            let mut sample = [0; 700];
+            sample[11] = x;
+            read.classify(&sample)
+        })
+    };
+    // Votes that weigh the same: a tie is the lower class's.
+    assert_eq!(read(&[1.5, 1.5], &[0, 1]), [0, 1]);
+    assert_eq!(read(&[1.5, 1.5], &[2, 1]), [2, 1]);
+    // Scores: 1.25 is less than the other tree's 1.5, 1.75 is more.
+    assert_eq!(read(&[1.25, 1.75], &[1, 1]), [2, 1]);
+    assert_eq!(read(&[1.5, -1.0], &[1, 1]), [1, 2]);
+    // Leaves of one tree may be of different classes.
+    assert_eq!(read(&[1.25, 1.75], &[0, 1]), [2, 1]);
+}
+
+#[test]
+fn labels_are_followed_to_the_output() {
+    let classifier = |output: &str| {
+        let mut attributes = forest("BRANCH_LEQ", 0.0);
+        *attributes.last_mut().unwrap() = integers_of("classlabels_int64s", &[1, 0]);
+        node("TreeEnsembleClassifier", "X", output, &attributes)
+    };
+    let encoder = [integers_of("keys_int64s", &[0, 1, 2]), texts_of("values_strings", &["Fla", "Sin", "Saw"])];
+    let encoded = model(&[classifier("y"), node("LabelEncoder", "y", "label", &encoder)]);
+    assert_eq!(read(&encoded, None).unwrap().0.labels, ["Sin", "Fla"]);
+    // A list of labels as a constant, and the answer is a place in it.
+    let list = field(5, &[vec![2 << 3, 8], field(6, b"Tri"), field(6, b"Saw")].concat());
+    let constant = node("Constant", "none", "list", &[field(5, &[field(1, b"value"), list].concat())]);
+    let names = [field(1, b"list"), field(1, b"y"), field(2, b"label"), field(4, b"ArrayFeatureExtractor")];
+    let picks = field(1, &names.concat());
+    let picked = model(&[constant, classifier("y"), picks]);
+    assert_eq!(read(&picked, None).unwrap().0.labels, ["Saw", "Tri"]);
+    let cast = node("Cast", "y", "label", &[number_of("to", 7)]);
+    assert_eq!(read(&model(&[classifier("y"), cast]), None).unwrap().0.labels, ["1", "0"]);
+}
+
+#[test]
+fn numbers_that_are_not_finite_are_named() {
+    let changed = |list: &str, index: usize, number: f32| {
+        let mut attributes = forest("BRANCH_LEQ", 0.0);
+        let at = if list == "nodes_values" { 5 } else { 10 };
+        let mut numbers = vec![0.0; if at == 5 { 3 } else { 2 }];
+        numbers[index] = number;
+        attributes[at] = floats_of(list, &numbers);
+        node("TreeEnsembleClassifier", "X", "label", &attributes)
+    };
+    let linear = |list: &str, number: f32| {
+        let numbers = |name: &str, count: usize| {
+            let mut numbers = vec![1.0; count];
+            if name == list {
+                numbers[1] = number;
+            }
+            floats_of(name, &numbers)
+        };
+        let labels = integers_of("classlabels_ints", &[0, 1]);
+        let scaler = node("Scaler", "X", "y", &[numbers("offset", 700), numbers("scale", 700)]);
+        let lists = [numbers("coefficients", 1400), numbers("intercepts", 2), labels];
+        vec![scaler, node("LinearClassifier", "y", "label", &lists)]
+    };
+    let svm = |list: &str, number: f32| {
+        let numbers = |name: &str, count: usize| {
+            let mut numbers = vec![1.0; count];
+            if name == list {
+                numbers[0] = number;
+            }
+            floats_of(name, &numbers)
+        };
+        let counts = [integers_of("classlabels_ints", &[0, 1]), integers_of("vectors_per_class", &[1, 1])];
+        let lists = [numbers("support_vectors", 1400), numbers("coefficients", 2), numbers("rho", 2)];
+        vec![node("SVMClassifier", "X", "label", &[counts.concat(), lists.concat()])]
+    };
+    for number in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        for (nodes, says) in [
+            (vec![changed("nodes_values", 0, number)], "nodes_values[0] is"),
+            (vec![changed("class_weights", 1, number)], "class_weights[1] is"),
+            (linear("offset", number), "Scaler: offset[1] is"),
+            (linear("scale", number), "Scaler: scale[1] is"),
+            (linear("coefficients", number), "coefficients[1] is"),
+            (linear("intercepts", number), "intercepts[1] is"),
+            (svm("support_vectors", number), "support_vectors[0] is"),
+            (svm("coefficients", number), "coefficients[0] is"),
+            (svm("rho", number), "rho[0] is"),
+        ] {
+            let error = read(&model(&nodes), None).unwrap_err();
+            assert!(error.contains(says) && error.contains(&number.to_string()), "{error}");
+        }
+    }
+    // Subnormal numbers are numbers: the threshold is just above 0.
+    let tiny = f32::from_bits(1);
+    let bytes = model(&[node("TreeEnsembleClassifier", "X", "label", &forest("BRANCH_LT", tiny))]);
+    let words = write(&read(&bytes, None).unwrap().0, "", Options::default()).unwrap().words;
+    let read = wstac_core::model::Model::from_words(&words).unwrap();
+    for (x, class) in [(0, 0), (1, 1)] {
+        let mut sample = [0; 700];
+        sample[11] = x;
+        assert_eq!(read.classify(&sample), class);
+    }
+}
+
 fn whole() -> Vec<u8> {
     model(&[
-        node("Scaler", "X", "scaled", &[floats_of("offset", &[0.5]), floats_of("scale", &[2.0])]),
+        node("Cast", "X", "cast", &[number_of("to", 1)]),
+        node("Scaler", "cast", "scaled", &[floats_of("offset", &[0.5]), floats_of("scale", &[2.0])]),
         node("TreeEnsembleClassifier", "scaled", "raw", &forest("BRANCH_LEQ", -1.0)),
         node("Identity", "raw", "label", &[]),
     ])
@@ -105,12 +243,24 @@ fn what_is_damaged_is_an_error_and_no_panic() {
 #[test]
 fn what_is_not_understood_is_named() {
     let classifier = || node("TreeEnsembleClassifier", "X", "label", &forest("BRANCH_EQ", 0.0));
+    let named = |output: &str| node("TreeEnsembleClassifier", "X", output, &forest("BRANCH_LEQ", 0.0));
+    let cast = |to: u8| number_of("to", to);
     for (nodes, says) in [
         (vec![classifier()], "tree 0, node 0: mode BRANCH_EQ"),
         (vec![node("Gemm", "X", "label", &[])], "nodes Gemm, expected one classifier"),
         (vec![node("Gemm", "X", "y", &[]), node("LinearClassifier", "y", "label", &[])], "node Gemm before"),
-        (vec![node("LinearClassifier", "X", "y", &[]), node("Gemm", "y", "label", &[])], "node Gemm after"),
-        (vec![node("Cast", "y", "y", &[]), node("LinearClassifier", "y", "label", &[])], "in a circle"),
+        (vec![named("y"), node("Gemm", "y", "label", &[])], "node Gemm after"),
+        (vec![node("Identity", "y", "y", &[]), node("LinearClassifier", "y", "label", &[])], "in a circle"),
+        // Inputs lose something on the way.
+        (vec![node("Cast", "X", "y", &[cast(7)]), node("LinearClassifier", "y", "label", &[])], "Cast to 7 before"),
+        (vec![named("y"), node("Cast", "y", "label", &[cast(9)])], "Cast to bool"),
+        (vec![node("TreeEnsemble", "X", "label", &five(&[1.0, 2.0], &[0, 1]))], "expected ArgMax after it"),
+        (
+            vec![node("TreeEnsemble", "X", "y", &five(&[1.0, 2.0], &[0, 1])), node("Less", "y", "label", &[])],
+            "node Less",
+        ),
+        (vec![node("TreeEnsemble", "X", "y", &five(&[1.0, f32::NAN], &[0, 1]))], "leaf_weights[1] is NaN"),
+        (vec![node("TreeEnsemble", "X", "y", &five(&[1.0, 1.0], &[0, 3]))], "leaf_targetids[1] is 3, expected below 3"),
     ] {
         let error = read(&model(&nodes), None).unwrap_err();
         assert!(error.contains(says), "{error}");

@@ -1,188 +1,167 @@
-//! `TreeEnsembleClassifier`, as a forest.
+//! What both operators of trees have in common: comparisons, and what weights of leaves make together.
 
 use std::collections::HashMap;
 
-use super::proto::Node as OnnxNode;
-use super::{Scaler, attribute, floats, integers, labels, post_transform};
-use crate::model::trained::{Kind, MOST_NODES, Node, Tree};
+use super::scaler::{Scaler, unscaled};
+use crate::model::trained::{Boosted, Kind, MOST_NODES, Node, Score, Tree};
 
-type Leaf = Vec<(u16, f64)>;
+/// Classes and what a leaf adds to each.
+pub(super) type Leaf = Vec<(u16, f64)>;
 
-/// Units of a feature.
-const ONE: f64 = 2048.0;
-
-/// A forest of `TreeEnsembleClassifier`.
-pub(super) fn read(
-    node: &OnnxNode,
-    scaler: Option<&Scaler>,
-    inputs: Option<usize>,
-) -> Result<(usize, Kind, Vec<String>), String> {
-    let labels = labels(node, "classlabels_int64s")?;
-    let transform = post_transform(node);
-    if transform != "NONE" {
-        return Err(format!("TreeEnsembleClassifier: post_transform {transform}, expected NONE: a forest"));
-    }
-    if floats(node, "base_values")?.iter().any(|&base| base != 0.0) {
-        return Err("TreeEnsembleClassifier: base_values, expected none: a forest".into());
-    }
-    let mut ensemble = Ensemble::read(node, scaler)?;
-    ensemble.weights(node, labels.len())?;
-    let count = ensemble.trees.len() as f64;
-    for (number, tree) in ensemble.trees.iter_mut().enumerate() {
-        for node in &mut tree.nodes {
-            if let Node::Leaf(leaf) = node {
-                whole(leaf, count, ensemble.single, number)?;
-            }
-        }
-    }
-    let inputs = inputs
-        .ok_or("TreeEnsembleClassifier: the number of inputs is not stated, expected 700 in the shape of the input")?;
-    Ok((inputs, Kind::Forest(ensemble.trees), labels))
-}
-
-struct Ensemble {
-    trees: Vec<Tree<Leaf>>,
-    /// Number of a tree and number of a node of it, by their names in the file.
-    places: HashMap<(i64, i64), (usize, usize)>,
-    /// Whether weights are of the second of two classes only.
-    single: bool,
-}
-
-impl Ensemble {
-    fn read(node: &OnnxNode, scaler: Option<&Scaler>) -> Result<Self, String> {
-        let trees = integers(node, "nodes_treeids");
-        let lists = ["nodes_nodeids", "nodes_featureids", "nodes_truenodeids", "nodes_falsenodeids"];
-        let [names, inputs, left, right] = lists.map(|list| integers(node, list));
-        let thresholds = floats(node, "nodes_values")?;
-        let modes = attribute(node, "nodes_modes").map_or(&[][..], |attribute| &attribute.texts);
-        let count = trees.len();
-        let lengths = [names.len(), inputs.len(), left.len(), right.len(), thresholds.len(), modes.len()];
-        if count == 0 || lengths.iter().any(|&length| length != count) {
-            return Err(format!(
-                "TreeEnsembleClassifier: lists of {lengths:?} nodes, expected {count} in each, as in nodes_treeids"
-            ));
-        }
-        if count > MOST_NODES {
-            return Err(format!("TreeEnsembleClassifier: {count} nodes, expected at most {MOST_NODES}"));
-        }
-        let mut ensemble = Self { trees: Vec::new(), places: HashMap::with_capacity(count), single: false };
-        let mut roots = HashMap::new();
-        for (&tree, &name) in trees.iter().zip(names) {
-            let number = *roots.entry(tree).or_insert_with(|| {
-                ensemble.trees.push(Tree { nodes: Vec::new() });
-                ensemble.trees.len() - 1
-            });
-            if number >= usize::from(u16::MAX) {
-                return Err("TreeEnsembleClassifier: more than 65535 trees".into());
-            }
-            let nodes = &mut ensemble.trees[number].nodes;
-            if ensemble.places.insert((tree, name), (number, nodes.len())).is_some() {
-                return Err(format!("TreeEnsembleClassifier: tree {tree} has two nodes {name}"));
-            }
-            nodes.push(Node::Leaf(Vec::new()));
-        }
-        for at in 0..count {
-            let (tree, name) = (trees[at], names[at]);
-            let wrong = |what: String| format!("TreeEnsembleClassifier: tree {tree}, node {name}: {what}");
-            let strict = match modes[at] {
-                b"BRANCH_LEQ" => false,
-                b"BRANCH_LT" => true,
-                b"LEAF" => continue,
-                other => {
-                    let mode = String::from_utf8_lossy(other);
-                    return Err(wrong(format!("mode {mode}, expected BRANCH_LEQ, BRANCH_LT or LEAF")));
-                }
-            };
-            let child = |child: i64| {
-                let place = ensemble.places.get(&(tree, child)).map(|place| place.1);
-                place.ok_or_else(|| wrong(format!("child {child}, expected a node of the tree")))
-            };
-            let (left, right) = (child(left[at])?, child(right[at])?);
-            let input = usize::try_from(inputs[at]).ok().filter(|&input| input < 700);
-            let input = input.ok_or_else(|| wrong(format!("input {}, expected one below 700", inputs[at])))?;
-            let (mut threshold, mut strict) = (f64::from(thresholds[at]), strict);
-            if let Some(scaler) = scaler {
-                (threshold, strict) = (unscaled(thresholds[at], strict, scaler.of(input)?).map_err(wrong)?, false);
-            }
-            if let Some(&(number, node)) = ensemble.places.get(&(tree, name)) {
-                ensemble.trees[number].nodes[node] = Node::Split { input, threshold, strict, left, right };
-            }
-        }
-        Ok(ensemble)
-    }
-
-    /// Gives leaves their weights of classes.
-    fn weights(&mut self, node: &OnnxNode, labels: usize) -> Result<(), String> {
-        let lists = ["class_treeids", "class_nodeids", "class_ids"];
-        let [trees, names, classes] = lists.map(|list| integers(node, list));
-        let weights = floats(node, "class_weights")?;
-        let lengths = [names.len(), classes.len(), weights.len()];
-        if lengths.iter().any(|&length| length != trees.len()) {
-            return Err(format!(
-                "TreeEnsembleClassifier: lists of {lengths:?} weights, expected {} in each",
-                trees.len()
-            ));
-        }
-        // With weights of one class only, they are of the second of two, above one half.
-        self.single = labels == 2 && classes.windows(2).all(|two| two[0] == two[1]);
-        for at in 0..trees.len() {
-            let (tree, name) = (trees[at], names[at]);
-            let wrong = |what: &str| format!("TreeEnsembleClassifier: weight {at}: {what}");
-            let place = self.places.get(&(tree, name)).ok_or_else(|| wrong("its node is none"))?;
-            let Node::Leaf(leaf) = &mut self.trees[place.0].nodes[place.1] else {
-                return Err(wrong("its node is no leaf"));
-            };
-            let class = if self.single { Some(1) } else { u16::try_from(classes[at]).ok() };
-            let class = class.filter(|&class| usize::from(class) < labels).ok_or_else(|| wrong("its class is none"))?;
-            if leaf.iter().any(|share| share.0 == class) {
-                return Err(wrong("its leaf has one of this class already"));
-            }
-            leaf.push((class, f64::from(weights[at])));
-        }
-        Ok(())
-    }
-}
-
-/// How far weights in float32 may be from what they were.
+/// How far float32 may have moved weights: relative to 1, where leaves are told to be whole votes.
 const NEAR: f64 = 1e-6;
+/// How far the weights of a leaf may be from one vote.
+const ABOUT: f64 = 1e-4;
 
-/// Shares of one vote, of weights that were divided by the number of trees.
-fn whole(leaf: &mut Leaf, trees: f64, single: bool, tree: usize) -> Result<(), String> {
-    for (_, weight) in leaf.iter_mut() {
-        *weight *= trees;
-        if (*weight - weight.round()).abs() < NEAR {
-            *weight = weight.round();
+/// A node that compares; its children are those where the comparison is true and where it is false.
+pub(super) fn split(
+    mode: &str,
+    input: i64,
+    threshold: f64,
+    (yes, no): (usize, usize),
+    scalers: &[Scaler],
+) -> Result<Node<Leaf>, String> {
+    let (mut strict, left, right) = match mode {
+        "BRANCH_LEQ" => (false, yes, no),
+        "BRANCH_LT" => (true, yes, no),
+        // At least is not below, above is not at most.
+        "BRANCH_GTE" => (true, no, yes),
+        "BRANCH_GT" => (false, no, yes),
+        _ => return Err(format!("mode {mode}, expected BRANCH_LEQ, BRANCH_LT, BRANCH_GTE, BRANCH_GT or a leaf")),
+    };
+    let input = usize::try_from(input).ok().filter(|&input| input < 700);
+    let input = input.ok_or("its input is none of 700")?;
+    let mut threshold = threshold;
+    if !scalers.is_empty() {
+        (threshold, strict) = (unscaled(threshold, strict, input, scalers)?, false);
+    }
+    Ok(Node::Split { input, threshold, strict, left, right })
+}
+
+/// Makes votes of weights: all leaves have the same weight together, which is 1, or 1 divided by the number of trees, or any.
+/// `single`: weights are those of the second of two classes, and the first has the rest.
+pub(super) fn votes(trees: &mut [Tree<Leaf>], single: bool) -> Result<(), String> {
+    let count = trees.len() as f64;
+    let sum = |leaf: &Leaf| leaf.iter().map(|share| share.1).sum::<f64>();
+    let leaves = |tree: &Tree<Leaf>| -> Vec<f64> {
+        tree.nodes.iter().filter_map(|node| if let Node::Leaf(leaf) = node { Some(sum(leaf)) } else { None }).collect()
+    };
+    let first = trees.first().and_then(|tree| leaves(tree).first().copied()).unwrap_or(0.0);
+    let factor = if single || (first * count - 1.0).abs() <= ABOUT {
+        count
+    } else if (first - 1.0).abs() <= ABOUT || first <= 0.0 {
+        1.0
+    } else {
+        1.0 / first
+    };
+    for (number, tree) in trees.iter_mut().enumerate() {
+        for node in &mut tree.nodes {
+            let Node::Leaf(leaf) = node else { continue };
+            for (_, weight) in leaf.iter_mut() {
+                *weight *= factor;
+                if (*weight - weight.round()).abs() < NEAR {
+                    *weight = weight.round();
+                }
+            }
+            if single {
+                let second = leaf.first().map_or(0.0, |share| share.1);
+                leaf.push((0, 1.0 - second));
+            }
+            leaf.retain(|share| share.1 != 0.0);
+            if (sum(leaf) - 1.0).abs() > ABOUT || leaf.iter().any(|share| share.1 < 0.0) {
+                let found = sum(leaf) / factor;
+                return Err(format!(
+                    "a leaf of tree {number} has weights of {found} together, expected {} as in a forest of votes",
+                    1.0 / factor
+                ));
+            }
         }
-    }
-    if single {
-        let second = leaf.first().map_or(0.0, |share| share.1);
-        leaf.push((0, 1.0 - second));
-    }
-    leaf.retain(|share| share.1 != 0.0);
-    let sum: f64 = leaf.iter().map(|share| share.1).sum();
-    if (sum - 1.0).abs() > 1e-4 || leaf.iter().any(|share| share.1 < 0.0) {
-        return Err(format!(
-            "TreeEnsembleClassifier: a leaf of tree {tree} has weights of {sum} times the number of trees, expected 1: a forest of votes"
-        ));
     }
     Ok(())
 }
 
-/// The threshold of unscaled inputs that decides for every integer as the scaled one does, in float32 as ONNX computes.
-fn unscaled(threshold: f32, strict: bool, (offset, scale): (f32, f32)) -> Result<f64, String> {
-    if scale <= 0.0 || !threshold.is_finite() {
-        return Err(format!("threshold {threshold} of an input scaled by {scale}, expected finite and above 0"));
+/// Puts trees together that differ in nothing but the class of each leaf: operators with one class a leaf write a forest's tree
+/// as several.
+pub(super) fn merged(trees: &[Tree<Leaf>]) -> Vec<Tree<Leaf>> {
+    let mut groups: Vec<Tree<Leaf>> = Vec::new();
+    // The groups of a shape that came last, which still lack classes.
+    let mut open: HashMap<Vec<u64>, usize> = HashMap::new();
+    for tree in trees {
+        let shape = shape(tree);
+        if let Some(&group) = open.get(&shape)
+            && let Some(both) = both(&groups[group], tree)
+        {
+            groups[group] = both;
+        } else {
+            open.insert(shape, groups.len());
+            groups.push(tree.clone());
+        }
     }
-    let left = |x: i32| {
-        let scaled = ((f64::from(x) / ONE) as f32 - offset) * scale;
-        if strict { scaled < threshold } else { scaled <= threshold }
-    };
-    // Left is a range from the lowest on, as the scale is above 0.
-    let (mut from, mut to) = (i32::from(i16::MIN), i32::from(i16::MAX) + 1);
-    while from < to {
-        // Rounded down, unlike i32::midpoint: otherwise a range of two negative numbers would never end.
-        let middle = (from + to) >> 1;
-        if left(middle) { from = middle + 1 } else { to = middle }
+    groups
+}
+
+/// Everything of a tree's nodes but their leaves; trees of one operator list their nodes in the same way.
+fn shape(tree: &Tree<Leaf>) -> Vec<u64> {
+    let mut shape = Vec::with_capacity(tree.nodes.len());
+    for node in &tree.nodes {
+        match node {
+            Node::Leaf(_) => shape.push(u64::MAX),
+            Node::Split { input, threshold, strict, left, right } => {
+                shape.extend([
+                    *input as u64 * 2 + u64::from(*strict),
+                    threshold.to_bits(),
+                    *left as u64,
+                    *right as u64,
+                ]);
+            }
+        }
     }
-    Ok(f64::from(from - 1) / ONE)
+    shape
+}
+
+/// Two trees of one shape as one, unless a leaf has the same class in both.
+fn both(first: &Tree<Leaf>, second: &Tree<Leaf>) -> Option<Tree<Leaf>> {
+    let mut nodes = Vec::with_capacity(first.nodes.len());
+    for pair in first.nodes.iter().zip(&second.nodes) {
+        nodes.push(match pair {
+            (Node::Leaf(first), Node::Leaf(second)) => {
+                if first.iter().any(|share| second.iter().any(|other| other.0 == share.0)) {
+                    return None;
+                }
+                Node::Leaf([first.as_slice(), second].concat())
+            }
+            (node, _) => node.clone(),
+        });
+    }
+    Some(Tree { nodes })
+}
+
+/// Trees that add to scores, in float32 and in their order. A tree of several classes becomes one for each, with leaves of 0
+/// for the others: to add 0 changes no sum.
+pub(super) fn scores(trees: &[Tree<Leaf>], classes: usize) -> Result<Kind, String> {
+    let mut scores = vec![Score { start: 0.0, trees: Vec::new() }; classes];
+    let mut room = MOST_NODES;
+    for (number, tree) in trees.iter().enumerate() {
+        let leaves =
+            || tree.nodes.iter().filter_map(|node| if let Node::Leaf(leaf) = node { Some(leaf) } else { None });
+        let inexact = |weight: &f64| f64::from(*weight as f32).to_bits() != weight.to_bits();
+        if let Some(weight) = leaves().flatten().map(|share| share.1).find(inexact) {
+            return Err(format!("tree {number} has weight {weight}, expected one of float32"));
+        }
+        for (class, score) in scores.iter_mut().enumerate() {
+            let of_class = |leaf: &Leaf| leaf.iter().find(|share| usize::from(share.0) == class).map(|share| share.1);
+            if leaves().all(|leaf| of_class(leaf).is_none()) {
+                continue;
+            }
+            room = room.checked_sub(tree.nodes.len()).ok_or_else(|| format!("more than {MOST_NODES} nodes"))?;
+            let node = |node: &Node<Leaf>| match node {
+                Node::Leaf(leaf) => Node::Leaf(of_class(leaf).unwrap_or(0.0) as f32),
+                Node::Split { input, threshold, strict, left, right } => {
+                    Node::Split { input: *input, threshold: *threshold, strict: *strict, left: *left, right: *right }
+                }
+            };
+            score.trees.push(Tree { nodes: tree.nodes.iter().map(node).collect() });
+        }
+    }
+    Ok(Kind::Boosted(Boosted { scores, bound: 0.0 }))
 }

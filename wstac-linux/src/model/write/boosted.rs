@@ -1,13 +1,27 @@
 //! Boosted trees: leaves as they are, or rounded to int16 with one scale.
 
-use super::super::integers::integers;
+use super::super::exact;
+use super::super::integers::{Part, integers};
 use super::super::trained::{Boosted, Node};
 use super::layout::{LeafSize, lay_out};
-use super::{Body, push_long};
+use super::{Body, Leaves, push_long};
 
-pub(super) fn body(model: &Boosted, classes: usize, inputs: usize, short: bool) -> Result<Body, String> {
+/// Boosted trees with integer thresholds.
+pub(in crate::model) struct Sums {
+    /// For each score what it starts with, and its trees: bits of float32 or int32; leaves are those of float32 or int16.
+    pub(in crate::model) scores: Vec<(u32, Vec<Vec<Part>>)>,
+    /// Of a single score: the second class is the answer above it; bits likewise.
+    pub(in crate::model) bound: u32,
+    /// Whether leaves are int16.
+    pub(in crate::model) short: bool,
+    /// How far sums are those of the trained model, in words.
+    pub(in crate::model) exactness: String,
+}
+
+/// Boosted trees with integer thresholds, and their leaves' bits.
+pub(in crate::model) fn sums(model: &Boosted, classes: usize, inputs: usize, leaves: Leaves) -> Result<Sums, String> {
     let trees = model.scores.iter().map(|score| score.trees.len()).sum::<usize>();
-    let count = u16::try_from(trees).map_err(|_| format!("{trees} trees, expected at most 65535"))?;
+    u16::try_from(trees).map_err(|_| format!("{trees} trees, expected at most 65535"))?;
     if model.scores.len() != classes && !(model.scores.len() == 1 && classes == 2) {
         return Err(format!("{} scores, expected one for each of {classes} classes", model.scores.len()));
     }
@@ -15,18 +29,17 @@ pub(super) fn body(model: &Boosted, classes: usize, inputs: usize, short: bool) 
     if let Some(number) = numbers().find(|&number| !is_moderate(number)) {
         return Err(format!("a score starts with, or is compared to, {number}, expected a finite number below 2^96"));
     }
-    let scale = if short { scale(model) } else { 1.0 };
+    let proven = if leaves == Leaves::Float32 { None } else { exact::units(model) };
+    let short = leaves == Leaves::Int16 || proven.is_some();
+    let scale = if short { proven.unwrap_or_else(|| scale(model)) } else { 1.0 };
     let bits = |number: f32| {
         if short { (f64::from(number) * scale).round() as i32 as u32 } else { number.to_bits() }
     };
-    let mut parts = Vec::with_capacity(trees);
-    let mut words = vec![model.scores.len() as u16];
     // Whole numbers are above the bound where real ones are: above its whole part.
     let bound = if short { (f64::from(model.bound) * scale).floor() as i32 as u32 } else { model.bound.to_bits() };
-    push_long(&mut words, bound);
+    let mut scores = Vec::with_capacity(model.scores.len());
     for (class, score) in model.scores.iter().enumerate() {
-        words.push(score.trees.len() as u16);
-        push_long(&mut words, bits(score.start));
+        let mut parts = Vec::with_capacity(score.trees.len());
         for (number, tree) in score.trees.iter().enumerate() {
             let tree = integers(tree, inputs, |&leaf| {
                 if !is_moderate(leaf) {
@@ -36,12 +49,12 @@ pub(super) fn body(model: &Boosted, classes: usize, inputs: usize, short: bool) 
             });
             parts.push(tree.map_err(|why| format!("tree {number} of score {class}: {why}"))?);
         }
+        scores.push((bits(score.start), parts));
     }
-    let size = if short { LeafSize::Word } else { LeafSize::TwoWords };
-    let (tree_words, shift) = lay_out(&parts, size)?;
-    words.extend(tree_words);
     let most = model.scores.iter().map(|score| score.trees.len()).max().unwrap_or(0);
-    let exactness = if short {
+    let exactness = if proven.is_some() {
+        "thresholds are exact; leaves are int16, and their sums proven to be those of float32".into()
+    } else if short {
         let bound = (most as f64 + 1.0) * 0.5 / scale;
         format!(
             "thresholds are exact; leaves are in units of {:.2e}: a score is off by {bound:.2e} at most",
@@ -50,8 +63,23 @@ pub(super) fn body(model: &Boosted, classes: usize, inputs: usize, short: bool) 
     } else {
         "thresholds, leaves and the order of their sums are exact".into()
     };
-    let number = if short { 2 } else { 3 };
-    Ok(Body { kind: 4, number, trees: count, shift, words, exactness, score_bound: 0.0 })
+    Ok(Sums { scores, bound, short, exactness })
+}
+
+pub(super) fn body(model: &Boosted, classes: usize, inputs: usize, leaves: Leaves) -> Result<Body, String> {
+    let sums = sums(model, classes, inputs, leaves)?;
+    let mut halves = vec![sums.scores.len() as u16];
+    push_long(&mut halves, sums.bound);
+    for (start, trees) in &sums.scores {
+        halves.push(trees.len() as u16);
+        push_long(&mut halves, *start);
+    }
+    let trees: Vec<Vec<Part>> = sums.scores.into_iter().flat_map(|(_, trees)| trees).collect();
+    let (number, size) = if sums.short { (2, LeafSize::Half) } else { (3, LeafSize::TwoHalves) };
+    let (tree_halves, shift) = lay_out(&trees, size)?;
+    halves.extend(tree_halves);
+    let (count, exactness) = (trees.len() as u16, sums.exactness);
+    Ok(Body { kind: 4, number, trees: count, shift, halves, exactness, score_bound: 0.0 })
 }
 
 /// What the largest leaf is 32 767 of, so far as starts and sums fit 32 bits.

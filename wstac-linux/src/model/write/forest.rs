@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::super::integers::integers;
+use super::super::integers::{Part, integers};
 use super::super::trained::{Node, Tree};
 use super::layout::{LeafSize, lay_out};
 use super::{Body, push_long};
@@ -14,7 +14,21 @@ const MOST_SAMPLES: u32 = 1024;
 /// How far a float32 share that was divided by the number of trees may be from what it was.
 const NEAR: f64 = 1e-6;
 
-pub(super) fn body(trees: &[Tree<Leaf>], classes: usize, inputs: usize) -> Result<Body, String> {
+/// A forest in integers.
+pub(in crate::model) struct Votes {
+    /// Its trees. A leaf below the number of classes is all one class's; another one, less that number, is the place of its
+    /// entry in the table.
+    pub(in crate::model) trees: Vec<Vec<Part>>,
+    /// What a vote of 1 counts; times the trees it is below 2^32.
+    pub(in crate::model) unit: u32,
+    /// Entries: how many classes have a share, then for each the class and its share (the low half, the high half).
+    pub(in crate::model) table: Vec<u16>,
+    /// How far votes are those of the trained model, in words.
+    pub(in crate::model) exactness: String,
+}
+
+/// A forest's thresholds and votes as integers.
+pub(in crate::model) fn votes(trees: &[Tree<Leaf>], classes: usize, inputs: usize) -> Result<Votes, String> {
     let count = u16::try_from(trees.len()).ok().filter(|&count| count > 0);
     let count = count.ok_or_else(|| format!("{} trees, expected 1 to 65535", trees.len()))?;
     let most = u32::MAX / u32::from(count);
@@ -34,12 +48,6 @@ pub(super) fn body(trees: &[Tree<Leaf>], classes: usize, inputs: usize) -> Resul
         if table.words.len() > usize::from(u16::MAX) - classes {
             continue;
         }
-        let (tree_words, shift) = lay_out(&parts, LeafSize::WordOrByte)?;
-        let mut words = Vec::new();
-        push_long(&mut words, unit);
-        push_long(&mut words, super::length(table.words.len())?);
-        words.extend(table.words);
-        words.extend(tree_words);
         let exactness = if whole == Some(unit) {
             "thresholds and votes are exact".into()
         } else {
@@ -47,9 +55,28 @@ pub(super) fn body(trees: &[Tree<Leaf>], classes: usize, inputs: usize) -> Resul
                 "thresholds are exact; votes are in units of 1/{unit}: a class's sum is off by {bound:.2e} of {count} at most"
             )
         };
-        return Ok(Body { kind: 3, number: 0, trees: count, shift, words, exactness, score_bound: 0.0 });
+        return Ok(Votes { trees: parts, unit, table: table.words, exactness });
     }
-    Err("its leaves differ too much, expected at most 65535 words of different leaves".into())
+    Err("its leaves differ too much, expected at most 65535 halves of different leaves".into())
+}
+
+pub(super) fn body(trees: &[Tree<Leaf>], classes: usize, inputs: usize) -> Result<Body, String> {
+    let votes = votes(trees, classes, inputs)?;
+    let (tree_halves, shift) = lay_out(&votes.trees, LeafSize::Votes { classes: classes as u16 })?;
+    let mut halves = Vec::new();
+    push_long(&mut halves, votes.unit);
+    push_long(&mut halves, super::length(votes.table.len())?);
+    halves.extend(votes.table);
+    halves.extend(tree_halves);
+    Ok(Body {
+        kind: 3,
+        number: 0,
+        trees: trees.len() as u16,
+        shift,
+        halves,
+        exactness: votes.exactness,
+        score_bound: 0.0,
+    })
 }
 
 /// The least number of which all shares are whole parts, where it is `most` at most.

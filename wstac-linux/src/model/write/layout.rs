@@ -1,6 +1,7 @@
 //! How trees lie in the file: preorder, leaves in their parents, offsets only where both children are nodes.
 
-use wstac_core::model::trees::{LEFT_LEAF, NARROW, RIGHT_LEAF};
+use wstac_core::model::file::MOST_SHIFT;
+use wstac_core::model::trees::{CLASS_SHIFT, LEFT_LEAF, MOST_PENDING, MOST_SINGLE, NARROW, RIGHT_LEAF, SAME};
 
 use super::super::integers::Part;
 use super::push_long;
@@ -8,43 +9,36 @@ use super::push_long;
 /// What leaves are in the file.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum LeafSize {
-    /// A word, or a byte where both leaves of a node fit one.
-    WordOrByte,
-    /// A word.
-    Word,
-    /// Two words.
-    TwoWords,
+    /// A forest's, with so many classes: in their parents where they fit, otherwise a half, or a byte.
+    Votes { classes: u16 },
+    /// A half.
+    Half,
+    /// Two halves.
+    TwoHalves,
 }
 
-/// Right children that may wait while a tree is checked: what the core has room for.
-const MOST_PENDING: usize = 256;
-
-/// All trees, with the smallest shift of offsets that is enough, and that shift.
+/// All trees, with the smallest shift of lengths and offsets that is enough, and that shift.
 pub(super) fn lay_out(trees: &[Vec<Part>], leaves: LeafSize) -> Result<(Vec<u16>, u8), String> {
-    'shifts: for shift in 0..=8 {
-        let mut words = Vec::new();
+    'shifts: for shift in 0..=MOST_SHIFT as u8 {
+        let mut halves = Vec::new();
         for (number, tree) in trees.iter().enumerate() {
-            match nodes(tree, leaves, shift) {
-                Ok(nodes) => {
-                    if let Ok(length) = u16::try_from(nodes.len()) {
-                        words.push(length);
-                    } else {
-                        words.push(0);
-                        push_long(&mut words, super::length(nodes.len())?);
-                    }
-                    words.extend(nodes);
-                }
+            let mut nodes = match nodes(tree, leaves, shift) {
+                Ok(nodes) => nodes,
                 Err(Unfit::Offset) => continue 'shifts,
                 Err(Unfit::Depth) => {
                     return Err(format!(
                         "tree {number} is too deep, expected {MOST_PENDING} open right children at most"
                     ));
                 }
-            }
+            };
+            nodes.resize(nodes.len().next_multiple_of(1 << shift), 0);
+            let Ok(length) = u16::try_from(nodes.len() >> shift) else { continue 'shifts };
+            halves.push(length);
+            halves.extend(nodes);
         }
-        return Ok((words, shift));
+        return Ok((halves, shift));
     }
-    Err("a tree is too large, expected left subtrees below 32 MiB".into())
+    Err("a tree is too large, expected one below 32 MiB".into())
 }
 
 enum Unfit {
@@ -53,28 +47,38 @@ enum Unfit {
     Depth,
 }
 
-/// A tree's nodes; the root is the first part. A tree of one leaf becomes a split with that leaf on both sides.
+/// A tree's nodes; the root is the first part.
 fn nodes(tree: &[Part], leaves: LeafSize, shift: u8) -> Result<Vec<u16>, Unfit> {
-    let mut words = Vec::new();
-    if let [Part::Leaf(leaf)] = *tree {
-        split(&mut words, 0, 0, [Some(leaf), Some(leaf)], leaves);
-    }
+    let mut halves = Vec::new();
     // Nodes to come, and the place of the parent that wants their offset.
     let mut waiting = vec![(0, None)];
-    let leaf = |number: u32| match tree.get(number as usize) {
-        Some(&Part::Leaf(leaf)) => Some(leaf),
-        _ => None,
-    };
     while let Some((number, parent)) = waiting.pop() {
-        let Some(&Part::Split { input, threshold, left, right }) = tree.get(number as usize) else { continue };
+        let Some(part) = tree.get(number as usize) else { continue };
         if let Some(parent) = parent {
-            let from_parent: usize = (words.len() - parent as usize).next_multiple_of(1 << shift);
-            words.resize(parent as usize + from_parent, 0);
-            words[parent as usize + 2] = u16::try_from(from_parent >> shift).map_err(|_| Unfit::Offset)?;
+            let from_parent: usize = (halves.len() - parent as usize).next_multiple_of(1 << shift);
+            halves.resize(parent as usize + from_parent, 0);
+            halves[parent as usize + 2] = u16::try_from(from_parent >> shift).map_err(|_| Unfit::Offset)?;
         }
-        let place = words.len() as u32;
-        let both = [leaf(left), leaf(right)];
-        split(&mut words, input, threshold, both, leaves);
+        let place = halves.len() as u32;
+        let (input, threshold, left, right) = match *part {
+            // A leaf that is no child in its parent: a tree of its own, or one that does not fit there.
+            Part::Leaf(leaf) => {
+                push_same(&mut halves, leaf, leaves);
+                continue;
+            }
+            Part::Split { input, threshold, left, right } => (input, threshold, left, right),
+        };
+        let leaf = |number: u32| match tree.get(number as usize) {
+            Some(&Part::Leaf(leaf)) => Some(leaf),
+            _ => None,
+        };
+        let mut both = [leaf(left), leaf(right)];
+        if let (LeafSize::Votes { classes }, [Some(leaf), None] | [None, Some(leaf)]) = (leaves, both)
+            && leaf >= u32::from(classes.min(MOST_SINGLE))
+        {
+            both = [None; 2];
+        }
+        split(&mut halves, input, threshold, both, leaves);
         match both {
             [None, None] => waiting.extend([(right, Some(place)), (left, None)]),
             [Some(_), None] => waiting.push((right, None)),
@@ -85,27 +89,40 @@ fn nodes(tree: &[Part], leaves: LeafSize, shift: u8) -> Result<Vec<u16>, Unfit> 
             return Err(Unfit::Depth);
         }
     }
-    Ok(words)
+    Ok(halves)
+}
+
+/// A node that ends in a leaf whatever the sample is.
+fn push_same(halves: &mut Vec<u16>, leaf: u32, size: LeafSize) {
+    match size {
+        LeafSize::Votes { .. } => halves.extend([LEFT_LEAF | RIGHT_LEAF | SAME, leaf as u16]),
+        LeafSize::Half | LeafSize::TwoHalves => split(halves, 0, 0, [Some(leaf), Some(leaf)], size),
+    }
 }
 
 /// One node.
-fn split(words: &mut Vec<u16>, input: u16, threshold: i16, both: [Option<u32>; 2], size: LeafSize) {
+fn split(halves: &mut Vec<u16>, input: u16, threshold: i16, both: [Option<u32>; 2], size: LeafSize) {
     let [left, right] = both;
-    let mut flags = if left.is_some() { LEFT_LEAF } else { 0 } | if right.is_some() { RIGHT_LEAF } else { 0 };
-    if let (LeafSize::WordOrByte, [Some(left @ ..0x100), Some(right @ ..0x100)]) = (size, both) {
-        flags |= NARROW;
-        words.extend([input | flags, threshold as u16, left as u16 | (right as u16) << 8]);
-        return;
-    }
-    words.extend([input | flags, threshold as u16]);
-    for leaf in both.into_iter().flatten() {
-        match size {
-            LeafSize::TwoWords => push_long(words, leaf),
-            LeafSize::Word | LeafSize::WordOrByte => words.push(leaf as u16),
-        }
-    }
-    if both == [None, None] {
+    let mut node = input;
+    node |= if left.is_some() { LEFT_LEAF } else { 0 } | if right.is_some() { RIGHT_LEAF } else { 0 };
+    let leaves = both.into_iter().flatten();
+    match (size, both) {
         // The offset of the right child, once it is known.
-        words.push(0);
+        (_, [None, None]) => halves.extend([node, threshold as u16, 0]),
+        (LeafSize::Votes { .. }, [Some(left @ ..0x100), Some(right @ ..0x100)]) => {
+            halves.extend([node | NARROW, threshold as u16, left as u16 | (right as u16) << 8]);
+        }
+        (LeafSize::Votes { .. }, [Some(leaf), None] | [None, Some(leaf)]) => {
+            halves.extend([node | (leaf as u16) << CLASS_SHIFT, threshold as u16]);
+        }
+        _ => {
+            halves.extend([node, threshold as u16]);
+            for leaf in leaves {
+                match size {
+                    LeafSize::TwoHalves => push_long(halves, leaf),
+                    LeafSize::Half | LeafSize::Votes { .. } => halves.push(leaf as u16),
+                }
+            }
+        }
     }
 }

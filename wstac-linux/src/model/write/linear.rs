@@ -1,6 +1,6 @@
 //! Linear models: one scale for all rows, so that their sums can be compared.
 
-use wstac_core::model::linear::BLOCK;
+use wstac_core::model::linear_svm::BLOCK;
 use wstac_core::params::FEATURES;
 
 use super::super::trained::{Linear, file_order};
@@ -52,20 +52,20 @@ pub(super) fn body(model: &Linear, classes: usize, frames: usize, narrow: bool) 
         usual = usual.max(low.max(high));
         scaled.push((weights, bias as i64));
     }
-    let mut words = vec![rows as u16, 0];
-    words.extend(scaled.iter().flat_map(|(_, bias)| (0..4).map(move |word| (bias >> (16 * word)) as u16)));
+    let mut halves = vec![rows as u16, 0];
+    halves.extend(scaled.iter().flat_map(|(_, bias)| (0..4).map(move |half| (bias >> (16 * half)) as u16)));
     for block in scaled.chunks(BLOCK) {
         if narrow {
-            // Rows of a block take turns, four inputs each; what is missing of the last four is 0.
+            // Rows of a block take turns, four inputs each, first, third, second, fourth; what is missing is 0.
             for first in (0..inputs).step_by(4) {
                 for (weights, _) in block {
                     let byte = |input: usize| weights.get(input).map_or(0, |weight| u16::from(*weight as u8));
-                    words.extend([0, 2].map(|word| byte(first + word) | byte(first + word + 1) << 8));
+                    halves.extend([0, 1].map(|at| byte(first + at) | byte(first + at + 2) << 8));
                 }
             }
         } else {
             for first in (0..inputs).step_by(2) {
-                words.extend(block.iter().flat_map(|(weights, _)| [weights[first] as u16, weights[first + 1] as u16]));
+                halves.extend(block.iter().flat_map(|(weights, _)| [weights[first] as u16, weights[first + 1] as u16]));
             }
         }
     }
@@ -77,5 +77,5 @@ pub(super) fn body(model: &Linear, classes: usize, frames: usize, narrow: bool) 
     );
     let kind = if model.pairs { 2 } else { 1 };
     let number = if narrow { 1 } else { 2 };
-    Ok(Body { kind, number, trees: 0, shift: 0, words, exactness, score_bound: usual })
+    Ok(Body { kind, number, trees: 0, shift: 0, halves, exactness, score_bound: usual })
 }

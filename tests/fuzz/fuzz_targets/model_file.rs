@@ -1,0 +1,33 @@
+//! Any words as a model file, with magic, length and checksum put right so that everything behind them is reached: refused, or
+//! a model that answers every sample with one of its classes, soon.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use wstac_core::model::Model;
+use wstac_core::model::file::{INPUTS, MAGIC, crc};
+
+fuzz_target!(|data: &[u8]| {
+    let mut words: Vec<u32> = data.as_chunks::<4>().0.iter().map(|bytes| u32::from_le_bytes(*bytes)).collect();
+    // As it is: almost always damaged.
+    let _ = Model::from_words(&words);
+    if words.len() < 4 {
+        return;
+    }
+    words[0] = u32::from(MAGIC[0]) | u32::from(MAGIC[1]) << 16;
+    words[2] = words.len() as u32;
+    words[1] = crc(&words);
+    let Ok(model) = Model::from_words(&words) else { return };
+    let classes = model.labels().len();
+    for class in 0..classes {
+        assert!(model.labels().get(class).expect("a label for each class").to_string().len() < 256);
+    }
+    let mut sample = [0; INPUTS];
+    for (step, start) in [(0, 0), (0, i16::MIN), (0, i16::MAX), (7919, -16_000), (-12_347, 55)] {
+        let mut value: i16 = start;
+        sample.fill_with(|| {
+            value = value.wrapping_add(step);
+            value
+        });
+        assert!(usize::from(model.classify(&sample)) < classes);
+    }
+});

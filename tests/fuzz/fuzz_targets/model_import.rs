@@ -1,0 +1,20 @@
+//! Any bytes as what a trainer saved: XGBoost's JSON or UBJSON, or ONNX. An error that says something, or a model file that is
+//! one and answers.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use wstac_core::model::Model;
+use wstac_linux::model::{Import, import_bytes};
+
+fuzz_target!(|data: &[u8]| {
+    match import_bytes("fuzz", data.to_vec(), &Import::default()) {
+        Err(why) => assert!(!why.is_empty()),
+        Ok((trained, written)) => {
+            let model = Model::from_words(&written.words).expect("what is written is a model file");
+            assert_eq!(model.labels().len(), trained.labels.len());
+            for sample in [[0; 700], [i16::MIN; 700], [i16::MAX; 700]] {
+                assert!(usize::from(model.classify(&sample)) < trained.labels.len());
+            }
+        }
+    }
+});

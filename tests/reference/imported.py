@@ -1,0 +1,217 @@
+"""Trained models through `wstac model`, beside their own answers: what the agreement tests share."""
+
+import json
+import os
+import subprocess
+import tempfile
+import unittest
+import warnings
+from pathlib import Path
+
+# Threads that wait must not keep the others from working.
+os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+
+import numpy  # noqa: E402
+
+try:
+    import skl2onnx
+    import sklearn  # noqa: F401
+    import xgboost  # noqa: F401
+    from skl2onnx.common.data_types import FloatTensorType
+
+    MISSING = None
+except ImportError as error:
+    MISSING = str(error)
+
+LABELS = numpy.array(["Fla0", "Saw2", "Saw3", "Saw4", "Sin2", "Sin3", "Sin4", "Tri2", "Tri3", "Tri4"])
+SCALE = 1 / 2048
+LOW, HIGH = -9471, 3296
+# Random samples of the domain, and as many on thresholds.
+SAMPLES = 10_000
+# Votes that came through ONNX in float32 need not be told apart below this, unless they are equal.
+NEAR = 2.0**-20
+
+
+@unittest.skipIf(MISSING, f"needs requirements-train.txt: {MISSING}")
+@unittest.skipUnless("WSTAC" in os.environ, "needs WSTAC, the path that ci/wstac prints")
+class Imported(unittest.TestCase):
+    """Data to train with, and a folder for files."""
+
+    seed = 7
+
+    @classmethod
+    def setUpClass(cls):
+        warnings.filterwarnings("ignore")
+        cls.random = numpy.random.default_rng(cls.seed)
+        cls.data(10)
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.path = Path(cls.folder.name)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    @classmethod
+    def data(cls, classes, noise=2500):
+        """Sets `integers`, `X` and `y`: 400 samples around a centre for each class."""
+        cls.y = cls.random.integers(0, classes, 400)
+        cls.y[:classes] = numpy.arange(classes)
+        centres = cls.random.normal(0, 900, (classes, 700))
+        spread = cls.random.normal(0, noise, (400, 700))
+        cls.integers = numpy.clip(-4000 + centres[cls.y] + spread, LOW, HIGH).astype(numpy.int16)
+        cls.X = cls.integers * SCALE
+
+    def wstac(self, *arguments, code=0):
+        command = [os.environ["WSTAC"], "model", *map(str, arguments)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, code, done.stderr)
+        return done
+
+    def refused(self, file, *says, options=()):
+        """Import refuses a file, and says so with its name."""
+        output = self.path / "refused.wsm"
+        said = self.wstac("import", file, "-o", output, *options, code=1).stderr
+        for part in [str(file), *says]:
+            self.assertIn(part, said)
+        self.assertFalse(output.exists())
+
+    def imported(self, file, *options):
+        """The model file, and what importing said; twice, as it must be the same bytes."""
+        model = self.path / "model.wsm"
+        said = self.wstac("import", file, "-o", model, "--force", *options).stderr
+        first = model.read_bytes()
+        self.wstac("import", file, "-o", model, "--force", *options)
+        self.assertEqual(model.read_bytes(), first)
+        inspected = json.loads(self.wstac("inspect", model, "--json").stdout)
+        self.assertEqual(inspected["bytes"], len(first))
+        return model, said.strip().rpartition(";")[2].strip()
+
+    def evaluated(self, model, samples, truth=None):
+        """What a model file says of samples."""
+        data = self.path / "data.npz"
+        numpy.savez(data, **({"X": samples} if truth is None else {"X": samples, "y": truth}))
+        found = json.loads(self.wstac("eval", model, data, "--json").stdout)
+        self.assertEqual(found["n"], len(samples))
+        answers = numpy.array(found["predictions"])
+        if truth is None:
+            self.assertIsNone(found["accuracy"])
+        else:
+            self.assertAlmostEqual(found["accuracy"], (answers == truth.astype(str)).mean())
+        return answers
+
+    def answers(self, file, *options, samples, truth=None):
+        """What the imported model says of samples, and what importing said."""
+        model, said = self.imported(file, *options)
+        return self.evaluated(model, samples, truth), said
+
+    def onnx(self, model, inputs=700, **options):
+        path = self.path / "model.onnx"
+        made = skl2onnx.convert_sklearn(model, initial_types=[("X", FloatTensorType([None, inputs]))], **options)
+        path.write_bytes(made.SerializeToString())
+        return path
+
+    def near(self, count):
+        """Samples of the domain."""
+        samples = self.integers[self.random.integers(0, len(self.integers), count)]
+        noise = self.random.integers(-3000, 3001, samples.shape, dtype=numpy.int16)
+        return numpy.clip(samples + noise, LOW, HIGH).astype(numpy.int16)
+
+    def samples(self, thresholds=(), count=SAMPLES):
+        """Samples of the domain, and as many with values on thresholds, one unit below and above."""
+        samples = self.near(2 * count if len(thresholds) else count)
+        by_input = {}
+        for feature, threshold in thresholds:
+            by_input.setdefault(int(feature), []).append(int(numpy.floor(threshold / SCALE)))
+        for feature, values in by_input.items():
+            values = self.random.choice(values, count) + self.random.integers(-1, 2, count)
+            samples[count:, feature] = numpy.clip(values, -32768, 32767)
+        return samples
+
+    def report(self, name, same, left_out=0):
+        left = f", {left_out} left out" if left_out else ""
+        print(f"{name}: {same.sum()} of {len(same)} alike{left}")
+        self.assertTrue(same.all())
+
+    @staticmethod
+    def first(X, inputs):
+        """Of samples the first frames."""
+        return X.reshape(-1, 10, 70)[:, :, : inputs // 10].reshape(-1, inputs)
+
+    @staticmethod
+    def splits(model, inputs=700):
+        """Features of whole samples and thresholds of all splits of a forest or tree."""
+        trees = [tree.tree_ for tree in getattr(model, "estimators_", [model])]
+        frames = inputs // 10
+        pairs = [(tree.feature[inner], tree.threshold[inner]) for tree in trees for inner in [tree.feature >= 0]]
+        return [(f // frames * 70 + f % frames, t) for features, all in pairs for f, t in zip(features, all)]
+
+    def compare_votes(self, name, answers, model, seen, said=""):
+        """Answers of a forest beside its own: the same wherever votes are equal or differ by more than 2^-20."""
+        votes = model.predict_proba(seen)
+        best = numpy.sort(votes, axis=1)
+        lead = best[:, -1] - best[:, -2]
+        same = answers == model.predict(seen).astype(str)
+        hard = (lead > 0) & (lead <= NEAR)
+        print(f"{name}: {same.sum()} of {len(same)} alike in all, {(lead == 0).sum()} ties; {said}")
+        self.report(f"{name}, ties included", same[~hard], hard.sum())
+        # Even where rounding decides, the answer is one of the best.
+        numbers = numpy.searchsorted(model.classes_.astype(str), answers)
+        self.assertTrue((best[:, -1] - votes[numpy.arange(len(votes)), numbers] <= NEAR).all())
+
+    def forest(self, name, model, y, inputs=700, count=SAMPLES, **options):
+        """A forest trained, imported through ONNX and compared."""
+        model.fit(self.first(self.X, inputs), y)
+        samples = self.samples(self.splits(model, inputs), count)
+        seen = self.first(samples * SCALE, inputs)
+        answers, said = self.answers(self.onnx(model, inputs, **options), samples=samples, truth=model.predict(seen))
+        self.compare_votes(name, answers, model, seen, said)
+
+    def boosted(self, name, model, y, labels=None, endings=("json", "ubj"), inputs=700, count=SAMPLES, **fit):
+        """Boosted trees trained, imported from each kind of file and compared; what importing said."""
+        model.fit(self.first(self.X, inputs), y, **fit)
+        path, frames, splits = self.path / "model.json", inputs // 10, []
+        model.save_model(path)
+        for tree in json.loads(path.read_text())["learner"]["gradient_booster"]["model"]["trees"]:
+            nodes = zip(tree["left_children"], tree["split_indices"], tree["split_conditions"])
+            splits += [(f // frames * 70 + f % frames, split) for left, f, split in nodes if left >= 0]
+        samples = self.samples(splits, count)
+        expected = model.predict(self.first(samples * SCALE, inputs))
+        expected = expected.astype(str) if labels is None else numpy.array(labels)[expected]
+        options = [] if labels is None else ["--labels", ",".join(labels)]
+        said = ""
+        for ending in endings:
+            path = self.path / f"model.{ending}"
+            model.save_model(path)
+            # The kind of file shows in what it holds.
+            file = path.rename(self.path / "model")
+            answers, said = self.answers(file, *options, samples=samples, truth=expected)
+            self.report(f"{name}, {ending}", answers == expected)
+        answers, short = self.answers(file, *options, "--leaves", "int16", samples=samples)
+        print(f"  with int16 leaves: {(answers == expected).sum()} of {len(answers)} alike; {short}")
+        return said
+
+    def linear(self, name, model, y, count=SAMPLES, weights=("int16", "int8"), **options):
+        """A linear model trained, imported through ONNX and compared outside the bound that import prints."""
+        model.fit(self.X, y)
+        # Between samples of different classes, so that some are close to where the answer changes.
+        share = self.random.random((count, 1))
+        samples = (share * self.near(count) + (1 - share) * self.near(count)).astype(numpy.int16)
+        expected = model.predict(samples * SCALE).astype(str)
+        last = model[-1] if hasattr(model, "steps") else model
+        pairs = hasattr(last, "support_vectors_")
+        if pairs:
+            last.decision_function_shape = "ovo"
+        scores = model.decision_function(samples * SCALE).reshape(count, -1)
+        for kind in weights:
+            answers, said = self.answers(self.onnx(model, **options), "--weights", kind, samples=samples)
+            bound = float(said.split("off by ")[1].split()[0])
+            # Float32 of ONNX adds to the bound: weights to 24 bits.
+            bound += 1e-5 * numpy.abs(scores).max()
+            if scores.shape[1] == 1 or pairs:
+                near = numpy.abs(scores).min(axis=1) <= bound
+            else:
+                best = numpy.sort(scores, axis=1)
+                near = best[:, -1] - best[:, -2] <= 2 * bound
+            same = answers == expected
+            print(f"{name}, {kind}: {same.sum()} of {len(same)} alike in all")
+            self.report(f"{name}, {kind}, outside the bound {bound:.1e}", same[~near], near.sum())

@@ -1,0 +1,207 @@
+//! Linear models, such as a linear SVM: a weighted sum of the sample for every class, or for every two classes.
+//!
+//! From half 16 on: the weighted sums (*rows*; one half): one for each class, or a single one for two classes (one against
+//! the rest), or one for each pair of classes, 0 and 1, 0 and 2 … 1 and 2 … (one against one); a half of 0; then each
+//! row's bias, an int64 (four halves); then the weights, in blocks of up to [`BLOCK`] rows: for every two inputs, the two
+//! weights of each row of the block (int16); or for every four inputs, the four of each (int8), in the order first, third,
+//! second, fourth: a Cortex-M4 widens every other byte. Inputs are those of the frames that the model needs, and for int8
+//! zeros up to a multiple of four.
+//!
+//! One against the rest: the class with the highest sum wins, the lowest of several; of two classes with one row, the second
+//! where it is above 0. One against one: each row is a vote, for its first class where it is above 0 and for its second
+//! otherwise; the class with most votes wins, the lowest of several (as libsvm does).
+
+use super::file::{HEADER_HALVES, Header, INPUTS, MOST_CLASSES, ModelError, half, part};
+use super::labels::Labels;
+
+/// Rows that are summed up together: each part of the sample is read once for them.
+pub const BLOCK: usize = 2;
+/// The kinds' numbers in the file.
+pub(super) const ONE_AGAINST_REST: u16 = 1;
+pub(super) const ONE_AGAINST_ONE: u16 = 2;
+/// What weights are: see the file's half 7.
+const INT8: u16 = 1;
+const INT16: u16 = 2;
+
+/// A linear model that has been checked.
+#[derive(Clone, Copy, Debug)]
+pub struct LinearSvm<'a> {
+    pub(super) labels: Labels<'a>,
+    pub(super) header: Header,
+    /// Two words a row.
+    biases: &'a [[u32; 2]],
+    weights: &'a [u32],
+    /// Whether no sum can exceed 32 bits, whatever the sample is.
+    fits_32_bits: bool,
+}
+
+impl<'a> LinearSvm<'a> {
+    /// A linear model from its file's words, all of which are checked.
+    ///
+    /// # Errors
+    /// What is wrong with the file.
+    pub const fn from_words(words: &'a [u32]) -> Result<Self, ModelError> {
+        let header = match Header::read(words) {
+            Ok(header) => header,
+            Err(error) => return Err(error),
+        };
+        let classes = header.classes as usize;
+        if header.kind != ONE_AGAINST_REST && header.kind != ONE_AGAINST_ONE {
+            return Err(ModelError::Kind);
+        }
+        if header.number != INT8 && header.number != INT16 {
+            return Err(ModelError::Header(7));
+        }
+        if header.trees != 0 {
+            return Err(ModelError::Header(11));
+        }
+        let start = HEADER_HALVES + 2;
+        if header.labels < start {
+            return Err(ModelError::Part(HEADER_HALVES as u32));
+        }
+        let rows = half(words, HEADER_HALVES) as usize;
+        let expected = match header.kind {
+            ONE_AGAINST_REST if classes == 2 && rows == 1 => 1,
+            ONE_AGAINST_REST => classes,
+            _ => classes * (classes - 1) / 2,
+        };
+        if rows != expected || half(words, HEADER_HALVES + 1) != 0 {
+            return Err(ModelError::Part(HEADER_HALVES as u32));
+        }
+        let inputs = header.inputs();
+        let row_halves = if header.number == INT16 { inputs } else { inputs.div_ceil(4) * 2 };
+        if header.labels != start + rows * (4 + row_halves) {
+            return Err(ModelError::Part(start as u32));
+        }
+        let parts = part(words, start / 2, header.labels / 2);
+        let (biases, weights) = (part(parts, 0, 2 * rows), part(parts, 2 * rows, parts.len()));
+        let (biases, _) = biases.as_chunks::<2>();
+        let fits_32_bits = match largest(biases, weights, row_halves / 2, header.number == INT8) {
+            // 700 products of int16 are below 2^40: with a bias below 2^62 no sum of them overflows.
+            None => return Err(ModelError::Overflow),
+            Some(largest) => largest <= i32::MAX as u64,
+        };
+        Ok(Self { labels: Labels::new(words, &header), header, biases, weights, fits_32_bits })
+    }
+
+    /// The class of a sample.
+    pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
+        if self.header.kind == ONE_AGAINST_ONE {
+            return self.most_votes(sample);
+        }
+        let (mut best, mut highest) = (0, i64::MIN);
+        self.each_sum(sample, |row, sum| {
+            if sum > highest {
+                (best, highest) = (row as u8, sum);
+            }
+        });
+        if self.biases.len() == 1 && self.header.classes == 2 { u8::from(highest > 0) } else { best }
+    }
+
+    fn most_votes(&self, sample: &[i16; INPUTS]) -> u8 {
+        let mut votes = [0_u8; MOST_CLASSES];
+        let (mut first, mut second) = (0, 1);
+        self.each_sum(sample, |_, sum| {
+            let winner = if sum > 0 { first } else { second };
+            if let Some(votes) = votes.get_mut(winner) {
+                *votes = votes.wrapping_add(1);
+            }
+            second += 1;
+            if second >= usize::from(self.header.classes) {
+                (first, second) = (first + 1, first + 2);
+            }
+        });
+        let (mut best, mut most) = (0, 0);
+        for (class, &votes) in (0..).zip(&votes) {
+            if votes > most {
+                (best, most) = (class, votes);
+            }
+        }
+        best
+    }
+
+    /// Gives every row's sum in order.
+    fn each_sum(&self, sample: &[i16; INPUTS], mut give: impl FnMut(usize, i64)) {
+        let inputs = sample.get(..self.header.inputs()).unwrap_or_default();
+        let int16 = self.header.number == INT16;
+        let row_words = if int16 { inputs.len() / 2 } else { inputs.len().div_ceil(4) };
+        let mut weights = self.weights;
+        for (block, biases) in self.biases.chunks(BLOCK).enumerate() {
+            let mut sums = [0; BLOCK];
+            let (these, rest) = weights.split_at_checked(biases.len() * row_words).unwrap_or_default();
+            weights = rest;
+            if int16 {
+                sums_of_int16(&mut sums, these, biases.len(), inputs);
+            } else {
+                sums_of_int8(&mut sums, these, biases.len(), inputs);
+            }
+            for ((row, bias), sum) in (block * BLOCK..).zip(biases).zip(sums) {
+                give(row, bias_of(*bias).wrapping_add(sum));
+            }
+        }
+    }
+}
+
+/// An int64 of two words.
+const fn bias_of([low, high]: [u32; 2]) -> i64 {
+    low as i64 | (high as i64) << 32
+}
+
+/// The largest that a row's bias and weights can add up to, whatever the sample is; nothing where a bias is above 2^62.
+const fn largest(biases: &[[u32; 2]], weights: &[u32], row_words: usize, int8: bool) -> Option<u64> {
+    let mut most = 0;
+    let mut row = 0;
+    while row < biases.len() {
+        let bias = bias_of(biases[row]).unsigned_abs();
+        if bias > 1 << 62 {
+            return None;
+        }
+        // Words of a block's rows take turns.
+        let rows = if biases.len() - row / BLOCK * BLOCK < BLOCK { biases.len() % BLOCK } else { BLOCK };
+        let mut at = row / BLOCK * BLOCK * row_words + row % BLOCK;
+        let mut sum = 0;
+        let mut word = 0;
+        while word < row_words && at < weights.len() {
+            let bytes = weights[at].to_le_bytes();
+            sum += if int8 {
+                bytes[0].cast_signed().unsigned_abs() as u32
+                    + bytes[1].cast_signed().unsigned_abs() as u32
+                    + bytes[2].cast_signed().unsigned_abs() as u32
+                    + bytes[3].cast_signed().unsigned_abs() as u32
+            } else {
+                (weights[at] as i16).unsigned_abs() as u32 + ((weights[at] >> 16) as i16).unsigned_abs() as u32
+            };
+            at += rows;
+            word += 1;
+        }
+        let largest = bias + sum as u64 * 32_768;
+        if largest > most {
+            most = largest;
+        }
+        row += 1;
+    }
+    Some(most)
+}
+
+/// Adds up a block of int16 rows; the plain way.
+fn sums_of_int16(sums: &mut [i64; BLOCK], weights: &[u32], rows: usize, inputs: &[i16]) {
+    for (weights, inputs) in weights.chunks_exact(rows.max(1)).zip(inputs.as_chunks::<2>().0) {
+        for (sum, &word) in sums.iter_mut().zip(weights) {
+            // Two products of int16 may just exceed 32 bits.
+            *sum += i64::from(i32::from(word as i16) * i32::from(inputs[0]))
+                + i64::from(i32::from((word >> 16) as i16) * i32::from(inputs[1]));
+        }
+    }
+}
+
+/// Adds up a block of int8 rows; the plain way.
+fn sums_of_int8(sums: &mut [i64; BLOCK], weights: &[u32], rows: usize, inputs: &[i16]) {
+    for (weights, inputs) in weights.chunks_exact(rows.max(1)).zip(inputs.chunks(4)) {
+        for (sum, word) in sums.iter_mut().zip(weights) {
+            let [first, third, second, fourth] = word.to_le_bytes();
+            for (weight, &input) in [first, second, third, fourth].into_iter().zip(inputs) {
+                *sum += i64::from(i32::from(weight.cast_signed()) * i32::from(input));
+            }
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! The walk from a tree's root to a leaf, the plain way: every access is checked.
+
+use super::file::{INPUTS, half};
+use super::trees::{CLASS_SHIFT, FEATURE, LEFT_LEAF, MOST_SINGLE, NARROW, RIGHT_LEAF, SAME};
+
+/// Whether a sample goes left at a node.
+fn goes_left(words: &[u32], at: usize, sample: &[i16; INPUTS]) -> bool {
+    let value = sample.get(usize::from(half(words, at) & FEATURE)).copied().unwrap_or(0);
+    value <= half(words, at + 1) as i16
+}
+
+/// Where the right child of a node without leaves is.
+fn right_child(words: &[u32], at: usize, shift: u8) -> usize {
+    at + (usize::from(half(words, at + 2)) << shift)
+}
+
+/// The leaf of a forest's tree: a class, or behind classes a place in the table of leaves.
+pub(super) fn votes(words: &[u32], mut at: usize, shift: u8, sample: &[i16; INPUTS]) -> u16 {
+    loop {
+        let (node, left) = (half(words, at), goes_left(words, at, sample));
+        at = match (node & LEFT_LEAF != 0, node & RIGHT_LEAF != 0) {
+            (false, false) if left => at + 3,
+            (false, false) => right_child(words, at, shift),
+            (true, true) => return pair(words, at, left),
+            (left_leaf, _) if left_leaf == left => return node >> CLASS_SHIFT & (MOST_SINGLE - 1),
+            _ => at + 2,
+        };
+    }
+}
+
+/// The left or the right one of a forest's two leaves.
+pub(super) fn pair(words: &[u32], at: usize, left: bool) -> u16 {
+    let node = half(words, at);
+    if node & NARROW != 0 {
+        let both = half(words, at + 2);
+        return if left { both & 0xFF } else { both >> 8 };
+    }
+    half(words, if node & SAME != 0 { at + 1 } else { at + 2 + usize::from(!left) })
+}
+
+/// Where the leaf of a boosted tree is, of so many halves.
+pub(super) fn leaf<const LEAF: usize>(words: &[u32], mut at: usize, shift: u8, sample: &[i16; INPUTS]) -> usize {
+    loop {
+        let (node, left) = (half(words, at), goes_left(words, at, sample));
+        at = match (node & LEFT_LEAF != 0, node & RIGHT_LEAF != 0) {
+            (false, false) if left => at + 3,
+            (false, false) => right_child(words, at, shift),
+            (true, true) if !left => return at + 2 + LEAF,
+            (left_leaf, right_leaf) if left_leaf == left || right_leaf != left => return at + 2,
+            _ => at + 2 + LEAF,
+        };
+    }
+}

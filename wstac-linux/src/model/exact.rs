@@ -1,0 +1,110 @@
+//! When sums of float32 are sums of integers: leaves that int16 can hold without changing any answer.
+
+use super::trained::{Boosted, Node};
+
+/// Integers up to here, and all sums of them that stay below, are exact in float32.
+const MOST: f64 = 16_777_216.0;
+
+/// How many units a 1 is of which all leaves and starts are whole numbers, where answers in int16 leaves and int32 sums are
+/// proven to be those of float32 sums: leaves are int16, and no sum of starts and leaves, in any order, is above 2^24
+/// units, so that float32 does not round. A power of two. The bound of two classes need not be whole: sums are.
+pub(super) fn units(model: &Boosted) -> Option<f64> {
+    let leaves = |score: &'_ super::trained::Score| -> Vec<Vec<f32>> {
+        let of_tree = |tree: &super::trained::Tree<f32>| {
+            tree.nodes.iter().filter_map(|node| if let Node::Leaf(leaf) = node { Some(*leaf) } else { None }).collect()
+        };
+        score.trees.iter().map(of_tree).collect()
+    };
+    let all: Vec<(f32, Vec<Vec<f32>>)> = model.scores.iter().map(|score| (score.start, leaves(score))).collect();
+    let numbers = || all.iter().flat_map(|(start, trees)| trees.iter().flatten().chain([start]).copied());
+    if !model.bound.is_finite() || numbers().any(|number| !number.is_finite()) {
+        return None;
+    }
+    // The coarsest unit; where everything is 0, any will do.
+    let places = numbers().filter(|&number| number != 0.0).map(places).max().unwrap_or(0);
+    // Beyond that, whole numbers are too large or bounds no longer fit.
+    if !(-64..=64).contains(&places) {
+        return None;
+    }
+    let units = 2.0_f64.powi(places);
+    for (start, trees) in &all {
+        let mut most = f64::from(start.abs()) * units;
+        for tree in trees {
+            for &leaf in tree {
+                let whole = f64::from(leaf) * units;
+                if whole < f64::from(i16::MIN) || whole > f64::from(i16::MAX) {
+                    return None;
+                }
+            }
+            most += tree.iter().fold(0.0_f64, |most, leaf| most.max(f64::from(leaf.abs()) * units));
+        }
+        if most > MOST {
+            return None;
+        }
+    }
+    // The bound's whole part is an int32 too.
+    (f64::from(model.bound.abs()) * units < f64::from(i32::MAX)).then_some(units)
+}
+
+/// Binary places after the point that a number other than 0 has; below 0, zeros before it.
+fn places(number: f32) -> i32 {
+    let bits = number.to_bits();
+    let exponent = (bits >> 23 & 0xFF) as i32;
+    let fraction = bits & 0x7F_FFFF;
+    // Subnormal numbers have no hidden one.
+    let (mantissa, exponent) = if exponent == 0 { (fraction, 1) } else { (fraction | 0x80_0000, exponent) };
+    150 - exponent - mantissa.trailing_zeros() as i32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::trained::{Score, Tree};
+    use super::*;
+
+    fn model(start: f32, trees: &[&[f32]], bound: f32) -> Boosted {
+        let tree = |leaves: &&[f32]| Tree { nodes: leaves.iter().map(|&leaf| Node::Leaf(leaf)).collect() };
+        Boosted { scores: vec![Score { start, trees: trees.iter().map(tree).collect() }], bound }
+    }
+
+    #[test]
+    fn places_of_numbers() {
+        for (number, expected) in
+            [(1.0, 0), (-0.5, 1), (0.75, 2), (6.0, -1), (0.1, 27), (f32::MIN_POSITIVE, 126), (f32::from_bits(1), 149)]
+        {
+            assert_eq!(places(number), expected, "{number}");
+            assert_eq!((f64::from(number) * 2.0_f64.powi(expected)).fract(), 0.0, "{number}");
+            assert_ne!((f64::from(number) * 2.0_f64.powi(expected - 1)).fract(), 0.0, "{number}");
+        }
+    }
+
+    #[test]
+    fn leaves_of_a_coarse_unit_are_proven() {
+        let unit = 1.0 / 1024.0;
+        assert_eq!(units(&model(0.5, &[&[3.0 * unit, -7.0 * unit], &[0.25]], 0.0)), Some(1024.0));
+        // The start counts, the bound need not be whole.
+        assert_eq!(units(&model(0.5 * unit, &[&[0.25]], 1.5 / 16_777_216.0)), Some(2048.0));
+        assert_eq!(units(&model(0.0, &[&[0.0]], 0.0)), Some(1.0));
+        assert_eq!(units(&model(8.0, &[&[16.0]], 0.0)), Some(0.125));
+    }
+
+    #[test]
+    fn what_float32_may_round_is_not() {
+        let ok: &[f32] = &[0.5];
+        // One leaf of 24 bits.
+        assert_eq!(units(&model(0.0, &[ok, &[0.1]], 0.0)), None);
+        // A leaf, or a start, too large for the unit of the others.
+        assert_eq!(units(&model(0.0, &[&[1.0 / 1024.0, 32.0]], 0.0)), None);
+        assert_eq!(units(&model(0.0, &[&[1.0 / 1024.0, -32.0]], 0.0)), Some(1024.0));
+        assert_eq!(units(&model(16_385.0, &[&[1.0 / 1024.0]], 0.0)), None);
+        // Sums up to 2^24 units are exact, not beyond.
+        let leaves: &[f32] = &[32_767.0, 1.0];
+        let trees = vec![leaves; 512];
+        assert_eq!(units(&model(512.0, &trees, 0.0)), Some(1.0));
+        assert_eq!(units(&model(513.0, &trees, 0.0)), None);
+        for number in [f32::NAN, f32::INFINITY, f32::from_bits(1), 2.0_f32.powi(70)] {
+            assert_eq!(units(&model(0.0, &[&[number]], 0.0)), None);
+            assert_eq!(units(&model(number, &[ok], 0.0)), None);
+        }
+        assert_eq!(units(&model(0.0, &[ok], f32::NAN)), None);
+    }
+}

@@ -1,0 +1,57 @@
+//! Boosted trees: one function adds up a score, in the order of its trees.
+
+use std::fmt::Write;
+
+use super::super::integers::Part;
+use super::super::write::boosted::Sums;
+use super::bases::Bases;
+use super::tree::{Writer, head};
+use super::{chunks, classify};
+
+/// Bases that fit a Cortex-M's registers beside sample, sum and what a split needs.
+const BASES: usize = 8;
+
+/// Functions that score, and `classify`.
+pub(super) fn body(sums: &Sums) -> String {
+    let bases = Bases::of(sums.scores.iter().flat_map(|(_, trees)| trees), BASES);
+    let number = |bits: u32| {
+        if sums.short { format!("{}_i32", bits as i32) } else { format!("f32::from_bits({bits:#010x})") }
+    };
+    let leaf = |bits: u32| if sums.short { number(bits as i16 as u32) } else { number(bits) };
+    let kind = if sums.short { "i32" } else { "f32" };
+    let mut writer = Writer { bases: &bases, leaf_type: kind, leaf: &leaf, functions: String::new(), count: 0 };
+    let (mut functions, mut answer) = (String::new(), String::new());
+    for (score, (start, trees)) in sums.scores.iter().enumerate() {
+        let trees: Vec<&Vec<Part>> = trees.iter().collect();
+        let _ = writeln!(answer, "    let sum = {};", number(*start));
+        let mut rest = &trees[..];
+        for (chunk, count) in chunks(&trees).into_iter().enumerate() {
+            let (these, others) = rest.split_at(count);
+            rest = others;
+            let name = format!("score_{score}_{chunk}");
+            let _ = writeln!(answer, "    let sum = {name}(s, bases, sum);");
+            functions += &head(&name, &bases, &format!(", mut sum: {kind}"), &format!(" -> {kind}"));
+            for tree in these {
+                let tree = writer.tree(tree, 1);
+                // Starts and leaves fit 32 bits together.
+                let _ = if sums.short {
+                    writeln!(functions, "    sum = sum.wrapping_add({tree});")
+                } else {
+                    writeln!(functions, "    sum += {tree};")
+                };
+            }
+            functions += "    sum\n}\n";
+        }
+        if sums.scores.len() > 1 && score == 0 {
+            answer += "    let (mut class, mut highest) = (0, sum);\n";
+        } else if score > 0 {
+            let _ = writeln!(answer, "    if sum > highest {{\n        (class, highest) = ({score}, sum);\n    }}");
+        }
+    }
+    if sums.scores.len() == 1 {
+        let _ = writeln!(answer, "    u8::from(sum > {})", number(sums.bound));
+    } else {
+        answer += "    class\n";
+    }
+    classify(&bases, &answer) + &functions + &writer.functions
+}

@@ -1,0 +1,208 @@
+//! Forests: groups of trees vote, and between them is asked whether somebody has won already.
+
+use std::collections::BTreeMap;
+use std::collections::BTreeSet;
+use std::fmt::Write;
+
+use super::super::integers::Part;
+use super::super::write::forest::Votes;
+use super::bases::Bases;
+use super::tree::{ATTRIBUTES, Writer, head, visits};
+use super::{chunks, classify};
+
+/// Classes whose votes share a register, a byte each.
+const CLASSES_A_WORD: usize = 4;
+/// Most registers that votes are kept in.
+const MOST_WORDS: usize = 3;
+/// Registers that bases and votes have together; votes in memory leave one less.
+const REGISTERS: usize = 9;
+/// Parts that a forest is in, with a look at who leads between those of the second half.
+const CHECKS: usize = 10;
+
+/// How votes are counted.
+struct Count {
+    classes: usize,
+    /// Words of votes: one for each class, or one for four where every leaf is one vote of at most 255.
+    words: usize,
+    unit: u32,
+}
+
+impl Count {
+    fn of(votes: &Votes, classes: usize) -> Self {
+        let words = classes.div_ceil(CLASSES_A_WORD);
+        let fit = votes.table.is_empty() && votes.trees.len() < 256 && words <= MOST_WORDS;
+        Self {
+            classes,
+            words: if fit { words } else { classes },
+            unit: if votes.table.is_empty() { 1 } else { votes.unit },
+        }
+    }
+
+    /// Whether a word holds votes of four classes. Of one class it does not matter.
+    fn is_packed(&self) -> bool {
+        self.words < self.classes
+    }
+
+    /// What a class's vote does.
+    fn vote(&self, class: usize) -> String {
+        if self.is_packed() {
+            let (word, place) = (class / CLASSES_A_WORD, 8 * (class % CLASSES_A_WORD));
+            format!("v{word} = v{word}.wrapping_add({})", 1_u32 << place)
+        } else {
+            format!("votes[{class}] = votes[{class}].wrapping_add({})", self.unit)
+        }
+    }
+
+    /// The function that says who is first, and by how much: a line or two for every class, faster than a loop.
+    fn first(&self) -> String {
+        let mut body = "    let (mut class, mut first, mut second) = (0, 0, 0);\n".to_owned();
+        for class in 0..self.classes {
+            let votes = if self.is_packed() {
+                format!("all[{}] >> {} & 255", class / CLASSES_A_WORD, 8 * (class % CLASSES_A_WORD))
+            } else {
+                format!("all[{class}]")
+            };
+            let _ = write!(
+                body,
+                "    let votes = {votes};\n    if votes > first {{\n        (class, second, first) = ({class}, first, votes);\n    \
+                 }} else if votes > second {{\n        second = votes;\n    }}\n"
+            );
+        }
+        format!(
+            "\n/// Of those with most votes the lowest class, and by how much it leads.\n{ATTRIBUTES}\
+             fn first(all: &[u32; {}]) -> (u8, u32) {{\n{body}    (class, first.wrapping_sub(second))\n}}\n",
+            self.words
+        )
+    }
+}
+
+/// Functions that vote, and `classify`.
+pub(super) fn body(votes: &Votes, classes: usize) -> String {
+    let count = Count::of(votes, classes);
+    let taken = if count.is_packed() { count.words } else { 1 };
+    let bases = Bases::of(votes.trees.iter(), REGISTERS - taken);
+    let entries = entries(votes, classes);
+    let leaf = |leaf: u32| {
+        // Of entries it is their number, not their place, so that numbers stay small.
+        format!("{}_u32", entries.get(&leaf).map_or(leaf, |entry| classes as u32 + entry.0))
+    };
+    let mut writer = Writer { bases: &bases, leaf_type: "u32", leaf: &leaf, functions: String::new(), count: 0 };
+    // Short ways come first: what is left when somebody has won is the most work.
+    let mut trees: Vec<&Vec<Part>> = votes.trees.iter().collect();
+    trees.sort_by(|a, b| visits(a).total_cmp(&visits(b)));
+    let mut functions = String::new();
+    let mut answer = format!("    let mut votes = [0; {}];\n    let mut reach = u32::MAX;\n", count.words);
+    let check_every = (trees.len() / CHECKS).max(1);
+    let mut group = 0;
+    let mut rest = &trees[..];
+    while !rest.is_empty() {
+        // Before the second half nobody can have won.
+        let to_half = rest.len().saturating_sub(trees.len() / 2);
+        let (these, others) = rest.split_at(if to_half > 0 { to_half } else { check_every.min(rest.len()) });
+        rest = others;
+        let mut these = these;
+        for size in chunks(these) {
+            let (chunk, more) = these.split_at(size);
+            these = more;
+            let _ = writeln!(answer, "    group_{group}(s, bases, &mut votes);");
+            functions += &one_group(&format!("group_{group}"), chunk, &count, &mut writer);
+            group += 1;
+        }
+        if !rest.is_empty() {
+            let left = count.unit * rest.len() as u32;
+            // A tree adds one vote to a lead at most: until that can be enough, to look would be in vain.
+            let _ = write!(
+                answer,
+                "    if {} < reach {{\n        let (class, lead) = first(&votes);\n        \
+                 if lead > {left} {{\n            return class;\n        }}\n        reach = lead.wrapping_add({left});\n    }}\n",
+                2 * left
+            );
+        }
+    }
+    answer += "    first(&votes).0\n";
+    classify(&bases, &answer) + &count.first() + &shares(&entries, classes) + &functions + &writer.functions
+}
+
+/// A function in which some trees vote.
+fn one_group(name: &str, trees: &[&Vec<Part>], count: &Count, writer: &mut Writer) -> String {
+    let mut text = head(name, writer.bases, &format!(", votes: &mut [u32; {}]", count.words), "");
+    let words: Vec<String> = (0..count.words).map(|word| format!("v{word}")).collect();
+    if count.is_packed() {
+        let _ = writeln!(
+            text,
+            "    let [{}] = *votes;",
+            words.iter().map(|word| format!("mut {word}")).collect::<Vec<_>>().join(", ")
+        );
+    }
+    for tree in trees {
+        let leaves: BTreeSet<u32> =
+            tree.iter().filter_map(|part| if let Part::Leaf(leaf) = part { Some(*leaf) } else { None }).collect();
+        let mut arms: Vec<(String, String)> = leaves
+            .iter()
+            .filter(|&&leaf| (leaf as usize) < count.classes)
+            .map(|&class| (class.to_string(), count.vote(class as usize)))
+            .collect();
+        if leaves.iter().any(|&leaf| leaf as usize >= count.classes) {
+            arms.push(("leaf".into(), format!("shares(votes, leaf.wrapping_sub({}))", count.classes)));
+        } else if let Some((last, _)) = arms.last_mut() {
+            *last = "_".into();
+        }
+        let _ = writeln!(text, "    match {} {{", writer.tree(tree, 1));
+        for (leaf, vote) in arms {
+            let _ = writeln!(text, "        {leaf} => {vote},");
+        }
+        text += "    }\n";
+    }
+    if count.is_packed() {
+        let _ = writeln!(text, "    *votes = [{}];", words.join(", "));
+    }
+    text + "}\n"
+}
+
+/// Leaves that are not all one class's: by their words, their numbers and shares.
+type Entries = BTreeMap<u32, (u32, Vec<(u16, u32)>)>;
+
+fn entries(votes: &Votes, classes: usize) -> Entries {
+    let mut entries = Entries::new();
+    let mut at = 0;
+    while let Some((&shares, rest)) = votes.table.get(at..).and_then(<[u16]>::split_first) {
+        let share = |share: &[u16; 3]| (share[0], u32::from(share[1]) | u32::from(share[2]) << 16);
+        let shares: Vec<(u16, u32)> = rest.as_chunks::<3>().0.iter().take(usize::from(shares)).map(share).collect();
+        let (number, length) = (entries.len() as u32, 1 + 3 * shares.len());
+        entries.insert((at + classes) as u32, (number, shares));
+        at += length;
+    }
+    entries
+}
+
+/// The function that adds the shares of an entry.
+fn shares(entries: &Entries, classes: usize) -> String {
+    if entries.is_empty() {
+        return String::new();
+    }
+    let mut starts = vec!["0".to_owned()];
+    let (mut whose, mut shares) = (Vec::new(), Vec::new());
+    for (_, entry) in entries.values() {
+        for (class, share) in entry {
+            whose.push(class.to_string());
+            shares.push(share.to_string());
+        }
+        starts.push(whose.len().to_string());
+    }
+    format!(
+        "\n/// Adds what a leaf gives to each class.\n{ATTRIBUTES}fn shares(votes: &mut [u32; {classes}], leaf: u32) {{\n    \
+         static STARTS: [u16; {}] = [{}];\n    static CLASSES: [u8; {all}] = [{}];\n    static SHARES: [u32; {all}] = [{}];\n    \
+         let leaf = leaf as usize;\n    \
+         let (Some(&start), Some(&end)) = (STARTS.get(leaf), STARTS.get(leaf.wrapping_add(1))) else {{ return }};\n    \
+         let (start, end) = (usize::from(start), usize::from(end));\n    \
+         let (Some(classes), Some(shares)) = (CLASSES.get(start..end), SHARES.get(start..end)) else {{ return }};\n    \
+         for (class, share) in classes.iter().zip(shares) {{\n        \
+         if let Some(votes) = votes.get_mut(usize::from(*class)) {{\n            \
+         *votes = votes.wrapping_add(*share);\n        }}\n    }}\n}}\n",
+        starts.len(),
+        starts.join(", "),
+        whose.join(", "),
+        shares.join(", "),
+        all = whose.len(),
+    )
+}

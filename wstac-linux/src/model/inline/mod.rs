@@ -1,0 +1,95 @@
+//! Models as Rust: a source file that an application compiles in, with a condition for every split.
+//!
+//! It answers as the model file does for every sample, in fewer instructions and more bytes: see [`tree`] for its shape and [`bases`] for
+//! its conditions. It needs nothing but `core`, and has no `unsafe`, no indices that are computed, no panics and no allocation.
+
+mod bases;
+mod boosted;
+mod forest;
+#[cfg(test)]
+mod tests;
+mod tree;
+
+use std::fmt::Write;
+
+use super::integers::Part;
+use super::trained::{Kind, Trained, frames};
+use super::write::{Options, boosted::sums, forest::votes};
+
+/// Generated Rust.
+#[derive(Clone, Debug)]
+pub struct Source {
+    /// The file's text.
+    pub text: String,
+    /// How far decisions are those of the trained model, in words.
+    pub exactness: String,
+}
+
+/// Rust that answers as a model does; `file` and `tool` are the trained model's file name and what trained it.
+///
+/// # Errors
+/// What of the model cannot be written, and why; linear models never can.
+pub fn source(model: &Trained, file: &str, tool: &str, options: Options) -> Result<Source, String> {
+    let classes = super::write::classes(model)?;
+    let frames = frames(model.inputs)?;
+    let (body, exactness, trees) = match &model.kind {
+        Kind::Linear(_) => {
+            return Err(
+                "is a linear model, which Rust code would not make faster: use the table (--backend table)".into()
+            );
+        }
+        Kind::Forest(trees) => {
+            let votes = votes(trees, classes, model.inputs)?;
+            (forest::body(&votes, classes), votes.exactness, votes.trees)
+        }
+        Kind::Boosted(boosted) => {
+            let sums = sums(boosted, classes, model.inputs, options.leaves)?;
+            (boosted::body(&sums), sums.exactness, sums.scores.into_iter().flat_map(|(_, trees)| trees).collect())
+        }
+    };
+    let splits: usize = trees.iter().map(|tree| tree::splits(tree)).sum();
+    let labels: Vec<String> = model.labels.iter().map(|label| format!("{label:?}")).collect();
+    let mut text = String::new();
+    let _ = write!(
+        text,
+        "// Made by `wstac model import` from the file {file:?} of {tool:?}: do not edit.\n\
+         // {classes} classes, {} trees, {splits} splits; {exactness}.\n\
+         \n/// The names of the classes.\n#[rustfmt::skip]\n#[allow(dead_code)]\n\
+         pub const LABELS: [&str; {classes}] = [{}];\n\
+         \n/// Frames of the sample that it needs, from the first on: 1 to 70.\n#[allow(dead_code)]\n\
+         pub const FRAMES: usize = {frames};\n",
+        trees.len(),
+        labels.join(", "),
+    );
+    text.push_str(&body);
+    Ok(Source { text, exactness })
+}
+
+/// The function that answers, around what it does; `all` are its trees.
+fn classify(bases: &bases::Bases, body: &str) -> String {
+    let numbers: Vec<String> = bases.0.iter().map(ToString::to_string).collect();
+    format!(
+        "\n/// The class of a sample: 700 numbers, frame by frame.\n#[rustfmt::skip]\n\
+         #[allow(unused, clippy::all, clippy::pedantic)]\npub fn classify(s: &[i16; 700]) -> u8 {{\n    \
+         // Numbers that thresholds are compared with stay in registers only where the compiler does not know them.\n    \
+         let bases: &[i32; {}] = core::hint::black_box(&[{}]);\n{body}}}\n",
+        numbers.len(),
+        numbers.join(", "),
+    )
+}
+
+/// Trees as they follow each other in functions of at most so many splits, where they do not have more alone.
+fn chunks(trees: &[&Vec<Part>]) -> Vec<usize> {
+    const MOST_SPLITS: usize = 3000;
+    let (mut sizes, mut count, mut splits) = (Vec::new(), 0, 0);
+    for tree in trees {
+        if count > 0 && splits + tree::splits(tree) > MOST_SPLITS {
+            sizes.push(count);
+            (count, splits) = (0, 0);
+        }
+        count += 1;
+        splits += tree::splits(tree);
+    }
+    sizes.extend((count > 0).then_some(count));
+    sizes
+}

@@ -1,0 +1,142 @@
+//! One tree as Rust: a block that is left with the leaf.
+//!
+//! Of a split's two subtrees the smaller one is nested and the larger one follows, so that even a chain of 65 535 splits is nested at
+//! most 16 deep; what is left of a large tree goes on in a function of its own, so that no function is too long to compile.
+
+use std::fmt::Write;
+
+use super::super::integers::Part;
+use super::bases::Bases;
+
+/// Splits after which the rest of a tree goes on in another function.
+const MOST_SPLITS: u32 = 1000;
+
+/// What trees are written with.
+pub(super) struct Writer<'a> {
+    /// What thresholds are compared with.
+    pub(super) bases: &'a Bases,
+    /// The type of a leaf.
+    pub(super) leaf_type: &'a str,
+    /// A leaf's word as Rust.
+    pub(super) leaf: &'a dyn Fn(u32) -> String,
+    /// Functions that trees go on in.
+    pub(super) functions: String,
+    /// How many of them.
+    pub(super) count: usize,
+}
+
+impl Writer<'_> {
+    /// A tree as an expression, its leaf; the lines after the first start with `indent`.
+    pub(super) fn tree(&mut self, tree: &[Part], indent: usize) -> String {
+        if let [Part::Leaf(leaf)] = *tree {
+            return (self.leaf)(leaf);
+        }
+        let sizes = sizes(tree);
+        let mut waiting = Vec::new();
+        let mut text = "'t: {\n".to_owned();
+        self.path(&mut text, tree, &sizes, 0, indent + 1, &mut waiting);
+        let _ = write!(text, "{:1$}}}", "", 4 * indent);
+        while let Some((number, node)) = waiting.pop() {
+            let mut body = String::new();
+            self.path(&mut body, tree, &sizes, node, 2, &mut waiting);
+            let head = head(&format!("part_{number}"), self.bases, "", &format!(" -> {}", self.leaf_type));
+            let _ = write!(self.functions, "{head}    't: {{\n{body}    }}\n}}\n");
+        }
+        text
+    }
+
+    /// From a node on, always into the larger subtree, to a leaf.
+    fn path(
+        &mut self,
+        text: &mut String,
+        tree: &[Part],
+        sizes: &[u32],
+        mut node: u32,
+        indent: usize,
+        waiting: &mut Vec<(usize, u32)>,
+    ) {
+        let size = |node: u32| sizes[node as usize];
+        let mut splits = 0;
+        loop {
+            let (input, threshold, left, right) = match tree[node as usize] {
+                Part::Leaf(leaf) => {
+                    let _ = writeln!(text, "{:1$}break 't {2};", "", 4 * indent, (self.leaf)(leaf));
+                    return;
+                }
+                Part::Split { .. } if splits > MOST_SPLITS => {
+                    let call = self.call(node, waiting);
+                    let _ = writeln!(text, "{:1$}break 't {call};", "", 4 * indent);
+                    return;
+                }
+                Part::Split { input, threshold, left, right } => (input, threshold, left, right),
+            };
+            let above = size(right) < size(left);
+            let (small, large) = if above { (right, left) } else { (left, right) };
+            let condition = self.bases.condition(input, threshold, above);
+            let _ = writeln!(text, "{:1$}if {condition} {{", "", 4 * indent);
+            if size(small) > MOST_SPLITS {
+                let call = self.call(small, waiting);
+                let _ = writeln!(text, "{:1$}break 't {call};", "", 4 * indent + 4);
+            } else {
+                self.path(text, tree, sizes, small, indent + 1, waiting);
+                splits += size(small);
+            }
+            let _ = writeln!(text, "{:1$}}}", "", 4 * indent);
+            splits += 1;
+            node = large;
+        }
+    }
+
+    /// A call of the function in which a tree goes on at a node.
+    fn call(&mut self, node: u32, waiting: &mut Vec<(usize, u32)>) -> String {
+        let number = self.count;
+        self.count += 1;
+        waiting.push((number, node));
+        format!("part_{number}(s, bases)")
+    }
+}
+
+/// A function's start, up to the bases in variables.
+pub(super) fn head(name: &str, bases: &Bases, more: &str, gives: &str) -> String {
+    let names: Vec<String> = (0..bases.0.len()).map(|number| format!("b{number}")).collect();
+    format!(
+        "\n{ATTRIBUTES}fn {name}(s: &[i16; 700], bases: &[i32; {}]{more}){gives} {{\n    let &[{}] = bases;\n",
+        names.len(),
+        names.join(", ")
+    )
+}
+
+/// What functions are marked with: the same text for every version of rustfmt and clippy, and bases that nothing uses are no fault.
+pub(super) const ATTRIBUTES: &str =
+    "#[rustfmt::skip]\n#[allow(unused, clippy::all, clippy::pedantic)]\n#[inline(never)]\n";
+
+/// Splits of a tree that a sample visits where both ways are as likely.
+pub(super) fn visits(tree: &[Part]) -> f64 {
+    let mut chances = vec![0.0; tree.len()];
+    let mut visits = 0.0;
+    chances[0] = 1.0;
+    for (number, part) in tree.iter().enumerate() {
+        if let Part::Split { left, right, .. } = *part {
+            visits += chances[number];
+            chances[left as usize] = chances[number] / 2.0;
+            chances[right as usize] = chances[number] / 2.0;
+        }
+    }
+    visits
+}
+
+/// How many splits a tree has.
+pub(super) fn splits(tree: &[Part]) -> usize {
+    tree.len() / 2
+}
+
+/// How many splits there are from every node on. Parents are before their children.
+fn sizes(tree: &[Part]) -> Vec<u32> {
+    let mut sizes = vec![0; tree.len()];
+    for (number, part) in tree.iter().enumerate().rev() {
+        if let Part::Split { left, right, .. } = *part {
+            sizes[number] = 1 + sizes[left as usize] + sizes[right as usize];
+        }
+    }
+    sizes
+}

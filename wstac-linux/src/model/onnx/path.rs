@@ -1,0 +1,185 @@
+//! The way through a graph that the label takes: from the input to the classifier, and from its answer to an output.
+//!
+//! What becomes of scores and probabilities beside it does not matter. What is on the way and not understood is refused by
+//! its name.
+
+use super::proto::{Model, Node};
+use super::tensor::{DOUBLE, FLOAT, STRING, Tensor};
+use super::{Scaler, UNDERSTOOD, attribute, floats};
+
+/// ONNX's number of the type of truths.
+const BOOL: i64 = 9;
+
+/// What stands before the classifier.
+pub(super) struct Before {
+    /// The last dimension of the input, where it is stated.
+    pub(super) width: Option<usize>,
+    /// Scalers in their order.
+    pub(super) scalers: Vec<Scaler>,
+}
+
+/// What a classifier gives first.
+pub(super) enum Answer {
+    /// The label, one of these.
+    Label(Vec<String>),
+    /// A score for each of so many classes.
+    Scores(usize),
+}
+
+/// Backwards from the classifier to the input.
+pub(super) fn before(model: &Model, classifier: &Node) -> Result<Before, String> {
+    let mut scalers = Vec::new();
+    let mut name = classifier.inputs.first().ok_or("the ONNX classifier has no input")?;
+    for _ in 0..=model.nodes.len() {
+        if let Some(input) = model.inputs.iter().find(|input| input.name == *name) {
+            if input.kind != 0 && !is_real(input.kind) {
+                return Err(format!(
+                    "ONNX input {name} is of type {}, expected float (1) or double (11): features times their scale",
+                    input.kind
+                ));
+            }
+            if input.kind == DOUBLE && !scalers.is_empty() {
+                return Err(format!("ONNX input {name} is double before a Scaler, expected float"));
+            }
+            scalers.reverse();
+            return Ok(Before { width: input.width, scalers });
+        }
+        let before = model.nodes.iter().find(|node| node.outputs.contains(name));
+        let before = before.ok_or_else(|| format!("ONNX input {name} comes from nowhere"))?;
+        match before.kind.as_str() {
+            "Identity" => {}
+            // Other types lose something of the input.
+            "Cast" if to(before).and_then(|to| u64::try_from(to).ok()).is_some_and(is_real) => {}
+            "Cast" => {
+                let to = to(before).unwrap_or(0);
+                return Err(format!(
+                    "ONNX node Cast to {to} before the classifier, expected to float (1) or double (11)"
+                ));
+            }
+            "Scaler" => scalers.push(Scaler::new(floats(before, "offset")?, floats(before, "scale")?)),
+            other => return Err(format!("ONNX node {other} before the classifier; understood are {UNDERSTOOD}")),
+        }
+        name = before.inputs.first().ok_or("an ONNX node has no input")?;
+    }
+    Err("the ONNX graph goes in a circle".into())
+}
+
+/// Forwards from the classifier to an output; the labels that come out for its classes.
+pub(super) fn labels(model: &Model, classifier: &Node, answer: Answer) -> Result<Vec<String>, String> {
+    let mut name = classifier.outputs.first().ok_or("the ONNX classifier has no output")?;
+    let mut labels = match answer {
+        Answer::Label(labels) => labels,
+        Answer::Scores(classes) => {
+            name = highest(model, name)?;
+            (0..classes).map(|class| class.to_string()).collect()
+        }
+    };
+    for _ in 0..=model.nodes.len() {
+        if model.outputs.contains(name) {
+            return Ok(labels);
+        }
+        let next = model.nodes.iter().find(|node| node.inputs.contains(name));
+        let next = next.ok_or_else(|| format!("ONNX output {name} of the classifier is no output of the graph"))?;
+        match next.kind.as_str() {
+            "Identity" | "Reshape" | "Flatten" | "Squeeze" | "Unsqueeze" => {}
+            "Cast" if to(next).is_some_and(|to| to != BOOL) => {}
+            "Cast" => return Err("ONNX node Cast to bool (9) after the label, expected a number or text".into()),
+            // Both pick from a list that is their first input.
+            "ArrayFeatureExtractor" | "Gather" => labels = picked(model, next, name, &labels)?,
+            "LabelEncoder" => labels = encoded(next, &labels)?,
+            other => return Err(format!("ONNX node {other} after the label; understood are {UNDERSTOOD}")),
+        }
+        name = next.outputs.first().ok_or("an ONNX node has no output")?;
+    }
+    Err("the ONNX graph goes in a circle after the classifier".into())
+}
+
+/// Where the number of the highest score comes out.
+fn highest<'m>(model: &'m Model, scores: &'m String) -> Result<&'m String, String> {
+    let mut name = scores;
+    for _ in 0..=model.nodes.len() {
+        let mut next = model.nodes.iter().filter(|node| node.inputs.contains(name));
+        if let Some(node) = next.clone().find(|node| node.kind == "ArgMax") {
+            let number = |name, default| attribute(node, name).and_then(|found| found.integer).unwrap_or(default);
+            if !matches!(number("axis", 0), 1 | -1) || number("select_last_index", 0) != 0 {
+                return Err("ArgMax: expected axis 1 or -1, and the first index of those that are equal".into());
+            }
+            return node.outputs.first().ok_or_else(|| "an ONNX node has no output".into());
+        }
+        // These keep the order of scores; of others only the one that is not understood is of interest.
+        let keeps = |node: &&Node| matches!(node.kind.as_str(), "Identity" | "Softmax");
+        match (next.clone().find(keeps), next.next()) {
+            (Some(node), _) => name = node.outputs.first().ok_or("an ONNX node has no output")?,
+            (None, Some(node)) => {
+                return Err(format!("ONNX node {} after TreeEnsemble, expected ArgMax", node.kind));
+            }
+            (None, None) => {
+                return Err("ONNX TreeEnsemble gives scores, expected ArgMax after it, which gives classes".into());
+            }
+        }
+    }
+    Err("the ONNX graph goes in a circle after the classifier".into())
+}
+
+/// Labels of a constant list, which those before are places in.
+fn picked(model: &Model, node: &Node, name: &String, labels: &[String]) -> Result<Vec<String>, String> {
+    let kind = &node.kind;
+    let (Some(list), Some(index)) = (node.inputs.first(), node.inputs.get(1)) else {
+        return Err(format!("ONNX node {kind} has less than two inputs"));
+    };
+    if index != name {
+        return Err(format!("ONNX node {kind} picks from the label, expected it to pick a label from a list"));
+    }
+    let list = texts(constant(model, list).ok_or_else(|| format!("ONNX node {kind}: {list} is no constant"))?);
+    let picked = |label: &String| label.parse::<usize>().ok().and_then(|place| list.get(place)).cloned();
+    let all: Option<Vec<String>> = labels.iter().map(picked).collect();
+    all.ok_or_else(|| {
+        format!("ONNX node {kind} has {} labels, expected one for each of {} classes", list.len(), labels.len())
+    })
+}
+
+/// Labels of those before.
+fn encoded(node: &Node, labels: &[String]) -> Result<Vec<String>, String> {
+    let list = |names: [&str; 3]| {
+        names.iter().find_map(|name| attribute(node, name)).map(|attribute| {
+            if let Some(tensor) = &attribute.tensor {
+                return texts(tensor);
+            }
+            let texts = attribute.texts.iter().map(|text| String::from_utf8_lossy(text).into_owned());
+            texts.chain(attribute.integers.iter().map(i64::to_string)).collect()
+        })
+    };
+    let keys = list(["keys_int64s", "keys_strings", "keys_tensor"]);
+    let values = list(["values_strings", "values_int64s", "values_tensor"]);
+    let (Some(keys), Some(values)) = (keys, values) else {
+        return Err("LabelEncoder: expected keys and values, both integers or text".into());
+    };
+    let value = |label: &String| keys.iter().position(|key| key == label).and_then(|at| values.get(at)).cloned();
+    let all: Option<Vec<String>> = labels.iter().map(value).collect();
+    all.ok_or_else(|| format!("LabelEncoder: {} keys, expected one for each of {} classes", keys.len(), labels.len()))
+}
+
+/// A constant by its name.
+fn constant<'m>(model: &'m Model, name: &String) -> Option<&'m Tensor> {
+    let node = || model.nodes.iter().find(|node| node.kind == "Constant" && node.outputs.contains(name));
+    let listed = model.constants.iter().find(|constant| constant.0 == *name).map(|constant| &constant.1);
+    listed.or_else(|| node().and_then(|node| attribute(node, "value")).and_then(|value| value.tensor.as_ref()))
+}
+
+/// A list of labels.
+fn texts(tensor: &Tensor) -> Vec<String> {
+    match tensor.kind {
+        STRING => tensor.texts.iter().map(|text| String::from_utf8_lossy(text).into_owned()).collect(),
+        FLOAT | DOUBLE => tensor.floats.iter().map(f64::to_string).collect(),
+        _ => tensor.integers.iter().map(i64::to_string).collect(),
+    }
+}
+
+fn is_real(kind: u64) -> bool {
+    matches!(kind, FLOAT | DOUBLE)
+}
+
+/// The type that a `Cast` makes.
+fn to(cast: &Node) -> Option<i64> {
+    attribute(cast, "to").and_then(|to| to.integer)
+}

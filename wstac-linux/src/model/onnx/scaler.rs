@@ -1,0 +1,66 @@
+//! What is done to inputs before the classifier: (x − offset) · scale, in float32.
+
+use crate::model::trained::Row;
+
+/// Units of a feature.
+const ONE: f64 = 2048.0;
+
+/// Offsets and scales; a list of one is for all inputs, none changes nothing.
+pub(super) struct Scaler {
+    offset: Vec<f32>,
+    scale: Vec<f32>,
+}
+
+impl Scaler {
+    /// Offsets and scales.
+    pub(super) fn new(offset: &[f32], scale: &[f32]) -> Self {
+        Self { offset: offset.to_vec(), scale: scale.to_vec() }
+    }
+
+    /// Offset and scale of an input.
+    fn of(&self, input: usize) -> Result<(f32, f32), String> {
+        let get = |list: &[f32], none: f32| match list {
+            [] => Some(none),
+            [one] => Some(*one),
+            _ => list.get(input).copied(),
+        };
+        let (offset, scale) = (get(&self.offset, 0.0), get(&self.scale, 1.0));
+        offset.zip(scale).ok_or_else(|| format!("Scaler: offset or scale of input {input} is missing"))
+    }
+}
+
+/// Weights of unscaled inputs.
+pub(super) fn fold(rows: &mut [Row], scalers: &[Scaler]) -> Result<(), String> {
+    for scaler in scalers.iter().rev() {
+        for row in &mut *rows {
+            for (input, weight) in row.weights.iter_mut().enumerate() {
+                let (offset, scale) = scaler.of(input)?;
+                *weight *= f64::from(scale);
+                row.bias -= *weight * f64::from(offset);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The threshold of an unscaled input that decides, as at most it or above it, for every integer as the scaled one does in
+/// float32, as ONNX computes.
+pub(super) fn unscaled(threshold: f64, strict: bool, input: usize, scalers: &[Scaler]) -> Result<f64, String> {
+    let steps: Vec<(f32, f32)> = scalers.iter().map(|scaler| scaler.of(input)).collect::<Result<_, _>>()?;
+    if let Some((_, scale)) = steps.iter().find(|step| step.1 <= 0.0) {
+        return Err(format!("input {input} is scaled by {scale}, expected above 0"));
+    }
+    let left = |x: i32| {
+        let scaled = steps.iter().fold((f64::from(x) / ONE) as f32, |x, (offset, scale)| (x - offset) * scale);
+        let scaled = f64::from(scaled);
+        if strict { scaled < threshold } else { scaled <= threshold }
+    };
+    // Left is a range from the lowest on, as scales are above 0.
+    let (mut from, mut to) = (i32::from(i16::MIN), i32::from(i16::MAX) + 1);
+    while from < to {
+        // Rounded down, unlike i32::midpoint: otherwise a range of two negative numbers would never end.
+        let middle = (from + to) >> 1;
+        if left(middle) { from = middle + 1 } else { to = middle }
+    }
+    Ok(f64::from(from - 1) / ONE)
+}
