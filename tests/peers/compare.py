@@ -47,6 +47,13 @@ class Row:
     ns: float | None = None
     why: str = ""
 
+    def measure(self, file: Path, samples: bytes, answers: np.ndarray) -> None:
+        """Runs it on the board."""
+        self.cost = cost = board.measure(file, samples)
+        self.agreement = 100 * statistics.fmean(np.frombuffer(cost.classes, np.uint8) == answers)
+        done = f"{cost.mean:,.0f} instructions, {cost.flash:,} bytes, {self.agreement:.2f} %"
+        print(f"{file.parent.name}: {self.name}, {self.setting}: {done}", flush=True)
+
 
 def ours(wstac: str, trained: Trained, folder: Path) -> list[Row]:
     """Our backends: the model file, and generated Rust where import writes it."""
@@ -59,8 +66,8 @@ def ours(wstac: str, trained: Trained, folder: Path) -> list[Row]:
         if done.returncode:
             row.why = done.stderr.strip().splitlines()[-1]
         else:
-            row.cost = board.measure(file, trained.by_frame)
             row.library = native(file, folder)
+            row.measure(file, trained.by_frame, trained.answers)
         rows.append(row)
     return rows
 
@@ -85,12 +92,12 @@ def theirs(peer: Peer, trained: Trained, folder: Path) -> Row:
         options += ["-fno-exceptions", "-fno-rtti"]
     built = subprocess.run([ROOT / "tests/m4/object", made, peer.source, *options], capture_output=True, text=True)
     if built.returncode:
-        row.why = "does not compile: " + next((line for line in built.stderr.splitlines() if "rror" in line), "")[:120]
+        row.why = "does not compile: " + next((line for line in built.stderr.splitlines() if "error" in line), "")[:120]
         return row
-    if made.stat().st_size and size_of(made) > FLASH:
+    if size_of(made) > FLASH:
         row.why = f"{size_of(made):,} bytes, the board has {FLASH:,}"
     else:
-        row.cost = board.measure(made, trained.by_feature)
+        row.measure(made, trained.by_feature, trained.answers)
     subprocess.run(["gcc", "-O2", "-shared", "-fPIC", "-o", library, peer.source, *options, "-lm"], check=True)
     row.library = library
     return row
@@ -152,12 +159,7 @@ def time_runtimes(trained: Trained) -> list[Row]:
 def compare(wstac: str, trained: Trained, folder: Path) -> str:
     """One model's part of the document."""
     rows = ours(wstac, trained, folder)
-    for peer in peers(trained, folder):
-        print(f"{trained.kind}: {peer.name}, {peer.setting}{': ' * bool(peer.why)}{peer.why}", flush=True)
-        rows.append(theirs(peer, trained, folder))
-    for row in rows:
-        if row.cost:
-            row.agreement = 100 * statistics.fmean(np.frombuffer(row.cost.classes, np.uint8) == trained.answers)
+    rows += (theirs(peer, trained, folder) for peer in peers(trained, folder))
     time_libraries(rows, trained, folder)
     return tables(trained, rows, time_runtimes(trained))
 

@@ -102,8 +102,9 @@ def m2cgen_float(trained: Trained, place: Path):
 
 def m2cgen_c(trained: Trained) -> str:
     model = trained.in_units
-    if trained.kind == "boosted" and model.base_score is None:
-        model.base_score = 0.5  # it needs one, and cannot have one for each class
+    if trained.kind == "boosted":
+        # It reads both of the arguments of training. It cannot have a start for each class; one for all changes no answer.
+        model.num_parallel_tree, model.base_score = 1, 0.5
     return "#include <stdint.h>\n" + m2cgen.export_to_c(model)
 
 
