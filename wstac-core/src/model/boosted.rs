@@ -5,6 +5,7 @@
 //! then all trees of the first score, of the second and so on, as in [`super::trees`]. Leaves, starts and the bound are
 //! int32 and leaves int16, or all float32, which are added in the order of the trees: exactly what XGBoost does.
 
+use super::descent;
 use super::file::{HEADER_HALVES, Header, INPUTS, ModelError, half, long};
 use super::labels::Labels;
 use super::trees::{self, Leaves};
@@ -100,45 +101,42 @@ impl<'a> Boosted<'a> {
     }
 
     /// The class of a sample; the lowest of those with the highest score.
+    #[inline(always)]
     pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
-        if self.floats {
-            self.highest(sample, f32::from_bits, |score, at| score + f32::from_bits(long(self.words, at)))
+        if descent::IS_POSSIBLE && self.header.shift == 0 {
+            self.decide::<true>(sample)
         } else {
-            // Starts and leaves fit 32 bits together: checked once.
-            self.highest(
-                sample,
-                |bits| bits as i32,
-                |score, at| score.wrapping_add(i32::from(half(self.words, at) as i16)),
-            )
+            self.decide::<false>(sample)
         }
     }
 
-    /// The class with the highest score of those that `add` sums up from leaves.
+    /// The same, fast or the plain way.
+    #[inline(always)]
+    pub(super) fn decide<const FAST: bool>(&self, sample: &[i16; INPUTS]) -> u8 {
+        if self.floats {
+            self.highest(sample, f32::from_bits, if FAST { Self::float_score_fast } else { Self::float_score })
+        } else {
+            self.highest(sample, u32::cast_signed, if FAST { Self::score_fast } else { Self::score })
+        }
+    }
+
+    /// The class with the highest score of those that `score` makes of what they start with, their trees' place and number;
+    /// it gives them with the place of the trees behind.
     #[inline(always)]
     fn highest<S: PartialOrd + Copy>(
         &self,
         sample: &[i16; INPUTS],
         of_bits: impl Fn(u32) -> S,
-        add: impl Fn(S, usize) -> S,
+        score: impl Fn(&Self, S, usize, u16, &[i16; INPUTS]) -> (S, usize),
     ) -> u8 {
         let (mut at, mut best, mut highest) = (self.trees, 0, None);
         for class in 0..self.scores {
             let entry = HEADER_HALVES + 3 + 3 * usize::from(class);
-            let mut score = of_bits(long(self.words, entry + 1));
-            for _ in 0..half(self.words, entry) {
-                let Ok((start, end)) = trees::bounds(self.words, at, self.header.labels, self.header.shift) else {
-                    break;
-                };
-                let leaf = if self.floats {
-                    walk::leaf::<2>(self.words, start, self.header.shift, sample)
-                } else {
-                    walk::leaf::<1>(self.words, start, self.header.shift, sample)
-                };
-                score = add(score, leaf);
-                at = end;
-            }
-            if highest.is_none_or(|highest| score > highest) {
-                (best, highest) = (class, Some(score));
+            let start = of_bits(long(self.words, entry + 1));
+            let (sum, end) = score(self, start, at, half(self.words, entry), sample);
+            at = end;
+            if highest.is_none_or(|highest| sum > highest) {
+                (best, highest) = (class, Some(sum));
             }
         }
         if self.scores == 1 {
@@ -146,5 +144,39 @@ impl<'a> Boosted<'a> {
             return u8::from(highest.is_some_and(|score| score > bound));
         }
         best
+    }
+
+    fn score(&self, mut sum: i32, mut at: usize, trees: u16, sample: &[i16; INPUTS]) -> (i32, usize) {
+        let shift = self.header.shift;
+        for _ in 0..trees {
+            let Ok((start, end)) = trees::bounds(self.words, at, self.header.labels, shift) else { break };
+            let leaf = walk::leaf::<1>(self.words, start, shift, sample);
+            // Starts and leaves fit 32 bits together: checked once.
+            sum = sum.wrapping_add(i32::from(half(self.words, leaf) as i16));
+            at = end;
+        }
+        (sum, at)
+    }
+
+    fn float_score(&self, mut sum: f32, mut at: usize, trees: u16, sample: &[i16; INPUTS]) -> (f32, usize) {
+        let shift = self.header.shift;
+        for _ in 0..trees {
+            let Ok((start, end)) = trees::bounds(self.words, at, self.header.labels, shift) else { break };
+            sum += f32::from_bits(long(self.words, walk::leaf::<2>(self.words, start, shift, sample)));
+            at = end;
+        }
+        (sum, at)
+    }
+
+    #[allow(unsafe_code)]
+    fn score_fast(&self, sum: i32, at: usize, trees: u16, sample: &[i16; INPUTS]) -> (i32, usize) {
+        // SAFETY: the trees have been checked, and so many belong to the score; the shift is 0.
+        unsafe { descent::sum(self.words, at, trees, sum, sample) }
+    }
+
+    #[allow(unsafe_code)]
+    fn float_score_fast(&self, sum: f32, at: usize, trees: u16, sample: &[i16; INPUTS]) -> (f32, usize) {
+        // SAFETY: as above.
+        unsafe { descent::sum_floats(self.words, at, trees, sum, sample) }
     }
 }

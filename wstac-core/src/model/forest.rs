@@ -5,6 +5,7 @@
 //! place in the table where its entry starts: how many classes have a share, then for each the class and its share of U
 //! (two halves). Trees · U is below 2^32.
 
+use super::descent;
 use super::file::{HEADER_HALVES, Header, INPUTS, MOST_CLASSES, ModelError, half, long};
 use super::labels::Labels;
 use super::trees::{self, Leaves};
@@ -78,24 +79,57 @@ impl<'a> Forest<'a> {
     }
 
     /// The class of a sample; the lowest of those with most votes.
+    #[inline(always)]
     pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
-        let mut votes = [0; MOST_CLASSES];
-        let mut at = self.trees;
-        let mut left = self.header.trees;
-        while left > 0 {
-            // Before the second half nobody can have won. Then who leads by more than all votes that are left has.
-            let some = if left > self.header.trees / 2 { left - self.header.trees / 2 } else { left.min(CHECK_EVERY) };
-            at = self.vote(&mut votes, at, some, sample);
-            left -= some;
-            if lead(&votes) > self.unit.saturating_mul(u32::from(left)) {
-                break;
-            }
+        if descent::IS_POSSIBLE && self.header.shift == 0 {
+            self.decide::<true>(sample)
+        } else {
+            self.decide::<false>(sample)
         }
-        best(&votes)
     }
 
-    /// Adds what the next `trees` trees say; where the tree behind them starts.
-    fn vote(&self, votes: &mut [u32; MOST_CLASSES], mut at: usize, trees: u16, sample: &[i16; INPUTS]) -> usize {
+    /// The same, fast or the plain way.
+    #[inline(always)]
+    pub(super) fn decide<const FAST: bool>(&self, sample: &[i16; INPUTS]) -> u8 {
+        let mut votes = [0; MOST_CLASSES];
+        let classes = usize::from(self.header.classes);
+        let (mut at, mut left, mut lead) = (self.trees, u32::from(self.header.trees), 0);
+        loop {
+            // Whoever leads now can be out of reach, by more than all votes that are left, after more than so many trees.
+            let missing = left.wrapping_mul(self.unit).wrapping_sub(lead);
+            let enough = missing.checked_div(self.unit.wrapping_mul(2)).unwrap_or(0);
+            let some = left.min(enough.saturating_add(1).max(CHECK_EVERY));
+            at = if FAST {
+                // SAFETY: this forest has been checked, and its shift is 0; so many trees are left.
+                #[allow(unsafe_code)]
+                unsafe {
+                    descent::vote(
+                        self.words,
+                        at,
+                        some,
+                        sample,
+                        &mut votes,
+                        self.header.classes,
+                        self.unit,
+                        |votes, leaf| {
+                            self.share_out(votes, leaf);
+                        },
+                    )
+                }
+            } else {
+                self.vote(&mut votes, at, some, sample)
+            };
+            left -= some;
+            let (best, first, second) = standing(votes.get(..classes).unwrap_or_default());
+            lead = first.wrapping_sub(second);
+            if left == 0 || lead > left.wrapping_mul(self.unit) {
+                return best;
+            }
+        }
+    }
+
+    /// Adds what the next `trees` trees say, the plain way; where the tree behind them starts.
+    fn vote(&self, votes: &mut [u32; MOST_CLASSES], mut at: usize, trees: u32, sample: &[i16; INPUTS]) -> usize {
         let classes = u16::from(self.header.classes);
         for _ in 0..trees {
             let Ok((start, end)) = trees::bounds(self.words, at, self.header.labels, self.header.shift) else { break };
@@ -104,14 +138,15 @@ impl<'a> Forest<'a> {
             if leaf < classes {
                 add(votes, leaf, self.unit);
             } else {
-                self.share_out(votes, self.table + usize::from(leaf - classes));
+                self.share_out(votes, leaf);
             }
         }
         at
     }
 
-    /// Adds what an entry of the table of leaves says.
-    fn share_out(&self, votes: &mut [u32; MOST_CLASSES], entry: usize) {
+    /// Adds what an entry of the table of leaves says, that a leaf names.
+    fn share_out(&self, votes: &mut [u32; MOST_CLASSES], leaf: u16) {
+        let entry = self.table + usize::from(leaf.wrapping_sub(u16::from(self.header.classes)));
         let shares = usize::from(half(self.words, entry));
         for share in (entry + 1..).step_by(3).take(shares) {
             add(votes, half(self.words, share), long(self.words, share + 1));
@@ -119,8 +154,8 @@ impl<'a> Forest<'a> {
     }
 }
 
-/// Trees between two looks at who leads.
-const CHECK_EVERY: u16 = 8;
+/// Fewest trees between two looks at who leads.
+const CHECK_EVERY: u32 = 4;
 
 fn add(votes: &mut [u32; MOST_CLASSES], class: u16, share: u32) {
     if let Some(votes) = votes.get_mut(usize::from(class)) {
@@ -129,26 +164,16 @@ fn add(votes: &mut [u32; MOST_CLASSES], class: u16, share: u32) {
     }
 }
 
-/// The lowest of the classes with most votes.
-fn best(votes: &[u32; MOST_CLASSES]) -> u8 {
-    let (mut best, mut most) = (0, 0);
+/// The lowest of the classes with most votes, its votes, and the most of any other.
+#[inline(never)]
+fn standing(votes: &[u32]) -> (u8, u32, u32) {
+    let (mut best, mut first, mut second) = (0, 0, 0);
     for (class, &votes) in (0..).zip(votes) {
-        if votes > most {
-            (best, most) = (class, votes);
-        }
-    }
-    best
-}
-
-/// By how much the first is ahead of the second.
-fn lead(votes: &[u32; MOST_CLASSES]) -> u32 {
-    let (mut first, mut second) = (0, 0);
-    for &votes in votes {
         if votes > first {
-            (first, second) = (votes, first);
+            (best, first, second) = (class, votes, first);
         } else if votes > second {
             second = votes;
         }
     }
-    first - second
+    (best, first, second)
 }

@@ -11,6 +11,7 @@
 //! where it is above 0. One against one: each row is a vote, for its first class where it is above 0 and for its second
 //! otherwise; the class with most votes wins, the lowest of several (as libsvm does).
 
+use super::dot;
 use super::file::{HEADER_HALVES, Header, INPUTS, MOST_CLASSES, ModelError, half, part};
 use super::labels::Labels;
 
@@ -85,6 +86,7 @@ impl<'a> LinearSvm<'a> {
     }
 
     /// The class of a sample.
+    #[inline(always)]
     pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
         if self.header.kind == ONE_AGAINST_ONE {
             return self.most_votes(sample);
@@ -98,6 +100,7 @@ impl<'a> LinearSvm<'a> {
         if self.biases.len() == 1 && self.header.classes == 2 { u8::from(highest > 0) } else { best }
     }
 
+    #[inline(always)]
     fn most_votes(&self, sample: &[i16; INPUTS]) -> u8 {
         let mut votes = [0_u8; MOST_CLASSES];
         let (mut first, mut second) = (0, 1);
@@ -120,24 +123,35 @@ impl<'a> LinearSvm<'a> {
         best
     }
 
-    /// Gives every row's sum in order.
+    /// Gives every row's sum in order. Inlined, so that a model that is compiled in takes the code of its own kind alone.
+    #[inline(always)]
     fn each_sum(&self, sample: &[i16; INPUTS], mut give: impl FnMut(usize, i64)) {
         let inputs = sample.get(..self.header.inputs()).unwrap_or_default();
         let int16 = self.header.number == INT16;
         let row_words = if int16 { inputs.len() / 2 } else { inputs.len().div_ceil(4) };
-        let mut weights = self.weights;
-        for (block, biases) in self.biases.chunks(BLOCK).enumerate() {
-            let mut sums = [0; BLOCK];
-            let (these, rest) = weights.split_at_checked(biases.len() * row_words).unwrap_or_default();
-            weights = rest;
-            if int16 {
-                sums_of_int16(&mut sums, these, biases.len(), inputs);
+        let (blocks, last) = self.biases.as_chunks::<BLOCK>();
+        // Keeps the compiler from writing the loop out for every block of a model that is compiled in: flash matters more.
+        let (blocks, weights) = core::hint::black_box((blocks, self.weights));
+        let mut weights = weights.chunks_exact((BLOCK * row_words).max(1));
+        let mut row = 0;
+        for (biases, weights) in blocks.iter().zip(weights.by_ref()) {
+            let sums = if int16 {
+                dot::int16(biases.map(bias_of), weights, inputs, self.fits_32_bits)
             } else {
-                sums_of_int8(&mut sums, these, biases.len(), inputs);
+                dot::int8(biases.map(bias_of), weights, inputs, self.fits_32_bits)
+            };
+            for sum in sums {
+                give(row, sum);
+                row += 1;
             }
-            for ((row, bias), sum) in (block * BLOCK..).zip(biases).zip(sums) {
-                give(row, bias_of(*bias).wrapping_add(sum));
-            }
+        }
+        if let [bias] = last {
+            let sum = if int16 {
+                dot::one_int16(weights.remainder(), inputs, self.fits_32_bits)
+            } else {
+                dot::one_int8(weights.remainder(), inputs, self.fits_32_bits)
+            };
+            give(row, bias_of(*bias).wrapping_add(sum));
         }
     }
 }
@@ -181,27 +195,4 @@ const fn largest(biases: &[[u32; 2]], weights: &[u32], row_words: usize, int8: b
         row += 1;
     }
     Some(most)
-}
-
-/// Adds up a block of int16 rows; the plain way.
-fn sums_of_int16(sums: &mut [i64; BLOCK], weights: &[u32], rows: usize, inputs: &[i16]) {
-    for (weights, inputs) in weights.chunks_exact(rows.max(1)).zip(inputs.as_chunks::<2>().0) {
-        for (sum, &word) in sums.iter_mut().zip(weights) {
-            // Two products of int16 may just exceed 32 bits.
-            *sum += i64::from(i32::from(word as i16) * i32::from(inputs[0]))
-                + i64::from(i32::from((word >> 16) as i16) * i32::from(inputs[1]));
-        }
-    }
-}
-
-/// Adds up a block of int8 rows; the plain way.
-fn sums_of_int8(sums: &mut [i64; BLOCK], weights: &[u32], rows: usize, inputs: &[i16]) {
-    for (weights, inputs) in weights.chunks_exact(rows.max(1)).zip(inputs.chunks(4)) {
-        for (sum, word) in sums.iter_mut().zip(weights) {
-            let [first, third, second, fourth] = word.to_le_bytes();
-            for (weight, &input) in [first, second, third, fourth].into_iter().zip(inputs) {
-                *sum += i64::from(i32::from(weight.cast_signed()) * i32::from(input));
-            }
-        }
-    }
 }

@@ -7,6 +7,8 @@
 
 pub mod boosted;
 mod bytes;
+mod descent;
+mod dot;
 pub mod file;
 pub mod forest;
 pub mod labels;
