@@ -80,9 +80,10 @@ def emlearn_inline(trained: Trained, place: Path):
 def emlearn_loadable(trained: Trained, place: Path):
     model = emlearn.convert(trained.in_units, method="inline", dtype="int16_t")
     model.save(file=str(place / "model.h"), name="model", inference=["loadable"])
-    # A feature's number is an int8 followed by a byte of padding: int16 costs nothing and counts to 700.
+    # A node's feature is an int8 followed by a byte of padding: int16 costs nothing and counts to 700.
     for header in Path(emlearn.includedir).glob("*.h"):
-        (place / header.name).write_text(header.read_text().replace("int8_t feature;", "int16_t feature;"))
+        wider = re.sub(r"\bint8_t (feature|n_features|features_length)\b", r"int16_t \1", header.read_text())
+        (place / header.name).write_text(wider)
     return emlearn_c(), ".c", ()
 
 
