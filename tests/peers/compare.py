@@ -7,6 +7,7 @@ docs/MODELS.md.
 
 from __future__ import annotations
 
+import hashlib
 import os
 import shutil
 import statistics
@@ -52,7 +53,7 @@ class Row:
         self.cost = cost = board.measure(file, samples)
         self.agreement = 100 * statistics.fmean(np.frombuffer(cost.classes, np.uint8) == answers)
         done = f"{cost.mean:,.0f} instructions, {cost.flash:,} bytes, {self.agreement:.2f} %"
-        print(f"{file.parent.name}: {self.name}, {self.setting}: {done}", flush=True)
+        print(f"{self.name}, {self.setting}: {done}", flush=True)
 
 
 def ours(wstac: str, trained: Trained, folder: Path) -> list[Row]:
@@ -90,17 +91,31 @@ def theirs(peer: Peer, trained: Trained, folder: Path) -> Row:
     options = [*peer.options, "-w", "-I", str(peer.source.parent)]
     if peer.source.suffix == ".cpp":
         options += ["-fno-exceptions", "-fno-rtti"]
-    built = subprocess.run([ROOT / "tests/m4/object", made, peer.source, *options], capture_output=True, text=True)
-    if built.returncode:
-        row.why = "does not compile: " + next((line for line in built.stderr.splitlines() if "error" in line), "")[:120]
-        return row
-    if size_of(made) > FLASH:
+    row.why = compiled(peer, made, [ROOT / "tests/m4/object", made, peer.source, *options])
+    if not row.why and size_of(made) > FLASH:
         row.why = f"{size_of(made):,} bytes, the board has {FLASH:,}"
-    else:
-        row.measure(made, trained.by_feature, trained.answers)
-    subprocess.run(["gcc", "-O2", "-shared", "-fPIC", "-o", library, peer.source, *options, "-lm"], check=True)
-    row.library = library
+    if row.why:
+        return row
+    row.measure(made, trained.by_feature, trained.answers)
+    if peer.on_host:
+        row.why = compiled(peer, library, ["gcc", "-O2", "-shared", "-fPIC", "-o", library, peer.source, *options, "-lm"])
+        row.library = None if row.why else library
     return row
+
+
+def compiled(peer: Peer, made: Path, command: list) -> str:
+    """Compiles a peer's code, or finds that the same command has made it of the same code; what went wrong, if anything. The large
+    ones take a compiler minutes."""
+    sources = sorted(file for file in peer.source.parent.iterdir() if file.suffix in {".c", ".cpp", ".h"})
+    key = hashlib.sha256(b"".join(file.read_bytes() for file in sources) + " ".join(map(str, command)).encode()).hexdigest()
+    stamp = made.with_name(f"{made.name}.key")
+    if made.exists() and stamp.exists() and stamp.read_text() == key:
+        return ""
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode:
+        return "does not compile: " + next((line for line in done.stderr.splitlines() if "error" in line), "")[:120]
+    stamp.write_text(key)
+    return ""
 
 
 def size_of(made: Path) -> int:

@@ -20,7 +20,7 @@ UNITS = 2048
 """A feature's integer is its natural logarithm times this. Being a power of two it scales float thresholds exactly."""
 SWEEP = "speeds = [100, 150, 200]\ndirections = [0, 90, 180, 270]\nslides = {slides}\nseed = {seed}\n"
 TRAIN, TEST = {"slides": 100, "seed": 1}, {"slides": 200, "seed": 100_001}
-KINDS = ("forest", "boosted", "linear")
+KINDS = ("linear", "boosted", "forest")
 
 
 @dataclass
