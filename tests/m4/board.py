@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Runs a texture model on an emulated Cortex-M4 (QEMU's mps2-an386): what it answers, and at what cost.
 
+    board.py                           checks that every kind of model answers there as on a host
     board.py FILE SAMPLES [CLASSES]
 
 FILE is a model file (.wsm), a Rust file (.rs) with `pub fn classify(sample: &[i16; 700]) -> u8`, or an object file (.o) with C's
@@ -101,7 +102,17 @@ def measure(file, samples):
     return Cost(classes, sum(took) / len(took), round(max(took)), flash(elf) - empty)
 
 
+def agree():
+    """Runs models of every kind by chance: the board must answer as a host does."""
+    with tempfile.TemporaryDirectory() as folder:
+        run(build(program="agree"), folder)
+
+
 if __name__ == "__main__":
+    if len(sys.argv) == 1:
+        agree()
+        print("board: the models of tests/src/random_models.rs answer as on a host")
+        sys.exit()
     if len(sys.argv) not in (3, 4) or Path(sys.argv[1]).suffix not in VARIABLES:
         sys.exit(__doc__)
     cost = measure(sys.argv[1], Path(sys.argv[2]).read_bytes())
