@@ -22,6 +22,8 @@
 #![deny(unsafe_code)]
 
 #[cfg(test)]
+extern crate self as wstac_core;
+#[cfg(test)]
 extern crate std;
 
 pub mod baseline;

@@ -16,12 +16,12 @@ pub(super) fn int16(start: [i64; BLOCK], weights: &[u32], inputs: &[i16], fits_3
     }
     #[cfg(not(dsp))]
     {
-        let [first, second] = if fits_32_bits {
+        let sums = if fits_32_bits {
             plain::int16::<i32, BLOCK>(weights, inputs).map(i64::from)
         } else {
             plain::int16::<i64, BLOCK>(weights, inputs)
         };
-        [start[0].wrapping_add(first), start[1].wrapping_add(second)]
+        both(start, sums)
     }
 }
 
@@ -35,13 +35,19 @@ pub(super) fn int8(start: [i64; BLOCK], weights: &[u32], inputs: &[i16], fits_32
     }
     #[cfg(not(dsp))]
     {
-        let [first, second] = if fits_32_bits {
+        let sums = if fits_32_bits {
             plain::int8::<i32, BLOCK>(weights, inputs).map(i64::from)
         } else {
             plain::int8::<i64, BLOCK>(weights, inputs)
         };
-        [start[0].wrapping_add(first), start[1].wrapping_add(second)]
+        both(start, sums)
     }
+}
+
+/// The sums of two blocks' sums. With a bias of 2^62 at most none of them overflows.
+#[inline(always)]
+pub(super) fn both(one: [i64; BLOCK], other: [i64; BLOCK]) -> [i64; BLOCK] {
+    [one[0].wrapping_add(other[0]), one[1].wrapping_add(other[1])]
 }
 
 /// The sum of a single row with int16 weights: what is left of an odd number.
@@ -148,7 +154,7 @@ mod packed {
         // Of an odd number of frames two inputs are left.
         let left = (weights.get(turns * BLOCK..).unwrap_or_default(), inputs.get(turns * 4..).unwrap_or_default());
         let rest = super::plain::int8::<i64, BLOCK>(left.0, left.1);
-        [sums[0].wrapping_add(rest[0]), sums[1].wrapping_add(rest[1])]
+        super::both(sums, rest)
     }
 
     /// On a Cortex-M4, 20 instructions for 20 products. Weights are aligned, as LDM wants them; the sample need not be.

@@ -11,7 +11,7 @@
 //! where it is above 0. One against one: each row is a vote, for its first class where it is above 0 and for its second
 //! otherwise; the class with most votes wins, the lowest of several (as libsvm does).
 
-use super::dot;
+use super::dot::{self, plain};
 use super::file::{HEADER_HALVES, Header, INPUTS, MOST_CLASSES, ModelError, half, part};
 use super::labels::Labels;
 
@@ -88,11 +88,17 @@ impl<'a> LinearSvm<'a> {
     /// The class of a sample.
     #[inline(always)]
     pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
+        self.decide::<true>(sample)
+    }
+
+    /// The same, fast or the plain way.
+    #[inline(always)]
+    pub(super) fn decide<const FAST: bool>(&self, sample: &[i16; INPUTS]) -> u8 {
         if self.header.kind == ONE_AGAINST_ONE {
-            return self.most_votes(sample);
+            return self.most_votes::<FAST>(sample);
         }
         let (mut best, mut highest) = (0, i64::MIN);
-        self.each_sum(sample, |row, sum| {
+        self.each_sum::<FAST>(sample, |row, sum| {
             if sum > highest {
                 (best, highest) = (row as u8, sum);
             }
@@ -101,10 +107,10 @@ impl<'a> LinearSvm<'a> {
     }
 
     #[inline(always)]
-    fn most_votes(&self, sample: &[i16; INPUTS]) -> u8 {
+    fn most_votes<const FAST: bool>(&self, sample: &[i16; INPUTS]) -> u8 {
         let mut votes = [0_u8; MOST_CLASSES];
         let (mut first, mut second) = (0, 1);
-        self.each_sum(sample, |_, sum| {
+        self.each_sum::<FAST>(sample, |_, sum| {
             let winner = if sum > 0 { first } else { second };
             if let Some(votes) = votes.get_mut(winner) {
                 *votes = votes.wrapping_add(1);
@@ -125,7 +131,7 @@ impl<'a> LinearSvm<'a> {
 
     /// Gives every row's sum in order. Inlined, so that a model that is compiled in takes the code of its own kind alone.
     #[inline(always)]
-    fn each_sum(&self, sample: &[i16; INPUTS], mut give: impl FnMut(usize, i64)) {
+    pub(super) fn each_sum<const FAST: bool>(&self, sample: &[i16; INPUTS], mut give: impl FnMut(usize, i64)) {
         let inputs = sample.get(..self.header.inputs()).unwrap_or_default();
         let int16 = self.header.number == INT16;
         let row_words = if int16 { inputs.len() / 2 } else { inputs.len().div_ceil(4) };
@@ -135,10 +141,12 @@ impl<'a> LinearSvm<'a> {
         let mut weights = weights.chunks_exact((BLOCK * row_words).max(1));
         let mut row = 0;
         for (biases, weights) in blocks.iter().zip(weights.by_ref()) {
-            let sums = if int16 {
-                dot::int16(biases.map(bias_of), weights, inputs, self.fits_32_bits)
-            } else {
-                dot::int8(biases.map(bias_of), weights, inputs, self.fits_32_bits)
+            let start = biases.map(bias_of);
+            let sums = match (int16, FAST) {
+                (true, true) => dot::int16(start, weights, inputs, self.fits_32_bits),
+                (false, true) => dot::int8(start, weights, inputs, self.fits_32_bits),
+                (true, false) => dot::both(start, plain::int16::<i64, BLOCK>(weights, inputs)),
+                (false, false) => dot::both(start, plain::int8::<i64, BLOCK>(weights, inputs)),
             };
             for sum in sums {
                 give(row, sum);
@@ -147,9 +155,9 @@ impl<'a> LinearSvm<'a> {
         }
         if let [bias] = last {
             let sum = if int16 {
-                dot::one_int16(weights.remainder(), inputs, self.fits_32_bits)
+                dot::one_int16(weights.remainder(), inputs, FAST && self.fits_32_bits)
             } else {
-                dot::one_int8(weights.remainder(), inputs, self.fits_32_bits)
+                dot::one_int8(weights.remainder(), inputs, FAST && self.fits_32_bits)
             };
             give(row, bias_of(*bias).wrapping_add(sum));
         }

@@ -162,9 +162,17 @@ pub const fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
 /// [`Boosted`](crate::model::boosted::Boosted) and [`Model`](crate::model::Model), by its name in scope; what it names is
 /// linked. The path is relative to the source file, as for `include_bytes!`.
 ///
-/// ```ignore
+/// ```
 /// use wstac_core::{include_model, model::forest::Forest};
-/// static TEXTURE: Forest<'static> = include_model!(Forest, "texture.wsm");
+/// static TEXTURE: Forest<'static> = include_model!(Forest, "../../tests/models/small.wsm");
+/// assert!(TEXTURE.classify(&[0; 700]) < 20);
+/// ```
+///
+/// One bit of this file is wrong, so it does not compile:
+///
+/// ```compile_fail,E0080
+/// use wstac_core::{include_model, model::forest::Forest};
+/// static TEXTURE: Forest<'static> = include_model!(Forest, "../../tests/models/damaged.wsm");
 /// ```
 #[macro_export]
 macro_rules! include_model {

@@ -5,6 +5,9 @@ use super::file::{HEADER_HALVES, INPUTS, MAGIC, ModelError, crc};
 use super::trees::{LEFT_LEAF, NARROW, RIGHT_LEAF, SAME};
 use super::*;
 
+mod extremes;
+mod kernels;
+
 /// A file of what a kind defines: header, labels and checksum around it. Labels are `a`, `b` …
 fn file(kind: u16, number: u16, classes: u16, trees: u16, part: &[u16]) -> Vec<u32> {
     let mut halves = vec![0; HEADER_HALVES];

@@ -1,0 +1,208 @@
+#!/usr/bin/env python3
+"""Compares our texture models with what others make of the same trained ones, on an emulated Cortex-M4 and on this machine, and writes
+docs/MODELS.md.
+
+    compare.py WSTAC FOLDER    the command, and where everything that is made is kept (`ci/peers` does it)
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import statistics
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import onnxruntime
+import xgboost
+
+from trained import UNITS, Trained, all_trained
+from translated import Peer, peers
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+sys.path.insert(0, str(ROOT / "tests/m4"))
+import board  # noqa: E402 (it is a directory beside this one)
+
+ROUNDS = 15
+"""Rounds over the test samples on the host; the fastest counts."""
+FLASH = 4 << 20
+"""The emulated board's."""
+
+
+@dataclass
+class Row:
+    """One line of a model's tables."""
+
+    name: str
+    setting: str
+    cost: board.Cost | None = None
+    agreement: float = 0.0
+    library: Path | None = None
+    by_frame: bool = False
+    ns: float | None = None
+    why: str = ""
+
+    def measure(self, file: Path, samples: bytes, answers: np.ndarray) -> None:
+        """Runs it on the board."""
+        self.cost = cost = board.measure(file, samples)
+        self.agreement = 100 * statistics.fmean(np.frombuffer(cost.classes, np.uint8) == answers)
+        done = f"{cost.mean:,.0f} instructions, {cost.flash:,} bytes, {self.agreement:.2f} %"
+        print(f"{self.name}, {self.setting}: {done}", flush=True)
+
+
+def ours(wstac: str, trained: Trained, folder: Path) -> list[Row]:
+    """Our backends: the model file, and generated Rust where import writes it."""
+    rows = []
+    for setting, suffix in (("table (the model file)", ".wsm"), ("inline (generated Rust)", ".rs")):
+        row = Row("Wstac", setting, by_frame=True)
+        file = folder / f"{trained.kind}{suffix}"
+        done = subprocess.run([wstac, "model", "import", trained.file, "-o", file, "--force"], capture_output=True, text=True)
+        print(done.stderr.strip())
+        if done.returncode:
+            row.why = done.stderr.strip().splitlines()[-1]
+        else:
+            row.library = native(file, folder)
+            row.measure(file, trained.by_frame, trained.answers)
+        rows.append(row)
+    return rows
+
+
+def native(file: Path, folder: Path) -> Path:
+    """Our model as a shared library for this machine."""
+    environment = os.environ | {board.VARIABLES[file.suffix]: str(file.resolve())}
+    target = folder / "native"
+    command = ["cargo", "build", "--quiet", "--locked", "--release", "--target-dir", target]
+    subprocess.run(command, cwd=HERE / "native", env=environment, check=True)
+    return Path(shutil.copy(target / "release/libwstac_peers_native.so", folder / f"ours-{file.stem}{file.suffix}.so"))
+
+
+def theirs(peer: Peer, trained: Trained, folder: Path) -> Row:
+    """A peer's code on the board, and as a library for this machine."""
+    row = Row(peer.name, peer.setting, why=peer.why)
+    if peer.source is None:
+        return row
+    made, library = peer.source.with_suffix(".o"), peer.source.with_suffix(".so")
+    options = [*peer.options, "-w", "-I", str(peer.source.parent)]
+    if peer.source.suffix == ".cpp":
+        options += ["-fno-exceptions", "-fno-rtti"]
+    row.why = compiled(peer, made, [ROOT / "tests/m4/object", made, peer.source, *options])
+    if not row.why and size_of(made) > FLASH:
+        row.why = f"{size_of(made):,} bytes, the board has {FLASH:,}"
+    if row.why:
+        return row
+    row.measure(made, trained.by_feature, trained.answers)
+    if peer.on_host:
+        row.why = compiled(peer, library, ["gcc", "-O2", "-shared", "-fPIC", "-o", library, peer.source, *options, "-lm"])
+        row.library = None if row.why else library
+    return row
+
+
+def compiled(peer: Peer, made: Path, command: list) -> str:
+    """Compiles a peer's code, or finds that the same command has made it of the same code; what went wrong, if anything. The large
+    ones take a compiler minutes."""
+    sources = sorted(file for file in peer.source.parent.iterdir() if file.suffix in {".c", ".cpp", ".h"})
+    key = hashlib.sha256(b"".join(file.read_bytes() for file in sources) + " ".join(map(str, command)).encode()).hexdigest()
+    stamp = made.with_name(f"{made.name}.key")
+    if made.exists() and stamp.exists() and stamp.read_text() == key:
+        return ""
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode:
+        return "does not compile: " + next((line for line in done.stderr.splitlines() if "error" in line), "")[:120]
+    stamp.write_text(key)
+    return ""
+
+
+def size_of(made: Path) -> int:
+    """Bytes of code and constants in an object file."""
+    text, data, *_ = subprocess.check_output(["arm-none-eabi-size", made], text=True).splitlines()[1].split()
+    return int(text) + int(data)
+
+
+def time_libraries(rows: list[Row], trained: Trained, folder: Path) -> None:
+    """Nanoseconds of one answer, all libraries in turn in every round."""
+    timer = folder / "host"
+    subprocess.run(["gcc", "-O2", "-o", timer, HERE / "host.c"], check=True)
+    files = {True: folder / "by_frame", False: folder / "by_feature"}
+    files[True].write_bytes(trained.by_frame)
+    files[False].write_bytes(trained.by_feature)
+    there = [row for row in rows if row.library]
+    words = [str(word) for row in there for word in (row.library, files[row.by_frame])]
+    printed = subprocess.check_output([timer, str(ROUNDS), *words], text=True).split()
+    for row, ns in zip(there, printed, strict=True):
+        row.ns = float(ns)
+
+
+def time_runtimes(trained: Trained) -> list[Row]:
+    """What a Python program would call, one sample a call; the fastest of several rounds."""
+    logs = np.frombuffer(trained.by_feature, "<i2").reshape(-1, 1, 700).astype(np.float32) / UNITS
+    rows = []
+
+    def add(name, setting, call, calls):
+        for sample in logs[:5]:
+            call(sample)
+        times = []
+        for _ in range(5):
+            start = time.perf_counter_ns()
+            for sample in logs[:calls]:
+                call(sample)
+            times.append((time.perf_counter_ns() - start) / calls)
+        rows.append(Row(name, setting, ns=min(times)))
+
+    if trained.kind == "boosted":
+        booster = trained.model.get_booster()
+        booster.set_param({"nthread": 1})
+        add(f"XGBoost {xgboost.__version__}", "`Booster.inplace_predict`, 1 thread", booster.inplace_predict, 300)
+    else:
+        add("scikit-learn 1.9.1", "`predict`", trained.model.predict, 50)
+    if trained.onnx:
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = options.inter_op_num_threads = 1
+        session = onnxruntime.InferenceSession(str(trained.onnx), options, providers=["CPUExecutionProvider"])
+        names = [output.name for output in session.get_outputs()][:1]
+        key = session.get_inputs()[0].name
+        call = lambda sample: session.run(names, {key: sample})  # noqa: E731
+        add(f"ONNX Runtime {onnxruntime.__version__}", "1 thread", call, 1000)
+    return rows
+
+
+def compare(wstac: str, trained: Trained, folder: Path) -> str:
+    """One model's part of the document."""
+    rows = ours(wstac, trained, folder)
+    rows += (theirs(peer, trained, folder) for peer in peers(trained, folder))
+    time_libraries(rows, trained, folder)
+    return tables(trained, rows, time_runtimes(trained))
+
+
+def tables(trained: Trained, rows: list[Row], runtimes: list[Row]) -> str:
+    """Markdown: the board's table, then the host's."""
+    lines = [f"## {trained.kind.capitalize()}", "", f"{trained.facts}.", ""]
+    lines += ["| Cortex-M4 | setting | instructions, mean | most | flash, bytes | agreement, % |", "| --- | --- | --: | --: | --: | --: |"]
+    for row in rows:
+        if row.cost:
+            cost = row.cost
+            lines.append(f"| {row.name} | {row.setting} | {cost.mean:,.0f} | {cost.most:,} | {cost.flash:,} | {row.agreement:.2f} |")
+    lines += ["", "| host | setting | ns | times Wstac's table |", "| --- | --- | --: | --: |"]
+    base = rows[0].ns
+    for row in sorted((row for row in rows + runtimes if row.ns), key=lambda row: row.ns):
+        lines.append(f"| {row.name} | {row.setting} | {row.ns:,.0f} | {row.ns / base:.2f} |")
+    cannot = [f"- {row.name}, {row.setting}: {row.why}" for row in rows if row.why]
+    return "\n".join([*lines, *(["", "Not there:", "", *cannot] if cannot else []), ""])
+
+
+def main() -> None:
+    if len(sys.argv) != 3:
+        raise SystemExit(__doc__)
+    wstac, folder = sys.argv[1], Path(sys.argv[2]).resolve()
+    parts = [compare(wstac, trained, folder) for trained in all_trained(wstac, folder)]
+    text = (HERE / "introduction.md").read_text()
+    (ROOT / "docs/MODELS.md").write_text("\n".join([text, *parts]).rstrip() + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,168 @@
+"""The data and the three trained models that are compared. All of it is made once and kept in one folder."""
+
+from __future__ import annotations
+
+import copy
+import json
+import pickle
+import subprocess
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import xgboost
+from sklearn.ensemble import RandomForestClassifier
+from sklearn.svm import LinearSVC
+from skl2onnx import convert_sklearn
+from skl2onnx.common.data_types import FloatTensorType
+
+UNITS = 2048
+"""A feature's integer is its natural logarithm times this. Being a power of two it scales float thresholds exactly."""
+SWEEP = "speeds = [100, 150, 200]\ndirections = [0, 90, 180, 270]\nslides = {slides}\nseed = {seed}\n"
+TRAIN, TEST = {"slides": 100, "seed": 1}, {"slides": 200, "seed": 100_001}
+KINDS = ("linear", "boosted", "forest")
+
+
+@dataclass
+class Trained:
+    """One model: as it was trained on logarithms, and the same for integers, which is what peers do best with."""
+
+    kind: str
+    model: object
+    in_units: object
+    file: Path
+    """What `wstac model import` reads."""
+    onnx: Path | None
+    answers: np.ndarray
+    """What the trained model itself says of the test samples."""
+    facts: str
+    by_frame: bytes = field(repr=False, default=b"")
+    """The test samples as Wstac has them, frame by frame."""
+    by_feature: bytes = field(repr=False, default=b"")
+    """The same as the models were trained on them, feature by feature."""
+
+
+def samples(wstac: str, folder: Path, name: str, sweep: dict[str, int]) -> tuple[np.ndarray, np.ndarray]:
+    """A sweep's samples, int16 (n, 10, 70), and their classes."""
+    file = folder / f"{name}.npz"
+    if not file.exists():
+        (folder / f"{name}.toml").write_text(SWEEP.format(**sweep))
+        subprocess.run([wstac, "dataset", folder / f"{name}.toml", "-o", file], check=True)
+    with np.load(file) as arrays:
+        return arrays["X"], np.unique(arrays["y_specimen"], return_inverse=True)[1]
+
+
+def kept(path: Path, make):
+    """What `make` makes, from the first time on from a file."""
+    if not path.exists():
+        path.write_bytes(pickle.dumps(make()))
+    return pickle.loads(path.read_bytes())
+
+
+def all_trained(wstac: str, folder: Path) -> list[Trained]:
+    """Trains what is not kept yet, and checks that the models for integers answer as the trained ones."""
+    folder.mkdir(parents=True, exist_ok=True)
+    X, y = samples(wstac, folder, "train", TRAIN)
+    test, truth = samples(wstac, folder, "test", TEST)
+    logs = (X.reshape(len(X), -1) / UNITS).astype(np.float32)
+    flat = test.reshape(len(test), -1)
+    test_logs = (flat / UNITS).astype(np.float32)
+    makers = {"forest": forest, "boosted": boosted, "linear": linear}
+    found = []
+    for kind in KINDS:
+        model = kept(folder / f"{kind}.pickle", lambda: makers[kind](logs, y))
+        in_units = UNITED[kind](model)
+        answers = model.predict(test_logs)
+        if not np.array_equal(in_units.predict(flat.astype(np.float32)), answers):
+            raise SystemExit(f"{kind}: the model for integers is not the same")
+        file, onnx = save(kind, model, folder)
+        right = 100 * float((answers == truth).mean())
+        facts = f"{describe(kind, model, test_logs)}; {right:.1f} % of the test samples right"
+        frames = np.ascontiguousarray(test.transpose(0, 2, 1)).astype("<i2").tobytes()
+        found.append(Trained(kind, model, in_units, file, onnx, answers, facts, frames, flat.astype("<i2").tobytes()))
+    return found
+
+
+def forest(X, y):
+    return RandomForestClassifier(100, random_state=0).fit(X, y)
+
+
+def boosted(X, y):
+    # 64 bins a feature train four times as fast; the weight makes the trees as large as they are on recorded data.
+    return xgboost.XGBClassifier(n_estimators=100, max_bin=64, min_child_weight=0.4, n_jobs=1).fit(X, y)
+
+
+def linear(X, y):
+    return LinearSVC(C=0.01, max_iter=20_000, random_state=0).fit(X, y)
+
+
+def forest_in_units(model):
+    model = copy.deepcopy(model)
+    for tree in model.estimators_:
+        tree.tree_.threshold[:] *= UNITS
+    return model
+
+
+def boosted_in_units(model):
+    raw = json.loads(bytes(model.get_booster().save_raw("json")))
+    for tree in raw["learner"]["gradient_booster"]["model"]["trees"]:
+        # A leaf's value is in the same list.
+        split = [left >= 0 for left in tree["left_children"]]
+        tree["split_conditions"] = [t * UNITS if s else t for t, s in zip(tree["split_conditions"], split, strict=True)]
+    scaled = xgboost.XGBClassifier()
+    scaled.load_model(bytearray(json.dumps(raw).encode()))
+    return scaled
+
+
+def linear_in_units(model):
+    model = copy.deepcopy(model)
+    model.coef_ = model.coef_ / UNITS
+    return model
+
+
+UNITED = {"forest": forest_in_units, "boosted": boosted_in_units, "linear": linear_in_units}
+
+
+def save(kind: str, model, folder: Path) -> tuple[Path, Path | None]:
+    """Writes what Wstac imports and what ONNX Runtime runs."""
+    onnx = folder / f"{kind}.onnx"
+    inputs = [("X", FloatTensorType([None, 700]))]
+    if kind == "boosted":
+        file = folder / "boosted.ubj"
+        model.save_model(file)
+        try:
+            from onnxmltools import convert_xgboost
+            from onnxmltools.convert.common.data_types import FloatTensorType as Floats
+
+            onnx.write_bytes(convert_xgboost(model, initial_types=[("X", Floats([None, 700]))]).SerializeToString())
+        except Exception as error:  # whatever a converter dies of, there is no file for ONNX Runtime
+            print(f"onnxmltools cannot convert the boosted trees: {error}")
+            return file, None
+        return file, onnx
+    options = {id(model): {"zipmap": False}} if kind == "forest" else None
+    onnx.write_bytes(convert_sklearn(model, initial_types=inputs, options=options).SerializeToString())
+    return onnx, onnx
+
+
+def describe(kind: str, model, test) -> str:
+    """Its size, in words."""
+    if kind == "linear":
+        return f"`LinearSVC`, {model.coef_.shape[0]} × {model.coef_.shape[1]} weights"
+    if kind == "forest":
+        trees = [tree.tree_ for tree in model.estimators_]
+        splits = sum(int((tree.children_left >= 0).sum()) for tree in trees)
+        visits = sum(tree.decision_path(test).sum() - len(test) for tree in trees) / len(test)
+        return f"`RandomForestClassifier`, {len(trees)} trees, {splits:,} splits, {visits:.0f} of them visited a sample"
+    booster = model.get_booster()
+    raw = json.loads(bytes(booster.save_raw("json")))["learner"]["gradient_booster"]["model"]["trees"]
+    leaves = booster.predict(xgboost.DMatrix(test), pred_leaf=True).astype(int).reshape(len(test), -1)
+    visits, splits = 0.0, 0
+    for k, tree in enumerate(raw):
+        left, right = tree["left_children"], tree["right_children"]
+        splits += sum(child >= 0 for child in left)
+        depth = np.zeros(len(left))
+        for node, child in enumerate(left):
+            if child >= 0:
+                depth[child] = depth[right[node]] = depth[node] + 1
+        visits += depth[leaves[:, k]].mean()
+    return f"`XGBClassifier`, 100 rounds of 10 trees, {splits:,} splits, {visits:.0f} of them visited a sample"

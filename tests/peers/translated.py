@@ -1,0 +1,165 @@
+"""The peers: each writes C for a trained model, and gets a `classify` around it that takes int16 as ours does.
+
+Their code is used as they write it, with two exceptions that help them and are named in their rows: numbers in instead of a copy of
+them as floats, and float instead of double.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import emlearn
+import emlearn.trees
+import m2cgen
+import micromlgen
+import tl2cgen
+import treelite
+
+from trained import Trained
+
+BEST = """
+    int best = 0;
+    for (int k = 1; k < 10; k++) if (out[k] > out[best]) best = k;
+    return best;
+}
+"""
+
+
+@dataclass
+class Peer:
+    """C of one peer, or why there is none."""
+
+    name: str
+    setting: str
+    source: Path | None = None
+    options: tuple[str, ...] = ()
+    why: str = ""
+
+    @property
+    def on_host(self) -> bool:
+        """Is it timed on the host as well? That which is best on the board is enough."""
+        return self.setting.startswith("inline")
+
+    @property
+    def slug(self) -> str:
+        return re.sub(r"\W+", "-", f"{self.name} {self.setting}".lower()).strip("-")
+
+
+def peers(trained: Trained, folder: Path) -> Iterator[Peer]:
+    """Every peer's C for a model. What a peer cannot do it says itself, by an exception."""
+    sys.setrecursionlimit(100_000)  # m2cgen nests as deep as a sum has terms
+    warnings.filterwarnings("ignore")
+    for name, setting, write in (
+        ("emlearn 0.23.2", "inline, int16", emlearn_inline),
+        ("emlearn 0.23.2", "loadable, int16; its limit of 127 features lifted", emlearn_loadable),
+        ("micromlgen 1.1.28", "int16 in, float constants", micromlgen_short),
+        ("micromlgen 1.1.28", "as written: float", micromlgen_float),
+        ("m2cgen 0.10.0", "int16 in, float for double", m2cgen_float),
+        ("m2cgen 0.10.0", "as written: double", m2cgen_double),
+        ("tl2cgen 1.0.0", "as written: float", tl2cgen_float),
+        ("tl2cgen 1.0.0", "quantize", tl2cgen_quantized),
+    ):
+        peer = Peer(name, setting)
+        place = folder / trained.kind / peer.slug
+        place.mkdir(parents=True, exist_ok=True)
+        try:
+            text, suffix, peer.options = write(trained, place)
+            peer.source = place / f"classify{suffix}"
+            peer.source.write_text(text)
+        except Exception as error:  # a peer's own refusal, of whatever type
+            peer.why = f"{type(error).__name__}: {error}".splitlines()[0][:120]
+        yield peer
+
+
+def emlearn_inline(trained: Trained, place: Path):
+    model = emlearn.convert(trained.in_units, method="inline", dtype="int16_t")
+    model.save(file=str(place / "model.h"), name="model")
+    return emlearn_c(), ".c", ("-I", emlearn.includedir)
+
+
+def emlearn_loadable(trained: Trained, place: Path):
+    model = emlearn.convert(trained.in_units, method="inline", dtype="int16_t")
+    model.save(file=str(place / "model.h"), name="model", inference=["loadable"])
+    # A node's feature is an int8 followed by a byte of padding: int16 costs nothing and counts to 700.
+    for header in Path(emlearn.includedir).glob("*.h"):
+        wider = re.sub(r"\bint8_t (feature|n_features|features_length)\b", r"int16_t \1", header.read_text())
+        (place / header.name).write_text(wider)
+    return emlearn_c(), ".c", ()
+
+
+def emlearn_c() -> str:
+    return '#include <stdint.h>\n#include "model.h"\nint classify(const int16_t *x) { return model_predict(x, 700); }\n'
+
+
+def m2cgen_double(trained: Trained, place: Path):
+    return m2cgen_c(trained) + copy_of("double", "double out[10];\n    score(in, out);"), ".c", ()
+
+
+def m2cgen_float(trained: Trained, place: Path):
+    text = m2cgen_c(trained).replace("void score(double * input", "void score(const int16_t * input")
+    text += "int classify(const int16_t *x) {\n    double out[10];\n    score(x, out);" + BEST
+    return text, ".c", ("-Ddouble=float", "-fsingle-precision-constant")
+
+
+def m2cgen_c(trained: Trained) -> str:
+    model = trained.in_units
+    if trained.kind == "boosted":
+        # It reads both of the arguments of training. It cannot have a start for each class; one for all changes no answer.
+        model.num_parallel_tree, model.base_score = 1, 0.5
+    return "#include <stdint.h>\n" + m2cgen.export_to_c(model)
+
+
+def micromlgen_float(trained: Trained, place: Path):
+    return micromlgen_c(trained) + copy_of("float", "return model.predict(in);\n}\n", ""), ".cpp", ()
+
+
+def micromlgen_short(trained: Trained, place: Path):
+    text = micromlgen_c(trained).replace("predict(float *x)", "predict(const int16_t *x)")
+    text += 'extern "C" int classify(const int16_t *x) { return model.predict(x); }\n'
+    return text, ".cpp", ("-fsingle-precision-constant",)
+
+
+def micromlgen_c(trained: Trained) -> str:
+    text = micromlgen.port(trained.in_units).replace("#include <cstdarg>", "#include <stdarg.h>")
+    name = re.search(r"class (\w+)", text)[1]
+    return f"#include <stdint.h>\n{text}\nstatic Eloquent::ML::Port::{name} model;\n"
+
+
+def tl2cgen_float(trained: Trained, place: Path):
+    return tl2cgen_c(trained, place, {})
+
+
+def tl2cgen_quantized(trained: Trained, place: Path):
+    return tl2cgen_c(trained, place, {"quantize": 1})
+
+
+def tl2cgen_c(trained: Trained, place: Path, parameters: dict):
+    if trained.kind == "boosted":
+        model = treelite.frontend.from_xgboost(trained.in_units.get_booster())
+    elif trained.kind == "forest":
+        model = treelite.sklearn.import_model(trained.in_units)
+    else:
+        raise ValueError("Treelite has no linear models")
+    tl2cgen.generate_c_code(model, dirpath=str(place), params=parameters)
+    number = re.search(r"predict\(.*int pred_margin, (\w+)\* result", (place / "header.h").read_text())[1]
+    includes = "".join(f'#include "{file.name}"\n' for file in sorted(place.glob("*.c")) if file.stem != "classify")
+    return (
+        f"#include <stdint.h>\n{includes}"
+        "int classify(const int16_t *x) {\n    union Entry in[700];\n    for (int i = 0; i < 700; i++) {\n"
+        "        in[i].missing = 0;\n        in[i].fvalue = x[i];\n    }\n"
+        f"    {number} out[10] = {{0}};\n    predict(in, 1, out);" + BEST
+    ), ".c", ()
+
+
+def copy_of(number: str, call: str, end: str = BEST) -> str:
+    """A `classify` that copies its sample as another type of number."""
+    linkage = 'extern "C" ' if not end else ""
+    return (
+        f"{linkage}int classify(const int16_t *x) {{\n    {number} in[700];\n"
+        f"    for (int i = 0; i < 700; i++) in[i] = x[i];\n    {call}{end}"
+    )

@@ -1,0 +1,48 @@
+//! What is fast answers as what is plain.
+
+#[allow(unreachable_pub)]
+#[path = "../../../../tests/src/random_models.rs"]
+mod random_models;
+
+use std::boxed::Box;
+
+use self::random_models::{ANSWERS, KINDS, MOST_WORDS, Maker, answers};
+use super::*;
+
+/// A model's answer, the plain way.
+fn plainly(model: &Model<'_>, sample: &[i16; INPUTS]) -> u8 {
+    match model {
+        Model::LinearSvm(model) => model.decide::<false>(sample),
+        Model::Forest(model) => model.decide::<false>(sample),
+        Model::Boosted(model) => model.decide::<false>(sample),
+    }
+}
+
+#[test]
+fn fast_answers_are_the_plain_ones() {
+    let (mut maker, mut words) = (Box::new(Maker::new()), Box::new([0; MOST_WORDS]));
+    let mut answered = [0; 64];
+    let all = answers(&mut maker, &mut words, |model, sample, class| {
+        assert_eq!(class, plainly(model, sample));
+        answered[usize::from(class)] += 1;
+    });
+    assert_eq!(all, Some(ANSWERS));
+    // Not all of them the first class, and up to those that do not fit a node.
+    assert!(answered.iter().filter(|&&count| count > 10).count() >= 17, "{answered:?}");
+}
+
+/// With more models than the board has time for.
+#[test]
+fn more_models_answer_alike() {
+    let (mut maker, mut words) = (Box::new(Maker::new()), Box::new([0; MOST_WORDS]));
+    for seed in 1000..1600 {
+        for kind in 0..KINDS {
+            let length = maker.model(kind, seed, &mut words);
+            let model = Model::from_words(&words[..length]).unwrap();
+            for _ in 0..8 {
+                let sample = maker.sample();
+                assert_eq!(model.classify(&sample), plainly(&model, &sample), "{kind} {seed}");
+            }
+        }
+    }
+}
