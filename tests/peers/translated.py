@@ -102,8 +102,9 @@ def m2cgen_double(trained: Trained, place: Path):
 
 def m2cgen_float(trained: Trained, place: Path):
     text = m2cgen_c(trained).replace("void score(double * input", "void score(const int16_t * input")
-    text += "int classify(const int16_t *x) {\n    double out[10];\n    score(x, out);" + BEST
-    return text, ".c", ("-Ddouble=float", "-fsingle-precision-constant")
+    text = re.sub(r"\bdouble\b", "float", text).replace("exp(", "expf(")
+    text += "int classify(const int16_t *x) {\n    float out[10];\n    score(x, out);" + BEST
+    return text, ".c", ("-fsingle-precision-constant",)
 
 
 def m2cgen_c(trained: Trained) -> str:
