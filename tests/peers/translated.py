@@ -147,7 +147,9 @@ def tl2cgen_c(trained: Trained, place: Path, parameters: dict):
     else:
         raise ValueError("Treelite has no linear models")
     tl2cgen.generate_c_code(model, dirpath=str(place), params=parameters)
-    number = re.search(r"predict\(.*int pred_margin, (\w+)\* result", (place / "header.h").read_text())[1]
+    header = (place / "header.h").read_text()
+    (place / "header.h").write_text("#pragma once\n" + header)  # all of it is one file here
+    number = re.search(r"predict\(.*int pred_margin, (\w+)\* result", header)[1]
     includes = "".join(f'#include "{file.name}"\n' for file in sorted(place.glob("*.c")) if file.stem != "classify")
     return (
         f"#include <stdint.h>\n{includes}"
