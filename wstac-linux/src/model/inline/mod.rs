@@ -6,8 +6,6 @@
 mod bases;
 mod boosted;
 mod forest;
-#[cfg(test)]
-mod tests;
 mod tree;
 
 use std::fmt::Write;
