@@ -102,8 +102,9 @@ def m2cgen_double(trained: Trained, place: Path):
 
 def m2cgen_float(trained: Trained, place: Path):
     text = m2cgen_c(trained).replace("void score(double * input", "void score(const int16_t * input")
-    text += "int classify(const int16_t *x) {\n    double out[10];\n    score(x, out);" + BEST
-    return text, ".c", ("-Ddouble=float", "-fsingle-precision-constant")
+    text = re.sub(r"\bdouble\b", "float", text).replace("exp(", "expf(")
+    text += "int classify(const int16_t *x) {\n    float out[10];\n    score(x, out);" + BEST
+    return text, ".c", ("-fsingle-precision-constant",)
 
 
 def m2cgen_c(trained: Trained) -> str:
@@ -146,7 +147,9 @@ def tl2cgen_c(trained: Trained, place: Path, parameters: dict):
     else:
         raise ValueError("Treelite has no linear models")
     tl2cgen.generate_c_code(model, dirpath=str(place), params=parameters)
-    number = re.search(r"predict\(.*int pred_margin, (\w+)\* result", (place / "header.h").read_text())[1]
+    header = (place / "header.h").read_text()
+    (place / "header.h").write_text("#pragma once\n" + header)  # all of it is one file here
+    number = re.search(r"predict\(.*int pred_margin, (\w+)\* result", header)[1]
     includes = "".join(f'#include "{file.name}"\n' for file in sorted(place.glob("*.c")) if file.stem != "classify")
     return (
         f"#include <stdint.h>\n{includes}"

@@ -39,6 +39,8 @@ enum Leaves {
 
 impl Maker {
     /// With nothing made.
+    // A board has the room, and no heap.
+    #[allow(clippy::large_stack_arrays, clippy::new_without_default)]
     pub const fn new() -> Self {
         Self {
             halves: [0; 2 * MOST_WORDS],
@@ -77,7 +79,7 @@ impl Maker {
     }
 
     /// A model file of a kind; in `words`, and its length.
-    pub fn model(&mut self, kind: u32, seed: u64, words: &mut [u32; MOST_WORDS]) -> usize {
+    pub fn model(&mut self, kind: u32, seed: u64, words: &mut [u32]) -> usize {
         self.chance = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ u64::from(kind) << 7;
         self.length = 0;
         (0..16).for_each(|_| self.push(0));
@@ -294,7 +296,7 @@ impl Maker {
 /// Answers of all models to their samples, as one number; `check` sees each of them first. Nothing where a model is refused.
 pub fn answers(
     maker: &mut Maker,
-    words: &mut [u32; MOST_WORDS],
+    words: &mut [u32],
     mut check: impl FnMut(&Model<'_>, &[i16; INPUTS], u8),
 ) -> Option<u32> {
     let mut all = 0_u32;

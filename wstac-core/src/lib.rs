@@ -3,7 +3,8 @@
 //! "SPEC" in these pages is `docs/SPEC.md` of the repository: the arithmetic, with what is published and what was
 //! decided. "Paper" is the published description of the sensor that it quotes.
 //!
-//! `no_std`, no allocation, no unsafe code, integers from the camera to the event. Construction validates; running
+//! `no_std`, no allocation, integers from the camera to the event; unsafe code in three small files alone (`model/bytes.rs`,
+//! `descent.rs`, `dot.rs`: a cast, and kernels beside plain ones that they are tested to equal). Construction validates; running
 //! takes what construction allows and cannot fail on anything else than bytes that are not a frame.
 //!
 //! | stage | module |

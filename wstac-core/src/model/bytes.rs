@@ -8,10 +8,10 @@ use super::file::ModelError;
 /// # Errors
 /// [`ModelError::Alignment`] where they are not, [`ModelError::Length`] where bytes are left over.
 pub(super) fn words(bytes: &[u8]) -> Result<&[u32], ModelError> {
-    if cfg!(target_endian = "big") || !bytes.as_ptr().cast::<u32>().is_aligned() {
+    // SAFETY: every four bytes are a u32, and the parts that are not aligned are given separately.
+    let (before, words, rest) = unsafe { bytes.align_to::<u32>() };
+    if cfg!(target_endian = "big") || !before.is_empty() {
         return Err(ModelError::Alignment);
     }
-    // SAFETY: every four bytes are a u32, and the parts that are not aligned are given separately.
-    let (_, words, rest) = unsafe { bytes.align_to::<u32>() };
     if rest.is_empty() { Ok(words) } else { Err(ModelError::Length) }
 }

@@ -126,15 +126,14 @@ impl Leaves<'_> {
     const fn pair(self, words: &[u32], at: usize, node: u16) -> usize {
         let flags = node & !(LEFT_LEAF | RIGHT_LEAF | FEATURE);
         let low = half(words, at + 2);
-        let good = match (self, flags) {
+        match (self, flags) {
             (Self::Integers, 0) => 4,
             (Self::Floats, 0) if is_moderate(half(words, at + 3)) && is_moderate(half(words, at + 5)) => 6,
             (Self::Votes { .. }, 0) if self.votes(low) && self.votes(half(words, at + 3)) => 4,
             (Self::Votes { .. }, NARROW) if self.votes(low & 0xFF) && self.votes(low >> 8) => 3,
             (Self::Votes { .. }, SAME) if self.votes(half(words, at + 1)) => 2,
             _ => 0,
-        };
-        good
+        }
     }
 
     /// Halves of a node at a place, with one leaf that is good; 0 where it is not.

@@ -20,7 +20,7 @@ fn plainly(model: &Model<'_>, sample: &[i16; INPUTS]) -> u8 {
 
 #[test]
 fn fast_answers_are_the_plain_ones() {
-    let (mut maker, mut words) = (Box::new(Maker::new()), Box::new([0; MOST_WORDS]));
+    let (mut maker, mut words) = (Box::new(Maker::new()), vec![0; MOST_WORDS]);
     let mut answered = [0; 64];
     let all = answers(&mut maker, &mut words, |model, sample, class| {
         assert_eq!(class, plainly(model, sample));
@@ -34,7 +34,7 @@ fn fast_answers_are_the_plain_ones() {
 /// With more models than the board has time for.
 #[test]
 fn more_models_answer_alike() {
-    let (mut maker, mut words) = (Box::new(Maker::new()), Box::new([0; MOST_WORDS]));
+    let (mut maker, mut words) = (Box::new(Maker::new()), vec![0; MOST_WORDS]);
     for seed in 1000..1600 {
         for kind in 0..KINDS {
             let length = maker.model(kind, seed, &mut words);
