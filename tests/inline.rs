@@ -408,7 +408,7 @@ fn the_output_says_which_backend() {
         let output = folder.0.join(name);
         let done = import(&file, &output, &["--backend", backend]);
         let said = String::from_utf8_lossy(&done.stderr).into_owned();
-        assert_eq!(done.status.code(), Some(1), "{said}");
+        assert_eq!(done.status.code(), Some(2), "{said}");
         assert!(said.contains(name) && said.contains("--backend"), "{said}");
         assert!(!output.exists());
     }

@@ -33,11 +33,12 @@ class Imported:
     said: dict[str, object]
 
 
-def imported(candidate: Candidate, model: object, folder: Path) -> Imported:
-    """Makes a model file of a candidate, trained."""
+def imported(candidate: Candidate, model: object, slides: int, folder: Path) -> Imported:
+    """Makes a model file of a candidate, trained with so many slides."""
     file, options = candidate.save(model, folder)
     path = folder / f"{candidate.kind}.wsm"
-    run_wstac(["model", "import", str(file), "-o", str(path), *options])
+    note = f"{candidate.words}, {slides} simulated slides in {TRAIN_RUNS} runs"
+    run_wstac(["model", "import", str(file), "-o", str(path), "--note", note, *options])
     return Imported(candidate, path, model, json.loads(run_wstac(["model", "inspect", str(path), "--json"])))
 
 
@@ -65,7 +66,7 @@ def write(folder: Path) -> None:
         for number, candidate in enumerate(CANDIDATES):
             place = Path(work, str(number))
             place.mkdir()
-            one = imported(candidate, trained[candidate.words], place)
+            one = imported(candidate, trained[candidate.words], len(train), place)
             right = float(np.mean(named(one.path, check) == check.specimen))
             judged.append((one, right))
             print(f"{candidate.words}: {one.said['bytes']} bytes, {100 * right:.1f} %", file=sys.stderr, flush=True)

@@ -36,6 +36,8 @@ pub struct Import {
     pub labels: Option<Vec<String>>,
     /// What the model tells apart, where its labels do not show it.
     pub task: Option<Task>,
+    /// What to say about the training, beside the file's name and its trainer's.
+    pub note: Option<String>,
     /// How real numbers become integers.
     pub options: Options,
 }
@@ -55,8 +57,11 @@ pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error>
 /// What cannot be used, without the name.
 pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, Written), String> {
     let (model, tool) = trained(bytes, wanted)?;
-    let facts = serde_json::json!({ "file": name, "trainer": tool }).to_string();
-    let written = write(&model, &facts, wanted.options)?;
+    let mut facts = serde_json::json!({ "file": name, "trainer": tool });
+    if let Some(note) = &wanted.note {
+        facts["note"] = note.as_str().into();
+    }
+    let written = write(&model, &facts.to_string(), wanted.options)?;
     Ok((model, written))
 }
 

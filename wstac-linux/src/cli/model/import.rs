@@ -47,6 +47,10 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, default_value = "auto")]
     leaves: Leaves,
 
+    /// What to say about the training, which inspect prints; in model files alone
+    #[arg(long, value_name = "TEXT")]
+    note: Option<String>,
+
     /// Write over OUT.wsm
     #[arg(long)]
     force: bool,
@@ -81,7 +85,7 @@ enum Leaves {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let output = &arguments.output;
-    let backend = backend(arguments.backend, output)?;
+    let backend = backend(arguments.backend, output).unwrap_or_else(|contradiction| contradiction.exit());
     check_new(output, arguments.force)?;
     let task = arguments.task.map(|task| match task {
         Classes::Specimen => Task::Specimen,
@@ -95,7 +99,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         Leaves::Float32 => write::Leaves::Float32,
     };
     let options = Options { narrow_weights: arguments.weights == Weights::Int8, leaves };
-    let wanted = Import { labels: arguments.labels.clone(), task, options };
+    let wanted = Import { labels: arguments.labels.clone(), task, note: arguments.note.clone(), options };
     let (model, bytes, exactness) = if backend == Backend::Inline {
         let (model, source) = import_inline(&arguments.file, &wanted)?;
         (model, source.text.into_bytes(), source.exactness)
@@ -110,16 +114,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 }
 
 /// What to write: what is asked for, or what the output's name says. Where these contradict each other, nothing.
-fn backend(asked: Option<Backend>, output: &Path) -> Result<Backend, Error> {
+fn backend(asked: Option<Backend>, output: &Path) -> Result<Backend, clap::Error> {
     let named = match output.extension().and_then(OsStr::to_str) {
         Some("rs") => Some((Backend::Inline, "Rust", "inline")),
         Some("wsm") => Some((Backend::Table, "a model file", "table")),
         _ => None,
     };
     match (asked, named) {
-        (Some(asked), Some((named, what, name))) if asked != named => Err(Error::new(
-            output.display(),
-            format_args!("is named as {what} is, expected --backend {name} or another name"),
+        (Some(asked), Some((named, what, name))) if asked != named => Err(clap::Error::raw(
+            clap::error::ErrorKind::ArgumentConflict,
+            format_args!("{}: is named as {what} is, expected --backend {name} or another name\n", output.display()),
         )),
         (Some(backend), _) | (None, Some((backend, ..))) => Ok(backend),
         (None, None) => Ok(Backend::Table),

@@ -37,6 +37,8 @@ const HELP: &str = r#"From data to a model file:
   wstac model import forest.onnx -o forest.wsm
   wstac model inspect forest.wsm
   wstac model eval forest.wsm test.npz
+  wstac run /dev/video0 --model forest.wsm
+  wstac model import forest.onnx -o forest.rs     the same as Rust code, for a board
 
 Models that are understood:
   scikit-learn, as ONNX of skl2onnx

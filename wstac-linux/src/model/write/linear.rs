@@ -1,9 +1,10 @@
-//! Linear models: one scale for all rows, so that their sums can be compared.
+//! Linear models: one scale for all rows, so that their sums can be compared; of pairs of classes only signs count, so each row has
+//! its own.
 
 use wstac_core::model::linear_svm::BLOCK;
 use wstac_core::params::FEATURES;
 
-use super::super::trained::{Linear, file_order};
+use super::super::trained::{Linear, Row, file_order};
 use super::Body;
 
 /// Units of a feature.
@@ -27,14 +28,12 @@ pub(super) fn body(model: &Linear, classes: usize, frames: usize, narrow: bool) 
             return Err(format!("weighted sum {number}: weight {weight}, expected a finite number"));
         }
     }
-    let largest = model.rows.iter().flat_map(|row| &row.weights).fold(0.0_f64, |most, weight| most.max(weight.abs()));
     let full = if narrow { 127.0 } else { 32_767.0 };
-    // Without weights only biases count; any scale at which they fit will do.
-    let largest_bias = model.rows.iter().fold(0.0_f64, |most, row| most.max(row.bias.abs()));
-    let scale = (full / largest.max(1e-290)).min(2.0_f64.powi(61) / ONE / largest_bias.max(1e-290));
+    let common = scale(&model.rows, full);
     let mut scaled = Vec::with_capacity(rows);
     let (mut anywhere, mut usual) = (0.0_f64, 0.0_f64);
     for row in &model.rows {
+        let scale = if model.pairs { scale(std::slice::from_ref(row), full) } else { common };
         let mut weights = vec![0_i16; inputs];
         let bias = (row.bias * scale * ONE).round();
         let off = (bias / (scale * ONE) - row.bias).abs();
@@ -70,12 +69,21 @@ pub(super) fn body(model: &Linear, classes: usize, frames: usize, narrow: bool) 
         }
     }
     let exactness = format!(
-        "weights are in units of {:.2e}: a score is off by {usual:.2e} at most for features of {:.2} to {:.2}, by {anywhere:.2e} for any",
-        1.0 / scale,
+        "weights are in units of {:.2e}{}: a score is off by {usual:.2e} at most for features of {:.2} to {:.2}, by {anywhere:.2e} for any",
+        1.0 / common,
+        if model.pairs { " or finer" } else { "" },
         USUAL.0 / ONE,
         USUAL.1 / ONE
     );
     let kind = if model.pairs { 2 } else { 1 };
     let number = if narrow { 1 } else { 2 };
     Ok(Body { kind, number, trees: 0, shift: 0, halves, exactness, score_bound: usual })
+}
+
+/// What weights are multiplied by so that the largest of these rows is `full`, and biases fit.
+fn scale(rows: &[Row], full: f64) -> f64 {
+    let largest = rows.iter().flat_map(|row| &row.weights).fold(0.0_f64, |most, weight| most.max(weight.abs()));
+    // Without weights only biases count; any scale at which they fit will do.
+    let largest_bias = rows.iter().fold(0.0_f64, |most, row| most.max(row.bias.abs()));
+    (full / largest.max(1e-290)).min(2.0_f64.powi(61) / ONE / largest_bias.max(1e-290))
 }
