@@ -104,7 +104,7 @@ impl Crate {
 
 fn model(classes: usize, kind: Kind) -> Trained {
     let labels = (0..classes).map(|class| format!("\"Klasse\" {class}\n\\ µ𝛼")).collect();
-    Trained { labels, task: Task::Other, inputs: INPUTS, kind }
+    Trained { labels, task: Task::Other, inputs: INPUTS, kind, remarks: Vec::new() }
 }
 
 /// A random tree of so many splits.
@@ -259,7 +259,6 @@ fn forests_answer_as_tables_do() {
     ));
     let (made, answers) = same_answers("forests", &models, Options::default(), "opt-level=2", 4000);
     assert!(!made.can_panic());
-    assert_eq!(answers[0][6..9].len(), 3);
     assert_eq!((answers[0][5], answers[0][7], answers[0][8]), (0, 1, 0));
     for model in [0, 1, 2, 3, 4, 6] {
         assert_different(&answers, model);

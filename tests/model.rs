@@ -305,3 +305,36 @@ fn leaves_are_int16_where_that_is_proven() {
         assert!(found.contains(numbers) && said.contains(says), "{leaves} {option:?}: {found}; {said}");
     }
 }
+
+#[test]
+fn one_class_is_the_answer_whatever_its_score() {
+    let folder = Folder::new("one-class");
+    let one = XGBOOST.replacen("binary:logistic", "multi:softprob", 1).replacen(
+        "\"num_class\": \"0\"",
+        "\"num_class\": \"1\"",
+        1,
+    );
+    let (file, out) = (folder.file("one.json", one.as_bytes()), folder.0.join("one.wsm"));
+    good(&["import", text(&file), "-o", text(&out), "--labels", "Saw3"]);
+    let samples = vec![0; 2 * 2 * 700];
+    let truth: Vec<u8> = "Saw3Saw3".chars().flat_map(|letter| u32::from(letter).to_le_bytes()).collect();
+    let arrays = [("X", &header("<i2", "(2, 700)")[..], samples), ("y", &header("<U4", "(2,)")[..], truth)];
+    let data = folder.file("data.npz", &npz(&arrays));
+    let found: serde_json::Value = serde_json::from_str(&good(&["eval", text(&out), text(&data), "--json"])).unwrap();
+    assert_eq!(found, serde_json::json!({"n": 2, "accuracy": 1.0, "predictions": ["Saw3", "Saw3"]}));
+}
+
+#[test]
+fn trees_that_are_left_out_are_said() {
+    let folder = Folder::new("best-iteration");
+    // A second tree, after the iteration that was best.
+    let (before, tree) = XGBOOST.split_once("\"trees\": [").unwrap();
+    let (tree, after) = tree.split_once("]}},").unwrap();
+    let two = format!("{before}\"trees\": [{tree}, {tree}]}}}},{after}")
+        .replacen("\"attributes\": {}", "\"attributes\": {\"best_iteration\": \"0\"}", 1)
+        .replacen("\"tree_info\": [0]", "\"tree_info\": [0, 0]", 1);
+    let (file, out) = (folder.file("two.json", two.as_bytes()), folder.0.join("two.wsm"));
+    let done = model(&["import", text(&file), "-o", text(&out)]);
+    let said = String::from_utf8_lossy(&done.stderr).into_owned();
+    assert!(done.status.success() && said.contains("1 of 2 trees are used"), "{said}");
+}

@@ -1,11 +1,12 @@
-//! Frames of a WSTac tactile sensor → 25 taxel sums → ten features → events → sliding speed and direction.
+//! Frames of a WSTac tactile sensor → 25 taxel sums → ten features → events → sliding speed, direction and texture.
 //!
 //! "SPEC" in these pages is `docs/SPEC.md` of the repository: the arithmetic, with what is published and what was
 //! decided. "Paper" is the published description of the sensor that it quotes.
 //!
-//! `no_std`, no allocation, integers from the camera to the event; unsafe code in three small files alone (`model/bytes.rs`,
-//! `descent.rs`, `dot.rs`: a cast, and kernels beside plain ones that they are tested to equal). Construction validates; running
-//! takes what construction allows and cannot fail on anything else than bytes that are not a frame.
+//! `no_std`, no allocation, integers from the camera to the event; unsafe code for texture models alone: a cast in `model/bytes.rs`, kernels
+//! in `descent.rs` and `dot.rs`, beside plain ones that they are tested to equal, and the calls of these in `forest.rs` and
+//! `boosted.rs`. Construction validates; running takes what construction allows and cannot fail on anything else than bytes that
+//! are not a frame.
 //!
 //! | stage | module |
 //! | --- | --- |
@@ -13,12 +14,13 @@
 //! | pixel bytes → green sums | [`green`], [`taxels`] |
 //! | sums → features | [`ln`], [`features`], [`stream`] |
 //! | features → events | [`trigger`], [`baseline`], [`sample`] |
-//! | event → answers | [`speed`], [`direction`] |
+//! | event → answers | [`speed`], [`direction`], [`texture`] with a [`model`] |
+//! | half an event → texture | [`early`] |
 //! | all of it | [`pipeline`] |
 //!
 //! ## Panics
 //! None. Sizes, sums and indices are proven when a [`taxels::Camera`], a [`trigger::TriggerConfig`] or a
-//! [`speed::SpeedConfig`] is built; slices are taken with checked access whose other branch reads nothing.
+//! [`speed::SpeedConfig`] is built, trees and weights when a [`model::Model`] is; slices are taken with checked access whose other branch reads nothing.
 #![no_std]
 #![deny(unsafe_code)]
 

@@ -2,13 +2,14 @@
 //!
 //! The panic handler calls a function that does not exist. If any panic is left after optimisation, the library does
 //! not link, and its symbols name the panic. What arguments hold is not even required to be what a constructor would
-//! have made of them: every bit pattern of every field is covered. Only `Display` of errors is left out: it is
+//! have made of them: every bit pattern of every field is covered, but of models, which kernels rely on. Only `Display` of errors is left out: it is
 //! `core::fmt`, which has panics of its own, and nothing on the way from bytes to events formats text.
 #![no_std]
 #![allow(improper_ctypes_definitions, missing_docs, clippy::type_complexity)]
 
 use wstac_core::baseline::Baseline;
 use wstac_core::direction::{self, Direction};
+use wstac_core::early::{Beginning, Early};
 use wstac_core::error::Error;
 use wstac_core::features::{FeatureScale, Features, line_sums, to_f32};
 use wstac_core::fixed::Q16;
@@ -37,6 +38,7 @@ use wstac_core::sample::Sample;
 use wstac_core::speed::{self, Duration, Law, NoSpeed, Speed, SpeedConfig, ThresholdOn};
 use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
 use wstac_core::taxels::{Accumulators, Camera};
+use wstac_core::texture;
 use wstac_core::trigger::{Event, Incomplete, Rule, StreamEnd, Trigger, TriggerConfig};
 
 unsafe extern "C" {
@@ -224,6 +226,14 @@ entries! {
     svm_classify(model: &LinearSvm<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
     forest_classify(model: &Forest<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
     boosted_classify(model: &Boosted<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
+    texture_of_svm(sample: &[i16; 700], model: &LinearSvm<'static>) -> u8 { texture::texture(sample, model).class }
+    texture_of_forest(sample: &[i16; 700], model: &Forest<'static>) -> u8 { texture::texture(sample, model).class }
+    texture_of_boosted(sample: &[i16; 700], model: &Boosted<'static>) -> u8 { texture::texture(sample, model).class }
+    texture_of_model(sample: &[i16; 700], model: &Model<'static>) -> u8 { texture::texture(sample, model).class }
+    early_new(frames: u8) -> Early { Early::new(frames) }
+    early_take<'a>(early: &mut Early, trigger: &'a Trigger) -> Option<Beginning<'a>> { early.take(trigger) }
+    beginning_flat(beginning: &Beginning<'_>) -> [i16; 700] { beginning.flat() }
+    model_frames(model: &Model<'_>) -> u8 { model.frames() }
     model_label<'a>(labels: Labels<'a>, class: usize) -> Option<Label<'a>> { labels.get(class) }
     model_training<'a>(labels: Labels<'a>) -> Label<'a> { labels.training() }
     model_label_letters(label: Label<'_>) -> u32 { label.chars().map(u32::from).fold(0, u32::wrapping_add) }

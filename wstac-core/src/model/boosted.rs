@@ -103,16 +103,15 @@ impl<'a> Boosted<'a> {
     /// The class of a sample; the lowest of those with the highest score.
     #[inline(always)]
     pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
-        if descent::IS_POSSIBLE && self.header.shift == 0 {
-            self.decide::<true>(sample)
-        } else {
-            self.decide::<false>(sample)
-        }
+        self.decide::<true>(sample)
     }
 
     /// The same, fast or the plain way.
     #[inline(always)]
     pub(super) fn decide<const FAST: bool>(&self, sample: &[i16; INPUTS]) -> u8 {
+        if FAST && !(descent::IS_POSSIBLE && self.header.shift == 0) {
+            return self.decide::<false>(sample);
+        }
         if self.floats {
             self.highest(sample, f32::from_bits, if FAST { Self::float_score_fast } else { Self::float_score })
         } else {
@@ -139,7 +138,7 @@ impl<'a> Boosted<'a> {
                 (best, highest) = (class, Some(sum));
             }
         }
-        if self.scores == 1 {
+        if self.scores == 1 && self.header.classes == 2 {
             let bound = of_bits(long(self.words, HEADER_HALVES + 1));
             return u8::from(highest.is_some_and(|score| score > bound));
         }

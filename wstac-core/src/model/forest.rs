@@ -81,16 +81,15 @@ impl<'a> Forest<'a> {
     /// The class of a sample; the lowest of those with most votes.
     #[inline(always)]
     pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
-        if descent::IS_POSSIBLE && self.header.shift == 0 {
-            self.decide::<true>(sample)
-        } else {
-            self.decide::<false>(sample)
-        }
+        self.decide::<true>(sample)
     }
 
     /// The same, fast or the plain way.
     #[inline(always)]
     pub(super) fn decide<const FAST: bool>(&self, sample: &[i16; INPUTS]) -> u8 {
+        if FAST && !(descent::IS_POSSIBLE && self.header.shift == 0) {
+            return self.decide::<false>(sample);
+        }
         let mut votes = [0; MOST_CLASSES];
         let classes = usize::from(self.header.classes);
         let (mut at, mut left, mut lead) = (self.trees, u32::from(self.header.trees), 0);

@@ -1,7 +1,7 @@
 //! Texture models: one small file that a board compiles in and a host loads, and that answers as the trained model did
 //! (SPEC §6).
 //!
-//! [`file`] has the byte layout. A model is checked when it is made, in a `const` on a board ([`include_model!`]); then it
+//! [`mod@file`] has the byte layout. A model is checked when it is made, in a `const` on a board ([`crate::include_model!`]); then it
 //! answers without checks that could fail, panics or allocation. An application that names the one kind it uses
 //! ([`LinearSvm`], [`Forest`], [`Boosted`]) links that alone; [`Model`] is any of them.
 

@@ -44,7 +44,10 @@ impl Answers {
     pub fn right(&self) -> Option<usize> {
         let truth = self.truth.as_ref()?;
         let both = self.predictions.iter().zip(&truth.numbers);
-        Some(both.filter(|(class, truth_number)| truth.of_class[usize::from(**class)] == **truth_number).count())
+        Some(
+            both.filter(|(class, truth_number)| truth.of_class.get(usize::from(**class)) == Some(*truth_number))
+                .count(),
+        )
     }
 }
 

@@ -28,7 +28,9 @@ pub(super) fn units(model: &Boosted) -> Option<f64> {
             let largest = leaves.try_fold(0.0_f32, |most, leaf| fits(leaf).then(|| most.max(leaf.abs())))?;
             most += f64::from(largest) * units;
         }
-        if most > MOST {
+        // The second is what the core asks of a start and all the int16 that so many leaves could be.
+        let any = f64::from(score.start.abs()) * units + 32_768.0 * score.trees.len() as f64;
+        if most > MOST || any > f64::from(i32::MAX) {
             return None;
         }
     }

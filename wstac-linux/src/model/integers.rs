@@ -1,6 +1,8 @@
 //! From trees of real numbers to trees of integers: thresholds in units of 1/2048, and no splits that are decided anyway.
 
-use super::trained::{Kind, Node, Tree, file_order};
+use std::fmt::Write;
+
+use super::trained::{Kind, Node, Trained, Tree, file_order};
 
 /// A tree's nodes with inputs in the order of the file and int16 thresholds; leaves are words.
 #[derive(Clone, Debug)]
@@ -32,17 +34,21 @@ pub(super) fn left(threshold: f64, strict: bool) -> Left {
     }
 }
 
-/// What to say of a model most of whose splits no integer is on both sides of; nothing of others.
-pub(super) fn hint(kind: &Kind) -> String {
-    let (beyond, all) = match kind {
+/// What to say of a model: its remarks, and where no integer is on both sides of most of its splits.
+pub(super) fn hints(model: &Trained) -> String {
+    let mut hints: String = model.remarks.iter().map(|remark| format!("; {remark}")).collect();
+    let (beyond, all) = match &model.kind {
         Kind::Linear(_) => (0, 0),
         Kind::Forest(trees) => count_beyond(trees),
         Kind::Boosted(boosted) => count_beyond(boosted.scores.iter().flat_map(|score| &score.trees)),
     };
-    if 2 * beyond <= all {
-        return String::new();
+    if 2 * beyond > all {
+        let _ = write!(
+            hints,
+            "; {beyond} of {all} thresholds are beyond all features: was it trained on X times its scale?"
+        );
     }
-    format!("; {beyond} of {all} thresholds are beyond all features: was it trained on X times its scale?")
+    hints
 }
 
 /// How many splits no integer is on both sides of, and how many there are.

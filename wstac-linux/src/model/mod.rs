@@ -72,7 +72,7 @@ pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trai
 pub fn import_inline(path: &Path, wanted: &Import) -> Result<(Trained, Source), Error> {
     let made = trained(bytes(path)?, wanted).and_then(|(model, tool)| {
         let mut source = inline::source(&model, &name(path), &tool, wanted.options)?;
-        source.exactness += &integers::hint(&model.kind);
+        source.exactness += &integers::hints(&model);
         Ok((model, source))
     });
     made.map_err(|why| Error::new(path.display(), why))

@@ -20,6 +20,8 @@ pub struct Trained {
     pub inputs: usize,
     /// How it decides.
     pub kind: Kind,
+    /// What a user should know of it that is not in its file.
+    pub remarks: Vec<String>,
 }
 
 /// How a model decides.
@@ -116,6 +118,8 @@ pub fn file_order(input: usize, frames: usize) -> usize {
 pub fn guess_task(labels: &[String]) -> Task {
     let is_pattern = |label: &str| matches!(label, "Fla" | "Sin" | "Saw" | "Tri" | "Sphere");
     let is_depth = |label: &str| label.parse::<f64>().is_ok_and(|depth| (0.0..=10.0).contains(&depth));
+    // Numbers alone may be anything.
+    let is_usual_depth = |label: &str| label.parse::<f64>().is_ok_and(|depth| [0.0, 2.0, 3.0, 4.0].contains(&depth));
     let specimen = |label: &String| match label.split_at_checked(3) {
         Some((pattern, depth)) => label == "Sphere" || is_pattern(pattern) && is_depth(depth),
         None => false,
@@ -125,7 +129,7 @@ pub fn guess_task(labels: &[String]) -> Task {
         Task::Specimen
     } else if labels.iter().all(|label| is_pattern(label)) {
         Task::Pattern
-    } else if !numbered && labels.iter().all(|label| is_depth(label)) {
+    } else if !numbered && labels.iter().all(|label| is_usual_depth(label)) {
         Task::Depth
     } else {
         Task::Other

@@ -113,13 +113,14 @@ pub(super) fn read(file: File, labels: Option<Vec<String>>) -> Result<(Trained, 
     let model = gradient_booster.model.ok_or("gradient_booster.model is missing")?;
     let trees = model.gbtree_model_param.ok_or("gradient_booster.model.gbtree_model_param is missing")?;
     let classes = number(&parameters.num_class, "num_class")?;
+    let binary = objective.name == "binary:logistic";
     let (classes, scores) = match objective.name.as_str() {
         "multi:softprob" | "multi:softmax" => (classes, classes),
         "binary:logistic" => (2, 1),
         other => return Err(format!("objective.name is \"{other}\", expected {OBJECTIVES}")),
     };
     if !(1..=wstac_core::model::file::MOST_CLASSES).contains(&classes) {
-        return Err(format!("num_class is {classes}, expected 2 to {}", wstac_core::model::file::MOST_CLASSES));
+        return Err(format!("num_class is {classes}, expected 1 to {}", wstac_core::model::file::MOST_CLASSES));
     }
     if parameters.num_target != "1" {
         return Err(format!("num_target is {}, expected 1", parameters.num_target));
@@ -127,13 +128,12 @@ pub(super) fn read(file: File, labels: Option<Vec<String>>) -> Result<(Trained, 
     let inputs = number(&parameters.num_feature, "num_feature")?;
     let mut starts = starts(&parameters.base_score, scores)?;
     let mut bound = 0.0;
-    if scores == 1 {
+    if binary {
         for start in &mut starts {
             if !(*start > 0.0 && *start < 1.0) {
                 return Err(format!("base_score is {start}, expected a probability above 0 and below 1"));
             }
-            // The start is kept as a probability; XGBoost makes a score of it in this way, in float32.
-            let score = -libm::logf(1.0 / *start - 1.0);
+            let score = score_of(*start);
             if !score.is_finite() {
                 return Err(format!("base_score is {start}, expected a probability that is not almost 0 or 1"));
             }
@@ -150,12 +150,23 @@ pub(super) fn read(file: File, labels: Option<Vec<String>>) -> Result<(Trained, 
     if nodes > MOST_NODES {
         return Err(format!("trees have {nodes} nodes, expected at most {MOST_NODES}"));
     }
+    let mut remarks = Vec::new();
+    if objective.name == "multi:softprob" {
+        // Probabilities are float32: XGBoost sees scores as equal that are nearer than its rounding.
+        remarks.push("the highest score wins, also where XGBoost rounds two probabilities to the same: scores that differ by less than 2.4e-7".into());
+    }
     let mut used = model.trees.len();
     if let Some(best) = &attributes.best_iteration {
         // Training that stopped early: later trees are in the file, and predictions leave them out.
         let parallel = number(&trees.num_parallel_tree, "num_parallel_tree")?;
         let best = number(best, "attributes.best_iteration")?;
         used = used.min(best.saturating_add(1).saturating_mul(parallel).saturating_mul(scores));
+        if used < model.trees.len() {
+            let all = model.trees.len();
+            remarks.push(format!(
+                "{used} of {all} trees are used, as XGBClassifier does: attributes.best_iteration is {best}"
+            ));
+        }
     }
     let mut all: Vec<Score> = starts.into_iter().map(|start| Score { start, trees: Vec::new() }).collect();
     for (number, (tree, score)) in model.trees.into_iter().zip(model.tree_info).take(used).enumerate() {
@@ -170,7 +181,13 @@ pub(super) fn read(file: File, labels: Option<Vec<String>>) -> Result<(Trained, 
     }
     let task = guess_task(&labels);
     let kind = Kind::Boosted(Boosted { scores: all, bound });
-    Ok((Trained { labels, task, inputs, kind }, format!("XGBoost {}", version.join("."))))
+    Ok((Trained { labels, task, inputs, kind, remarks }, format!("XGBoost {}", version.join("."))))
+}
+
+/// The score that a probability is: XGBoost's start, in float32 with the system's own logarithm, as other libraries' round
+/// otherwise.
+fn score_of(probability: f32) -> f32 {
+    -(1.0 / probability - 1.0).ln()
 }
 
 fn number(text: &str, what: &str) -> Result<usize, String> {
@@ -224,4 +241,16 @@ fn tree(tree: XgbTree) -> Result<Tree<f32>, String> {
         });
     }
     Ok(Tree { nodes })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn starts_are_those_of_xgboost_to_the_bit() {
+        // What XGBoost 3.2.0 gives as output_margin without trees.
+        assert_eq!(score_of(0.26).to_bits(), 3_213_222_477);
+        assert_eq!(score_of(0.5).to_bits(), (-0.0_f32).to_bits());
+    }
 }

@@ -95,9 +95,9 @@ fn sums_at_the_limits_are_exact() {
 
 #[test]
 fn one_class_is_always_the_answer() {
-    for words in
-        [forest_of(1, &[vec![BOTH | SAME, 0]], 0), linear_zeros(1, 2, 1), file(4, 2, 1, 0, &[1, 0, 0, 0, 0, 0])]
-    {
+    // A score above the bound of two classes, too.
+    let boosted = [file(4, 2, 1, 0, &[1, 0, 0, 0, 0, 0]), file(4, 2, 1, 0, &[1, 0, 0, 0, 5, 0])];
+    for words in [forest_of(1, &[vec![BOTH | SAME, 0]], 0), linear_zeros(1, 2, 1)].into_iter().chain(boosted) {
         assert_eq!(Model::from_words(&words).unwrap().classify(&[7; INPUTS]), 0);
     }
 }

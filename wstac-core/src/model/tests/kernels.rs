@@ -24,6 +24,7 @@ fn fast_answers_are_the_plain_ones() {
     let mut answered = [0; 64];
     let all = answers(&mut maker, &mut words, |model, sample, class| {
         assert_eq!(class, plainly(model, sample));
+        assert!(usize::from(class) < model.labels().len());
         answered[usize::from(class)] += 1;
     });
     assert_eq!(all, Some(ANSWERS));

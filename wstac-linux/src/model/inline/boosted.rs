@@ -15,7 +15,7 @@ use super::{chunks, classify};
 const BASES: usize = 8;
 
 /// Functions that score, and `classify`.
-pub(super) fn body(sums: &Sums) -> String {
+pub(super) fn body(sums: &Sums, classes: usize) -> String {
     let bases = Bases::of(sums.scores.iter().flat_map(|(_, trees)| trees), BASES);
     let number = |bits: u32| {
         if sums.short { format!("{}_i32", bits as i32) } else { format!("f32::from_bits({bits:#010x})") }
@@ -51,7 +51,9 @@ pub(super) fn body(sums: &Sums) -> String {
             let _ = writeln!(answer, "    if sum > highest {{\n        (class, highest) = ({score}, sum);\n    }}");
         }
     }
-    if sums.scores.len() == 1 {
+    if classes == 1 {
+        answer += "    0\n";
+    } else if sums.scores.len() == 1 {
         let _ = writeln!(answer, "    u8::from(sum > {})", number(sums.bound));
     } else {
         answer += "    class\n";

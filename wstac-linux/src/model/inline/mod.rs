@@ -42,7 +42,11 @@ pub fn source(model: &Trained, file: &str, tool: &str, options: Options) -> Resu
         }
         Kind::Boosted(boosted) => {
             let sums = sums(boosted, classes, model.inputs, options.leaves)?;
-            (boosted::body(&sums), sums.exactness, sums.scores.into_iter().flat_map(|(_, trees)| trees).collect())
+            (
+                boosted::body(&sums, classes),
+                sums.exactness,
+                sums.scores.into_iter().flat_map(|(_, trees)| trees).collect(),
+            )
         }
     };
     let splits: usize = trees.iter().map(|tree| tree::splits(tree)).sum();

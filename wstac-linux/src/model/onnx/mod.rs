@@ -54,6 +54,7 @@ pub(super) fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained
     {
         return Err(format!("the ONNX input has {width} numbers, and {} is of {inputs}", classifier.kind));
     }
+    before.scalers.iter().try_for_each(|scaler| scaler.check(inputs))?;
     let classes = path::labels(&model, classifier, answer)?;
     let labels = match labels {
         Some(labels) if labels.len() == classes.len() => labels,
@@ -62,7 +63,7 @@ pub(super) fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained
     };
     let task = guess_task(&labels);
     let trainer = if model.producer.is_empty() { "ONNX".into() } else { format!("ONNX of {}", model.producer) };
-    Ok((Trained { labels, task, inputs, kind }, trainer))
+    Ok((Trained { labels, task, inputs, kind, remarks: Vec::new() }, trainer))
 }
 
 fn attribute<'m, 'a>(node: &'m Node<'a>, name: &str) -> Option<&'m Attribute<'a>> {

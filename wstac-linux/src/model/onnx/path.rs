@@ -49,6 +49,9 @@ pub(super) fn before(model: &Model, classifier: &Node) -> Result<Before, String>
         match before.kind.as_str() {
             "Identity" => {}
             // Other types lose something of the input.
+            "Cast" if to(before).and_then(|to| u64::try_from(to).ok()) == Some(DOUBLE) && !scalers.is_empty() => {
+                return Err("ONNX node Cast to double (11) before a Scaler, expected float (1)".into());
+            }
             "Cast" if to(before).and_then(|to| u64::try_from(to).ok()).is_some_and(is_real) => {}
             "Cast" => {
                 let to = to(before).unwrap_or(0);
@@ -107,11 +110,16 @@ fn highest<'m>(model: &'m Model, scores: &'m String) -> Result<&'m String, Strin
             return node.outputs.first().ok_or_else(|| "an ONNX node has no output".into());
         }
         // These keep the order of scores; of others only the one that is not understood is of interest.
-        let keeps = |node: &&Node| matches!(node.kind.as_str(), "Identity" | "Softmax");
+        // A Softmax does over the classes of a sample, not over samples.
+        let axis = |node: &Node| attribute(node, "axis").and_then(|found| found.integer).unwrap_or(-1);
+        let keeps = |node: &&Node| node.kind == "Identity" || node.kind == "Softmax" && matches!(axis(node), 1 | -1);
         match (next.clone().find(keeps), next.next()) {
             (Some(node), _) => name = node.outputs.first().ok_or("an ONNX node has no output")?,
             (None, Some(node)) => {
-                return Err(format!("ONNX node {} after TreeEnsemble, expected ArgMax", node.kind));
+                return Err(format!(
+                    "ONNX node {} after TreeEnsemble, expected ArgMax, or Softmax of axis 1",
+                    node.kind
+                ));
             }
             (None, None) => {
                 return Err("ONNX TreeEnsemble gives scores, expected ArgMax after it, which gives classes".into());

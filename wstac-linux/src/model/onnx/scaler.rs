@@ -17,6 +17,16 @@ impl Scaler {
         Self { offset: offset.to_vec(), scale: scale.to_vec() }
     }
 
+    /// Refuses lists that are neither of one number nor of one for each input.
+    pub(super) fn check(&self, inputs: usize) -> Result<(), String> {
+        for (name, list) in [("offset", &self.offset), ("scale", &self.scale)] {
+            if ![0, 1, inputs].contains(&list.len()) {
+                return Err(format!("Scaler.{name} has {} numbers, expected 1 or {inputs}", list.len()));
+            }
+        }
+        Ok(())
+    }
+
     /// Offset and scale of an input.
     fn of(&self, input: usize) -> Result<(f32, f32), String> {
         let get = |list: &[f32], none: f32| match list {

@@ -106,7 +106,7 @@ pub fn write(model: &Trained, facts: &str, options: Options) -> Result<Written, 
     words[2] = length(words.len())?;
     words[1] = crc(&words);
     Model::from_words(&words).map_err(|error| format!("cannot be a model file: {error}"))?;
-    let exactness = body.exactness + &integers::hint(&model.kind);
+    let exactness = body.exactness + &integers::hints(model);
     Ok(Written { words, exactness, score_bound: body.score_bound })
 }
 

@@ -78,7 +78,7 @@ fn to_file(sample: &[i16; INPUTS]) -> [i16; INPUTS] {
 
 fn model(classes: usize, kind: Kind) -> Trained {
     let labels = (0..classes).map(|class| format!("Klasse {class} µ𝛼")).collect();
-    Trained { labels, task: Task::Other, inputs: INPUTS, kind }
+    Trained { labels, task: Task::Other, inputs: INPUTS, kind, remarks: Vec::new() }
 }
 
 fn same_answers(
