@@ -67,7 +67,7 @@ impl ModelError {
     /// What is wrong, in words.
     pub const fn describe(self) -> &'static str {
         match self {
-            Self::Magic => "does not start with WSM1, expected a model file",
+            Self::Magic => "does not start with WSM1, expected a model file, as wstac model import makes",
             Self::Length => "its length is not what its header says: it is cut off or has bytes too many",
             Self::Checksum => "its checksum is wrong: it is damaged",
             Self::Kind => "is a model of another kind than expected",

@@ -16,7 +16,7 @@ use clap::{Parser, Subcommand};
 use crate::error::Error;
 use output::Stop;
 
-/// Tactile events from a WSTac sensor: sliding speed and direction, from a camera, a recording or a simulation.
+/// Tactile events from a WSTac sensor: sliding speed, direction and texture, from a camera, a recording or a simulation.
 ///
 /// WSTac is an elastomer with 5 × 5 whiskers that glow where they bend, and a camera behind them. This program turns
 /// the camera's frames into tactile events.
@@ -34,7 +34,8 @@ Start here:
   wstac devices                        which cameras there are
   wstac run /dev/video0                events from a USB camera
   wstac run clip.y4m --json            events of a recording, as JSON Lines
-  ffmpeg -i clip.mp4 -f yuv4mpegpipe - | wstac run -
+  wstac run /dev/video0 --model builtin:svm    with textures; wstac model makes models of your own
+  ffmpeg -i clip.mp4 -pix_fmt yuv420p -f yuv4mpegpipe - | wstac run -
 ";
 
 /// A configuration file with every key at its default, as `wstac run --help` prints it.

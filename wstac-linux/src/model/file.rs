@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use wstac_core::model::Model;
+use wstac_core::model::file::ModelError;
 
 use crate::error::Error;
 
@@ -42,6 +43,10 @@ impl ModelFile {
     }
 
     fn of_bytes(about: String, bytes: &[u8]) -> Result<Self, Error> {
+        // Before the length, which says little of a file of another kind.
+        if !bytes.starts_with(b"WSM1") {
+            return Err(Error::new(about, ModelError::Magic));
+        }
         let (words, rest) = bytes.as_chunks::<4>();
         if !rest.is_empty() {
             return Err(Error::new(about, format_args!("{} bytes, expected a multiple of four", bytes.len())));

@@ -36,7 +36,10 @@ pub(super) fn left(threshold: f64, strict: bool) -> Left {
 
 /// What to say of a model: its remarks, and where no integer is on both sides of most of its splits.
 pub(super) fn hints(model: &Trained) -> String {
-    let mut hints: String = model.remarks.iter().map(|remark| format!("; {remark}")).collect();
+    let mut hints = String::new();
+    for remark in &model.remarks {
+        let _ = write!(hints, "; {remark}");
+    }
     let (beyond, all) = match &model.kind {
         Kind::Linear(_) => (0, 0),
         Kind::Forest(trees) => count_beyond(trees),

@@ -22,6 +22,7 @@ use std::path::Path;
 use wstac_core::model::file::Task;
 
 use crate::error::Error;
+use crate::texture::pattern_and_depth;
 use inline::Source;
 use trained::Trained;
 use write::{Options, Written, write};
@@ -83,7 +84,29 @@ fn trained(bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, String), String>
     let (mut model, tool) = read(&bytes, wanted.labels.clone())?;
     drop(bytes);
     model.task = wanted.task.unwrap_or(model.task);
+    check_labels(&model)?;
     Ok((model, tool))
+}
+
+/// Refuses labels that are empty, stand twice, or are none of the task.
+fn check_labels(model: &Trained) -> Result<(), String> {
+    for (number, label) in model.labels.iter().enumerate() {
+        if label.trim() != label || label.is_empty() {
+            return Err(format!("label {label:?} of class {number}, expected a name without blanks around it"));
+        }
+        if model.labels[..number].contains(label) {
+            return Err(format!("label {label:?} stands twice, expected a name of its own for each class"));
+        }
+        let (expected, is_good) = match model.task {
+            Task::Specimen => ("a specimen, such as Saw3", label == "Sphere" || pattern_and_depth(label).1.is_some()),
+            Task::Depth => ("a depth in mm", label.parse::<f64>().is_ok_and(f64::is_finite)),
+            Task::Pattern | Task::Other => ("", true),
+        };
+        if !is_good {
+            return Err(format!("label {label:?} of class {number}, expected {expected}: that is the task"));
+        }
+    }
+    Ok(())
 }
 
 /// The name of a file, without its folder.

@@ -175,7 +175,10 @@ pub(super) fn read(file: File, labels: Option<Vec<String>>) -> Result<(Trained, 
         };
         score.trees.push(self::tree(tree).map_err(|why| format!("trees[{number}].{why}"))?);
     }
-    let labels = labels.unwrap_or_else(|| (0..classes).map(|class| class.to_string()).collect());
+    let labels = labels.unwrap_or_else(|| {
+        remarks.push("the file has no names of classes, so they are numbers: --labels names them".into());
+        (0..classes).map(|class| class.to_string()).collect()
+    });
     if labels.len() != classes {
         return Err(format!("has {classes} classes, and --labels names {}", labels.len()));
     }

@@ -109,7 +109,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     };
     std::fs::write(output, &bytes).map_err(|error| Error::new(output.display(), error))?;
     let (path, classes, task) = (output.display(), model.labels.len(), task_name(model.task));
-    note(format_args!("{path}: {} bytes, {classes} classes, task {task}; {}", bytes.len(), exactness));
+    let what = if backend == Backend::Inline { "bytes of Rust" } else { "bytes" };
+    note(format_args!("{path}: {} {what}, {classes} classes, task {task}; {}", bytes.len(), exactness));
     Ok(())
 }
 

@@ -31,6 +31,8 @@ const HELP: &str = r#"From data to a model file:
   In Python:
     set = numpy.load("train.npz")
     X, y = set["X"].reshape(len(set["X"]), -1) * set["scale"], set["y_specimen"]
+    # a linear SVM (SVC(kernel="linear") or LinearSVC) needs no StandardScaler: it makes the noise
+    # of dark frames as large as what lit frames show
     model = RandomForestClassifier(100, max_depth=12).fit(X, y)
     onnx = skl2onnx.convert_sklearn(model, initial_types=[("X", FloatTensorType([None, 700]))])
     open("forest.onnx", "wb").write(onnx.SerializeToString())
@@ -39,6 +41,15 @@ const HELP: &str = r#"From data to a model file:
   wstac model eval forest.wsm test.npz
   wstac run /dev/video0 --model forest.wsm
   wstac model import forest.onnx -o forest.rs     the same as Rust code, for a board
+
+With XGBoost:
+    names = sorted(set(y))
+    model = XGBClassifier().fit(X, numpy.searchsorted(names, y))
+    model.save_model("boosted.json"); print(",".join(names))
+  wstac model import boosted.json -o boosted.wsm --labels NAMES
+
+From recordings: wstac run clip.y4m --json --samples prints samples as real numbers; save
+numpy.rint(2048 * sample).astype("int16") of all events as X, and what they are as y, with numpy.savez.
 
 Models that are understood:
   scikit-learn, as ONNX of skl2onnx
@@ -57,8 +68,8 @@ Models that are understood:
                            exact: trees, leaves and the order of their sums. It saves no labels:
                            import --labels
 Inputs are 700, feature by feature (X.reshape(n, 700) of a data set, times its scale), or
-X[:, :, :N].reshape(n, 10 * N) for a model that answers after the first N frames. At most 64
-classes, 65535 trees.
+X[:, :, :N].reshape(n, 10 * N) for a model that answers after the first N frames (or after 15,
+when the trigger fires). At most 64 classes, 65535 trees.
 
 Exit code: 0; 1 where a file cannot be used, 2 for wrong arguments.
 "#;

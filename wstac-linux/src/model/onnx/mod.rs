@@ -63,7 +63,12 @@ pub(super) fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained
     };
     let task = guess_task(&labels);
     let trainer = if model.producer.is_empty() { "ONNX".into() } else { format!("ONNX of {}", model.producer) };
-    Ok((Trained { labels, task, inputs, kind, remarks: Vec::new() }, trainer))
+    let mut remarks = Vec::new();
+    if !before.scalers.is_empty() && !matches!(kind, Kind::Linear(_)) {
+        let why = "the trainer itself may answer otherwise where a scaled feature is next to one";
+        remarks.push(format!("thresholds are those of the ONNX file, which scales in float32: {why}"));
+    }
+    Ok((Trained { labels, task, inputs, kind, remarks }, trainer))
 }
 
 fn attribute<'m, 'a>(node: &'m Node<'a>, name: &str) -> Option<&'m Attribute<'a>> {

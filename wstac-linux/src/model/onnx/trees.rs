@@ -64,7 +64,9 @@ pub(super) fn votes(trees: &mut [Tree<Leaf>], single: bool) -> Result<(), String
             }
             if single {
                 let second = leaf.first().map_or(0.0, |share| share.1);
-                leaf.push((0, 1.0 - second));
+                // Of all of a vote, float32 leaves next to nothing to the first.
+                let first = 1.0 - second;
+                leaf.push((0, if first.abs() <= NEAR { 0.0 } else { first }));
             }
             unrounded(leaf);
             leaf.retain(|share| share.1 != 0.0);
@@ -184,6 +186,23 @@ pub(super) fn scores(trees: &[Tree<Leaf>], classes: usize) -> Result<Kind, Strin
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn two_classes_with_one_weight_a_leaf_are_votes_for_any_number_of_trees() {
+        for count in 1..=300_usize {
+            for second in [0.0, 0.25, 1.0] {
+                let weight = f64::from((second / count as f64) as f32);
+                let mut trees = vec![Tree { nodes: vec![Node::Leaf(vec![(1, weight)])] }; count];
+                votes(&mut trees, true).unwrap();
+                let Node::Leaf(leaf) = &trees[0].nodes[0] else { panic!() };
+                let shares = [0, 1].map(|class| leaf.iter().filter(|share| share.0 == class).map(|s| s.1).sum::<f64>());
+                assert!(
+                    (shares[0] - (1.0 - second)).abs() < 1e-12 && (shares[1] - second).abs() < 1e-12,
+                    "{count} {leaf:?}"
+                );
+            }
+        }
+    }
 
     #[test]
     fn shares_are_the_fractions_that_they_were() {
