@@ -1,6 +1,6 @@
 //! Texture models from their trainers' files to the model file that the core reads, what is in one, and how good it is.
 //!
-//! [`trained`] is what every reader makes, [`write`] makes a model file of it, [`inspect`] and [`eval`] read one.
+//! [`trained`] is what every reader makes, [`mod@write`] makes a model file of it, [`inspect`] and [`eval`] read one.
 
 pub mod eval;
 mod exact;

@@ -1,6 +1,6 @@
 //! Models as Rust: a source file that an application compiles in, with a condition for every split.
 //!
-//! It answers as the model file does for every sample, in fewer instructions and more bytes: see [`tree`] for its shape and [`bases`] for
+//! It answers as the model file does for every sample, in fewer instructions and more bytes: see `tree` for its shape and `bases` for
 //! its conditions. It needs nothing but `core`, and has no `unsafe`, no indices that are computed, no panics and no allocation.
 
 mod bases;
