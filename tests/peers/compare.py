@@ -33,6 +33,8 @@ ROUNDS = 15
 """Rounds over the test samples on the host; the fastest counts."""
 FLASH = 4 << 20
 """The emulated board's."""
+PATIENCE = 1800
+"""Seconds that a compiler may take over one model."""
 
 
 @dataclass
@@ -111,7 +113,10 @@ def compiled(peer: Peer, made: Path, command: list) -> str:
     stamp = made.with_name(f"{made.name}.key")
     if made.exists() and stamp.exists() and stamp.read_text() == key:
         return ""
-    done = subprocess.run(command, capture_output=True, text=True)
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
+    except subprocess.TimeoutExpired:
+        return f"not compiled within {PATIENCE // 60} minutes"
     if done.returncode:
         return "does not compile: " + next((line for line in done.stderr.splitlines() if "error" in line), "")[:120]
     stamp.write_text(key)
