@@ -67,7 +67,7 @@ def ours(wstac: str, trained: Trained, folder: Path) -> list[Row]:
         done = subprocess.run([wstac, "model", "import", trained.file, "-o", file, "--force"], capture_output=True, text=True)
         print(done.stderr.strip())
         if done.returncode:
-            row.why = done.stderr.strip().splitlines()[-1]
+            row.why = done.stderr.strip().splitlines()[-1].replace(f"wstac: {trained.file}: ", "")
         else:
             row.library = native(file, folder)
             row.measure(file, trained.by_frame, trained.answers)

@@ -138,7 +138,9 @@ def tl2cgen_c(trained: Trained, place: Path):
         model = treelite.sklearn.import_model(trained.in_units)
     else:
         raise ValueError("Treelite has no linear models")
-    tl2cgen.generate_c_code(model, dirpath=str(place), params={})
+    # As one function the forest is too long for the assembler's branches.
+    parameters = {"parallel_comp": 10} if trained.kind == "forest" else {}
+    tl2cgen.generate_c_code(model, dirpath=str(place), params=parameters)
     header = (place / "header.h").read_text()
     (place / "header.h").write_text("#pragma once\n" + header)  # all of it is one file here
     number = re.search(r"predict\(.*int pred_margin, (\w+)\* result", header)[1]
