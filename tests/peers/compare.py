@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import shutil
 import statistics
 import subprocess
@@ -117,6 +118,8 @@ def compiled(peer: Peer, made: Path, command: list) -> str:
         done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
     except subprocess.TimeoutExpired:
         return f"not compiled within {PATIENCE // 60} minutes"
+    if re.search(r"(Terminated|Killed) signal", done.stderr):
+        raise SystemExit(f"{peer.name}: the compiler was ended from outside: {done.stderr}")
     if done.returncode:
         return "does not compile: " + next((line for line in done.stderr.splitlines() if "error" in line), "")[:120]
     stamp.write_text(key)
