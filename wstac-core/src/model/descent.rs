@@ -1,7 +1,8 @@
 //! The walk from a tree's root to a leaf, fast: what [`super::walk`] does, without its checks.
 //!
-//! Instructions a forest of 100 trees and a boosted one of 1000 take on a Cortex-M4 stand in `docs/MODELS.md`. Both ways
-//! are tested to end in the same leaf.
+//! The gain, in instructions of a Cortex-M4 (`ci/m4 FILE SAMPLES`): 100 trees of 12,110 splits take 6,002 instead of 25,341, 1000
+//! boosted ones of 6,220 take 26,535 instead of 128,426 (int16 leaves) or 30,988 instead of 136,429 (float32). Both ways are
+//! tested to answer alike.
 #![allow(unsafe_code)]
 
 use super::file::{INPUTS, MOST_CLASSES};

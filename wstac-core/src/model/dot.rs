@@ -2,7 +2,7 @@
 //!
 //! The plain way is right anywhere, and where 32 bits are enough a host's compiler makes packed instructions of it. A
 //! Cortex-M4 or M7 has packed multiply-accumulate of its own, which no compiler finds here: two products and their sum to 64 bits are
-//! one instruction. Both ways are tested to give the same sums.
+//! one instruction; ten rows of 700 take 7,277 (`ci/m4 FILE SAMPLES`) instead of 22,017. Both ways are tested to give the same sums.
 
 use super::linear_svm::BLOCK;
 
