@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import shutil
 import statistics
 import subprocess
@@ -33,6 +34,8 @@ ROUNDS = 15
 """Rounds over the test samples on the host; the fastest counts."""
 FLASH = 4 << 20
 """The emulated board's."""
+PATIENCE = 1800
+"""Seconds that a compiler may take over one model."""
 
 
 @dataclass
@@ -65,7 +68,7 @@ def ours(wstac: str, trained: Trained, folder: Path) -> list[Row]:
         done = subprocess.run([wstac, "model", "import", trained.file, "-o", file, "--force"], capture_output=True, text=True)
         print(done.stderr.strip())
         if done.returncode:
-            row.why = done.stderr.strip().splitlines()[-1]
+            row.why = done.stderr.strip().splitlines()[-1].replace(f"wstac: {trained.file}: ", "")
         else:
             row.library = native(file, folder)
             row.measure(file, trained.by_frame, trained.answers)
@@ -111,7 +114,12 @@ def compiled(peer: Peer, made: Path, command: list) -> str:
     stamp = made.with_name(f"{made.name}.key")
     if made.exists() and stamp.exists() and stamp.read_text() == key:
         return ""
-    done = subprocess.run(command, capture_output=True, text=True)
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
+    except subprocess.TimeoutExpired:
+        return f"not compiled within {PATIENCE // 60} minutes"
+    if re.search(r"(Terminated|Killed) signal", done.stderr):
+        raise SystemExit(f"{peer.name}: the compiler was ended from outside: {done.stderr}")
     if done.returncode:
         return "does not compile: " + next((line for line in done.stderr.splitlines() if "error" in line), "")[:120]
     stamp.write_text(key)

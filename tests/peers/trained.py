@@ -152,7 +152,7 @@ def describe(kind: str, model, test) -> str:
         trees = [tree.tree_ for tree in model.estimators_]
         splits = sum(int((tree.children_left >= 0).sum()) for tree in trees)
         visits = sum(tree.decision_path(test).sum() - len(test) for tree in trees) / len(test)
-        return f"`RandomForestClassifier`, {len(trees)} trees, {splits:,} splits, {visits:.0f} of them visited a sample"
+        return f"`RandomForestClassifier`, {len(trees)} trees, {splits:,} splits, {visits:,.0f} of them visited a sample"
     booster = model.get_booster()
     raw = json.loads(bytes(booster.save_raw("json")))["learner"]["gradient_booster"]["model"]["trees"]
     leaves = booster.predict(xgboost.DMatrix(test), pred_leaf=True).astype(int).reshape(len(test), -1)
@@ -165,4 +165,4 @@ def describe(kind: str, model, test) -> str:
             if child >= 0:
                 depth[child] = depth[right[node]] = depth[node] + 1
         visits += depth[leaves[:, k]].mean()
-    return f"`XGBClassifier`, 100 rounds of 10 trees, {splits:,} splits, {visits:.0f} of them visited a sample"
+    return f"`XGBClassifier`, 100 rounds of 10 trees, {splits:,} splits, {visits:,.0f} of them visited a sample"

@@ -61,8 +61,8 @@ def peers(trained: Trained, folder: Path) -> Iterator[Peer]:
         ("micromlgen 1.1.28", "as written: float", micromlgen_float),
         ("m2cgen 0.10.0", "int16 in, float for double", m2cgen_float),
         ("m2cgen 0.10.0", "as written: double", m2cgen_double),
-        ("tl2cgen 1.0.0", "as written: float", tl2cgen_float),
-        ("tl2cgen 1.0.0", "quantize", tl2cgen_quantized),
+        # Its option `quantize` takes more: 156,509 instead of 120,441 instructions for the boosted trees.
+        ("tl2cgen 1.0.0", "as written: float", tl2cgen_c),
     ):
         peer = Peer(name, setting)
         place = folder / trained.kind / peer.slug
@@ -131,21 +131,15 @@ def micromlgen_c(trained: Trained) -> str:
     return f"#include <stdint.h>\n{text}\nstatic Eloquent::ML::Port::{name} model;\n"
 
 
-def tl2cgen_float(trained: Trained, place: Path):
-    return tl2cgen_c(trained, place, {})
-
-
-def tl2cgen_quantized(trained: Trained, place: Path):
-    return tl2cgen_c(trained, place, {"quantize": 1})
-
-
-def tl2cgen_c(trained: Trained, place: Path, parameters: dict):
+def tl2cgen_c(trained: Trained, place: Path):
     if trained.kind == "boosted":
         model = treelite.frontend.from_xgboost(trained.in_units.get_booster())
     elif trained.kind == "forest":
         model = treelite.sklearn.import_model(trained.in_units)
     else:
         raise ValueError("Treelite has no linear models")
+    # As one function the forest is too long for the assembler's branches.
+    parameters = {"parallel_comp": 10} if trained.kind == "forest" else {}
     tl2cgen.generate_c_code(model, dirpath=str(place), params=parameters)
     header = (place / "header.h").read_text()
     (place / "header.h").write_text("#pragma once\n" + header)  # all of it is one file here
