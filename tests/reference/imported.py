@@ -84,7 +84,7 @@ class Imported(unittest.TestCase):
         self.assertEqual(model.read_bytes(), first)
         inspected = json.loads(self.wstac("inspect", model, "--json").stdout)
         self.assertEqual(inspected["bytes"], len(first))
-        return model, said.strip().rpartition(";")[2].strip()
+        return model, said.strip().partition("; ")[2].strip()
 
     def evaluated(self, model, samples, truth=None):
         """What a model file says of samples."""
