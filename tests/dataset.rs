@@ -2,45 +2,15 @@
 
 use std::fs;
 use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use wstac_tests::command::wstac;
+use wstac_tests::folder::Folder;
 
 const SWEEP: &str =
     "specimens = [\"Fla0\", \"Saw3\"]\nspeeds = [100, 150.5]\ndirections = [0, 270]\nslides = 5\nseed = 7\n";
-
-/// A new folder, removed at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("wstac-dataset-{name}-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir(&path).unwrap();
-        Self(path)
-    }
-
-    fn file(&self, name: &str, text: &str) -> PathBuf {
-        let path = self.0.join(name);
-        fs::write(&path, text).unwrap();
-        path
-    }
-
-    fn names(&self) -> Vec<String> {
-        let mut names: Vec<String> =
-            fs::read_dir(&self.0).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-        names.sort();
-        names
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
 
 fn dataset(sweep: &Path, output: &Path, more: &[&str]) -> Output {
     Command::new(wstac()).arg("dataset").arg(sweep).arg("-o").arg(output).args(more).output().unwrap()
@@ -195,7 +165,7 @@ fn a_signal_keeps_what_is_done_and_the_same_command_goes_on() {
     let bytes = fs::read(&part).unwrap();
     fs::write(&part, &bytes[..bytes.len() - 7]).unwrap();
     let there = (bytes.len() - 16) / 1412 - 1;
-    let other = folder.file("other.toml", &format!("{text}noise = 2\n"));
+    let other = folder.file("other.toml", format!("{text}noise = 2\n"));
     bad(&other, &output, &[], &["a.npz.part", "another sweep", "--force"]);
     let said = good(&sweep, &output, &[]);
     assert!(said.contains(&format!("{there} of 40 slides are there already")), "{said}");

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use wstac_core::model::Model;
@@ -11,39 +11,16 @@ use wstac_linux::model::inline::source;
 use wstac_linux::model::trained::{Boosted, Kind, Linear, Node, Row, Score, Trained, Tree, file_order};
 use wstac_linux::model::write::{Leaves, Options, write};
 use wstac_tests::command::wstac;
+use wstac_tests::folder::Folder;
 use wstac_tests::random::Random;
+use wstac_tests::trained::XGBOOST;
 
-/// A new folder, removed at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("wstac-inline-{name}-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir(&path).unwrap();
-        Self(path)
-    }
-
-    fn file(&self, name: &str, text: &str) -> PathBuf {
-        let path = self.0.join(name);
-        fs::write(&path, text).unwrap();
-        path
-    }
-
-    /// Runs rustc here; what it says is an error.
-    fn rustc(&self, arguments: &[&str]) {
-        let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
-        let done =
-            Command::new(rustc).args(arguments).args(["--edition", "2024"]).current_dir(&self.0).output().unwrap();
-        let said = String::from_utf8_lossy(&done.stderr).into_owned();
-        assert!(done.status.success() && said.is_empty(), "{said}");
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
+/// Runs rustc in a folder; what it says is an error.
+fn rustc(folder: &Folder, arguments: &[&str]) {
+    let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let done = Command::new(rustc).args(arguments).args(["--edition", "2024"]).current_dir(&folder.0).output().unwrap();
+    let said = String::from_utf8_lossy(&done.stderr).into_owned();
+    assert!(done.status.success() && said.is_empty(), "{said}");
 }
 
 /// Models in a crate without std, as an application would have them, and a program that answers samples from its standard input
@@ -67,10 +44,10 @@ impl Crate {
         }
         folder.file("models.rs", &root);
         let options = ["-C", optimization, "-C", "overflow-checks=on", "-C", "panic=abort"];
-        folder.rustc(&[&["--crate-type=rlib", "--emit=link,obj", "models.rs"], &options[..]].concat());
+        rustc(&folder, &[&["--crate-type=rlib", "--emit=link,obj", "models.rs"], &options[..]].concat());
         folder.file(
             "main.rs",
-            &format!(
+            format!(
                 "use std::io::{{Read, Write}};\nfn main() {{\n    let mut bytes = Vec::new();\n    \
                  std::io::stdin().read_to_end(&mut bytes).unwrap();\n    let mut answers = Vec::new();\n    \
                  for bytes in bytes.chunks(1400) {{\n        let mut sample = [0; 700];\n        \
@@ -79,7 +56,7 @@ impl Crate {
                  std::io::stdout().write_all(&answers).unwrap();\n}}\n"
             ),
         );
-        folder.rustc(&["main.rs", "--extern", "models=libmodels.rlib", "-C", "panic=abort"]);
+        rustc(&folder, &["main.rs", "--extern", "models=libmodels.rlib", "-C", "panic=abort"]);
         Self { folder, models: sources.len() }
     }
 
@@ -371,14 +348,6 @@ fn what_is_generated_says_what_it_is() {
     let error = source(&model(0, Kind::Forest(vec![])), "", "", Options::default()).unwrap_err();
     assert!(error.contains("0 classes"), "{error}");
 }
-
-/// Two classes; the second where feature 0 of frame 69 is −1.5 or above.
-const XGBOOST: &str = r#"{"learner": {"attributes": {}, "gradient_booster": {"name": "gbtree", "model": {
-    "gbtree_model_param": {"num_parallel_tree": "1", "num_trees": "1"}, "tree_info": [0], "trees": [{
-    "left_children": [1, -1, -1], "right_children": [2, -1, -1], "split_indices": [69, 0, 0],
-    "split_conditions": [-1.5, -1, 1], "split_type": [0, 0, 0], "tree_param": {"size_leaf_vector": "1"}}]}},
-    "learner_model_param": {"base_score": "[5E-1]", "num_class": "0", "num_feature": "700"},
-    "objective": {"name": "binary:logistic"}}, "version": [3, 2, 0]}"#;
 
 fn import(file: &Path, output: &Path, more: &[&str]) -> Output {
     Command::new(wstac()).args(["model", "import"]).arg(file).arg("-o").arg(output).args(more).output().unwrap()

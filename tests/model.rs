@@ -1,34 +1,12 @@
 //! `wstac model`: from a trainer's file to answers, and what it refuses.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
 
 use wstac_tests::command::wstac;
-
-/// A new folder, removed at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("wstac-model-{name}-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir(&path).unwrap();
-        Self(path)
-    }
-
-    fn file(&self, name: &str, bytes: &[u8]) -> PathBuf {
-        let path = self.0.join(name);
-        fs::write(&path, bytes).unwrap();
-        path
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
+use wstac_tests::folder::Folder;
+use wstac_tests::trained::XGBOOST;
 
 fn model(arguments: &[&str]) -> Output {
     Command::new(wstac()).arg("model").args(arguments).output().unwrap()
@@ -48,14 +26,6 @@ fn bad(arguments: &[&str], parts: &[&str]) {
         assert!(said.contains(part), "{part}: {said}");
     }
 }
-
-/// Two classes; the second where feature 0 of frame 69 is −1.5 or above.
-const XGBOOST: &str = r#"{"learner": {"attributes": {}, "gradient_booster": {"name": "gbtree", "model": {
-    "gbtree_model_param": {"num_parallel_tree": "1", "num_trees": "1"}, "tree_info": [0], "trees": [{
-    "left_children": [1, -1, -1], "right_children": [2, -1, -1], "split_indices": [69, 0, 0],
-    "split_conditions": [-1.5, -1, 1], "split_type": [0, 0, 0], "tree_param": {"size_leaf_vector": "1"}}]}},
-    "learner_model_param": {"base_score": "[5E-1]", "num_class": "0", "num_feature": "700"},
-    "objective": {"name": "binary:logistic"}}, "version": [3, 2, 0]}"#;
 
 /// The same as zip64 has it, where sizes and places of more than 32 bits are.
 fn zip64(arrays: &[(&str, &str, Vec<u8>)]) -> Vec<u8> {
@@ -171,7 +141,7 @@ fn from_a_trainers_file_to_answers() {
             assert!(matches!(done.status.code(), Some(0 | 1)), "{at}: {}", String::from_utf8_lossy(&done.stderr));
         }
     }
-    let data = folder.file("no-truth.npz", &npz(&[("X", &x.1, x.2.clone())]));
+    let data = folder.file("no-truth.npz", npz(&[("X", &x.1, x.2.clone())]));
     let found: serde_json::Value = serde_json::from_str(&good(&["eval", out, text(&data), "--json"])).unwrap();
     assert!(found["accuracy"].is_null());
     for (name, bytes, parts) in [
@@ -258,7 +228,7 @@ fn a_model_of_the_first_frames_looks_at_no_others() {
     samples[1].fill(-3073);
     samples[1][70 + 1] = -3072;
     let samples: Vec<u8> = samples.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
-    let data = folder.file("data.npz", &npz(&[("X", &header("<i2", "(2, 10, 70)"), samples)]));
+    let data = folder.file("data.npz", npz(&[("X", &header("<i2", "(2, 10, 70)"), samples)]));
     let found: serde_json::Value = serde_json::from_str(&good(&["eval", out, text(&data), "--json"])).unwrap();
     assert_eq!(found["predictions"], serde_json::json!(["0", "1"]));
     for inputs in ["0", "15", "710"] {
@@ -319,7 +289,7 @@ fn one_class_is_the_answer_whatever_its_score() {
     let samples = vec![0; 2 * 2 * 700];
     let truth: Vec<u8> = "Saw3Saw3".chars().flat_map(|letter| u32::from(letter).to_le_bytes()).collect();
     let arrays = [("X", &header("<i2", "(2, 700)")[..], samples), ("y", &header("<U4", "(2,)")[..], truth)];
-    let data = folder.file("data.npz", &npz(&arrays));
+    let data = folder.file("data.npz", npz(&arrays));
     let found: serde_json::Value = serde_json::from_str(&good(&["eval", text(&out), text(&data), "--json"])).unwrap();
     assert_eq!(found, serde_json::json!({"n": 2, "accuracy": 1.0, "predictions": ["Saw3", "Saw3"]}));
 }

@@ -6,6 +6,8 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 use wstac_tests::command::wstac;
+use wstac_tests::folder::Folder;
+use wstac_tests::trained::XGBOOST;
 
 fn run(arguments: &[&str]) -> Output {
     Command::new(wstac()).args(arguments).output().unwrap()
@@ -17,41 +19,18 @@ fn records(arguments: &[&str]) -> Vec<Value> {
     String::from_utf8(done.stdout).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
-/// A model of two classes, from XGBoost's JSON: the second where feature 0 of a frame is −1.5 or above.
-fn model(folder: &std::path::Path, name: &str, frames: u32, frame: u32, labels: &str) -> PathBuf {
-    let json = format!(
-        r#"{{"learner": {{"attributes": {{}}, "gradient_booster": {{"name": "gbtree", "model": {{
-        "gbtree_model_param": {{"num_parallel_tree": "1", "num_trees": "1"}}, "tree_info": [0], "trees": [{{
-        "left_children": [1, -1, -1], "right_children": [2, -1, -1], "split_indices": [{frame}, 0, 0],
-        "split_conditions": [-1.5, -1, 1], "split_type": [0, 0, 0], "tree_param": {{"size_leaf_vector": "1"}}}}]}}}},
-        "learner_model_param": {{"base_score": "[5E-1]", "num_class": "0", "num_feature": "{}"}},
-        "objective": {{"name": "binary:logistic"}}}}, "version": [3, 2, 0]}}"#,
-        10 * frames
+/// A model of two classes from so many first frames: the second where feature 0 of one of them is −1.5 or above.
+fn model(folder: &Folder, name: &str, frames: u32, frame: u32, labels: &str) -> PathBuf {
+    let json = XGBOOST.replacen("\"split_indices\": [69", &format!("\"split_indices\": [{frame}"), 1).replacen(
+        "\"num_feature\": \"700\"",
+        &format!("\"num_feature\": \"{}\"", 10 * frames),
+        1,
     );
-    let (file, out) = (folder.join(format!("{name}.json")), folder.join(format!("{name}.wsm")));
-    fs::write(&file, json).unwrap();
+    let (file, out) = (folder.file(&format!("{name}.json"), json), folder.0.join(format!("{name}.wsm")));
     let (file, path) = (file.to_str().unwrap(), out.to_str().unwrap());
     let done = run(&["model", "import", file, "-o", path, "--labels", labels]);
     assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
     out
-}
-
-/// A new folder, removed at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("wstac-texture-{name}-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir(&path).unwrap();
-        Self(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
 }
 
 const SCENE: &str = "scene:Saw3@150";
@@ -75,8 +54,8 @@ fn models_that_come_with_the_program_name_specimens() {
 #[test]
 fn a_model_of_the_first_frames_answers_when_they_have_arrived() {
     let folder = Folder::new("early");
-    let early = model(&folder.0, "early", 30, 29, "Fla,Saw");
-    let late = model(&folder.0, "late", 70, 69, "2,3");
+    let early = model(&folder, "early", 30, 29, "Fla,Saw");
+    let late = model(&folder, "late", 70, 69, "2,3");
     let (early, late) = (early.to_str().unwrap(), late.to_str().unwrap());
     let found = records(&["run", SCENE, "--json", "--features", "--samples", "--model", late, "--model", early]);
     let place = |kind: &str| found.iter().position(|record| record["kind"] == kind).unwrap();
@@ -100,8 +79,8 @@ fn a_model_of_the_first_frames_answers_when_they_have_arrived() {
 #[test]
 fn models_that_cannot_be_used_are_refused_by_name() {
     let folder = Folder::new("refused");
-    let one = model(&folder.0, "one", 70, 0, "Fla,Saw");
-    let two = model(&folder.0, "two", 70, 1, "Sin,Saw");
+    let one = model(&folder, "one", 70, 0, "Fla,Saw");
+    let two = model(&folder, "two", 70, 1, "Sin,Saw");
     let (one, two) = (one.to_str().unwrap(), two.to_str().unwrap());
     let damaged = folder.0.join("damaged.wsm");
     let mut bytes = fs::read(one).unwrap();

@@ -3,10 +3,12 @@
 
 pub mod command;
 pub mod extreme;
+pub mod folder;
 pub mod formats;
 pub mod plain_sums;
 pub mod plain_trigger;
 pub mod random;
+pub mod trained;
 
 use wstac_core::features::Features;
 use wstac_core::trigger::Event;

@@ -1,0 +1,47 @@
+//! A folder for the files of one test.
+
+use std::fs;
+use std::path::PathBuf;
+
+/// A new folder, removed at the end; by its path.
+pub struct Folder(pub PathBuf);
+
+impl Folder {
+    /// A folder of this process and this name, which no other test of the process has.
+    ///
+    /// # Panics
+    /// Where it cannot be made.
+    pub fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("wstac-{name}-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir(&path).unwrap();
+        Self(path)
+    }
+
+    /// Writes a file in it.
+    ///
+    /// # Panics
+    /// Where it cannot be written.
+    pub fn file(&self, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
+        let path = self.0.join(name);
+        fs::write(&path, content).unwrap();
+        path
+    }
+
+    /// The names of what is in it, in order.
+    ///
+    /// # Panics
+    /// Where it cannot be read.
+    pub fn names(&self) -> Vec<String> {
+        let mut names: Vec<String> =
+            fs::read_dir(&self.0).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
