@@ -4,7 +4,7 @@
 //! decided. "Paper" is the published description of the sensor that it quotes.
 //!
 //! `no_std`, no allocation, integers from the camera to the event; unsafe code for texture models alone: a cast in `model/bytes.rs`, kernels
-//! in `descent.rs` and `dot.rs`, beside plain ones that they are tested to equal, and the calls of these in `forest.rs` and
+//! in `descent` and `dot`, beside plain ones that they are tested to equal, and the calls of these in `forest.rs` and
 //! `boosted.rs`. Construction validates; running takes what construction allows and cannot fail on anything else than bytes that
 //! are not a frame.
 //!
