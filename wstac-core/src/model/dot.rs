@@ -4,44 +4,83 @@
 //! Cortex-M4 or M7 has packed multiply-accumulate of its own, which no compiler finds here: two products and their sum to 64 bits are
 //! one instruction; ten rows of 700 take 7,277 (`ci/m4 FILE SAMPLES`) instead of 22,017. Both ways are tested to give the same sums.
 
+use self::plain::Sum;
 use super::linear_svm::BLOCK;
 
-/// The sums of a block of rows with int16 weights.
-#[inline(always)]
-pub(super) fn int16(start: [i64; BLOCK], weights: &[u32], inputs: &[i16], fits_32_bits: bool) -> [i64; BLOCK] {
+/// Weights of one size, `ROWS` rows of them taking turns by the word.
+pub(super) trait Weights {
+    /// Words of a row of so many inputs.
+    fn row_words(inputs: usize) -> usize;
+    /// The sums of products, the plain way.
+    fn plain<S: Sum, const ROWS: usize>(weights: &[u32], inputs: &[i16]) -> [S; ROWS];
+    /// The sums of a block of rows, with packed instructions.
     #[cfg(dsp)]
-    {
-        let _ = fits_32_bits;
-        packed::int16(start, weights, inputs)
+    fn packed(start: [i64; BLOCK], weights: &[u32], inputs: &[i16]) -> [i64; BLOCK];
+}
+
+/// Two weights a word.
+pub(super) enum Int16 {}
+
+impl Weights for Int16 {
+    #[inline(always)]
+    fn row_words(inputs: usize) -> usize {
+        inputs / 2
     }
-    #[cfg(not(dsp))]
-    {
-        let sums = if fits_32_bits {
-            plain::int16::<i32, BLOCK>(weights, inputs).map(i64::from)
-        } else {
-            plain::int16::<i64, BLOCK>(weights, inputs)
-        };
-        both(start, sums)
+
+    #[inline(always)]
+    fn plain<S: Sum, const ROWS: usize>(weights: &[u32], inputs: &[i16]) -> [S; ROWS] {
+        plain::int16(weights, inputs)
+    }
+
+    #[cfg(dsp)]
+    #[inline(always)]
+    fn packed(start: [i64; BLOCK], weights: &[u32], inputs: &[i16]) -> [i64; BLOCK] {
+        packed::int16(start, weights, inputs)
     }
 }
 
-/// The sums of a block of rows with int8 weights.
+/// Four weights a word.
+pub(super) enum Int8 {}
+
+impl Weights for Int8 {
+    #[inline(always)]
+    fn row_words(inputs: usize) -> usize {
+        inputs.div_ceil(4)
+    }
+
+    #[inline(always)]
+    fn plain<S: Sum, const ROWS: usize>(weights: &[u32], inputs: &[i16]) -> [S; ROWS] {
+        plain::int8(weights, inputs)
+    }
+
+    #[cfg(dsp)]
+    #[inline(always)]
+    fn packed(start: [i64; BLOCK], weights: &[u32], inputs: &[i16]) -> [i64; BLOCK] {
+        packed::int8(start, weights, inputs)
+    }
+}
+
+/// The sums of a block of rows.
 #[inline(always)]
-pub(super) fn int8(start: [i64; BLOCK], weights: &[u32], inputs: &[i16], fits_32_bits: bool) -> [i64; BLOCK] {
+pub(super) fn block<W: Weights>(
+    start: [i64; BLOCK],
+    weights: &[u32],
+    inputs: &[i16],
+    fits_32_bits: bool,
+) -> [i64; BLOCK] {
     #[cfg(dsp)]
     {
         let _ = fits_32_bits;
-        packed::int8(start, weights, inputs)
+        W::packed(start, weights, inputs)
     }
     #[cfg(not(dsp))]
-    {
-        let sums = if fits_32_bits {
-            plain::int8::<i32, BLOCK>(weights, inputs).map(i64::from)
-        } else {
-            plain::int8::<i64, BLOCK>(weights, inputs)
-        };
-        both(start, sums)
-    }
+    both(start, sums::<W, BLOCK>(weights, inputs, fits_32_bits))
+}
+
+/// The sums of rows, the plain way, in 32 bits where that is enough.
+#[inline(always)]
+pub(super) fn sums<W: Weights, const ROWS: usize>(weights: &[u32], inputs: &[i16], fits_32_bits: bool) -> [i64; ROWS] {
+    if fits_32_bits { W::plain::<i32, ROWS>(weights, inputs).map(i64::from) } else { W::plain(weights, inputs) }
 }
 
 /// The sums of two blocks' sums. With a bias of 2^62 at most none of them overflows.
@@ -50,29 +89,7 @@ pub(super) fn both(one: [i64; BLOCK], other: [i64; BLOCK]) -> [i64; BLOCK] {
     [one[0].wrapping_add(other[0]), one[1].wrapping_add(other[1])]
 }
 
-/// The sum of a single row with int16 weights: what is left of an odd number.
-#[inline(always)]
-pub(super) fn one_int16(weights: &[u32], inputs: &[i16], fits_32_bits: bool) -> i64 {
-    if fits_32_bits {
-        let [sum] = plain::int16::<i32, 1>(weights, inputs);
-        return sum.into();
-    }
-    let [sum] = plain::int16::<i64, 1>(weights, inputs);
-    sum
-}
-
-/// The sum of a single row with int8 weights.
-#[inline(always)]
-pub(super) fn one_int8(weights: &[u32], inputs: &[i16], fits_32_bits: bool) -> i64 {
-    if fits_32_bits {
-        let [sum] = plain::int8::<i32, 1>(weights, inputs);
-        return sum.into();
-    }
-    let [sum] = plain::int8::<i64, 1>(weights, inputs);
-    sum
-}
-
-pub(super) mod plain {
+mod plain {
     /// A number that products are summed up in.
     pub(in super::super) trait Sum: Copy + Default {
         /// The sum and two products of int16, which together may just exceed 32 bits.

@@ -11,7 +11,7 @@
 //! where it is above 0. One against one: each row is a vote, for its first class where it is above 0 and for its second
 //! otherwise; the class with most votes wins, the lowest of several (as libsvm does).
 
-use super::dot::{self, plain};
+use super::dot::{self, Int8, Int16, Weights};
 use super::file::{HEADER_HALVES, Header, INPUTS, MOST_CLASSES, ModelError, half, part};
 use super::labels::Labels;
 
@@ -131,10 +131,18 @@ impl<'a> LinearSvm<'a> {
 
     /// Gives every row's sum in order. Inlined, so that a model that is compiled in takes the code of its own kind alone.
     #[inline(always)]
-    pub(super) fn each_sum<const FAST: bool>(&self, sample: &[i16; INPUTS], mut give: impl FnMut(usize, i64)) {
+    pub(super) fn each_sum<const FAST: bool>(&self, sample: &[i16; INPUTS], give: impl FnMut(usize, i64)) {
+        if self.header.number == INT16 {
+            self.each_sum_of::<Int16, FAST>(sample, give);
+        } else {
+            self.each_sum_of::<Int8, FAST>(sample, give);
+        }
+    }
+
+    #[inline(always)]
+    fn each_sum_of<W: Weights, const FAST: bool>(&self, sample: &[i16; INPUTS], mut give: impl FnMut(usize, i64)) {
         let inputs = sample.get(..self.header.inputs()).unwrap_or_default();
-        let int16 = self.header.number == INT16;
-        let row_words = if int16 { inputs.len() / 2 } else { inputs.len().div_ceil(4) };
+        let row_words = W::row_words(inputs.len());
         let (blocks, last) = self.biases.as_chunks::<BLOCK>();
         // Keeps the compiler from writing the loop out for every block of a model that is compiled in: flash matters more.
         let (blocks, weights) = core::hint::black_box((blocks, self.weights));
@@ -142,11 +150,10 @@ impl<'a> LinearSvm<'a> {
         let mut row = 0;
         for (biases, weights) in blocks.iter().zip(weights.by_ref()) {
             let start = biases.map(bias_of);
-            let sums = match (int16, FAST) {
-                (true, true) => dot::int16(start, weights, inputs, self.fits_32_bits),
-                (false, true) => dot::int8(start, weights, inputs, self.fits_32_bits),
-                (true, false) => dot::both(start, plain::int16::<i64, BLOCK>(weights, inputs)),
-                (false, false) => dot::both(start, plain::int8::<i64, BLOCK>(weights, inputs)),
+            let sums = if FAST {
+                dot::block::<W>(start, weights, inputs, self.fits_32_bits)
+            } else {
+                dot::both(start, dot::sums::<W, BLOCK>(weights, inputs, false))
             };
             for sum in sums {
                 give(row, sum);
@@ -154,11 +161,7 @@ impl<'a> LinearSvm<'a> {
             }
         }
         if let [bias] = last {
-            let sum = if int16 {
-                dot::one_int16(weights.remainder(), inputs, FAST && self.fits_32_bits)
-            } else {
-                dot::one_int8(weights.remainder(), inputs, FAST && self.fits_32_bits)
-            };
+            let [sum] = dot::sums::<W, 1>(weights.remainder(), inputs, FAST && self.fits_32_bits);
             give(row, bias_of(*bias).wrapping_add(sum));
         }
     }
