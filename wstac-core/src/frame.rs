@@ -24,6 +24,14 @@ impl<'a> Rows<'a> {
         self.bytes.get(at..at + length).unwrap_or(&[])
     }
 
+    /// Bytes of `count` frame rows from row `y` on: from byte `start` of the first to `length` bytes behind it in the last.
+    #[inline(always)]
+    pub fn block(&self, y: u16, count: u16, start: usize, length: usize) -> &'a [u8] {
+        let at = usize::from(y.wrapping_sub(self.first)) * self.bytes_per_row + start;
+        let end = at + usize::from(count.saturating_sub(1)) * self.bytes_per_row + length;
+        self.bytes.get(at..end).unwrap_or(&[])
+    }
+
     /// Bytes of frame row `y` from byte `start` to the row's end.
     #[inline(always)]
     pub fn row_to_end(&self, y: u16, start: usize) -> &'a [u8] {

@@ -1,7 +1,7 @@
 //! GREY: one byte a pixel, taken as green.
 
-use super::{Green, sum_pixels};
-use crate::frame::{Rows, Run};
+use super::{Green, byte_sums, sum_pixels};
+use crate::frame::{Rows, Run, Stride};
 
 /// GREY, G = 255.
 #[derive(Clone, Copy, Debug, Default)]
@@ -22,6 +22,18 @@ impl Green for Grey {
     fn add_run(&self, sum: &mut u32, rows: &Rows<'_>, run: Run) {
         let bytes = rows.row(run.y, usize::from(run.x), usize::from(run.width));
         *sum += sum_pixels(bytes, run.stride, |&[value]| u32::from(value));
+    }
+
+    #[inline(always)]
+    fn add_block(&self, sum: &mut u32, rows: &Rows<'_>, run: Run, count: u16) {
+        if run.stride == Stride::One {
+            let (start, width) = (usize::from(run.x), usize::from(run.width));
+            *sum += byte_sums::sum(rows.block(run.y, count, start, width), rows.bytes_per_row(), width);
+        } else {
+            for y in run.y..run.y + count {
+                self.add_run(sum, rows, Run { y, ..run });
+            }
+        }
     }
 
     fn total(&self, sum: &u32, _pixels: u32) -> u32 {
