@@ -12,24 +12,25 @@
 #[cfg(dsp)]
 mod packed;
 #[cfg(any(test, all(target_arch = "arm", not(dsp))))]
-mod swar;
+mod words;
+
+use crate::frame::Block;
 
 #[cfg(dsp)]
 pub(super) use packed::sum;
 #[cfg(not(any(dsp, target_arch = "arm")))]
 pub(super) use plain as sum;
 #[cfg(all(target_arch = "arm", not(dsp)))]
-pub(super) use swar::sum;
+pub(super) use words::sum;
 
-/// The sum of the first `width` bytes of every row of `bytes_per_row` bytes; below 2^32 if there are fewer than 2^24 of them.
-#[cfg_attr(any(dsp, target_arch = "arm"), expect(dead_code, reason = "what the other ways are tested to equal"))]
+/// The sum of a block's bytes; below 2^32 if there are fewer than 2^24 of them.
 #[inline(always)]
-pub(super) fn plain(bytes: &[u8], bytes_per_row: usize, width: usize) -> u32 {
-    bytes.chunks(bytes_per_row.max(1)).map(|row| of_row(row.get(..width).unwrap_or(row))).sum()
+pub(super) fn plain(block: Block<'_>) -> u32 {
+    block.each_row().map(of_run).sum()
 }
 
 #[inline(always)]
-fn of_row(bytes: &[u8]) -> u32 {
+fn of_run(bytes: &[u8]) -> u32 {
     bytes.iter().map(|&byte| u32::from(byte)).sum()
 }
 
@@ -48,13 +49,12 @@ mod tests {
             // Widths beyond what 16-bit lanes hold, too.
             let width = 1 + next(if turn % 50 == 0 { 9_000 } else { 120 });
             let bytes_per_row = width + next(9);
-            let (rows, offset) = (1 + next(9), next(4));
-            let full = turn % 3 == 0;
-            let bytes: std::vec::Vec<u8> = (0..offset + (rows - 1) * bytes_per_row + width)
-                .map(|_| if full { 255 } else { next(256) as u8 })
-                .collect();
-            let bytes = &bytes[offset..];
-            assert_eq!(swar::sum(bytes, bytes_per_row, width), plain(bytes, bytes_per_row, width), "{width}");
+            let (rows, offset) = (1 + next(60), next(4));
+            let most = if turn % 3 == 0 { 1 } else { 256 };
+            let length = offset + (rows - 1) * bytes_per_row + width;
+            let bytes: std::vec::Vec<u8> = (0..length).map(|_| 255 - next(most) as u8).collect();
+            let block = Block::new(&bytes[offset..], bytes_per_row, width, rows).unwrap();
+            assert_eq!(words::sum(block), plain(block), "{block:?}");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! GREY: one byte a pixel, taken as green.
 
 use super::{Green, byte_sums, sum_pixels};
-use crate::frame::{Rows, Run, Stride};
+use crate::frame::{Rows, Run};
 
 /// GREY, G = 255.
 #[derive(Clone, Copy, Debug, Default)]
@@ -26,13 +26,8 @@ impl Green for Grey {
 
     #[inline(always)]
     fn add_block(&self, sum: &mut u32, rows: &Rows<'_>, run: Run, count: u16) {
-        if run.stride == Stride::One {
-            let (start, width) = (usize::from(run.x), usize::from(run.width));
-            *sum += byte_sums::sum(rows.block(run.y, count, start, width), rows.bytes_per_row(), width);
-        } else {
-            for y in run.y..run.y + count {
-                self.add_run(sum, rows, Run { y, ..run });
-            }
+        if let Some(block) = rows.block(run.y, count, usize::from(run.x), usize::from(run.width)) {
+            *sum += byte_sums::sum(block);
         }
     }
 

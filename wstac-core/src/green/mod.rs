@@ -42,7 +42,7 @@ pub trait Green: Copy {
     /// Adds the pixels of `run` to `sum`.
     fn add_run(&self, sum: &mut Self::Sum, rows: &Rows<'_>, run: Run);
 
-    /// Adds the pixels of `run` and of the `count` − 1 runs below it.
+    /// Adds every pixel of `run`, whose stride is one, and of the `count` − 1 runs below it.
     #[inline(always)]
     fn add_block(&self, sum: &mut Self::Sum, rows: &Rows<'_>, run: Run, count: u16) {
         for y in run.y..run.y + count {

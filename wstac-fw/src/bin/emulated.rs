@@ -15,7 +15,7 @@ use wstac_core::speed;
 use wstac_core::stream::FeatureStream;
 use wstac_core::taxels::Camera;
 use wstac_core::texture;
-use wstac_core::trigger::{Event, Trigger};
+use wstac_core::trigger::Trigger;
 use wstac_fw::emulated::clock::Clock;
 use wstac_fw::emulated::host::{self, Console, File};
 use wstac_fw::emulated::stack;

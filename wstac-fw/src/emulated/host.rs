@@ -4,7 +4,7 @@ use core::fmt::{self, Write};
 use core::mem::size_of_val;
 
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
-use cortex_m_semihosting::syscall;
+use cortex_m_semihosting::{nr, syscall, syscall1};
 
 /// An open file.
 pub struct File(usize);
@@ -52,7 +52,7 @@ impl Write for Console {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         for character in text.bytes() {
             // SAFETY: the host reads the one byte.
-            unsafe { syscall!(WRITEC, &raw const character as usize) };
+            unsafe { syscall1(nr::WRITEC, &raw const character as usize) };
         }
         Ok(())
     }

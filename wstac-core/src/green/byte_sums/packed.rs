@@ -2,44 +2,46 @@
 //! ends of a run, not: in memory that allows that, as RAM does unless `CCR.UNALIGN_TRP` is set.
 #![allow(unsafe_code)]
 
-use super::of_row;
+use super::plain;
+use crate::frame::Block;
 
 /// Words of a group, which one instruction loads.
 const GROUP: usize = 4;
 /// Groups that are written out: runs of more words are summed in strips.
 const MOST_GROUPS: usize = 8;
-/// Bytes of a strip: with seven more at its ends it has no more words.
+/// Bytes of a strip: it has no more words.
 const STRIP: usize = 4 * GROUP * MOST_GROUPS;
 /// Runs of fewer bytes may have no word.
 const LEAST: usize = 7;
 
 /// As [`super::plain`].
 #[inline(always)]
-pub(in super::super) fn sum(bytes: &[u8], bytes_per_row: usize, width: usize) -> u32 {
-    // Rows of one alignment are summed in one go.
-    let together = if bytes_per_row % 4 == 0 { usize::MAX } else { bytes_per_row.max(1) };
-    bytes.chunks(together).map(|bytes| of_rows(bytes, bytes_per_row, width)).sum()
+pub(in super::super) fn sum(block: Block<'_>) -> u32 {
+    if fits(&block) {
+        // SAFETY: it fits.
+        unsafe { of_strip(&block) }
+    } else {
+        in_parts(block)
+    }
 }
 
-/// The same of rows that are aligned alike.
+/// Whether rows are aligned alike, and neither too short nor too long.
+#[inline(always)]
+fn fits(block: &Block<'_>) -> bool {
+    block.bytes_per_row() % 4 == 0 && (LEAST..=STRIP).contains(&block.width()) && block.rows() > 0
+}
+
+/// The sum of strips of single rows.
+#[cold]
 #[inline(never)]
-fn of_rows(bytes: &[u8], bytes_per_row: usize, width: usize) -> u32 {
-    let mut sum = 0;
-    let mut done = 0;
-    while done < width {
-        let strip = (width - done).min(STRIP);
-        let bytes = bytes.get(done..).unwrap_or_default();
-        if strip < LEAST {
-            let rows = bytes.chunks(bytes_per_row.max(1));
-            sum += rows.map(|row| of_row(row.get(..strip).unwrap_or(row))).sum::<u32>();
-        } else if let Some(beyond) = bytes.len().checked_sub(strip) {
-            let rows = 1 + beyond.checked_div(bytes_per_row).unwrap_or(0);
-            // SAFETY: so many rows have so many bytes, which are enough.
-            sum += unsafe { of_strip(bytes.as_ptr(), rows, bytes_per_row, strip) };
-        }
-        done += strip;
-    }
-    sum
+fn in_parts(block: Block<'_>) -> u32 {
+    let strips = block.each_row().flat_map(|row| row.chunks(STRIP));
+    let of_one = |strip: &[u8]| {
+        let block = Block::new(strip, 0, strip.len(), 1)?;
+        // SAFETY: it fits.
+        Some(if fits(&block) { unsafe { of_strip(&block) } } else { plain(block) })
+    };
+    strips.filter_map(of_one).sum()
 }
 
 /// What the loop reads from memory once a row, for want of registers.
@@ -53,12 +55,13 @@ struct Ends {
     left: u32,
 }
 
-/// The sum of `width` bytes in each of `rows` rows. On a Cortex-M4 a row of 50 bytes takes 29 instructions.
+/// The sum of a block. On a Cortex-M4 a row of 50 bytes takes 29 instructions.
 ///
 /// # Safety
-/// The bytes are there; `rows` is not 0, `width` is `LEAST` to `STRIP`.
-#[inline(always)]
-unsafe fn of_strip(first: *const u8, rows: usize, bytes_per_row: usize, width: usize) -> u32 {
+/// The block [`fits`].
+#[inline(never)]
+unsafe fn of_strip(block: &Block<'_>) -> u32 {
+    let (first, width) = (block.bytes().as_ptr(), block.width());
     let head = first.align_offset(4);
     let words = (width - head) / 4;
     let tail = (width - head) % 4;
@@ -118,9 +121,9 @@ unsafe fn of_strip(first: *const u8, rows: usize, bytes_per_row: usize, width: u
             inout("r8") sum,
             in("r9") head.wrapping_neg(),
             in("r10") (4 * words + tail).wrapping_sub(4),
-            in("r11") bytes_per_row.wrapping_sub(4 * words),
+            in("r11") block.bytes_per_row().wrapping_sub(4 * words),
             in("r12") 0,
-            inout("lr") rows => _,
+            inout("lr") block.rows() => _,
             options(readonly),
         );
     }
