@@ -184,14 +184,17 @@ impl<G: Green> Accumulators<G> {
         let rows = Rows::new(bytes, camera.bytes_per_row(), first, frame_rows);
         let [width, height] = camera.layout.taxel();
         let cell_rows = camera.green.cell() == 2;
-        for (sum, &[x, top]) in self.sums.iter_mut().zip(camera.layout.corners()) {
-            for y in first.max(top)..end.min(top + height) {
-                let counted = match camera.stride {
-                    Stride::One => true,
-                    stride => ((y - top) >> u16::from(cell_rows)) % stride.get() == 0,
-                };
-                if counted {
-                    camera.green.add_run(sum, &rows, Run { y, x, width, stride: camera.stride });
+        let taxels = self.sums.iter_mut().zip(camera.layout.corners());
+        for (sum, &[x, top]) in taxels.filter(|(_, [_, top])| *top < end && *top + height > first) {
+            let (from, to) = (first.max(top), end.min(top + height));
+            let run = Run { y: from, x, width, stride: camera.stride };
+            if camera.stride == Stride::One {
+                camera.green.add_block(sum, &rows, run, to - from);
+                continue;
+            }
+            for y in from..to {
+                if ((y - top) >> u16::from(cell_rows)) % camera.stride.get() == 0 {
+                    camera.green.add_run(sum, &rows, Run { y, ..run });
                 }
             }
         }
