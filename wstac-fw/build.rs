@@ -26,6 +26,7 @@ fn main() {
     println!("cargo:rerun-if-changed=../wstac-linux/src/config.rs");
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     link::emulated(&out);
+    link::h743();
     match setup::source(named("WSTAC_CONFIG"), named("WSTAC_MODEL")) {
         Ok(source) => fs::write(out.join("setup.rs"), source).expect("OUT_DIR can be written"),
         Err(error) => {

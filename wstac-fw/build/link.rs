@@ -1,4 +1,4 @@
-//! How to link: the memories of the emulated boards.
+//! How to link: the memories of the emulated boards, and the log strings of the real one.
 
 use std::path::Path;
 use std::{env, fs};
@@ -21,4 +21,13 @@ pub fn emulated(out: &Path) {
     fs::write(out.join("memory.x"), if microbit { MICROBIT } else { MPS2 }).expect("OUT_DIR can be written");
     println!("cargo:rustc-link-search={}", out.display());
     println!("cargo:rustc-link-arg=-Tlink.x");
+}
+
+/// Links a program for the STM32H743; its memory is known to embassy-stm32.
+pub fn h743() {
+    if env::var_os("CARGO_FEATURE_H743").is_some() {
+        for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+            println!("cargo:rustc-link-arg-bin=h743={argument}");
+        }
+    }
 }
