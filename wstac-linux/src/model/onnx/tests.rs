@@ -162,7 +162,9 @@ fn rows_of_two_classes_without_intercepts_are_told_by_the_inputs() {
     // The second class's row, or the first's and the second's: x is feature 0 of frame 0, times 2 or 1 − 3.
     let linear = |numbers: &[(usize, f32)], count: usize, intercepts: &[f32]| {
         let mut coefficients = vec![0.0; count];
-        numbers.iter().for_each(|&(at, number)| coefficients[at] = number);
+        for &(at, number) in numbers {
+            coefficients[at] = number;
+        }
         let mut lists = vec![floats_of("coefficients", &coefficients), integers_of("classlabels_ints", &[0, 1])];
         lists.extend((!intercepts.is_empty()).then(|| floats_of("intercepts", intercepts)));
         vec![node("LinearClassifier", "X", "label", &lists)]
