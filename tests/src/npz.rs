@@ -39,12 +39,12 @@ pub fn header(descr: &str, shape: &str) -> String {
 
 /// The archive of [`npz`] as zip64 has it, where sizes and places of more than 32 bits are.
 pub fn zip64(arrays: &[(&str, &str, Vec<u8>)]) -> Vec<u8> {
+    let entry = |field: usize, rest: &[u8]| rest[field..].first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes));
     let small = npz(arrays);
     let end = small.len() - 22;
-    let number = |at: usize| u32::from_le_bytes(small[at..at + 4].try_into().unwrap()) as usize;
+    let number = |at: usize| entry(at, &small) as usize;
     let (mut rest, at) = (&small[number(end + 16)..end], number(end + 16));
     let mut archive = small[..at].to_vec();
-    let entry = |field: usize, rest: &[u8]| u32::from_le_bytes(rest[field..field + 4].try_into().unwrap());
     while !rest.is_empty() {
         let name = usize::from(rest[28]);
         let mut header = rest[..46].to_vec();

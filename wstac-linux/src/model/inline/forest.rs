@@ -100,10 +100,7 @@ pub(super) fn body(votes: &Votes, classes: usize) -> String {
         let to_half = rest.len().saturating_sub(trees.len() / 2);
         let (these, others) = rest.split_at(if to_half > 0 { to_half } else { check_every.min(rest.len()) });
         rest = others;
-        let mut these = these;
-        for size in chunks(these) {
-            let (chunk, more) = these.split_at(size);
-            these = more;
+        for chunk in chunks(these) {
             let _ = writeln!(answer, "    group_{group}(s, bases, &mut votes);");
             functions += &one_group(&format!("group_{group}"), chunk, &count, &mut writer);
             group += 1;
