@@ -12,7 +12,7 @@ use super::tree::{Writer, head};
 use super::{chunks, classify};
 
 /// Bases that fit a Cortex-M's registers beside sample, sum and what a split needs.
-const BASES: usize = 8;
+const BASES: usize = 4;
 
 /// Functions that score, and `classify`.
 pub(super) fn body(sums: &Sums, classes: usize) -> String {
