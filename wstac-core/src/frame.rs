@@ -24,6 +24,13 @@ impl<'a> Rows<'a> {
         self.bytes.get(at..at + length).unwrap_or(&[])
     }
 
+    /// `length` bytes from byte `start` on of `count` frame rows, row `y` the first of them; nothing if not all are there.
+    #[inline(always)]
+    pub fn block(&self, y: u16, count: u16, start: usize, length: usize) -> Option<Block<'a>> {
+        let at = usize::from(y.wrapping_sub(self.first)) * self.bytes_per_row + start;
+        Block::new(self.bytes.get(at..)?, self.bytes_per_row, length, usize::from(count))
+    }
+
     /// Bytes of frame row `y` from byte `start` to the row's end.
     #[inline(always)]
     pub fn row_to_end(&self, y: u16, start: usize) -> &'a [u8] {
@@ -50,6 +57,56 @@ impl<'a> Rows<'a> {
     /// Rows of the whole frame.
     pub fn height(&self) -> u16 {
         self.height
+    }
+}
+
+/// A block of bytes: as many in each of some rows, one below the other. There are as many as it says.
+#[derive(Clone, Copy, Debug)]
+pub struct Block<'a> {
+    bytes: &'a [u8],
+    bytes_per_row: usize,
+    width: usize,
+    rows: usize,
+}
+
+impl<'a> Block<'a> {
+    /// The first `width` bytes of `rows` rows, from each to the next of which it is `bytes_per_row` bytes; nothing if there are not as
+    /// many bytes.
+    #[inline(always)]
+    pub fn new(bytes: &'a [u8], bytes_per_row: usize, width: usize, rows: usize) -> Option<Self> {
+        // Small numbers' product is one instruction; a Cortex-M0 has none that tells whether a product overflows.
+        let before = match (u16::try_from(rows), u16::try_from(bytes_per_row)) {
+            (Ok(rows), Ok(bytes)) => (u32::from(rows.saturating_sub(1)) * u32::from(bytes)) as usize,
+            _ => rows.saturating_sub(1).checked_mul(bytes_per_row)?,
+        };
+        let there = bytes.len().checked_sub(before)? >= width;
+        there.then_some(Self { bytes, bytes_per_row, width, rows })
+    }
+
+    /// The bytes, from the first row's first one on.
+    pub fn bytes(&self) -> &'a [u8] {
+        self.bytes
+    }
+
+    /// Bytes from row to row.
+    pub fn bytes_per_row(&self) -> usize {
+        self.bytes_per_row
+    }
+
+    /// Bytes in a row.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// The rows, each `width` bytes.
+    pub fn each_row(self) -> impl Iterator<Item = &'a [u8]> {
+        let rows = self.bytes.chunks(self.bytes_per_row.max(1)).take(self.rows);
+        rows.map(move |row| row.get(..self.width).unwrap_or(row))
     }
 }
 

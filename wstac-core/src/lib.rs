@@ -17,6 +17,7 @@
 //! | event → answers | [`speed`], [`direction`], [`texture`] with a [`model`] |
 //! | half an event → texture | [`early`] |
 //! | all of it | [`pipeline`] |
+//! | events → a host, with the feature `wire` | `wire` |
 //!
 //! ## Panics
 //! None. Sizes, sums and indices are proven when a [`taxels::Camera`], a [`trigger::TriggerConfig`] or a
@@ -51,3 +52,5 @@ pub mod taxels;
 pub mod texture;
 pub mod trigger;
 mod trigger_config;
+#[cfg(feature = "wire")]
+pub mod wire;

@@ -1,2 +1,17 @@
 //! Firmware of a WSTac tactile sensor: what a board needs beside `wstac-core` to turn its own camera's frames into events.
 #![no_std]
+
+#[cfg(test)]
+extern crate std;
+
+#[cfg(feature = "emulated")]
+pub mod emulated;
+pub mod last_words;
+pub mod reader;
+pub mod sccb;
+pub mod sensor;
+#[cfg(feature = "h743")]
+pub mod serial;
+pub mod setup;
+pub mod stripes;
+pub mod window;

@@ -128,8 +128,10 @@ enum LawName {
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct SpeedKeys {
     law: LawName,
-    threshold: f64,
-    threshold_on: ThresholdOn,
+    /// Above which a row or column is lit: a share of full scale, summed over its five taxels.
+    pub threshold: f64,
+    /// What the threshold is compared with.
+    pub threshold_on: ThresholdOn,
     intercept: Option<f32>,
     slope: Option<f32>,
     track_mm: Option<f32>,
@@ -216,18 +218,7 @@ impl Config {
     /// # Errors
     /// As [`SpeedConfig::new`].
     pub fn speed(&self, rate: FrameRate) -> Result<SpeedConfig, CoreError> {
-        let keys = &self.speed;
-        let law = match keys.law {
-            LawName::Paper => Law::Paper {
-                intercept: keys.intercept.unwrap_or(params::SPEED_INTERCEPT),
-                slope: keys.slope.unwrap_or(params::SPEED_SLOPE),
-            },
-            LawName::Physical => Law::Physical {
-                track: keys.track_mm.unwrap_or(params::TRACK_LENGTH),
-                afterglow: keys.afterglow_frames.unwrap_or(params::AFTERGLOW_FRAMES),
-            },
-        };
-        SpeedConfig::new(law, keys.threshold, keys.threshold_on, rate)
+        SpeedConfig::new(self.speed.law(), self.speed.threshold, self.speed.threshold_on, rate)
     }
 
     /// The layout for frames of this size.
@@ -243,7 +234,8 @@ impl Config {
 }
 
 impl LayoutConfig {
-    fn explicit(&self) -> Option<([u16; 2], [[u16; 2]; params::TAXELS])> {
+    /// The taxel size and the corners, where the layout is no preset.
+    pub fn explicit(&self) -> Option<([u16; 2], [[u16; 2]; params::TAXELS])> {
         let mut corners = [[0; 2]; params::TAXELS];
         for (corner, given) in corners.iter_mut().zip(self.corners.as_ref()?) {
             *corner = pair(given)?;
@@ -279,6 +271,20 @@ fn pair(numbers: &[u16]) -> Option<[u16; 2]> {
 }
 
 impl SpeedKeys {
+    /// The law with its parameters.
+    pub fn law(&self) -> Law {
+        match self.law {
+            LawName::Paper => Law::Paper {
+                intercept: self.intercept.unwrap_or(params::SPEED_INTERCEPT),
+                slope: self.slope.unwrap_or(params::SPEED_SLOPE),
+            },
+            LawName::Physical => Law::Physical {
+                track: self.track_mm.unwrap_or(params::TRACK_LENGTH),
+                afterglow: self.afterglow_frames.unwrap_or(params::AFTERGLOW_FRAMES),
+            },
+        }
+    }
+
     /// A parameter of the law that is not in force would change nothing, in silence.
     fn check(&self) -> Result<(), String> {
         let (law, other, key) = match self.law {

@@ -40,6 +40,7 @@ use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
 use wstac_core::taxels::{Accumulators, Camera};
 use wstac_core::texture;
 use wstac_core::trigger::{Event, Incomplete, Rule, StreamEnd, Trigger, TriggerConfig};
+use wstac_core::wire::{self, Answers, Decoder, Message, Received, Refused, Request, Text};
 
 unsafe extern "C" {
     fn a_panic_is_reachable() -> !;
@@ -248,6 +249,28 @@ entries! {
         SpeedConfig::new(law, threshold, on, rate)
     }
     paper_speed(rate: FrameRate) -> SpeedConfig { SpeedConfig::paper(rate) }
+
+    wire_encode<'b>(message: &Message<'_>, sequence: u16, buffer: &'b mut [u8; wire::LONGEST]) -> &'b [u8] {
+        wire::encode(message, sequence, buffer)
+    }
+    wire_encode_request<'b>(request: &Request, sequence: u16, buffer: &'b mut [u8; wire::LONGEST]) -> &'b [u8] {
+        wire::encode(request, sequence, buffer)
+    }
+    wire_decoder() -> Decoder { Decoder::new() }
+    wire_decode<'a>(decoder: &'a mut Decoder, byte: u8) -> Option<Result<Received<Message<'a>>, Refused>> {
+        decoder.push(byte)
+    }
+    wire_decode_request(decoder: &mut Decoder<16>, byte: u8) -> Option<Result<Received<Request>, Refused>> {
+        decoder.push(byte)
+    }
+    wire_text<'a>(text: &'a str) -> Text<'a> { Text::new(text) }
+    wire_answers(event: &Event<'_>, config: &SpeedConfig) -> Answers<'static> { Answers::new(event, config) }
+    wire_texture<'a>(answers: Answers<'a>, sample: &[i16; 700], model: &Model<'a>) -> Answers<'a> {
+        answers.with_texture(texture::texture(sample, model))
+    }
+    wire_sample<'b>(sample: Sample<'_>, part: usize, buffer: &'b mut [u8; wire::LONGEST]) -> &'b [u8] {
+        wire::sample_parts(0, sample).nth(part).map_or(&[], |part| wire::encode(&part, 0, buffer))
+    }
 }
 
 #[cfg(feature = "deliberate")]

@@ -92,7 +92,12 @@ macro_rules! any {
 
             #[inline(always)]
             fn add_run(&self, sum: &mut [u32; 3], rows: &Rows<'_>, run: Run) {
-                match &self.0 { $(Format::$name(format) => any!(@add $sum format, sum, rows, run),)* }
+                match &self.0 { $(Format::$name(format) => format.add_run(any!(@sum $sum sum), rows, run),)* }
+            }
+
+            #[inline(always)]
+            fn add_block(&self, sum: &mut [u32; 3], rows: &Rows<'_>, run: Run, count: u16) {
+                match &self.0 { $(Format::$name(format) => format.add_block(any!(@sum $sum sum), rows, run, count),)* }
             }
 
             fn total(&self, sum: &[u32; 3], pixels: u32) -> u32 {
@@ -100,8 +105,8 @@ macro_rules! any {
             }
         }
     };
-    (@add one $format:ident, $sum:ident, $rows:ident, $run:ident) => { $format.add_run(&mut $sum[0], $rows, $run) };
-    (@add three $format:ident, $sum:ident, $rows:ident, $run:ident) => { $format.add_run($sum, $rows, $run) };
+    (@sum one $sum:ident) => { &mut $sum[0] };
+    (@sum three $sum:ident) => { $sum };
     (@total one $format:ident, $sum:ident, $pixels:ident) => { $format.total(&$sum[0], $pixels) };
     (@total three $format:ident, $sum:ident, $pixels:ident) => { $format.total($sum, $pixels) };
 }

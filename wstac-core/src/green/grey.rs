@@ -1,6 +1,6 @@
 //! GREY: one byte a pixel, taken as green.
 
-use super::{Green, sum_pixels};
+use super::{Green, byte_sums, sum_pixels};
 use crate::frame::{Rows, Run};
 
 /// GREY, G = 255.
@@ -22,6 +22,13 @@ impl Green for Grey {
     fn add_run(&self, sum: &mut u32, rows: &Rows<'_>, run: Run) {
         let bytes = rows.row(run.y, usize::from(run.x), usize::from(run.width));
         *sum += sum_pixels(bytes, run.stride, |&[value]| u32::from(value));
+    }
+
+    #[inline(always)]
+    fn add_block(&self, sum: &mut u32, rows: &Rows<'_>, run: Run, count: u16) {
+        if let Some(block) = rows.block(run.y, count, usize::from(run.x), usize::from(run.width)) {
+            *sum += byte_sums::sum(block);
+        }
     }
 
     fn total(&self, sum: &u32, _pixels: u32) -> u32 {

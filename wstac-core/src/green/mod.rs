@@ -5,6 +5,7 @@
 
 pub mod any;
 pub mod bayer;
+mod byte_sums;
 pub mod grey;
 pub mod packed_rgb;
 pub mod packed_ycbcr;
@@ -40,6 +41,14 @@ pub trait Green: Copy {
 
     /// Adds the pixels of `run` to `sum`.
     fn add_run(&self, sum: &mut Self::Sum, rows: &Rows<'_>, run: Run);
+
+    /// Adds every pixel of `run`, whose stride is one, and of the `count` − 1 runs below it.
+    #[inline(always)]
+    fn add_block(&self, sum: &mut Self::Sum, rows: &Rows<'_>, run: Run, count: u16) {
+        for y in run.y..run.y + count {
+            self.add_run(sum, rows, Run { y, ..run });
+        }
+    }
 
     /// The taxel sum S of `pixels` gathered pixels: 0..=G · pixels.
     fn total(&self, sum: &Self::Sum, pixels: u32) -> u32;

@@ -153,6 +153,7 @@ impl core::error::Error for ModelError {}
 /// What a model tells apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Task {
     /// Unstated.
     Other,

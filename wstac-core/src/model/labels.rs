@@ -94,6 +94,11 @@ impl<'a> Label<'a> {
             Some(character)
         })
     }
+
+    /// Its bytes, in UTF-8.
+    pub fn bytes(self) -> impl ExactSizeIterator<Item = u8> + use<'a> {
+        (self.start..self.end).map(move |at| byte(self.words, at))
+    }
 }
 
 impl core::fmt::Display for Label<'_> {

@@ -1,0 +1,143 @@
+//! Bytes of a link into messages; after garbage, from the next zero on.
+
+use super::{LONGEST, Payload, VERSION, crc};
+
+/// Finds frames in the bytes of a link. `N` bytes are the longest that it takes; for a board, which receives requests alone, 16 do.
+///
+/// ```
+/// use wstac_core::wire::{Decoder, LONGEST, Request, encode};
+///
+/// let mut decoder = Decoder::<16>::new();
+/// let mut buffer = [0; LONGEST];
+/// let bytes = b"garbage".iter().chain(encode(&Request::Features(true), 0, &mut buffer));
+/// let mut requests = 0;
+/// for &byte in bytes {
+///     if let Some(Ok(received)) = decoder.push::<Request>(byte) {
+///         assert_eq!(received.message, Request::Features(true));
+///         requests += 1;
+///     }
+/// }
+/// assert_eq!(requests, 1);
+/// ```
+#[derive(Clone, Debug)]
+pub struct Decoder<const N: usize = LONGEST> {
+    /// The present frame without its COBS codes.
+    bytes: [u8; N],
+    length: usize,
+    /// Bytes of the COBS block that are to come.
+    left: u8,
+    /// What the next code stands for, if one comes: a zero or nothing.
+    zero: bool,
+    state: State,
+    /// The sequence number that is expected.
+    next: Option<u16>,
+    /// Messages that were lost before one that could not be read.
+    lost: u16,
+}
+
+/// What of a frame has arrived.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    Nothing,
+    Some,
+    TooMuch,
+}
+
+/// A message that arrived.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Received<P> {
+    /// What it says.
+    pub message: P,
+    /// How many messages the sender sent since the last that arrived, and that did not arrive.
+    pub lost: u16,
+}
+
+/// Why a frame is no message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Refused {
+    /// Its bytes are not those that were sent, or never were a frame.
+    Damaged,
+    /// It is of another version of the link than [`VERSION`], which it says.
+    Version(u8),
+    /// It arrived whole, but is no message that is known here.
+    Unknown,
+}
+
+impl<const N: usize> Default for Decoder<N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const N: usize> Decoder<N> {
+    /// A decoder before its first byte.
+    pub const fn new() -> Self {
+        Self { bytes: [0; N], length: 0, left: 0, zero: false, state: State::Nothing, next: None, lost: 0 }
+    }
+
+    /// Takes the next byte; a message, if it ends one, or what is wrong with the frame that it ends.
+    pub fn push<'a, P: Payload<'a>>(&'a mut self, byte: u8) -> Option<Result<Received<P>, Refused>> {
+        if byte != 0 {
+            self.take(byte);
+            return None;
+        }
+        let (length, left, state) = (self.length, self.left, self.state);
+        (self.length, self.left, self.zero, self.state) = (0, 0, false, State::Nothing);
+        match state {
+            State::Nothing => None,
+            State::Some if left == 0 => Some(self.read(length)),
+            State::Some | State::TooMuch => Some(Err(Refused::Damaged)),
+        }
+    }
+
+    /// Takes a byte that is not 0.
+    fn take(&mut self, byte: u8) {
+        if self.left > 0 {
+            self.left -= 1;
+            self.store(byte);
+            return;
+        }
+        if self.state == State::Nothing {
+            self.state = State::Some;
+        }
+        if self.zero {
+            self.store(0);
+        }
+        self.left = byte.saturating_sub(1);
+        self.zero = byte < u8::MAX;
+    }
+
+    fn store(&mut self, byte: u8) {
+        match self.bytes.get_mut(self.length) {
+            Some(place) => {
+                *place = byte;
+                self.length += 1;
+            }
+            None => self.state = State::TooMuch,
+        }
+    }
+
+    /// Reads the frame of `length` bytes.
+    fn read<'a, P: Payload<'a>>(&'a mut self, length: usize) -> Result<Received<P>, Refused> {
+        let frame = self.bytes.get(..length).unwrap_or_default();
+        let (checked, sum) = frame.split_last_chunk::<4>().ok_or(Refused::Damaged)?;
+        if !checked.iter().fold(u32::MAX, |rest, &byte| crc(rest, byte)) != u32::from_le_bytes(*sum) {
+            return Err(Refused::Damaged);
+        }
+        let (&version, rest) = checked.split_first().ok_or(Refused::Damaged)?;
+        if version != VERSION {
+            return Err(Refused::Version(version));
+        }
+        let (sequence, rest) = postcard::take_from_bytes::<u16>(rest).map_err(|_| Refused::Unknown)?;
+        let message = postcard::from_bytes::<P>(rest);
+        let ahead = sequence.wrapping_sub(self.next.unwrap_or(sequence));
+        // Far back is not far ahead: the sender started again, and what it sent since is lost.
+        let lost = if ahead > u16::MAX / 2 { sequence } else { ahead };
+        self.next = Some(sequence.wrapping_add(1));
+        self.lost = self.lost.saturating_add(lost);
+        let message = message.map_err(|_| Refused::Unknown)?;
+        let lost = core::mem::take(&mut self.lost);
+        Ok(Received { lost: if message.starts() { 0 } else { lost }, message })
+    }
+}

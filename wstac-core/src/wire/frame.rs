@@ -1,0 +1,76 @@
+//! A message's bytes into a frame: CRC and COBS as they come, no second buffer.
+
+use postcard::ser_flavors::Flavor;
+use postcard::{Error, Result};
+
+use super::{LONGEST, Payload, VERSION, crc};
+
+/// The frame of a [`Message`](super::Message) or a [`Request`](super::Request), in the first bytes of `buffer`. A sender counts `sequence` up
+/// by one with each, and wraps.
+pub fn encode<'b, 'm>(message: &impl Payload<'m>, sequence: u16, buffer: &'b mut [u8; LONGEST]) -> &'b [u8] {
+    let frame = Frame { buffer: &mut *buffer, code: 1, end: 2, crc: u32::MAX };
+    // Every message fits (a test has the longest of each), so nothing is left out here.
+    let length = postcard::serialize_with_flavor(&(VERSION, sequence, message), frame).unwrap_or(0);
+    buffer.get(..length).unwrap_or_default()
+}
+
+/// A frame under way. Its zero at the start and its first code have their places already.
+struct Frame<'b> {
+    buffer: &'b mut [u8; LONGEST],
+    /// Where the code of the present block is: how far it is from there to the next zero.
+    code: usize,
+    end: usize,
+    crc: u32,
+}
+
+const _: () = assert!(LONGEST <= 257, "a code of 255, which stands for no zero, must not be needed");
+
+impl Frame<'_> {
+    fn set(&mut self, at: usize, byte: u8) -> Result<()> {
+        *self.buffer.get_mut(at).ok_or(Error::SerializeBufferFull)? = byte;
+        Ok(())
+    }
+
+    /// Takes a byte in COBS.
+    fn put(&mut self, byte: u8) -> Result<()> {
+        if byte == 0 {
+            self.close()
+        } else {
+            self.set(self.end, byte)?;
+            self.end += 1;
+            Ok(())
+        }
+    }
+
+    /// Ends the block: a zero stands here.
+    fn close(&mut self) -> Result<()> {
+        self.set(self.code, (self.end - self.code) as u8)?;
+        self.code = self.end;
+        self.end += 1;
+        Ok(())
+    }
+}
+
+impl Flavor for Frame<'_> {
+    type Output = usize;
+
+    // Called from every field of every message: inlined, these would make up most of the code.
+    #[inline(never)]
+    fn try_push(&mut self, byte: u8) -> Result<()> {
+        self.crc = crc(self.crc, byte);
+        self.put(byte)
+    }
+
+    #[inline(never)]
+    fn try_extend(&mut self, bytes: &[u8]) -> Result<()> {
+        bytes.iter().try_for_each(|&byte| self.try_push(byte))
+    }
+
+    fn finalize(mut self) -> Result<usize> {
+        (!self.crc).to_le_bytes().into_iter().try_for_each(|byte| self.put(byte))?;
+        self.close()?;
+        self.set(0, 0)?;
+        self.set(self.code, 0)?;
+        Ok(self.end)
+    }
+}

@@ -1,0 +1,92 @@
+//! Short text in messages: borrowed, and never longer than a message has room for.
+
+use core::fmt::{self, Write};
+
+use serde::de::Error as _;
+use serde::ser::SerializeSeq;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::model::labels::Label;
+
+/// Text of at most `MOST` bytes of UTF-8.
+#[derive(Clone, Copy, Debug)]
+pub struct Text<'a, const MOST: usize = 63>(Source<'a>);
+
+#[derive(Clone, Copy, Debug)]
+enum Source<'a> {
+    Str(&'a str),
+    /// Where it lies in a model file.
+    Label(Label<'a>),
+}
+
+impl<'a, const MOST: usize> Text<'a, MOST> {
+    /// This text, cut after the last whole character of its first `MOST` bytes.
+    pub fn new(text: &'a str) -> Self {
+        let end = text.floor_char_boundary(MOST);
+        Self(Source::Str(text.get(..end).unwrap_or_default()))
+    }
+
+    /// Its bytes, in UTF-8.
+    pub fn bytes(&self) -> impl Iterator<Item = u8> + use<'a, MOST> {
+        // One of the two is empty.
+        let (text, label) = match self.0 {
+            Source::Str(text) => (text, None),
+            Source::Label(label) => ("", Some(label)),
+        };
+        text.bytes().chain(label.into_iter().flat_map(Label::bytes))
+    }
+
+    /// How many bytes these are.
+    pub fn len(&self) -> usize {
+        match self.0 {
+            Source::Str(text) => text.len(),
+            Source::Label(label) => label.bytes().len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// A class's name; of anything longer than that may be, nothing.
+impl<'a> From<Label<'a>> for Text<'a> {
+    fn from(label: Label<'a>) -> Self {
+        if label.bytes().len() > 63 { Self::new("") } else { Self(Source::Label(label)) }
+    }
+}
+
+impl<const MOST: usize> PartialEq for Text<'_, MOST> {
+    fn eq(&self, other: &Self) -> bool {
+        self.bytes().eq(other.bytes())
+    }
+}
+
+impl<const MOST: usize> fmt::Display for Text<'_, MOST> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Source::Str(text) => f.write_str(text),
+            Source::Label(label) => label.chars().try_for_each(|character| f.write_char(character)),
+        }
+    }
+}
+
+/// As a sequence of bytes, since a label is no `str` in memory: postcard writes both alike.
+impl<const MOST: usize> Serialize for Text<'_, MOST> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut sequence = serializer.serialize_seq(Some(self.len()))?;
+        self.bytes().try_for_each(|byte| sequence.serialize_element(&byte))?;
+        sequence.end()
+    }
+}
+
+impl<'de: 'a, 'a, const MOST: usize> Deserialize<'de> for Text<'a, MOST> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = <&str>::deserialize(deserializer)?;
+        if text.len() > MOST {
+            return Err(D::Error::custom("a text is longer than it may be"));
+        }
+        Ok(Self(Source::Str(text)))
+    }
+}

@@ -1,0 +1,49 @@
+//! Compiles in what the environment names, and says how to link.
+//!
+//! | variable | what it names |
+//! | --- | --- |
+//! | `WSTAC_CONFIG` | a configuration file, as `wstac run --config` takes it; without it all is as published |
+//! | `WSTAC_MODEL` | a texture model's file, as `wstac model import` writes it; without it there is no texture |
+
+// Modules of another crate and of this program alike.
+#![allow(unreachable_pub)]
+
+// The configuration is read by the host's own code: what it takes, a board takes.
+#[allow(dead_code)]
+#[path = "../wstac-linux/src/config.rs"]
+mod config;
+#[allow(dead_code)]
+#[path = "../wstac-linux/src/error.rs"]
+mod error;
+#[path = "build/link.rs"]
+mod link;
+#[path = "build/setup.rs"]
+mod setup;
+
+use std::path::PathBuf;
+use std::{env, fs};
+
+fn main() {
+    println!("cargo:rerun-if-changed=build.rs");
+    println!("cargo:rerun-if-changed=build");
+    println!("cargo:rerun-if-changed=../wstac-linux/src/config.rs");
+    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
+    link::emulated(&out);
+    link::h743();
+    match setup::source(named("WSTAC_CONFIG"), named("WSTAC_MODEL")) {
+        Ok(source) => fs::write(out.join("setup.rs"), source).expect("OUT_DIR can be written"),
+        Err(error) => {
+            // One line that says what is wrong, instead of a panic's many.
+            println!("cargo::error={}", error.replace('\n', " "));
+        }
+    }
+}
+
+/// The file that a variable names.
+fn named(variable: &str) -> Option<PathBuf> {
+    println!("cargo:rerun-if-env-changed={variable}");
+    let file = PathBuf::from(env::var_os(variable).filter(|name| !name.is_empty())?);
+    println!("cargo:rerun-if-changed={}", file.display());
+    // Relative names are the caller's, who stands in the package's folder or above it: cargo runs this in the former.
+    Some(file)
+}

@@ -1,0 +1,109 @@
+//! From a configuration and a model's file to `setup.rs`, the source that is compiled in.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use wstac_core::model::Model;
+
+use crate::config::{Config, Kernel};
+
+/// The source; or what is wrong with a file.
+pub fn source(config: Option<PathBuf>, model: Option<PathBuf>) -> Result<String, String> {
+    let config = match config {
+        Some(file) => Config::read(&file).map_err(|error| format!("WSTAC_CONFIG={error}"))?,
+        None => Config::default(),
+    };
+    let mut source = configuration(&config)?;
+    source += &match model {
+        Some(file) => texture(&file).map_err(|error| format!("WSTAC_MODEL={}: {error}", file.display()))?,
+        None => NO_TEXTURE.to_owned(),
+    };
+    Ok(source)
+}
+
+/// Where there is no model.
+const NO_TEXTURE: &str = "/// The kind of the texture model.
+pub type Kind = wstac_core::model::linear_svm::LinearSvm<'static>;
+/// There is no texture model: the environment names none in `WSTAC_MODEL`.
+pub const MODEL: Option<&Kind> = None;
+";
+
+fn configuration(config: &Config) -> Result<String, String> {
+    let kernel = match config.features.ln {
+        Kernel::Fixed => "fixed::Fixed",
+        Kernel::Libm => "libm::Libm",
+        Kernel::Micromath => "micromath::Micromath",
+    };
+    let trigger = config.trigger().map_err(|error| error.to_string())?;
+    let real = |bits: u32| f64::from(bits) / 65_536.0;
+    let layout = match config.layout.explicit() {
+        Some((taxel, corners)) => format!("Layout::new(frame, {taxel:?}, {corners:?})"),
+        None => "Layout::paper(frame)".to_owned(),
+    };
+    let mut source = String::new();
+    write!(
+        source,
+        "/// The log kernel.
+pub type Ln = wstac_core::ln::{kernel};
+/// Which pixels are counted.
+pub const STRIDE: Stride = Stride::{:?};
+/// How YCbCr becomes green.
+pub const YCBCR: YcbcrMethod = YcbcrMethod::{:?};
+/// Darkness floor, in grey levels of a taxel.
+pub const FLOOR_LEVELS: f64 = {:?};
+/// When an event starts.
+pub const TRIGGER: TriggerConfig = match TriggerConfig::new({}, {:?}, {}, Rule::{:?}, {:?}) {{
+    Ok(trigger) => trigger,
+    Err(_) => panic!(\"checked by the build script\"),
+}};
+/// Where the taxels are in frames of this size.
+///
+/// # Errors
+/// As [`Layout::new`] and [`Layout::paper`].
+pub const fn layout(frame: FrameSize) -> Result<Layout, Error> {{
+    {layout}
+}}
+/// How speed is worked out for a camera of this rate.
+///
+/// # Errors
+/// As [`SpeedConfig::new`].
+pub const fn speed(rate: FrameRate) -> Result<SpeedConfig, Error> {{
+    SpeedConfig::new(Law::{:?}, {:?}, ThresholdOn::{:?}, rate)
+}}
+",
+        config.green.stride,
+        config.green.yuv,
+        config.features.floor_levels,
+        trigger.window(),
+        real(trigger.multiplier().bits()),
+        trigger.backtrack(),
+        trigger.rule(),
+        real(trigger.margin().bits()),
+        config.speed.law(),
+        config.speed.threshold,
+        config.speed.threshold_on,
+    )
+    .map_err(|error| error.to_string())?;
+    Ok(source)
+}
+
+/// The model, compiled in as what it is: code of another kind is not linked.
+fn texture(file: &Path) -> Result<String, String> {
+    let bytes = std::fs::read(file).map_err(|error| error.to_string())?;
+    let (words, _) = bytes.as_chunks::<4>();
+    let words: Vec<_> = words.iter().map(|word| u32::from_le_bytes(*word)).collect();
+    let kind = match Model::from_words(&words).map_err(|error| error.to_string())? {
+        Model::LinearSvm(_) => "linear_svm::LinearSvm",
+        Model::Forest(_) => "forest::Forest",
+        Model::Boosted(_) => "boosted::Boosted",
+    };
+    let file = file.canonicalize().map_err(|error| error.to_string())?;
+    Ok(format!(
+        "/// The kind of the texture model.
+pub type Kind = wstac_core::model::{kind}<'static>;
+static CHECKED: Kind = wstac_core::include_model!(Kind, {file:?});
+/// The texture model.
+pub const MODEL: Option<&Kind> = Some(&CHECKED);
+"
+    ))
+}

@@ -1,0 +1,61 @@
+//! The firmware on a board that QEMU emulates: frames of 400 × 400 GREY from the file `frames`, in stripes as a DMA brings them; events
+//! out of the UART, requests into it (`ci/firmware`).
+#![no_std]
+#![no_main]
+
+use cortex_m_rt::entry;
+use wstac_core::error::Error;
+use wstac_core::layout::FrameSize;
+use wstac_core::rate::FrameRate;
+use wstac_core::wire::{self, Decoder, Message, Received, Request};
+use wstac_fw::emulated::host::{self, File};
+use wstac_fw::emulated::uart::Uart;
+use wstac_fw::reader::{Outlet, Reader};
+use wstac_fw::setup;
+
+const SIDE: usize = 400;
+/// Rows that a DMA would bring at a time.
+const ROWS: usize = 8;
+
+/// The UART with what is sent on it.
+struct Link {
+    uart: Uart,
+    sequence: u16,
+}
+
+impl Outlet for Link {
+    fn send(&mut self, message: &Message<'_>) {
+        let mut buffer = [0; wire::LONGEST];
+        self.uart.send(wire::encode(message, self.sequence, &mut buffer));
+        self.sequence = self.sequence.wrapping_add(1);
+    }
+}
+
+#[entry]
+fn main() -> ! {
+    match run() {
+        Ok(()) => host::done(),
+        Err(_) => host::fail("the configuration does not fit frames of 400 x 400\n"),
+    }
+}
+
+fn run() -> Result<(), Error> {
+    let frames = File::open(b"frames\0");
+    let size = FrameSize::new(SIDE as u32, SIDE as u32)?;
+    let mut reader = Reader::new(setup::layout(size)?, size, FrameRate::NOMINAL)?;
+    let mut link = Link { uart: Uart::start(), sequence: 0 };
+    let mut decoder = Decoder::<16>::new();
+    let mut stripe = [0; ROWS * SIDE];
+    reader.hello(&mut link);
+    while frames.read(&mut stripe) {
+        while let Some(byte) = link.uart.receive() {
+            if let Some(Ok(Received { message, .. })) = decoder.push::<Request>(byte) {
+                reader.answer(message, &mut link);
+            }
+        }
+        reader.rows(&stripe, &mut link)?;
+        while reader.send_held(&mut link) {}
+    }
+    reader.finish(&mut link);
+    Ok(())
+}

@@ -1,0 +1,297 @@
+//! Nucleo-H743ZI2 with a parallel camera: frames in stripes by DMA, events out of the serial line. Wiring: `README.md`.
+#![no_std]
+#![no_main]
+
+use defmt_rtt as _;
+use embassy_executor::Spawner;
+use embassy_futures::select::select;
+use embassy_stm32::gpio::{AfType, AnyPin, Flex, Level, Output, Pull, Speed};
+use embassy_stm32::i2c::{self, I2c, Master};
+use embassy_stm32::mode::Blocking;
+use embassy_stm32::rcc::{
+    APBPrescaler, Hse, HseMode, Mco, Mco1Source, McoConfig, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk,
+    VoltageScale,
+};
+use embassy_stm32::time::Hertz;
+use embassy_stm32::{Config, Peri, bind_interrupts};
+use embassy_time::{Delay, Duration, Instant, TICK_HZ, Timer};
+use wstac_core::layout::Layout;
+use wstac_core::rate::FrameRate;
+use wstac_core::wire::{self, Decoder, Fault, Message, Request, Text};
+use wstac_fw::reader::{Outlet, Reader};
+use wstac_fw::sensor::ov7690::{OV7690, OV7692};
+use wstac_fw::sensor::ov7725::OV7725;
+use wstac_fw::sensor::{Sensor, SensorError};
+use wstac_fw::serial::{self, Serial};
+use wstac_fw::stripes::dcmi::{CHANGED, Dcmi, Interrupts, Ring};
+use wstac_fw::stripes::{self, Step, Stripes};
+use wstac_fw::window::Window;
+use wstac_fw::{last_words, setup};
+
+/// The sensors that are looked for, in this order. All give frames of one size.
+const SENSORS: [Sensor; 3] = [OV7690, OV7692, OV7725];
+/// Their rate.
+const RATE: FrameRate = FrameRate::NOMINAL;
+/// Rows of a stripe.
+const ROWS: u16 = 8;
+/// Bits a second of the serial line.
+const BAUD: u32 = 115_200;
+/// Between two tries to find a sensor.
+const TRY_AGAIN: Duration = Duration::from_millis(250);
+
+const LAYOUT: Layout = match setup::layout(SENSORS[0].size) {
+    Ok(layout) => layout,
+    Err(_) => panic!("the configuration's [layout] does not fit frames of 320 x 240"),
+};
+const WINDOW: Window = match Window::around(&LAYOUT, ROWS) {
+    Ok(window) => window,
+    Err(_) => panic!("the configuration's [layout] leaves the whole words and stripes of a frame"),
+};
+/// Words of a stripe.
+const WORDS: usize = WINDOW.width() as usize * ROWS as usize / 4;
+/// Ticks from frame to frame.
+const PERIOD: u64 = TICK_HZ * RATE.denominator() as u64 / RATE.numerator() as u64;
+
+bind_interrupts!(struct Irqs {
+    DCMI => Interrupts;
+    DMA1_STREAM0 => Interrupts;
+    USART3 => serial::Interrupts;
+});
+
+#[embassy_executor::main]
+async fn main(_spawner: Spawner) {
+    let p = embassy_stm32::init(clocks());
+    // The sensor's clock: 24 MHz.
+    let _clock = Mco::new(p.MCO1, p.PA8, Mco1Source::PLL1_Q, McoConfig::default());
+    let mut events = Output::new(p.PB0, Level::Low, Speed::Low);
+    let mut line = Link {
+        serial: Serial::new(p.USART3, Irqs, p.PD8, p.PD9, BAUD),
+        sequence: 0,
+        decoder: Decoder::new(),
+        trouble: Output::new(p.PB14, Level::Low, Speed::Low),
+        events: 0,
+    };
+    let Some(reader) = cortex_m::singleton!(: Option<Reader> = None) else { return };
+    let reader = match Reader::new(*WINDOW.layout(), SENSORS[0].size, RATE) {
+        Ok(new) => reader.insert(new),
+        Err(error) => {
+            defmt::error!("configuration: {}", error);
+            return;
+        }
+    };
+    reader.hello(&mut line);
+    if let Some(words) = last_words::take() {
+        line.fault(Fault::LastRun(Text::new(words.text().unwrap_or_default())));
+    }
+
+    let pins: [Peri<'static, AnyPin>; 11] = [
+        p.PC6.into(),
+        p.PC7.into(),
+        p.PC8.into(),
+        p.PC9.into(),
+        p.PE4.into(),
+        p.PD3.into(),
+        p.PE5.into(),
+        p.PE6.into(),
+        p.PB7.into(),
+        p.PA4.into(),
+        p.PA6.into(),
+    ];
+    for pin in pins {
+        let mut pin = Flex::new(pin);
+        pin.set_as_af_unchecked(DCMI_PINS, AfType::input(Pull::None));
+        // A dropped pin would be disconnected.
+        core::mem::forget(pin);
+    }
+    let mut config = i2c::Config::default();
+    config.timeout = Duration::from_millis(10);
+    let mut bus = I2c::new_blocking(p.I2C1, p.PB8, p.PB9, config);
+    let sensor = find(&mut bus, &mut line).await;
+
+    let Some(ring) = cortex_m::singleton!(: Ring<WORDS> = [[0; WORDS]; 2]) else { return };
+    let Some(dcmi) = Dcmi::new(p.DCMI, p.DMA1_CH0, Irqs, ring, &WINDOW, ROWS, sensor.signals) else { return };
+    let mut stripes = Stripes::new(dcmi, u32::from(WINDOW.height() / ROWS), PERIOD);
+    let mut absent = Absence::None;
+    loop {
+        while let Some(request) = line.request() {
+            reader.answer(request, &mut line);
+        }
+        while line.serial.room() >= wire::LONGEST && reader.send_held(&mut line) {}
+        match stripes.step() {
+            Step::Rows(rows) => {
+                if absent != Absence::None {
+                    absent = Absence::None;
+                    line.fault(Fault::SensorBack);
+                }
+                if let Err(error) = reader.rows(rows, &mut line) {
+                    defmt::error!("{}", error);
+                }
+                events.set_level(Level::from(line.events % 2 == 1));
+            }
+            Step::Abandoned => reader.abandon_frame(&mut line),
+            Step::Lost(frames) => reader.lost(frames, &mut line),
+            Step::Fault(stripes::Fault::Overrun) => line.fault(Fault::Overrun),
+            Step::Fault(stripes::Fault::LostSync) => line.fault(Fault::LostSync),
+            Step::Fault(stripes::Fault::Silent) => {
+                if absent == Absence::None {
+                    line.fault(Fault::SensorSilent);
+                }
+                match sensor.set_up(&mut bus, &mut Delay) {
+                    Ok(()) => {
+                        absent = Absence::Silent;
+                        Timer::after_millis(sensor.settle_ms.into()).await;
+                    }
+                    Err(error) => {
+                        let reason = Absence::from(error);
+                        if absent != reason {
+                            absent = reason;
+                            line.absence(reason);
+                        }
+                        Timer::after(TRY_AGAIN).await;
+                    }
+                }
+                stripes.restart();
+            }
+            Step::Wait(until) => {
+                select(CHANGED.wait(), Timer::at(Instant::from_ticks(until))).await;
+            }
+        }
+    }
+}
+
+/// Number of the camera interface's function of its pins.
+const DCMI_PINS: u8 = 13;
+
+/// 96 MHz from the 8 MHz that the board's debugger gives, in the second lowest of the supply's four ranges; 24 MHz for the sensor.
+///
+/// The camera interface needs 2.5 times the pixel clock, 24 MHz; nothing else asks for more.
+fn clocks() -> Config {
+    let mut config = Config::default();
+    let rcc = &mut config.rcc;
+    rcc.hsi = None;
+    rcc.hsi48 = None;
+    rcc.hse = Some(Hse { freq: Hertz(8_000_000), mode: HseMode::Bypass });
+    rcc.pll1 = Some(Pll {
+        source: PllSource::HSE,
+        prediv: PllPreDiv::DIV1,
+        mul: PllMul::MUL24,
+        fracn: None,
+        divp: Some(PllDiv::DIV2),
+        divq: Some(PllDiv::DIV8),
+        divr: None,
+    });
+    rcc.sys = Sysclk::PLL1_P;
+    rcc.apb1_pre = APBPrescaler::DIV2;
+    rcc.apb2_pre = APBPrescaler::DIV2;
+    rcc.apb3_pre = APBPrescaler::DIV2;
+    rcc.apb4_pre = APBPrescaler::DIV2;
+    rcc.voltage_scale = VoltageScale::Scale3;
+    config
+}
+
+/// What keeps the frames away.
+#[derive(Clone, Copy, PartialEq)]
+enum Absence {
+    None,
+    Silent,
+    Gone,
+    Unknown { id: u16 },
+    NotTaken,
+}
+
+impl<E> From<SensorError<E>> for Absence {
+    fn from(error: SensorError<E>) -> Self {
+        match error {
+            SensorError::Bus { .. } => Self::Gone,
+            SensorError::Identity { found, .. } => Self::Unknown { id: found },
+            SensorError::NotTaken { .. } => Self::NotTaken,
+        }
+    }
+}
+
+/// Looks for a sensor until one is there, and sets it up.
+async fn find(bus: &mut I2c<'_, Blocking, Master>, line: &mut Link) -> &'static Sensor {
+    let mut said = Absence::None;
+    loop {
+        let mut reason = Absence::Gone;
+        for sensor in &SENSORS {
+            match sensor.set_up(bus, &mut Delay) {
+                Ok(()) => {
+                    defmt::info!("sensor {}", sensor.name);
+                    Timer::after_millis(sensor.settle_ms.into()).await;
+                    return sensor;
+                }
+                Err(SensorError::Bus { .. }) => {}
+                Err(error) => reason = error.into(),
+            }
+        }
+        if said != reason {
+            said = reason;
+            line.absence(reason);
+        }
+        Timer::after(TRY_AGAIN).await;
+    }
+}
+
+/// The serial line with messages on it, and the light that says that something is wrong.
+struct Link {
+    serial: Serial,
+    sequence: u16,
+    decoder: Decoder<16>,
+    trouble: Output<'static>,
+    events: u32,
+}
+
+impl Link {
+    /// The next request that has arrived.
+    fn request(&mut self) -> Option<Request> {
+        while let Some(byte) = self.serial.receive() {
+            if let Some(Ok(received)) = self.decoder.push::<Request>(byte) {
+                return Some(received.message);
+            }
+        }
+        None
+    }
+
+    /// Tells of a fault, on all ways.
+    fn fault(&mut self, fault: Fault<'_>) {
+        match fault {
+            Fault::Overrun => defmt::warn!("overrun: a frame is lost"),
+            Fault::LostSync => defmt::warn!("lost sync: a frame is lost"),
+            Fault::SensorSilent => defmt::warn!("the sensor is silent"),
+            Fault::SensorGone => defmt::error!("no sensor answers"),
+            Fault::SensorUnknown { id } => defmt::error!("the sensor is {=u16:#06x}, which is not known", id),
+            Fault::SensorBack => defmt::info!("the sensor sends frames again"),
+            Fault::LastRun(_) => defmt::error!("the last run ended in a panic or a fault: the message says where"),
+            _ => {}
+        }
+        self.trouble.set_level(Level::from(fault != Fault::SensorBack));
+        self.send(&Message::Fault(fault));
+    }
+
+    fn absence(&mut self, reason: Absence) {
+        match reason {
+            Absence::Unknown { id } => self.fault(Fault::SensorUnknown { id }),
+            Absence::NotTaken => {
+                defmt::error!("the sensor does not keep its settings");
+                self.fault(Fault::SensorGone);
+            }
+            _ => self.fault(Fault::SensorGone),
+        }
+    }
+}
+
+impl Outlet for Link {
+    fn send(&mut self, message: &Message<'_>) {
+        if let Message::Event(answers) = message {
+            defmt::info!("event at frame {=u64}", answers.frame);
+            self.events = self.events.wrapping_add(1);
+            self.trouble.set_low();
+        }
+        let mut buffer = [0; wire::LONGEST];
+        if !self.serial.send(wire::encode(message, self.sequence, &mut buffer)) {
+            defmt::warn!("no room for a message on the line");
+        }
+        self.sequence = self.sequence.wrapping_add(1);
+    }
+}

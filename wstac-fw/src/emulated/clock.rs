@@ -1,0 +1,50 @@
+//! Counts instructions. Under `-icount shift=0` an instruction takes a nanosecond of the board's time; how many are a tick of SysTick
+//! is the board's clock, so it is measured with as many as are known.
+
+use core::arch::asm;
+
+use cortex_m::Peripherals;
+use cortex_m::peripheral::SYST;
+use cortex_m::peripheral::syst::SystClkSource;
+
+const TICKS: u32 = 1 << 24;
+/// Turns of a loop of two instructions.
+const KNOWN: u32 = 1 << 20;
+
+/// The board's timer.
+pub struct Clock {
+    /// Ticks of 2 · `KNOWN` instructions.
+    known: u32,
+}
+
+impl Clock {
+    /// Starts it; the second one in a program is none.
+    pub fn start() -> Option<Self> {
+        let mut timer = Peripherals::take()?.SYST;
+        timer.set_clock_source(SystClkSource::Core);
+        timer.set_reload(TICKS - 1);
+        timer.clear_current();
+        timer.enable_counter();
+        let mut clock = Self { known: 0 };
+        clock.known = clock
+            .ticks(|| {
+                // SAFETY: it counts a register down.
+                unsafe { asm!("2: subs {0}, #1", "bne 2b", inout(reg) KNOWN => _) };
+            })
+            .0;
+        Some(clock)
+    }
+
+    /// Ticks while `work` runs, below 2^24 of them, and what it gives.
+    #[inline(always)]
+    pub fn ticks<T>(&self, work: impl FnOnce() -> T) -> (u32, T) {
+        let before = SYST::get_current();
+        let result = work();
+        (before.wrapping_sub(SYST::get_current()) % TICKS, result)
+    }
+
+    /// Instructions of so many ticks.
+    pub fn instructions(&self, ticks: u64) -> u64 {
+        (ticks * u64::from(2 * KNOWN)).checked_div(u64::from(self.known)).unwrap_or(0)
+    }
+}

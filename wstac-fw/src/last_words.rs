@@ -1,0 +1,214 @@
+//! Why the firmware stopped, kept over the reset that follows, for the next start to report.
+//!
+//! The words are in memory that the start-up code leaves alone. After a reset they are as they were; after power was off they
+//! are anything, so they count only with the magic number and the checksum that go with them.
+
+use core::sync::atomic::{Ordering, compiler_fence};
+
+/// Bytes of text that are kept.
+const MOST: usize = 96;
+/// What the record begins with.
+const MAGIC: u32 = 0x5753_7461;
+
+/// Text with what proves that it is one.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct LastWords {
+    magic: u32,
+    checksum: u32,
+    length: u32,
+    text: [u8; MOST],
+}
+
+impl LastWords {
+    /// No words yet.
+    pub const fn new() -> Self {
+        Self { magic: MAGIC, checksum: 0, length: 0, text: [0; MOST] }
+    }
+
+    /// The same with more text; what does not fit is left out.
+    pub fn add(&mut self, text: &str) {
+        for &byte in text.as_bytes() {
+            if let Some(place) = self.text.get_mut(self.length as usize) {
+                *place = byte;
+                self.length += 1;
+            }
+        }
+        self.checksum = self.sum();
+    }
+
+    /// The same with a number in base `base`, 2 to 16.
+    pub fn add_number(&mut self, number: u32, base: u32) {
+        let mut digits = [b'0'; 32];
+        let mut rest = number;
+        let mut first = digits.len();
+        for (at, digit) in digits.iter_mut().enumerate().rev() {
+            let value = rest % base.clamp(2, 16);
+            *digit = b"0123456789ABCDEF".get(value as usize).copied().unwrap_or(b'?');
+            rest /= base.clamp(2, 16);
+            first = at;
+            if rest == 0 {
+                break;
+            }
+        }
+        self.add(digits.get(first..).and_then(|digits| str::from_utf8(digits).ok()).unwrap_or_default());
+    }
+
+    /// The text, if this is what was written.
+    pub fn text(&self) -> Option<&str> {
+        if self.magic != MAGIC || self.checksum != self.sum() {
+            return None;
+        }
+        let bytes = self.text.get(..self.length as usize)?;
+        // Text that was cut in the middle of a character ends before it.
+        match str::from_utf8(bytes) {
+            Ok(text) => Some(text),
+            Err(error) => bytes.get(..error.valid_up_to()).and_then(|bytes| str::from_utf8(bytes).ok()),
+        }
+    }
+
+    /// CRC-32 (IEEE) of length and text.
+    fn sum(&self) -> u32 {
+        let mut rest = u32::MAX;
+        for byte in self.length.to_le_bytes().into_iter().chain(self.text) {
+            rest ^= u32::from(byte);
+            for _ in 0..8 {
+                rest = rest >> 1 ^ if rest & 1 == 1 { 0xEDB8_8320 } else { 0 };
+            }
+        }
+        !rest
+    }
+}
+
+impl Default for LastWords {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(feature = "h743")]
+mod kept {
+    //! The place, and who writes to it.
+
+    use core::mem::MaybeUninit;
+    use core::panic::PanicInfo;
+    use core::ptr::{addr_of, addr_of_mut};
+
+    use cortex_m::peripheral::SCB;
+    use cortex_m_rt::{ExceptionFrame, exception};
+
+    use super::{LastWords, Ordering, compiler_fence};
+
+    /// Not touched by the start-up code.
+    #[unsafe(link_section = ".uninit.last_words")]
+    static mut KEPT: MaybeUninit<LastWords> = MaybeUninit::uninit();
+
+    /// Memory with error correction keeps the last write in a buffer, which a reset clears: this one follows.
+    #[unsafe(link_section = ".uninit.last_words")]
+    static mut FLUSH: MaybeUninit<u64> = MaybeUninit::uninit();
+
+    /// The words of the last run, once.
+    #[allow(unsafe_code)]
+    pub fn take() -> Option<LastWords> {
+        // SAFETY: any bytes are a record, one of numbers alone; nothing else reads or writes it but a handler that does not
+        // return.
+        let words = unsafe { addr_of!(KEPT).cast::<LastWords>().read_volatile() };
+        keep(LastWords { magic: 0, ..LastWords::new() });
+        words.text().is_some().then_some(words)
+    }
+
+    #[allow(unsafe_code)]
+    fn keep(words: LastWords) {
+        // SAFETY: as above.
+        unsafe {
+            addr_of_mut!(KEPT).cast::<LastWords>().write_volatile(words);
+            addr_of_mut!(FLUSH).cast::<u64>().write_volatile(0);
+        }
+        compiler_fence(Ordering::SeqCst);
+        cortex_m::asm::dsb();
+    }
+
+    #[panic_handler]
+    fn panic(info: &PanicInfo<'_>) -> ! {
+        cortex_m::interrupt::disable();
+        let mut words = LastWords::new();
+        words.add("panic");
+        if let Some(message) = info.message().as_str() {
+            words.add(": ");
+            words.add(message);
+        }
+        if let Some(place) = info.location() {
+            words.add(" at ");
+            words.add(place.file());
+            words.add(":");
+            words.add_number(place.line(), 10);
+        }
+        keep(words);
+        SCB::sys_reset()
+    }
+
+    #[allow(unsafe_code)]
+    #[exception]
+    unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+        let mut words = LastWords::new();
+        words.add("hard fault at 0x");
+        words.add_number(frame.pc(), 16);
+        words.add(", called from 0x");
+        words.add_number(frame.lr(), 16);
+        words.add(", fault status 0x");
+        // SAFETY: a register that says what the fault was; reading it changes nothing.
+        words.add_number(unsafe { (*SCB::PTR).cfsr.read() }, 16);
+        keep(words);
+        SCB::sys_reset()
+    }
+}
+
+#[cfg(feature = "h743")]
+pub use kept::take;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_come_back_as_they_were() {
+        let mut words = LastWords::new();
+        words.add("at 0x");
+        words.add_number(0xBEEF_0000, 16);
+        words.add(" line ");
+        words.add_number(0, 10);
+        words.add_number(u32::MAX, 10);
+        assert_eq!(words.text(), Some("at 0xBEEF0000 line 04294967295"));
+    }
+
+    #[test]
+    fn too_many_are_cut_between_characters() {
+        let mut words = LastWords::new();
+        for _ in 0..MOST {
+            words.add("½a");
+        }
+        let text = words.text().unwrap();
+        assert!((MOST - 2..=MOST).contains(&text.len()) && "½a".repeat(MOST).starts_with(text), "{text}");
+    }
+
+    #[test]
+    fn what_was_not_written_is_not_believed() {
+        let mut words = LastWords::new();
+        words.add("overflow");
+        for byte in 0..size_of::<LastWords>() {
+            let mut bytes = words;
+            // Any bit of the record.
+            let flip = |value: u32| value ^ 1 << (byte % 4 * 8);
+            match byte {
+                0..4 => bytes.magic = flip(bytes.magic),
+                4..8 => bytes.checksum = flip(bytes.checksum),
+                8..12 => bytes.length = flip(bytes.length),
+                _ => bytes.text[byte - 12] ^= 0x10,
+            }
+            assert_eq!(bytes.text(), None, "byte {byte}");
+        }
+        assert_eq!(LastWords { length: u32::MAX, ..words }.text(), None);
+        // An empty record that was never added to has no checksum.
+        assert_eq!(LastWords::new().text(), None);
+    }
+}

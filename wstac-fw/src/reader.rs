@@ -1,0 +1,225 @@
+//! Rows and losses in, messages for the host out: the core with what was compiled in, as `wstac run` has it on a host.
+
+use wstac_core::early::Early;
+use wstac_core::error::Error;
+use wstac_core::features::Features;
+use wstac_core::green::any::PixelFormat;
+use wstac_core::green::grey::Grey;
+use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
+use wstac_core::rate::FrameRate;
+use wstac_core::speed::SpeedConfig;
+use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
+use wstac_core::taxels::Camera;
+use wstac_core::texture;
+use wstac_core::trigger::{Event, Trigger};
+use wstac_core::wire::{Answers, Hello, Message, ModelFacts, Request, SAMPLE_PART, Text};
+
+use crate::setup;
+
+/// Frames from one status to the next: about a second.
+const STATUS_EVERY: u64 = 30;
+
+/// Takes messages. One that it has no place for is left out.
+pub trait Outlet {
+    /// Takes a message.
+    fn send(&mut self, message: &Message<'_>);
+}
+
+/// The core between a camera and a link.
+#[derive(Clone, Debug)]
+pub struct Reader {
+    stream: FeatureStream<Grey, setup::Ln>,
+    trigger: Trigger,
+    speed: SpeedConfig,
+    early: Option<Early>,
+    /// Size of the whole frames, for who asks.
+    size: FrameSize,
+    wants_features: bool,
+    wants_samples: bool,
+    dropped: u64,
+    status_at: u64,
+    held: Option<Held>,
+}
+
+/// An event whose sample is being sent, a part at a time.
+#[derive(Clone, Debug)]
+struct Held {
+    answers: Answers<'static>,
+    sample: [Features; SAMPLE_FRAMES],
+    next: usize,
+}
+
+impl Reader {
+    /// The core for rows of GREY with taxels at `layout`, at this rate; `size` is that of the frames that they are from.
+    ///
+    /// # Errors
+    /// What [`Camera::with_stride`], [`FeatureStream::new`] and [`SpeedConfig::new`] say of the configuration.
+    pub fn new(layout: Layout, size: FrameSize, rate: FrameRate) -> Result<Self, Error> {
+        let camera = Camera::with_stride(Grey, layout, rate, setup::STRIDE)?;
+        Ok(Self {
+            stream: FeatureStream::new(camera, setup::FLOOR_LEVELS)?,
+            trigger: Trigger::new(setup::TRIGGER),
+            speed: setup::speed(rate)?,
+            early: setup::MODEL.map(|model| Early::new(model.frames())),
+            size,
+            wants_features: false,
+            wants_samples: false,
+            dropped: 0,
+            status_at: STATUS_EVERY,
+            held: None,
+        })
+    }
+
+    /// Takes the next rows of a frame.
+    ///
+    /// # Errors
+    /// Those of [`FeatureStream::push_stripe`]: the rows are not of this layout; nothing was taken.
+    pub fn rows(&mut self, rows: &[u8], out: &mut impl Outlet) -> Result<(), Error> {
+        if let Some(frame) = self.stream.push_stripe(rows)? {
+            self.frame(frame, 0, out);
+            if self.trigger.next_frame() >= self.status_at {
+                self.status_at = self.trigger.next_frame().saturating_add(STATUS_EVERY);
+                out.send(&Message::Status { stream: self.trigger.end(), dropped: self.dropped });
+            }
+        }
+        Ok(())
+    }
+
+    /// Gives up the frame under way: it is lost.
+    pub fn abandon_frame(&mut self, out: &mut impl Outlet) {
+        let loss = self.stream.abandon_frame();
+        self.lose(1, loss, out);
+    }
+
+    /// Takes note of frames that were lost.
+    pub fn lost(&mut self, frames: u64, out: &mut impl Outlet) {
+        let loss = self.stream.push_lost(frames);
+        self.lose(frames, loss, out);
+    }
+
+    /// Does what the host asks for.
+    pub fn answer(&mut self, request: Request, out: &mut impl Outlet) {
+        match request {
+            Request::Hello => self.hello(out),
+            Request::Features(wanted) => self.wants_features = wanted,
+            Request::Samples(wanted) => self.wants_samples = wanted,
+            // Of a newer host.
+            _ => {}
+        }
+    }
+
+    /// Says what the board is.
+    pub fn hello(&self, out: &mut impl Outlet) {
+        let mut models = [None; 3];
+        models[0] = setup::MODEL.map(|model| ModelFacts {
+            task: model.task(),
+            classes: model.labels().len() as u8,
+            frames: model.frames(),
+        });
+        out.send(&Message::Hello(Hello {
+            firmware: Text::new(env!("CARGO_PKG_NAME")),
+            version: Text::new(env!("CARGO_PKG_VERSION")),
+            size: self.size,
+            format: PixelFormat::Grey,
+            rate: self.stream.camera().rate(),
+            trigger: setup::TRIGGER,
+            models,
+            frame: self.trigger.next_frame(),
+        }));
+    }
+
+    /// Sends the next part of a sample that is wanted, or the event after its last part; call it when there is room for a
+    /// message. Nothing to send is false.
+    pub fn send_held(&mut self, out: &mut impl Outlet) -> bool {
+        let Some(held) = &mut self.held else { return false };
+        let mut features = [[0; FEATURES]; SAMPLE_PART];
+        match held.sample.get(held.next..held.next + SAMPLE_PART) {
+            Some(part) => {
+                features.copy_from_slice(part);
+                out.send(&Message::SamplePart { frame: held.answers.frame, first: held.next as u8, features });
+                held.next += SAMPLE_PART;
+            }
+            None => {
+                out.send(&Message::Event(held.answers));
+                self.held = None;
+            }
+        }
+        true
+    }
+
+    /// Settles what is pending at the end of a stream that has one, and says how it ended.
+    pub fn finish(&mut self, out: &mut impl Outlet) {
+        while self.send_held(out) {}
+        if let Some(answers) = self.trigger.finish().map(|event| answers(&event, &self.speed)) {
+            out.send(&Message::Event(answers));
+        }
+        if let Some(interrupted) = self.trigger.take_interrupted() {
+            out.send(&Message::Incomplete(interrupted));
+        }
+        out.send(&Message::End { stream: self.trigger.end(), dropped: self.dropped });
+    }
+
+    /// Camera frames lost since the start.
+    pub fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
+    fn lose(&mut self, frames: u64, loss: Loss, out: &mut impl Outlet) {
+        self.dropped = self.dropped.saturating_add(frames);
+        out.send(&Message::Lost { frames });
+        match loss.patched {
+            Some(frame) => self.frame(frame, loss.frames, out),
+            None => self.trigger.push_lost(loss.frames),
+        }
+    }
+
+    fn frame(&mut self, frame: FeatureFrame, lost_after: u64, out: &mut impl Outlet) {
+        if self.wants_features {
+            out.send(&Message::Features { frame: self.trigger.next_frame(), features: frame.features });
+        }
+        let event = self.trigger.push_then_lose(frame.features, frame.patched, lost_after);
+        let answers = event.map(|event| {
+            let answers = answers(&event, &self.speed);
+            if self.wants_samples {
+                self.held = Some(Held { answers, sample: sample(&event), next: 0 });
+            }
+            answers
+        });
+        if let Some(interrupted) = self.trigger.take_interrupted() {
+            out.send(&Message::Incomplete(interrupted));
+        }
+        match answers {
+            Some(answers) if self.held.is_none() => out.send(&Message::Event(answers)),
+            Some(_) => {}
+            None => self.beginning(out),
+        }
+    }
+
+    /// Says what a model that needs no more frames makes of the sample under way.
+    fn beginning(&mut self, out: &mut impl Outlet) {
+        let (Some(model), Some(early)) = (setup::MODEL, &mut self.early) else { return };
+        if let Some(beginning) = early.take(&self.trigger) {
+            let texture = texture::texture(&beginning.flat(), model).into();
+            out.send(&Message::Texture { frame: beginning.frame, frames: model.frames(), texture });
+        }
+    }
+}
+
+/// An event's answers, its texture included.
+fn answers(event: &Event<'_>, speed: &SpeedConfig) -> Answers<'static> {
+    let answers = Answers::new(event, speed);
+    match setup::MODEL {
+        Some(model) => answers.with_texture(texture::texture(&event.sample.flat(), model)),
+        None => answers,
+    }
+}
+
+/// A sample, to keep.
+fn sample(event: &Event<'_>) -> [Features; SAMPLE_FRAMES] {
+    let mut sample = [[0; FEATURES]; SAMPLE_FRAMES];
+    for (kept, features) in sample.iter_mut().zip(event.sample.frames()) {
+        *kept = *features;
+    }
+    sample
+}

@@ -1,0 +1,115 @@
+//! Every step on the bus, in order, and every way in which a step can fail.
+
+use std::string::ToString;
+use std::vec::Vec;
+
+use embedded_hal::i2c::{ErrorKind, NoAcknowledgeSource};
+use embedded_hal_mock::eh1::delay::NoopDelay;
+use embedded_hal_mock::eh1::i2c::{Mock, Transaction};
+
+use super::ov7690::{OV7690, OV7692};
+use super::ov7725::OV7725;
+use super::{Sensor, SensorError, Setting};
+
+const ALL: [Sensor; 3] = [OV7690, OV7692, OV7725];
+
+fn is_read(sensor: &Sensor, Setting { register, value }: Setting) -> [Transaction; 2] {
+    // A stop lies between the two: each transaction of the mock is one of its own.
+    [Transaction::write(sensor.address, [register].into()), Transaction::read(sensor.address, [value].into())]
+}
+
+fn is_written(sensor: &Sensor, Setting { register, value }: Setting) -> Transaction {
+    Transaction::write(sensor.address, [register, value].into())
+}
+
+fn settings(sensor: &Sensor) -> Vec<Setting> {
+    sensor.settings.iter().copied().flatten().copied().collect()
+}
+
+/// All that goes over the bus when nothing is wrong.
+fn whole(sensor: &Sensor) -> Vec<Transaction> {
+    let mut steps: Vec<_> = sensor.identity.into_iter().flat_map(|setting| is_read(sensor, setting)).collect();
+    steps.push(is_written(sensor, sensor.reset));
+    for setting in settings(sensor) {
+        steps.push(is_written(sensor, setting));
+        steps.extend(is_read(sensor, setting));
+    }
+    steps
+}
+
+/// Sets the sensor up over a bus that expects these steps and no others.
+fn set_up(sensor: &Sensor, steps: &[Transaction]) -> Result<(), SensorError<ErrorKind>> {
+    let mut bus = Mock::new(steps);
+    let done = sensor.set_up(&mut bus, &mut NoopDelay);
+    bus.done();
+    done
+}
+
+#[test]
+fn a_sensor_is_identified_reset_and_set_up_and_every_setting_read_back() {
+    for sensor in ALL {
+        assert_eq!(set_up(&sensor, &whole(&sensor)), Ok(()), "{}", sensor.name);
+    }
+}
+
+#[test]
+fn another_sensor_is_named_and_nothing_is_written_to_it() {
+    let mut steps = Vec::from(is_read(&OV7725, OV7690.identity[0]));
+    steps.extend(is_read(&OV7725, OV7690.identity[1]));
+    let error = set_up(&OV7725, &steps).unwrap_err();
+    assert_eq!(error, SensorError::Identity { found: 0x7691, expected: 0x7721 });
+    assert_eq!(error.to_string(), "the sensor is 0x7691, expected 0x7721");
+}
+
+#[test]
+fn no_acknowledge_at_any_step_ends_it_there_and_names_the_register() {
+    let error = ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address);
+    for sensor in ALL {
+        let steps = whole(&sensor);
+        for at in 0..steps.len() {
+            let mut steps = steps[..=at].to_vec();
+            steps[at] = steps[at].clone().with_error(error);
+            let Err(SensorError::Bus { register, error: found }) = set_up(&sensor, &steps) else {
+                panic!("{}, step {at}: no error", sensor.name)
+            };
+            assert_eq!(found, error);
+            // Identity is four steps, the reset one, and each setting three.
+            let expected = match at {
+                0..4 => sensor.identity[at / 2].register,
+                4 => sensor.reset.register,
+                _ => settings(&sensor)[(at - 5) / 3].register,
+            };
+            assert_eq!(register, expected, "{}, step {at}", sensor.name);
+        }
+    }
+}
+
+#[test]
+fn a_setting_that_is_not_taken_is_named() {
+    for sensor in ALL {
+        for (k, setting) in settings(&sensor).into_iter().enumerate() {
+            let mut steps = whole(&sensor);
+            steps.truncate(5 + 3 * k + 3);
+            let found = setting.value ^ 1;
+            steps[5 + 3 * k + 2] = Transaction::read(sensor.address, [found].into());
+            let error = SensorError::NotTaken { register: setting.register, found, expected: setting.value };
+            assert_eq!(set_up(&sensor, &steps), Err(error), "{}", sensor.name);
+        }
+    }
+}
+
+#[test]
+fn automatic_controls_are_off_before_their_values_are_set() {
+    for sensor in ALL {
+        let settings = settings(&sensor);
+        let place = |register| settings.iter().position(|setting| setting.register == register).unwrap();
+        // 0x13 holds the switches of all three in both families; gain, blue, red, green, and exposure's low byte follow.
+        assert_eq!(settings[place(0x13)].value & 7, 0, "{}", sensor.name);
+        assert!([0x00, 0x01, 0x02, 0x03, 0x10].into_iter().all(|value| place(value) > place(0x13)), "{}", sensor.name);
+        // No setting resets it again, and none is undone by a later one.
+        for (k, setting) in settings.iter().enumerate() {
+            assert_ne!(*setting, sensor.reset);
+            assert_eq!(place(setting.register), k, "{}: {:#04x} twice", sensor.name, setting.register);
+        }
+    }
+}

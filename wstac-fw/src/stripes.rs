@@ -1,0 +1,228 @@
+//! A camera's frames, some rows at a time, from hardware that captures into a ring of two stripes; what goes wrong, and the
+//! way back.
+//!
+//! [`Stripes`] is told nothing but what [`Capture`] counts and what time it is, so tests drive it through every fault. The
+//! hardware's side of the STM32H743 is `dcmi`, the only owner of a DMA.
+//!
+//! ```text
+//! frame          |--- stripe 0 --- stripe 1 --- … --- stripe n-1 ---|  blanking  |--- stripe 0 …
+//! DMA writes     half 0        half 1        half 0 …
+//! the core reads               half 0        half 1 …
+//! ```
+//!
+//! A frame is whole stripes, and a restart begins at a vertical sync with stripe 0 in half 0. So stripe k is in half k mod 2,
+//! and nothing but the count of complete stripes has to be kept.
+//!
+//! | fault | how it is noticed | when |
+//! | --- | --- | --- |
+//! | overrun | the interface says so, or a stripe was complete before the last one was summed | at once |
+//! | lost sync | a vertical sync in the middle of a frame | at once |
+//! | lost sync | no frame began for 1.5 frame times, but then lines come | 1.9 frame times |
+//! | silent sensor | the same, and no lines | 1.9 frame times |
+//!
+//! After each of them capture restarts at the next vertical sync. How many frames were lost is what time says: a frame that
+//! begins n frame times after the one before follows n − 1 lost ones.
+
+#[cfg(feature = "h743")]
+pub mod dcmi;
+
+/// Ticks of a clock that does not stop or turn back.
+pub type Ticks = u64;
+
+/// What a camera interface with a DMA ring of two stripes must be able to do.
+pub trait Capture {
+    /// Begins anew at the next vertical sync, with its first row at the ring's start; forgets what it has counted and seen.
+    fn restart(&mut self);
+
+    /// Stripes complete since the restart.
+    fn complete(&self) -> u32;
+
+    /// What the interface itself found wrong since the restart.
+    fn trouble(&self) -> Option<Trouble>;
+
+    /// Whether a line has begun since the restart, in a frame or not.
+    fn lines_come(&self) -> bool;
+
+    /// The rows of half 0 or 1 of the ring, without gaps.
+    fn rows(&self, half: usize) -> &[u8];
+
+    /// The time.
+    fn now(&self) -> Ticks;
+}
+
+/// What a camera interface can see for itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trouble {
+    /// Pixels came faster than the DMA took them.
+    Overrun,
+    /// A vertical sync in the middle of a frame.
+    MisplacedSync,
+}
+
+/// What interrupted the frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "h743", derive(defmt::Format))]
+pub enum Fault {
+    /// Rows were lost or overwritten: DMA or core came too late.
+    Overrun,
+    /// A vertical sync was missing or misplaced.
+    LostSync,
+    /// The sensor sends nothing.
+    Silent,
+}
+
+/// What to do next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step<'a> {
+    /// Sum these rows, then ask again at once.
+    Rows(&'a [u8]),
+    /// The rest of the frame under way will not come: it is lost.
+    Abandoned,
+    /// So many frames were lost before the next rows.
+    Lost(u64),
+    /// Tell. A silent sensor is told of every two frame times, until it speaks.
+    Fault(Fault),
+    /// Nothing, until the hardware says so or the time has come.
+    Wait(Ticks),
+}
+
+/// Where the ring is read.
+#[derive(Debug)]
+pub struct Stripes<C> {
+    capture: C,
+    stripes_per_frame: u32,
+    /// Ticks from frame to frame.
+    period: Ticks,
+    /// Stripes taken since the restart.
+    taken: u32,
+    /// The stripe taken last may still be overwritten while it is read.
+    lent: bool,
+    /// When the last frame began.
+    began: Option<Ticks>,
+    /// When the next frame is to have begun.
+    due: Ticks,
+    /// When it is decided what kept it.
+    verdict: Option<Ticks>,
+    abandon: bool,
+}
+
+impl<C: Capture> Stripes<C> {
+    /// Reads frames of `stripes_per_frame` stripes, `period` ticks apart, from `capture`, which is started.
+    pub fn new(capture: C, stripes_per_frame: u32, period: Ticks) -> Self {
+        let mut stripes = Self {
+            capture,
+            stripes_per_frame: stripes_per_frame.max(1),
+            period: period.max(1),
+            taken: 0,
+            lent: false,
+            began: None,
+            due: 0,
+            verdict: None,
+            abandon: false,
+        };
+        stripes.restart();
+        stripes
+    }
+
+    /// Begins anew at the next vertical sync. A frame that is under way is given up.
+    pub fn restart(&mut self) {
+        self.abandon |= self.is_in_frame();
+        self.capture.restart();
+        (self.taken, self.lent, self.verdict) = (0, false, None);
+        self.due = self.after(3, 2);
+    }
+
+    /// What to do next. After [`Step::Wait`] the stripe that was lent before it must not be in use.
+    pub fn step(&mut self) -> Step<'_> {
+        if self.abandon {
+            self.abandon = false;
+            return Step::Abandoned;
+        }
+        if let Some(trouble) = self.capture.trouble() {
+            return self.fault(match trouble {
+                Trouble::Overrun => Fault::Overrun,
+                Trouble::MisplacedSync => Fault::LostSync,
+            });
+        }
+        let ahead = self.capture.complete().wrapping_sub(self.taken);
+        // While a stripe is read the DMA fills the other half; when that is full, it goes on in this one. A frame's last
+        // stripe is safe longer: what comes next is the next frame's first stripe.
+        let most = if self.lent && self.is_in_frame() { 0 } else { 1 };
+        self.lent = false;
+        if ahead > most {
+            return self.fault(Fault::Overrun);
+        }
+        if ahead == 1 { self.take() } else { self.wait() }
+    }
+
+    /// The capture hardware.
+    pub fn capture(&self) -> &C {
+        &self.capture
+    }
+
+    fn is_in_frame(&self) -> bool {
+        !self.taken.is_multiple_of(self.stripes_per_frame)
+    }
+
+    /// `numerator / denominator` frame times from now.
+    fn after(&self, numerator: Ticks, denominator: Ticks) -> Ticks {
+        let frames = self.period.saturating_mul(numerator).checked_div(denominator).unwrap_or(0);
+        self.capture.now().saturating_add(frames)
+    }
+
+    fn take(&mut self) -> Step<'_> {
+        if !self.is_in_frame() {
+            if self.verdict.is_some() {
+                // It came while the verdict was out: late, but it came.
+                self.verdict = None;
+                return Step::Fault(Fault::LostSync);
+            }
+            let now = self.capture.now();
+            let before = self.began.replace(now);
+            self.due = self.after(3, 2);
+            let lost = before.map_or(0, |before| self.frames_between(before, now).saturating_sub(1));
+            if lost > 0 {
+                return Step::Lost(lost);
+            }
+        }
+        let half = self.taken as usize % 2;
+        self.taken = self.taken.wrapping_add(1);
+        self.lent = true;
+        Step::Rows(self.capture.rows(half))
+    }
+
+    /// Frame times from one time to another, to the nearest, halves up.
+    fn frames_between(&self, before: Ticks, now: Ticks) -> u64 {
+        now.saturating_sub(before).saturating_add(self.period / 2).checked_div(self.period).unwrap_or(0)
+    }
+
+    fn wait(&mut self) -> Step<'_> {
+        let now = self.capture.now();
+        if let Some(verdict) = self.verdict {
+            if now < verdict {
+                return Step::Wait(verdict);
+            }
+            if self.capture.lines_come() {
+                // Capture restarted at the beginning of the verdict: it goes on waiting for its vertical sync.
+                self.verdict = None;
+                self.due = self.after(3, 2);
+                return Step::Fault(Fault::LostSync);
+            }
+            return self.fault(Fault::Silent);
+        }
+        if now < self.due {
+            return Step::Wait(self.due);
+        }
+        self.restart();
+        self.verdict = Some(self.after(2, 5));
+        self.step()
+    }
+
+    fn fault(&mut self, fault: Fault) -> Step<'_> {
+        self.restart();
+        Step::Fault(fault)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,252 @@
+//! STM32H743: its camera interface (DCMI) and one stream of its DMA, as [`Capture`].
+//!
+//! The DCMI captures frame after frame, crops them to a window and drops every second byte, the chroma of YUYV; DMA1's stream 0
+//! writes what is left round and round a ring of two stripes, and interrupts when a half is full. That is all: no frame is
+//! anywhere.
+//!
+//! This is the only file that knows the DMA, and the only unsafe of the capture. What makes it sound: the ring is lent for ever
+//! and no one else holds it, the DMA is told its exact length, and a stripe that is read while the DMA writes it is a stripe of
+//! wrong numbers, not of invalid ones; [`Stripes`](super::Stripes) notices and gives the frame up.
+//!
+//! Register bits are those of the reference manual RM0433. The caches stay off (as after reset), so memory is what the DMA wrote.
+
+use core::slice;
+use core::sync::atomic::{AtomicU8, AtomicU32, Ordering, compiler_fence};
+
+use embassy_stm32::interrupt::typelevel::{self, Handler, Interrupt};
+use embassy_stm32::pac::dma::vals::{Dir, Pl, Size};
+use embassy_stm32::pac::{DCMI, DMA1, DMAMUX1, RCC};
+use embassy_stm32::{Peri, peripherals, rcc};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
+use embassy_time::Instant;
+
+use super::{Capture, Ticks, Trouble};
+use crate::sensor::Signals;
+use crate::window::Window;
+
+/// A ring of two stripes of `WORDS` words each.
+pub type Ring<const WORDS: usize> = [[u32; WORDS]; 2];
+
+/// Signalled when anything of the capture has changed.
+pub static CHANGED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
+
+/// The stream of DMA1 that is used; channel of DMAMUX1 of the same number.
+const STREAM: usize = 0;
+/// DMAMUX1's number of the DCMI's requests.
+const REQUEST: u8 = 75;
+/// CR bit 16: of two bytes one is captured (BSM = 01). The register crate does not name it.
+const EVERY_SECOND_BYTE: u32 = 1 << 16;
+/// CR bit 18: the second one of them (OEBS).
+const THE_SECOND: u32 = 1 << 18;
+
+/// Stripes complete since the restart.
+static COMPLETE: AtomicU32 = AtomicU32::new(0);
+/// 0, or the [`Trouble`] since the restart.
+static TROUBLE: AtomicU8 = AtomicU8::new(NONE);
+/// Stripes of a frame, and words of a stripe, for the interrupts.
+static PER_FRAME: AtomicU32 = AtomicU32::new(1);
+static WORDS_PER_STRIPE: AtomicU32 = AtomicU32::new(0);
+
+const NONE: u8 = 0;
+const OVERRUN: u8 = 1;
+const MISPLACED_SYNC: u8 = 2;
+
+/// Handles the interrupts of the DCMI and of the DMA's stream: both do all there is to do.
+pub struct Interrupts;
+
+// SAFETY: called by hardware alone, at one priority: neither interrupts the other.
+#[allow(unsafe_code)]
+impl Handler<typelevel::DCMI> for Interrupts {
+    unsafe fn on_interrupt() {
+        serve();
+    }
+}
+
+// SAFETY: as above.
+#[allow(unsafe_code)]
+impl Handler<typelevel::DMA1_STREAM0> for Interrupts {
+    unsafe fn on_interrupt() {
+        serve();
+    }
+}
+
+/// The DCMI and its DMA.
+pub struct Dcmi {
+    ring: *const u8,
+    stripe_bytes: usize,
+}
+
+impl Dcmi {
+    /// Takes the interface, the DMA stream and the ring. Pins and sensor must be set up; nothing is captured before
+    /// [`Capture::restart`].
+    ///
+    /// `rows` rows of the window are a stripe; `WORDS` must be theirs, which is checked.
+    pub fn new<const WORDS: usize>(
+        _dcmi: Peri<'static, peripherals::DCMI>,
+        _stream: Peri<'static, peripherals::DMA1_CH0>,
+        _interrupts: impl typelevel::Binding<typelevel::DCMI, Interrupts>
+        + typelevel::Binding<typelevel::DMA1_STREAM0, Interrupts>,
+        ring: &'static mut Ring<WORDS>,
+        window: &Window,
+        rows: u16,
+        signals: Signals,
+    ) -> Option<Self> {
+        let stripe_bytes = usize::from(window.width()) * usize::from(rows);
+        // The DMA counts words in 16 bits.
+        if stripe_bytes != 4 * WORDS || 2 * WORDS > usize::from(u16::MAX) || !window.height().is_multiple_of(rows) {
+            return None;
+        }
+        PER_FRAME.store(u32::from(window.height() / rows), Ordering::Relaxed);
+        WORDS_PER_STRIPE.store(WORDS as u32, Ordering::Relaxed);
+
+        rcc::enable_and_reset::<peripherals::DCMI>();
+        RCC.ahb1enr().modify(|w| w.set_dma1en(true));
+        DCMI.cr().write(|w| {
+            w.set_vspol(signals.vsync_high_between_frames);
+            w.set_hspol(!signals.href_high_in_lines);
+            w.set_pckpol(signals.sample_at_rising_edge);
+            w.set_crop(true);
+            w.0 |= EVERY_SECOND_BYTE | if signals.luma_first { 0 } else { THE_SECOND };
+        });
+        // Columns are counted in pixel clocks, two a pixel, and the counts are one less than what they count.
+        DCMI.cwstrt().write(|w| {
+            w.set_hoffcnt(2 * window.left());
+            w.set_vst(window.top());
+        });
+        DCMI.cwsize().write(|w| {
+            w.set_capcnt(2 * window.width() - 1);
+            w.set_vline(window.height() - 1);
+        });
+        DCMI.ier().write(|w| {
+            w.set_ovr_ie(true);
+            w.set_err_ie(true);
+            w.set_vsync_ie(true);
+        });
+
+        let stream = DMA1.st(STREAM);
+        stream.cr().write(|w| w.set_en(false));
+        stream.par().write_value(DCMI.dr().as_ptr() as u32);
+        stream.m0ar().write_value(ring.as_mut_ptr() as u32);
+        DMAMUX1.ccr(STREAM).write(|w| w.set_dmareq_id(REQUEST));
+
+        typelevel::DCMI::unpend();
+        typelevel::DMA1_STREAM0::unpend();
+        // SAFETY: the handlers are bound, and use nothing but registers and atomics.
+        #[allow(unsafe_code)]
+        unsafe {
+            typelevel::DCMI::enable();
+            typelevel::DMA1_STREAM0::enable();
+        }
+        Some(Self { ring: ring.as_ptr().cast(), stripe_bytes })
+    }
+}
+
+impl Capture for Dcmi {
+    fn restart(&mut self) {
+        critical_section::with(|_| {
+            DCMI.cr().modify(|w| {
+                w.set_capture(false);
+                w.set_enable(false);
+            });
+            let stream = DMA1.st(STREAM);
+            stream.cr().modify(|w| w.set_en(false));
+            // At most the transfer of one word.
+            while stream.cr().read().en() {}
+            DMA1.ifcr(0).write(|w| {
+                w.set_feif(STREAM, true);
+                w.set_dmeif(STREAM, true);
+                w.set_teif(STREAM, true);
+                w.set_htif(STREAM, true);
+                w.set_tcif(STREAM, true);
+            });
+            DCMI.icr().write(|w| {
+                w.set_frame_isc(true);
+                w.set_ovr_isc(true);
+                w.set_err_isc(true);
+                w.set_vsync_isc(true);
+                w.set_line_isc(true);
+            });
+            COMPLETE.store(0, Ordering::Relaxed);
+            TROUBLE.store(NONE, Ordering::Relaxed);
+            stream.ndtr().write(|w| w.set_ndt(2 * WORDS_PER_STRIPE.load(Ordering::Relaxed) as u16));
+            stream.cr().write(|w| {
+                w.set_dir(Dir::PERIPHERAL_TO_MEMORY);
+                w.set_psize(Size::BITS32);
+                w.set_msize(Size::BITS32);
+                w.set_minc(true);
+                w.set_circ(true);
+                w.set_pl(Pl::VERY_HIGH);
+                w.set_htie(true);
+                w.set_tcie(true);
+                w.set_teie(true);
+                w.set_en(true);
+            });
+            // The DMA first: the interface has room for four words alone.
+            DCMI.cr().modify(|w| w.set_enable(true));
+            DCMI.cr().modify(|w| w.set_capture(true));
+        });
+    }
+
+    fn complete(&self) -> u32 {
+        COMPLETE.load(Ordering::Acquire)
+    }
+
+    fn trouble(&self) -> Option<Trouble> {
+        match TROUBLE.load(Ordering::Relaxed) {
+            NONE => None,
+            MISPLACED_SYNC => Some(Trouble::MisplacedSync),
+            _ => Some(Trouble::Overrun),
+        }
+    }
+
+    fn lines_come(&self) -> bool {
+        DCMI.ris().read().line_ris()
+    }
+
+    fn rows(&self, half: usize) -> &[u8] {
+        compiler_fence(Ordering::SeqCst);
+        // SAFETY: the ring has two stripes of these bytes, lives for ever, and is initialised; every byte is a number.
+        #[allow(unsafe_code)]
+        unsafe {
+            slice::from_raw_parts(self.ring.add(half % 2 * self.stripe_bytes), self.stripe_bytes)
+        }
+    }
+
+    fn now(&self) -> Ticks {
+        Instant::now().as_ticks()
+    }
+}
+
+/// Counts what is complete, and takes note of what is wrong.
+fn serve() {
+    let dma = DMA1.isr(0).read();
+    let (half, full, error) = (dma.htif(STREAM), dma.tcif(STREAM), dma.teif(STREAM));
+    DMA1.ifcr(0).write(|w| {
+        w.set_htif(STREAM, half);
+        w.set_tcif(STREAM, full);
+        w.set_teif(STREAM, error);
+    });
+    let complete = COMPLETE.load(Ordering::Relaxed).wrapping_add(u32::from(half) + u32::from(full));
+    COMPLETE.store(complete, Ordering::Release);
+
+    let camera = DCMI.ris().read();
+    DCMI.icr().write(|w| {
+        w.set_ovr_isc(camera.ovr_ris());
+        w.set_err_isc(camera.err_ris());
+        w.set_vsync_isc(camera.vsync_ris());
+    });
+    if error || camera.ovr_ris() || camera.err_ris() {
+        TROUBLE.store(OVERRUN, Ordering::Relaxed);
+    } else if camera.vsync_ris() && !between_frames(complete) {
+        TROUBLE.store(MISPLACED_SYNC, Ordering::Relaxed);
+    }
+    CHANGED.signal(());
+}
+
+/// Whether whole frames, and not a word more, are in the ring.
+fn between_frames(complete: u32) -> bool {
+    let words = WORDS_PER_STRIPE.load(Ordering::Relaxed);
+    let written = 2 * words - u32::from(DMA1.st(STREAM).ndtr().read().ndt());
+    complete.is_multiple_of(PER_FRAME.load(Ordering::Relaxed)) && written == complete % 2 * words
+}

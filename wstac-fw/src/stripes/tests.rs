@@ -1,0 +1,235 @@
+//! A sensor and a capture interface of arithmetic: frames of four stripes, forty ticks apart.
+
+use std::cell::RefCell;
+use std::format;
+use std::rc::Rc;
+use std::string::String;
+
+use super::{Capture, Fault, Step, Stripes, Ticks, Trouble};
+
+/// Ticks from frame to frame; a stripe is complete 7, 14, 21 and 28 ticks after its frame began.
+const PERIOD: Ticks = 40;
+const STRIPE: Ticks = 7;
+const STRIPES: u32 = 4;
+/// Lines come until this tick of a frame.
+const LAST_LINE: Ticks = 30;
+
+/// What a frame is like.
+#[derive(Clone, Copy, PartialEq)]
+enum Frame {
+    Good,
+    /// Lines without a vertical sync.
+    NoSync,
+    /// Nothing at all.
+    Nothing,
+    /// Another vertical sync after two stripes, and nothing after it.
+    Cut,
+    /// The interface overruns in its third stripe.
+    Overrun,
+    /// Stops after two stripes.
+    Stops,
+    /// Nobody takes rows from its second stripe on, until the frame is over.
+    Busy,
+    /// Nobody takes rows between its last stripe and the next frame's first one, and two ticks longer.
+    LateEnd,
+}
+
+/// What both see.
+struct World {
+    now: Ticks,
+    frames: &'static [Frame],
+    complete: u32,
+    trouble: Option<Trouble>,
+    lines: bool,
+    /// Whether the interface captures, since a vertical sync.
+    in_frame: bool,
+    /// What the ring's halves hold: ten times the frame's number and the stripe's.
+    ring: [u8; 2],
+}
+
+impl World {
+    fn frame(&self) -> Frame {
+        self.frames[(self.now / PERIOD) as usize]
+    }
+
+    /// One tick of the sensor and the interface.
+    fn tick(&mut self) {
+        let (frame, at) = (self.frame(), self.now % PERIOD);
+        let cut = matches!(frame, Frame::Cut) && at > 2 * STRIPE;
+        let sends = match frame {
+            Frame::Nothing => false,
+            Frame::Cut | Frame::Stops => at <= 2 * STRIPE,
+            _ => true,
+        };
+        if (at == 0 && !matches!(frame, Frame::NoSync | Frame::Nothing)) || (cut && at == 2 * STRIPE + 1) {
+            if self.in_frame && !self.complete.is_multiple_of(STRIPES) {
+                self.trouble = Some(Trouble::MisplacedSync);
+            }
+            self.in_frame = true;
+        }
+        self.lines |= sends && at < LAST_LINE;
+        let stripe = at / STRIPE;
+        if self.in_frame && sends && at.is_multiple_of(STRIPE) && (1..=Ticks::from(STRIPES)).contains(&stripe) {
+            if frame == Frame::Overrun && stripe == 3 {
+                self.trouble = Some(Trouble::Overrun);
+            }
+            self.ring[self.complete as usize % 2] = (self.now / PERIOD * 10 + stripe - 1) as u8;
+            self.complete += 1;
+            // Beyond the window nothing is captured until the next sync.
+            self.in_frame &= stripe < Ticks::from(STRIPES);
+        }
+        self.now += 1;
+    }
+
+    /// Whether the core has other things to do.
+    fn is_busy(&self) -> bool {
+        let at = self.now % PERIOD;
+        let before = (self.now / PERIOD).checked_sub(1).map(|frame| self.frames[frame as usize]);
+        (self.frame() == Frame::Busy && (2 * STRIPE..30).contains(&at))
+            || (before == Some(Frame::LateEnd) && at <= STRIPE + 2)
+            || (self.frame() == Frame::LateEnd && at > 4 * STRIPE + 1)
+    }
+}
+
+#[derive(Clone)]
+struct Interface(Rc<RefCell<World>>);
+
+/// Every byte, for rows of one byte that name themselves.
+static BYTES: [u8; 256] = {
+    let mut bytes = [0; 256];
+    let mut k = 0;
+    while k < 256 {
+        bytes[k] = k as u8;
+        k += 1;
+    }
+    bytes
+};
+
+impl Capture for Interface {
+    fn restart(&mut self) {
+        let mut world = self.0.borrow_mut();
+        (world.complete, world.trouble, world.lines, world.in_frame) = (0, None, false, false);
+    }
+    fn complete(&self) -> u32 {
+        self.0.borrow().complete
+    }
+    fn trouble(&self) -> Option<Trouble> {
+        self.0.borrow().trouble
+    }
+    fn lines_come(&self) -> bool {
+        self.0.borrow().lines
+    }
+    fn rows(&self, half: usize) -> &[u8] {
+        let name = usize::from(self.0.borrow().ring[half]);
+        &BYTES[name..=name]
+    }
+    fn now(&self) -> Ticks {
+        self.0.borrow().now
+    }
+}
+
+/// Runs the frames; what came of them: rows as `frame:stripe`, faults with the frame times since the last rows.
+fn run(frames: &'static [Frame]) -> String {
+    let world = World { now: 0, frames, complete: 0, trouble: None, lines: false, in_frame: false, ring: [0; 2] };
+    let world = Rc::new(RefCell::new(world));
+    let mut stripes = Stripes::new(Interface(world.clone()), STRIPES, PERIOD);
+    let mut log = String::new();
+    let mut last = 0;
+    while world.borrow().now + 1 < PERIOD * frames.len() as Ticks {
+        world.borrow_mut().tick();
+        let (now, busy) = (world.borrow().now, world.borrow().is_busy());
+        while !busy {
+            let entry = match stripes.step() {
+                Step::Wait(until) => {
+                    assert!(until > now, "waiting for the past");
+                    break;
+                }
+                Step::Rows(rows) => {
+                    last = now;
+                    match (rows[0] / 10, rows[0] % 10) {
+                        (frame, 0) => format!("{frame}:0"),
+                        (_, stripe) => format!("{stripe}"),
+                    }
+                }
+                Step::Lost(frames) => format!("lost {frames}"),
+                Step::Abandoned => "abandoned".into(),
+                Step::Fault(fault) => {
+                    // A frame that begins in time has rows STRIPE ticks after: faults are told within two frame times.
+                    assert!(now - last <= 2 * PERIOD || fault == Fault::Silent, "{fault:?} after {} ticks", now - last);
+                    format!("{fault:?}")
+                }
+            };
+            log += &entry;
+            log.push(' ');
+        }
+    }
+    log.trim_end().into()
+}
+
+use Frame::{Busy, Cut, Good, LateEnd, NoSync, Nothing, Overrun, Stops};
+
+#[test]
+fn good_frames_come_whole() {
+    assert_eq!(run(&[Good, Good, Good]), "0:0 1 2 3 1:0 1 2 3 2:0 1 2 3");
+}
+
+#[test]
+fn a_lost_sync_costs_the_frame_without_it() {
+    assert_eq!(run(&[Good, NoSync, Good, Good]), "0:0 1 2 3 LostSync lost 1 2:0 1 2 3 3:0 1 2 3");
+    assert_eq!(run(&[Good, NoSync, NoSync, Good]), "0:0 1 2 3 LostSync lost 2 3:0 1 2 3");
+}
+
+#[test]
+fn a_sync_inside_a_frame_is_not_taken_for_rows() {
+    // Abandoning counts the cut frame; time says that none is missing before the next one.
+    assert_eq!(run(&[Good, Cut, Good, Good]), "0:0 1 2 3 1:0 1 LostSync abandoned 2:0 1 2 3 3:0 1 2 3");
+}
+
+#[test]
+fn an_overrun_costs_the_frame_that_it_is_in() {
+    assert_eq!(run(&[Good, Overrun, Good]), "0:0 1 2 3 1:0 1 Overrun abandoned 2:0 1 2 3");
+    assert_eq!(run(&[Overrun, Overrun, Good]), "0:0 1 Overrun abandoned 1:0 1 Overrun abandoned 2:0 1 2 3");
+}
+
+#[test]
+fn rows_that_the_core_comes_too_late_for_are_not_summed() {
+    assert_eq!(run(&[Good, Busy, Good]), "0:0 1 2 3 1:0 Overrun abandoned 2:0 1 2 3");
+}
+
+#[test]
+fn the_end_of_a_frame_may_take_until_the_next_ones_first_stripe() {
+    assert_eq!(run(&[Good, LateEnd, Good, Good]), "0:0 1 2 3 1:0 1 2 3 2:0 1 2 3 3:0 1 2 3");
+}
+
+#[test]
+fn a_silent_sensor_is_told_of_until_it_speaks_and_time_counts_the_frames() {
+    assert_eq!(run(&[Good, Nothing, Nothing, Good, Good]), "0:0 1 2 3 Silent lost 2 3:0 1 2 3 4:0 1 2 3");
+    assert_eq!(
+        run(&[Good, Nothing, Nothing, Nothing, Nothing, Nothing, Good]),
+        "0:0 1 2 3 Silent Silent Silent lost 5 6:0 1 2 3"
+    );
+    // Nothing was lost before the first frame: time begins there.
+    assert_eq!(run(&[Nothing, Nothing, Good]), "Silent 2:0 1 2 3");
+}
+
+#[test]
+fn a_frame_that_stops_is_given_up() {
+    // The sync that shows it has passed when capture restarts: that frame is lost, too.
+    assert_eq!(run(&[Good, Stops, Good, Good]), "0:0 1 2 3 1:0 1 LostSync abandoned lost 1 3:0 1 2 3");
+    assert_eq!(run(&[Good, Stops, Nothing, Nothing, Good]), "0:0 1 2 3 1:0 1 abandoned Silent lost 2 4:0 1 2 3");
+}
+
+#[test]
+fn a_stripe_is_not_handed_out_when_the_next_one_is_complete() {
+    let world =
+        World { now: 0, frames: &[Good], complete: 0, trouble: None, lines: false, in_frame: false, ring: [0; 2] };
+    let world = Rc::new(RefCell::new(world));
+    let mut stripes = Stripes::new(Interface(world.clone()), STRIPES, PERIOD);
+    world.borrow_mut().complete = 1;
+    assert!(matches!(stripes.step(), Step::Rows(_)));
+    // Complete while the first was read: it may have been overwritten.
+    world.borrow_mut().complete = 2;
+    assert_eq!(stripes.step(), Step::Fault(Fault::Overrun));
+    assert_eq!(stripes.step(), Step::Abandoned);
+    assert!(matches!(stripes.step(), Step::Wait(_)));
+}
