@@ -1,16 +1,18 @@
 //! A source read through the core: frames in, features and answers out.
 
 use serde::Serialize;
-use wstac_core::direction::{self, Unclear};
+use wstac_core::direction::{Heading, Unclear};
+use wstac_core::features::Features;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
 use wstac_core::layout::Layout;
 use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
-use wstac_core::params::{FEATURE_ONE, FEATURES, TAXELS};
-use wstac_core::speed::{self, NoSpeed, Speed, SpeedConfig};
+use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES, TAXELS};
+use wstac_core::speed::{NoSpeed, Speed, SpeedConfig};
 use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
 use wstac_core::taxels::Camera;
-use wstac_core::trigger::{Event, Trigger};
+use wstac_core::trigger::{Event, Incomplete, Trigger};
+use wstac_core::wire::Answers;
 
 use crate::config::{Config, Kernel};
 use crate::error::Error;
@@ -133,6 +135,12 @@ pub struct IncompleteRecord {
     pub frames: u8,
 }
 
+impl From<Incomplete> for IncompleteRecord {
+    fn from(sample: Incomplete) -> Self {
+        Self { frame: sample.frame, frames: sample.frames }
+    }
+}
+
 /// How a stream ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct EndRecord {
@@ -189,6 +197,10 @@ impl<L: Ln> Stage for FeatureStream<Any, L> {
 fn boxed<L: Ln + 'static>(camera: Camera<Any>, floor_levels: f64) -> Result<Box<dyn Stage>, wstac_core::error::Error> {
     Ok(Box::new(FeatureStream::<_, L>::new(camera, floor_levels)?))
 }
+
+/// What is said of a baseline that was not quiet.
+pub(crate) const BASELINE_DISTURBED: &str =
+    "the baseline was not quiet: events are marked as not reliable; start again with nothing touching";
 
 /// The core, set up for one stream.
 pub struct Reading<'m> {
@@ -283,7 +295,7 @@ impl<'m> Reading<'m> {
             frames: end.frames,
             dropped: self.dropped,
             baseline: if end.baseline_complete { Completeness::Complete } else { Completeness::Incomplete },
-            incomplete: end.incomplete.map(|sample| IncompleteRecord { frame: sample.frame, frames: sample.frames }),
+            incomplete: end.incomplete.map(IncompleteRecord::from),
         }))
     }
 
@@ -329,7 +341,7 @@ impl<'m> Reading<'m> {
 
     fn give_interrupted<E>(&mut self, give: &mut impl FnMut(Record) -> Result<(), E>) -> Result<(), E> {
         let Some(sample) = self.trigger.take_interrupted() else { return Ok(()) };
-        give(Record::Incomplete(IncompleteRecord { frame: sample.frame, frames: sample.frames }))
+        give(Record::Incomplete(sample.into()))
     }
 }
 
@@ -357,43 +369,56 @@ pub fn read_all<E: From<Error>>(
     }
 }
 
+impl EventRecord {
+    /// What is said of an event, by a source read here as by a board far away; `sample` where it is wanted.
+    pub(crate) fn new(
+        answers: &Answers<'_>,
+        texture: Option<TextureRecord>,
+        sample: Option<&[Features; SAMPLE_FRAMES]>,
+    ) -> Self {
+        let mut why = Why { texture: texture.is_none().then_some("no model was given"), ..Why::default() };
+        let mut speed_at_most = None;
+        let speed = match answers.speed {
+            Ok(speed) => Some(speed.into()),
+            Err(reason) => {
+                if let NoSpeed::CutOff { at_most: Some(mm_s) } = reason {
+                    speed_at_most = Some(Speed::new(mm_s).into());
+                }
+                why.speed = Some(no_speed(reason));
+                None
+            }
+        };
+        let direction = answers.direction;
+        why.direction = direction.heading.err().map(|unclear| match unclear {
+            Unclear::NeverLit => "unclear: a row and a column never light up",
+            Unclear::NoOrder => "unclear: neither rows nor columns light up in order",
+        });
+        let over_time = |feature: usize| move |frame: &Features| real(frame[feature]);
+        Self {
+            frame: answers.frame,
+            frames: SAMPLE_FRAMES,
+            duration_frames: answers.duration,
+            speed,
+            speed_at_most,
+            direction: DirectionRecord {
+                deg: direction.heading.ok().map(Heading::degrees),
+                confidence: (f64::from(direction.confidence()) * 1e4).round() / 1e4,
+            },
+            texture,
+            frames_filled: answers.frames_filled,
+            reliable: answers.reliable,
+            why,
+            sample: sample
+                .map(|sample| (0..FEATURES).map(|feature| sample.iter().map(over_time(feature)).collect()).collect()),
+        }
+    }
+}
+
 /// An event's answers.
 fn answers(event: &Event<'_>, config: &SpeedConfig, textures: &Textures, with_sample: bool) -> EventRecord {
-    let texture = textures.of_sample(&event.sample.flat());
-    let mut why = Why { texture: texture.is_none().then_some("no model was given"), ..Why::default() };
-    let mut speed_at_most = None;
-    let speed = match speed::speed(event, config) {
-        Ok(speed) => Some(speed.into()),
-        Err(reason) => {
-            if let NoSpeed::CutOff { at_most: Some(mm_s) } = reason {
-                speed_at_most = Some(Speed::new(mm_s).into());
-            }
-            why.speed = Some(no_speed(reason));
-            None
-        }
-    };
-    let direction = direction::direction(event);
-    why.direction = direction.heading.err().map(|unclear| match unclear {
-        Unclear::NeverLit => "unclear: a row and a column never light up",
-        Unclear::NoOrder => "unclear: neither rows nor columns light up in order",
-    });
-    EventRecord {
-        frame: event.frame,
-        frames: event.sample.frames().count(),
-        duration_frames: speed::duration(event, config).map(speed::Duration::frames),
-        speed,
-        speed_at_most,
-        direction: DirectionRecord {
-            deg: direction.heading.ok().map(direction::Heading::degrees),
-            confidence: (f64::from(direction.confidence()) * 1e4).round() / 1e4,
-        },
-        texture,
-        frames_filled: event.frames_filled,
-        reliable: event.reliable,
-        why,
-        sample: with_sample
-            .then(|| (0..FEATURES).map(|feature| event.sample.feature(feature).map(real).collect()).collect()),
-    }
+    let flat = event.sample.flat();
+    let sample = flat.as_chunks().0.as_array().filter(|_| with_sample);
+    EventRecord::new(&Answers::new(event, config), textures.of_sample(&flat), sample)
 }
 
 fn no_speed(reason: NoSpeed) -> &'static str {
@@ -406,7 +431,7 @@ fn no_speed(reason: NoSpeed) -> &'static str {
 }
 
 /// A feature as a real number.
-fn real(feature: i16) -> f64 {
+pub(crate) fn real(feature: i16) -> f64 {
     f64::from(feature) / f64::from(FEATURE_ONE)
 }
 
