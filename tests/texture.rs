@@ -1,7 +1,6 @@
 //! `wstac run --model`: textures in events, and before them.
 
 use std::fs;
-use std::path::PathBuf;
 use std::process::{Command, Output};
 
 use serde_json::Value;

@@ -196,7 +196,7 @@ fn garbage_and_damage_cost_what_they_hit_and_no_more() {
     frames[first][9] ^= 0x40;
     frames[second].truncate(12);
     frames[third].clear();
-    let garbage: Vec<u8> = (0..3000_u32).map(|n| (n * 7919 >> 3) as u8).collect();
+    let garbage: Vec<u8> = (0..3000_u32).map(|n| ((n * 7919) >> 3) as u8).collect();
     let quiet = at(&frames, 55);
     frames.insert(quiet, garbage);
     lines
