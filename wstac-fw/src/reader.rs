@@ -51,16 +51,17 @@ struct Held {
 }
 
 impl Reader {
-    /// The core for rows of GREY with taxels at `layout`, at this rate; `size` is that of the frames that they are from.
+    /// The core for rows of GREY with taxels at `layout`, at this rate; `size` is that of the frames that they are from. `speed` is
+    /// [`setup::speed`] of that rate, which a `const` works out.
     ///
     /// # Errors
-    /// What [`Camera::with_stride`], [`FeatureStream::new`] and [`SpeedConfig::new`] say of the configuration.
-    pub fn new(layout: Layout, size: FrameSize, rate: FrameRate) -> Result<Self, Error> {
+    /// What [`Camera::with_stride`] and [`FeatureStream::with_floor`] say of the configuration.
+    pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, speed: SpeedConfig) -> Result<Self, Error> {
         let camera = Camera::with_stride(Grey, layout, rate, setup::STRIDE)?;
         Ok(Self {
-            stream: FeatureStream::new(camera, setup::FLOOR_LEVELS)?,
+            stream: FeatureStream::with_floor(camera, setup::FLOOR)?,
             trigger: Trigger::new(setup::TRIGGER),
-            speed: setup::speed(rate)?,
+            speed,
             early: setup::MODEL.map(|model| Early::new(model.frames())),
             size,
             wants_features: false,
@@ -146,6 +147,18 @@ impl Reader {
             }
         }
         true
+    }
+
+    /// Settles what is pending at the end of a stream that has one, and says how it ended.
+    pub fn finish(&mut self, out: &mut impl Outlet) {
+        while self.send_held(out) {}
+        if let Some(answers) = self.trigger.finish().map(|event| answers(&event, &self.speed)) {
+            out.send(&Message::Event(answers));
+        }
+        if let Some(interrupted) = self.trigger.take_interrupted() {
+            out.send(&Message::Incomplete(interrupted));
+        }
+        out.send(&Message::End { stream: self.trigger.end(), dropped: self.dropped });
     }
 
     /// Camera frames lost since the start.
