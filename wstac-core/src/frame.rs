@@ -74,7 +74,11 @@ impl<'a> Block<'a> {
     /// many bytes.
     #[inline(always)]
     pub fn new(bytes: &'a [u8], bytes_per_row: usize, width: usize, rows: usize) -> Option<Self> {
-        let before = rows.saturating_sub(1).checked_mul(bytes_per_row)?;
+        // Small numbers' product is one instruction; a Cortex-M0 has none that tells whether a product overflows.
+        let before = match (u16::try_from(rows), u16::try_from(bytes_per_row)) {
+            (Ok(rows), Ok(bytes)) => (u32::from(rows.saturating_sub(1)) * u32::from(bytes)) as usize,
+            _ => rows.saturating_sub(1).checked_mul(bytes_per_row)?,
+        };
         let there = bytes.len().checked_sub(before)? >= width;
         there.then_some(Self { bytes, bytes_per_row, width, rows })
     }

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::frame::{Rows, Run, Stride};
 use crate::green::Green;
 use crate::layout::Layout;
-use crate::params::TAXELS;
+use crate::params::{COLUMNS, ROWS, TAXELS};
 use crate::rate::FrameRate;
 
 /// How one camera's frames are summed: format, layout, stride and rate, checked together once.
@@ -12,6 +12,8 @@ use crate::rate::FrameRate;
 pub struct Camera<G> {
     green: G,
     layout: Layout,
+    /// Of each row of taxels the first frame row, and the one behind the last: a stripe passes over most of them.
+    bands: [[u16; 2]; ROWS],
     stride: Stride,
     bytes_per_row: u32,
     pixels: u32,
@@ -35,7 +37,7 @@ impl<G: Green> Camera<G> {
     pub fn with_stride(green: G, layout: Layout, rate: FrameRate, stride: Stride) -> Result<Self, Error> {
         let layout = layout.snapped(green.cell())?;
         let bytes_per_row = green.row_bytes(layout.frame().width()) as u32;
-        let mut camera = Self { green, layout, stride, bytes_per_row, pixels: 0, rate };
+        let mut camera = Self { green, layout, bands: bands(&layout), stride, bytes_per_row, pixels: 0, rate };
         camera.count_pixels()?;
         Ok(camera)
     }
@@ -108,6 +110,18 @@ impl<G: Green> Camera<G> {
         let before = rows.saturating_sub(1).saturating_mul(self.bytes_per_row());
         before.saturating_add(if rows == 0 { 0 } else { last })
     }
+}
+
+/// Of each row of taxels the first frame row, and the one behind the last.
+fn bands(layout: &Layout) -> [[u16; 2]; ROWS] {
+    let [_, height] = layout.taxel();
+    let mut bands = [[u16::MAX, 0]; ROWS];
+    for (band, corners) in bands.iter_mut().zip(layout.corners().as_chunks::<COLUMNS>().0) {
+        for [_, top] in corners {
+            *band = [band[0].min(*top), band[1].max(top + height)];
+        }
+    }
+    bands
 }
 
 /// The 25 accumulators of one camera, and how far the present frame has come.
@@ -184,17 +198,26 @@ impl<G: Green> Accumulators<G> {
         let rows = Rows::new(bytes, camera.bytes_per_row(), first, frame_rows);
         let [width, height] = camera.layout.taxel();
         let cell_rows = camera.green.cell() == 2;
-        let taxels = self.sums.iter_mut().zip(camera.layout.corners());
-        for (sum, &[x, top]) in taxels.filter(|(_, [_, top])| *top < end && *top + height > first) {
-            let (from, to) = (first.max(top), end.min(top + height));
-            let run = Run { y: from, x, width, stride: camera.stride };
-            if camera.stride == Stride::One {
-                camera.green.add_block(sum, &rows, run, to - from);
+        let (sums, corners) =
+            (self.sums.as_chunks_mut::<COLUMNS>().0, camera.layout.corners().as_chunks::<COLUMNS>().0);
+        for ((sums, corners), [top, bottom]) in sums.iter_mut().zip(corners).zip(camera.bands) {
+            if top >= end || bottom <= first {
                 continue;
             }
-            for y in from..to {
-                if ((y - top) >> u16::from(cell_rows)) % camera.stride.get() == 0 {
-                    camera.green.add_run(sum, &rows, Run { y, ..run });
+            for (sum, &[x, top]) in sums.iter_mut().zip(corners) {
+                let (from, to) = (first.max(top), end.min(top + height));
+                if from >= to {
+                    continue;
+                }
+                let run = Run { y: from, x, width, stride: camera.stride };
+                if camera.stride == Stride::One {
+                    camera.green.add_block(sum, &rows, run, to - from);
+                    continue;
+                }
+                for y in from..to {
+                    if ((y - top) >> u16::from(cell_rows)) % camera.stride.get() == 0 {
+                        camera.green.add_run(sum, &rows, Run { y, ..run });
+                    }
                 }
             }
         }

@@ -154,6 +154,18 @@ impl Reader {
         true
     }
 
+    /// Settles what is pending at the end of a stream that has one, and says how it ended.
+    pub fn finish(&mut self, out: &mut impl Outlet) {
+        while self.send_held(out) {}
+        if let Some(answers) = self.trigger.finish().map(|event| answers(&event, &self.speed)) {
+            out.send(&Message::Event(answers));
+        }
+        if let Some(interrupted) = self.trigger.take_interrupted() {
+            out.send(&Message::Incomplete(interrupted));
+        }
+        out.send(&Message::End { stream: self.trigger.end(), dropped: self.dropped });
+    }
+
     /// Camera frames lost since the start.
     pub fn dropped(&self) -> u64 {
         self.dropped

@@ -16,22 +16,65 @@ mod words;
 
 use crate::frame::Block;
 
-#[cfg(dsp)]
-pub(super) use packed::sum;
-#[cfg(not(any(dsp, target_arch = "arm")))]
-pub(super) use plain as sum;
-#[cfg(all(target_arch = "arm", not(dsp)))]
-pub(super) use words::sum;
+/// The sum of a block's bytes; below 2^32 if there are fewer than 2^24 of them.
+#[cfg(not(target_arch = "arm"))]
+#[inline(always)]
+pub(super) fn sum(block: Block<'_>) -> u32 {
+    plain(block)
+}
 
 /// The sum of a block's bytes; below 2^32 if there are fewer than 2^24 of them.
+#[cfg(target_arch = "arm")]
 #[inline(always)]
-pub(super) fn plain(block: Block<'_>) -> u32 {
+pub(super) fn sum(block: Block<'_>) -> u32 {
+    #[cfg(dsp)]
+    use packed::{MOST_WIDTH, of_strip};
+    #[cfg(not(dsp))]
+    use words::{MOST_WIDTH, of_strip};
+
+    Strip::<MOST_WIDTH>::new(block).map_or_else(|| in_strips(block, of_strip), of_strip)
+}
+
+/// The plain way.
+#[inline(always)]
+fn plain(block: Block<'_>) -> u32 {
     block.each_row().map(of_run).sum()
 }
 
 #[inline(always)]
 fn of_run(bytes: &[u8]) -> u32 {
     bytes.iter().map(|&byte| u32::from(byte)).sum()
+}
+
+/// A block as kernels want it: at least a row, rows aligned alike, so wide that there is a word in each, and at most `MOST` bytes wide.
+#[cfg(any(test, target_arch = "arm"))]
+#[derive(Clone, Copy)]
+struct Strip<'a, const MOST: usize>(Block<'a>);
+
+#[cfg(any(test, target_arch = "arm"))]
+impl<'a, const MOST: usize> Strip<'a, MOST> {
+    /// Fewer bytes may have no aligned word.
+    const LEAST: usize = 7;
+
+    #[inline(always)]
+    fn new(block: Block<'a>) -> Option<Self> {
+        let alike = block.bytes_per_row().is_multiple_of(4) || block.rows() == 1;
+        let fits = alike && (Self::LEAST..=MOST).contains(&block.width()) && block.rows() > 0;
+        fits.then_some(Self(block))
+    }
+}
+
+/// The sum of any block, in strips of single rows.
+#[cfg(any(test, target_arch = "arm"))]
+#[cold]
+#[inline(never)]
+fn in_strips<const MOST: usize>(block: Block<'_>, of_strip: impl Fn(Strip<'_, MOST>) -> u32) -> u32 {
+    let parts = block.each_row().flat_map(|row| row.chunks(MOST));
+    parts
+        .map(|part| {
+            Block::new(part, part.len(), part.len(), 1).and_then(Strip::new).map_or_else(|| of_run(part), &of_strip)
+        })
+        .sum()
 }
 
 #[cfg(test)]
@@ -54,7 +97,8 @@ mod tests {
             let length = offset + (rows - 1) * bytes_per_row + width;
             let bytes: std::vec::Vec<u8> = (0..length).map(|_| 255 - next(most) as u8).collect();
             let block = Block::new(&bytes[offset..], bytes_per_row, width, rows).unwrap();
-            assert_eq!(words::sum(block), plain(block), "{block:?}");
+            let sum = Strip::new(block).map_or_else(|| in_strips(block, words::of_strip), words::of_strip);
+            assert_eq!(sum, plain(block), "{width} bytes in {rows} rows");
         }
     }
 }

@@ -54,9 +54,16 @@ impl Frame<'_> {
 impl Flavor for Frame<'_> {
     type Output = usize;
 
+    // Called from every field of every message: inlined, these would make up most of the code.
+    #[inline(never)]
     fn try_push(&mut self, byte: u8) -> Result<()> {
         self.crc = crc(self.crc, byte);
         self.put(byte)
+    }
+
+    #[inline(never)]
+    fn try_extend(&mut self, bytes: &[u8]) -> Result<()> {
+        bytes.iter().try_for_each(|&byte| self.try_push(byte))
     }
 
     fn finalize(mut self) -> Result<usize> {

@@ -27,15 +27,17 @@ pub enum Message<'a> {
         /// Number of the feature frame.
         frame: u64,
         /// In units of 2^-11.
+        #[serde(with = "super::numbers::one")]
         features: Features,
     },
     /// Frames of an event's sample, where they are wanted: all parts come before the event ([`sample_parts`]).
     SamplePart {
         /// Number of the first frame of the sample: that of the event.
         frame: u64,
-        /// Which frame of the sample this part starts with: 0, 7, 14 … 63.
+        /// Which frame of the sample this part starts with: 0, 10, 20 … 60.
         first: u8,
         /// Its frames, in units of 2^-11.
+        #[serde(with = "super::numbers::part")]
         features: [Features; SAMPLE_PART],
     },
     /// An event and its answers.
@@ -209,10 +211,10 @@ pub enum Request {
 }
 
 /// Frames of a sample in one message.
-pub const SAMPLE_PART: usize = 7;
+pub const SAMPLE_PART: usize = 10;
 const _: () = assert!(SAMPLE_FRAMES.is_multiple_of(SAMPLE_PART));
 
-/// The ten messages that carry an event's sample; the event comes after them.
+/// The seven messages that carry an event's sample; the event comes after them.
 pub fn sample_parts(frame: u64, sample: Sample<'_>) -> impl Iterator<Item = Message<'static>> {
     (0..SAMPLE_FRAMES).step_by(SAMPLE_PART).map(move |first| {
         let mut features = [[0; FEATURES]; SAMPLE_PART];

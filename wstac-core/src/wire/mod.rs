@@ -28,6 +28,8 @@
 //! Of postcard: `u8` and `bool` are a byte; larger integers are varints, seven bits a byte, the lowest first, with bit 7 set in all but the
 //! last, signed ones as zigzag (0, −1, 1, −2 …); `f32` is its four bytes, the lowest first; an option is 0, or 1 and the value; a result is 0 and
 //! the value, or 1 and the error; an enum is its variant's number and the variant's fields; text is its length in bytes and the bytes.
+//! Features alone are not as postcard has numbers, but a byte string: its length, 20 or 200, and two bytes a feature, the lower first. They are dark
+//! most of the time, and then as varints would take three.
 //!
 //! ## Versions
 //! New messages, and new fields at a message's end, leave [`VERSION`] as it is: a receiver passes over messages that it does not know
@@ -37,6 +39,7 @@
 mod decoder;
 mod frame;
 mod message;
+mod numbers;
 mod text;
 
 pub use decoder::{Decoder, Received, Refused};

@@ -64,7 +64,7 @@ fn messages() -> Vec<Message<'static>> {
     Vec::from([
         Message::Hello(hello(u64::MAX)),
         Message::Features { frame: u64::MAX, features: [i16::MIN; 10] },
-        Message::SamplePart { frame: u64::MAX, first: 63, features: [[i16::MIN; 10]; 7] },
+        Message::SamplePart { frame: u64::MAX, first: 60, features: [[i16::MIN; 10]; 10] },
         Message::Event(answers()),
         Message::Texture { frame: u64::MAX, frames: 69, texture: answers().textures[0].unwrap() },
         Message::Incomplete(incomplete),
@@ -124,14 +124,37 @@ fn every_message_is_read_as_it_was_written() {
 
 #[test]
 fn the_bytes_of_a_frame_are_these() {
-    // Version 1, sequence 300, message 1 (features), frame 5, then 0, -1, 1, -2048 … as zigzag varints; CRC-32.
-    let message = Message::Features { frame: 5, features: [0, -1, 1, -2048, 3296, 0, 0, 0, 0, i16::MIN] };
-    let content = [1, 0xAC, 2, 1, 5, 0, 1, 2, 0xFF, 0x1F, 0xC0, 0x33, 0, 0, 0, 0, 0xFF, 0xFF, 3];
+    // Version 1, sequence 300, message 1 (features), frame 130, 20 bytes; CRC-32; no zero among them.
+    let message = Message::Features { frame: 130, features: [257, -1, -2, -2048, 3296, 258, 259, 260, 261, -13_000] };
+    let content = [
+        &[1, 0xAC, 2, 1, 0x82, 1, 20][..],
+        &[1, 1, 0xFF, 0xFF, 0xFE, 0xFF, 0, 0xF8, 0xE0, 0xC, 2, 1, 3, 1, 4, 1, 5, 1, 0x38, 0xCD],
+    ]
+    .concat();
     let sum = !content.iter().fold(u32::MAX, |rest, &byte| crc(rest, byte));
-    let mut expected = Vec::from([0, 6, 1, 0xAC, 2, 1, 5, 7, 1, 2, 0xFF, 0x1F, 0xC0, 0x33, 1, 1, 1, 8, 0xFF, 0xFF, 3]);
-    expected.extend(sum.to_le_bytes());
+    let mut expected = [&[0, 14][..], &content[..13], &[18], &content[14..], &sum.to_le_bytes()].concat();
     expected.push(0);
     assert_eq!(frame(&message, 300), expected);
+    // An event: 159.9 mm/s in 27 frames, 90°, confidence 0.5, one texture, nothing filled, reliable.
+    let texture = Some(TextureAnswer { task: Task::Specimen, label: Text::new("Saw3") });
+    let event = Answers {
+        frame: 35,
+        duration: Some(27),
+        speed: Ok(Speed { mm_s: 159.9, extrapolated: false }),
+        direction: Direction { heading: Ok(Heading::Up), confidence: 0x4000 },
+        textures: [texture, None, None],
+        frames_filled: 0,
+        reliable: true,
+    };
+    let content = [
+        &[1, 0, 3, 35, 1, 27, 0][..],
+        &159.9_f32.to_le_bytes(),
+        &[0, 0, 1, 0x80, 0x80, 1, 1, 1, 4],
+        b"Saw3",
+        &[0, 0, 0, 1],
+    ]
+    .concat();
+    assert_eq!(frame(&Message::Event(event), 0), frame_of(&content));
     // The check value of CRC-32 (IEEE).
     assert_eq!(!b"123456789".iter().fold(u32::MAX, |rest, &byte| crc(rest, byte)), 0xCBF4_3926);
 }

@@ -2,47 +2,14 @@
 //! ends of a run, not: in memory that allows that, as RAM does unless `CCR.UNALIGN_TRP` is set.
 #![allow(unsafe_code)]
 
-use super::plain;
-use crate::frame::Block;
+use super::Strip;
 
 /// Words of a group, which one instruction loads.
 const GROUP: usize = 4;
-/// Groups that are written out: runs of more words are summed in strips.
+/// Groups that are written out.
 const MOST_GROUPS: usize = 8;
-/// Bytes of a strip: it has no more words.
-const STRIP: usize = 4 * GROUP * MOST_GROUPS;
-/// Runs of fewer bytes may have no word.
-const LEAST: usize = 7;
-
-/// As [`super::plain`].
-#[inline(always)]
-pub(in super::super) fn sum(block: Block<'_>) -> u32 {
-    if fits(&block) {
-        // SAFETY: it fits.
-        unsafe { of_strip(&block) }
-    } else {
-        in_parts(block)
-    }
-}
-
-/// Whether rows are aligned alike, and neither too short nor too long.
-#[inline(always)]
-fn fits(block: &Block<'_>) -> bool {
-    block.bytes_per_row() % 4 == 0 && (LEAST..=STRIP).contains(&block.width()) && block.rows() > 0
-}
-
-/// The sum of strips of single rows.
-#[cold]
-#[inline(never)]
-fn in_parts(block: Block<'_>) -> u32 {
-    let strips = block.each_row().flat_map(|row| row.chunks(STRIP));
-    let of_one = |strip: &[u8]| {
-        let block = Block::new(strip, 0, strip.len(), 1)?;
-        // SAFETY: it fits.
-        Some(if fits(&block) { unsafe { of_strip(&block) } } else { plain(block) })
-    };
-    strips.filter_map(of_one).sum()
-}
+/// Bytes that have no more words.
+pub(super) const MOST_WIDTH: usize = 4 * GROUP * MOST_GROUPS;
 
 /// What the loop reads from memory once a row, for want of registers.
 #[repr(C)]
@@ -55,12 +22,9 @@ struct Ends {
     left: u32,
 }
 
-/// The sum of a block. On a Cortex-M4 a row of 50 bytes takes 29 instructions.
-///
-/// # Safety
-/// The block [`fits`].
+/// The sum of a strip. A row of 50 bytes takes 29 instructions.
 #[inline(never)]
-unsafe fn of_strip(block: &Block<'_>) -> u32 {
+pub(super) fn of_strip(Strip(block): Strip<'_, MOST_WIDTH>) -> u32 {
     let (first, width) = (block.bytes().as_ptr(), block.width());
     let head = first.align_offset(4);
     let words = (width - head) / 4;
@@ -72,7 +36,7 @@ unsafe fn of_strip(block: &Block<'_>) -> u32 {
         left: left as u32,
     };
     let mut sum = 0_u32;
-    // SAFETY: per row, it reads the run's first four bytes, its last four, and its aligned words.
+    // SAFETY: so many rows are there; it reads the first four bytes of each, the last four, and the aligned words.
     unsafe {
         core::arch::asm!(
             "push {{r6}}",

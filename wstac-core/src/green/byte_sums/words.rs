@@ -2,8 +2,7 @@
 //! bits; what the total has more are the other bytes, in lanes too.
 #![allow(unsafe_code)]
 
-use super::of_run;
-use crate::frame::Block;
+use super::{Strip, of_run};
 
 /// Every second byte of a word.
 const LANES: u32 = 0x00FF_00FF;
@@ -11,58 +10,95 @@ const LANES: u32 = 0x00FF_00FF;
 const MOST_WORDS: usize = 256;
 /// Words that are written out, for fewer turns of the loop.
 const GROUP: usize = 4;
+/// Bytes that have no more words.
+pub(super) const MOST_WIDTH: usize = 4 * MOST_WORDS;
 
-/// As [`super::plain`].
-#[inline(always)]
-pub(in super::super) fn sum(block: Block<'_>) -> u32 {
-    let mut lanes = Lanes::default();
-    block.each_row().map(|run| lanes.add(run)).sum::<u32>() + lanes.take()
-}
-
-/// Sums of words that have not been told apart.
-#[derive(Default)]
-struct Lanes {
-    total: u32,
-    odd: u32,
-    words: usize,
-}
-
-impl Lanes {
-    /// Adds the words of a run; the sum of what could not be added.
-    #[inline(always)]
-    fn add(&mut self, run: &[u8]) -> u32 {
-        // SAFETY: four bytes of any kind are a word.
-        let (head, words, tail) = unsafe { run.align_to::<u32>() };
-        let mut sum = of_run(head) + of_run(tail);
-        for words in words.chunks(MOST_WORDS) {
-            if self.words + words.len() > MOST_WORDS {
-                sum += self.take();
-            }
-            self.words += words.len();
-            let (groups, left) = words.as_chunks::<GROUP>();
-            for group in groups {
-                for &word in group {
-                    self.add_word(word);
-                }
-            }
-            for &word in left {
-                self.add_word(word);
-            }
+/// The sum of a strip.
+#[inline(never)]
+pub(super) fn of_strip(Strip(block): Strip<'_, MOST_WIDTH>) -> u32 {
+    let mut row = block.bytes().as_ptr();
+    let head = row.align_offset(4);
+    let words = (block.width() - head) / 4;
+    let tail = (block.width() - head) % 4;
+    let (mut sum, mut total, mut odd, mut room) = (0, 0_u32, 0_u32, MOST_WORDS);
+    for _ in 0..block.rows() {
+        // SAFETY: so many rows are there; each has so many bytes, then words that are aligned, then bytes.
+        let (before, inner, behind) = unsafe {
+            let first = row.add(head).cast::<u32>();
+            (
+                core::slice::from_raw_parts(row, head),
+                core::slice::from_raw_parts(first, words),
+                core::slice::from_raw_parts(first.add(words).cast::<u8>(), tail),
+            )
+        };
+        if room < words {
+            sum += bytes_of(total, odd);
+            (total, odd, room) = (0, 0, MOST_WORDS);
         }
-        sum
+        room -= words;
+        sum += of_run(before) + of_run(behind);
+        (total, odd) = add(inner, total, odd);
+        row = row.wrapping_add(block.bytes_per_row());
     }
+    sum + bytes_of(total, odd)
+}
 
-    #[inline(always)]
-    fn add_word(&mut self, word: u32) {
-        self.total = self.total.wrapping_add(word);
-        self.odd += (word >> 8) & LANES;
-    }
+/// Adds words to a total and to the lanes of their odd bytes.
+#[inline(always)]
+fn add(words: &[u32], total: u32, odd: u32) -> (u32, u32) {
+    let (groups, left) = words.as_chunks::<GROUP>();
+    left.iter().fold(add_groups(groups, total, odd), |(total, odd), &word| add_word(word, total, odd))
+}
 
-    /// The sum of the bytes; none are left. No carry of the total is missed: without the odd bytes it is below 2^32.
-    #[inline(always)]
-    fn take(&mut self) -> u32 {
-        let Self { total, odd, .. } = core::mem::take(self);
-        let even = total.wrapping_sub(odd << 8);
-        (even & 0xFFFF) + (even >> 16) + (odd & 0xFFFF) + (odd >> 16)
+#[inline(always)]
+fn add_word(word: u32, total: u32, odd: u32) -> (u32, u32) {
+    (total.wrapping_add(word), odd + ((word >> 8) & LANES))
+}
+
+#[cfg(not(all(target_arch = "arm", not(thumb2))))]
+#[inline(always)]
+fn add_groups(groups: &[[u32; GROUP]], total: u32, odd: u32) -> (u32, u32) {
+    groups
+        .iter()
+        .fold((total, odd), |sums, group| group.iter().fold(sums, |(total, odd), &word| add_word(word, total, odd)))
+}
+
+/// The same on a Cortex-M0, where it takes 22 instructions a group instead of the 35 that a compiler finds.
+#[cfg(all(target_arch = "arm", not(thumb2)))]
+#[inline(always)]
+fn add_groups(groups: &[[u32; GROUP]], mut total: u32, mut odd: u32) -> (u32, u32) {
+    let range = groups.as_ptr_range();
+    if !groups.is_empty() {
+        // SAFETY: it reads the groups, of which there are some.
+        unsafe {
+            core::arch::asm!(
+                "2:",
+                ".rept {group}",
+                "ldm {at}!, {{r1}}",
+                "adds {total}, {total}, r1",
+                "lsrs r1, r1, #8",
+                "ands r1, {lanes}",
+                "adds {odd}, {odd}, r1",
+                ".endr",
+                "cmp {at}, {end}",
+                "bne 2b",
+                group = const GROUP,
+                at = inout(reg) range.start => _,
+                end = in(reg) range.end,
+                lanes = in(reg) LANES,
+                total = inout(reg) total,
+                odd = inout(reg) odd,
+                out("r1") _,
+                options(readonly, nostack),
+            );
+        }
     }
+    (total, odd)
+}
+
+/// The sum of the bytes of words, of which the total and the lanes are known. No carry of the total is missed: without the odd bytes it
+/// is below 2^32.
+fn bytes_of(total: u32, odd: u32) -> u32 {
+    let even = total.wrapping_sub(odd << 8);
+    (even & 0xFFFF) + (even >> 16) + (odd & 0xFFFF) + (odd >> 16)
 }

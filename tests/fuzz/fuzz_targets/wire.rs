@@ -1,0 +1,43 @@
+//! Any bytes on a link, of boards and of hosts; and any content in a frame whose COBS and CRC are right: messages or refusals, and a
+//! message that is sent again is the same.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use wstac_core::wire::{Decoder, LONGEST, Message, Request, encode};
+
+fuzz_target!(|data: &[u8]| {
+    let mut messages = Decoder::<LONGEST>::new();
+    let mut requests = Decoder::<16>::new();
+    for &byte in data.iter().chain(&[0]) {
+        let _ = messages.push::<Message>(byte);
+        let _ = requests.push::<Request>(byte);
+    }
+    for &byte in &frame(&data[..data.len().min(LONGEST - 7)]) {
+        let Some(Ok(received)) = messages.push::<Message>(byte) else { continue };
+        let mut buffer = [0; LONGEST];
+        let again = encode(&received.message, 7, &mut buffer);
+        let mut decoder = Decoder::<LONGEST>::new();
+        let mut found = 0;
+        for &byte in again {
+            if let Some(second) = decoder.push::<Message>(byte) {
+                // In words: what is no number is equal to nothing.
+                let second = second.expect("a message that was encoded").message;
+                assert_eq!(format!("{second:?}"), format!("{:?}", received.message));
+                found += 1;
+            }
+        }
+        assert_eq!(found, 1, "{:?}", received.message);
+    }
+});
+
+/// A frame of any content of at most 249 bytes.
+fn frame(content: &[u8]) -> Vec<u8> {
+    let content = [content, &crc32fast::hash(content).to_le_bytes()].concat();
+    let mut bytes = vec![0];
+    for block in content.split(|&byte| byte == 0) {
+        bytes.push(block.len() as u8 + 1);
+        bytes.extend(block);
+    }
+    bytes.push(0);
+    bytes
+}

@@ -1,0 +1,64 @@
+//! Features as byte strings: two bytes a number, the lower first.
+
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serializer};
+
+use super::SAMPLE_PART;
+use crate::features::Features;
+use crate::params::FEATURES;
+
+/// Bytes of a frame's features.
+const FRAME_BYTES: usize = 2 * FEATURES;
+
+// Not inlined: once in a program is enough.
+#[inline(never)]
+fn write<S: Serializer>(frames: &[Features], serializer: S) -> Result<S::Ok, S::Error> {
+    let mut bytes = [0; FRAME_BYTES * SAMPLE_PART];
+    for (pair, number) in bytes.as_chunks_mut::<2>().0.iter_mut().zip(frames.as_flattened()) {
+        *pair = number.to_le_bytes();
+    }
+    serializer.serialize_bytes(bytes.get(..FRAME_BYTES * frames.len()).unwrap_or_default())
+}
+
+fn read<'de, D: Deserializer<'de>, const N: usize>(deserializer: D) -> Result<[Features; N], D::Error> {
+    let bytes = <&[u8]>::deserialize(deserializer)?;
+    let mut frames = [[0; FEATURES]; N];
+    if bytes.len() != FRAME_BYTES * N {
+        return Err(D::Error::custom("features are of another number"));
+    }
+    for (number, pair) in frames.as_flattened_mut().iter_mut().zip(bytes.as_chunks::<2>().0) {
+        *number = i16::from_le_bytes(*pair);
+    }
+    Ok(frames)
+}
+
+/// Of one frame.
+pub(super) mod one {
+    use super::{Deserializer, Features, Serializer};
+
+    pub(in super::super) fn serialize<S: Serializer>(frame: &Features, serializer: S) -> Result<S::Ok, S::Error> {
+        super::write(core::slice::from_ref(frame), serializer)
+    }
+
+    pub(in super::super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Features, D::Error> {
+        super::read::<D, 1>(deserializer).map(|[frame]| frame)
+    }
+}
+
+/// Of a part of a sample.
+pub(super) mod part {
+    use super::{Deserializer, Features, SAMPLE_PART, Serializer};
+
+    pub(in super::super) fn serialize<S: Serializer>(
+        frames: &[Features; SAMPLE_PART],
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        super::write(frames, serializer)
+    }
+
+    pub(in super::super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<[Features; SAMPLE_PART], D::Error> {
+        super::read(deserializer)
+    }
+}

@@ -1,0 +1,96 @@
+//! What the way from frames to answers costs on a board that QEMU emulates: frames of 400 × 400 GREY from the file `frames`, in stripes and
+//! whole where there is room; their features into the file `features`, and instructions and stack to the console, as JSON
+//! (`ci/firmware`).
+#![no_std]
+#![no_main]
+
+use core::fmt::Write;
+
+use cortex_m_rt::entry;
+use wstac_core::direction;
+use wstac_core::error::Error;
+use wstac_core::green::grey::Grey;
+use wstac_core::layout::FrameSize;
+use wstac_core::rate::FrameRate;
+use wstac_core::speed;
+use wstac_core::stream::FeatureStream;
+use wstac_core::taxels::Camera;
+use wstac_core::texture;
+use wstac_core::trigger::Trigger;
+use wstac_fw::emulated::clock::Clock;
+use wstac_fw::emulated::host::{self, Console, File};
+use wstac_fw::emulated::stack;
+use wstac_fw::setup;
+
+const SIDE: usize = 400;
+/// Rows that a DMA brings at a time.
+const ROWS: usize = 8;
+
+/// What a kind of work took in all.
+#[derive(Default)]
+struct Cost {
+    times: u32,
+    ticks: u64,
+}
+
+impl Cost {
+    fn add(&mut self, ticks: u32) {
+        self.times += 1;
+        self.ticks += u64::from(ticks);
+    }
+
+    /// Instructions a time.
+    fn mean(&self, clock: &Clock) -> u64 {
+        clock.instructions(self.ticks).checked_div(u64::from(self.times)).unwrap_or(0)
+    }
+}
+
+#[entry]
+fn main() -> ! {
+    match run() {
+        Ok(()) => host::done(),
+        Err(_) => host::fail("the configuration does not fit frames of 400 x 400\n"),
+    }
+}
+
+fn run() -> Result<(), Error> {
+    let Some(clock) = Clock::start() else { return Ok(()) };
+    let (frames, features) = (File::open(b"frames\0"), File::create(b"features\0"));
+    let layout = setup::layout(FrameSize::new(SIDE as u32, SIDE as u32)?)?;
+    let camera = Camera::with_stride(Grey, layout, FrameRate::NOMINAL, setup::STRIDE)?;
+    let mut stream = FeatureStream::<Grey, setup::Ln>::new(camera, setup::FLOOR_LEVELS)?;
+    let mut trigger = Trigger::new(setup::TRIGGER);
+    let speed = setup::speed(FrameRate::NOMINAL)?;
+    let [mut to_features, mut to_trigger, mut to_speed, mut to_direction, mut to_texture] = [const { Cost { times: 0, ticks: 0 } }; 5];
+    let mut stripe = [0; ROWS * SIDE];
+    let mut frame_ticks = 0;
+    while frames.read(&mut stripe) {
+        let (ticks, frame) = clock.ticks(|| stream.push_stripe(&stripe));
+        frame_ticks += ticks;
+        let Some(frame) = frame? else { continue };
+        to_features.add(core::mem::take(&mut frame_ticks));
+        features.write(&frame.features);
+        let (ticks, event) = clock.ticks(|| trigger.push(frame.features, frame.patched));
+        to_trigger.add(ticks);
+        if let Some(event) = event {
+            to_speed.add(clock.ticks(|| speed::speed(&event, &speed)).0);
+            to_direction.add(clock.ticks(|| direction::direction(&event)).0);
+            if let Some(model) = setup::MODEL {
+                to_texture.add(clock.ticks(|| texture::texture(&event.sample.flat(), model)).0);
+            }
+        }
+    }
+    let _ = writeln!(
+        Console,
+        "{{\"frames\":{},\"events\":{},\"features\":{},\"trigger\":{},\"speed\":{},\"direction\":{},\"texture\":{},\"stack\":{}}}",
+        to_features.times,
+        to_speed.times,
+        to_features.mean(&clock),
+        to_trigger.mean(&clock),
+        to_speed.mean(&clock),
+        to_direction.mean(&clock),
+        to_texture.mean(&clock),
+        stack::deepest() - size_of_val(&stripe),
+    );
+    Ok(())
+}
