@@ -49,15 +49,16 @@ class Dma(Registers):
             return False
         if self.values.get(PAR) != DCMI + 0x28 or self.values[M0AR] not in RING_MEMORY:
             raise ValueError("the DMA stream is not between the DCMI and a memory that it reaches")
-        half = self.total // 2
-        for at in range(0, len(data), 4):
-            left = self.values[NDTR]
-            self.machine.uc.mem_write(self.values[M0AR] + 4 * (self.total - left), data[at : at + 4])
-            self.values[NDTR] = left - 1 or self.total
-            if left - 1 == self.total - half:
-                self.values[LISR] = self.values.get(LISR, 0) | HALF
-            elif left == 1:
-                self.values[LISR] = self.values.get(LISR, 0) | FULL
+        half, words = self.total // 2, len(data) // 4
+        done = 0
+        while done < words:
+            at = self.total - self.values[NDTR]
+            run = min(words - done, half - at % half)
+            self.machine.uc.mem_write(self.values[M0AR] + 4 * at, data[4 * done : 4 * (done + run)])
+            done, at = done + run, at + run
+            self.values[NDTR] = self.total - at % self.total
+            if at % half == 0:
+                self.values[LISR] = self.values.get(LISR, 0) | (HALF if at == half else FULL)
         return True
 
 
@@ -102,8 +103,8 @@ class Dcmi(Registers):
         self.capturing = self.enabled() and bool(self.values.get(CR, 0) & CAPTURE)
         self.row = 0
 
-    def line(self, data):
-        """A line of bytes."""
+    def line(self, bytes_of):
+        """A line begins; `bytes_of(row)` are its bytes."""
         self.flag(LINE)
         start, size, control = (self.values.get(register, 0) for register in (CWSTRT, CWSIZE, CR))
         top, rows = start >> 16 & 0x1FFF, (size >> 16 & 0x3FFF) + 1
@@ -111,7 +112,7 @@ class Dcmi(Registers):
         row, self.row = self.row, self.row + 1
         if not self.capturing or not control & CROP or not top <= row < top + rows:
             return
-        data = data[left : left + clocks]
+        data = bytes_of(row)[left : left + clocks]
         if control & EVERY_SECOND_BYTE:
             data = data[1 if control & THE_SECOND else 0 :: 2]
         if not self.dma.take(data):
@@ -127,6 +128,7 @@ class Camera:
         self.machine, self.sensor, self.dcmi, self.clip, self.faults = machine, sensor, dcmi, clip, dict(faults)
         self.width, self.height = size
         self.frame, self.started, self.period = None, machine.now, cycles_per_frame
+        self.chroma = bytes((x * 37 + 11) & 0xFF for x in range(2 * self.width))
         # As many lines' times more as an OV7725 has between frames, a few of them before the first line.
         self.line_time = cycles_per_frame // (self.height + 15)
         self.machine.at(self.started, self._begin)
@@ -155,13 +157,13 @@ class Camera:
                 break
             if fault == "overrun" and row == self.height // 3:
                 self.machine.at(begins + (8 + row) * self.line_time, lambda: self.dcmi.flag(OVERRUN))
-            self.machine.at(begins + (8 + row) * self.line_time, lambda row=row: self._line(picture, row))
+            self.machine.at(begins + (8 + row) * self.line_time, lambda: self._line(picture))
 
-    def _line(self, picture, row):
-        if not self.sensor.is_set_up():
-            return
-        luma = picture[row * self.width : (row + 1) * self.width] if picture else bytes(self.width)
-        line = bytearray(2 * self.width)
-        line[0::2] = luma
-        line[1::2] = bytes((x * 37 + row * 11) & 0xFF for x in range(self.width))
-        self.dcmi.line(bytes(line))
+    def _line(self, picture):
+        if self.sensor.is_set_up():
+            self.dcmi.line(lambda row: self._yuyv(picture, row))
+
+    def _yuyv(self, picture, row):
+        line = bytearray(self.chroma)
+        line[0::2] = picture[row * self.width : (row + 1) * self.width] if picture else bytes(self.width)
+        return bytes(line)
