@@ -71,7 +71,7 @@ def main():
     board.machine.run(lambda: board.camera.frame == 0)
     board.machine.count_instructions()
     Path(serial).write_bytes(board.run())
-    print("\n".join(board.log.lines))
+    print("\n".join(line for _, line in board.log.lines))
     print(f"{board.machine.instructions / len(board.camera.clip):,.0f} instructions a frame")
 
 

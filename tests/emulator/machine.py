@@ -45,6 +45,7 @@ STACKED = [UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3, UC_ARM_RE
 DOUBLES = [UC_ARM_REG_D0 + k for k in range(8)]
 EXC_RETURN = 0xFFFF_FFF9  # to the thread, main stack, without floating point registers
 EXCEPTION_EXIT = 8  # what the emulator calls a jump to it
+HARD_FAULT = 3 - 16  # as the number of an interrupt
 WAITS = (b"\x20\xbf", b"\x30\xbf")  # WFE, WFI
 SLICE = 1000  # cycles that a busy core runs before it is looked at
 
@@ -79,6 +80,7 @@ class Machine:
         self.peripherals = []
         self.instructions = 0
         self.sizes = {}
+        self.stalled_until = 0
         self.reset()
 
     def reset(self):
@@ -102,6 +104,10 @@ class Machine:
         """Calls `action` when the clock says `time`."""
         heapq.heappush(self.events, (time, next(self.order), action))
 
+    def stall(self, cycles):
+        """Stops the core for a while, as a debugger does; everything else goes on."""
+        self.stalled_until = self.now + cycles
+
     def count_instructions(self):
         """Counts instructions from now on, which takes longer."""
         self.uc.hook_add(UC_HOOK_BLOCK, self._block)
@@ -111,6 +117,9 @@ class Machine:
         while not until():
             while self.events and self.events[0][0] <= self.now:
                 heapq.heappop(self.events)[2]()
+            if self.now < self.stalled_until:
+                self.now = min([self.stalled_until, *(time for time, *_ in self.events[:1])])
+                continue
             self._interrupt()
             if self._run_slice() and not self._asked():
                 if self.event:
@@ -145,14 +154,23 @@ class Machine:
             if bytes(self.uc.mem_read(pc - 2, 2)) in WAITS:
                 self.pc = pc
                 return True
-            raise Stopped(f"{error} in {self.where()}, from {self.uc.reg_read(UC_ARM_REG_LR):#x}") from error
+            # No instruction, or no memory.
+            self.pc = pc
+            self._fault()
+            return False
         self.now = before + slice_
         self.pc = self.uc.reg_read(UC_ARM_REG_PC)
         if self.stopped_by == EXCEPTION_EXIT or self.pc >= 0xFFFF_FF00:
             self._leave()
         elif self.stopped_by is not None:
-            raise Stopped(f"exception {self.stopped_by} in {self.where()}")
+            self._fault()
         return False
+
+    def _fault(self):
+        """An instruction that is none, or an address that is none: a hard fault, or the end where it is one already."""
+        if self.exception == HARD_FAULT:
+            raise Stopped(f"hard fault in a hard fault, in {self.where()}, from {self.uc.reg_read(UC_ARM_REG_LR):#x}")
+        self._enter(HARD_FAULT)
 
     def _asked(self):
         """The interrupt of lowest number that is asked for and enabled."""
@@ -164,8 +182,10 @@ class Machine:
         if self.exception is not None or self.uc.reg_read(UC_ARM_REG_PRIMASK) & 1:
             return
         irq = self._asked()
-        if irq is None:
-            return
+        if irq is not None:
+            self._enter(irq)
+
+    def _enter(self, irq):
         self.exception = irq
         sp = self.uc.reg_read(UC_ARM_REG_SP)
         frame = (sp - 32) & ~7

@@ -127,7 +127,7 @@ class Camera:
     def __init__(self, machine, sensor, dcmi, clip, size, cycles_per_frame, faults=()):
         self.machine, self.sensor, self.dcmi, self.clip, self.faults = machine, sensor, dcmi, clip, dict(faults)
         self.width, self.height = size
-        self.frame, self.started, self.period = None, machine.now, cycles_per_frame
+        self.frame, self.began, self.started, self.period = None, None, machine.now, cycles_per_frame
         self.chroma = bytes((x * 37 + 11) & 0xFF for x in range(2 * self.width))
         # As many lines' times more as an OV7725 has between frames, a few of them before the first line.
         self.line_time = cycles_per_frame // (self.height + 15)
@@ -140,7 +140,9 @@ class Camera:
     def _begin(self):
         """A frame's time begins; the next one's is planned from the start, so that nothing drifts."""
         if self.dcmi.ever:
-            self.frame = 0 if self.frame is None else self.frame + 1
+            if self.frame is None:
+                self.frame, self.began = -1, self.machine.now
+            self.frame += 1
         fault = self.faults.get(self.frame) if self.frame is not None else None
         if callable(fault):
             fault = fault()

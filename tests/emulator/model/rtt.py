@@ -10,7 +10,8 @@ LEVELS = {"defmt_error": "error", "defmt_warn": "warning", "defmt_info": "info"}
 
 
 class Log:
-    """Reads the log while the program runs: `lines` are level and format, without the numbers in it."""
+    """Reads the log while the program runs: `lines` are level and format, without the numbers in it, each with its
+    time in cycles."""
 
     def __init__(self, machine, elf):
         self.machine, self.block, self.bytes, self.lines = machine, machine.symbols["_SEGGER_RTT"], b"", []
@@ -30,7 +31,7 @@ class Log:
         self.bytes += data[read:write] if read < write else data[read:] + data[:write]
         memory.mem_write(channel + 16, struct.pack("<I", write))
         *frames, self.bytes = self.bytes.split(b"\0")
-        self.lines += [self._line(frame) for frame in frames if frame]
+        self.lines += [(self.machine.now, self._line(frame)) for frame in frames if frame]
 
     def _line(self, frame):
         data = _unstuffed(frame)
