@@ -5,6 +5,9 @@
 //! | `WSTAC_CONFIG` | a configuration file, as `wstac run --config` takes it; without it all is as published |
 //! | `WSTAC_MODEL` | a texture model's file, as `wstac model import` writes it; without it there is no texture |
 
+// Modules of another crate and of this program alike.
+#![allow(unreachable_pub)]
+
 // The configuration is read by the host's own code: what it takes, a board takes.
 #[allow(dead_code)]
 #[path = "../wstac-linux/src/config.rs"]

@@ -36,6 +36,7 @@ pub(super) fn sum(block: Block<'_>) -> u32 {
 }
 
 /// The plain way.
+#[cfg(any(test, not(target_arch = "arm")))]
 #[inline(always)]
 fn plain(block: Block<'_>) -> u32 {
     block.each_row().map(of_run).sum()

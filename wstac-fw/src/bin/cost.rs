@@ -61,7 +61,8 @@ fn run() -> Result<(), Error> {
     let mut stream = FeatureStream::<Grey, setup::Ln>::new(camera, setup::FLOOR_LEVELS)?;
     let mut trigger = Trigger::new(setup::TRIGGER);
     let speed = setup::speed(FrameRate::NOMINAL)?;
-    let [mut to_features, mut to_trigger, mut to_speed, mut to_direction, mut to_texture] = [const { Cost { times: 0, ticks: 0 } }; 5];
+    let [mut to_features, mut to_trigger, mut to_speed, mut to_direction, mut to_texture] =
+        [const { Cost { times: 0, ticks: 0 } }; 5];
     let mut stripe = [0; ROWS * SIDE];
     let mut frame_ticks = 0;
     while frames.read(&mut stripe) {
@@ -80,9 +81,11 @@ fn run() -> Result<(), Error> {
             }
         }
     }
+    let stack = stack::deepest() - size_of_val(&stripe);
+    let whole = whole_frames(&clock, FeatureStream::new(camera, setup::FLOOR_LEVELS)?)?;
     let _ = writeln!(
         Console,
-        "{{\"frames\":{},\"events\":{},\"features\":{},\"trigger\":{},\"speed\":{},\"direction\":{},\"texture\":{},\"stack\":{}}}",
+        "{{\"frames\":{},\"events\":{},\"whole\":{whole},\"stripes\":{},\"trigger\":{},\"speed\":{},\"direction\":{},\"texture\":{},\"stack\":{}}}",
         to_features.times,
         to_speed.times,
         to_features.mean(&clock),
@@ -90,7 +93,26 @@ fn run() -> Result<(), Error> {
         to_speed.mean(&clock),
         to_direction.mean(&clock),
         to_texture.mean(&clock),
-        stack::deepest() - size_of_val(&stripe),
+        stack,
     );
     Ok(())
+}
+
+/// Instructions from a whole frame to its features: 0 on a board that has no room for one.
+#[cfg(not(microbit))]
+fn whole_frames(clock: &Clock, mut stream: FeatureStream<Grey, setup::Ln>) -> Result<u64, Error> {
+    let Some(frame) = cortex_m::singleton!(: [u8; SIDE * SIDE] = [0; SIDE * SIDE]) else { return Ok(0) };
+    let frames = File::open(b"frames\0");
+    let mut cost = Cost::default();
+    while frames.read(frame) {
+        let (ticks, features) = clock.ticks(|| stream.push_frame(frame));
+        features?;
+        cost.add(ticks);
+    }
+    Ok(cost.mean(clock))
+}
+
+#[cfg(microbit)]
+fn whole_frames(_: &Clock, _: FeatureStream<Grey, setup::Ln>) -> Result<u64, Error> {
+    Ok(0)
 }

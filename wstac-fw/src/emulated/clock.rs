@@ -26,10 +26,12 @@ impl Clock {
         timer.clear_current();
         timer.enable_counter();
         let mut clock = Self { known: 0 };
-        clock.known = clock.ticks(|| {
-            // SAFETY: it counts a register down.
-            unsafe { asm!("2: subs {0}, #1", "bne 2b", inout(reg) KNOWN => _) };
-        }).0;
+        clock.known = clock
+            .ticks(|| {
+                // SAFETY: it counts a register down.
+                unsafe { asm!("2: subs {0}, #1", "bne 2b", inout(reg) KNOWN => _) };
+            })
+            .0;
         Some(clock)
     }
 

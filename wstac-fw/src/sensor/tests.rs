@@ -15,10 +15,7 @@ const ALL: [Sensor; 3] = [OV7690, OV7692, OV7725];
 
 fn is_read(sensor: &Sensor, Setting { register, value }: Setting) -> [Transaction; 2] {
     // A stop lies between the two: each transaction of the mock is one of its own.
-    [
-        Transaction::write(sensor.address, [register].into()),
-        Transaction::read(sensor.address, [value].into()),
-    ]
+    [Transaction::write(sensor.address, [register].into()), Transaction::read(sensor.address, [value].into())]
 }
 
 fn is_written(sensor: &Sensor, Setting { register, value }: Setting) -> Transaction {

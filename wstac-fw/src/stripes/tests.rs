@@ -130,15 +130,7 @@ impl Capture for Interface {
 
 /// Runs the frames; what came of them: rows as `frame:stripe`, faults with the frame times since the last rows.
 fn run(frames: &'static [Frame]) -> String {
-    let world = World {
-        now: 0,
-        frames,
-        complete: 0,
-        trouble: None,
-        lines: false,
-        in_frame: false,
-        ring: [0; 2],
-    };
+    let world = World { now: 0, frames, complete: 0, trouble: None, lines: false, in_frame: false, ring: [0; 2] };
     let world = Rc::new(RefCell::new(world));
     let mut stripes = Stripes::new(Interface(world.clone()), STRIPES, PERIOD);
     let mut log = String::new();
@@ -224,15 +216,13 @@ fn a_silent_sensor_is_told_of_until_it_speaks_and_time_counts_the_frames() {
 fn a_frame_that_stops_is_given_up() {
     // The sync that shows it has passed when capture restarts: that frame is lost, too.
     assert_eq!(run(&[Good, Stops, Good, Good]), "0:0 1 2 3 1:0 1 LostSync abandoned lost 1 3:0 1 2 3");
-    assert_eq!(
-        run(&[Good, Stops, Nothing, Nothing, Good]),
-        "0:0 1 2 3 1:0 1 abandoned Silent lost 2 4:0 1 2 3"
-    );
+    assert_eq!(run(&[Good, Stops, Nothing, Nothing, Good]), "0:0 1 2 3 1:0 1 abandoned Silent lost 2 4:0 1 2 3");
 }
 
 #[test]
 fn a_stripe_is_not_handed_out_when_the_next_one_is_complete() {
-    let world = World { now: 0, frames: &[Good], complete: 0, trouble: None, lines: false, in_frame: false, ring: [0; 2] };
+    let world =
+        World { now: 0, frames: &[Good], complete: 0, trouble: None, lines: false, in_frame: false, ring: [0; 2] };
     let world = Rc::new(RefCell::new(world));
     let mut stripes = Stripes::new(Interface(world.clone()), STRIPES, PERIOD);
     world.borrow_mut().complete = 1;
