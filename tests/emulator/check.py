@@ -16,7 +16,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from emulate import FRAME, HEIGHT, OV7690, OV7692, OV7725, WIDTH, Board, frames_of
+from emulate import FRAME, HEIGHT, OV7690, OV7692, OV7725, WIDTH, Board, cost, frames_of
 
 SCENE = f"""
 lead_in = 30
@@ -40,7 +40,7 @@ class Host:
     """The command, and what it says of the clip."""
 
     def __init__(self, wstac, folder):
-        self.wstac, self.folder = wstac, Path(folder)
+        self.wstac, self.folder, self.notes = wstac, Path(folder), ""
         scene, self.clip = self.folder / "scene.toml", self.folder / "clip.y4m"
         scene.write_text(SCENE)
         self._says("scene", "render", scene, "-o", self.clip)
@@ -53,7 +53,7 @@ class Host:
         return self._says("run", self.clip, "--json", *options).splitlines()
 
     def of_line(self, data, *options):
-        """Lines of `wstac monitor` on bytes that a board sent."""
+        """Lines of `wstac monitor` on bytes that a board sent; what it has to say beside them is in `notes`."""
         file = self.folder / "serial"
         file.write_bytes(data)
         return self._says("monitor", file, "--json", *options).splitlines()
@@ -62,6 +62,7 @@ class Host:
         done = subprocess.run([self.wstac, *arguments], capture_output=True, text=True, check=False)
         if done.returncode:
             sys.exit(f"check.py: wstac {arguments[0]} failed: {done.stderr}")
+        self.notes = done.stderr
         return done.stdout
 
 
@@ -155,8 +156,46 @@ class Check:
         self.say(name, problems)
 
 
+    def start(self, name, said, **sensor):
+        """The sensor makes trouble when it is set up for the first time: that is said, and then all is well."""
+        board = Board(self.elf, self.host.frames[:5])
+        for key, value in sensor.items():
+            setattr(board.sensor, key, value)
+        board.line.receive(request(FEATURES, 1))
+        lines = of_kind(self.host.of_line(board.run(), "--features"), "features")
+        problems = [] if lines == self.features[:5] else [f"features are {lines}"]
+        log = [line.split(": ", 1)[1] for _, line in board.log.lines]
+        if log != said:
+            problems.append(f"the log says {log}, expected {said}")
+        self.say(name, problems)
+
+    def never(self, name, said, sensor=OV7725, **how):
+        """The sensor is no use: that is said, and no more."""
+        board = Board(self.elf, [], sensor)
+        for key, value in how.items():
+            setattr(board.sensor, key, value)
+        board.machine.run(lambda: board.machine.now > 60 * FRAME)
+        log = [line.split(": ", 1)[1] for _, line in board.log.lines]
+        self.say(name, [] if log == said else [f"the log says {log}, expected {said}"])
+
+    def crash(self):
+        """The program runs into nothing: it starts again, says why, and goes on."""
+        board = Board(self.elf, self.host.frames[:40])
+        board.camera.faults[20] = board.machine.crash
+        self.host.of_line(board.run())
+        problems = []
+        if "hard fault at 0x20000100" not in self.host.notes:
+            problems.append(f"the host is told {self.host.notes!r}")
+        if [line for _, line in board.log.lines] != [SENSOR, LAST_RUN, SENSOR]:
+            problems.append(f"the log says {board.log.lines}")
+        self.say("crash", problems)
+
+
 OVERRUN, LOST_SYNC = "overrun: a frame is lost", "lost sync: a frame is lost"
 SILENT, GONE, BACK = "the sensor is silent", "no sensor answers", "the sensor sends frames again"
+FOUND, UNKNOWN = "sensor {}", "the sensor is {=u16:#06x}, which is not known"
+FORGETS = "the sensor does not keep its settings"
+SENSOR, LAST_RUN = f"info: {FOUND}", "error: the last run ended in a panic or a fault: the message says where"
 
 
 def unplug(board):
@@ -195,6 +234,15 @@ def main():
         check.faulty("sync inside a frame", {60: "sync inside"}, [60], [(60, LOST_SYNC)])
         check.faulty("silent for two frames", {70: "silent", 71: "silent"}, range(70, 82), [(70, SILENT), (None, BACK)])
         check.faulty("unplugged", {90: unplug, 100: plug_in}, range(90, 111), [(90, SILENT), (90, GONE), (None, BACK)])
+        # While an OV7690 is looked for, in the identity twice, at the reset, in the settings: a write, an address, a read.
+        for at in (0, 4, 9, 12, 13, 14, 15):
+            said = [FOUND] if at == 0 else [GONE, FOUND]
+            check.start(f"no acknowledge at step {at}", said, nack_after=at)
+        check.never("no sensor", [GONE], present=False)
+        check.never("another sensor", [UNKNOWN], sensor=(0x21, {0x0A: 0x26, 0x0B: 0x42}))
+        check.never("a setting that is not taken", [FORGETS, GONE], stuck=0x64)
+        check.crash()
+        print(cost(elf, check.host.frames))
     print(f"{check.failures} failed; {time.monotonic() - start:.0f} s")
     sys.exit(1 if check.failures else 0)
 

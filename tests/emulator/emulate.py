@@ -62,17 +62,30 @@ class Board:
         return bytes(self.line.sent)
 
 
+def cost(elf, clip):
+    """What the program takes of the board, in a line."""
+    board = Board(elf, clip)
+    board.machine.paint_stack()
+    board.machine.run(lambda: board.camera.frame == 0)
+    board.machine.count_instructions()
+    board.run()
+    flash, ram = board.machine.sizes()
+    ring = 4 * board.dma.total
+    return (
+        f"{board.machine.instructions / len(clip):,.0f} instructions a frame, {flash:,} bytes of flash, {ram - ring:,} of RAM beside the "
+        f"{ring:,} that the DMA writes to, {board.machine.deepest_stack():,} of stack"
+    )
+
+
 def main():
     """Runs a clip and says what the program made of it."""
     if len(sys.argv) != 4:
         sys.exit(__doc__)
     _, elf, clip, serial = sys.argv
     board = Board(elf, frames_of(clip))
-    board.machine.run(lambda: board.camera.frame == 0)
-    board.machine.count_instructions()
     Path(serial).write_bytes(board.run())
     print("\n".join(line for _, line in board.log.lines))
-    print(f"{board.machine.instructions / len(board.camera.clip):,.0f} instructions a frame")
+    print(cost(elf, board.camera.clip))
 
 
 if __name__ == "__main__":

@@ -38,6 +38,9 @@ MEMORIES = [
     (0x3800_0000, 0x1_0000),
     (0x1FF0_0000, 0x2_0000),  # system memory
 ]
+RAM = 0x2400_0000
+NOWHERE = 0x2000_0100
+PAINT, STACK_PAINTED = b"\xa5", 0x4000
 PERIPHERALS, PERIPHERALS_SIZE = 0x4000_0000, 0x2000_0000
 SYSTEM, SYSTEM_SIZE = 0xE000_0000, 0x10_0000
 PAGE = 0x400  # peripherals are told apart in steps of this
@@ -79,9 +82,29 @@ class Machine:
         self.events, self.order = [], itertools.count()
         self.peripherals = []
         self.instructions = 0
-        self.sizes = {}
+        self.blocks = {}
         self.stalled_until = 0
         self.reset()
+
+    def sizes(self):
+        """Bytes of flash, and of RAM that has a fixed place."""
+        flash = sum(len(data) for _, data in self.image)
+        return flash, self.symbols["__euninit"] - RAM
+
+    def paint_stack(self):
+        """Fills the memory where the stack is to be."""
+        self.uc.mem_write(self.symbols["_stack_start"] - STACK_PAINTED, PAINT * STACK_PAINTED)
+
+    def deepest_stack(self):
+        """Bytes of the painted stack that were used; painted is what is nearest to its beginning."""
+        top = self.symbols["_stack_start"]
+        memory = bytes(self.uc.mem_read(top - STACK_PAINTED, STACK_PAINTED))
+        return STACK_PAINTED - (len(memory) - len(memory.lstrip(PAINT)))
+
+    def crash(self):
+        """Sends the core where no instructions are."""
+        self.uc.mem_write(NOWHERE, b"\x00\xde")
+        self.pc = NOWHERE | 1
 
     def reset(self):
         """Starts the core anew; memory stays as it is."""
@@ -217,14 +240,14 @@ class Machine:
         uc.emu_stop()
 
     def _block(self, uc, address, size, _):
-        count = self.sizes.get(address)
+        count = self.blocks.get(address)
         if count is None:
             code, at, count = bytes(uc.mem_read(address, size)), 0, 0
             while at < size:
                 # The five highest bits of a Thumb instruction say whether it has four bytes.
                 at += 4 if code[at + 1] >= 0xE8 else 2
                 count += 1
-            self.sizes[address] = count
+            self.blocks[address] = count
         self.instructions += count
 
     def _read(self, uc, offset, size, base):

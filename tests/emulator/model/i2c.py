@@ -66,7 +66,8 @@ class I2c(Registers):
 
 
 class Sensor:
-    """A sensor's registers. `present` is whether it answers; pixels are another object's business."""
+    """A sensor's registers. `present` is whether it answers, `nack_after` how many times until it does not, once, and `stuck` a register
+    that keeps its value; pixels are another object's business."""
 
     def __init__(self, address, identity):
         self.address, self.identity = address, identity
@@ -75,10 +76,11 @@ class Sensor:
 
     def answers(self, reads):
         """Whether it acknowledges its address; a repeated start it does not take."""
+        if self.nack_after == 0:
+            self.nack_after = None
+            return False
         if self.nack_after is not None:
             self.nack_after -= 1
-            if self.nack_after < 0:
-                return False
         self.written = [] if not reads else self.written
         return self.present
 

@@ -215,14 +215,22 @@ async fn find(bus: &mut I2c<'_, Blocking, Master>, line: &mut Link) -> &'static 
     loop {
         let mut reason = Absence::Gone;
         for sensor in &SENSORS {
-            match sensor.set_up(bus, &mut Delay) {
-                Ok(()) => {
-                    defmt::info!("sensor {}", sensor.name);
-                    Timer::after_millis(sensor.settle_ms.into()).await;
-                    return sensor;
+            match sensor.identify(bus) {
+                Ok(()) => match sensor.set_up(bus, &mut Delay) {
+                    Ok(()) => {
+                        defmt::info!("sensor {}", sensor.name);
+                        Timer::after_millis(sensor.settle_ms.into()).await;
+                        return sensor;
+                    }
+                    Err(error) => {
+                        reason = error.into();
+                        break;
+                    }
+                },
+                Err(SensorError::Identity { found: id, .. }) if SENSORS.iter().all(|known| known.id() != id) => {
+                    reason = Absence::Unknown { id };
                 }
-                Err(SensorError::Bus { .. }) => {}
-                Err(error) => reason = error.into(),
+                Err(_) => {}
             }
         }
         if said != reason {

@@ -106,6 +106,12 @@ impl<E: fmt::Debug> fmt::Display for SensorError<E> {
 }
 
 impl Sensor {
+    /// Its identity: high and low byte.
+    pub fn id(&self) -> u16 {
+        let [high, low] = self.identity;
+        u16::from_be_bytes([high.value, low.value])
+    }
+
     /// Whether this sensor is there.
     ///
     /// # Errors
@@ -114,8 +120,7 @@ impl Sensor {
         let mut port = Port(Sccb::new(bus, self.address));
         let [high, low] = self.identity;
         let found = u16::from_be_bytes([port.read(high.register)?, port.read(low.register)?]);
-        let expected = u16::from_be_bytes([high.value, low.value]);
-        if found == expected { Ok(()) } else { Err(SensorError::Identity { found, expected }) }
+        if found == self.id() { Ok(()) } else { Err(SensorError::Identity { found, expected: self.id() }) }
     }
 
     /// Identifies it, resets it and writes its settings, each read back.
