@@ -220,3 +220,6 @@ fn answers(event: &Event<'_>, speed: &SpeedConfig) -> Answers<'static> {
         None => answers,
     }
 }
+
+#[cfg(test)]
+mod tests;

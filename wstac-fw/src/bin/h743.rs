@@ -71,14 +71,7 @@ async fn main(_spawner: Spawner) {
         trouble: Output::new(p.PB14, Level::Low, Speed::Low),
         events: 0,
     };
-    let Some(reader) = cortex_m::singleton!(: Option<Reader> = None) else { return };
-    let reader = match Reader::new(*WINDOW.layout(), SENSORS[0].size, RATE) {
-        Ok(new) => reader.insert(new),
-        Err(error) => {
-            defmt::error!("configuration: {}", error);
-            return;
-        }
-    };
+    let Some(reader) = reader() else { return };
     reader.hello(&mut line);
     if let Some(words) = last_words::take() {
         line.fault(Fault::LastRun(Text::new(words.text().unwrap_or_default())));
@@ -155,6 +148,19 @@ async fn main(_spawner: Spawner) {
             Step::Wait(until) => {
                 select(CHANGED.wait(), Timer::at(Instant::from_ticks(until))).await;
             }
+        }
+    }
+}
+
+/// The core, in its place. A function of its own, so that what it is made of is not on the stack for ever.
+#[inline(never)]
+fn reader() -> Option<&'static mut Reader> {
+    let reader = cortex_m::singleton!(: Option<Reader> = None)?;
+    match Reader::new(*WINDOW.layout(), SENSORS[0].size, RATE) {
+        Ok(new) => Some(reader.insert(new)),
+        Err(error) => {
+            defmt::error!("configuration: {}", error);
+            None
         }
     }
 }

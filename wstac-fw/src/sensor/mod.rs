@@ -54,6 +54,7 @@ pub struct Sensor {
 
 /// Polarities and order of a parallel port. A camera interface has to be told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(clippy::struct_excessive_bools, reason = "four lines, each one way or the other")]
 pub struct Signals {
     /// VSYNC is high between frames.
     pub vsync_high_between_frames: bool,
