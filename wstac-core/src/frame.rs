@@ -105,8 +105,10 @@ impl<'a> Block<'a> {
 
     /// The rows, each `width` bytes.
     pub fn each_row(self) -> impl Iterator<Item = &'a [u8]> {
-        let rows = self.bytes.chunks(self.bytes_per_row.max(1)).take(self.rows);
-        rows.map(move |row| row.get(..self.width).unwrap_or(row))
+        (0..self.rows).map(move |row| {
+            let at = row * self.bytes_per_row;
+            self.bytes.get(at..at + self.width).unwrap_or_default()
+        })
     }
 }
 

@@ -49,8 +49,11 @@ pub type Ln = wstac_core::ln::{kernel};
 pub const STRIDE: Stride = Stride::{:?};
 /// How YCbCr becomes green.
 pub const YCBCR: YcbcrMethod = YcbcrMethod::{:?};
-/// Darkness floor, in grey levels of a taxel.
-pub const FLOOR_LEVELS: f64 = {:?};
+/// The darkness floor of GREY pixels.
+pub const FLOOR: Floor = match Floor::new({:?}, 255) {{
+    Ok(floor) => floor,
+    Err(_) => panic!(\"[features] floor_levels is above the full scale, 255\"),
+}};
 /// When an event starts.
 pub const TRIGGER: TriggerConfig = match TriggerConfig::new({}, {:?}, {}, Rule::{:?}, {:?}) {{
     Ok(trigger) => trigger,

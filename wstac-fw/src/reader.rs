@@ -50,16 +50,17 @@ struct Held {
 }
 
 impl Reader {
-    /// The core for rows of GREY with taxels at `layout`, at this rate; `size` is that of the frames that they are from.
+    /// The core for rows of GREY with taxels at `layout`, at this rate; `size` is that of the frames that they are from. `speed` is
+    /// [`setup::speed`] of that rate, which a `const` works out.
     ///
     /// # Errors
-    /// What [`Camera::with_stride`], [`FeatureStream::new`] and [`SpeedConfig::new`] say of the configuration.
-    pub fn new(layout: Layout, size: FrameSize, rate: FrameRate) -> Result<Self, Error> {
+    /// What [`Camera::with_stride`] and [`FeatureStream::with_floor`] say of the configuration.
+    pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, speed: SpeedConfig) -> Result<Self, Error> {
         let camera = Camera::with_stride(Grey, layout, rate, setup::STRIDE)?;
         Ok(Self {
-            stream: FeatureStream::new(camera, setup::FLOOR_LEVELS)?,
+            stream: FeatureStream::with_floor(camera, setup::FLOOR)?,
             trigger: Trigger::new(setup::TRIGGER),
-            speed: setup::speed(rate)?,
+            speed,
             early: setup::MODEL.map(|model| Early::new(model.frames())),
             size,
             wants_features: false,

@@ -11,7 +11,7 @@ use wstac_core::baseline::Baseline;
 use wstac_core::direction::{self, Direction};
 use wstac_core::early::{Beginning, Early};
 use wstac_core::error::Error;
-use wstac_core::features::{FeatureScale, Features, line_sums, to_f32};
+use wstac_core::features::{FeatureScale, Features, Floor, line_sums, to_f32};
 use wstac_core::fixed::Q16;
 use wstac_core::frame::Stride;
 use wstac_core::green::Green;
@@ -81,12 +81,14 @@ macro_rules! format {
                         (camera.frame_bytes(), camera.bytes_per_row(), camera.pixels(), camera.full_scale())
                     },
                     stream: |camera, floor| FeatureStream::new(camera, floor),
+                    with_floor: |camera, floor| FeatureStream::with_floor(camera, floor),
                     stream_frame: |stream, bytes| stream.push_frame(bytes),
                     stream_stripe: |stream, bytes| stream.push_stripe(bytes),
                     stream_taxels: |stream, taxels| stream.push_taxels(taxels),
                     stream_lost: |stream, frames| stream.push_lost(frames),
                     stream_abandon: |stream| stream.abandon_frame(),
                     pipeline: |camera, floor, trigger| Pipeline::new(camera, floor, trigger),
+                    pipeline_with_floor: |camera, floor, trigger| Pipeline::with_floor(camera, floor, trigger),
                     frame: |pipeline, bytes| pipeline.push_frame(bytes),
                     stripe: |pipeline, bytes| pipeline.push_stripe(bytes),
                     lost: |pipeline, frames| pipeline.push_lost(frames),
@@ -112,12 +114,14 @@ pub struct Entries<G: Green + 'static, L: 'static> {
     abandon: fn(&mut Accumulators<G>),
     sizes: fn(&Camera<G>) -> (usize, usize, u32, u32),
     stream: fn(Camera<G>, f64) -> Result<FeatureStream<G, L>, Error>,
+    with_floor: fn(Camera<G>, Floor) -> Result<FeatureStream<G, L>, Error>,
     stream_frame: fn(&mut FeatureStream<G, L>, &[u8]) -> Result<Option<FeatureFrame>, Error>,
     stream_stripe: fn(&mut FeatureStream<G, L>, &[u8]) -> Result<Option<FeatureFrame>, Error>,
     stream_taxels: fn(&mut FeatureStream<G, L>, &[u32; 25]) -> Option<FeatureFrame>,
     stream_lost: fn(&mut FeatureStream<G, L>, u64) -> Loss,
     stream_abandon: fn(&mut FeatureStream<G, L>) -> Loss,
     pipeline: fn(Camera<G>, f64, TriggerConfig) -> Result<Pipeline<G, L>, Error>,
+    pipeline_with_floor: fn(Camera<G>, Floor, TriggerConfig) -> Result<Pipeline<G, L>, Error>,
     frame: for<'a> fn(&'a mut Pipeline<G, L>, &[u8]) -> Result<Option<Event<'a>>, Error>,
     stripe: for<'a> fn(&'a mut Pipeline<G, L>, &[u8]) -> Result<Option<Event<'a>>, Error>,
     lost: for<'a> fn(&'a mut Pipeline<G, L>, u64) -> Option<Event<'a>>,
@@ -159,7 +163,7 @@ format!(any, Any, Fixed);
 macro_rules! kernel {
     ($new:ident, $feature:ident, $features:ident, $ln:ident, $kernel:ty) => {
         entries! {
-            $new(pixels: u32, full_scale: u32, frames: u32, floor: f64) -> Result<FeatureScale<$kernel>, Error> {
+            $new(pixels: u32, full_scale: u32, frames: u32, floor: Floor) -> Result<FeatureScale<$kernel>, Error> {
                 FeatureScale::new(pixels, full_scale, frames, floor)
             }
             $feature(scale: &FeatureScale<$kernel>, sum: u32) -> i16 { scale.feature(sum).max(scale.floor()) }
@@ -176,6 +180,7 @@ kernel!(libm_new, libm_feature, libm_features, libm_ln, Libm);
 kernel!(micromath_new, micromath_feature, micromath_features, micromath_ln, Micromath);
 
 entries! {
+    floor(levels: f64, full_scale: u32) -> Result<Floor, Error> { Floor::new(levels, full_scale) }
     frame_size(width: u32, height: u32) -> Result<FrameSize, Error> { FrameSize::new(width, height) }
     layout(frame: FrameSize, taxel: [u16; 2], corners: [[u16; 2]; 25]) -> Result<Layout, Error> {
         Layout::new(frame, taxel, corners)

@@ -7,6 +7,7 @@ use cortex_m_rt::entry;
 use wstac_core::error::Error;
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
+use wstac_core::speed::SpeedConfig;
 use wstac_core::wire::{self, Decoder, Message, Received, Request};
 use wstac_fw::emulated::host::{self, File};
 use wstac_fw::emulated::uart::Uart;
@@ -16,6 +17,11 @@ use wstac_fw::setup;
 const SIDE: usize = 400;
 /// Rows that a DMA would bring at a time.
 const ROWS: usize = 8;
+
+const SPEED: SpeedConfig = match setup::speed(FrameRate::NOMINAL) {
+    Ok(speed) => speed,
+    Err(_) => panic!("checked by the build script"),
+};
 
 /// The UART with what is sent on it.
 struct Link {
@@ -42,7 +48,7 @@ fn main() -> ! {
 fn run() -> Result<(), Error> {
     let frames = File::open(b"frames\0");
     let size = FrameSize::new(SIDE as u32, SIDE as u32)?;
-    let mut reader = Reader::new(setup::layout(size)?, size, FrameRate::NOMINAL)?;
+    let mut reader = Reader::new(setup::layout(size)?, size, FrameRate::NOMINAL, SPEED)?;
     let mut link = Link { uart: Uart::start(), sequence: 0 };
     let mut decoder = Decoder::<16>::new();
     let mut stripe = [0; ROWS * SIDE];

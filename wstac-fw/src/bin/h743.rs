@@ -17,6 +17,7 @@ use embassy_stm32::{Config, Peri, bind_interrupts};
 use embassy_time::{Delay, Duration, Instant, TICK_HZ, Timer};
 use wstac_core::layout::Layout;
 use wstac_core::rate::FrameRate;
+use wstac_core::speed::SpeedConfig;
 use wstac_core::wire::{self, Decoder, Fault, Message, Request, Text};
 use wstac_fw::reader::{Outlet, Reader};
 use wstac_fw::sensor::ov7690::{OV7690, OV7692};
@@ -42,6 +43,10 @@ const TRY_AGAIN: Duration = Duration::from_millis(250);
 const LAYOUT: Layout = match setup::layout(SENSORS[0].size) {
     Ok(layout) => layout,
     Err(_) => panic!("the configuration's [layout] does not fit frames of 320 x 240"),
+};
+const SPEED: SpeedConfig = match setup::speed(RATE) {
+    Ok(speed) => speed,
+    Err(_) => panic!("checked by the build script"),
 };
 const WINDOW: Window = match Window::around(&LAYOUT, ROWS) {
     Ok(window) => window,
@@ -156,7 +161,7 @@ async fn main(spawner: Spawner) {
 #[inline(never)]
 fn reader() -> Option<&'static mut Reader> {
     let reader = cortex_m::singleton!(: Option<Reader> = None)?;
-    match Reader::new(*WINDOW.layout(), SENSORS[0].size, RATE) {
+    match Reader::new(*WINDOW.layout(), SENSORS[0].size, RATE, SPEED) {
         Ok(new) => Some(reader.insert(new)),
         Err(error) => {
             defmt::error!("configuration: {}", error);

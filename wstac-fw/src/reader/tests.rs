@@ -1,15 +1,15 @@
-//! What a reader sends of simulated frames, beside what the core's own pipeline makes of them.
+//! What a reader sends of simulated frames, beside what the core makes of whole frames.
 
 use std::vec::Vec;
 
 use wstac_core::features::Features;
-use wstac_core::pipeline::Pipeline;
 use wstac_core::wire::{Decoder, LONGEST, encode};
 
 use super::*;
 
 const SIZE: u16 = 40;
 const FRAME: usize = SIZE as usize * SIZE as usize;
+const SPEED: SpeedConfig = SpeedConfig::paper(FrameRate::NOMINAL);
 
 /// What is kept of a message.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,7 +58,7 @@ fn frame(t: usize) -> Vec<u8> {
 }
 
 fn reader() -> Reader {
-    Reader::new(layout(), layout().frame(), FrameRate::NOMINAL).unwrap()
+    Reader::new(layout(), layout().frame(), FrameRate::NOMINAL, SPEED).unwrap()
 }
 
 /// Takes frames in stripes of four rows, with room for so many parts of a sample after each frame.
@@ -73,13 +73,18 @@ fn run(reader: &mut Reader, frames: core::ops::Range<usize>, parts_a_frame: usiz
     }
 }
 
-/// The pipeline's event on the same frames: its first frame and its sample.
+/// The event of the same frames, taken whole: its first frame and its sample.
 fn expected(lost: core::ops::Range<usize>) -> (u64, Vec<Features>) {
     let camera = Camera::new(Grey, layout(), FrameRate::NOMINAL).unwrap();
-    let mut pipeline: Pipeline<Grey, setup::Ln> = Pipeline::new(camera, setup::FLOOR_LEVELS, setup::TRIGGER).unwrap();
+    let mut stream = FeatureStream::<Grey, setup::Ln>::with_floor(camera, setup::FLOOR).unwrap();
+    let mut trigger = Trigger::new(setup::TRIGGER);
     for t in 0..130 {
-        let event = if lost.contains(&t) { pipeline.push_lost(1) } else { pipeline.push_frame(&frame(t)).unwrap() };
-        if let Some(event) = event {
+        if lost.contains(&t) {
+            trigger.push_lost(1);
+            continue;
+        }
+        let features = stream.push_frame(&frame(t)).unwrap().unwrap().features;
+        if let Some(event) = trigger.push(features, false) {
             return (event.frame, event.sample.frames().copied().collect());
         }
     }
@@ -91,7 +96,7 @@ fn events(log: &Log) -> Vec<&Sent> {
 }
 
 #[test]
-fn events_are_the_pipelines_and_nothing_else_is_sent_unasked() {
+fn events_are_those_of_whole_frames_and_nothing_else_is_sent_unasked() {
     let mut log = Log::default();
     run(&mut reader(), 0..130, 0, &mut log);
     let statuses = [30, 60, 90, 120].map(|frames| Sent::Status(frames, 0));
