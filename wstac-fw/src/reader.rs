@@ -142,7 +142,7 @@ impl Reader {
             Some(first) if usize::from(held.next) < SAMPLE_FRAMES => {
                 let mut features = [[0; FEATURES]; SAMPLE_PART];
                 for (place, numbers) in features.iter_mut().zip(recent.frames().skip(first as usize)) {
-                    *place = *numbers;
+                    place.copy_from_slice(numbers);
                 }
                 out.send(&Message::SamplePart { frame: held.answers.frame, first: held.next, features });
                 held.next += SAMPLE_PART as u8;

@@ -1,6 +1,7 @@
 //! Nucleo-H743ZI2 with a parallel camera: frames in stripes by DMA, events out of the serial line. Wiring: `README.md`.
 #![no_std]
 #![no_main]
+#![allow(clippy::used_underscore_binding, reason = "by the macro around main alone")]
 
 use defmt_rtt as _;
 use embassy_executor::Spawner;
@@ -64,7 +65,7 @@ bind_interrupts!(struct Irqs {
 });
 
 #[embassy_executor::main]
-async fn main(spawner: Spawner) {
+async fn main(_spawner: Spawner) {
     let p = embassy_stm32::init(clocks());
     // The sensor's clock: 24 MHz.
     let _clock = Mco::new(p.MCO1, p.PA8, Mco1Source::PLL1_Q, McoConfig::default());
