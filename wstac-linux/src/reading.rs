@@ -13,7 +13,8 @@ use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
 use wstac_core::taxels::Camera;
 use wstac_core::trigger::Trigger;
 
-use self::answers::{answers, real};
+use self::answers::answers;
+pub(crate) use self::answers::real;
 pub use self::record::{
     Completeness, DirectionRecord, EarlyTextureRecord, EndRecord, EventRecord, IncompleteRecord, Record, SpeedRecord,
     Why,
@@ -56,6 +57,10 @@ impl<L: Ln> Stage for FeatureStream<Any, L> {
 fn boxed<L: Ln + 'static>(camera: Camera<Any>, floor_levels: f64) -> Result<Box<dyn Stage>, wstac_core::error::Error> {
     Ok(Box::new(FeatureStream::<_, L>::new(camera, floor_levels)?))
 }
+
+/// What is said of a baseline that was not quiet.
+pub(crate) const BASELINE_DISTURBED: &str =
+    "the baseline was not quiet: events are marked as not reliable; start again with nothing touching";
 
 /// The core, set up for one stream.
 pub struct Reading<'m> {
@@ -150,7 +155,7 @@ impl<'m> Reading<'m> {
             frames: end.frames,
             dropped: self.dropped,
             baseline: if end.baseline_complete { Completeness::Complete } else { Completeness::Incomplete },
-            incomplete: end.incomplete.map(|sample| IncompleteRecord { frame: sample.frame, frames: sample.frames }),
+            incomplete: end.incomplete.map(IncompleteRecord::from),
         }))
     }
 
@@ -196,7 +201,7 @@ impl<'m> Reading<'m> {
 
     fn give_interrupted<E>(&mut self, give: &mut impl FnMut(Record) -> Result<(), E>) -> Result<(), E> {
         let Some(sample) = self.trigger.take_interrupted() else { return Ok(()) };
-        give(Record::Incomplete(IncompleteRecord { frame: sample.frame, frames: sample.frames }))
+        give(Record::Incomplete(sample.into()))
     }
 }
 

@@ -5,6 +5,7 @@ mod dataset;
 mod demo;
 mod devices;
 mod model;
+mod monitor;
 mod output;
 mod run;
 mod scene;
@@ -34,6 +35,7 @@ Start here:
   wstac devices                        which cameras there are
   wstac run /dev/video0                events from a USB camera
   wstac run clip.y4m --json            events of a recording, as JSON Lines
+  wstac monitor /dev/ttyACM0           events that a board finds
   wstac run /dev/video0 --model builtin:svm    with textures; wstac model makes models of your own
   ffmpeg -i clip.mp4 -pix_fmt yuv420p -f yuv4mpegpipe - | wstac run -
 ";
@@ -84,6 +86,7 @@ enum Command {
     Devices(devices::Arguments),
     Dataset(dataset::Arguments),
     Model(model::Arguments),
+    Monitor(monitor::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -97,6 +100,7 @@ pub fn main() -> ExitCode {
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Dataset(arguments) => dataset::run(&arguments),
         Command::Model(arguments) => model::run(&arguments),
+        Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     };
     match result {

@@ -15,7 +15,7 @@ use super::output::{Form, Records, Stop, note};
 use crate::config::Config;
 use crate::error::Error;
 use crate::model::file::ModelFile;
-use crate::reading::{Reading, Wanted};
+use crate::reading::{BASELINE_DISTURBED, Reading, Wanted};
 use crate::source::open::{OpenOptions, open};
 use crate::source::{Item, Source};
 use crate::texture::Textures;
@@ -236,7 +236,7 @@ fn read(
             break Ok(());
         }
         if reading.baseline_disturbed() {
-            note("the baseline was not quiet: events are marked as not reliable; start again with nothing touching");
+            note(BASELINE_DISTURBED);
         }
     };
     reasons.say();

@@ -1,50 +1,65 @@
 //! An event's answers, as a record.
 
-use wstac_core::direction::{self, Unclear};
-use wstac_core::params::{FEATURE_ONE, FEATURES};
-use wstac_core::speed::{self, NoSpeed, Speed, SpeedConfig};
+use wstac_core::direction::{Heading, Unclear};
+use wstac_core::features::Features;
+use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
+use wstac_core::speed::{NoSpeed, Speed, SpeedConfig};
 use wstac_core::trigger::Event;
+use wstac_core::wire::Answers;
 
 use super::record::{DirectionRecord, EventRecord, SpeedRecord, Why};
-use crate::texture::Textures;
+use crate::texture::{TextureRecord, Textures};
+
+impl EventRecord {
+    /// What is said of an event, by a source read here as by a board far away; `sample` where it is wanted.
+    pub(crate) fn new(
+        answers: &Answers<'_>,
+        texture: Option<TextureRecord>,
+        sample: Option<&[Features; SAMPLE_FRAMES]>,
+    ) -> Self {
+        let mut why = Why { texture: texture.is_none().then_some("no model was given"), ..Why::default() };
+        let mut speed_at_most = None;
+        let speed = match answers.speed {
+            Ok(speed) => Some(speed.into()),
+            Err(reason) => {
+                if let NoSpeed::CutOff { at_most: Some(mm_s) } = reason {
+                    speed_at_most = Some(Speed::new(mm_s).into());
+                }
+                why.speed = Some(no_speed(reason));
+                None
+            }
+        };
+        let direction = answers.direction;
+        why.direction = direction.heading.err().map(|unclear| match unclear {
+            Unclear::NeverLit => "unclear: a row and a column never light up",
+            Unclear::NoOrder => "unclear: neither rows nor columns light up in order",
+        });
+        let over_time = |feature: usize| move |frame: &Features| real(frame[feature]);
+        Self {
+            frame: answers.frame,
+            frames: SAMPLE_FRAMES,
+            duration_frames: answers.duration,
+            speed,
+            speed_at_most,
+            direction: DirectionRecord {
+                deg: direction.heading.ok().map(Heading::degrees),
+                confidence: (f64::from(direction.confidence()) * 1e4).round() / 1e4,
+            },
+            texture,
+            frames_filled: answers.frames_filled,
+            reliable: answers.reliable,
+            why,
+            sample: sample
+                .map(|sample| (0..FEATURES).map(|feature| sample.iter().map(over_time(feature)).collect()).collect()),
+        }
+    }
+}
 
 /// An event's answers.
 pub(super) fn answers(event: &Event<'_>, config: &SpeedConfig, textures: &Textures, with_sample: bool) -> EventRecord {
-    let texture = textures.of_sample(&event.sample.flat());
-    let mut why = Why { texture: texture.is_none().then_some("no model was given"), ..Why::default() };
-    let mut speed_at_most = None;
-    let speed = match speed::speed(event, config) {
-        Ok(speed) => Some(speed.into()),
-        Err(reason) => {
-            if let NoSpeed::CutOff { at_most: Some(mm_s) } = reason {
-                speed_at_most = Some(Speed::new(mm_s).into());
-            }
-            why.speed = Some(no_speed(reason));
-            None
-        }
-    };
-    let direction = direction::direction(event);
-    why.direction = direction.heading.err().map(|unclear| match unclear {
-        Unclear::NeverLit => "unclear: a row and a column never light up",
-        Unclear::NoOrder => "unclear: neither rows nor columns light up in order",
-    });
-    EventRecord {
-        frame: event.frame,
-        frames: event.sample.frames().count(),
-        duration_frames: speed::duration(event, config).map(speed::Duration::frames),
-        speed,
-        speed_at_most,
-        direction: DirectionRecord {
-            deg: direction.heading.ok().map(direction::Heading::degrees),
-            confidence: (f64::from(direction.confidence()) * 1e4).round() / 1e4,
-        },
-        texture,
-        frames_filled: event.frames_filled,
-        reliable: event.reliable,
-        why,
-        sample: with_sample
-            .then(|| (0..FEATURES).map(|feature| event.sample.feature(feature).map(real).collect()).collect()),
-    }
+    let flat = event.sample.flat();
+    let sample = flat.as_chunks().0.as_array().filter(|_| with_sample);
+    EventRecord::new(&Answers::new(event, config), textures.of_sample(&flat), sample)
 }
 
 impl From<Speed> for SpeedRecord {
@@ -63,7 +78,7 @@ fn no_speed(reason: NoSpeed) -> &'static str {
 }
 
 /// A feature as a real number.
-pub(super) fn real(feature: i16) -> f64 {
+pub(crate) fn real(feature: i16) -> f64 {
     f64::from(feature) / f64::from(FEATURE_ONE)
 }
 

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 use wstac_core::params::FEATURES;
+use wstac_core::trigger::Incomplete;
 
 use crate::texture::TextureRecord;
 
@@ -113,6 +114,12 @@ pub struct IncompleteRecord {
     pub frame: u64,
     /// Frames of it that had arrived.
     pub frames: u8,
+}
+
+impl From<Incomplete> for IncompleteRecord {
+    fn from(sample: Incomplete) -> Self {
+        Self { frame: sample.frame, frames: sample.frames }
+    }
 }
 
 /// How a stream ended.
