@@ -102,9 +102,10 @@ fn texture(file: &Path) -> Result<String, String> {
     };
     let file = file.canonicalize().map_err(|error| error.to_string())?;
     Ok(format!(
-        "/// The kind of the texture model.
-pub type Kind = wstac_core::model::{kind}<'static>;
-static CHECKED: Kind = wstac_core::include_model!(Kind, {file:?});
+        "use wstac_core::model::{kind} as KindOf;
+/// The kind of the texture model.
+pub type Kind = KindOf<'static>;
+static CHECKED: Kind = wstac_core::include_model!(KindOf, {file:?});
 /// The texture model.
 pub const MODEL: Option<&Kind> = Some(&CHECKED);
 "

@@ -3,6 +3,9 @@
 //! The words are in memory that the start-up code leaves alone. After a reset they are as they were; after power was off they
 //! are anything, so they count only with the magic number and the checksum that go with them.
 
+#[cfg(feature = "h743")]
+use core::sync::atomic::{Ordering, compiler_fence};
+
 /// Bytes of text that are kept.
 const MOST: usize = 96;
 /// What the record begins with.
@@ -91,12 +94,11 @@ mod kept {
     use core::mem::MaybeUninit;
     use core::panic::PanicInfo;
     use core::ptr::{addr_of, addr_of_mut};
-    use core::sync::atomic::{Ordering, compiler_fence};
 
     use cortex_m::peripheral::SCB;
     use cortex_m_rt::{ExceptionFrame, exception};
 
-    use super::LastWords;
+    use super::{LastWords, Ordering, compiler_fence};
 
     /// Not touched by the start-up code.
     #[unsafe(link_section = ".uninit.last_words")]

@@ -1,5 +1,5 @@
 //! The firmware on a board that QEMU emulates: frames of 400 × 400 GREY from the file `frames`, in stripes as a DMA brings them; events
-//! out of the UART, requests into it (`ci/firmware`).
+//! out of the UART, requests into it, and how deep the stack was into the file `stack` (`ci/firmware`).
 #![no_std]
 #![no_main]
 
@@ -10,6 +10,7 @@ use wstac_core::rate::FrameRate;
 use wstac_core::speed::SpeedConfig;
 use wstac_core::wire::{self, Decoder, Message, Received, Request};
 use wstac_fw::emulated::host::{self, File};
+use wstac_fw::emulated::stack;
 use wstac_fw::emulated::uart::Uart;
 use wstac_fw::reader::{Outlet, Reader};
 use wstac_fw::setup;
@@ -63,5 +64,7 @@ fn run() -> Result<(), Error> {
         while reader.send_held(&mut link) {}
     }
     reader.finish(&mut link);
+    let stack = (stack::deepest() - size_of_val(&stripe)) as u32;
+    File::create(b"stack\0").write(&[stack as i16, (stack >> 16) as i16]);
     Ok(())
 }
