@@ -215,6 +215,7 @@ entries! {
     trigger_finish<'a>(trigger: &'a mut Trigger) -> Option<Event<'a>> { trigger.finish() }
     trigger_end(trigger: &Trigger) -> StreamEnd { trigger.end() }
     trigger_next(trigger: &Trigger) -> u64 { trigger.next_frame() }
+    trigger_recent<'a>(trigger: &'a Trigger) -> (u64, Sample<'a>) { trigger.recent() }
     trigger_interrupted(trigger: &mut Trigger) -> Option<Incomplete> { trigger.take_interrupted() }
     trigger_baseline(trigger: &Trigger) -> Option<&Baseline> { trigger.baseline() }
     trigger_thresholds(trigger: &Trigger) -> Option<&[i32; 10]> { trigger.thresholds() }
