@@ -105,8 +105,13 @@ impl<'a> Block<'a> {
 
     /// The rows, each `width` bytes.
     pub fn each_row(self) -> impl Iterator<Item = &'a [u8]> {
-        let rows = self.bytes.chunks(self.bytes_per_row.max(1)).take(self.rows);
-        rows.map(move |row| row.get(..self.width).unwrap_or(row))
+        // Not `chunks`: how many there are is a division, and one by zero panics where the compiler loses sight of the divisor.
+        let mut rest = self.bytes;
+        (0..self.rows).map(move |_| {
+            let row = rest.get(..self.width).unwrap_or(rest);
+            rest = rest.get(self.bytes_per_row..).unwrap_or(&[]);
+            row
+        })
     }
 }
 

@@ -1,0 +1,30 @@
+//! Texture models: read, asked, and their labels.
+
+use wstac_core::model::Model;
+use wstac_core::model::boosted::Boosted;
+use wstac_core::model::file::ModelError;
+use wstac_core::model::forest::Forest;
+use wstac_core::model::labels::{Label, Labels};
+use wstac_core::model::linear_svm::LinearSvm;
+use wstac_core::texture;
+
+entries! {
+    model:
+    read<'a>(words: &'a [u32]) -> Result<Model<'a>, ModelError> { Model::from_words(words) }
+    read_bytes<'a>(bytes: &'a [u8]) -> Result<Model<'a>, ModelError> { Model::from_bytes(bytes) }
+    read_svm<'a>(words: &'a [u32]) -> Result<LinearSvm<'a>, ModelError> { LinearSvm::from_words(words) }
+    read_forest<'a>(words: &'a [u32]) -> Result<Forest<'a>, ModelError> { Forest::from_words(words) }
+    read_boosted<'a>(words: &'a [u32]) -> Result<Boosted<'a>, ModelError> { Boosted::from_words(words) }
+    classify(model: &Model<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
+    svm_classify(model: &LinearSvm<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
+    forest_classify(model: &Forest<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
+    boosted_classify(model: &Boosted<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
+    texture_of_svm(sample: &[i16; 700], model: &LinearSvm<'static>) -> u8 { texture::texture(sample, model).class }
+    texture_of_forest(sample: &[i16; 700], model: &Forest<'static>) -> u8 { texture::texture(sample, model).class }
+    texture_of_boosted(sample: &[i16; 700], model: &Boosted<'static>) -> u8 { texture::texture(sample, model).class }
+    texture_of_model(sample: &[i16; 700], model: &Model<'static>) -> u8 { texture::texture(sample, model).class }
+    frames(model: &Model<'_>) -> u8 { model.frames() }
+    label<'a>(labels: Labels<'a>, class: usize) -> Option<Label<'a>> { labels.get(class) }
+    training<'a>(labels: Labels<'a>) -> Label<'a> { labels.training() }
+    label_letters(label: Label<'_>) -> u32 { label.chars().map(u32::from).fold(0, u32::wrapping_add) }
+}
