@@ -1,21 +1,20 @@
 //! From features to events, and from events to answers.
 
 use wstac_core::baseline::Baseline;
-use wstac_core::direction::{self, Direction};
-use wstac_core::early::{Beginning, Early};
+use wstac_core::direction::{self, Direction, Heading};
 use wstac_core::error::Error;
 use wstac_core::features::Features;
 use wstac_core::rate::FrameRate;
-use wstac_core::sample::Sample;
 use wstac_core::speed::{self, Duration, Law, NoSpeed, Speed, SpeedConfig, ThresholdOn};
 use wstac_core::trigger::{Event, Incomplete, Rule, StreamEnd, Trigger, TriggerConfig};
 
 entries! {
     trigger:
-    config(window: u32, multiplier: f64, backtrack: u32, rule: Rule, margin: f64) -> Result<TriggerConfig, Error> {
+    new_config(window: u32, multiplier: f64, backtrack: u32, rule: Rule, margin: f64) -> Result<TriggerConfig, Error> {
         TriggerConfig::new(window, multiplier, backtrack, rule, margin)
     }
-    default() -> TriggerConfig { TriggerConfig::default() }
+    baseline_frames(config: &TriggerConfig) -> u16 { config.baseline_frames() }
+    new_default() -> TriggerConfig { TriggerConfig::default() }
     new(config: TriggerConfig, frame: u64) -> Trigger { Trigger::starting_at(config, frame) }
     push<'a>(trigger: &'a mut Trigger, features: Features, patched: bool) -> Option<Event<'a>> {
         trigger.push(features, patched)
@@ -35,21 +34,16 @@ entries! {
 
 entries! {
     event:
-    sample<'a>(frames: &'a [Features; 70]) -> Sample<'a> { Sample::from_frames(frames) }
-    sample_feature(sample: Sample<'_>, feature: usize) -> i64 { sample.feature(feature).map(i64::from).sum() }
-    sample_flat(sample: Sample<'_>) -> [i16; 700] { sample.flat() }
-    sample_frames(sample: Sample<'_>) -> usize { sample.frames().count() }
-    early_new(frames: u8) -> Early { Early::new(frames) }
-    early_take<'a>(early: &mut Early, trigger: &'a Trigger) -> Option<Beginning<'a>> { early.take(trigger) }
-    beginning_flat(beginning: &Beginning<'_>) -> [i16; 700] { beginning.flat() }
     direction(event: &Event<'_>) -> Direction { direction::direction(event) }
+    degrees(heading: Heading) -> u16 { heading.degrees() }
+    confidence(direction: &Direction) -> f32 { direction.confidence() }
     duration(event: &Event<'_>, config: &SpeedConfig) -> Option<Duration> { speed::duration(event, config) }
     speed(event: &Event<'_>, config: &SpeedConfig) -> Result<Speed, NoSpeed> { speed::speed(event, config) }
     duration_frames(duration: Duration) -> u8 { duration.frames() }
     duration_cut_off(duration: Duration) -> bool { duration.is_cut_off() }
     law_speed(law: Law, frames: f32) -> Option<f32> { law.speed(frames) }
-    speed_config(law: Law, threshold: f64, on: ThresholdOn, rate: FrameRate) -> Result<SpeedConfig, Error> {
+    new_speed_config(law: Law, threshold: f64, on: ThresholdOn, rate: FrameRate) -> Result<SpeedConfig, Error> {
         SpeedConfig::new(law, threshold, on, rate)
     }
-    paper_speed(rate: FrameRate) -> SpeedConfig { SpeedConfig::paper(rate) }
+    new_paper_speed(rate: FrameRate) -> SpeedConfig { SpeedConfig::paper(rate) }
 }

@@ -29,19 +29,19 @@ macro_rules! format {
 
             entries! {
                 $group:
-                camera(green: G, layout: Layout, rate: FrameRate) -> Result<Camera<G>, Error> { Camera::new(green, layout, rate) }
-                camera_with_stride(green: G, layout: Layout, rate: FrameRate, stride: Stride) -> Result<Camera<G>, Error> {
+                new_camera(green: G, layout: Layout, rate: FrameRate) -> Result<Camera<G>, Error> { Camera::new(green, layout, rate) }
+                new_camera_with_stride(green: G, layout: Layout, rate: FrameRate, stride: Stride) -> Result<Camera<G>, Error> {
                     Camera::with_stride(green, layout, rate, stride)
                 }
-                camera_with_bytes_per_row(camera: Camera<G>, bytes: u32) -> Result<Camera<G>, Error> { camera.with_bytes_per_row(bytes) }
+                new_camera_with_bytes_per_row(camera: Camera<G>, bytes: u32) -> Result<Camera<G>, Error> { camera.with_bytes_per_row(bytes) }
                 camera_sizes(camera: &Camera<G>) -> (usize, usize, u32, u32) {
                     (camera.frame_bytes(), camera.bytes_per_row(), camera.pixels(), camera.full_scale())
                 }
-                sums(camera: Camera<G>) -> Accumulators<G> { Accumulators::new(camera) }
+                new_sums(camera: Camera<G>) -> Accumulators<G> { Accumulators::new(camera) }
                 sums_push_frame(sums: &mut Accumulators<G>, bytes: &[u8]) -> Result<[u32; 25], Error> { sums.push_frame(bytes) }
                 sums_push_stripe(sums: &mut Accumulators<G>, bytes: &[u8]) -> Result<Option<[u32; 25]>, Error> { sums.push_stripe(bytes) }
                 sums_abandon(sums: &mut Accumulators<G>) -> () { sums.abandon_frame(); }
-                stream(camera: Camera<G>, floor: f64) -> Result<FeatureStream<G, L>, Error> { FeatureStream::new(camera, floor) }
+                new_stream(camera: Camera<G>, floor: f64) -> Result<FeatureStream<G, L>, Error> { FeatureStream::new(camera, floor) }
                 stream_push_frame(stream: &mut FeatureStream<G, L>, bytes: &[u8]) -> Result<Option<FeatureFrame>, Error> {
                     stream.push_frame(bytes)
                 }
@@ -53,7 +53,7 @@ macro_rules! format {
                 }
                 stream_push_lost(stream: &mut FeatureStream<G, L>, frames: u64) -> Loss { stream.push_lost(frames) }
                 stream_abandon(stream: &mut FeatureStream<G, L>) -> Loss { stream.abandon_frame() }
-                new(camera: Camera<G>, floor: f64, trigger: TriggerConfig) -> Result<Pipeline<G, L>, Error> {
+                new_pipeline(camera: Camera<G>, floor: f64, trigger: TriggerConfig) -> Result<Pipeline<G, L>, Error> {
                     Pipeline::new(camera, floor, trigger)
                 }
                 push_frame<'a>(pipeline: &'a mut Pipeline<G, L>, bytes: &[u8]) -> Result<Option<Event<'a>>, Error> {

@@ -12,7 +12,7 @@ macro_rules! kernel {
 
             entries! {
                 $group:
-                scale(pixels: u32, full_scale: u32, frames: u32, floor: f64) -> Result<FeatureScale<$kernel>, Error> {
+                new_scale(pixels: u32, full_scale: u32, frames: u32, floor: f64) -> Result<FeatureScale<$kernel>, Error> {
                     FeatureScale::new(pixels, full_scale, frames, floor)
                 }
                 feature(scale: &FeatureScale<$kernel>, sum: u32) -> i16 { scale.feature(sum).max(scale.floor()) }

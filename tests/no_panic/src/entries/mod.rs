@@ -49,6 +49,8 @@ mod kernels;
 #[cfg(not(feature = "deliberate"))]
 mod models;
 #[cfg(not(feature = "deliberate"))]
+mod samples;
+#[cfg(not(feature = "deliberate"))]
 mod wire;
 
 #[cfg(feature = "deliberate")]

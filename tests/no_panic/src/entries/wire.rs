@@ -15,7 +15,7 @@ entries! {
     encode_request<'b>(request: &Request, sequence: u16, buffer: &'b mut [u8; wire::LONGEST]) -> &'b [u8] {
         wire::encode(request, sequence, buffer)
     }
-    decoder() -> Decoder { Decoder::new() }
+    new_decoder() -> Decoder { Decoder::new() }
     decode<'a>(decoder: &'a mut Decoder, byte: u8) -> Option<Result<Received<Message<'a>>, Refused>> {
         decoder.push(byte)
     }
@@ -23,6 +23,7 @@ entries! {
         decoder.push(byte)
     }
     text<'a>(text: &'a str) -> Text<'a> { Text::new(text) }
+    text_length(text: &Text<'_>) -> usize { if text.is_empty() { 0 } else { text.len() } }
     answers(event: &Event<'_>, config: &SpeedConfig) -> Answers<'static> { Answers::new(event, config) }
     texture<'a>(answers: Answers<'a>, sample: &[i16; 700], model: &Model<'a>) -> Answers<'a> {
         answers.with_texture(texture::texture(sample, model))
