@@ -6,8 +6,9 @@ from dataclasses import dataclass
 CONDITIONS = "eq|ne|cs|hs|cc|lo|mi|pl|vs|vc|hi|ls|ge|lt|gt|le"
 LABEL = re.compile(r"([0-9a-f]+) <(.+)>:$")
 LINE = re.compile(r"\s*([0-9a-f]+):\t([0-9a-f ]+)\t(\S+)(?:\t([^@;]*))?(?:[@;] \(([0-9a-f]+) )?")
-NAME = re.compile(rf"(pop|push|ldmia|ldr|bx|blx|bl|b|add|mov|sub)({CONDITIONS})?$")
+NAME = re.compile(rf"(pop|push|vpop|vpush|ldmia|stmdb|ldr|bx|blx|bl|b|add|mov|sub)({CONDITIONS})?$")
 
+SIGNS = {"sub": 1, "subs": 1, "subw": 1, "add": -1, "adds": -1, "addw": -1}  # of what makes the stack deeper
 FILL = "d4d4"  # what rust-lld puts between functions
 
 
@@ -101,18 +102,20 @@ def grows(program, before, code, depth, frame):
         return -4 * registers(operands)
     if written_back := re.search(r"\[sp, #(-?\d+)\]!$|\[sp\], #(-?\d+)$", operands):
         return -int(written_back[1] or written_back[2])
-    target, _, source = operands.partition(", ")
-    if target != "sp" or name in ("cmp", "cmn", "tst"):
+    target, *sources = operands.split(", ")
+    if not target.startswith("sp") or name in ("cmp", "cmn", "tst"):
         return None
-    sign = {"sub": 1, "subw": 1, "subs": 1, "add": -1, "addw": -1, "adds": -1}.get(name)
-    if sign:
-        source = source.removeprefix("sp, ")
-        bytes_ = number(source) if "#" in source else constant(program, before, source)
-        if bytes_ is not None:
-            return sign * bytes_
-    if name == "mov" and (there := frame_address(before, source, frame)) is not None:
-        return there - depth
-    raise Unclear(f"unknown change of the stack pointer at {code}")
+    by = None
+    if name in SIGNS and (sources[0] == "sp" or len(sources) == 1):
+        by = number(sources[-1]) if "#" in sources[-1] else constant(program, before, sources[-1])
+        by = by if by is None else SIGNS[name] * by
+    elif name in SIGNS and sources[0] == "r7" and frame is not None and number(sources[1]) is not None:
+        by = frame + SIGNS[name] * number(sources[1]) - depth
+    elif name == "mov" and (there := frame_address(before, sources[0], frame)) is not None:
+        by = there - depth
+    if by is None or target != "sp":
+        raise Unclear(f"unknown change of the stack pointer at {code}")
+    return by
 
 
 def constant(program, before, register):
@@ -132,18 +135,19 @@ def constant(program, before, register):
 
 def frame_address(before, register, frame):
     """The depth that a register points to, if it was worked out from r7 just before."""
+    if register == "r7":
+        return frame
     offset = 0
     for code in reversed(before):
         parts = code.operands.split(", ")
         if parts[0] != register:
             continue
-        sign = {"sub": 1, "subs": 1, "subw": 1, "add": -1, "adds": -1, "addw": -1}.get(code.name)
         by = number(parts[-1])
-        if sign is None or by is None or frame is None:
+        if code.name not in SIGNS or by is None or frame is None:
             return None
-        offset += sign * by
+        offset += SIGNS[code.name] * by
         if len(parts) == 3 and parts[1] == "r7":
             return frame + offset
         if len(parts) == 3 and parts[1] != register:
             return None
-    return frame + offset if register == "r7" and frame is not None else None
+    return None

@@ -50,7 +50,14 @@ class Taken(unittest.TestCase):
         self.assertEqual(use("00000000 <f>:\n0: vpush {s16-s19}\n4: push {r0-r3, lr}\n6: udf #254").bytes, 16 + 20)
 
     def test_a_store_that_writes_the_stack_pointer_back(self):
-        code = "00000000 <f>:\n0: str.w fp, [sp, #-4]!\n4: strd r0, r1, [sp, #-8]!\n8: ldrd r0, r1, [sp], #8\nc: ldr.w fp, [sp], #4\n10: bx lr"
+        code = """
+            00000000 <f>:
+            0: str.w fp, [sp, #-4]!
+            4: strd r0, r1, [sp, #-8]!
+            8: ldrd r0, r1, [sp], #8
+            c: ldr.w fp, [sp], #4
+            10: bx lr
+        """
         self.assertEqual(use(code).bytes, 12)
         self.assertTrue(use(code).returns)
 
@@ -69,8 +76,24 @@ class Taken(unittest.TestCase):
         """
         self.assertEqual(use(code).bytes, 20 + 1192)
 
+    def test_back_to_the_frame_that_r7_points_to(self):
+        for back in ("sub.w sp, r7, #12", "mov sp, r7\n9: sub sp, #12", "subs r4, r7, #8\n9: subs r4, #4\na: mov sp, r4"):
+            code = f"""
+                00000000 <f>:
+                0: push {{r4, r6, r7, lr}}
+                2: add r7, sp, #8
+                4: str.w r8, [sp, #-4]!
+                6: sub sp, #48
+                8: {back}
+                c: push {{r0, r1, r2, r3, r4, r5, r6, r7, r8, r9, sl, fp, ip}}
+                e: udf #254
+            """
+            with self.subTest(back):
+                # 20 bytes are left, and 52 come on top.
+                self.assertEqual(use(code).bytes, 72)
+
     def test_an_unknown_change_is_an_error(self):
-        for code in ("mov sp, r4", "add sp, r6", "bic.w sp, sp, #7", "ldr sp, [r0]", "sub.w sp, sp, r4", "msr MSP, r0"):
+        for code in ("mov sp, r4", "add sp, r6", "bic.w sp, sp, #7", "ldr sp, [r0]", "sub.w sp, sp, r4", "msr MSP, r0", "ldm sp!, {r4}", "sub.w sp, r4, #8"):
             with self.subTest(code), self.assertRaisesRegex(Unclear, code.split()[-1]):
                 use(f"00000000 <f>:\n0: {code}\n4: bx lr")
 
@@ -113,7 +136,16 @@ class Paths(unittest.TestCase):
         self.assertEqual(use(code).bytes, 24)
 
     def test_both_sides_of_a_branch(self):
-        code = "00000000 <f>:\n0: cbz r0, 6 <f+0x6>\n2: push {r4, lr}\n4: pop {r4, pc}\n6: bls.n a <f+0xa>\n8: bx lr\na: push {r4, r5, lr}\nc: pop {r4, r5, pc}"
+        code = """
+            00000000 <f>:
+            0: cbz r0, 6 <f+0x6>
+            2: push {r4, lr}
+            4: pop {r4, pc}
+            6: bls.n a <f+0xa>
+            8: bx lr
+            a: push {r4, r5, lr}
+            c: pop {r4, r5, pc}
+        """
         self.assertEqual(use(code).bytes, 12)
 
     def test_two_depths_at_one_place_are_an_error(self):
@@ -135,22 +167,54 @@ class Paths(unittest.TestCase):
         self.assertEqual(use(code).bytes, 32)
 
     def test_a_jump_worked_out_from_an_address_of_its_own(self):
-        code = "00000000 <f>:\n0: add r6, pc, #8\n2: orr.w r6, r6, #1\n6: bx r6\n8: push {r4, r5}\na: pop {r4, r5}\nc: bx lr"
+        code = """
+            00000000 <f>:
+            0: add r6, pc, #8
+            2: orr.w r6, r6, #1
+            6: bx r6
+            8: push {r4, r5}
+            a: pop {r4, r5}
+            c: bx lr
+        """
         self.assertEqual((use(code).bytes, use(code).indirect), (8, set()))
 
     def test_a_long_jump_of_a_cortex_m0_is_no_call(self):
-        code = "00000000 <f>:\n0: push {r4, lr}\n2: bl 8 <f+0x8>\n6: udf #254\n8: sub sp, #8\na: add sp, #8\nc: pop {r4, pc}"
+        code = """
+            00000000 <f>:
+            0: push {r4, lr}
+            2: bl 8 <f+0x8>
+            6: udf #254
+            8: sub sp, #8
+            a: add sp, #8
+            c: pop {r4, pc}
+        """
         self.assertEqual(use(code).bytes, 16)
 
     def test_nothing_follows_a_call_that_does_not_return(self):
-        code = "00000000 <f>:\n0: push {r4, lr}\n2: cbz r0, a <f+0xa>\n4: sub sp, #8\n6: bl 100 <stop>\na: pop {r4, pc}"
+        code = """
+            00000000 <f>:
+            0: push {r4, lr}
+            2: cbz r0, a <f+0xa>
+            4: sub sp, #8
+            6: bl 100 <stop>
+            a: pop {r4, pc}
+        """
         self.assertEqual(use(code + "\n00000100 <stop>:\n100: b.n 100 <stop>").bytes, 16)
 
     def test_code_that_runs_into_the_next_function(self):
         self.assertEqual(use("00000000 <f>:\n0: nop\n2: movs r0, #1\n00000100 <leaf>:\n100: push {r4, lr}\n102: pop {r4, pc}").bytes, 8)
 
     def test_recursion_is_an_error(self):
-        code = "00000000 <f>:\n0: push {r4, lr}\n2: bl 100 <g>\n6: pop {r4, pc}\n00000100 <g>:\n100: push {r4, lr}\n102: bl 0 <f>\n106: pop {r4, pc}"
+        code = """
+            00000000 <f>:
+            0: push {r4, lr}
+            2: bl 100 <g>
+            6: pop {r4, pc}
+            00000100 <g>:
+            100: push {r4, lr}
+            102: bl 0 <f>
+            106: pop {r4, pc}
+        """
         with self.assertRaisesRegex(Unclear, "recursion: f > g > f"):
             use(code)
 
@@ -159,7 +223,17 @@ class Paths(unittest.TestCase):
             use("00000000 <f>:\n0: push {r4, lr}\n2: bl 0 <f>\n6: pop {r4, pc}")
 
     def test_calls_through_registers_are_listed_with_all_callers(self):
-        code = "00000000 <f>:\n0: push {r4, lr}\n2: bl 100 <g>\n6: pop {r4, pc}\n00000100 <g>:\n100: push {r4, lr}\n102: blx r3\n104: pop {r4, lr}\n106: bx r2"
+        code = """
+            00000000 <f>:
+            0: push {r4, lr}
+            2: bl 100 <g>
+            6: pop {r4, pc}
+            00000100 <g>:
+            100: push {r4, lr}
+            102: blx r3
+            104: pop {r4, lr}
+            106: bx r2
+        """
         self.assertEqual(use(code).indirect, {"g at 102: blx r3", "g at 106: bx r2"})
 
 

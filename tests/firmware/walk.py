@@ -34,8 +34,10 @@ class Analysis:
                 names = [self.program.functions[each].name for each in (*self.under_way, address)]
                 raise Unclear("recursion: " + " > ".join(names[self.under_way.index(address) :]))
             self.under_way.append(address)
-            self.uses[address] = Walk(self, address).use()
-            self.under_way.pop()
+            try:
+                self.uses[address] = Walk(self, address).use()
+            finally:
+                self.under_way.pop()
         return self.uses[address]
 
 
@@ -69,6 +71,8 @@ class Walk:
                 continue
             at = self.index.get(address)
             if at is None:
+                if self.code and address <= self.code[-1].address:
+                    raise Unclear(f"{self.name}: a jump to {address:x}, where there is no instruction")
                 # Behind the last instruction: what comes next is another function.
                 self.call(self.end, state[0], leaves=True)
                 continue
@@ -124,7 +128,7 @@ class Walk:
         if name in ("tbb", "tbh") or name in ("mov", "add") and operands.startswith("pc, "):
             self.tables.append((depth, frame))
             return []
-        if operands.startswith("pc, ") or name in ("msr", "bxj"):
+        if operands.startswith("pc, ") or name == "msr" and re.match("MSP,|PSP,|CONTROL,", operands):
             raise Unclear(f"{self.name}: unknown jump or stack at {code}")
         return [] if name == "udf" else on
 
