@@ -249,10 +249,10 @@ class Numbers(unittest.TestCase):
         self.assertEqual(better, ["a, M3: 72 bytes, kept 80"])
         self.assertEqual(stack.compare(kept, kept), ([], []))
 
-    def test_an_unknown_compiler_may_take_a_tenth_and_some_more_than_the_largest_known(self):
+    def test_an_unknown_compiler_may_take_a_quarter_and_some_more_than_the_largest_known(self):
         kept = {"1.95": {"a": {"M0": 100}}, "1.96": {"a": {"M0": 200}, "b": {"M0": 10}}}
         self.assertEqual(stack.bounds(kept, "1.95")[0], kept["1.95"])
-        self.assertEqual(stack.bounds(kept, "1.97")[0], {"a": {"M0": 252}, "b": {"M0": 43}})
+        self.assertEqual(stack.bounds(kept, "1.97")[0], {"a": {"M0": 282}, "b": {"M0": 44}})
 
 
 if __name__ == "__main__":
