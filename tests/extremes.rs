@@ -1,7 +1,7 @@
 //! The ends of every range of light and of sizes. Each test names an extreme and what is guaranteed there.
 
 use wstac_core::error::Error;
-use wstac_core::features::{FeatureScale, Features};
+use wstac_core::features::{FeatureScale, Features, Floor};
 use wstac_core::frame::Stride;
 use wstac_core::green::Green;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
@@ -238,10 +238,11 @@ fn five_taxels_at_the_end_of_32_bits() {
     check(Rgb24::default(), [2091, 1611], [1836, 1835]);
     for full_scale in [255, 1023, 4095, 65_535] {
         let pixels = u32::MAX / 5 / full_scale;
-        let scale = FeatureScale::<Fixed>::new(pixels, full_scale, 1, 0.5).unwrap();
+        let floor = Floor::new(0.5, full_scale).unwrap();
+        let scale = FeatureScale::<Fixed>::new(pixels, full_scale, 1, floor).unwrap();
         assert_eq!(scale.feature(5 * pixels * full_scale), 3296, "A = {pixels}, G = {full_scale}");
         for (pixels, frames) in [(pixels + 1, 1), (pixels, 2), (u32::MAX, 1), (pixels, u32::MAX)] {
-            let refused = FeatureScale::<Fixed>::new(pixels, full_scale, frames, 0.5).unwrap_err();
+            let refused = FeatureScale::<Fixed>::new(pixels, full_scale, frames, floor).unwrap_err();
             assert_eq!(refused, Error::SumTooLarge { pixels, full_scale, frames });
         }
     }

@@ -3,7 +3,7 @@
 use wstac_core::baseline::Baseline;
 use wstac_core::direction::{self, Unclear};
 use wstac_core::error::Error;
-use wstac_core::features::{FeatureScale, Features};
+use wstac_core::features::{FeatureScale, Features, Floor};
 use wstac_core::ln::fixed::Fixed;
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
@@ -94,7 +94,7 @@ fn not_numbers_are_refused_or_harmless() {
     let same = |a: f64, b: f64| a.to_bits() == b.to_bits();
     let tiny = f64::from_bits(1);
     for bad in NOT_NUMBERS.into_iter().chain([-tiny, -1.0, f64::MIN]) {
-        let floor = FeatureScale::<Fixed>::new(100, 255, 1, bad).unwrap_err();
+        let floor = Floor::new(bad, 255).unwrap_err();
         assert!(matches!(floor, Error::FloorLevels(found) if same(found, bad)), "{bad}");
         for rule in [Rule::Literal, Rule::Signed] {
             let multiplier = TriggerConfig::new(5, bad, 10, rule, 0.2).unwrap_err();
@@ -109,7 +109,11 @@ fn not_numbers_are_refused_or_harmless() {
         assert_eq!(config(1.2, zero), config(1.2, 0.0));
         assert!(TriggerConfig::new(5, zero, 10, Rule::Signed, 0.2).is_err());
     }
-    let floor = |levels| FeatureScale::<Fixed>::new(100, 255, 1, levels).map(|scale| scale.floor());
+    let floor = |levels| {
+        Floor::new(levels, 255)
+            .and_then(|floor| FeatureScale::<Fixed>::new(100, 255, 1, floor))
+            .map(|scale| scale.floor())
+    };
     assert_eq!(floor(-0.0), floor(0.0));
     assert_eq!(floor(0.0), Ok(feature(1.0 / 25_500.0)));
     assert_eq!([floor(tiny), floor(f64::MIN_POSITIVE), floor(1e-9)], [Ok(i16::MIN); 3], "saturates at −16");

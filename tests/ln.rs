@@ -1,6 +1,6 @@
 //! The logarithm on every integer that the paper layouts can ask for, against 64-bit floating point (SPEC §2).
 
-use wstac_core::features::FeatureScale;
+use wstac_core::features::{FeatureScale, Floor};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
 
@@ -29,7 +29,7 @@ fn expected(sum: u32, most: u32) -> (i32, f64) {
 /// Every sum 1..=5·A·G, with nothing floored.
 fn every_integer<L: Ln>(pixels: u32) -> Found {
     let most = pixels * FULL_SCALE;
-    let scale = FeatureScale::<L>::new(pixels, FULL_SCALE, 1, 0.0).unwrap();
+    let scale = FeatureScale::<L>::new(pixels, FULL_SCALE, 1, Floor::new(0.0, FULL_SCALE).unwrap()).unwrap();
     let mut found = Found { integers: 5 * most, correctly_rounded: 0, furthest: 0, error: 0.0, falls: 0 };
     let mut previous = i16::MIN;
     for sum in 1..=5 * most {
@@ -60,7 +60,7 @@ fn check<L: Ln>(name: &str, may_fall: bool) {
         assert!(found.furthest <= 1, "{name} {width}x{height} is off by {} units", found.furthest);
         assert!(share > 90.0, "{name} {width}x{height} rounds only {share} % correctly");
         assert!(may_fall || found.falls == 0, "{name} {width}x{height} falls {} times", found.falls);
-        let scale = FeatureScale::<L>::new(pixels, FULL_SCALE, 1, 0.0).unwrap();
+        let scale = FeatureScale::<L>::new(pixels, FULL_SCALE, 1, Floor::new(0.0, FULL_SCALE).unwrap()).unwrap();
         assert_eq!(scale.feature(pixels * FULL_SCALE), 0, "full scale is 0");
     }
 }

@@ -6,6 +6,7 @@ use std::process::{Command, Output};
 
 use wstac_tests::command::wstac;
 use wstac_tests::folder::Folder;
+use wstac_tests::npz::{header, npz, zip64};
 use wstac_tests::trained::XGBOOST;
 
 fn model(arguments: &[&str]) -> Output {
@@ -25,78 +26,6 @@ fn bad(arguments: &[&str], parts: &[&str]) {
     for part in parts {
         assert!(said.contains(part), "{part}: {said}");
     }
-}
-
-/// The same as zip64 has it, where sizes and places of more than 32 bits are.
-fn zip64(arrays: &[(&str, &str, Vec<u8>)]) -> Vec<u8> {
-    let small = npz(arrays);
-    let end = small.len() - 22;
-    let number = |at: usize| u32::from_le_bytes(small[at..at + 4].try_into().unwrap()) as usize;
-    let (mut rest, at) = (&small[number(end + 16)..end], number(end + 16));
-    let mut archive = small[..at].to_vec();
-    let entry = |field: usize, rest: &[u8]| u32::from_le_bytes(rest[field..field + 4].try_into().unwrap());
-    while !rest.is_empty() {
-        let name = usize::from(rest[28]);
-        let mut header = rest[..46].to_vec();
-        let large = [entry(24, rest), entry(20, rest), entry(42, rest)].map(|number| u64::from(number).to_le_bytes());
-        // Sizes, and the place, are all ones where they stand in the extras: some other field, then that of zip64.
-        header[20..28].fill(0xFF);
-        header[42..46].fill(0xFF);
-        header[30] = 6 + 4 + 24;
-        archive.extend(header);
-        archive.extend(&rest[46..46 + name]);
-        archive.extend([9, 9, 2, 0, 7, 7, 1, 0, 24, 0]);
-        archive.extend(large.as_flattened());
-        rest = &rest[46 + name..];
-    }
-    let (bytes, record) = (archive.len() - at, archive.len() as u64);
-    archive.extend(b"PK\x06\x06");
-    archive.extend([44, 0, 0, 0, 0, 0, 0, 0, 45, 0, 45, 0]);
-    archive.extend([0; 24]);
-    archive.extend([bytes as u64, at as u64].map(u64::to_le_bytes).as_flattened());
-    archive.extend(b"PK\x06\x07\0\0\0\0");
-    archive.extend(record.to_le_bytes());
-    archive.extend([1, 0, 0, 0]);
-    archive.extend(b"PK\x05\x06\0\0\0\0");
-    archive.extend([0xFF; 12]);
-    archive.extend([0, 0]);
-    archive
-}
-
-/// A zip archive of stored members, without checksums, which are not looked at.
-fn npz(arrays: &[(&str, &str, Vec<u8>)]) -> Vec<u8> {
-    let (mut archive, mut directory) = (Vec::new(), Vec::new());
-    for (name, header, data) in arrays {
-        let name = format!("{name}.npy");
-        let mut npy = b"\x93NUMPY\x01\x00".to_vec();
-        npy.extend((header.len() as u16).to_le_bytes());
-        npy.extend(header.as_bytes());
-        npy.extend(data);
-        let mut common = vec![20, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
-        common.extend([(npy.len() as u32).to_le_bytes(); 2].concat());
-        common.extend((name.len() as u16).to_le_bytes());
-        common.extend([0, 0]);
-        directory.extend(b"PK\x01\x02\x14\x03");
-        directory.extend(&common);
-        directory.extend([0; 10]);
-        directory.extend((archive.len() as u32).to_le_bytes());
-        directory.extend(name.as_bytes());
-        archive.extend(b"PK\x03\x04");
-        archive.extend(common);
-        archive.extend(name.as_bytes());
-        archive.extend(npy);
-    }
-    let start = archive.len() as u32;
-    archive.extend(&directory);
-    archive.extend(b"PK\x05\x06\0\0\0\0\0\0\0\0");
-    archive.extend((directory.len() as u32).to_le_bytes());
-    archive.extend(start.to_le_bytes());
-    archive.extend([0, 0]);
-    archive
-}
-
-fn header(descr: &str, shape: &str) -> String {
-    format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}\n")
 }
 
 fn text(path: &Path) -> &str {
@@ -162,6 +91,75 @@ fn from_a_trainers_file_to_answers() {
         let cut = folder.file("cut.wsm", &first[..length]);
         bad(&["inspect", text(&cut)], &["cut.wsm"]);
         bad(&["eval", text(&cut), text(&data)], &["cut.wsm"]);
+    }
+    // What was found and what was expected, with the file's name.
+    let words = first.len() / 4;
+    let mut longer = first.clone();
+    longer.extend([0; 8]);
+    let changed = |at: usize, byte: u8| {
+        let mut changed = first.clone();
+        changed[at] = byte;
+        changed
+    };
+    for (bytes, says) in [
+        (changed(3, b'2'), "another version, expected WSM1: import the model again (byte 3 is 50)".to_owned()),
+        (changed(2, b'X'), "does not start with WSM1".to_owned()),
+        (longer, format!("({} words, expected {words})", words + 2)),
+        (changed(first.len() - 6, 0xFF), "its checksum is wrong: it is damaged (".to_owned()),
+    ] {
+        bad(&["inspect", text(&folder.file("changed.wsm", &bytes))], &["changed.wsm: ", &says]);
+    }
+}
+
+#[test]
+fn truth_of_other_labels_is_said() {
+    let folder = Folder::new("others");
+    let (file, out) = (folder.file("trained", XGBOOST.as_bytes()), folder.0.join("out.wsm"));
+    let out = text(&out);
+    good(&["import", text(&file), "-o", out, "--labels", "Fla,Saw"]);
+    let said = |truth: [i64; 2], labels: &str| {
+        let letters: Vec<u8> = labels.chars().flat_map(|letter| u32::from(letter).to_le_bytes()).collect();
+        let numbers: Vec<u8> = truth.iter().flat_map(|number| number.to_le_bytes()).collect();
+        let truth = if labels.is_empty() { ("<i8", numbers) } else { ("<U3", letters) };
+        let arrays =
+            [("X", &header("<i2", "(2, 700)")[..], vec![0; 2 * 2 * 700]), ("y", &header(truth.0, "(2,)"), truth.1)];
+        let done = model(&["eval", out, text(&folder.file("data.npz", npz(&arrays))), "--json"]);
+        assert_eq!(done.status.code(), Some(0));
+        String::from_utf8(done.stderr).unwrap()
+    };
+    let numbers = said([0, 1], "");
+    assert!(
+        numbers.contains("out.wsm names Fla, Saw; y of ") && numbers.contains("data.npz has 0, 1: no label is in both")
+    );
+    assert!(said([0, 0], "TriSin").contains(" has Tri, Sin: "));
+    assert_eq!(said([0, 0], "TriSaw"), "");
+}
+
+#[test]
+fn options_of_other_models_are_refused() {
+    let folder = Folder::new("options");
+    let boosted = folder.file("boosted.json", XGBOOST.as_bytes());
+    let forest = folder.file("forest.onnx", include_bytes!("fuzz/seeds/model_import/forest.onnx"));
+    let out = folder.0.join("out");
+    for (file, option, output, parts) in [
+        (
+            &boosted,
+            ["--weights", "int16"],
+            "wsm",
+            ["--weights is for linear models", "boosted.json holds boosted trees"],
+        ),
+        (&boosted, ["--note", "a"], "rs", ["--note is for model files", "expected no --note"]),
+        (&forest, ["--leaves", "auto"], "wsm", ["--leaves is for boosted trees", "forest.onnx holds a forest"]),
+        (&forest, ["--weights", "int8"], "rs", ["--weights is for linear models", "forest.onnx holds a forest"]),
+    ] {
+        let out = out.with_extension(output);
+        let done = model(&["import", text(file), "-o", text(&out), option[0], option[1]]);
+        let said = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert_eq!(done.status.code(), Some(2), "{said}");
+        assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+        assert!(!out.exists());
+        good(&["import", text(file), "-o", text(&out)]);
+        fs::remove_file(out).unwrap();
     }
 }
 
@@ -307,4 +305,39 @@ fn trees_that_are_left_out_are_said() {
     let done = model(&["import", text(&file), "-o", text(&out)]);
     let said = String::from_utf8_lossy(&done.stderr).into_owned();
     assert!(done.status.success() && said.contains("1 of 2 trees are used"), "{said}");
+}
+
+#[test]
+fn the_demo_compares_what_the_model_tells_apart() {
+    let folder = Folder::new("demo");
+    let (file, out) = (folder.file("trained", XGBOOST.as_bytes()), folder.0.join("out.wsm"));
+    for (labels, title, says) in [
+        ("Fla,Saw", "pattern", "of 12 patterns right"),
+        ("0,3", "depth", "of 12 depths right"),
+        ("one,two", "class", "of the model's classes nothing is known"),
+    ] {
+        good(&["import", text(&file), "-o", text(&out), "--labels", labels, "--force"]);
+        let done = Command::new(wstac()).args(["demo", "--model", text(&out)]).output().unwrap();
+        let said = String::from_utf8(done.stdout).unwrap();
+        assert!(done.status.success(), "{said}");
+        let (rows, last) = (said.lines().skip(2).take(12), said.lines().last().unwrap());
+        assert!(
+            said.lines().nth(1).unwrap().contains(&format!("direction    {title} ")) && last.ends_with(says),
+            "{said}"
+        );
+        let names: Vec<String> = labels
+            .split(',')
+            .map(|label| if title == "depth" { format!("{label} mm") } else { label.into() })
+            .collect();
+        let mut right = 0;
+        for row in rows {
+            let (specimen, answer) = (&row[..4], row.split('°').nth(1).unwrap().trim_start());
+            let name = names.iter().find(|name| answer.starts_with(name.as_str())).unwrap_or_else(|| panic!("{said}"));
+            right += usize::from(
+                title == "pattern" && specimen.starts_with(name.as_str())
+                    || title == "depth" && specimen[3..] == name[..1],
+            );
+        }
+        assert!(title == "class" || right > 0 && last.contains(&format!("; {right} of 12")), "{said}");
+    }
 }

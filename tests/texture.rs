@@ -1,13 +1,12 @@
 //! `wstac run --model`: textures in events, and before them.
 
 use std::fs;
-use std::path::PathBuf;
 use std::process::{Command, Output};
 
 use serde_json::Value;
 use wstac_tests::command::wstac;
 use wstac_tests::folder::Folder;
-use wstac_tests::trained::XGBOOST;
+use wstac_tests::trained::model;
 
 fn run(arguments: &[&str]) -> Output {
     Command::new(wstac()).args(arguments).output().unwrap()
@@ -17,20 +16,6 @@ fn records(arguments: &[&str]) -> Vec<Value> {
     let done = run(arguments);
     assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
     String::from_utf8(done.stdout).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
-}
-
-/// A model of two classes from so many first frames: the second where feature 0 of one of them is −1.5 or above.
-fn model(folder: &Folder, name: &str, frames: u32, frame: u32, labels: &str) -> PathBuf {
-    let json = XGBOOST.replacen("\"split_indices\": [69", &format!("\"split_indices\": [{frame}"), 1).replacen(
-        "\"num_feature\": \"700\"",
-        &format!("\"num_feature\": \"{}\"", 10 * frames),
-        1,
-    );
-    let (file, out) = (folder.file(&format!("{name}.json"), json), folder.0.join(format!("{name}.wsm")));
-    let (file, path) = (file.to_str().unwrap(), out.to_str().unwrap());
-    let done = run(&["model", "import", file, "-o", path, "--labels", labels]);
-    assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
-    out
 }
 
 const SCENE: &str = "scene:Saw3@150";

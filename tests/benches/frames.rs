@@ -7,7 +7,7 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use wstac_core::features::FeatureScale;
+use wstac_core::features::{FeatureScale, Floor};
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
 use wstac_core::green::bayer::BayerOrder;
 use wstac_core::green::ycbcr::Colour;
@@ -66,7 +66,7 @@ fn read(c: &mut Criterion) {
 }
 
 fn logarithm<L: Ln>(c: &mut Criterion, name: &str) {
-    let scale: FeatureScale<L> = FeatureScale::new(8100, 255, 1, 0.5).unwrap();
+    let scale: FeatureScale<L> = FeatureScale::new(8100, 255, 1, Floor::new(0.5, 255).unwrap()).unwrap();
     let sums: Vec<[u32; 10]> = (1..100).map(|i| std::array::from_fn(|k| i * 7919 * (k as u32 + 1))).collect();
     c.benchmark_group("ten features").bench_function(name, |b| {
         b.iter(|| {

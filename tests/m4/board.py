@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs a texture model on an emulated Cortex-M4 (QEMU's mps2-an386): what it answers, and at what cost.
 
-    board.py                           checks that every kind of model answers there as on a host
+    board.py                           checks that every kind of model answers there as on a host, and on a Cortex-M3
     board.py FILE SAMPLES [CLASSES]
 
 FILE is a model file (.wsm), a Rust file (.rs) with `pub fn classify(sample: &[i16; 700]) -> u8`, or an object file (.o) with C's
@@ -10,7 +10,6 @@ Instructions are exact: the emulator counts them. An instruction is not a cycle.
 """
 
 import os
-import shutil
 import struct
 import subprocess
 import sys
@@ -19,11 +18,24 @@ from dataclasses import dataclass
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-TARGET = "thumbv7em-none-eabihf"
 INPUTS = 700
 TICK = 40  # instructions, as src/clock.rs has it
 VARIABLES = {".wsm": "M4_MODEL", ".rs": "M4_RUST", ".o": "M4_C"}
-QEMU = "qemu-system-arm -M mps2-an386 -nographic -monitor none -serial none -icount shift=0"
+QEMU = "qemu-system-arm -nographic -monitor none -serial none -icount shift=0"
+
+
+@dataclass(frozen=True)
+class Board:
+    """A processor, Rust's name for what it runs, and QEMU's for a board that has it; memory is where memory.x says."""
+
+    processor: str
+    target: str
+    machine: str
+
+
+M4 = Board("Cortex-M4", "thumbv7em-none-eabihf", "mps2-an386")
+# Without packed multiply-accumulate: weighted sums are added up the plain way.
+M3 = Board("Cortex-M3", "thumbv7m-none-eabi", "mps2-an385")
 
 
 @dataclass
@@ -36,42 +48,24 @@ class Cost:
     flash: int  # bytes of code and constants that the model adds to a program
 
 
-def text_of(*command, **more):
-    return subprocess.run(command, capture_output=True, text=True, check=True, **more).stdout
-
-
-def cargo():
-    """Cargo's arguments and environment: with rustup's target, or else with Debian's rustc and core's own source."""
+def build(file=None, program="measure", board=M4):
+    """Builds a program with a model, or with none; its ELF, valid until the next build for this board."""
     environment = {name: value for name, value in os.environ.items() if name not in VARIABLES.values()}
-    flags = ["build", "--quiet", "--locked", "--release", "--target", TARGET]
     environment["RUSTFLAGS"] = "-C link-arg=-Tlink.x"
-    rustup = shutil.which("rustup")
-    if rustup and TARGET in text_of(rustup, "target", "list", "--installed", cwd=HERE).split():
-        return flags, environment
-    linkers = list(Path(text_of("rustc", "--print", "sysroot", cwd=HERE).strip()).glob("lib/rustlib/*/bin/rust-lld"))
-    if not linkers or not Path("/usr/lib/rustlib/src").exists():
-        sys.exit(f"board.py: no compiler for {TARGET}: ci/setup test installs one")
-    environment |= {"RUSTC": "/usr/bin/rustc", "RUSTC_BOOTSTRAP": "1"}
-    environment["RUSTFLAGS"] += f" -C linker={linkers[0]}"
-    return [*flags, "-Zbuild-std=core,compiler_builtins", "-Zbuild-std-features=compiler-builtins-mem"], environment
-
-
-def build(file=None, program="measure"):
-    """Builds a program with a model, or with none; its ELF, valid until the next build."""
-    flags, environment = cargo()
     if file is not None:
         environment[VARIABLES[Path(file).suffix]] = str(Path(file).resolve())
     folder = Path(environment.get("CARGO_TARGET_DIR", HERE / "../../target")).resolve() / "m4"
-    subprocess.run(["cargo", *flags, "--target-dir", folder, "--bin", program], cwd=HERE, env=environment, check=True)
-    return folder / TARGET / "release" / program
+    options = ["--quiet", "--locked", "--release", "--target-dir", folder, "--bin", program]
+    subprocess.run([HERE / "../../ci/thumb", board.target, "build", *options], cwd=HERE, env=environment, check=True)
+    return folder / board.target / "release" / program
 
 
-def run(elf, folder, seconds=600):
+def run(elf, folder, seconds=600, board=M4):
     """Runs a program until it ends; its files are in the folder."""
-    how = ["-semihosting-config", "enable=on,target=native", "-kernel", str(Path(elf).resolve())]
+    how = ["-M", board.machine, "-semihosting-config", "enable=on,target=native", "-kernel", str(Path(elf).resolve())]
     done = subprocess.run([*QEMU.split(), *how], cwd=folder, stdin=subprocess.DEVNULL, timeout=seconds, check=False)
     if done.returncode:
-        sys.exit(f"board.py: the program on the board failed ({done.returncode})")
+        sys.exit(f"board.py: the program on the {board.processor} failed ({done.returncode})")
 
 
 def flash(elf):
@@ -103,16 +97,17 @@ def measure(file, samples):
     return Cost(classes, sum(took) / len(took), round(max(took)), flash(elf) - empty)
 
 
-def agree():
+def agree(board):
     """Runs models of every kind by chance: the board must answer as a host does."""
     with tempfile.TemporaryDirectory() as folder:
-        run(build(program="agree"), folder)
+        run(build(program="agree", board=board), folder, board=board)
+    print(f"{board.processor}: the models of tests/src/random_models.rs answer as on a host")
 
 
 if __name__ == "__main__":
     if len(sys.argv) == 1:
-        agree()
-        print("board: the models of tests/src/random_models.rs answer as on a host")
+        agree(M4)
+        agree(M3)
         sys.exit()
     if len(sys.argv) not in (3, 4) or Path(sys.argv[1]).suffix not in VARIABLES:
         sys.exit(__doc__)

@@ -86,7 +86,7 @@ def page(
     slides: int,
     runs: int,
 ) -> str:
-    """The page's text; `slides` and `runs` are those that trained."""
+    """The page's text; `slides` and `runs`, each of another sensor, are those that trained."""
     speeds = np.unique(test.slides.speed)
     intro = paragraph(
         "Models that name the ten specimens of the simulated sensor. They show the way from data to answers and are a",
@@ -94,15 +94,15 @@ def page(
         "`tests/reference/candidates.py` has all of their hyperparameters.",
     )
     trained = paragraph(
-        f"Trained on {slides} simulated slides in {runs} runs: each run is another sensor, whose whiskers have gains of",
-        f"their own, with another gain of all light, 0.5 to 1.5; speeds of {speeds[0]:g} to {speeds[-1]:g} mm/s; four",
-        f"directions. Judged on {len(test.run)} slides in {len(np.unique(test.run))} runs of other sensors with other",
-        "gains, 1 ± 0.2, and other seeds. Patterns and depths are those of the specimen that is named.",
-        "Per cent, with Student's 95 % interval of the mean over runs:",
+        f"Trained on {slides} simulated slides of {runs} sensors: the whiskers of each have gains of their own, and all",
+        f"of its light another gain, 0.5 to 1.5; speeds of {speeds[0]:g} to {speeds[-1]:g} mm/s; four directions.",
+        f"Judged on {len(test.run)} slides of {len(np.unique(test.run))} other sensors with other gains, 1 ± 0.2, and",
+        "other seeds. Patterns and depths are those of the specimen that is named.",
+        "Per cent, with Student's 95 % interval of the mean over sensors:",
     )
     chosen = paragraph(
-        "Of each kind the most accurate was chosen, on runs that neither train nor judge, of at most 64 kB for the linear",
-        "model and 100 kB for trees:",
+        "Of each kind the most accurate was chosen, on sensors that neither train nor judge, of at most 64 kB for the",
+        "linear model and 100 kB for trees:",
     )
     return f"""# Texture models
 

@@ -57,6 +57,9 @@ class Agreement(Imported):
         names, two = LABELS[self.y], (self.y > 4).astype(int)
         for y, kind in [(names, "ten classes"), (two, "two classes")]:
             self.linear(f"LinearSVC, {kind}", LinearSVC(random_state=1), y)
+            # skl2onnx converts no LinearSVC behind something else without this.
+            scaled, options = make_pipeline(StandardScaler(), LinearSVC(random_state=1)), {LinearSVC: {"raw_scores": True}}
+            self.linear(f"scaled LinearSVC, {kind}", scaled, y, options=options)
             self.linear(f"logistic regression, {kind}", LogisticRegression(max_iter=300), y)
             self.linear(f"scaled logistic regression, {kind}", make_pipeline(StandardScaler(), LogisticRegression()), y)
             self.linear(f"scaled SVC, {kind}", make_pipeline(StandardScaler(), SVC(kernel="linear")), y)

@@ -5,6 +5,7 @@ pub mod command;
 pub mod extreme;
 pub mod folder;
 pub mod formats;
+pub mod npz;
 pub mod plain_sums;
 pub mod plain_trigger;
 pub mod random;

@@ -1,4 +1,10 @@
-//! A trained model as its trainer saves it.
+//! A trained model as its trainer saves it, and as it is imported.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use crate::command::wstac;
+use crate::folder::Folder;
 
 /// XGBoost's JSON of two classes; the second where feature 0 of frame 69 is −1.5 or above.
 pub const XGBOOST: &str = r#"{"learner": {"attributes": {}, "gradient_booster": {"name": "gbtree", "model": {
@@ -7,3 +13,20 @@ pub const XGBOOST: &str = r#"{"learner": {"attributes": {}, "gradient_booster": 
     "split_conditions": [-1.5, -1, 1], "split_type": [0, 0, 0], "tree_param": {"size_leaf_vector": "1"}}]}},
     "learner_model_param": {"base_score": "[5E-1]", "num_class": "0", "num_feature": "700"},
     "objective": {"name": "binary:logistic"}}, "version": [3, 2, 0]}"#;
+
+/// A model of two classes from so many first frames: the second where feature 0 of one of them is −1.5 or above.
+///
+/// # Panics
+/// Where it cannot be imported.
+pub fn model(folder: &Folder, name: &str, frames: u32, frame: u32, labels: &str) -> PathBuf {
+    let json = XGBOOST.replacen("\"split_indices\": [69", &format!("\"split_indices\": [{frame}"), 1).replacen(
+        "\"num_feature\": \"700\"",
+        &format!("\"num_feature\": \"{}\"", 10 * frames),
+        1,
+    );
+    let (file, out) = (folder.file(&format!("{name}.json"), json), folder.0.join(format!("{name}.wsm")));
+    let (file, path) = (file.to_str().unwrap(), out.to_str().unwrap());
+    let done = Command::new(wstac()).args(["model", "import", file, "-o", path, "--labels", labels]).output().unwrap();
+    assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
+    out
+}

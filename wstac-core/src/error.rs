@@ -99,6 +99,13 @@ pub enum Error {
     Margin(f64),
     /// Floor levels that are not a number from 0 to full scale.
     FloorLevels(f64),
+    /// A darkness floor for pixels of another green full scale.
+    FloorFullScale {
+        /// Full scale that the floor is for.
+        found: u32,
+        /// Full scale of the camera's pixels.
+        expected: u32,
+    },
     /// A speed threshold that is not a number above 0 and at most 5.
     SpeedThreshold(f64),
     /// A parameter of a speed law that is not finite, or not above zero where it must be.
@@ -172,6 +179,9 @@ impl fmt::Display for Error {
                 write!(f, "multiplier is {found}, expected 0 to below 65536, and at least 1 with rule \"signed\"")
             }
             Self::Margin(found) => write!(f, "margin is {found}, expected 0 to below 65536"),
+            Self::FloorFullScale { found, expected } => {
+                write!(f, "the darkness floor is for a full scale of {found}, expected {expected}")
+            }
             Self::FloorLevels(found) => {
                 write!(f, "floor_levels is {found}, expected 0 to the full scale of the pixel format")
             }

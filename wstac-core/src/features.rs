@@ -29,6 +29,35 @@ pub fn line_sums(taxels: &[u32; TAXELS]) -> [u32; FEATURES] {
     lines
 }
 
+/// The darkness floor (SPEC §2), worked out once: in a `const`, a board needs no 64-bit floating point for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Floor {
+    full_scale: u32,
+    /// In units of 2^-11; nothing for one raw count.
+    feature: Option<i16>,
+}
+
+impl Floor {
+    /// Features of pixels whose green full scale is `full_scale` are floored at ln(5 · `levels` / `full_scale`), and at one raw
+    /// count for `levels` = 0.
+    ///
+    /// # Errors
+    /// [`Error::FloorLevels`] where `levels` is not 0..=`full_scale`.
+    pub const fn new(levels: f64, full_scale: u32) -> Result<Self, Error> {
+        if !(levels >= 0.0 && levels <= full_scale as f64) {
+            return Err(Error::FloorLevels(levels));
+        }
+        let feature = if levels == 0.0 {
+            None
+        } else {
+            let floor = constant::nearest(constant::ln(5.0 * levels / full_scale as f64) * FEATURE_ONE as f64);
+            Some(if floor < i16::MIN as i64 { i16::MIN } else { floor as i16 })
+        };
+        Ok(Self { full_scale, feature })
+    }
+}
+
 /// From line sums to features: a log kernel `L`, the full scale and the darkness floor.
 #[derive(Clone, Copy, Debug)]
 pub struct FeatureScale<L = Fixed> {
@@ -39,27 +68,21 @@ pub struct FeatureScale<L = Fixed> {
 }
 
 impl<L: Ln> FeatureScale<L> {
-    /// The scale for taxels of `pixels` pixels at green full scale `full_scale`, `frames` of them added up; features
-    /// are floored at ln(5 · `floor_levels` / `full_scale`), and at one raw count for `floor_levels` = 0.
+    /// The scale for taxels of `pixels` pixels at green full scale `full_scale`, `frames` of them added up.
     ///
     /// # Errors
-    /// [`Error::FloorLevels`] where `floor_levels` is not 0..=`full_scale`; [`Error::SumTooLarge`] where
+    /// [`Error::FloorFullScale`] where the floor is for another full scale; [`Error::SumTooLarge`] where
     /// 5 · `pixels` · `full_scale` · `frames` exceeds 32 bits.
-    pub fn new(pixels: u32, full_scale: u32, frames: u32, floor_levels: f64) -> Result<Self, Error> {
+    pub fn new(pixels: u32, full_scale: u32, frames: u32, floor: Floor) -> Result<Self, Error> {
         let fits = pixels.checked_mul(full_scale).and_then(|most| most.checked_mul(frames));
         let Some(most) = fits.filter(|most| most.checked_mul(5).is_some()) else {
             return Err(Error::SumTooLarge { pixels, full_scale, frames });
         };
-        if !(floor_levels >= 0.0 && floor_levels <= f64::from(full_scale)) {
-            return Err(Error::FloorLevels(floor_levels));
+        if floor.full_scale != full_scale {
+            return Err(Error::FloorFullScale { found: floor.full_scale, expected: full_scale });
         }
         let mut scale = Self { reference: L::ln(most), floor: i16::MIN, kernel: PhantomData };
-        scale.floor = if floor_levels == 0.0 {
-            scale.feature(1)
-        } else {
-            let floor = constant::ln(5.0 * floor_levels / f64::from(full_scale)) * f64::from(FEATURE_ONE);
-            constant::nearest(floor).max(i64::from(i16::MIN)) as i16
-        };
+        scale.floor = floor.feature.unwrap_or_else(|| scale.feature(1));
         Ok(scale)
     }
 

@@ -105,12 +105,9 @@ impl<'a> Block<'a> {
 
     /// The rows, each `width` bytes.
     pub fn each_row(self) -> impl Iterator<Item = &'a [u8]> {
-        // Not `chunks`: how many there are is a division, and one by zero panics where the compiler loses sight of the divisor.
-        let mut rest = self.bytes;
-        (0..self.rows).map(move |_| {
-            let row = rest.get(..self.width).unwrap_or(rest);
-            rest = rest.get(self.bytes_per_row..).unwrap_or(&[]);
-            row
+        (0..self.rows).map(move |row| {
+            let at = row * self.bytes_per_row;
+            self.bytes.get(at..at + self.width).unwrap_or_default()
         })
     }
 }

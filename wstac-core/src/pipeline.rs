@@ -1,6 +1,7 @@
 //! The whole way from a camera's bytes to events.
 
 use crate::error::Error;
+use crate::features::Floor;
 use crate::green::{Green, grey::Grey};
 use crate::ln::{Ln, fixed::Fixed};
 use crate::stream::{FeatureStream, Loss};
@@ -48,6 +49,14 @@ impl<G: Green, L: Ln> Pipeline<G, L> {
     /// [`Error::FloorLevels`] where that is not 0 to the green full scale.
     pub fn new(camera: Camera<G>, floor_levels: f64, trigger: TriggerConfig) -> Result<Self, Error> {
         Ok(Self { stream: FeatureStream::new(camera, floor_levels)?, trigger: Trigger::new(trigger) })
+    }
+
+    /// The same with a floor that has been worked out.
+    ///
+    /// # Errors
+    /// [`Error::FloorFullScale`] where it is for pixels of another full scale.
+    pub fn with_floor(camera: Camera<G>, floor: Floor, trigger: TriggerConfig) -> Result<Self, Error> {
+        Ok(Self { stream: FeatureStream::with_floor(camera, floor)?, trigger: Trigger::new(trigger) })
     }
 
     /// Takes a whole frame; an event, if it completes one.

@@ -1,7 +1,7 @@
 //! Camera bytes → features, near 30 frames a second: sums, frames added up, logarithms (SPEC §1, §2).
 
 use crate::error::Error;
-use crate::features::{FeatureScale, Features, line_sums};
+use crate::features::{FeatureScale, Features, Floor, line_sums};
 use crate::green::Green;
 use crate::ln::Ln;
 use crate::params::{FEATURES, TAXELS};
@@ -47,9 +47,17 @@ impl<G: Green, L: Ln> FeatureStream<G, L> {
     /// # Errors
     /// [`Error::FloorLevels`] where that is not 0 to the green full scale.
     pub fn new(camera: Camera<G>, floor_levels: f64) -> Result<Self, Error> {
+        Self::with_floor(camera, Floor::new(floor_levels, camera.full_scale())?)
+    }
+
+    /// The same with a floor that has been worked out.
+    ///
+    /// # Errors
+    /// [`Error::FloorFullScale`] where it is for pixels of another full scale.
+    pub fn with_floor(camera: Camera<G>, floor: Floor) -> Result<Self, Error> {
         let frames = camera.rate().frames_added();
         Ok(Self {
-            scale: FeatureScale::new(camera.pixels(), camera.full_scale(), frames, floor_levels)?,
+            scale: FeatureScale::new(camera.pixels(), camera.full_scale(), frames, floor)?,
             accumulators: Accumulators::new(camera),
             lines: [0; FEATURES],
             present: 0,

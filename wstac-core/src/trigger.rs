@@ -132,6 +132,12 @@ impl Trigger {
         self.frame.saturating_add(backlog).saturating_add(self.lost)
     }
 
+    /// The last frames that were taken, 70 at most, lost ones filled; and the number of the frame after the last of them. An
+    /// event's sample is among them for a while: a link sends it in parts, without a copy.
+    pub fn recent(&self) -> (u64, Sample<'_>) {
+        (self.frame, Sample::new(self.ring.as_slices()))
+    }
+
     /// Takes the features of the next frame; an event, if they complete a sample. `patched` says that some, but not
     /// all, of the camera frames in them were lost.
     pub fn push(&mut self, features: Features, patched: bool) -> Option<Event<'_>> {

@@ -53,9 +53,10 @@ fn every_changed_byte_is_found() {
             for wrong in (0..=u8::MAX).filter(|&wrong| wrong != right) {
                 with_byte(&mut changed, at, wrong);
                 let expected = match at {
-                    0..4 => ModelError::Magic,
-                    8..12 => ModelError::Length,
-                    _ => ModelError::Checksum,
+                    0..3 => ModelError::Magic,
+                    3 => ModelError::Version(wrong),
+                    8..12 => ModelError::Length { found: words.len() as u32, expected: changed[2] },
+                    _ => ModelError::Checksum { found: crc(&changed), expected: changed[1] },
                 };
                 assert_eq!(Model::from_words(&changed).err(), Some(expected), "{at} {wrong}");
             }

@@ -49,8 +49,11 @@ pub type Ln = wstac_core::ln::{kernel};
 pub const STRIDE: Stride = Stride::{:?};
 /// How YCbCr becomes green.
 pub const YCBCR: YcbcrMethod = YcbcrMethod::{:?};
-/// Darkness floor, in grey levels of a taxel.
-pub const FLOOR_LEVELS: f64 = {:?};
+/// The darkness floor of GREY pixels.
+pub const FLOOR: Floor = match Floor::new({:?}, 255) {{
+    Ok(floor) => floor,
+    Err(_) => panic!(\"[features] floor_levels is above the full scale, 255\"),
+}};
 /// When an event starts.
 pub const TRIGGER: TriggerConfig = match TriggerConfig::new({}, {:?}, {}, Rule::{:?}, {:?}) {{
     Ok(trigger) => trigger,
@@ -99,9 +102,10 @@ fn texture(file: &Path) -> Result<String, String> {
     };
     let file = file.canonicalize().map_err(|error| error.to_string())?;
     Ok(format!(
-        "/// The kind of the texture model.
-pub type Kind = wstac_core::model::{kind}<'static>;
-static CHECKED: Kind = wstac_core::include_model!(Kind, {file:?});
+        "use wstac_core::model::{kind} as KindOf;
+/// The kind of the texture model.
+pub type Kind = KindOf<'static>;
+static CHECKED: Kind = wstac_core::include_model!(KindOf, {file:?});
 /// The texture model.
 pub const MODEL: Option<&Kind> = Some(&CHECKED);
 "

@@ -3,6 +3,7 @@
 //! The words are in memory that the start-up code leaves alone. After a reset they are as they were; after power was off they
 //! are anything, so they count only with the magic number and the checksum that go with them.
 
+#[cfg(feature = "h743")]
 use core::sync::atomic::{Ordering, compiler_fence};
 
 /// Bytes of text that are kept.

@@ -2,7 +2,6 @@
 
 use wstac_core::early::Early;
 use wstac_core::error::Error;
-use wstac_core::features::Features;
 use wstac_core::green::any::PixelFormat;
 use wstac_core::green::grey::Grey;
 use wstac_core::layout::{FrameSize, Layout};
@@ -42,25 +41,26 @@ pub struct Reader {
     held: Option<Held>,
 }
 
-/// An event whose sample is being sent, a part at a time.
+/// An event whose sample is being sent, a part at a time: its frames stay among the trigger's last ones for a while.
 #[derive(Clone, Debug)]
 struct Held {
     answers: Answers<'static>,
-    sample: [Features; SAMPLE_FRAMES],
-    next: usize,
+    /// The sample's frame that the next part starts with.
+    next: u8,
 }
 
 impl Reader {
-    /// The core for rows of GREY with taxels at `layout`, at this rate; `size` is that of the frames that they are from.
+    /// The core for rows of GREY with taxels at `layout`, at this rate; `size` is that of the frames that they are from. `speed` is
+    /// [`setup::speed`] of that rate, which a `const` works out.
     ///
     /// # Errors
-    /// What [`Camera::with_stride`], [`FeatureStream::new`] and [`SpeedConfig::new`] say of the configuration.
-    pub fn new(layout: Layout, size: FrameSize, rate: FrameRate) -> Result<Self, Error> {
+    /// What [`Camera::with_stride`] and [`FeatureStream::with_floor`] say of the configuration.
+    pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, speed: SpeedConfig) -> Result<Self, Error> {
         let camera = Camera::with_stride(Grey, layout, rate, setup::STRIDE)?;
         Ok(Self {
-            stream: FeatureStream::new(camera, setup::FLOOR_LEVELS)?,
+            stream: FeatureStream::with_floor(camera, setup::FLOOR)?,
             trigger: Trigger::new(setup::TRIGGER),
-            speed: setup::speed(rate)?,
+            speed,
             early: setup::MODEL.map(|model| Early::new(model.frames())),
             size,
             wants_features: false,
@@ -131,16 +131,23 @@ impl Reader {
 
     /// Sends the next part of a sample that is wanted, or the event after its last part; call it when there is room for a
     /// message. Nothing to send is false.
+    ///
+    /// A part goes out while its frames are still among the last 70. One part a frame is in time; after a long gap or on a slow
+    /// line the rest of the parts is left out, which the host can see.
     pub fn send_held(&mut self, out: &mut impl Outlet) -> bool {
         let Some(held) = &mut self.held else { return false };
-        let mut features = [[0; FEATURES]; SAMPLE_PART];
-        match held.sample.get(held.next..held.next + SAMPLE_PART) {
-            Some(part) => {
-                features.copy_from_slice(part);
-                out.send(&Message::SamplePart { frame: held.answers.frame, first: held.next as u8, features });
-                held.next += SAMPLE_PART;
+        let (end, recent) = self.trigger.recent();
+        let first = (held.answers.frame + u64::from(held.next) + SAMPLE_FRAMES as u64).checked_sub(end);
+        match first {
+            Some(first) if usize::from(held.next) < SAMPLE_FRAMES => {
+                let mut features = [[0; FEATURES]; SAMPLE_PART];
+                for (place, numbers) in features.iter_mut().zip(recent.frames().skip(first as usize)) {
+                    place.copy_from_slice(numbers);
+                }
+                out.send(&Message::SamplePart { frame: held.answers.frame, first: held.next, features });
+                held.next += SAMPLE_PART as u8;
             }
-            None => {
+            _ => {
                 out.send(&Message::Event(held.answers));
                 self.held = None;
             }
@@ -182,7 +189,7 @@ impl Reader {
         let answers = event.map(|event| {
             let answers = answers(&event, &self.speed);
             if self.wants_samples {
-                self.held = Some(Held { answers, sample: sample(&event), next: 0 });
+                self.held = Some(Held { answers, next: 0 });
             }
             answers
         });
@@ -215,11 +222,5 @@ fn answers(event: &Event<'_>, speed: &SpeedConfig) -> Answers<'static> {
     }
 }
 
-/// A sample, to keep.
-fn sample(event: &Event<'_>) -> [Features; SAMPLE_FRAMES] {
-    let mut sample = [[0; FEATURES]; SAMPLE_FRAMES];
-    for (kept, features) in sample.iter_mut().zip(event.sample.frames()) {
-        *kept = *features;
-    }
-    sample
-}
+#[cfg(test)]
+mod tests;

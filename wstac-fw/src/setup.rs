@@ -2,6 +2,7 @@
 //! (`build.rs`), all checked by then.
 
 use wstac_core::error::Error;
+use wstac_core::features::Floor;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::YcbcrMethod;
 use wstac_core::layout::{FrameSize, Layout};

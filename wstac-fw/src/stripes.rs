@@ -90,7 +90,7 @@ pub enum Step<'a> {
 #[derive(Debug)]
 pub struct Stripes<C> {
     capture: C,
-    stripes_per_frame: u32,
+    per_frame: u32,
     /// Ticks from frame to frame.
     period: Ticks,
     /// Stripes taken since the restart.
@@ -111,7 +111,7 @@ impl<C: Capture> Stripes<C> {
     pub fn new(capture: C, stripes_per_frame: u32, period: Ticks) -> Self {
         let mut stripes = Self {
             capture,
-            stripes_per_frame: stripes_per_frame.max(1),
+            per_frame: stripes_per_frame.max(1),
             period: period.max(1),
             taken: 0,
             lent: false,
@@ -147,7 +147,7 @@ impl<C: Capture> Stripes<C> {
         let ahead = self.capture.complete().wrapping_sub(self.taken);
         // While a stripe is read the DMA fills the other half; when that is full, it goes on in this one. A frame's last
         // stripe is safe longer: what comes next is the next frame's first stripe.
-        let most = if self.lent && self.is_in_frame() { 0 } else { 1 };
+        let most = u32::from(!(self.lent && self.is_in_frame()));
         self.lent = false;
         if ahead > most {
             return self.fault(Fault::Overrun);
@@ -161,7 +161,7 @@ impl<C: Capture> Stripes<C> {
     }
 
     fn is_in_frame(&self) -> bool {
-        !self.taken.is_multiple_of(self.stripes_per_frame)
+        !self.taken.is_multiple_of(self.per_frame)
     }
 
     /// `numerator / denominator` frame times from now.

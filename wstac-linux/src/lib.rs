@@ -6,6 +6,7 @@ pub mod config;
 pub mod dataset;
 pub mod error;
 pub mod model;
+pub mod monitor;
 pub mod reading;
 pub mod scene;
 pub mod source;

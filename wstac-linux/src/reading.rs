@@ -1,160 +1,28 @@
 //! A source read through the core: frames in, features and answers out.
 
-use serde::Serialize;
-use wstac_core::direction::{self, Unclear};
+mod answers;
+mod record;
+
 use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
 use wstac_core::layout::Layout;
 use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
-use wstac_core::params::{FEATURE_ONE, FEATURES, TAXELS};
-use wstac_core::speed::{self, NoSpeed, Speed, SpeedConfig};
+use wstac_core::params::TAXELS;
+use wstac_core::speed::SpeedConfig;
 use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
 use wstac_core::taxels::Camera;
-use wstac_core::trigger::{Event, Trigger};
+use wstac_core::trigger::Trigger;
 
+use self::answers::answers;
+pub(crate) use self::answers::real;
+pub use self::record::{
+    Completeness, DirectionRecord, EarlyTextureRecord, EndRecord, EventRecord, IncompleteRecord, Record, SpeedRecord,
+    Why,
+};
 use crate::config::{Config, Kernel};
 use crate::error::Error;
 use crate::source::{Item, Source, StreamInfo};
-use crate::texture::{TextureRecord, Textures};
-
-/// One line of output: what `--json` prints, and what the text is made of.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "lowercase")]
-pub enum Record {
-    /// The features of a frame.
-    Features {
-        /// Number of the feature frame.
-        frame: u64,
-        /// Natural logarithms, exact multiples of 1/2048.
-        f: [f64; FEATURES],
-    },
-    /// A tactile event.
-    Event(Box<EventRecord>),
-    /// What a model that needs no more frames says of a sample that is still being captured.
-    Texture(EarlyTextureRecord),
-    /// A sample that a long gap interrupted.
-    Incomplete(IncompleteRecord),
-    /// How the stream ended.
-    End(EndRecord),
-}
-
-/// An event and its answers.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct EventRecord {
-    /// Number of the first frame of the sample.
-    pub frame: u64,
-    /// Frames of the sample.
-    pub frames: usize,
-    /// Lit frames, last less first; nothing where no frame is lit.
-    pub duration_frames: Option<u8>,
-    /// Sliding speed.
-    pub speed: Option<SpeedRecord>,
-    /// What the speed law makes of the part of a cut-off event that was seen: the slide lasted longer, so it was slower.
-    /// As good as the law is there.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub speed_at_most: Option<SpeedRecord>,
-    /// Sliding direction.
-    pub direction: DirectionRecord,
-    /// Texture: what the models say, where there are any.
-    pub texture: Option<TextureRecord>,
-    /// Frames of the sample that were filled.
-    pub frames_filled: u8,
-    /// Baseline quiet, and at most a tenth of the sample filled.
-    pub reliable: bool,
-    /// Why an answer is missing.
-    #[serde(skip_serializing_if = "Why::is_empty")]
-    pub why: Why,
-    /// The sample: ten features over 70 frames.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sample: Option<Vec<Vec<f64>>>,
-}
-
-/// A texture before its event.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct EarlyTextureRecord {
-    /// Number of the first frame of the sample: that of the event to come.
-    pub frame: u64,
-    /// Frames of the sample that were looked at.
-    pub frames: u8,
-    /// What the model says; the event will say the same.
-    pub texture: TextureRecord,
-}
-
-/// A sliding speed.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct SpeedRecord {
-    /// mm/s: one decimal, or four significant digits where that is finer.
-    pub mm_s: f64,
-    /// Outside the range that the law was fitted on.
-    pub extrapolated: bool,
-}
-
-impl From<Speed> for SpeedRecord {
-    fn from(speed: Speed) -> Self {
-        Self { mm_s: rounded(speed.mm_s), extrapolated: speed.extrapolated }
-    }
-}
-
-/// A sliding direction.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct DirectionRecord {
-    /// 0, 90, 180 or 270, counter-clockwise from +x; nothing where it is unclear.
-    pub deg: Option<u16>,
-    /// 0 to 1, to four decimals.
-    pub confidence: f64,
-}
-
-/// Why an answer is missing, by answer.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Why {
-    /// Why there is no speed.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub speed: Option<&'static str>,
-    /// Why there is no direction.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub direction: Option<&'static str>,
-    /// Why there is no texture.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub texture: Option<&'static str>,
-}
-
-impl Why {
-    fn is_empty(&self) -> bool {
-        *self == Self::default()
-    }
-}
-
-/// A sample that ended before it was complete.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct IncompleteRecord {
-    /// Number of its first frame.
-    pub frame: u64,
-    /// Frames of it that had arrived.
-    pub frames: u8,
-}
-
-/// How a stream ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct EndRecord {
-    /// Feature frames on the time line, lost ones included.
-    pub frames: u64,
-    /// Camera frames that were lost or unusable.
-    pub dropped: u64,
-    /// Whether the stream was long enough for the baseline.
-    pub baseline: Completeness,
-    /// The sample that was under way.
-    pub incomplete: Option<IncompleteRecord>,
-}
-
-/// Whether something was complete.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Completeness {
-    /// It was.
-    Complete,
-    /// It was not.
-    Incomplete,
-}
+use crate::texture::Textures;
 
 /// What of a stream is wanted beside its events.
 #[derive(Clone, Copy, Debug, Default)]
@@ -189,6 +57,10 @@ impl<L: Ln> Stage for FeatureStream<Any, L> {
 fn boxed<L: Ln + 'static>(camera: Camera<Any>, floor_levels: f64) -> Result<Box<dyn Stage>, wstac_core::error::Error> {
     Ok(Box::new(FeatureStream::<_, L>::new(camera, floor_levels)?))
 }
+
+/// What is said of a baseline that was not quiet.
+pub(crate) const BASELINE_DISTURBED: &str =
+    "the baseline was not quiet: events are marked as not reliable; start again with nothing touching";
 
 /// The core, set up for one stream.
 pub struct Reading<'m> {
@@ -283,7 +155,7 @@ impl<'m> Reading<'m> {
             frames: end.frames,
             dropped: self.dropped,
             baseline: if end.baseline_complete { Completeness::Complete } else { Completeness::Incomplete },
-            incomplete: end.incomplete.map(|sample| IncompleteRecord { frame: sample.frame, frames: sample.frames }),
+            incomplete: end.incomplete.map(IncompleteRecord::from),
         }))
     }
 
@@ -329,7 +201,7 @@ impl<'m> Reading<'m> {
 
     fn give_interrupted<E>(&mut self, give: &mut impl FnMut(Record) -> Result<(), E>) -> Result<(), E> {
         let Some(sample) = self.trigger.take_interrupted() else { return Ok(()) };
-        give(Record::Incomplete(IncompleteRecord { frame: sample.frame, frames: sample.frames }))
+        give(Record::Incomplete(sample.into()))
     }
 }
 
@@ -355,63 +227,4 @@ pub fn read_all<E: From<Error>>(
             }
         }
     }
-}
-
-/// An event's answers.
-fn answers(event: &Event<'_>, config: &SpeedConfig, textures: &Textures, with_sample: bool) -> EventRecord {
-    let texture = textures.of_sample(&event.sample.flat());
-    let mut why = Why { texture: texture.is_none().then_some("no model was given"), ..Why::default() };
-    let mut speed_at_most = None;
-    let speed = match speed::speed(event, config) {
-        Ok(speed) => Some(speed.into()),
-        Err(reason) => {
-            if let NoSpeed::CutOff { at_most: Some(mm_s) } = reason {
-                speed_at_most = Some(Speed::new(mm_s).into());
-            }
-            why.speed = Some(no_speed(reason));
-            None
-        }
-    };
-    let direction = direction::direction(event);
-    why.direction = direction.heading.err().map(|unclear| match unclear {
-        Unclear::NeverLit => "unclear: a row and a column never light up",
-        Unclear::NoOrder => "unclear: neither rows nor columns light up in order",
-    });
-    EventRecord {
-        frame: event.frame,
-        frames: event.sample.frames().count(),
-        duration_frames: speed::duration(event, config).map(speed::Duration::frames),
-        speed,
-        speed_at_most,
-        direction: DirectionRecord {
-            deg: direction.heading.ok().map(direction::Heading::degrees),
-            confidence: (f64::from(direction.confidence()) * 1e4).round() / 1e4,
-        },
-        texture,
-        frames_filled: event.frames_filled,
-        reliable: event.reliable,
-        why,
-        sample: with_sample
-            .then(|| (0..FEATURES).map(|feature| event.sample.feature(feature).map(real).collect()).collect()),
-    }
-}
-
-fn no_speed(reason: NoSpeed) -> &'static str {
-    match reason {
-        NoSpeed::BaselineAbove => "the baseline is above the speed threshold",
-        NoSpeed::NeverValid => "no frame is above the speed threshold",
-        NoSpeed::CutOff { .. } => "cut off: the sample starts or ends above the speed threshold",
-        NoSpeed::OutsideLaw => "the speed law has no finite speed for this duration",
-    }
-}
-
-/// A feature as a real number.
-fn real(feature: i16) -> f64 {
-    f64::from(feature) / f64::from(FEATURE_ONE)
-}
-
-/// A speed for output: one decimal, or four significant digits where that is finer.
-fn rounded(mm_s: f32) -> f64 {
-    let tenths = (f64::from(mm_s) * 10.0).round() / 10.0;
-    if tenths >= 100.0 { tenths } else { format!("{mm_s:.3e}").parse().unwrap_or(tenths) }
 }

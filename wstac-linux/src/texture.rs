@@ -26,6 +26,34 @@ pub struct TextureRecord {
 }
 
 impl TextureRecord {
+    /// What a model of this task says with a class's name.
+    pub(crate) fn of(task: Task, label: String) -> Self {
+        let mut record = Self::default();
+        match task {
+            Task::Specimen => {
+                (record.pattern, record.depth_mm) = pattern_and_depth(&label);
+                record.specimen = Some(label);
+            }
+            Task::Pattern => record.pattern = Some(label),
+            Task::Depth => record.depth_mm = label.parse().ok().filter(|depth: &f64| depth.is_finite()),
+            Task::Other => record.class = Some(label),
+        }
+        record
+    }
+
+    /// What several models say, each of another task; nothing where there is none.
+    pub(crate) fn of_all(mut answers: Vec<(Task, String)>) -> Option<Self> {
+        answers.sort_by_key(|(task, _)| rank(*task));
+        Self::merged(answers.into_iter().map(|(task, label)| Self::of(task, label)))
+    }
+
+    fn merged(records: impl Iterator<Item = Self>) -> Option<Self> {
+        records.reduce(|mut all, one| {
+            all.merge(one);
+            all
+        })
+    }
+
     /// Takes over what another record knows.
     fn merge(&mut self, other: Self) {
         self.specimen = other.specimen.or(self.specimen.take());
@@ -45,6 +73,16 @@ pub fn pattern_and_depth(specimen: &str) -> (Option<String>, Option<f64>) {
     }
 }
 
+/// The order in which answers are taken over: specimens first, since models of patterns and depths know better.
+fn rank(task: Task) -> u8 {
+    match task {
+        Task::Other => 0,
+        Task::Specimen => 1,
+        Task::Pattern => 2,
+        Task::Depth => 3,
+    }
+}
+
 /// Texture models, each of another task.
 #[derive(Clone, Debug, Default)]
 pub struct Textures<'m> {
@@ -57,8 +95,6 @@ impl<'m> Textures<'m> {
     /// # Errors
     /// A file that is no model, and a second model of the same task.
     pub fn new(files: &'m [ModelFile]) -> Result<Self, Error> {
-        // Specimens first: models of patterns and depths know better.
-        let order = |task| [Task::Other, Task::Specimen, Task::Pattern, Task::Depth].iter().position(|&t| t == task);
         let mut models: Vec<(Model, &ModelFile)> = Vec::with_capacity(files.len());
         for file in files {
             let model = file.model()?;
@@ -70,20 +106,13 @@ impl<'m> Textures<'m> {
             }
             models.push((model, file));
         }
-        models.sort_by_key(|(model, _)| order(model.task()));
+        models.sort_by_key(|(model, _)| rank(model.task()));
         Ok(Self { models: models.into_iter().map(|(model, _)| (model, Early::new(model.frames()))).collect() })
-    }
-
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.models.is_empty()
     }
 
     /// What all models say of a whole sample; nothing where there is none.
     pub fn of_sample(&self, sample: &[i16; INPUTS]) -> Option<TextureRecord> {
-        let mut record = TextureRecord::default();
-        self.models.iter().for_each(|(model, _)| record.merge(answer(model, sample)));
-        (!self.is_empty()).then_some(record)
+        TextureRecord::merged(self.models.iter().map(|(model, _)| answer(model, sample)))
     }
 
     /// What models say that need no more of the sample under way than has just arrived: the number of the sample's first
@@ -100,17 +129,7 @@ impl<'m> Textures<'m> {
 /// A model's answer.
 fn answer(model: &Model, sample: &[i16; INPUTS]) -> TextureRecord {
     let texture = texture(sample, model);
-    let (label, mut record) = (texture.label.to_string(), TextureRecord::default());
-    match texture.task {
-        Task::Specimen => {
-            (record.pattern, record.depth_mm) = pattern_and_depth(&label);
-            record.specimen = Some(label);
-        }
-        Task::Pattern => record.pattern = Some(label),
-        Task::Depth => record.depth_mm = label.parse().ok().filter(|depth: &f64| depth.is_finite()),
-        Task::Other => record.class = Some(label),
-    }
-    record
+    TextureRecord::of(texture.task, texture.label.to_string())
 }
 
 #[cfg(test)]

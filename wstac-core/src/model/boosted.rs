@@ -41,12 +41,12 @@ impl<'a> Boosted<'a> {
             Err(error) => return Err(error),
         };
         if header.kind != KIND {
-            return Err(ModelError::Kind);
+            return Err(ModelError::Kind { found: header.kind, expected: KIND });
         }
         let (floats, leaves) = match header.number {
             INT16 => (false, Leaves::Integers),
             FLOAT32 => (true, Leaves::Floats),
-            _ => return Err(ModelError::Header(7)),
+            _ => return Err(ModelError::Header { half: 7, found: header.number }),
         };
         if header.labels < HEADER_HALVES + 3 {
             return Err(ModelError::Part(HEADER_HALVES as u32));
@@ -80,7 +80,7 @@ impl<'a> Boosted<'a> {
             score += 1;
         }
         if all != header.trees as u32 {
-            return Err(ModelError::Header(11));
+            return Err(ModelError::Header { half: 11, found: header.trees });
         }
         let mut at = trees;
         while all > 0 {

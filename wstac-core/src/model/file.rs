@@ -41,25 +41,49 @@ pub const MAGIC: [u16; 2] = [u16::from_le_bytes(*b"WS"), u16::from_le_bytes(*b"M
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ModelError {
-    /// It does not start with `WSM1`.
+    /// It does not start with `WSM`.
     Magic,
+    /// It is of another version of this layout than `1`; its fourth byte.
+    Version(u8),
     /// Its length is not what it says, or it is cut off.
-    Length,
+    Length {
+        /// Words that there are.
+        found: u32,
+        /// Words that its header says.
+        expected: u32,
+    },
+    /// There is something else than up to three bytes of 0 behind its training facts.
+    End,
     /// Its checksum is wrong: it is damaged.
-    Checksum,
+    Checksum {
+        /// That of its bytes.
+        found: u32,
+        /// What its header says.
+        expected: u32,
+    },
     /// It is of another kind than what it is read as.
-    Kind,
-    /// A number of its header is out of range; the half.
-    Header(u8),
+    Kind {
+        /// Its kind.
+        found: u16,
+        /// The kind that it is read as; of the two linear ones the first.
+        expected: u16,
+    },
+    /// A number of its header is out of range.
+    Header {
+        /// The half.
+        half: u8,
+        /// What stands there.
+        found: u16,
+    },
     /// A part reaches beyond its end, or parts do not follow each other; the half.
     Part(u32),
     /// A tree's node is impossible: a feature out of range, a child that is none, a leaf that is none; the half.
     Node(u32),
     /// Scores could exceed what they are summed in.
     Overflow,
-    /// A label or the training facts are no text.
-    Label,
-    /// Bytes that are not aligned to four, or on a machine that is not little-endian.
+    /// A label or the training facts are no text; the byte.
+    Label(u32),
+    /// Bytes that are no whole words, or not aligned to four, or on a machine that is not little-endian.
     Alignment,
 }
 
@@ -68,15 +92,17 @@ impl ModelError {
     pub const fn describe(self) -> &'static str {
         match self {
             Self::Magic => "does not start with WSM1, expected a model file, as wstac model import makes",
-            Self::Length => "its length is not what its header says: it is cut off or has bytes too many",
-            Self::Checksum => "its checksum is wrong: it is damaged",
-            Self::Kind => "is a model of another kind than expected",
-            Self::Header(_) => "a number of its header is out of range",
+            Self::Version(_) => "is a model file of another version, expected WSM1: import the model again",
+            Self::Length { .. } => "its length is not what its header says: it is cut off or has bytes too many",
+            Self::End => "does not end with its training facts, expected at most three bytes of 0 behind them",
+            Self::Checksum { .. } => "its checksum is wrong: it is damaged",
+            Self::Kind { .. } => "is a model of another kind than expected",
+            Self::Header { .. } => "a number of its header is out of range",
             Self::Part(_) => "its parts do not follow each other",
             Self::Node(_) => "a tree has an impossible node",
             Self::Overflow => "its scores could exceed what they are summed in",
-            Self::Label => "a label is no text",
-            Self::Alignment => "its bytes are not aligned to four, or this machine is not little-endian",
+            Self::Label(_) => "a label is no text",
+            Self::Alignment => "its bytes are no whole words aligned to four, or this machine is not little-endian",
         }
     }
 }
@@ -84,11 +110,41 @@ impl ModelError {
 impl core::fmt::Display for ModelError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(self.describe())?;
-        match self {
-            Self::Header(half) => write!(f, " (half {half})"),
+        match *self {
+            Self::Version(found) => write!(f, " (byte 3 is {found})"),
+            Self::Length { found, expected } => write!(f, " ({found} words, expected {expected})"),
+            Self::Checksum { found, expected } => write!(f, " ({found:08X}, expected {expected:08X})"),
+            Self::Kind { found, expected } => write!(f, " ({}, expected {})", name(found), name(expected)),
+            Self::Header { half, found } => write!(f, " (half {half} is {found}, expected {})", range(half)),
             Self::Part(half) | Self::Node(half) => write!(f, " (half {half})"),
-            _ => Ok(()),
+            Self::Label(byte) => write!(f, " (byte {byte})"),
+            Self::Magic | Self::End | Self::Overflow | Self::Alignment => Ok(()),
         }
+    }
+}
+
+/// A kind by its name.
+const fn name(kind: u16) -> &'static str {
+    match kind {
+        super::linear_svm::ONE_AGAINST_REST | super::linear_svm::ONE_AGAINST_ONE => "a linear model",
+        super::forest::KIND => "a forest",
+        super::boosted::KIND => "boosted trees",
+        _ => "none",
+    }
+}
+
+/// What a half of the header may be.
+const fn range(half: u8) -> &'static str {
+    match half {
+        6 => "1 to 4",
+        7 => "what its kind can be of: 1 or 2 of a linear model, 0 of a forest, 2 or 3 of boosted trees",
+        8 => "1 to 64",
+        9 => "0 to 3",
+        10 => "1 to 70",
+        11 => "as many trees as there are, and none of a linear model",
+        12 => "a place within the file",
+        14 => "0 to 8",
+        _ => "0",
     }
 }
 
@@ -127,38 +183,42 @@ impl Header {
     /// Checks everything but what a kind defines.
     pub(super) const fn read(words: &[u32]) -> Result<Self, ModelError> {
         if half(words, 0) != MAGIC[0] || half(words, 1) != MAGIC[1] {
-            return Err(ModelError::Magic);
+            return Err(other_start(words));
         }
-        if words.len() < HEADER_HALVES / 2 || words[2] as usize != words.len() {
-            return Err(ModelError::Length);
+        if words.len() < HEADER_HALVES / 2 {
+            return Err(ModelError::Length { found: words.len() as u32, expected: HEADER_HALVES as u32 / 2 });
         }
-        if crc(words) != words[1] {
-            return Err(ModelError::Checksum);
+        if words[2] as usize != words.len() {
+            return Err(ModelError::Length { found: words.len() as u32, expected: words[2] });
+        }
+        let checksum = crc(words);
+        if checksum != words[1] {
+            return Err(ModelError::Checksum { found: checksum, expected: words[1] });
         }
         let classes = half(words, 8);
         if classes == 0 || classes as usize > MOST_CLASSES {
-            return Err(ModelError::Header(8));
+            return Err(ModelError::Header { half: 8, found: half(words, 8) });
         }
         let task = match half(words, 9) {
             0 => Task::Other,
             1 => Task::Specimen,
             2 => Task::Pattern,
             3 => Task::Depth,
-            _ => return Err(ModelError::Header(9)),
+            _ => return Err(ModelError::Header { half: 9, found: half(words, 9) }),
         };
         let frames = half(words, 10);
         if frames == 0 || frames as usize > SAMPLE_FRAMES {
-            return Err(ModelError::Header(10));
+            return Err(ModelError::Header { half: 10, found: half(words, 10) });
         }
         let labels = long(words, 12) as usize;
         if labels < HEADER_HALVES || labels > 2 * words.len() {
-            return Err(ModelError::Header(12));
+            return Err(ModelError::Header { half: 12, found: half(words, 12) });
         }
         if half(words, 14) > MOST_SHIFT {
-            return Err(ModelError::Header(14));
+            return Err(ModelError::Header { half: 14, found: half(words, 14) });
         }
         if half(words, 15) != 0 {
-            return Err(ModelError::Header(15));
+            return Err(ModelError::Header { half: 15, found: half(words, 15) });
         }
         if let Err(error) = super::labels::check(words, labels, classes as u8) {
             return Err(error);
@@ -179,6 +239,12 @@ impl Header {
     pub(super) const fn inputs(&self) -> usize {
         self.frames as usize * FEATURES
     }
+}
+
+/// What a file is that does not start with the four bytes of this layout.
+const fn other_start(words: &[u32]) -> ModelError {
+    let [name @ .., version] = long(words, 0).to_le_bytes();
+    if let b"WSM" = &name { ModelError::Version(version) } else { ModelError::Magic }
 }
 
 /// 16 bits; 0 beyond the end. What is checked first never reads there, and nothing else can tell the compiler so.

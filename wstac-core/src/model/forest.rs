@@ -37,14 +37,14 @@ impl<'a> Forest<'a> {
             Err(error) => return Err(error),
         };
         if header.kind != KIND {
-            return Err(ModelError::Kind);
+            return Err(ModelError::Kind { found: header.kind, expected: KIND });
         }
         if header.number != 0 {
-            return Err(ModelError::Header(7));
+            return Err(ModelError::Header { half: 7, found: header.number });
         }
         let table = HEADER_HALVES + 4;
         if header.trees == 0 {
-            return Err(ModelError::Header(11));
+            return Err(ModelError::Header { half: 11, found: header.trees });
         }
         if header.labels < table {
             return Err(ModelError::Part(table as u32));

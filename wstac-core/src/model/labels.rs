@@ -12,24 +12,24 @@ pub(super) const fn check(words: &[u32], start: usize, classes: u8) -> Result<()
     while class <= classes {
         let text = text(words, at, class == classes);
         if text.end > 4 * words.len() || class < classes && text.end - text.start > LONGEST_LABEL {
-            return Err(ModelError::Label);
+            return Err(ModelError::Label(at as u32));
         }
         at = text.start;
         while at < text.end {
             match character(words, at, text.end) {
                 Some((_, bytes)) => at += bytes,
-                None => return Err(ModelError::Label),
+                None => return Err(ModelError::Label(at as u32)),
             }
         }
         at = text.end;
         class += 1;
     }
     if 4 * words.len() - at > 3 {
-        return Err(ModelError::Length);
+        return Err(ModelError::End);
     }
     while at < 4 * words.len() {
         if byte(words, at) != 0 {
-            return Err(ModelError::Length);
+            return Err(ModelError::End);
         }
         at += 1;
     }

@@ -48,13 +48,13 @@ impl<'a> LinearSvm<'a> {
         };
         let classes = header.classes as usize;
         if header.kind != ONE_AGAINST_REST && header.kind != ONE_AGAINST_ONE {
-            return Err(ModelError::Kind);
+            return Err(ModelError::Kind { found: header.kind, expected: ONE_AGAINST_REST });
         }
         if header.number != INT8 && header.number != INT16 {
-            return Err(ModelError::Header(7));
+            return Err(ModelError::Header { half: 7, found: header.number });
         }
         if header.trees != 0 {
-            return Err(ModelError::Header(11));
+            return Err(ModelError::Header { half: 11, found: header.trees });
         }
         let start = HEADER_HALVES + 2;
         if header.labels < start {

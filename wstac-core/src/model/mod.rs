@@ -92,7 +92,7 @@ impl<'a> Model<'a> {
                 Ok(model) => Ok(Self::Boosted(model)),
                 Err(error) => Err(error),
             },
-            _ => Err(ModelError::Header(6)),
+            _ => Err(ModelError::Header { half: 6, found: header.kind }),
         }
     }
 

@@ -58,7 +58,7 @@ fn run() -> Result<(), Error> {
     let (frames, features) = (File::open(b"frames\0"), File::create(b"features\0"));
     let layout = setup::layout(FrameSize::new(SIDE as u32, SIDE as u32)?)?;
     let camera = Camera::with_stride(Grey, layout, FrameRate::NOMINAL, setup::STRIDE)?;
-    let mut stream = FeatureStream::<Grey, setup::Ln>::new(camera, setup::FLOOR_LEVELS)?;
+    let mut stream = FeatureStream::<Grey, setup::Ln>::with_floor(camera, setup::FLOOR)?;
     let mut trigger = Trigger::new(setup::TRIGGER);
     let speed = setup::speed(FrameRate::NOMINAL)?;
     let [mut to_features, mut to_trigger, mut to_speed, mut to_direction, mut to_texture] =
@@ -82,7 +82,7 @@ fn run() -> Result<(), Error> {
         }
     }
     let stack = stack::deepest() - size_of_val(&stripe);
-    let whole = whole_frames(&clock, FeatureStream::new(camera, setup::FLOOR_LEVELS)?)?;
+    let whole = whole_frames(&clock, FeatureStream::with_floor(camera, setup::FLOOR)?)?;
     let _ = writeln!(
         Console,
         "{{\"frames\":{},\"events\":{},\"whole\":{whole},\"stripes\":{},\"trigger\":{},\"speed\":{},\"direction\":{},\"texture\":{},\"stack\":{}}}",

@@ -1,5 +1,5 @@
 //! The firmware on a board that QEMU emulates: frames of 400 × 400 GREY from the file `frames`, in stripes as a DMA brings them; events
-//! out of the UART, requests into it (`ci/firmware`).
+//! out of the UART, requests into it, and how deep the stack was into the file `stack` (`ci/firmware`).
 #![no_std]
 #![no_main]
 
@@ -7,8 +7,10 @@ use cortex_m_rt::entry;
 use wstac_core::error::Error;
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
+use wstac_core::speed::SpeedConfig;
 use wstac_core::wire::{self, Decoder, Message, Received, Request};
 use wstac_fw::emulated::host::{self, File};
+use wstac_fw::emulated::stack;
 use wstac_fw::emulated::uart::Uart;
 use wstac_fw::reader::{Outlet, Reader};
 use wstac_fw::setup;
@@ -16,6 +18,11 @@ use wstac_fw::setup;
 const SIDE: usize = 400;
 /// Rows that a DMA would bring at a time.
 const ROWS: usize = 8;
+
+const SPEED: SpeedConfig = match setup::speed(FrameRate::NOMINAL) {
+    Ok(speed) => speed,
+    Err(_) => panic!("checked by the build script"),
+};
 
 /// The UART with what is sent on it.
 struct Link {
@@ -42,7 +49,7 @@ fn main() -> ! {
 fn run() -> Result<(), Error> {
     let frames = File::open(b"frames\0");
     let size = FrameSize::new(SIDE as u32, SIDE as u32)?;
-    let mut reader = Reader::new(setup::layout(size)?, size, FrameRate::NOMINAL)?;
+    let mut reader = Reader::new(setup::layout(size)?, size, FrameRate::NOMINAL, SPEED)?;
     let mut link = Link { uart: Uart::start(), sequence: 0 };
     let mut decoder = Decoder::<16>::new();
     let mut stripe = [0; ROWS * SIDE];
@@ -57,5 +64,7 @@ fn run() -> Result<(), Error> {
         while reader.send_held(&mut link) {}
     }
     reader.finish(&mut link);
+    let stack = (stack::deepest() - size_of_val(&stripe)) as u32;
+    File::create(b"stack\0").write(&[stack as i16, (stack >> 16) as i16]);
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! Nucleo-H743ZI2 with a parallel camera: frames in stripes by DMA, events out of the serial line. Wiring: `README.md`.
 #![no_std]
 #![no_main]
+#![allow(clippy::used_underscore_binding, reason = "by the macro around main alone")]
 
 use defmt_rtt as _;
 use embassy_executor::Spawner;
@@ -17,6 +18,7 @@ use embassy_stm32::{Config, Peri, bind_interrupts};
 use embassy_time::{Delay, Duration, Instant, TICK_HZ, Timer};
 use wstac_core::layout::Layout;
 use wstac_core::rate::FrameRate;
+use wstac_core::speed::SpeedConfig;
 use wstac_core::wire::{self, Decoder, Fault, Message, Request, Text};
 use wstac_fw::reader::{Outlet, Reader};
 use wstac_fw::sensor::ov7690::{OV7690, OV7692};
@@ -42,6 +44,10 @@ const TRY_AGAIN: Duration = Duration::from_millis(250);
 const LAYOUT: Layout = match setup::layout(SENSORS[0].size) {
     Ok(layout) => layout,
     Err(_) => panic!("the configuration's [layout] does not fit frames of 320 x 240"),
+};
+const SPEED: SpeedConfig = match setup::speed(RATE) {
+    Ok(speed) => speed,
+    Err(_) => panic!("checked by the build script"),
 };
 const WINDOW: Window = match Window::around(&LAYOUT, ROWS) {
     Ok(window) => window,
@@ -71,14 +77,7 @@ async fn main(_spawner: Spawner) {
         trouble: Output::new(p.PB14, Level::Low, Speed::Low),
         events: 0,
     };
-    let Some(reader) = cortex_m::singleton!(: Option<Reader> = None) else { return };
-    let reader = match Reader::new(*WINDOW.layout(), SENSORS[0].size, RATE) {
-        Ok(new) => reader.insert(new),
-        Err(error) => {
-            defmt::error!("configuration: {}", error);
-            return;
-        }
-    };
+    let Some(reader) = reader() else { return };
     reader.hello(&mut line);
     if let Some(words) = last_words::take() {
         line.fault(Fault::LastRun(Text::new(words.text().unwrap_or_default())));
@@ -159,6 +158,19 @@ async fn main(_spawner: Spawner) {
     }
 }
 
+/// The core, in its place. A function of its own, so that what it is made of is not on the stack for ever.
+#[inline(never)]
+fn reader() -> Option<&'static mut Reader> {
+    let reader = cortex_m::singleton!(: Option<Reader> = None)?;
+    match Reader::new(*WINDOW.layout(), SENSORS[0].size, RATE, SPEED) {
+        Ok(new) => Some(reader.insert(new)),
+        Err(error) => {
+            defmt::error!("configuration: {}", error);
+            None
+        }
+    }
+}
+
 /// Number of the camera interface's function of its pins.
 const DCMI_PINS: u8 = 13;
 
@@ -215,14 +227,22 @@ async fn find(bus: &mut I2c<'_, Blocking, Master>, line: &mut Link) -> &'static 
     loop {
         let mut reason = Absence::Gone;
         for sensor in &SENSORS {
-            match sensor.set_up(bus, &mut Delay) {
-                Ok(()) => {
-                    defmt::info!("sensor {}", sensor.name);
-                    Timer::after_millis(sensor.settle_ms.into()).await;
-                    return sensor;
+            match sensor.identify(bus) {
+                Ok(()) => match sensor.set_up(bus, &mut Delay) {
+                    Ok(()) => {
+                        defmt::info!("sensor {}", sensor.name);
+                        Timer::after_millis(sensor.settle_ms.into()).await;
+                        return sensor;
+                    }
+                    Err(error) => {
+                        reason = error.into();
+                        break;
+                    }
+                },
+                Err(SensorError::Identity { found: id, .. }) if SENSORS.iter().all(|known| known.id() != id) => {
+                    reason = Absence::Unknown { id };
                 }
-                Err(SensorError::Bus { .. }) => {}
-                Err(error) => reason = error.into(),
+                Err(_) => {}
             }
         }
         if said != reason {

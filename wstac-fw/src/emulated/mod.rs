@@ -1,5 +1,6 @@
 //! What every program on a board that QEMU emulates needs: a clock that counts instructions, files of the host, a UART, an end.
 
+pub mod bench;
 pub mod clock;
 pub mod host;
 pub mod stack;

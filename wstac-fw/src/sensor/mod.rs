@@ -54,6 +54,7 @@ pub struct Sensor {
 
 /// Polarities and order of a parallel port. A camera interface has to be told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(clippy::struct_excessive_bools, reason = "four lines, each one way or the other")]
 pub struct Signals {
     /// VSYNC is high between frames.
     pub vsync_high_between_frames: bool,
@@ -106,6 +107,12 @@ impl<E: fmt::Debug> fmt::Display for SensorError<E> {
 }
 
 impl Sensor {
+    /// Its identity: high and low byte.
+    pub fn id(&self) -> u16 {
+        let [high, low] = self.identity;
+        u16::from_be_bytes([high.value, low.value])
+    }
+
     /// Whether this sensor is there.
     ///
     /// # Errors
@@ -114,8 +121,7 @@ impl Sensor {
         let mut port = Port(Sccb::new(bus, self.address));
         let [high, low] = self.identity;
         let found = u16::from_be_bytes([port.read(high.register)?, port.read(low.register)?]);
-        let expected = u16::from_be_bytes([high.value, low.value]);
-        if found == expected { Ok(()) } else { Err(SensorError::Identity { found, expected }) }
+        if found == self.id() { Ok(()) } else { Err(SensorError::Identity { found, expected: self.id() }) }
     }
 
     /// Identifies it, resets it and writes its settings, each read back.

@@ -34,6 +34,8 @@ enum Frame {
     LateEnd,
 }
 
+use Frame::{Busy, Cut, Good, LateEnd, NoSync, Nothing, Overrun, Stops};
+
 /// What both see.
 struct World {
     now: Ticks,
@@ -55,13 +57,13 @@ impl World {
     /// One tick of the sensor and the interface.
     fn tick(&mut self) {
         let (frame, at) = (self.frame(), self.now % PERIOD);
-        let cut = matches!(frame, Frame::Cut) && at > 2 * STRIPE;
+        let cut = matches!(frame, Cut) && at > 2 * STRIPE;
         let sends = match frame {
-            Frame::Nothing => false,
-            Frame::Cut | Frame::Stops => at <= 2 * STRIPE,
+            Nothing => false,
+            Cut | Stops => at <= 2 * STRIPE,
             _ => true,
         };
-        if (at == 0 && !matches!(frame, Frame::NoSync | Frame::Nothing)) || (cut && at == 2 * STRIPE + 1) {
+        if (at == 0 && !matches!(frame, NoSync | Nothing)) || (cut && at == 2 * STRIPE + 1) {
             if self.in_frame && !self.complete.is_multiple_of(STRIPES) {
                 self.trouble = Some(Trouble::MisplacedSync);
             }
@@ -70,7 +72,7 @@ impl World {
         self.lines |= sends && at < LAST_LINE;
         let stripe = at / STRIPE;
         if self.in_frame && sends && at.is_multiple_of(STRIPE) && (1..=Ticks::from(STRIPES)).contains(&stripe) {
-            if frame == Frame::Overrun && stripe == 3 {
+            if frame == Overrun && stripe == 3 {
                 self.trouble = Some(Trouble::Overrun);
             }
             self.ring[self.complete as usize % 2] = (self.now / PERIOD * 10 + stripe - 1) as u8;
@@ -85,9 +87,9 @@ impl World {
     fn is_busy(&self) -> bool {
         let at = self.now % PERIOD;
         let before = (self.now / PERIOD).checked_sub(1).map(|frame| self.frames[frame as usize]);
-        (self.frame() == Frame::Busy && (2 * STRIPE..30).contains(&at))
-            || (before == Some(Frame::LateEnd) && at <= STRIPE + 2)
-            || (self.frame() == Frame::LateEnd && at > 4 * STRIPE + 1)
+        (self.frame() == Busy && (2 * STRIPE..30).contains(&at))
+            || (before == Some(LateEnd) && at <= STRIPE + 2)
+            || (self.frame() == LateEnd && at > 4 * STRIPE + 1)
     }
 }
 
@@ -138,7 +140,10 @@ fn run(frames: &'static [Frame]) -> String {
     while world.borrow().now + 1 < PERIOD * frames.len() as Ticks {
         world.borrow_mut().tick();
         let (now, busy) = (world.borrow().now, world.borrow().is_busy());
-        while !busy {
+        if busy {
+            continue;
+        }
+        loop {
             let entry = match stripes.step() {
                 Step::Wait(until) => {
                     assert!(until > now, "waiting for the past");
@@ -165,8 +170,6 @@ fn run(frames: &'static [Frame]) -> String {
     }
     log.trim_end().into()
 }
-
-use Frame::{Busy, Cut, Good, LateEnd, NoSync, Nothing, Overrun, Stops};
 
 #[test]
 fn good_frames_come_whole() {

@@ -3,13 +3,16 @@
 use std::io::Write;
 use std::path::PathBuf;
 
+use wstac_core::model::file::Task;
+
 use super::output::Stop;
 use crate::config::Config;
 use crate::error::Error;
 use crate::model::file::ModelFile;
+use crate::model::inspect::task_name;
 use crate::reading::{EventRecord, Reading, Record, Wanted, read_all};
 use crate::source::open::{OpenOptions, open};
-use crate::texture::Textures;
+use crate::texture::{TextureRecord, Textures, pattern_and_depth};
 
 /// Slide every specimen over a simulated sensor and print the truth beside the answers
 ///
@@ -20,7 +23,7 @@ pub(super) struct Arguments {
     #[arg(long, default_value_t = 1)]
     seed: u64,
 
-    /// Name textures with this model of specimens
+    /// Name textures with this model, of specimens, patterns or depths
     #[arg(long, value_name = "FILE.wsm", default_value = "builtin:svm")]
     model: PathBuf,
 }
@@ -43,10 +46,11 @@ const SLIDES: [(&str, u32, u32); 12] = [
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let files = [ModelFile::open(&arguments.model)?];
-    let textures = Textures::new(&files)?;
+    let (textures, task) = (Textures::new(&files)?, files[0].model()?.task());
+    let title = if task == Task::Other { "class" } else { task_name(task) };
     let mut out = std::io::stdout().lock();
     writeln!(out, "truth                          answer")?;
-    writeln!(out, "specimen    mm/s  direction    specimen    mm/s  direction  confidence")?;
+    writeln!(out, "specimen    mm/s  direction    {title:8}    mm/s  direction  confidence")?;
     let (mut errors, mut right, mut named) = (Vec::new(), 0, 0);
     for (number, (specimen, speed, direction)) in (0..).zip(SLIDES) {
         let seed = arguments.seed.wrapping_add(number);
@@ -56,8 +60,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             writeln!(out, "  no event")?;
             continue;
         };
-        let texture = event.texture.and_then(|texture| texture.specimen);
-        named += usize::from(texture.as_deref() == Some(specimen));
+        let texture = event.texture.and_then(|texture| told(task, texture));
+        named += usize::from(texture.is_some() && texture == truth(task, specimen));
         write!(out, "    {:8}", texture.as_deref().unwrap_or("none"))?;
         match event.speed {
             Some(answer) => {
@@ -75,13 +79,38 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         out.flush()?;
     }
     let mean = 100.0 * errors.iter().sum::<f64>() / errors.len().max(1) as f64;
-    writeln!(
-        out,
-        "{right} of {all} directions right; {} speeds, off by {mean:.1} % on average; {named} of {all} specimens right",
-        errors.len(),
-        all = SLIDES.len(),
-    )?;
+    let all = SLIDES.len();
+    write!(out, "{right} of {all} directions right; {} speeds, off by {mean:.1} % on average; ", errors.len())?;
+    match task {
+        Task::Other => writeln!(out, "of the model's classes nothing is known")?,
+        _ => writeln!(out, "{named} of {all} {title}s right")?,
+    }
     Ok(())
+}
+
+/// What a model of a task says.
+fn told(task: Task, texture: TextureRecord) -> Option<String> {
+    match task {
+        Task::Specimen => texture.specimen,
+        Task::Pattern => texture.pattern,
+        Task::Depth => texture.depth_mm.map(in_mm),
+        Task::Other => texture.class,
+    }
+}
+
+/// What it should say of a specimen, as far as that is known.
+fn truth(task: Task, specimen: &str) -> Option<String> {
+    let (pattern, depth) = pattern_and_depth(specimen);
+    match task {
+        Task::Specimen => Some(specimen.to_owned()),
+        Task::Pattern => pattern,
+        Task::Depth => depth.map(in_mm),
+        Task::Other => None,
+    }
+}
+
+fn in_mm(depth: f64) -> String {
+    format!("{depth} mm")
 }
 
 /// The first event of a scene, if there is one.

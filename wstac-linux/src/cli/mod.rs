@@ -5,6 +5,7 @@ mod dataset;
 mod demo;
 mod devices;
 mod model;
+mod monitor;
 mod output;
 mod run;
 mod scene;
@@ -34,32 +35,45 @@ Start here:
   wstac devices                        which cameras there are
   wstac run /dev/video0                events from a USB camera
   wstac run clip.y4m --json            events of a recording, as JSON Lines
+  wstac monitor /dev/ttyACM0           events that a board finds
   wstac run /dev/video0 --model builtin:svm    with textures; wstac model makes models of your own
   ffmpeg -i clip.mp4 -pix_fmt yuv420p -f yuv4mpegpipe - | wstac run -
 ";
 
 /// A configuration file with every key at its default, as `wstac run --help` prints it.
 pub(crate) const DEFAULT_CONFIGURATION: &str = r#"[layout]
-preset = "paper"            # or, in pixels of the frame: taxel = [width, height] and
-                            # corners = [[x, y], … 25 of them, row by row]
+preset = "paper"        # or, in pixels of the frame: taxel = [width,
+                        # height] and corners = [[x, y], … 25 of them,
+                        # row by row]
 [green]
-yuv = "exact"               # YCbCr to green: "exact" per pixel, "linear" once per taxel (faster)
-stride = 1                  # count every 1st, 2nd, 3rd or 5th row and column of a taxel
+yuv = "exact"           # YCbCr to green: "exact" per pixel, "linear"
+                        # once per taxel (faster)
+stride = 1              # count every 1st, 2nd, 3rd or 5th row and
+                        # column of a taxel
 [features]
-ln = "fixed"                # logarithm: "fixed" point, "libm" (most accurate), "micromath"
-floor_levels = 0.5          # darkness floor, in grey levels of a taxel; 0: one raw count
+ln = "fixed"            # logarithm: "fixed" point, "libm" (most
+                        # accurate), "micromath"
+floor_levels = 0.5      # darkness floor, in grey levels of a taxel;
+                        # 0: one raw count
 [trigger]
-window = 5                  # frames of a window; the baseline is five windows
-multiplier = 1.2            # a window fires this far above the baseline, as a factor of it
-backtrack = 10              # frames of an event before the window that fired
-rule = "signed"             # "literal": multiplier times baseline, as it was published
-margin = 0.2                # signed: least distance a frame, in units of a natural logarithm
+window = 5              # frames of a window; the baseline is five
+                        # windows
+multiplier = 1.2        # a window fires this far above the baseline,
+                        # as a factor of it
+backtrack = 10          # frames of an event before the window that
+                        # fired
+rule = "signed"         # "literal": multiplier times baseline, as it
+                        # was published
+margin = 0.2            # signed: least distance a frame, in units of
+                        # a natural logarithm
 [speed]
-law = "paper"               # or "physical", with track_mm = 113.4, afterglow_frames = 5.36
-intercept = 151.06          # frames at 1 mm/s, at 30 frames a second
-slope = 56.29               # frames a decade of speed
-threshold = 0.0475          # lit: a row or column sums up to more than this share of full scale
-threshold_on = "absolute"   # or "above_baseline"
+law = "paper"           # or "physical", with track_mm = 113.4,
+                        # afterglow_frames = 5.36
+intercept = 151.06      # frames at 1 mm/s, at 30 frames a second
+slope = 56.29           # frames a decade of speed
+threshold = 0.0475      # lit: a row or column sums up to more than
+                        # this share of full scale
+threshold_on = "absolute" # or "above_baseline"
 [direction]
 method = "centroid"
 "#;
@@ -72,6 +86,7 @@ enum Command {
     Devices(devices::Arguments),
     Dataset(dataset::Arguments),
     Model(model::Arguments),
+    Monitor(monitor::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -85,6 +100,7 @@ pub fn main() -> ExitCode {
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Dataset(arguments) => dataset::run(&arguments),
         Command::Model(arguments) => model::run(&arguments),
+        Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     };
     match result {

@@ -97,7 +97,7 @@ fn text(line: &mut String, record: &Record) -> fmt::Result {
         }
         Record::Event(event) => text_of_event(line, event),
         Record::Texture(early) => {
-            write!(line, "at frame {}: texture ", early.frame + u64::from(early.frames))?;
+            write!(line, "at frame {}: texture ", early.frame.saturating_add(early.frames.into()))?;
             text_of_texture(line, &early.texture)?;
             write!(line, ", from the first {} frames of the event at frame {}", early.frames, early.frame)
         }

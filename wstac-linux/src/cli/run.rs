@@ -15,7 +15,7 @@ use super::output::{Form, Records, Stop, note};
 use crate::config::Config;
 use crate::error::Error;
 use crate::model::file::ModelFile;
-use crate::reading::{Reading, Wanted};
+use crate::reading::{BASELINE_DISTURBED, Reading, Wanted};
 use crate::source::open::{OpenOptions, open};
 use crate::source::{Item, Source};
 use crate::texture::Textures;
@@ -119,6 +119,10 @@ What the answers mean:
   Directions are counter-clockwise in the picture: 0° is right, 90° up.
   "reliable" says that the baseline was quiet and that at most 7 frames were filled, no
   more.
+  A texture is always one of the model's, however little of it was seen: what is none of
+  them, or no longer whole, is named all the same. Do not rely on that of a cut-off event
+  (no speed, and "why" says so). A model knows slides at about the rate that it was trained
+  at, those that come with wstac at 30 frames a second.
 
 Output with --json, one object a line:
   {"kind":"features","frame":0,"f":[…10 numbers…]}
@@ -232,7 +236,7 @@ fn read(
             break Ok(());
         }
         if reading.baseline_disturbed() {
-            note("the baseline was not quiet: events are marked as not reliable; start again with nothing touching");
+            note(BASELINE_DISTURBED);
         }
     };
     reasons.say();

@@ -39,6 +39,19 @@ pub struct Truth {
     pub of_class: Vec<u16>,
 }
 
+impl Truth {
+    /// Labels that samples have.
+    pub fn found(&self) -> impl Iterator<Item = &str> {
+        let found = |number: usize| self.numbers.iter().any(|&found| usize::from(found) == number);
+        self.labels.iter().enumerate().filter(move |(number, _)| found(*number)).map(|(_, label)| label.as_str())
+    }
+
+    /// Whether there are samples, and none has a label that is right for a class.
+    pub fn is_of_others(&self) -> bool {
+        !self.numbers.is_empty() && !self.numbers.iter().any(|number| self.of_class.contains(number))
+    }
+}
+
 impl Answers {
     /// How many answers are right.
     pub fn right(&self) -> Option<usize> {

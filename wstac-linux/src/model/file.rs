@@ -44,8 +44,10 @@ impl ModelFile {
 
     fn of_bytes(about: String, bytes: &[u8]) -> Result<Self, Error> {
         // Before the length, which says little of a file of another kind.
-        if !bytes.starts_with(b"WSM1") {
-            return Err(Error::new(about, ModelError::Magic));
+        match bytes.first_chunk() {
+            Some(b"WSM1") => {}
+            Some([b'W', b'S', b'M', version]) => return Err(Error::new(about, ModelError::Version(*version))),
+            _ => return Err(Error::new(about, ModelError::Magic)),
         }
         let (words, rest) = bytes.as_chunks::<4>();
         if !rest.is_empty() {

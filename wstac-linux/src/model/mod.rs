@@ -133,7 +133,7 @@ fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained, String), 
     let start = bytes.trim_ascii_start();
     match start {
         [] => Err("is empty, expected a model".into()),
-        [b'W', b'S', b'M', b'1', ..] => Err("is a model file already, expected one of XGBoost or ONNX".into()),
+        [b'W', b'S', b'M', _, ..] => Err("is a model file already, expected one of XGBoost or ONNX".into()),
         // An object of UBJSON starts with a key's length, one of JSON with a quotation mark.
         [b'{', b'i' | b'U' | b'I' | b'l' | b'L' | b'#' | b'$' | b'N', ..] => {
             let file = ubjson::from_slice(start).map_err(|error| format!("UBJSON: {error}"))?;

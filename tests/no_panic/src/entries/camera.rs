@@ -1,7 +1,7 @@
 //! Frames, rates, formats, and arithmetic on sums.
 
 use wstac_core::error::Error;
-use wstac_core::features::{line_sums, to_f32};
+use wstac_core::features::{Floor, line_sums, to_f32};
 use wstac_core::fixed::Q16;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
@@ -21,6 +21,7 @@ entries! {
     frame_rate(numerator: u32, denominator: u32) -> Result<FrameRate, Error> { FrameRate::new(numerator, denominator) }
     frames_added(rate: FrameRate) -> u32 { rate.frames_added() }
     nominal_frames(rate: FrameRate) -> f32 { rate.nominal_frames() }
+    floor(levels: f64, full_scale: u32) -> Result<Floor, Error> { Floor::new(levels, full_scale) }
     stride(stride: u32) -> Result<Stride, Error> { Stride::try_from(stride) }
     q16(x: f64) -> Option<Q16> { Q16::new(x) }
     any_format(format: PixelFormat, colour: Colour, method: YcbcrMethod) -> Any { Any::new(format, colour, method) }

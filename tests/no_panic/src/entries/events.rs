@@ -5,6 +5,7 @@ use wstac_core::direction::{self, Direction, Heading};
 use wstac_core::error::Error;
 use wstac_core::features::Features;
 use wstac_core::rate::FrameRate;
+use wstac_core::sample::Sample;
 use wstac_core::speed::{self, Duration, Law, NoSpeed, Speed, SpeedConfig, ThresholdOn};
 use wstac_core::trigger::{Event, Incomplete, Rule, StreamEnd, Trigger, TriggerConfig};
 
@@ -27,6 +28,7 @@ entries! {
     end(trigger: &Trigger) -> StreamEnd { trigger.end() }
     next(trigger: &Trigger) -> u64 { trigger.next_frame() }
     interrupted(trigger: &mut Trigger) -> Option<Incomplete> { trigger.take_interrupted() }
+    recent<'a>(trigger: &'a Trigger) -> (u64, Sample<'a>) { trigger.recent() }
     baseline(trigger: &Trigger) -> Option<&Baseline> { trigger.baseline() }
     thresholds(trigger: &Trigger) -> Option<&[i32; 10]> { trigger.thresholds() }
     baseline_of_totals(totals: [i32; 10], frames: u16) -> Baseline { Baseline::new(totals, frames) }

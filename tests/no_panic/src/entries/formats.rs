@@ -1,6 +1,7 @@
 //! Every pixel format: camera, sums, features and pipeline.
 
 use wstac_core::error::Error;
+use wstac_core::features::Floor;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
 use wstac_core::green::bayer::Bayer;
@@ -42,6 +43,9 @@ macro_rules! format {
                 sums_push_stripe(sums: &mut Accumulators<G>, bytes: &[u8]) -> Result<Option<[u32; 25]>, Error> { sums.push_stripe(bytes) }
                 sums_abandon(sums: &mut Accumulators<G>) -> () { sums.abandon_frame(); }
                 new_stream(camera: Camera<G>, floor: f64) -> Result<FeatureStream<G, L>, Error> { FeatureStream::new(camera, floor) }
+                new_stream_with_floor(camera: Camera<G>, floor: Floor) -> Result<FeatureStream<G, L>, Error> {
+                    FeatureStream::with_floor(camera, floor)
+                }
                 stream_push_frame(stream: &mut FeatureStream<G, L>, bytes: &[u8]) -> Result<Option<FeatureFrame>, Error> {
                     stream.push_frame(bytes)
                 }
@@ -55,6 +59,9 @@ macro_rules! format {
                 stream_abandon(stream: &mut FeatureStream<G, L>) -> Loss { stream.abandon_frame() }
                 new_pipeline(camera: Camera<G>, floor: f64, trigger: TriggerConfig) -> Result<Pipeline<G, L>, Error> {
                     Pipeline::new(camera, floor, trigger)
+                }
+                new_pipeline_with_floor(camera: Camera<G>, floor: Floor, trigger: TriggerConfig) -> Result<Pipeline<G, L>, Error> {
+                    Pipeline::with_floor(camera, floor, trigger)
                 }
                 push_frame<'a>(pipeline: &'a mut Pipeline<G, L>, bytes: &[u8]) -> Result<Option<Event<'a>>, Error> {
                     pipeline.push_frame(bytes)

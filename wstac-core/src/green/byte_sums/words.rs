@@ -24,6 +24,7 @@ pub(super) fn of_strip(Strip(block): Strip<'_, MOST_WIDTH>) -> u32 {
     for _ in 0..block.rows() {
         // SAFETY: so many rows are there; each has so many bytes, then words that are aligned, then bytes.
         let (before, inner, behind) = unsafe {
+            #[expect(clippy::cast_ptr_alignment, reason = "it is behind the head")]
             let first = row.add(head).cast::<u32>();
             (
                 core::slice::from_raw_parts(row, head),

@@ -203,6 +203,6 @@ fn bytes_are_used_where_they_lie_and_only_if_aligned() {
     for off in 1..4 {
         let moved = Model::from_bytes(&shifted[start + off..start + off + length]);
         assert_eq!(moved.err(), Some(ModelError::Alignment));
-        assert_eq!(Model::from_bytes(&shifted[start..start + length - off]).err(), Some(ModelError::Length));
+        assert_eq!(Model::from_bytes(&shifted[start..start + length - off]).err(), Some(ModelError::Alignment));
     }
 }

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use super::super::output::Stop;
+use super::super::output::{Stop, note};
 use crate::model::eval::{Answers, Truth, answers};
 use crate::model::file::ModelFile;
 
@@ -33,6 +33,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let answers = answers(&model, &arguments.data)?;
     let n = answers.predictions.len();
     let accuracy = answers.right().filter(|_| n > 0).map(|right| right as f64 / n as f64);
+    if let Some(truth) = answers.truth.as_ref().filter(|truth| truth.is_of_others()) {
+        let (model, data) = (arguments.model.display(), arguments.data.display());
+        let (known, from) = (some(&answers.labels), &truth.from);
+        let found: Vec<&str> = truth.found().collect();
+        let found = some(&found);
+        note(format_args!(
+            "{model} names {known}; {from} of {data} has {found}: no label is in both, so none is right"
+        ));
+    }
     let mut out = std::io::BufWriter::new(std::io::stdout().lock());
     if arguments.json {
         let label = |class: &u8| answers.labels.get(usize::from(*class)).map_or("", String::as_str);
@@ -52,6 +61,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         }
     }
     Ok(out.flush()?)
+}
+
+/// The first of some labels.
+fn some(labels: &[impl AsRef<str>]) -> String {
+    const MOST: usize = 12;
+    let first: Vec<&str> = labels.iter().take(MOST).map(AsRef::as_ref).collect();
+    first.join(", ") + if labels.len() > MOST { ", …" } else { "" }
 }
 
 /// How often each label got each answer.

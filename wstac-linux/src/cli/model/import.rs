@@ -1,14 +1,17 @@
 //! `wstac model import`.
 
 use std::ffi::OsStr;
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use clap::error::ErrorKind;
 use wstac_core::model::file::Task;
 
 use super::super::output::{Stop, check_new, note};
 use crate::error::Error;
 use crate::model::inspect::task_name;
+use crate::model::trained::Kind;
 use crate::model::write::{self, Options};
 use crate::model::{Import, import, import_inline};
 
@@ -39,13 +42,13 @@ pub(super) struct Arguments {
     #[arg(long, value_enum)]
     task: Option<Classes>,
 
-    /// Weights of a linear model: int8 is half as large and less exact
-    #[arg(long, value_enum, default_value = "int16")]
-    weights: Weights,
+    /// Weights of a linear model: int16 by default; int8 is half as large and less exact
+    #[arg(long, value_enum)]
+    weights: Option<Weights>,
 
-    /// Leaves of boosted trees: float32 is exact, int16 smaller; auto is int16 where that is proven to be exact
-    #[arg(long, value_enum, default_value = "auto")]
-    leaves: Leaves,
+    /// Leaves of boosted trees: float32 is exact, int16 smaller; auto, the default, is int16 where that is proven to be exact
+    #[arg(long, value_enum)]
+    leaves: Option<Leaves>,
 
     /// What to say about the training, which inspect prints; in model files alone
     #[arg(long, value_name = "TEXT")]
@@ -94,11 +97,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         Classes::Other => Task::Other,
     });
     let leaves = match arguments.leaves {
-        Leaves::Auto => write::Leaves::Auto,
-        Leaves::Int16 => write::Leaves::Int16,
-        Leaves::Float32 => write::Leaves::Float32,
+        None | Some(Leaves::Auto) => write::Leaves::Auto,
+        Some(Leaves::Int16) => write::Leaves::Int16,
+        Some(Leaves::Float32) => write::Leaves::Float32,
     };
-    let options = Options { narrow_weights: arguments.weights == Weights::Int8, leaves };
+    let options = Options { narrow_weights: arguments.weights == Some(Weights::Int8), leaves };
     let wanted = Import { labels: arguments.labels.clone(), task, note: arguments.note.clone(), options };
     let (model, bytes, exactness) = if backend == Backend::Inline {
         let (model, source) = import_inline(&arguments.file, &wanted)?;
@@ -107,6 +110,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         let (model, written) = import(&arguments.file, &wanted)?;
         (model, written.bytes(), written.exactness)
     };
+    check_options(arguments, &model.kind, backend).unwrap_or_else(|idle| idle.exit());
     std::fs::write(output, &bytes).map_err(|error| Error::new(output.display(), error))?;
     let (path, classes, task) = (output.display(), model.labels.len(), task_name(model.task));
     let what = if backend == Backend::Inline { "bytes of Rust" } else { "bytes" };
@@ -122,11 +126,39 @@ fn backend(asked: Option<Backend>, output: &Path) -> Result<Backend, clap::Error
         _ => None,
     };
     match (asked, named) {
-        (Some(asked), Some((named, what, name))) if asked != named => Err(clap::Error::raw(
-            clap::error::ErrorKind::ArgumentConflict,
-            format_args!("{}: is named as {what} is, expected --backend {name} or another name\n", output.display()),
-        )),
+        (Some(asked), Some((named, what, name))) if asked != named => Err(conflict(format_args!(
+            "{}: is named as {what} is, expected --backend {name} or another name",
+            output.display()
+        ))),
         (Some(backend), _) | (None, Some((backend, ..))) => Ok(backend),
         (None, None) => Ok(Backend::Table),
     }
+}
+
+/// Refuses options that say nothing of what is made.
+fn check_options(arguments: &Arguments, kind: &Kind, backend: Backend) -> Result<(), clap::Error> {
+    let model = match kind {
+        Kind::Linear(_) => "a linear model",
+        Kind::Forest(_) => "a forest",
+        Kind::Boosted(_) => "boosted trees",
+    };
+    let (is_linear, is_boosted) = (matches!(kind, Kind::Linear(_)), matches!(kind, Kind::Boosted(_)));
+    let refused = |option, of| {
+        let file = arguments.file.display();
+        Err(conflict(format_args!("{option} is for {of}, and {file} holds {model}: expected no {option}")))
+    };
+    if arguments.weights.is_some() && !is_linear {
+        return refused("--weights", "linear models");
+    }
+    if arguments.leaves.is_some() && !is_boosted {
+        return refused("--leaves", "boosted trees");
+    }
+    if arguments.note.is_some() && backend == Backend::Inline {
+        return Err(conflict("--note is for model files, and Rust has no place for it: expected no --note"));
+    }
+    Ok(())
+}
+
+fn conflict(message: impl Display) -> clap::Error {
+    clap::Error::raw(ErrorKind::ArgumentConflict, format_args!("{message}\n"))
 }

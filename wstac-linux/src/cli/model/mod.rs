@@ -60,6 +60,8 @@ Models that are understood:
     LogisticRegression, LinearSVC and other linear classifiers, SVC(kernel="linear"),
     with or without a StandardScaler before them
                            weights are rounded; import prints by how much a score may be off
+                           a LinearSVC behind a StandardScaler converts with
+                           convert_sklearn(…, options={LinearSVC: {"raw_scores": True}})
   ONNX of others, in the operators TreeEnsembleClassifier (a forest), TreeEnsemble and ArgMax,
     LinearClassifier, SVMClassifier (linear kernel); labels may pass LabelEncoder,
     ArrayFeatureExtractor or Gather. Other operators on the way to the label are refused by name

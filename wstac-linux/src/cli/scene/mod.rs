@@ -27,61 +27,83 @@ enum Command {
 }
 
 /// Every key of a scene's file, with its default.
-pub(super) const KEYS: &str = r#"A scene's file (scene:FILE.toml), every key but the first two optional; these are the defaults:
+pub(super) const KEYS: &str = r#"A scene's file (scene:FILE.toml), every key but the first two optional;
+these are the defaults:
 
-  specimen = "Saw3"          # Fla0, or Sin, Saw or Tri with 2, 3 or 4 mm of depth, or Sphere
-  speed = 150                # mm/s, 1 to 1000
-  direction = 0              # degrees: 0 is right, 90 up, 180 left, 270 down
-  depth = 3                  # of the texture in mm, instead of the name's
-  period = 6                 # of the texture in mm; twice the depth unless it is given
-  length = 104.5             # of the block in mm: fitted to the paper's speed law
-  edge = 72                  # slope of the block's ends in degrees; 90 is upright
-  #radius = 0.5              # of a Sphere in mm, instead of depth, period, length and edge
-  seed = 0                   # of all chance: the same seed gives the same bytes on every machine
-  noise = 0.8                # scale of what deviates from run to run (fluctuation, run_deviation, noise of
-                             # pixels), fitted to one number of the paper's table 2; 0 for none
-  lead_in = 45               # dark frames before the first slide
-  gap = 70                   # dark frames after each slide
-  fidelity = "rendered"      # or "taxel": taxel sums from their distribution, without pixels
+  specimen = "Saw3"      # Fla0, or Sin, Saw or Tri with 2, 3 or 4 mm of
+                         # depth, or Sphere
+  speed = 150            # mm/s, 1 to 1000
+  direction = 0          # degrees: 0 is right, 90 up, 180 left, 270
+                         # down
+  depth = 3              # of the texture in mm, instead of the name's
+  period = 6             # of the texture in mm; twice the depth unless
+                         # it is given
+  length = 104.5         # of the block in mm: fitted to the paper's
+                         # speed law
+  edge = 72              # slope of the block's ends in degrees; 90 is
+                         # upright
+  #radius = 0.5          # of a Sphere in mm, instead of depth, period,
+                         # length and edge
+  seed = 0               # of all chance: the same seed gives the same
+                         # bytes on every machine
+  noise = 0.8            # scale of what deviates from run to run
+                         # (fluctuation, run_deviation, noise of
+                         # pixels), fitted to one number of the paper's
+                         # table 2; 0 for none
+  lead_in = 45           # dark frames before the first slide
+  gap = 70               # dark frames after each slide
+  fidelity = "rendered"  # or "taxel": taxel sums from their
+                         # distribution, without pixels
   [whisker]
-  beam = "elastica"          # or "linear": how whiskers bend
+  beam = "elastica"      # or "linear": how whiskers bend
   length_mm = 5
   diameter_mm = 1
   pitch_mm = 4
-  dome_degrees = 30          # the cap that carries the whiskers; 0 for a plane
-  overlap_mm = 3             # how far a specimen's crests overlap the middle whisker; a Sphere at most by
-                             # its radius
-  relaxation_ms = 2          # of a whisker that is let go; 0 for at once
-  present = "all"            # or "middle": one whisker
-  [light]                    # in full scales of the camera, as the mean of a taxel
-  flash_ms = 11              # light of bending by a strain of 1, in full scales · ms
-  rubbing_ms = 0.01          # light of rubbing (friction) over a mm under a load P L²/EI of 1; 0 for none
-  fluctuation = 0.5          # deviation of the rubbing, as a share
-  fluctuation_mm = 1         # length over which it stays alike
-  afterglow_ms = 44.5        # fades to 1/e in this time: fitted to the paper's speed law; 0 for none
-  gain_deviation = 0.05      # of the whiskers, as a share
-  unit = 0                   # which sensor it is: each has its own gains
-  run_deviation = 0.1        # of the gain from slide to slide, as a share
-  leak = 0                   # ambient light, as a share of full scale
-  drift_per_minute = 0       # how much more light there is after a minute, as a share
+  dome_degrees = 30      # the cap that carries the whiskers; 0 for a
+                         # plane
+  overlap_mm = 3         # how far a specimen's crests overlap the
+                         # middle whisker; a Sphere at most by its
+                         # radius
+  relaxation_ms = 2      # of a whisker that is let go; 0 for at once
+  present = "all"        # or "middle": one whisker
+  [light]                # in full scales of the camera, as the mean of
+                         # a taxel
+  flash_ms = 11          # light of bending by a strain of 1, in full
+                         # scales · ms
+  rubbing_ms = 0.01      # light of rubbing (friction) over a mm under a
+                         # load P L²/EI of 1; 0 for none
+  fluctuation = 0.5      # deviation of the rubbing, as a share
+  fluctuation_mm = 1     # length over which it stays alike
+  afterglow_ms = 44.5    # fades to 1/e in this time: fitted to the
+                         # paper's speed law; 0 for none
+  gain_deviation = 0.05  # of the whiskers, as a share
+  unit = 0               # which sensor it is: each has its own gains
+  run_deviation = 0.1    # of the gain from slide to slide, as a share
+  leak = 0               # ambient light, as a share of full scale
+  drift_per_minute = 0   # how much more light there is after a minute,
+                         # as a share
   [sensor]
   size = [1280, 720]
   fps = 30
-  format = "GREY"            # or another four-character code, such as YUYV, NV12, RGB3, BG10, MJPG
-  matrix = "bt601"           # or "bt709": of YCbCr
-  range = "limited"          # or "full": of YCbCr
-  quality = 85               # of MJPG, 1 to 100
-  exposure = 1.0             # share of the frame during which the shutter is open
-  full_well = 25500          # electrons at full scale, at a gain of 1
-  read_noise = 60            # electrons
-  black_level = 1.0          # in 1/255 of full scale
+  format = "GREY"        # or another four-character code, such as YUYV,
+                         # NV12, RGB3, BG10, MJPG
+  matrix = "bt601"       # or "bt709": of YCbCr
+  range = "limited"      # or "full": of YCbCr
+  quality = 85           # of MJPG, 1 to 100
+  exposure = 1.0         # share of the frame during which the shutter
+                         # is open
+  full_well = 25500      # electrons at full scale, at a gain of 1
+  read_noise = 60        # electrons
+  black_level = 1.0      # in 1/255 of full scale
   gain = 1.0
-  blur = 0                   # deviation of the point spread, in pixels
-  noise = 1.0                # scale of the noise of pixels
-  dropped = 0                # share of frames that the driver loses
-  auto_exposure = false      # a camera that slows down to a quarter of its rate in the dark
+  blur = 0               # deviation of the point spread, in pixels
+  noise = 1.0            # scale of the noise of pixels
+  dropped = 0            # share of frames that the driver loses
+  auto_exposure = false  # a camera that slows down to a quarter of its
+                         # rate in the dark
 
-Several slides: any number of [[slide]] tables with the keys from specimen to radius.
+Several slides: any number of [[slide]] tables with the keys from
+specimen to radius.
 "#;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
@@ -101,6 +123,14 @@ fn named(scene: &str) -> &str {
 mod tests {
     use super::*;
     use crate::scene::Script;
+
+    #[test]
+    fn examples_can_be_pasted_from_a_narrow_terminal() {
+        // Those of a configuration are printed two columns further to the right.
+        for line in KEYS.lines().chain(super::super::DEFAULT_CONFIGURATION.lines()) {
+            assert!(line.chars().count() <= 72, "{line}");
+        }
+    }
 
     #[test]
     fn the_defaults_in_the_help_are_the_defaults() {

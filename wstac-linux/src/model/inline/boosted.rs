@@ -12,7 +12,7 @@ use super::tree::{Writer, head};
 use super::{chunks, classify};
 
 /// Bases that fit a Cortex-M's registers beside sample, sum and what a split needs.
-const BASES: usize = 8;
+const BASES: usize = 4;
 
 /// Functions that score, and `classify`.
 pub(super) fn body(sums: &Sums, classes: usize) -> String {
@@ -27,10 +27,7 @@ pub(super) fn body(sums: &Sums, classes: usize) -> String {
         let (start, trees) = if sums.short { above_least(*start, trees) } else { (*start, trees.clone()) };
         let trees: Vec<&Vec<Part>> = trees.iter().collect();
         let _ = writeln!(answer, "    let sum = {};", number(start));
-        let mut rest = &trees[..];
-        for (chunk, count) in chunks(&trees).into_iter().enumerate() {
-            let (these, others) = rest.split_at(count);
-            rest = others;
+        for (chunk, these) in chunks(&trees).into_iter().enumerate() {
             let name = format!("score_{score}_{chunk}");
             let _ = writeln!(answer, "    let sum = {name}(s, bases, sum);");
             functions += &head(&name, &bases, &format!(", mut sum: {kind}"), &format!(" -> {kind}"));

@@ -80,18 +80,17 @@ fn classify(bases: &bases::Bases, body: &str) -> String {
     )
 }
 
-/// Trees as they follow each other in functions of at most so many splits, where they do not have more alone.
-fn chunks(trees: &[&Vec<Part>]) -> Vec<usize> {
+/// Trees as they follow each other, for functions of at most so many splits, where they do not have more alone.
+fn chunks<'t, 'p>(trees: &'t [&'p Vec<Part>]) -> Vec<&'t [&'p Vec<Part>]> {
     const MOST_SPLITS: usize = 3000;
-    let (mut sizes, mut count, mut splits) = (Vec::new(), 0, 0);
-    for tree in trees {
-        if count > 0 && splits + tree::splits(tree) > MOST_SPLITS {
-            sizes.push(count);
-            (count, splits) = (0, 0);
+    let (mut chunks, mut start, mut splits) = (Vec::new(), 0, 0);
+    for (at, tree) in trees.iter().enumerate() {
+        if at > start && splits + tree::splits(tree) > MOST_SPLITS {
+            chunks.push(&trees[start..at]);
+            (start, splits) = (at, 0);
         }
-        count += 1;
         splits += tree::splits(tree);
     }
-    sizes.extend((count > 0).then_some(count));
-    sizes
+    chunks.extend((start < trees.len()).then_some(&trees[start..]));
+    chunks
 }

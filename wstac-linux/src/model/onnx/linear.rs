@@ -17,7 +17,7 @@ pub(super) fn classifier(node: &Node, before: &Before) -> Result<Read, String> {
     let (coefficients, intercepts) = (floats(node, "coefficients")?, floats(node, "intercepts")?);
     let classes = labels.len();
     let rows = match intercepts.len() {
-        0 => classes,
+        0 => rows_without_intercepts(coefficients.len(), classes, before.width)?,
         rows => rows,
     };
     if rows != classes && !(rows == 1 && classes == 2)
@@ -48,6 +48,27 @@ pub(super) fn classifier(node: &Node, before: &Before) -> Result<Read, String> {
     }
     fold(&mut rows, &before.scalers)?;
     Ok(Read { inputs, kind: Kind::Linear(Linear { pairs: false, rows }), answer: Answer::Label(labels) })
+}
+
+/// How many rows coefficients are in where no intercepts tell: of two classes it may be one, of the second class, or two.
+fn rows_without_intercepts(coefficients: usize, classes: usize, width: Option<usize>) -> Result<usize, String> {
+    let possible: Vec<usize> = [1, classes]
+        .into_iter()
+        .filter(|&rows| rows == classes || classes == 2)
+        .filter(|&rows| coefficients.is_multiple_of(rows))
+        .filter(|&rows| width.map_or(frames(coefficients / rows).is_ok(), |width| rows * width == coefficients))
+        .collect();
+    match possible[..] {
+        [rows] => Ok(rows),
+        [] => {
+            let inputs = width.map_or("inputs of unknown number".into(), |width| format!("{width} inputs"));
+            Err(format!("LinearClassifier: {coefficients} coefficients of {classes} classes and {inputs}"))
+        }
+        _ => Err(format!(
+            "LinearClassifier: {coefficients} coefficients are one row or two, expected intercepts, or an ONNX input \
+             whose shape says how many inputs there are"
+        )),
+    }
 }
 
 /// Weighted sums of `SVMClassifier`: each pair of classes has its own, of the support vectors of both.

@@ -39,7 +39,12 @@ fn node(kind: &str, input: &str, output: &str, attributes: &[Vec<u8>]) -> Vec<u8
 }
 
 fn model(nodes: &[Vec<u8>]) -> Vec<u8> {
-    let shape = field(2, &[field(1, &[]), field(1, &[1 << 3, 0xBC, 5])].concat());
+    model_of(nodes, &[1 << 3, 0xBC, 5])
+}
+
+/// A model whose input's last dimension is `width`: a field of a number, or nothing.
+fn model_of(nodes: &[Vec<u8>], width: &[u8]) -> Vec<u8> {
+    let shape = field(2, &[field(1, &[]), field(1, width)].concat());
     let input = field(11, &[field(1, b"X"), field(2, &field(1, &shape))].concat());
     let graph = [nodes.concat(), input, field(12, &field(1, b"label"))].concat();
     [field(2, b"test"), field(3, b"1"), field(7, &graph)].concat()
@@ -134,6 +139,63 @@ fn labels_are_followed_to_the_output() {
     assert_eq!(read(&picked, None).unwrap().0.labels, ["Saw", "Tri"]);
     let cast = node("Cast", "y", "label", &[number_of("to", 7)]);
     assert_eq!(read(&model(&[classifier("y"), cast]), None).unwrap().0.labels, ["1", "0"]);
+}
+
+#[test]
+fn shares_that_float32_took_are_given_back() {
+    // A third and two thirds of one of three votes, as a file has them.
+    for (of, exact) in [(3.0_f64, true), (1021.0, true), (2_000_003.0, false)] {
+        let mut attributes = forest("BRANCH_LEQ", 0.0);
+        attributes[7] = integers_of("class_treeids", &[0, 0, 0]);
+        attributes[8] = integers_of("class_nodeids", &[1, 2, 2]);
+        attributes[9] = integers_of("class_ids", &[0, 0, 1]);
+        let share = |parts: f64| (parts / of) as f32;
+        attributes[10] = floats_of("class_weights", &[1.0, share(1.0), share(of - 1.0)]);
+        let bytes = model(&[node("TreeEnsembleClassifier", "X", "label", &attributes)]);
+        let said = write(&read(&bytes, None).unwrap().0, "", Options::default()).unwrap().exactness;
+        assert_eq!(said == "thresholds and votes are exact", exact, "{of}: {said}");
+    }
+}
+
+#[test]
+fn rows_of_two_classes_without_intercepts_are_told_by_the_inputs() {
+    // The second class's row, or the first's and the second's: x is feature 0 of frame 0, times 2 or 1 − 3.
+    let linear = |numbers: &[(usize, f32)], count: usize, intercepts: &[f32]| {
+        let mut coefficients = vec![0.0; count];
+        for &(at, number) in numbers {
+            coefficients[at] = number;
+        }
+        let mut lists = vec![floats_of("coefficients", &coefficients), integers_of("classlabels_ints", &[0, 1])];
+        lists.extend((!intercepts.is_empty()).then(|| floats_of("intercepts", intercepts)));
+        vec![node("LinearClassifier", "X", "label", &lists)]
+    };
+    let whole = [1 << 3, 0xBC, 5];
+    let half = [1 << 3, 0xDE, 2];
+    let (one, two) = (&[(0, 2.0)][..], &[(0, 3.0), (700, 1.0)][..]);
+    for (nodes, width, inputs, above) in [
+        (linear(one, 700, &[]), &whole[..], 700, 1),
+        (linear(two, 1400, &[]), &whole, 700, 0),
+        (linear(&[(0, 3.0), (350, 1.0)], 700, &[]), &half, 350, 0),
+        (linear(one, 350, &[]), &half, 350, 1),
+        (linear(two, 1400, &[]), &[], 700, 0),
+        (linear(one, 700, &[0.0]), &[], 700, 1),
+        (linear(&[(0, 3.0), (350, 1.0)], 700, &[0.0, 0.0]), &[], 350, 0),
+    ] {
+        let found = read(&model_of(&nodes, width), None).unwrap().0;
+        assert_eq!(found.inputs, inputs);
+        let words = write(&found, "", Options::default()).unwrap().words;
+        let mut sample = [0; 700];
+        sample[0] = 2048;
+        assert_eq!(wstac_core::model::Model::from_words(&words).unwrap().classify(&sample), above);
+    }
+    for (nodes, width, says) in [
+        (linear(one, 700, &[]), &[][..], "one row or two"),
+        (linear(one, 710, &[]), &whole, "710 coefficients of 2 classes and 700 inputs"),
+        (linear(one, 7, &[]), &[], "7 coefficients of 2 classes and inputs of unknown number"),
+    ] {
+        let error = read(&model_of(&nodes, width), None).unwrap_err();
+        assert!(error.contains(says), "{error}");
+    }
 }
 
 #[test]

@@ -11,8 +11,12 @@ type Leaf = Vec<(u16, f64)>;
 
 /// Denominators of leaves that are looked for: those of leaves with up to so many training samples.
 const MOST_SAMPLES: u32 = 1024;
-/// How far a float32 share that was divided by the number of trees may be from what it was.
-const NEAR: f64 = 1e-6;
+/// How far a share of up to `MOST_SAMPLES` samples, times their number, may be from a whole number in float64.
+const WHOLE: f64 = 1e-12;
+/// How far float32, in which ONNX keeps shares, may have moved one; readers give back those that are plain fractions.
+const FLOAT32: f64 = 1.5e-7;
+/// Most halves of the table: leaves and classes number them together in 16 bits.
+const MOST_HALVES: usize = 65_535;
 
 /// A forest in integers.
 pub(in crate::model) struct Votes {
@@ -35,9 +39,11 @@ pub(in crate::model) fn votes(trees: &[Tree<Leaf>], classes: usize, inputs: usiz
     let whole = denominator(trees, most);
     // Coarser votes have fewer different leaves, so they are tried where the table gets too long.
     let finest = most.ilog2().min(24);
+    let mut least = usize::MAX;
     let units = whole.into_iter().chain([divisible(most)]).chain((4..=finest).rev().map(|bits| 1 << bits));
     for unit in units {
-        let mut table = Table { classes: classes as u16, unit, words: Vec::new(), entries: HashMap::new(), off: 0.0 };
+        let mut table =
+            Table { classes: classes as u16, unit, words: Vec::new(), halves: 0, entries: HashMap::new(), off: 0.0 };
         let mut parts = Vec::with_capacity(trees.len());
         let mut bound = 0.0;
         for (number, tree) in trees.iter().enumerate() {
@@ -45,19 +51,26 @@ pub(in crate::model) fn votes(trees: &[Tree<Leaf>], classes: usize, inputs: usiz
             parts.push(integers(tree, inputs, |leaf| table.leaf(leaf)).map_err(|why| format!("tree {number}: {why}"))?);
             bound += table.off;
         }
-        if table.words.len() > usize::from(u16::MAX) - classes {
+        if table.halves > MOST_HALVES - classes {
+            least = least.min(table.halves);
             continue;
         }
         let exactness = if whole == Some(unit) {
             "thresholds and votes are exact".into()
         } else {
+            // Printed digits are rounded, upwards.
             format!(
-                "thresholds are exact; votes are in units of 1/{unit}: a class's sum is off by {bound:.2e} of {count} at most"
+                "thresholds are exact; votes are in units of 1/{unit}: a class's sum is off by {:.2e} of {count} at most",
+                1.01 * bound
             )
         };
         return Ok(Votes { trees: parts, unit, table: table.words, exactness });
     }
-    Err("its leaves differ too much, expected at most 65535 halves of different leaves".into())
+    Err(format!(
+        "leaves that are not of one class take {least} halves in the coarsest units, expected at most {}; train with a larger \
+         min_samples_leaf, a smaller max_depth or fewer trees, or until leaves are pure",
+        MOST_HALVES - classes
+    ))
 }
 
 pub(super) fn body(trees: &[Tree<Leaf>], classes: usize, inputs: usize) -> Result<Body, String> {
@@ -87,9 +100,9 @@ fn denominator(trees: &[Tree<Leaf>], most: u32) -> Option<u32> {
             let Node::Leaf(leaf) = node else { continue };
             let is_whole = |&(_, share): &(u16, f64), of: u32| {
                 let scaled = share * f64::from(of);
-                (scaled - scaled.round()).abs() <= NEAR * f64::from(of).min(64.0)
+                (scaled - scaled.round()).abs() <= WHOLE
             };
-            if leaf.iter().all(|share| is_whole(share, all) && all <= MOST_SAMPLES) {
+            if leaf.iter().all(|share| all <= MOST_SAMPLES && is_whole(share, all)) {
                 continue;
             }
             let of = (1..=MOST_SAMPLES).find(|&of| leaf.iter().all(|share| is_whole(share, of)))?;
@@ -119,11 +132,36 @@ fn greatest_common(mut a: u32, mut b: u32) -> u32 {
     a
 }
 
+/// A leaf's shares in whole units, together no more than the unit.
+fn shares(leaf: &Leaf, unit: u32) -> Vec<(u16, u32)> {
+    let sum: f64 = leaf.iter().map(|&(_, share)| share).sum();
+    let exact = |share: f64| share / sum.max(1.0) * f64::from(unit);
+    // By how much each is too large, and what it is.
+    let mut all: Vec<(f64, u16, u32)> = leaf
+        .iter()
+        .map(|&(class, share)| {
+            let exact = exact(share);
+            (exact.round() - exact, class, exact.round() as u32)
+        })
+        .collect();
+    let given: u64 = all.iter().map(|share| u64::from(share.2)).sum();
+    // Rounding gives at most half a unit to each of those that it makes larger, so there are twice as many as units to take back.
+    all.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    for share in all.iter_mut().take(given.saturating_sub(unit.into()) as usize) {
+        share.2 = share.2.saturating_sub(1);
+    }
+    let mut shares: Vec<(u16, u32)> = all.into_iter().map(|(_, class, share)| (class, share)).collect();
+    shares.sort_unstable();
+    shares
+}
+
 /// The table of leaves that are not all one class's.
 struct Table {
     classes: u16,
     unit: u32,
     words: Vec<u16>,
+    /// Halves that it would take, more than there may be too.
+    halves: usize,
     entries: HashMap<Vec<(u16, u32)>, u32>,
     /// The most that a share was off since it was set to 0.
     off: f64,
@@ -133,24 +171,15 @@ impl Table {
     /// A leaf's word: its class, or its place in the table.
     fn leaf(&mut self, leaf: &Leaf) -> Result<u32, String> {
         let sum: f64 = leaf.iter().map(|&(_, share)| share).sum();
-        let fits = |&(class, share): &(u16, f64)| class < self.classes && (0.0..=1.0 + NEAR).contains(&share);
+        let fits = |&(class, share): &(u16, f64)| class < self.classes && (0.0..=1.001).contains(&share);
         if !leaf.iter().all(fits) || (sum - 1.0).abs() > 1e-3 {
             return Err(format!("weights {leaf:?} of classes, expected parts of 1 and classes below {}", self.classes));
         }
-        let unit = f64::from(self.unit);
-        let mut shares: Vec<(u16, u32)> =
-            leaf.iter().map(|&(class, share)| (class, (share * unit).round() as u32)).collect();
-        shares.sort_unstable();
-        // Rounding may give more than there is to give away: that is taken back where it was most.
-        while shares.iter().map(|&(_, share)| u64::from(share)).sum::<u64>() > u64::from(self.unit) {
-            let exact = |class| leaf.iter().find(|share| share.0 == class).map_or(0.0, |share| share.1 * unit);
-            let excess = |&(class, share): &(u16, u32)| f64::from(share) - exact(class);
-            let Some(most) = shares.iter_mut().max_by(|a, b| excess(a).total_cmp(&excess(b))) else { break };
-            most.1 = most.1.saturating_sub(1);
-        }
+        let mut shares = shares(leaf, self.unit);
         for (class, share) in leaf {
             let given = shares.iter().find(|given| given.0 == *class).map_or(0, |given| given.1);
-            self.off = self.off.max((f64::from(given) / unit - share).abs());
+            let stored = if leaf.len() > 1 { FLOAT32 } else { 0.0 };
+            self.off = self.off.max((f64::from(given) / f64::from(self.unit) - share).abs() + stored);
         }
         shares.retain(|&(_, share)| share > 0);
         if let [(class, share)] = shares[..]
@@ -161,16 +190,20 @@ impl Table {
         if shares.is_empty() {
             return Err(format!("weights {leaf:?} of classes are too small"));
         }
-        let place = self.words.len() as u32;
-        let word = *self.entries.entry(shares.clone()).or_insert(place + u32::from(self.classes));
-        // Too many are found out in the end; their places do not matter then.
-        if word == place + u32::from(self.classes) && u16::try_from(place).is_ok() {
+        if let Some(&word) = self.entries.get(&shares) {
+            return Ok(word);
+        }
+        // Places that do not fit are found out in the end.
+        let word = self.words.len() as u32 + u32::from(self.classes);
+        self.halves += 1 + 3 * shares.len();
+        if self.halves <= MOST_HALVES {
             self.words.push(shares.len() as u16);
-            for (class, share) in shares {
+            for &(class, share) in &shares {
                 self.words.push(class);
                 push_long(&mut self.words, share);
             }
         }
+        self.entries.insert(shares, word);
         Ok(word)
     }
 }

@@ -144,9 +144,7 @@ fn votes_of_impure_leaves_are_exact() {
         trees.push(tree(&mut chance, 60, |chance| {
             let first = chance.next(8) as u16;
             let (part, of) = [(1.0, 2.0), (1.0, 3.0), (2.0, 7.0), (1.0, 1.0)][chance.next(4) as usize];
-            // As float32 in ONNX: divided by the number of trees and multiplied again.
-            let share = |share: f64| f64::from((share / 15.0) as f32) * 15.0;
-            vec![(first, share(part / of)), ((first + 1) % 9, share(1.0 - part / of))]
+            vec![(first, part / of), ((first + 1) % 9, 1.0 - part / of)]
         }));
     }
     let all: Vec<(usize, i16)> = trees.iter().flat_map(thresholds).collect();
@@ -289,6 +287,39 @@ fn small_leaves_share_a_word_only_where_the_core_reads_that() {
     let words = write(&forest, "", Options::default()).unwrap().words;
     let halves: Vec<u16> = words.iter().flat_map(|word| [*word as u16, (word >> 16) as u16]).collect();
     assert!(halves.contains(&(NARROW | 0xC000)));
+}
+
+#[test]
+fn votes_near_plain_fractions_are_not_called_exact() {
+    for off in [1e-7, 1e-10] {
+        let tree = Tree { nodes: vec![Node::Leaf(vec![(0, 0.5 + off), (1, 0.5 - off)])] };
+        let said = write(&model(2, Kind::Forest(vec![tree])), "", Options::default()).unwrap().exactness;
+        assert!(said.contains("votes are in units of"), "{said}");
+    }
+}
+
+#[test]
+fn shares_above_one_vote_are_rounded_down_to_it() {
+    // The larger share is rounded down already, the other one is nothing: neither has a unit that rounding gave.
+    for more in (1..100).map(|step| f64::from(step) * 7e-9) {
+        let leaf = vec![(0, 1.0 + more), (1, 1e-12)];
+        let written =
+            write(&model(2, Kind::Forest(vec![Tree { nodes: vec![Node::Leaf(leaf)] }])), "", Options::default());
+        let written = written.unwrap();
+        assert_eq!(Model::from_words(&written.words).unwrap().classify(&[0; INPUTS]), 0);
+    }
+}
+
+#[test]
+fn too_many_different_leaves_are_refused_with_what_to_do() {
+    let mut chance = Chance(5);
+    let tree = tree(&mut chance, 9000, |chance| {
+        let parts: Vec<u64> = (0..20).map(|_| chance.next(1 << 20)).collect();
+        let sum: u64 = parts.iter().sum();
+        (0..).zip(&parts).map(|(class, &part)| (class, part as f64 / sum as f64)).collect::<Vec<(u16, f64)>>()
+    });
+    let error = write(&model(20, Kind::Forest(vec![tree])), "", Options::default()).unwrap_err();
+    assert!(error.contains("expected at most 65515") && error.contains("min_samples_leaf"), "{error}");
 }
 
 #[test]

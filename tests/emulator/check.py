@@ -1,0 +1,251 @@
+#!/usr/bin/env python3
+"""The STM32H743's program on the modelled board: its events and features are those of `wstac run` on the same frames, whatever happens
+to the camera.
+
+    check.py WSTAC ELF     the command on the host, and the program; needs what requirements.txt lists (`ci/emulator`)
+
+Every case plays a rendered scene, frame by frame, and compares what `wstac monitor` makes of the bytes on the serial line with what
+`wstac run` says of the clip: line by line, byte for byte. Of frames that a fault has cost nothing may be said; all others must be right
+and in their places.
+"""
+
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from emulate import FRAME, HEIGHT, OV7690, OV7692, OV7725, WIDTH, Board, cost, frames_of
+
+SCENE = f"""
+lead_in = 30
+gap = 70
+[sensor]
+size = [{WIDTH}, {HEIGHT}]
+[[slide]]
+specimen = "Saw3"
+speed = 150
+direction = 90
+[[slide]]
+specimen = "Sin2"
+speed = 170
+direction = 180
+"""
+# Requests from the host, in frames: begin, version, sequence, message, value, checksum, end. `wstac monitor` sends the same.
+FEATURES, SAMPLES = 1, 2
+
+
+class Host:
+    """The command, and what it says of the clip."""
+
+    def __init__(self, wstac, folder):
+        self.wstac, self.folder, self.notes = wstac, Path(folder), ""
+        scene, self.clip = self.folder / "scene.toml", self.folder / "clip.y4m"
+        scene.write_text(SCENE)
+        self._says("scene", "render", scene, "-o", self.clip)
+        raw = self.folder / "clip.raw"
+        self._says("scene", "render", scene, "-o", raw)
+        self.frames = frames_of(raw)
+
+    def of_clip(self, *options):
+        """Lines of `wstac run`."""
+        return self._says("run", self.clip, "--json", *options).splitlines()
+
+    def of_line(self, data, *options):
+        """Lines of `wstac monitor` on bytes that a board sent; what it has to say beside them is in `notes`."""
+        file = self.folder / "serial"
+        file.write_bytes(data)
+        return self._says("monitor", file, "--json", *options).splitlines()
+
+    def _says(self, *arguments):
+        done = subprocess.run([self.wstac, *arguments], capture_output=True, text=True, check=False)
+        if done.returncode:
+            sys.exit(f"check.py: wstac {arguments[0]} failed: {done.stderr}")
+        self.notes = done.stderr
+        return done.stdout
+
+
+def crc(data):
+    """CRC-32 (IEEE), bit by bit."""
+    rest = 0xFFFF_FFFF
+    for byte in data:
+        rest ^= byte
+        for _ in range(8):
+            rest = rest >> 1 ^ (0xEDB8_8320 if rest & 1 else 0)
+    return rest ^ 0xFFFF_FFFF
+
+
+def request(message, wanted):
+    """A request's frame."""
+    data = bytes([1, 0, message, wanted])
+    data += crc(data).to_bytes(4, "little")
+    stuffed = b"".join(bytes([len(part) + 1]) + part for part in data.split(b"\0"))
+    return b"\0" + stuffed + b"\0"
+
+
+def of_kind(lines, *kinds):
+    """The lines of these kinds."""
+    return [line for line in lines if json.loads(line)["kind"] in kinds]
+
+
+def fault_lines(board):
+    """What the log says is wrong, with the clip's frame times since it began."""
+    begun = board.camera.began
+    said = [(time, line) for time, line in board.log.lines if not line.startswith("info: event") and time >= begun]
+    return [((time - begun) / FRAME, line.split(": ", 1)[1]) for time, line in said]
+
+
+class Check:
+    """Runs cases and keeps count of what went wrong."""
+
+    def __init__(self, host, elf):
+        self.host, self.elf, self.failures = host, elf, 0
+        self.events = of_kind(host.of_clip(), "event")
+        self.features = of_kind(host.of_clip("--features"), "features")
+
+    def say(self, name, problems):
+        """One line a case."""
+        self.failures += bool(problems)
+        print(f"{'FAILED' if problems else 'passed'}  {name}")
+        for problem in problems:
+            print(f"        {problem}")
+
+    def plain(self, sensor, name):
+        """Nothing goes wrong, and nobody asks for anything."""
+        board = Board(self.elf, self.host.frames, sensor)
+        events = of_kind(self.host.of_line(board.run()), "event")
+        problems = [] if events == self.events else [f"events are {events}, expected {self.events}"]
+        if len(self.events) != 2:
+            problems.append(f"the clip has {len(self.events)} events, expected 2: it shows less than it should")
+        problems += [f"the log says {line}" for _, line in fault_lines(board)]
+        self.say(name, problems)
+
+    def samples(self):
+        """A host that wants samples gets them."""
+        board = Board(self.elf, self.host.frames)
+        board.line.receive(request(SAMPLES, 1))
+        events = of_kind(self.host.of_line(board.run(), "--samples"), "event")
+        expected = of_kind(self.host.of_clip("--samples"), "event")
+        self.say("samples", [] if events == expected else ["events with samples are not the host's"])
+
+    def faulty(self, name, faults, missing, said):
+        """Features of all frames but the `missing` ones are right, and the faults are told of within two frame times.
+
+        `said` is what the log must say, in order, each with the frame in which the fault begins.
+        """
+        board = Board(self.elf, self.host.frames, faults=faults)
+        for frame, fault in list(board.camera.faults.items()):
+            if callable(fault):
+                board.camera.faults[frame] = lambda fault=fault: fault(board)
+        board.line.receive(request(FEATURES, 1))
+        lines = of_kind(self.host.of_line(board.run(), "--features"), "features")
+        expected = [line for frame, line in enumerate(self.features) if frame not in missing]
+        problems = []
+        if lines != expected:
+            have = {json.loads(line)["frame"] for line in lines}
+            want = set(range(len(self.features))) - set(missing)
+            wrong = [json.loads(line)["frame"] for line in lines if line not in expected]
+            problems.append(f"frames that are missing, too: {sorted(want - have)[:9]}; wrong or too many: {wrong[:9]}")
+        log = fault_lines(board)
+        if [line for _, line in log] != [line for _, line in said]:
+            problems.append(f"the log says {log}, expected {said}")
+        for (at, line), (begins, _) in zip(log, said, strict=False):
+            if begins is not None and not begins <= at <= begins + 2:
+                problems.append(f"{line!r} at frame {at:.2f}, expected within two frame times of {begins}")
+        self.say(name, problems)
+
+
+    def start(self, name, said, **sensor):
+        """The sensor makes trouble when it is set up for the first time: that is said, and then all is well."""
+        board = Board(self.elf, self.host.frames[:5])
+        for key, value in sensor.items():
+            setattr(board.sensor, key, value)
+        board.line.receive(request(FEATURES, 1))
+        lines = of_kind(self.host.of_line(board.run(), "--features"), "features")
+        problems = [] if lines == self.features[:5] else [f"features are {lines}"]
+        log = [line.split(": ", 1)[1] for _, line in board.log.lines]
+        if log != said:
+            problems.append(f"the log says {log}, expected {said}")
+        self.say(name, problems)
+
+    def never(self, name, said, sensor=OV7725, **how):
+        """The sensor is no use: that is said, and no more."""
+        board = Board(self.elf, [], sensor)
+        for key, value in how.items():
+            setattr(board.sensor, key, value)
+        board.machine.run(lambda: board.machine.now > 60 * FRAME)
+        log = [line.split(": ", 1)[1] for _, line in board.log.lines]
+        self.say(name, [] if log == said else [f"the log says {log}, expected {said}"])
+
+    def crash(self):
+        """The program runs into nothing: it starts again, says why, and goes on."""
+        board = Board(self.elf, self.host.frames[:40])
+        board.camera.faults[20] = board.machine.crash
+        self.host.of_line(board.run())
+        problems = []
+        if "hard fault at 0x20000100" not in self.host.notes:
+            problems.append(f"the host is told {self.host.notes!r}")
+        if [line for _, line in board.log.lines] != [SENSOR, LAST_RUN, SENSOR]:
+            problems.append(f"the log says {board.log.lines}")
+        self.say("crash", problems)
+
+
+OVERRUN, LOST_SYNC = "overrun: a frame is lost", "lost sync: a frame is lost"
+SILENT, GONE, BACK = "the sensor is silent", "no sensor answers", "the sensor sends frames again"
+FOUND, UNKNOWN = "sensor {}", "the sensor is {=u16:#06x}, which is not known"
+FORGETS = "the sensor does not keep its settings"
+SENSOR, LAST_RUN = f"info: {FOUND}", "error: the last run ended in a panic or a fault: the message says where"
+
+
+def unplug(board):
+    """The sensor's power goes."""
+    board.sensor.present = False
+    board.sensor.power_on()
+    return "silent"
+
+
+def plug_in(board):
+    """It is back, and knows nothing."""
+    board.sensor.present = True
+
+
+def halt(board):
+    """The core does nothing while three stripes arrive."""
+    machine = board.machine
+    machine.at(machine.now + FRAME // 2, lambda: machine.stall(FRAME // 10))
+
+
+def main():
+    """All cases."""
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    _, wstac, elf = sys.argv
+    start = time.monotonic()
+    with tempfile.TemporaryDirectory() as folder:
+        check = Check(Host(wstac, folder), elf)
+        for sensor, name in ((OV7725, "OV7725"), (OV7690, "OV7690"), (OV7692, "OV7692")):
+            check.plain(sensor, name)
+        check.samples()
+        check.faulty("features", {}, (), [])
+        check.faulty("overrun", {40: "overrun"}, [40], [(40, OVERRUN)])
+        check.faulty("late core", {40: halt}, [40], [(40, OVERRUN)])
+        check.faulty("lost sync", {50: "lost sync"}, [50], [(50, LOST_SYNC)])
+        check.faulty("sync inside a frame", {60: "sync inside"}, [60], [(60, LOST_SYNC)])
+        check.faulty("silent for two frames", {70: "silent", 71: "silent"}, range(70, 82), [(70, SILENT), (None, BACK)])
+        check.faulty("unplugged", {90: unplug, 100: plug_in}, range(90, 111), [(90, SILENT), (90, GONE), (None, BACK)])
+        # While an OV7690 is looked for, in the identity twice, at the reset, in the settings: a write, an address, a read.
+        for at in (0, 4, 9, 12, 13, 14, 15):
+            said = [FOUND] if at == 0 else [GONE, FOUND]
+            check.start(f"no acknowledge at step {at}", said, nack_after=at)
+        check.never("no sensor", [GONE], present=False)
+        check.never("another sensor", [UNKNOWN], sensor=(0x21, {0x0A: 0x26, 0x0B: 0x42}))
+        check.never("a setting that is not taken", [FORGETS, GONE], stuck=0x64)
+        check.crash()
+        print(cost(elf, check.host.frames))
+    print(f"{check.failures} failed; {time.monotonic() - start:.0f} s")
+    sys.exit(1 if check.failures else 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,92 @@
+#!/usr/bin/env python3
+"""Runs the STM32H743's program, unmodified, on a modelled board with a modelled sensor that sends a clip.
+
+    emulate.py ELF CLIP.raw SERIAL     CLIP.raw: frames of 320 x 240 GREY; what comes out of the serial line goes to SERIAL
+
+Modelled: core and interrupts, clocks, timer, I2C with a sensor's registers, camera interface, DMA, serial line, log. Not modelled:
+how long anything but a byte on the serial line takes, caches, electricity. So it shows that the program is right, and counts its
+instructions; it does not show that it is fast enough.
+"""
+
+import sys
+from pathlib import Path
+
+from machine import Machine
+from model import camera, clocks, core, i2c, rtt, timer, usart
+from model.registers import Registers
+
+WIDTH, HEIGHT = 320, 240
+CLOCK = 96_000_000  # of core and timer
+SERIAL_DIVIDER = 2  # cycles of the core in one of the serial line's clock
+FRAME = CLOCK // 30
+OV7690 = (0x21, {0x0A: 0x76, 0x0B: 0x91})
+OV7692 = (0x3C, {0x0A: 0x76, 0x0B: 0x92})
+OV7725 = (0x21, {0x0A: 0x77, 0x0B: 0x21})
+# Ports, and what embassy touches and this program does not need.
+KEPT = [0x5802_0000 + 0x400 * port for port in range(11)] + [
+    0xE000_E400,  # priorities of interrupts: all are one
+    0x5800_0000,  # EXTI
+    0x5800_0400,  # SYSCFG
+    0x5C00_1000,  # DBGMCU
+    0x4002_0400,  # DMA2
+    0x5802_5400,  # BDMA
+    0x5802_5800,  # DMAMUX2
+    0x5200_0000,  # MDMA
+]
+
+
+def frames_of(clip):
+    """The frames of a file."""
+    data, size = Path(clip).read_bytes(), WIDTH * HEIGHT
+    return [data[at : at + size] for at in range(0, len(data) - size + 1, size)]
+
+
+class Board:
+    """The board with a sensor and a clip. `faults` says of the clip's frames by number what is wrong with them."""
+
+    def __init__(self, elf, clip, sensor=OV7725, faults=()):
+        self.machine = machine = Machine(elf)
+        mux = Registers(camera.DMAMUX1)
+        self.dma = camera.Dma(machine, mux)
+        self.dcmi = camera.Dcmi(self.dma)
+        self.sensor = i2c.Sensor(*sensor)
+        self.line = usart.Usart(machine, SERIAL_DIVIDER)
+        machine.add(core.Nvic(machine), core.Scb(machine), *clocks.all_of_them(), mux, self.dma, self.dcmi)
+        machine.add(i2c.I2c([self.sensor]), timer.Timer(machine), self.line, *map(Registers, KEPT))
+        self.camera = camera.Camera(machine, self.sensor, self.dcmi, clip, (WIDTH, HEIGHT), FRAME, faults)
+        self.log = rtt.Log(machine, elf)
+
+    def run(self):
+        """Runs until the clip is over and all that came of it is sent."""
+        self.machine.run(self.camera.is_over)
+        return bytes(self.line.sent)
+
+
+def cost(elf, clip):
+    """What the program takes of the board, in a line."""
+    board = Board(elf, clip)
+    board.machine.paint_stack()
+    board.machine.run(lambda: board.camera.frame == 0)
+    board.machine.count_instructions()
+    board.run()
+    flash, ram = board.machine.sizes()
+    ring = 4 * board.dma.total
+    return (
+        f"{board.machine.instructions / len(clip):,.0f} instructions a frame, {flash:,} bytes of flash, {ram - ring:,} of RAM beside the "
+        f"{ring:,} that the DMA writes to, {board.machine.deepest_stack():,} of stack"
+    )
+
+
+def main():
+    """Runs a clip and says what the program made of it."""
+    if len(sys.argv) != 4:
+        sys.exit(__doc__)
+    _, elf, clip, serial = sys.argv
+    board = Board(elf, frames_of(clip))
+    Path(serial).write_bytes(board.run())
+    print("\n".join(line for _, line in board.log.lines))
+    print(cost(elf, board.camera.clip))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,267 @@
+"""A Cortex-M7 with the STM32H743's memories: unmodified programs, interrupts, sleep, and a clock that counts instructions.
+
+Time is in cycles, and an instruction is one cycle, except that a sleeping core skips to the next thing that happens. So a run is
+the same every time. Peripherals are objects in `model/`: a `base`, `read(offset)`, `write(offset, value)`, and if they interrupt
+`irqs()`, the numbers of the interrupts that they ask for at present.
+"""
+
+import bisect
+import heapq
+import itertools
+import struct
+import sys
+
+from elftools.elf.elffile import ELFFile
+from unicorn import UC_ARCH_ARM, UC_HOOK_BLOCK, UC_HOOK_INTR, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
+from unicorn.arm_const import (
+    UC_ARM_REG_D0,
+    UC_ARM_REG_FPSCR,
+    UC_ARM_REG_LR,
+    UC_ARM_REG_PC,
+    UC_ARM_REG_PRIMASK,
+    UC_ARM_REG_R0,
+    UC_ARM_REG_R1,
+    UC_ARM_REG_R2,
+    UC_ARM_REG_R3,
+    UC_ARM_REG_R12,
+    UC_ARM_REG_SP,
+    UC_ARM_REG_XPSR,
+    UC_CPU_ARM_CORTEX_M7,
+)
+
+FLASH, FLASH_SIZE = 0x0800_0000, 0x20_0000
+MEMORIES = [
+    (FLASH, FLASH_SIZE),
+    (0x2000_0000, 0x2_0000),  # DTCM, which the DMA cannot reach
+    (0x2400_0000, 0x8_0000),  # AXI SRAM
+    (0x3000_0000, 0x4_8000),
+    (0x3800_0000, 0x1_0000),
+    (0x1FF0_0000, 0x2_0000),  # system memory
+]
+RAM = 0x2400_0000
+NOWHERE = 0x2000_0100
+PAINT, STACK_PAINTED = b"\xa5", 0x4000
+PERIPHERALS, PERIPHERALS_SIZE = 0x4000_0000, 0x2000_0000
+SYSTEM, SYSTEM_SIZE = 0xE000_0000, 0x10_0000
+PAGE = 0x400  # peripherals are told apart in steps of this
+STACKED = [UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3, UC_ARM_REG_R12, UC_ARM_REG_LR]
+DOUBLES = [UC_ARM_REG_D0 + k for k in range(8)]
+EXC_RETURN = 0xFFFF_FFF9  # to the thread, main stack, without floating point registers
+EXCEPTION_EXIT = 8  # what the emulator calls a jump to it
+HARD_FAULT = 3 - 16  # as the number of an interrupt
+WAITS = (b"\x20\xbf", b"\x30\xbf")  # WFE, WFI
+SLICE = 1000  # cycles that a busy core runs before it is looked at
+
+
+class Stopped(Exception):
+    """The program did what no program should."""
+
+
+class Machine:
+    """The core, its memories and its clock; peripherals are added."""
+
+    def __init__(self, elf):
+        self.uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
+        self.uc.ctl_set_cpu_model(UC_CPU_ARM_CORTEX_M7)
+        for base, size in MEMORIES:
+            self.uc.mem_map(base, size)
+        with open(elf, "rb") as file:
+            image = ELFFile(file)
+            self.image = [(s["p_paddr"], s.data()) for s in image.iter_segments() if s["p_type"] == "PT_LOAD"]
+            symbols = list(image.get_section_by_name(".symtab").iter_symbols())
+        self.symbols = {symbol.name: symbol["st_value"] for symbol in symbols}
+        functions = [symbol for symbol in symbols if symbol["st_info"]["type"] == "STT_FUNC"]
+        self.functions = sorted((symbol["st_value"] & ~1, symbol.name) for symbol in functions)
+        for address, data in self.image:
+            self.uc.mem_write(address, data)
+        self.pages = {}
+        for base, size in ((PERIPHERALS, PERIPHERALS_SIZE), (SYSTEM, SYSTEM_SIZE)):
+            self.uc.mmio_map(base, size, self._read, base, self._write, base)
+        self.uc.hook_add(UC_HOOK_INTR, self._interrupted)
+        self.now = 0
+        self.events, self.order = [], itertools.count()
+        self.peripherals = []
+        self.instructions = 0
+        self.blocks = {}
+        self.stalled_until = 0
+        self.reset()
+
+    def sizes(self):
+        """Bytes of flash, and of RAM that has a fixed place."""
+        flash = sum(len(data) for _, data in self.image)
+        return flash, self.symbols["__euninit"] - RAM
+
+    def paint_stack(self):
+        """Fills the memory where the stack is to be."""
+        self.uc.mem_write(self.symbols["_stack_start"] - STACK_PAINTED, PAINT * STACK_PAINTED)
+
+    def deepest_stack(self):
+        """Bytes of the painted stack that were used; painted is what is nearest to its beginning."""
+        top = self.symbols["_stack_start"]
+        memory = bytes(self.uc.mem_read(top - STACK_PAINTED, STACK_PAINTED))
+        return STACK_PAINTED - (len(memory) - len(memory.lstrip(PAINT)))
+
+    def crash(self):
+        """Sends the core where no instructions are."""
+        self.uc.mem_write(NOWHERE, b"\x00\xde")
+        self.pc = NOWHERE | 1
+
+    def reset(self):
+        """Starts the core anew; memory stays as it is."""
+        self.enabled, self.exception, self.saved = set(), None, []
+        self.event = False
+        self.vectors = FLASH
+        for register in (UC_ARM_REG_PRIMASK, *STACKED):
+            self.uc.reg_write(register, 0)
+        stack, self.pc = struct.unpack("<II", self.uc.mem_read(FLASH, 8))
+        self.uc.reg_write(UC_ARM_REG_SP, stack)
+        self.reset_wanted = False
+
+    def add(self, *peripherals):
+        """Maps peripherals in."""
+        for peripheral in peripherals:
+            self.pages[peripheral.base // PAGE] = peripheral
+            self.peripherals.append(peripheral)
+
+    def at(self, time, action):
+        """Calls `action` when the clock says `time`."""
+        heapq.heappush(self.events, (time, next(self.order), action))
+
+    def stall(self, cycles):
+        """Stops the core for a while, as a debugger does; everything else goes on."""
+        self.stalled_until = self.now + cycles
+
+    def count_instructions(self):
+        """Counts instructions from now on, which takes longer."""
+        self.uc.hook_add(UC_HOOK_BLOCK, self._block)
+
+    def run(self, until):
+        """Runs until `until()` is true; it is asked after everything that happens."""
+        while not until():
+            while self.events and self.events[0][0] <= self.now:
+                heapq.heappop(self.events)[2]()
+            if self.now < self.stalled_until:
+                self.now = min([self.stalled_until, *(time for time, *_ in self.events[:1])])
+                continue
+            self._interrupt()
+            if self._run_slice() and not self._asked():
+                if self.event:
+                    self.event = False
+                elif not self.events:
+                    raise Stopped(f"asleep for ever in {self.where()}")
+                else:
+                    self.now = max(self.now, self.events[0][0])
+            if self.reset_wanted:
+                for peripheral in self.peripherals:
+                    if hasattr(peripheral, "reset"):
+                        peripheral.reset()
+                self.reset()
+
+    def where(self):
+        """The function that the core is in."""
+        at = bisect.bisect(self.functions, (self.uc.reg_read(UC_ARM_REG_PC), "\uffff")) - 1
+        return f"{self.functions[at][1]} at {self.uc.reg_read(UC_ARM_REG_PC):#x}" if at >= 0 else "nowhere"
+
+    def _run_slice(self):
+        """Runs a while; whether the core went to sleep."""
+        self.stopped_by = None
+        before = self.now
+        slice_ = SLICE if not self.events else max(1, min(SLICE, self.events[0][0] - self.now))
+        try:
+            self.uc.emu_start(self.pc | 1, 0xFFFF_FFFE, count=slice_)
+        except UcError as error:
+            pc = self.uc.reg_read(UC_ARM_REG_PC)
+            if pc >= 0xFFFF_FF00:
+                self._leave()
+                return False
+            if bytes(self.uc.mem_read(pc - 2, 2)) in WAITS:
+                self.pc = pc
+                return True
+            # No instruction, or no memory.
+            self.pc = pc
+            self._fault()
+            return False
+        self.now = before + slice_
+        self.pc = self.uc.reg_read(UC_ARM_REG_PC)
+        if self.stopped_by == EXCEPTION_EXIT or self.pc >= 0xFFFF_FF00:
+            self._leave()
+        elif self.stopped_by is not None:
+            self._fault()
+        return False
+
+    def _fault(self):
+        """An instruction that is none, or an address that is none: a hard fault, or the end where it is one already."""
+        if self.exception == HARD_FAULT:
+            raise Stopped(f"hard fault in a hard fault, in {self.where()}, from {self.uc.reg_read(UC_ARM_REG_LR):#x}")
+        self._enter(HARD_FAULT)
+
+    def _asked(self):
+        """The interrupt of lowest number that is asked for and enabled."""
+        asked = set().union(*(p.irqs() for p in self.peripherals if hasattr(p, "irqs"))) & self.enabled
+        return min(asked, default=None)
+
+    def _interrupt(self):
+        """Enters an interrupt, if one is asked for; they do not nest, as all have one priority."""
+        if self.exception is not None or self.uc.reg_read(UC_ARM_REG_PRIMASK) & 1:
+            return
+        irq = self._asked()
+        if irq is not None:
+            self._enter(irq)
+
+    def _enter(self, irq):
+        self.exception = irq
+        sp = self.uc.reg_read(UC_ARM_REG_SP)
+        frame = (sp - 32) & ~7
+        xpsr = self.uc.reg_read(UC_ARM_REG_XPSR) | 1 << 24 | (1 << 9 if sp & 4 else 0)
+        words = [self.uc.reg_read(register) for register in STACKED] + [self.pc & ~1, xpsr]
+        self.uc.mem_write(frame, struct.pack("<8I", *(word & 0xFFFF_FFFF for word in words)))
+        self.saved = [self.uc.reg_read(register) for register in (*DOUBLES, UC_ARM_REG_FPSCR)]
+        self.uc.reg_write(UC_ARM_REG_SP, frame)
+        self.uc.reg_write(UC_ARM_REG_LR, EXC_RETURN)
+        (self.pc,) = struct.unpack("<I", self.uc.mem_read(self.vectors + 4 * (16 + irq), 4))
+
+    def _leave(self):
+        """Returns from an interrupt."""
+        if self.exception is None:
+            raise Stopped("return from an interrupt outside one")
+        frame = self.uc.reg_read(UC_ARM_REG_SP)
+        *words, pc, xpsr = struct.unpack("<8I", self.uc.mem_read(frame, 32))
+        for register, word in zip(STACKED, words, strict=True):
+            self.uc.reg_write(register, word)
+        for register, word in zip((*DOUBLES, UC_ARM_REG_FPSCR), self.saved, strict=True):
+            self.uc.reg_write(register, word)
+        # Flags and, in the middle of an IT block, what is left of it.
+        self.uc.reg_write(UC_ARM_REG_XPSR, xpsr & 0xFF00_FC00)
+        self.uc.reg_write(UC_ARM_REG_SP, frame + 32 + (4 if xpsr & 1 << 9 else 0))
+        self.pc, self.exception, self.event = pc | 1, None, True
+
+    def _interrupted(self, uc, number, _):
+        self.stopped_by = number
+        uc.emu_stop()
+
+    def _block(self, uc, address, size, _):
+        count = self.blocks.get(address)
+        if count is None:
+            code, at, count = bytes(uc.mem_read(address, size)), 0, 0
+            while at < size:
+                # The five highest bits of a Thumb instruction say whether it has four bytes.
+                at += 4 if code[at + 1] >= 0xE8 else 2
+                count += 1
+            self.blocks[address] = count
+        self.instructions += count
+
+    def _read(self, uc, offset, size, base):
+        address = base + offset
+        peripheral = self.pages.get(address // PAGE)
+        if peripheral is None:
+            raise Stopped(f"reads {address:#x}, which nothing models, in {self.where()}")
+        value = peripheral.read(address % PAGE & ~3) >> 8 * (address & 3)
+        return value & ((1 << 8 * size) - 1)
+
+    def _write(self, uc, offset, size, value, base):
+        address = base + offset
+        peripheral = self.pages.get(address // PAGE)
+        if peripheral is None:
+            print(f"writes {address:#x}, which nothing models, in {self.where()}", file=sys.stderr)
+            return
+        peripheral.write(address % PAGE & ~3, value)

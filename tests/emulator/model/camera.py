@@ -1,0 +1,171 @@
+"""A parallel sensor, the DCMI that takes its pixels, and DMA1's stream 0 that takes the DCMI's words.
+
+A line at a time: it is cropped, every second byte is dropped, and the words are written to the ring. A clip's first frame is the
+first one after the capture was first enabled; before it the sensor is dark.
+"""
+
+from .registers import Registers
+
+DCMI, DCMI_IRQ = 0x4802_0000, 78
+CR, RIS, IER, ICR, CWSTRT, CWSIZE = 0x00, 0x08, 0x0C, 0x14, 0x20, 0x24
+CAPTURE, CROP, ENABLE = 1, 1 << 2, 1 << 14
+EVERY_SECOND_BYTE, THE_SECOND = 1 << 16, 1 << 18
+FRAME, OVERRUN, ERROR, VSYNC, LINE = 1, 2, 4, 8, 16
+
+DMA1, DMA_IRQ, DMAMUX1 = 0x4002_0000, 11, 0x4002_0800
+LISR, LIFCR, SCR, NDTR, PAR, M0AR = 0x00, 0x08, 0x10, 0x14, 0x18, 0x1C
+ON, TEIE, HTIE, TCIE, CIRCULAR = 1, 1 << 2, 1 << 3, 1 << 4, 1 << 8
+HALF, FULL = 1 << 4, 1 << 5
+REQUEST = 75
+RING_MEMORY = range(0x2400_0000, 0x2408_0000)  # what DMA1 can reach and the linker uses
+
+
+class Dma(Registers):
+    """Stream 0: words from the DCMI into a ring."""
+
+    def __init__(self, machine, mux):
+        super().__init__(DMA1)
+        self.machine, self.mux, self.total = machine, mux, 0
+
+    def irqs(self):
+        """Its interrupt, while an enabled flag is set."""
+        control, flags = self.values.get(SCR, 0), self.values.get(LISR, 0)
+        asked = flags & HALF and control & HTIE or flags & FULL and control & TCIE
+        return {DMA_IRQ} if asked else set()
+
+    def write(self, offset, value):
+        """Keeps it; a length that is written while the stream is off is the ring's."""
+        if offset == LIFCR:
+            self.values[LISR] = self.values.get(LISR, 0) & ~value
+            return
+        if offset == NDTR:
+            self.total = value
+        super().write(offset, value)
+
+    def take(self, data):
+        """Writes words into the ring; whether the stream is on."""
+        wants = CIRCULAR | ON
+        if self.values.get(SCR, 0) & wants != wants or self.mux.read(0) & 0x7F != REQUEST:
+            return False
+        if self.values.get(PAR) != DCMI + 0x28 or self.values[M0AR] not in RING_MEMORY:
+            raise ValueError("the DMA stream is not between the DCMI and a memory that it reaches")
+        half, words = self.total // 2, len(data) // 4
+        done = 0
+        while done < words:
+            at = self.total - self.values[NDTR]
+            run = min(words - done, half - at % half)
+            self.machine.uc.mem_write(self.values[M0AR] + 4 * at, data[4 * done : 4 * (done + run)])
+            done, at = done + run, at + run
+            self.values[NDTR] = self.total - at % self.total
+            if at % half == 0:
+                self.values[LISR] = self.values.get(LISR, 0) | (HALF if at == half else FULL)
+        return True
+
+
+class Dcmi(Registers):
+    """The camera interface: what of a line it captures."""
+
+    def __init__(self, dma):
+        super().__init__(DCMI)
+        self.dma, self.capturing, self.row, self.ever = dma, False, 0, False
+
+    def reset(self):
+        """As after a reset."""
+        super().reset()
+        self.capturing = False
+
+    def irqs(self):
+        """Its interrupt, while an enabled flag is set."""
+        return {DCMI_IRQ} if self.values.get(RIS, 0) & self.values.get(IER, 0) else set()
+
+    def write(self, offset, value):
+        """Keeps it."""
+        if offset == ICR:
+            self.values[RIS] = self.values.get(RIS, 0) & ~value
+            return
+        super().write(offset, value)
+        if offset == CR:
+            self.ever |= self.enabled() and bool(value & CAPTURE)
+            self.capturing &= self.enabled()
+
+    def enabled(self):
+        """Whether it is on."""
+        return bool(self.values.get(CR, 0) & ENABLE)
+
+    def flag(self, flag):
+        """Sets a flag, if it is on."""
+        if self.enabled():
+            self.values[RIS] = self.values.get(RIS, 0) | flag
+
+    def sync(self):
+        """A vertical sync: a frame begins."""
+        self.flag(VSYNC)
+        self.capturing = self.enabled() and bool(self.values.get(CR, 0) & CAPTURE)
+        self.row = 0
+
+    def line(self, bytes_of):
+        """A line begins; `bytes_of(row)` are its bytes."""
+        self.flag(LINE)
+        start, size, control = (self.values.get(register, 0) for register in (CWSTRT, CWSIZE, CR))
+        top, rows = start >> 16 & 0x1FFF, (size >> 16 & 0x3FFF) + 1
+        left, clocks = start & 0x3FFF, (size & 0x3FFF) + 1
+        row, self.row = self.row, self.row + 1
+        if not self.capturing or not control & CROP or not top <= row < top + rows:
+            return
+        data = bytes_of(row)[left : left + clocks]
+        if control & EVERY_SECOND_BYTE:
+            data = data[1 if control & THE_SECOND else 0 :: 2]
+        if not self.dma.take(data):
+            self.flag(OVERRUN)
+        if row == top + rows - 1:
+            self.flag(FRAME)
+
+
+class Camera:
+    """The sensor's pixels: a clip of GREY frames, sent as YUYV with a chroma that must not matter."""
+
+    def __init__(self, machine, sensor, dcmi, clip, size, cycles_per_frame, faults=()):
+        self.machine, self.sensor, self.dcmi, self.clip, self.faults = machine, sensor, dcmi, clip, dict(faults)
+        self.width, self.height = size
+        self.frame, self.began, self.started, self.period = None, None, machine.now, cycles_per_frame
+        self.chroma = bytes((x * 37 + 11) & 0xFF for x in range(2 * self.width))
+        # As many lines' times more as an OV7725 has between frames, a few of them before the first line.
+        self.line_time = cycles_per_frame // (self.height + 15)
+        self.machine.at(self.started, self._begin)
+
+    def is_over(self):
+        """Whether the clip has been sent, and a frame's time beyond it."""
+        return self.frame is not None and self.frame > len(self.clip)
+
+    def _begin(self):
+        """A frame's time begins; the next one's is planned from the start, so that nothing drifts."""
+        if self.dcmi.ever:
+            if self.frame is None:
+                self.frame, self.began = -1, self.machine.now
+            self.frame += 1
+        fault = self.faults.get(self.frame) if self.frame is not None else None
+        if callable(fault):
+            fault = fault()
+        begins = self.machine.now
+        self.machine.at(begins + self.period, self._begin)
+        if not self.sensor.is_set_up() or fault == "silent":
+            return
+        if fault != "lost sync":
+            self.dcmi.sync()
+        picture = self.clip[self.frame] if self.frame is not None and self.frame < len(self.clip) else None
+        for row in range(self.height):
+            if fault == "sync inside" and row == self.height // 2:
+                self.machine.at(begins + (8 + row) * self.line_time, self.dcmi.sync)
+                break
+            if fault == "overrun" and row == self.height // 3:
+                self.machine.at(begins + (8 + row) * self.line_time, lambda: self.dcmi.flag(OVERRUN))
+            self.machine.at(begins + (8 + row) * self.line_time, lambda: self._line(picture))
+
+    def _line(self, picture):
+        if self.sensor.is_set_up():
+            self.dcmi.line(lambda row: self._yuyv(picture, row))
+
+    def _yuyv(self, picture, row):
+        line = bytearray(self.chroma)
+        line[0::2] = picture[row * self.width : (row + 1) * self.width] if picture else bytes(self.width)
+        return bytes(line)

@@ -1,0 +1,65 @@
+"""The log: defmt's frames in the ring of a SEGGER RTT channel, read as a debug probe reads them, and decoded with the ELF's strings."""
+
+import json
+import struct
+
+from elftools.elf.elffile import ELFFile
+
+EVERY = 96_000  # cycles from look to look: a millisecond
+LEVELS = {"defmt_error": "error", "defmt_warn": "warning", "defmt_info": "info"}
+
+
+class Log:
+    """Reads the log while the program runs: `lines` are level and format, without the numbers in it, each with its
+    time in cycles."""
+
+    def __init__(self, machine, elf):
+        self.machine, self.block, self.bytes, self.lines = machine, machine.symbols["_SEGGER_RTT"], b"", []
+        self.formats = _formats(elf)
+        machine.at(EVERY, self._look)
+
+    def _look(self):
+        self.machine.at(self.machine.now + EVERY, self._look)
+        memory = self.machine.uc
+        if bytes(memory.mem_read(self.block, 10)) != b"SEGGER RTT":
+            return
+        channel = self.block + 24
+        _, ring, size, write, read, _ = struct.unpack("<6I", memory.mem_read(channel, 24))
+        if write == read:
+            return
+        data = bytes(memory.mem_read(ring, size))
+        self.bytes += data[read:write] if read < write else data[read:] + data[:write]
+        memory.mem_write(channel + 16, struct.pack("<I", write))
+        *frames, self.bytes = self.bytes.split(b"\0")
+        self.lines += [(self.machine.now, self._line(frame)) for frame in frames if frame]
+
+    def _line(self, frame):
+        data = _unstuffed(frame)
+        return self.formats.get(int.from_bytes(data[:2], "little"), f"unknown: {data.hex()}")
+
+
+def _formats(elf):
+    """Format strings by number: symbols whose name is JSON, in a section that is not loaded."""
+    formats = {}
+    with open(elf, "rb") as file:
+        for symbol in ELFFile(file).get_section_by_name(".symtab").iter_symbols():
+            if symbol.name.startswith("{"):
+                described = json.loads(symbol.name)
+                if described["tag"] in LEVELS:
+                    formats[symbol["st_value"] & 0xFFFF] = f"{LEVELS[described['tag']]}: {described['data']}"
+    return formats
+
+
+def _unstuffed(frame):
+    """Reverse-zero-compressing COBS, which is read from its end."""
+    rest, data = list(frame), bytearray()
+    while rest:
+        code = rest.pop()
+        if code == 0xFF:
+            data += bytes(rest.pop() for _ in range(134))
+        elif code >= 0x80:
+            data += b"\0" + bytes(rest.pop() for _ in range((code & 0x7F) + 7))
+        else:
+            # A bit for each of seven bytes, the lowest for the last: whether it is a zero.
+            data += bytes(0 if code >> bit & 1 else rest.pop() for bit in reversed(range(7)))
+    return bytes(reversed(data))

@@ -1,0 +1,51 @@
+"""USART3: bytes out into a buffer, in their time; bytes in from a queue."""
+
+from .registers import Registers
+
+USART3, IRQ = 0x4000_4800, 39
+CR1, BRR, ISR, RDR, TDR = 0x00, 0x0C, 0x1C, 0x24, 0x28
+RXNE, TC, TXE = 1 << 5, 1 << 6, 1 << 7
+
+
+class Usart(Registers):
+    """The line: `sent` is what came out, `receive` sends it something."""
+
+    def __init__(self, machine, cycles_per_clock):
+        super().__init__(USART3)
+        self.machine, self.cycles_per_clock = machine, cycles_per_clock
+        self.sent, self.arrived, self.busy_until = bytearray(), [], 0
+
+    def reset(self):
+        """As after a reset; what was sent is sent."""
+        super().reset()
+        self.arrived, self.busy_until = [], 0
+
+    def receive(self, data):
+        """Bytes arrive, one after the other."""
+        self.arrived += data
+
+    def irqs(self):
+        """Its interrupt, while an enabled state lasts."""
+        return {IRQ} if self._state() & self.values.get(CR1, 0) & (RXNE | TXE) else set()
+
+    def read(self, offset):
+        """A register."""
+        if offset == ISR:
+            return self._state()
+        if offset == RDR:
+            return self.arrived.pop(0) if self.arrived else 0
+        return super().read(offset)
+
+    def write(self, offset, value):
+        """Keeps it; a byte is sent."""
+        if offset != TDR:
+            super().write(offset, value)
+            return
+        self.sent.append(value & 0xFF)
+        # Ten bits, and the next thing that happens is that there is room again.
+        self.busy_until = self.machine.now + 10 * self.values.get(BRR, 0) * self.cycles_per_clock
+        self.machine.at(self.busy_until, lambda: None)
+
+    def _state(self):
+        free = TXE | TC if self.machine.now >= self.busy_until else 0
+        return free | (RXNE if self.arrived else 0)

@@ -1,0 +1,94 @@
+"""The boards that QEMU emulates: programs of wstac-fw are built for them and run on them."""
+
+import os
+import struct
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+FIRMWARE = ROOT / "wstac-fw"
+TARGETS = ("thumbv6m-none-eabi", "thumbv7m-none-eabi", "thumbv7em-none-eabihf")
+
+
+@dataclass(frozen=True)
+class Board:
+    """One core, and the machine that has it."""
+
+    core: str
+    machine: str
+    target: str
+
+
+BOARDS = (
+    Board("M0", "microbit", TARGETS[0]),
+    Board("M3", "mps2-an385", TARGETS[1]),
+    Board("M4F", "mps2-an386", TARGETS[2]),
+    Board("M7", "mps2-an500", TARGETS[2]),
+)
+
+
+def folder():
+    return Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve() / "firmware"
+
+
+def build(target, *what, model=None, config=None):
+    """Builds programs (`--bin NAME`, `--examples`) for a target; where they are, valid until the next build."""
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("WSTAC_")}
+    if model is not None:
+        environment["WSTAC_MODEL"] = str(model)
+    if config is not None:
+        environment["WSTAC_CONFIG"] = str(config)
+    arguments = ["--quiet", "--locked", "--release", "--no-default-features", "--features", "emulated"]
+    command = [ROOT / "ci/thumb", target, "build", *arguments, "--target-dir", folder(), *what]
+    subprocess.run(command, cwd=FIRMWARE, env=environment, check=True)
+    return folder() / target / "release"
+
+
+def command(board, elf, serial):
+    """How to run a program; `serial` is QEMU's name of what its UART is tied to."""
+    semihosting = ["-semihosting-config", "enable=on,target=native"]
+    qemu = ["qemu-system-arm", "-M", board.machine, "-nographic", "-monitor", "none", "-icount", "shift=0"]
+    return [*qemu, "-serial", serial, *semihosting, "-kernel", str(Path(elf).resolve())]
+
+
+def run(board, elf, where, serial="none", seconds=900):
+    """Runs a program to its end in a folder that has its files; what it wrote to the console."""
+    how = {"cwd": where, "stdin": subprocess.DEVNULL, "capture_output": True, "text": True, "timeout": seconds}
+    done = subprocess.run(command(board, elf, serial), check=False, **how)
+    said = done.stdout + done.stderr
+    if done.returncode:
+        sys.exit(f"{board.core}: {Path(elf).name} failed ({done.returncode}): {said.strip()}")
+    return said
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """What a program takes, in bytes."""
+
+    flash: int
+    ram: int
+
+
+def sizes(elf):
+    """Flash, and RAM without the stack, of an ELF."""
+    data = Path(elf).read_bytes()
+    offset, size, count = struct.unpack_from("<I", data, 32)[0], *struct.unpack_from("<HH", data, 46)
+    bits, no_bits, exception_index = 1, 8, 0x70000001
+    writable, loaded = 1, 2
+    flash = ram = 0
+    for header in range(offset, offset + size * count, size):
+        _, kind, flags, _, _, length = struct.unpack_from("<6I", data, header)
+        if not flags & loaded:
+            continue
+        if kind in (bits, exception_index):
+            flash += length
+        if flags & writable and kind in (bits, no_bits):
+            ram += length
+    return Sizes(flash, ram)
+
+
+def compiler():
+    """The compiler's version, which instructions and bytes hang on."""
+    return subprocess.check_output([ROOT / "ci/thumb", "--version"], text=True, cwd=FIRMWARE).strip()

@@ -1,0 +1,56 @@
+"""Only what an application asks for is linked: the examples of wstac-fw, what they weigh, and of which files their code is."""
+
+import re
+import subprocess
+import sys
+
+import boards
+from boards import BOARDS
+
+MODELS = {"linear_svm": ("linear_svm", "dot"), "forest": ("forest",), "boosted": ("boosted",)}
+TREES = ("trees", "descent", "walk")
+# What an image must not hold: files of wstac-core, or a crate.
+ABSENT = {
+    "features": ("trigger", "baseline", "sample", "speed", "direction", "exp", "texture", "early", "model/", "wire/", "libm"),
+    "trigger": ("speed", "direction", "exp", "texture", "early", "model/", "wire/", "libm"),
+    "speed": ("direction", "texture", "early", "model/", "wire/"),
+    "direction": ("texture", "early", "model/", "wire/"),
+} | {
+    name: ("speed", "direction", "exp", "early", "wire/", "libm")
+    + tuple(f"model/{part}" for other, parts in MODELS.items() if other != name for part in parts)
+    + (tuple(f"model/{part}" for part in TREES) if name == "linear_svm" else ())
+    for name in MODELS
+}
+# What it must hold, so that what is absent says something.
+PRESENT = {"features": "taxels", "trigger": "trigger", "speed": "speed", "direction": "direction"} | {
+    name: f"model/{name}" for name in MODELS
+}
+
+
+def sources(elf):
+    """The files of wstac-core, without `.rs`, that an ELF's code is of, inlined or not; and `libm`."""
+    sections = subprocess.check_output(["arm-none-eabi-objdump", "-h", elf], text=True)
+    _, length, start = re.search(r"\.text\s+(\w+)\s+(\w+)", sections).group(0).split()
+    start, length = int(start, 16), int(length, 16)
+    places = "\n".join(hex(at) for at in range(start, start + length, 2))
+    command = ["arm-none-eabi-addr2line", "-i", "-e", elf]
+    lines = subprocess.run(command, input=places, capture_output=True, text=True, check=True).stdout
+    found = set(re.findall(r"wstac-core/(?:\./)?src/([\w/]+)\.rs", lines))
+    return found | ({"libm"} if re.search(r"/libm-\d", lines) else set())
+
+
+def measure(target, numbers):
+    """Adds the flash of every image to the numbers of the target's boards; exits where one holds what it should not."""
+    programs = boards.build(target, "--examples") / "examples"
+    for name, absent in ABSENT.items():
+        elf = programs / name
+        held = sources(elf)
+        if PRESENT[name] not in held:
+            sys.exit(f"{target}: the image {name} has no code of {PRESENT[name]}: the check sees too little")
+        wrong = sorted(file for file in held if any(file == part or file.startswith(part) for part in absent if part[-1] == "/" or file == part))
+        if wrong:
+            sys.exit(f"{target}: the image {name} holds code of {', '.join(wrong)}, which it does not ask for")
+        for board in BOARDS:
+            if board.target == target:
+                numbers[board.core][f"image {name}"] = boards.sizes(elf).flash
+    print(f"{target}: no image of {len(ABSENT)} holds what it does not ask for", flush=True)

@@ -1,0 +1,102 @@
+"""The numbers of the firmware that are kept in the repository, and their table in docs/FIRMWARE.md."""
+
+import json
+from pathlib import Path
+
+import boards
+from boards import BOARDS, ROOT
+
+KEPT = Path(__file__).with_name("kept.json")
+PAGE = ROOT / "docs/FIRMWARE.md"
+BEGIN, END = "<!-- measured: ci/firmware --keep -->\n", "<!-- end -->\n"
+# A tick of the boards' timers is 40 or 63 instructions, and a mean is rounded down.
+SLACK = 0.002
+# A compiler whose numbers are not kept is another compiler.
+OTHER_SLACK = 0.1
+
+ROWS = {
+    "whole": "whole frame → features, instructions",
+    "stripes": "the same in 50 stripes of 8 rows",
+    "trigger": "trigger, instructions a frame",
+    "speed": "speed, instructions an event",
+    "direction": "direction, instructions an event",
+    "svm": "texture by the shipped SVM",
+    "forest": "by the shipped forest",
+    "boosted": "by the shipped boosted trees",
+    "flash": "flash of the whole firmware with its link, without a model, bytes",
+    "svm, flash": "what the SVM adds",
+    "forest, flash": "what the forest adds",
+    "boosted, flash": "what the boosted trees add",
+    "ram": "RAM with the stack, without the stripe, bytes",
+    "stack": "of it stack, as painted",
+} | {
+    f"image {name}": f"image: {what}, bytes"
+    for name, what in {
+        "features": "features alone",
+        "trigger": "+ trigger",
+        "speed": "+ speed",
+        "direction": "+ direction",
+        "linear_svm": "trigger + SVM, the model included",
+        "forest": "trigger + forest, the model included",
+        "boosted": "trigger + boosted trees, the model included",
+    }.items()
+}
+FRAMES_A_SECOND = 30
+# Cycles an instruction takes. Loads take two on the small cores, and taken branches two to three; the M7 does two instructions at once
+# where it can. 1.5 is above what their sums need, for all of them.
+CYCLES = 1.5
+CLOCKS = (64, 168, 480)
+
+
+def table(numbers):
+    """Lines of Markdown."""
+    cores = [board.core for board in BOARDS]
+    lines = ["| | " + " | ".join(cores) + " |", "| --- |" + " ---: |" * len(cores)]
+    for key, what in ROWS.items():
+        cells = [numbers[core].get(key) for core in cores]
+        lines.append(f"| {what} | " + " | ".join("–" if cell is None else f"{cell:,}" for cell in cells) + " |")
+    for clock in CLOCKS:
+        cells = []
+        for core in cores:
+            frame = numbers[core]["stripes"] + numbers[core]["trigger"]
+            cells.append(f"{100 * frame * CYCLES * FRAMES_A_SECOND / (clock * 1e6):.2g} %")
+        lines.append(f"| share of the time at {FRAMES_A_SECOND} frames a second and {clock} MHz | " + " | ".join(cells) + " |")
+    return lines
+
+
+def compare(numbers):
+    """Whether nothing is worse than what was kept; says what differs."""
+    all_kept = json.loads(KEPT.read_text())
+    version = boards.compiler()
+    known = all_kept.get(version)
+    slack = SLACK if known else OTHER_SLACK
+    if not known:
+        version, known = next(iter(all_kept.items()))
+        print(f"no numbers are kept of {boards.compiler()}: compared with those of {version}, {OTHER_SLACK:.0%} more are let pass")
+    fine, better = True, False
+    for core, found in numbers.items():
+        for key in found.keys() | known[core].keys():
+            new, old = found.get(key), known[core].get(key)
+            if new is None or old is None:
+                fine = False
+                print(f"{core}, {key}: found {new}, kept {old}: ci/firmware --keep keeps the new set")
+            elif new > old * (1 + slack) + 1:
+                fine = False
+                print(f"{core}, {ROWS[key]}: {new:,}, worse than the kept {old:,}")
+            elif new < old * (1 - slack) - 1 and slack == SLACK:
+                better = True
+                print(f"{core}, {ROWS[key]}: {new:,}, better than the kept {old:,}")
+    if fine and better:
+        print("better than kept: ci/firmware --keep keeps it")
+    return fine
+
+
+def keep(numbers):
+    """Keeps the numbers, and writes the table."""
+    all_kept = json.loads(KEPT.read_text()) if KEPT.exists() else {}
+    all_kept[boards.compiler()] = numbers
+    KEPT.write_text(json.dumps(all_kept, indent=1) + "\n")
+    before, rest = PAGE.read_text().split(BEGIN)
+    after = rest.split(END)[1]
+    lines = "\n".join(table(numbers))
+    PAGE.write_text(f"{before}{BEGIN}\n{lines}\n\nCompiler: {boards.compiler()}.\n\n{END}{after}")

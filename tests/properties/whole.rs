@@ -1,0 +1,212 @@
+//! All of it: bytes to events and answers.
+
+use proptest::prelude::*;
+use wstac_core::direction;
+use wstac_core::frame::Stride;
+use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
+use wstac_core::green::grey::Grey;
+use wstac_core::green::ycbcr::{Colour, Matrix, Range};
+use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::ln::{fixed::Fixed, libm::Libm, micromath::Micromath};
+use wstac_core::pipeline::Pipeline;
+use wstac_core::rate::FrameRate;
+use wstac_core::speed::{self, Law, SpeedConfig, ThresholdOn};
+use wstac_core::taxels::Camera;
+use wstac_core::trigger::{Event, TriggerConfig};
+use wstac_tests::OwnedEvent;
+use wstac_tests::random::Random;
+
+use super::choice::{any_of, any_picture, any_trigger_config, config, layout_of, lively_trigger_config};
+use super::sums::in_format;
+
+/// What can be done to a pipeline.
+#[derive(Clone, Debug)]
+enum Step {
+    Frame(u64),
+    Dark,
+    ShortFrame(usize),
+    Stripe(usize),
+    Lost(u64),
+    Abandon,
+    Finish,
+}
+
+fn any_step() -> impl Strategy<Value = Step> {
+    prop_oneof![
+        10 => any::<u64>().prop_map(Step::Frame),
+        10 => Just(Step::Dark),
+        1 => (0_usize..5000).prop_map(Step::ShortFrame),
+        5 => (0_usize..5000).prop_map(Step::Stripe),
+        1 => prop_oneof![0_u64..=10, any::<u64>()].prop_map(Step::Lost),
+        1 => Just(Step::Abandon),
+        1 => Just(Step::Finish),
+    ]
+}
+
+fn any_rate() -> impl Strategy<Value = FrameRate> {
+    let fraction = prop_oneof![
+        (1_u32..=1000).prop_map(|fps| (fps, 1)),
+        (1_u32..=240_000).prop_map(|fps| (fps, 1001)),
+        (1..=u32::MAX, 1..=u32::MAX),
+    ];
+    fraction.prop_map(|(numerator, denominator)| FrameRate::new(numerator, denominator).unwrap())
+}
+
+fn any_law() -> impl Strategy<Value = Law> {
+    let number = || any::<u32>().prop_map(f32::from_bits);
+    prop_oneof![
+        Just(Law::PAPER),
+        Just(Law::PHYSICAL),
+        (number(), number()).prop_map(|(intercept, slope)| Law::Paper { intercept, slope }),
+        (number(), number()).prop_map(|(track, afterglow)| Law::Physical { track, afterglow }),
+    ]
+}
+
+fn any_speed_config() -> impl Strategy<Value = SpeedConfig> {
+    let threshold = prop_oneof![Just(0.0475), 0.0..5.5, any::<u64>().prop_map(f64::from_bits)];
+    let on = prop_oneof![Just(ThresholdOn::Absolute), Just(ThresholdOn::AboveBaseline)];
+    (any_law(), threshold, on, any_rate()).prop_map(|(law, threshold, on, rate)| {
+        SpeedConfig::new(law, threshold, on, rate).unwrap_or_else(|_| SpeedConfig::paper(rate))
+    })
+}
+
+/// Every answer to an event is one that its documentation allows.
+fn check_answers(event: &Event<'_>, config: &SpeedConfig) {
+    let direction = direction::direction(event);
+    assert!(direction.confidence <= 32_768, "{direction:?}");
+    let duration = speed::duration(event, config);
+    assert!(duration.is_none_or(|duration| duration.first <= duration.last && duration.last < 70));
+    if let Ok(speed) = speed::speed(event, config) {
+        assert!(speed.mm_s.is_finite() && speed.mm_s >= 0.0, "{speed:?}");
+    }
+}
+
+proptest! {
+    #![proptest_config(config(400))]
+
+    #[test]
+    fn nothing_panics_for_any_bytes_and_any_configuration(
+        picture in any_picture(), rate in any_rate(), trigger in prop_oneof![any_trigger_config(), lively_trigger_config()],
+        floor in prop_oneof![Just(0.5), Just(0.0), any::<u64>().prop_map(f64::from_bits)],
+        speed in any_speed_config(), kernel in 0..3, steps in prop::collection::vec(any_step(), 0..400),
+    ) {
+        fn run<L: wstac_core::ln::Ln>(
+            camera: Camera<Any>, floor: f64, trigger: TriggerConfig, speed: &SpeedConfig, steps: &[Step],
+        ) {
+            let Ok(mut pipeline) = Pipeline::<Any, L>::new(camera, floor, trigger) else { return };
+            let mut buffer = vec![0; camera.frame_bytes()];
+            for step in steps {
+                let event = match *step {
+                    Step::Frame(seed) => {
+                        let mut random = Random::new(seed);
+                        let most = 1 + random.below(255);
+                        buffer.fill_with(|| random.below(most) as u8);
+                        pipeline.push_frame(&buffer).unwrap_or(None)
+                    }
+                    Step::Dark => {
+                        buffer.fill(3);
+                        pipeline.push_frame(&buffer).unwrap_or(None)
+                    }
+                    Step::ShortFrame(bytes) => pipeline.push_frame(&buffer[..bytes.min(buffer.len())]).unwrap_or(None),
+                    Step::Stripe(bytes) => pipeline.push_stripe(&buffer[..bytes.min(buffer.len())]).unwrap_or(None),
+                    Step::Lost(frames) => pipeline.push_lost(frames),
+                    Step::Abandon => pipeline.abandon_frame(),
+                    Step::Finish => pipeline.finish(),
+                };
+                if let Some(event) = event {
+                    check_answers(&event, speed);
+                }
+                pipeline.take_interrupted();
+                pipeline.end();
+            }
+        }
+        let stride = Stride::try_from(picture.stride as u32).unwrap();
+        let camera = Camera::with_stride(any_of(&picture), layout_of(&picture), rate, stride)
+            .and_then(|camera| camera.with_bytes_per_row(picture.bytes_per_row as u32));
+        // A rate can be too high for 32 bits.
+        let Ok(camera) = camera else { return Ok(()) };
+        match kernel {
+            0 => run::<Fixed>(camera, floor, trigger, &speed, &steps),
+            1 => run::<Libm>(camera, floor, trigger, &speed, &steps),
+            _ => run::<Micromath>(camera, floor, trigger, &speed, &steps),
+        }
+    }
+
+    #[test]
+    fn any_split_into_stripes_gives_the_events_of_whole_frames(
+        config in lively_trigger_config(), fps in prop_oneof![Just(30_u32), 1_u32..200], seed in any::<u64>(),
+    ) {
+        let mut random = Random::new(seed);
+        let layout = Layout::paper(FrameSize::new(10, 8).unwrap()).unwrap();
+        let rate = FrameRate::new(fps, 1).unwrap();
+        let camera = Camera::new(Grey, layout, rate).unwrap().with_bytes_per_row(13).unwrap();
+        let mut whole: Pipeline = Pipeline::new(camera, 0.5, config).unwrap();
+        let mut striped = whole.clone();
+        let mut events = 0;
+        for frame in 0..400 * rate.frames_added() {
+            let level = if frame / 120 % 2 == 1 { 150 } else { 10 };
+            let bytes: Vec<u8> = (0..8 * 13).map(|_| level + random.below(20) as u8).collect();
+            let expected = whole.push_frame(&bytes).unwrap().map(OwnedEvent::from);
+            let mut found = None;
+            let mut left = &bytes[..];
+            while !left.is_empty() {
+                let (stripe, rest) = left.split_at((13 * (1 + random.below(8) as usize)).min(left.len()));
+                prop_assert!(found.is_none());
+                found = striped.push_stripe(stripe).unwrap().map(OwnedEvent::from);
+                left = rest;
+            }
+            events += usize::from(found.is_some());
+            prop_assert_eq!(found, expected);
+        }
+        prop_assert!(events > 0);
+    }
+
+    #[test]
+    fn losses_add_up(
+        config in lively_trigger_config(), fps in prop_oneof![Just(30_u32), 1_u32..400], seed in any::<u64>(),
+    ) {
+        let mut random = Random::new(seed);
+        let rate = FrameRate::new(fps, 1).unwrap();
+        let layout = Layout::paper(FrameSize::new(5, 5).unwrap()).unwrap();
+        let mut once: Pipeline = Pipeline::new(Camera::new(Grey, layout, rate).unwrap(), 0.5, config).unwrap();
+        let mut twice = once.clone();
+        let (mut first, mut second) = (Vec::new(), Vec::new());
+        for frame in 0..300 * rate.frames_added() {
+            let bytes = [if frame / 90 % 2 == 1 { 150 } else { 10 } + random.below(9) as u8; 25];
+            first.extend(once.push_frame(&bytes).unwrap().map(OwnedEvent::from));
+            second.extend(twice.push_frame(&bytes).unwrap().map(OwnedEvent::from));
+            if random.below(20) == 0 {
+                let most = [3, 12, 300][random.below(3) as usize];
+                let (a, b) = (random.below(most), random.below(most));
+                first.extend(once.push_lost(a + b).map(OwnedEvent::from));
+                second.extend(twice.push_lost(a).map(OwnedEvent::from));
+                second.extend(twice.push_lost(b).map(OwnedEvent::from));
+            }
+            prop_assert_eq!(once.end().frames, twice.end().frames);
+            prop_assert_eq!(once.take_interrupted(), twice.take_interrupted());
+        }
+        first.extend(once.finish().map(OwnedEvent::from));
+        second.extend(twice.finish().map(OwnedEvent::from));
+        prop_assert_eq!(first, second);
+        prop_assert_eq!(once.end(), twice.end());
+    }
+
+    #[test]
+    fn eight_and_sixteen_bits_of_one_picture_have_the_same_features(seed in any::<u64>(), matrix in any::<bool>()) {
+        // 65535 = 257 · 255, so the shares of full scale are equal; the kernel may round them apart by a unit.
+        let mut random = Random::new(seed);
+        let levels = random.bytes(25 * 20);
+        let layout = Layout::paper(FrameSize::new(25, 20).unwrap()).unwrap();
+        let matrix = if matrix { Matrix::Bt601 } else { Matrix::Bt709 };
+        let colour = Colour { matrix, range: Range::Full };
+        let [eight, sixteen] = [PixelFormat::Grey, PixelFormat::Y16].map(|format| {
+            let green = Any::new(format, colour, YcbcrMethod::Exact);
+            let camera = Camera::new(green, layout, FrameRate::NOMINAL).unwrap();
+            let mut stream = wstac_core::stream::FeatureStream::<Any, Fixed>::new(camera, 0.0).unwrap();
+            stream.push_frame(&in_format(format, &levels, 25, &mut random)).unwrap().unwrap().features
+        });
+        for (a, b) in eight.into_iter().zip(sixteen) {
+            prop_assert!((a - b).abs() <= 1, "{} {}", a, b);
+        }
+    }
+}

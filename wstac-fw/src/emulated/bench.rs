@@ -1,0 +1,18 @@
+//! What stands in for a board in the examples, whose sizes are measured: pixels come from somewhere, answers go somewhere.
+
+use core::hint::black_box;
+
+/// Bytes of a stripe: eight rows of 400 pixels.
+pub const STRIPE: usize = 8 * 400;
+
+/// The next stripe, in RAM as a DMA would leave it.
+pub fn stripe() -> &'static [u8] {
+    static mut PIXELS: [u8; STRIPE] = [0; STRIPE];
+    // SAFETY: nobody writes it.
+    black_box(unsafe { &*&raw const PIXELS })
+}
+
+/// Takes an answer.
+pub fn show<T>(answer: T) {
+    black_box(answer);
+}

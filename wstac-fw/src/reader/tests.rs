@@ -1,0 +1,169 @@
+//! What a reader sends of simulated frames, beside what the core makes of whole frames.
+
+use std::vec::Vec;
+
+use wstac_core::features::Features;
+use wstac_core::wire::{Decoder, LONGEST, encode};
+
+use super::*;
+
+const SIZE: u16 = 40;
+const FRAME: usize = SIZE as usize * SIZE as usize;
+const SPEED: SpeedConfig = SpeedConfig::paper(FrameRate::NOMINAL);
+
+/// What is kept of a message.
+#[derive(Clone, Debug, PartialEq)]
+enum Sent {
+    Hello(u64),
+    Features(u64, Features),
+    Part(u64, u8, Vec<Features>),
+    Event(u64, u8),
+    Lost(u64),
+    Status(u64, u64),
+}
+
+/// Sends messages through bytes, and keeps what arrives.
+#[derive(Default)]
+struct Log(Vec<Sent>);
+
+impl Outlet for Log {
+    fn send(&mut self, message: &Message<'_>) {
+        let (mut buffer, mut decoder) = ([0; LONGEST], Decoder::<LONGEST>::new());
+        for &byte in encode(message, 0, &mut buffer) {
+            let Some(received) = decoder.push::<Message<'_>>(byte) else { continue };
+            self.0.push(match received.unwrap().message {
+                Message::Hello(hello) => Sent::Hello(hello.frame),
+                Message::Features { frame, features } => Sent::Features(frame, features),
+                Message::SamplePart { frame, first, features } => Sent::Part(frame, first, features.into()),
+                Message::Event(answers) => Sent::Event(answers.frame, answers.frames_filled),
+                Message::Lost { frames } => Sent::Lost(frames),
+                Message::Status { stream, dropped } => Sent::Status(stream.frames, dropped),
+                other => panic!("{other:?}"),
+            });
+        }
+    }
+}
+
+fn layout() -> Layout {
+    setup::layout(FrameSize::new(SIZE.into(), SIZE.into()).unwrap()).unwrap()
+}
+
+/// A bright bar that moves down from frame 40 on, over a dark ground.
+fn frame(t: usize) -> Vec<u8> {
+    let mut frame = std::vec![2; FRAME];
+    if (40..73).contains(&t) {
+        frame.chunks_mut(SIZE.into()).skip(t - 40).take(3).for_each(|row| row.fill(200));
+    }
+    frame
+}
+
+fn reader() -> Reader {
+    Reader::new(layout(), layout().frame(), FrameRate::NOMINAL, SPEED).unwrap()
+}
+
+/// Takes frames in stripes of four rows, with room for so many parts of a sample after each frame.
+fn run(reader: &mut Reader, frames: core::ops::Range<usize>, parts_a_frame: usize, log: &mut Log) {
+    for t in frames {
+        for rows in frame(t).chunks(4 * usize::from(SIZE)) {
+            reader.rows(rows, log).unwrap();
+        }
+        for _ in 0..parts_a_frame {
+            reader.send_held(log);
+        }
+    }
+}
+
+/// The event of the same frames, taken whole: its first frame and its sample.
+fn expected(lost: core::ops::Range<usize>) -> (u64, Vec<Features>) {
+    let camera = Camera::new(Grey, layout(), FrameRate::NOMINAL).unwrap();
+    let mut stream = FeatureStream::<Grey, setup::Ln>::with_floor(camera, setup::FLOOR).unwrap();
+    let mut trigger = Trigger::new(setup::TRIGGER);
+    for t in 0..130 {
+        if lost.contains(&t) {
+            trigger.push_lost(1);
+            continue;
+        }
+        let features = stream.push_frame(&frame(t)).unwrap().unwrap().features;
+        if let Some(event) = trigger.push(features, false) {
+            return (event.frame, event.sample.frames().copied().collect());
+        }
+    }
+    panic!("no event: the frames show less than they should")
+}
+
+fn events(log: &Log) -> Vec<&Sent> {
+    log.0.iter().filter(|sent| matches!(sent, Sent::Event(..))).collect()
+}
+
+#[test]
+fn events_are_those_of_whole_frames_and_nothing_else_is_sent_unasked() {
+    let mut log = Log::default();
+    run(&mut reader(), 0..130, 0, &mut log);
+    let statuses = [30, 60, 90, 120].map(|frames| Sent::Status(frames, 0));
+    assert_eq!(events(&log), [&Sent::Event(expected(0..0).0, 0)]);
+    let rest: Vec<_> = log.0.iter().filter(|sent| !matches!(sent, Sent::Event(..))).cloned().collect();
+    assert_eq!(rest, statuses);
+}
+
+#[test]
+fn a_host_gets_what_it_asks_for() {
+    let (mut reader, mut log) = (reader(), Log::default());
+    reader.answer(Request::Features(true), &mut log);
+    run(&mut reader, 0..2, 0, &mut log);
+    reader.answer(Request::Hello, &mut log);
+    reader.answer(Request::Features(false), &mut log);
+    run(&mut reader, 2..4, 0, &mut log);
+    let features = &expected(0..0).1[0];
+    assert_eq!(log.0, [Sent::Features(0, *features), Sent::Features(1, *features), Sent::Hello(2)]);
+}
+
+#[test]
+fn a_sample_arrives_whole_when_its_parts_are_spread_over_frames() {
+    let (first, sample) = expected(0..0);
+    for parts_a_frame in [1, 2, 11] {
+        let (mut reader, mut log) = (reader(), Log::default());
+        reader.answer(Request::Samples(true), &mut log);
+        run(&mut reader, 0..130, parts_a_frame, &mut log);
+        log.0.retain(|sent| !matches!(sent, Sent::Status(..)));
+        let parts = (0_u8..).step_by(SAMPLE_PART).zip(sample.chunks(SAMPLE_PART));
+        let mut wanted: Vec<_> = parts.map(|(at, part)| Sent::Part(first, at, part.into())).collect();
+        wanted.push(Sent::Event(first, 0));
+        assert_eq!(log.0, wanted, "{parts_a_frame} parts a frame");
+    }
+}
+
+#[test]
+fn parts_that_come_too_late_are_left_out_and_the_event_still_comes() {
+    let first = expected(0..0).0;
+    let (mut reader, mut log) = (reader(), Log::default());
+    reader.answer(Request::Samples(true), &mut log);
+    // A frame more than the sample has, and its first frame has left the ring.
+    run(&mut reader, 0..(first as usize + SAMPLE_FRAMES + 1), 0, &mut log);
+    reader.send_held(&mut log);
+    reader.send_held(&mut log);
+    log.0.retain(|sent| !matches!(sent, Sent::Status(..)));
+    assert_eq!(log.0, [Sent::Event(first, 0)]);
+}
+
+#[test]
+fn lost_frames_are_told_of_and_keep_their_place() {
+    let (mut reader, mut log) = (reader(), Log::default());
+    run(&mut reader, 0..50, 0, &mut log);
+    // The first half of a frame, then two more that did not come.
+    reader.rows(&frame(50)[..FRAME / 2], &mut log).unwrap();
+    reader.abandon_frame(&mut log);
+    reader.lost(2, &mut log);
+    run(&mut reader, 53..130, 0, &mut log);
+    assert_eq!(reader.dropped(), 3);
+    assert_eq!(events(&log), [&Sent::Event(expected(50..53).0, 3)]);
+    let lost: Vec<_> = log.0.iter().filter(|sent| matches!(sent, Sent::Lost(_))).collect();
+    assert_eq!(lost, [&Sent::Lost(1), &Sent::Lost(2)]);
+    assert!(log.0.contains(&Sent::Status(60, 3)));
+}
+
+#[test]
+fn rows_of_another_width_are_refused() {
+    let (mut reader, mut log) = (reader(), Log::default());
+    let error = reader.rows(&[0; SIZE as usize + 1], &mut log).unwrap_err();
+    assert_eq!(error, Error::StripeNotWholeRows { found: 41, bytes_per_row: 40 });
+}

@@ -1,0 +1,114 @@
+//! A board's messages, as the records that [`reading`](crate::reading) makes of a source here.
+
+mod board;
+pub mod port;
+mod progress;
+mod sample;
+
+use wstac_core::wire::{Decoder, Message, Refused, VERSION};
+
+use self::board::Board;
+use crate::error::Error;
+use crate::reading::{Record, Wanted};
+
+/// So many damaged frames and no message: the line is not what it should be.
+const ONLY_NOISE: u64 = 20;
+
+/// What follows from the bytes of a link.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Report {
+    /// What `wstac run` would give.
+    Record(Record),
+    /// Something that a person should know.
+    Note(String),
+    /// The board has started, and knows nothing of what is wanted.
+    Started,
+}
+
+/// Makes reports of a link's bytes.
+#[derive(Clone, Debug)]
+pub struct Monitor {
+    decoder: Decoder,
+    board: Board,
+    /// A message has arrived.
+    heard: bool,
+    /// Damaged frames since the last message.
+    damaged: u64,
+    /// That there are unknown messages was said.
+    unknown_said: bool,
+}
+
+impl Monitor {
+    /// Before the first byte.
+    pub fn new(wanted: Wanted) -> Self {
+        Self { decoder: Decoder::new(), board: Board::new(wanted), heard: false, damaged: 0, unknown_said: false }
+    }
+
+    /// Whether any message has arrived.
+    pub fn heard(&self) -> bool {
+        self.heard
+    }
+
+    /// Takes the next bytes; `give` gets what follows from them. Whether the stream goes on.
+    ///
+    /// # Errors
+    /// A board that speaks another version of the link; those of `give`.
+    pub fn take<E: From<Error>>(
+        &mut self,
+        bytes: &[u8],
+        mut give: impl FnMut(Report) -> Result<(), E>,
+    ) -> Result<bool, E> {
+        for &byte in bytes {
+            match self.decoder.push::<Message>(byte) {
+                None => {}
+                Some(Ok(received)) => {
+                    // Before the first message there is the end of one that was under way.
+                    let damaged = std::mem::take(&mut self.damaged);
+                    if self.heard && (damaged > 0 || received.lost > 0) {
+                        give(gap(damaged, received.lost))?;
+                    }
+                    self.heard = true;
+                    self.board.take(&received.message, &mut give)?;
+                    if self.board.ended() {
+                        return Ok(false);
+                    }
+                }
+                Some(Err(Refused::Version(version))) => {
+                    let age = if version > VERSION { "newer" } else { "older" };
+                    let expected = format!("expected {VERSION}: it is {age} than this wstac");
+                    let message = format!("speaks version {version} of the link, {expected}");
+                    return Err(Error::new("the board's firmware", message).into());
+                }
+                Some(Err(Refused::Unknown)) => {
+                    if !std::mem::replace(&mut self.unknown_said, true) {
+                        give(Report::Note("messages of a newer firmware are passed over".to_owned()))?;
+                    }
+                    self.heard = true;
+                }
+                Some(Err(Refused::Damaged)) => {
+                    self.damaged += 1;
+                    if !self.heard && self.damaged == ONLY_NOISE {
+                        let noise = "nothing but noise so far: is it the right port, and --baud the board's?";
+                        give(Report::Note(noise.to_owned()))?;
+                    }
+                }
+            }
+        }
+        Ok(true)
+    }
+
+    /// Ends the stream where the board does not: the end record, as far as it is known here.
+    pub fn finish(&self) -> Record {
+        self.board.finish()
+    }
+}
+
+fn gap(damaged: u64, lost: u16) -> Report {
+    let plural = |count: u64, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+    let damaged = (damaged > 0).then(|| plural(damaged, "damaged frame"));
+    let lost = (lost > 0).then(|| plural(lost.into(), "message") + " lost");
+    Report::Note(damaged.into_iter().chain(lost).collect::<Vec<_>>().join(", "))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,163 @@
+//! Where a board's bytes come from: a serial device, a TCP connection, standard input, or a file.
+
+use std::fs::{File, OpenOptions};
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::os::fd::{AsFd, OwnedFd};
+use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
+use std::time::Duration;
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::termios::{ControlModes, OptionalActions, isatty, tcgetattr, tcsetattr};
+
+use crate::error::Error;
+
+/// Bits a second of a serial device, unless it is told otherwise.
+pub const DEFAULT_BAUD: u32 = 115_200;
+/// Longest wait of [`Port::read`].
+pub const WAIT: Duration = Duration::from_millis(200);
+/// Longest wait for a TCP connection.
+const CONNECT: Duration = Duration::from_secs(5);
+
+/// An open port, or one that is waited for.
+#[derive(Debug)]
+pub struct Port {
+    name: String,
+    /// Bits a second, of a serial device: these come back when they were gone.
+    baud: Option<u32>,
+    /// Nothing while a device is gone.
+    file: Option<File>,
+    writable: bool,
+}
+
+/// What a read came to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Got {
+    /// This many bytes.
+    Bytes(usize),
+    /// Nothing in time.
+    Nothing,
+    /// The device is gone, and is waited for.
+    Gone,
+    /// The device is there again.
+    Back,
+    /// The end.
+    Ended,
+}
+
+impl Port {
+    /// Opens `/dev/tty…`, `tcp:HOST:PORT`, `-` for standard input, or a file of bytes that were recorded.
+    ///
+    /// # Errors
+    /// What cannot be opened, and bits a second of what is no serial device.
+    pub fn open(name: &str, baud: Option<u32>) -> Result<Self, Error> {
+        let about = |error: io::Error| Error::new(name, error);
+        let (file, serial, writable) = if name == "-" {
+            (File::from(io::stdin().as_fd().try_clone_to_owned().map_err(about)?), false, false)
+        } else if let Some(address) = name.strip_prefix("tcp:") {
+            (File::from(OwnedFd::from(connect(address).map_err(about)?)), false, true)
+        } else {
+            let kind = std::fs::metadata(name).map_err(about)?.file_type();
+            if kind.is_dir() {
+                return Err(Error::new(name, "is a folder, expected a serial device, tcp:HOST:PORT, - or a file"));
+            }
+            let device = if kind.is_char_device() { Some(open_device(name).map_err(about)?) } else { None };
+            match device {
+                Some(device) if isatty(&device) => (device, true, true),
+                Some(_) | None => (File::open(name).map_err(about)?, false, false),
+            }
+        };
+        if !serial && baud.is_some() {
+            return Err(Error::new(name, "is no serial device, expected no --baud"));
+        }
+        let baud = serial.then_some(baud.unwrap_or(DEFAULT_BAUD));
+        if let Some(baud) = baud {
+            set_up(&file, baud).map_err(about)?;
+        }
+        Ok(Self { name: name.to_owned(), baud, file: Some(file), writable })
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Reads what has arrived, waiting [`WAIT`] at most.
+    ///
+    /// # Errors
+    /// What cannot be read; a serial device is waited for instead.
+    pub fn read(&mut self, room: &mut [u8]) -> Result<Got, Error> {
+        let Some(file) = &mut self.file else { return Ok(self.reopen()) };
+        let read = wait(file).and_then(|ready| if ready { file.read(room).map(Some) } else { Ok(None) });
+        match read {
+            Ok(Some(0)) if self.baud.is_none() => Ok(Got::Ended),
+            Ok(Some(0)) => Ok(self.gone()),
+            Ok(Some(bytes)) => Ok(Got::Bytes(bytes)),
+            Ok(None) => Ok(Got::Nothing),
+            Err(error) => match error.kind() {
+                ErrorKind::Interrupted | ErrorKind::WouldBlock => Ok(Got::Nothing),
+                ErrorKind::ConnectionReset => Ok(Got::Ended),
+                _ if self.baud.is_some() => Ok(self.gone()),
+                _ => Err(Error::new(&self.name, error)),
+            },
+        }
+    }
+
+    /// Sends bytes to the board, where there is a way to it. What does not arrive is not asked for again: a board that needs it says
+    /// that it has started.
+    pub fn send(&mut self, bytes: &[u8]) {
+        if let Some(file) = self.file.as_mut().filter(|_| self.writable) {
+            let _ = file.write_all(bytes);
+        }
+    }
+
+    fn gone(&mut self) -> Got {
+        self.file = None;
+        Got::Gone
+    }
+
+    fn reopen(&mut self) -> Got {
+        let open = |baud| {
+            let device = open_device(&self.name)?;
+            set_up(&device, baud).map(|()| device)
+        };
+        if let Some(Ok(device)) = self.baud.map(open) {
+            self.file = Some(device);
+            return Got::Back;
+        }
+        std::thread::sleep(WAIT);
+        Got::Nothing
+    }
+}
+
+/// Whether a read returns at once, which it does at the end, too.
+fn wait(file: &File) -> io::Result<bool> {
+    let longest = Timespec { tv_sec: 0, tv_nsec: WAIT.subsec_nanos().into() };
+    Ok(poll(&mut [PollFd::new(file, PollFlags::IN)], Some(&longest))? > 0)
+}
+
+fn connect(address: &str) -> io::Result<TcpStream> {
+    let mut result = Err(io::Error::new(ErrorKind::NotFound, "there is no such address"));
+    for address in address.to_socket_addrs()? {
+        result = TcpStream::connect_timeout(&address, CONNECT);
+        if result.is_ok() {
+            break;
+        }
+    }
+    result
+}
+
+/// Opens a device without waiting for a carrier, and without becoming its terminal's process.
+fn open_device(name: &str) -> io::Result<File> {
+    OpenOptions::new().read(true).write(true).custom_flags(libc::O_NOCTTY | libc::O_NONBLOCK).open(name)
+}
+
+/// Bytes as they are, eight bits, no parity, one stop bit, no flow control.
+fn set_up(device: &File, baud: u32) -> io::Result<()> {
+    let mut settings = tcgetattr(device)?;
+    settings.make_raw();
+    settings.control_modes |= ControlModes::CLOCAL | ControlModes::CREAD;
+    settings.control_modes &= !(ControlModes::CSTOPB | ControlModes::CRTSCTS);
+    settings.set_speed(baud)?;
+    Ok(tcsetattr(device, OptionalActions::Now, &settings)?)
+}

@@ -1,0 +1,53 @@
+//! How far a board's stream has come, as its messages show it: for an end that the board does not tell.
+
+use wstac_core::trigger::{Incomplete, StreamEnd};
+
+use crate::reading::{Completeness, EndRecord, IncompleteRecord};
+
+/// How a board's stream stands.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Progress {
+    frames: u64,
+    dropped: u64,
+    baseline_complete: bool,
+    incomplete: Option<Incomplete>,
+}
+
+impl Progress {
+    /// Takes the board's own word.
+    pub(super) fn set(&mut self, stream: &StreamEnd, dropped: u64) {
+        *self = Self {
+            frames: stream.frames,
+            dropped,
+            baseline_complete: stream.baseline_complete,
+            incomplete: stream.incomplete,
+        };
+    }
+
+    /// So many frames have passed.
+    pub(super) fn reach(&mut self, frames: u64) {
+        self.frames = self.frames.max(frames);
+    }
+
+    /// A sample was under way until so many frames had passed, or begins to be: the baseline is complete.
+    pub(super) fn contact(&mut self, frames: u64, incomplete: Option<Incomplete>) {
+        self.reach(frames);
+        self.baseline_complete = true;
+        self.incomplete = incomplete;
+    }
+
+    /// So many camera frames more were lost.
+    pub(super) fn drop(&mut self, frames: u64) {
+        self.dropped = self.dropped.saturating_add(frames);
+    }
+
+    /// The end record of a stream that stands like this.
+    pub(super) fn end(&self) -> EndRecord {
+        EndRecord {
+            frames: self.frames,
+            dropped: self.dropped,
+            baseline: if self.baseline_complete { Completeness::Complete } else { Completeness::Incomplete },
+            incomplete: self.incomplete.map(IncompleteRecord::from),
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! What the command's own tests do not reach: boards that start again, that are newer, or that say what cannot be.
+
+use wstac_core::direction::{Direction, Heading};
+use wstac_core::green::any::PixelFormat;
+use wstac_core::layout::FrameSize;
+use wstac_core::rate::FrameRate;
+use wstac_core::speed::Speed;
+use wstac_core::trigger::TriggerConfig;
+use wstac_core::wire::{Answers, Hello, LONGEST, Text, TextureAnswer, encode};
+
+use super::*;
+use crate::reading::{Completeness, EndRecord, IncompleteRecord};
+
+fn hello(frame: u64) -> Message<'static> {
+    Message::Hello(Hello {
+        firmware: Text::new("board"),
+        version: Text::new("1"),
+        size: FrameSize::new(320, 240).unwrap(),
+        format: PixelFormat::Grey,
+        rate: FrameRate::new(30_000, 1001).unwrap(),
+        trigger: TriggerConfig::default(),
+        models: [None; 3],
+        frame,
+    })
+}
+
+fn event(frame: u64) -> Message<'static> {
+    Message::Event(Answers {
+        frame,
+        duration: Some(27),
+        speed: Ok(Speed::new(159.9)),
+        direction: Direction { heading: Ok(Heading::Up), confidence: 32_000 },
+        textures: [None; 3],
+        frames_filled: 0,
+        reliable: true,
+    })
+}
+
+/// What comes of these messages, and the end record where they have none.
+fn reports(wanted: Wanted, messages: &[Message]) -> (Vec<Report>, Record) {
+    let (mut monitor, mut reports) = (Monitor::new(wanted), Vec::new());
+    for (sequence, message) in (0..).zip(messages) {
+        let give = |report| {
+            reports.push(report);
+            Ok::<_, Error>(())
+        };
+        monitor.take(encode(message, sequence, &mut [0; LONGEST]), give).unwrap();
+    }
+    (reports, monitor.finish())
+}
+
+fn note(text: &str) -> Report {
+    Report::Note(text.to_owned())
+}
+
+fn end(frames: u64, baseline: Completeness, incomplete: Option<IncompleteRecord>) -> Record {
+    Record::End(EndRecord { frames, dropped: 0, baseline, incomplete })
+}
+
+#[test]
+fn a_board_that_starts_again_starts_from_nothing() {
+    let said = note("board 1: 320x240 Grey at 30000/1001 frames a second, baseline of 25 frames");
+    let (found, last) = reports(Wanted::default(), &[hello(0), hello(90), hello(0)]);
+    assert_eq!(found, [Report::Started, said, note("the board has started again"), Report::Started]);
+    assert_eq!(last, end(0, Completeness::Incomplete, None));
+}
+
+#[test]
+fn an_end_that_the_board_does_not_tell_is_known_from_what_it_told() {
+    let features = Message::Features { frame: 99, features: [0; 10] };
+    let (found, last) = reports(Wanted::default(), &[features]);
+    assert_eq!((found, last), (vec![], end(100, Completeness::Incomplete, None)));
+    let texture = TextureAnswer { task: wstac_core::model::file::Task::Pattern, label: Text::new("Saw") };
+    let early = Message::Texture { frame: 200, frames: 40, texture };
+    let under_way = Some(IncompleteRecord { frame: 200, frames: 40 });
+    assert_eq!(reports(Wanted::default(), &[early]).1, end(240, Completeness::Complete, under_way));
+    assert_eq!(reports(Wanted::default(), &[early, event(200)]).1, end(270, Completeness::Complete, None));
+}
+
+#[test]
+fn a_sample_is_whole_and_of_its_event_or_none() {
+    let wanted = Wanted { samples: true, ..Wanted::default() };
+    let part = |frame, first| Message::SamplePart { frame, first, features: [[i16::from(first) * 64; 10]; 10] };
+    let parts = |frame| (0..7).map(move |number| part(frame, 10 * number)).collect::<Vec<_>>();
+    let sample = |messages: &[Message]| {
+        let (found, _) = reports(wanted, messages);
+        match found.last() {
+            Some(Report::Record(Record::Event(event))) => event.sample.clone(),
+            _ => panic!("{found:?}"),
+        }
+    };
+    let whole = sample(&[parts(7), vec![event(7)]].concat()).unwrap();
+    assert_eq!((whole.len(), whole[9].len()), (10, 70));
+    assert_eq!((whole[9][0], whole[9][9], whole[9][10], whole[0][69]), (0.0, 0.0, 0.3125, 1.875));
+    // A part is missing, of another event, or none that there is.
+    assert_eq!(sample(&[&parts(7)[1..], &[event(7)]].concat()), None);
+    assert_eq!(sample(&[&parts(7)[..6], &[part(8, 60), event(7)]].concat()), None);
+    for first in [61, 70, 255] {
+        assert_eq!(sample(&[&parts(7)[..6], &[part(7, first), event(7)]].concat()), None);
+    }
+    let (found, _) = reports(wanted, &[event(7)]);
+    assert_eq!(found[0], note("the sample of the event at frame 7 did not arrive"));
+}
+
+#[test]
+fn numbers_that_cannot_be_are_borne() {
+    let texture = TextureAnswer { task: wstac_core::model::file::Task::Depth, label: Text::new("inf") };
+    let last = u64::MAX;
+    let early = Message::Texture { frame: last, frames: 255, texture };
+    let lost = Message::Lost { frames: last };
+    let incomplete = Message::Incomplete(wstac_core::trigger::Incomplete { frame: last, frames: 255 });
+    let features = Message::Features { frame: last, features: [i16::MIN; 10] };
+    let (found, record) = reports(Wanted::default(), &[early, event(last), lost, lost, incomplete, features]);
+    assert_eq!(found.len(), 5);
+    let all = EndRecord { frames: last, dropped: last, baseline: Completeness::Complete, incomplete: None };
+    assert_eq!(record, Record::End(all));
+}

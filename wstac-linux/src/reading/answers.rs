@@ -1,0 +1,89 @@
+//! An event's answers, as a record.
+
+use wstac_core::direction::{Heading, Unclear};
+use wstac_core::features::Features;
+use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
+use wstac_core::speed::{NoSpeed, Speed, SpeedConfig};
+use wstac_core::trigger::Event;
+use wstac_core::wire::Answers;
+
+use super::record::{DirectionRecord, EventRecord, SpeedRecord, Why};
+use crate::texture::{TextureRecord, Textures};
+
+impl EventRecord {
+    /// What is said of an event, by a source read here as by a board far away; `sample` where it is wanted.
+    pub(crate) fn new(
+        answers: &Answers<'_>,
+        texture: Option<TextureRecord>,
+        sample: Option<&[Features; SAMPLE_FRAMES]>,
+    ) -> Self {
+        let mut why = Why { texture: texture.is_none().then_some("no model was given"), ..Why::default() };
+        let mut speed_at_most = None;
+        let speed = match answers.speed {
+            Ok(speed) => Some(speed.into()),
+            Err(reason) => {
+                if let NoSpeed::CutOff { at_most: Some(mm_s) } = reason {
+                    speed_at_most = Some(Speed::new(mm_s).into());
+                }
+                why.speed = Some(no_speed(reason));
+                None
+            }
+        };
+        let direction = answers.direction;
+        why.direction = direction.heading.err().map(|unclear| match unclear {
+            Unclear::NeverLit => "unclear: a row and a column never light up",
+            Unclear::NoOrder => "unclear: neither rows nor columns light up in order",
+        });
+        let over_time = |feature: usize| move |frame: &Features| real(frame[feature]);
+        Self {
+            frame: answers.frame,
+            frames: SAMPLE_FRAMES,
+            duration_frames: answers.duration,
+            speed,
+            speed_at_most,
+            direction: DirectionRecord {
+                deg: direction.heading.ok().map(Heading::degrees),
+                confidence: (f64::from(direction.confidence()) * 1e4).round() / 1e4,
+            },
+            texture,
+            frames_filled: answers.frames_filled,
+            reliable: answers.reliable,
+            why,
+            sample: sample
+                .map(|sample| (0..FEATURES).map(|feature| sample.iter().map(over_time(feature)).collect()).collect()),
+        }
+    }
+}
+
+/// An event's answers.
+pub(super) fn answers(event: &Event<'_>, config: &SpeedConfig, textures: &Textures, with_sample: bool) -> EventRecord {
+    let flat = event.sample.flat();
+    let sample = flat.as_chunks().0.as_array().filter(|_| with_sample);
+    EventRecord::new(&Answers::new(event, config), textures.of_sample(&flat), sample)
+}
+
+impl From<Speed> for SpeedRecord {
+    fn from(speed: Speed) -> Self {
+        Self { mm_s: rounded(speed.mm_s), extrapolated: speed.extrapolated }
+    }
+}
+
+fn no_speed(reason: NoSpeed) -> &'static str {
+    match reason {
+        NoSpeed::BaselineAbove => "the baseline is above the speed threshold",
+        NoSpeed::NeverValid => "no frame is above the speed threshold",
+        NoSpeed::CutOff { .. } => "cut off: the sample starts or ends above the speed threshold",
+        NoSpeed::OutsideLaw => "the speed law has no finite speed for this duration",
+    }
+}
+
+/// A feature as a real number.
+pub(crate) fn real(feature: i16) -> f64 {
+    f64::from(feature) / f64::from(FEATURE_ONE)
+}
+
+/// A speed for output: one decimal, or four significant digits where that is finer.
+fn rounded(mm_s: f32) -> f64 {
+    let tenths = (f64::from(mm_s) * 10.0).round() / 10.0;
+    if tenths >= 100.0 { tenths } else { format!("{mm_s:.3e}").parse().unwrap_or(tenths) }
+}
