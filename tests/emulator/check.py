@@ -213,7 +213,7 @@ def plug_in(board):
 def halt(board):
     """The core does nothing while three stripes arrive."""
     machine = board.machine
-    machine.at(machine.now + FRAME // 2, lambda: machine.stall(FRAME // 10))
+    machine.at(machine.now + FRAME // 2, lambda: machine.stall(FRAME // 5))
 
 
 def main():

@@ -35,7 +35,7 @@ const SENSORS: [Sensor; 3] = [OV7690, OV7692, OV7725];
 /// Their rate.
 const RATE: FrameRate = FrameRate::NOMINAL;
 /// Rows of a stripe.
-const ROWS: u16 = 8;
+const ROWS: u16 = 16;
 /// Bits a second of the serial line.
 const BAUD: u32 = 115_200;
 /// Between two tries to find a sensor.
