@@ -2,7 +2,10 @@
 """The STM32H743's program on the modelled board: its events and features are those of `wstac run` on the same frames, whatever happens
 to the camera.
 
-    check.py WSTAC ELF     the command on the host, and the program; needs what requirements.txt lists (`ci/emulator`)
+    check.py WSTAC ELF [CONFIG MODEL OTHER]
+
+WSTAC is the command on the host, ELF the program, and OTHER the program with this configuration and this texture model compiled in. Needs
+what requirements.txt lists (`ci/emulator`).
 
 Every case plays a rendered scene, frame by frame, and compares what `wstac monitor` makes of the bytes on the serial line with what
 `wstac run` says of the clip: line by line, byte for byte. Of frames that a fault has cost nothing may be said; all others must be right
@@ -121,6 +124,16 @@ class Check:
         problems += [f"the log says {line}" for _, line in fault_lines(board)]
         self.say(name, problems)
 
+    def other(self, elf, config, model):
+        """Another configuration and a texture model, compiled in, are what they are on the host."""
+        options = ["--config", config, "--model", model]
+        expected = of_kind(self.host.of_clip(*options), "event", "texture")
+        lines = of_kind(self.host.of_line(Board(elf, self.host.frames).run()), "event", "texture")
+        problems = [] if lines == expected else [f"events are {lines}, expected {expected}"]
+        if not expected or expected == self.events:
+            problems.append("configuration and model change nothing: this shows less than it should")
+        self.say(f"{Path(config).name}, {Path(model).name}", problems)
+
     def samples(self):
         """A host that wants samples gets them."""
         board = Board(self.elf, self.host.frames)
@@ -218,14 +231,17 @@ def halt(board):
 
 def main():
     """All cases."""
-    if len(sys.argv) != 3:
+    if len(sys.argv) not in (3, 6):
         sys.exit(__doc__)
-    _, wstac, elf = sys.argv
+    _, wstac, elf, *other = sys.argv
     start = time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
         check = Check(Host(wstac, folder), elf)
         for sensor, name in ((OV7725, "OV7725"), (OV7690, "OV7690"), (OV7692, "OV7692")):
             check.plain(sensor, name)
+        if other:
+            config, model, other_elf = other
+            check.other(other_elf, config, model)
         check.samples()
         check.faulty("features", {}, (), [])
         check.faulty("overrun", {40: "overrun"}, [40], [(40, OVERRUN)])
