@@ -12,6 +12,7 @@ import tempfile
 from pathlib import Path
 
 import boards
+import golden
 import images
 import kept
 from boards import BOARDS, ROOT
@@ -73,6 +74,7 @@ def measure(wstac, folder):
                 size = boards.sizes(programs / "emulated")
                 found = numbers[board.core]
                 if name is None:
+                    print(f"{board.core}: {golden.check(board, programs, folder)}", flush=True)
                     found |= {key: cost[key] for key in ("whole", "stripes", "trigger", "speed", "direction") if cost[key]}
                     found |= {"flash": size.flash, "ram": size.ram + stack, "stack": stack}
                 else:

@@ -25,6 +25,7 @@ pub enum Message<'a> {
     /// The features of a frame, where they are wanted.
     Features {
         /// Number of the feature frame.
+        #[serde(serialize_with = "super::numbers::long")]
         frame: u64,
         /// In units of 2^-11.
         #[serde(with = "super::numbers::one")]
@@ -33,6 +34,7 @@ pub enum Message<'a> {
     /// Frames of an event's sample, where they are wanted: all parts come before the event ([`sample_parts`]).
     SamplePart {
         /// Number of the first frame of the sample: that of the event.
+        #[serde(serialize_with = "super::numbers::long")]
         frame: u64,
         /// Which frame of the sample this part starts with: 0, 10, 20 … 60.
         first: u8,
@@ -46,6 +48,7 @@ pub enum Message<'a> {
     /// What a model that needs no more frames says of a sample that is still being captured.
     Texture {
         /// Number of the first frame of the sample: that of the event to come.
+        #[serde(serialize_with = "super::numbers::long")]
         frame: u64,
         /// Frames of the sample that were looked at.
         frames: u8,
@@ -58,6 +61,7 @@ pub enum Message<'a> {
     /// Camera frames that were lost or unusable, since the last such message.
     Lost {
         /// How many.
+        #[serde(serialize_with = "super::numbers::long")]
         frames: u64,
     },
     /// Something went wrong, or right again.
@@ -68,6 +72,7 @@ pub enum Message<'a> {
         /// Its frames, baseline and the sample under way.
         stream: StreamEnd,
         /// Camera frames that were lost or unusable since the board started.
+        #[serde(serialize_with = "super::numbers::long")]
         dropped: u64,
     },
     /// How the stream ended: nothing follows.
@@ -75,6 +80,7 @@ pub enum Message<'a> {
         /// Its frames, baseline and the sample that was under way.
         stream: StreamEnd,
         /// Camera frames that were lost or unusable since the board started.
+        #[serde(serialize_with = "super::numbers::long")]
         dropped: u64,
     },
 }
@@ -99,6 +105,7 @@ pub struct Hello<'a> {
     /// The texture models; none in places that are left.
     pub models: [Option<ModelFacts>; 3],
     /// Number of the frame that comes next: 0 where the board has just started.
+    #[serde(serialize_with = "super::numbers::long")]
     pub frame: u64,
 }
 
@@ -117,6 +124,7 @@ pub struct ModelFacts {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Answers<'a> {
     /// Number of the first frame of the sample.
+    #[serde(serialize_with = "super::numbers::long")]
     pub frame: u64,
     /// Lit frames, last less first; nothing where no frame is lit.
     pub duration: Option<u8>,

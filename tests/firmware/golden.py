@@ -1,0 +1,109 @@
+"""The golden vectors of the independent reference, on emulated boards: every pixel format, layout, rate, gap and rule."""
+
+import json
+import struct
+import sys
+from pathlib import Path
+
+import boards
+
+GOLDEN = boards.ROOT / "tests/golden"
+FORMATS = "GREY Y10 Y12 Y16 RGB24 BGR24 RGBX32 XRGB32 RGB565 YUYV UYVY NV12 YU12 YUV422P YUV444P -".split() + [
+    order + bits for bits in ("8", "10", "12") for order in ("RGGB", "GRBG", "GBRG", "BGGR")
+]
+ALIKE = {"BGRX32": "RGBX32", "XBGR32": "XRGB32"}  # green is where it is in the other
+HEADER = 80  # words
+FEATURES, EVENT, END = 1, 2, 3
+
+
+def packed(case):
+    """A case as wstac-fw's `golden` reads it."""
+    layout, trigger, speed = case["layout"], case["trigger"], case["speed"]
+    taxel = layout.get("taxel", [0, 0])
+    corners = layout.get("corners", [[0, 0]] * 25)
+    known = ALIKE.get(case["format"], case["format"])
+    words = struct.pack(
+        "<11I", FORMATS.index(known), case["width"], case["height"], case["bytes_per_line"], case["frame_bytes"], *case["fps"],
+        case["matrix"] == "bt709", case["range"] == "full", case["yuv"] == "linear", case["stride"],
+    )
+    words += struct.pack("<52I", *taxel, *(number for corner in corners for number in corner))
+    words += struct.pack("<d", case["floor_levels"])
+    words += struct.pack("<IdIId", trigger["window"], trigger["multiplier"], trigger["backtrack"], trigger["rule"] == "signed", trigger["margin"])
+    words += struct.pack("<IdIff", speed["law"] == "physical", speed["threshold"], speed["threshold_on"] == "above_baseline", speed["length_mm"], speed["afterglow_frames"])
+    words += struct.pack("<I", case["frames"])
+    words = words.ljust(4 * HEADER, b"\0")
+    frames = (GOLDEN / f"{case['name']}.raw").read_bytes()
+    lost = dict.fromkeys(range(case["frames"] + 1), 0)
+    for index, count in case["lost"]:
+        lost[index] += count
+    for index in range(case["frames"]):
+        words += struct.pack("<I", lost[index]) + frames[index * case["frame_bytes"] :][: case["frame_bytes"]]
+    return words + struct.pack("<I", lost[case["frames"]])
+
+
+def results(numbers):
+    """Of every case: its features, its events, its end."""
+    at, features, events = 0, [], []
+    while at < len(numbers):
+        kind = numbers[at]
+        if kind == FEATURES:
+            features.append(numbers[at + 2 : at + 12])
+            at += 12
+        elif kind == EVENT:
+            events.append(numbers[at + 1 : at + 7])
+            at += 7
+        else:
+            yield features, events, numbers[at + 1 : at + 3]
+            at, features, events = at + 3, [], []
+
+
+def cases(board):
+    """The cases that a board has room for."""
+    every = json.loads((GOLDEN / "manifest.json").read_text())["cases"]
+    planar = {"NV12", "YU12", "YUV422P", "YUV444P"}
+    # A planar frame is whole in RAM; what is lost in one go is a number of 32 bits.
+    room = 6 * 1024 if board.core == "M0" else 32 * 1024
+    fits = [case for case in every if case["format"] not in planar or case["frame_bytes"] <= room]
+    return [case for case in fits if all(count < 2**32 for _, count in case["lost"])], len(every)
+
+
+def check(board, programs, folder):
+    """Runs the cases on a board and compares; how many there were."""
+    chosen, every = cases(board)
+    (folder / "cases").write_bytes(b"".join(packed(case) for case in chosen))
+    boards.run(board, programs / "golden", folder)
+    found = list(results(memoryview((folder / "results").read_bytes()).cast("h").tolist()))
+    if len(found) != len(chosen):
+        sys.exit(f"{board.core}: results of {len(found)} golden cases, expected {len(chosen)}")
+    equal = numbers = events_seen = 0
+    for case, (features, events, end) in zip(chosen, found, strict=True):
+        at = f"{board.core}, golden case {case['name']}"
+        expected = json.loads((GOLDEN / f"{case['name']}.json").read_text())
+        if len(features) != len(expected["features"]):
+            sys.exit(f"{at}: {len(features)} feature frames, expected {len(expected['features'])}")
+        for got, want in zip(features, expected["features"], strict=True):
+            equal += sum(a == b for a, b in zip(got, want, strict=True))
+            numbers += len(want)
+            if any(abs(a - b) > 1 for a, b in zip(got, want, strict=True)):
+                sys.exit(f"{at}: features {got}, expected {want} to within 1")
+        if not expected["robust"]:
+            continue
+        of_end = [expected["end"]["frames"] % 2**16, expected["end"]["baseline"] == "complete"]
+        if [end[0] % 2**16, end[1]] != of_end:
+            sys.exit(f"{at}: end {end}, expected {of_end}")
+        wanted = []
+        for event in expected["events"]:
+            duration, degrees = event["duration_frames"], event["direction"]["deg"]
+            wanted.append([
+                event["frame"], event["frames_filled"], event["reliable"],
+                -1 if duration is None else duration, -1 if degrees is None else degrees,
+            ])
+        if [[event[0] % 2**16, *event[1:5]] for event in events] != [[event[0] % 2**16, *event[1:]] for event in wanted]:
+            sys.exit(f"{at}: events {events}, expected {wanted}")
+        for event, want in zip(events, expected["events"], strict=True):
+            mm_s = want["speed"]["mm_s"]
+            most = 2**15 - 1
+            if abs(event[5] - (-1 if mm_s is None else min(16 * mm_s, most))) > 1:
+                sys.exit(f"{at}: speed {event[5] / 16} mm/s, expected {mm_s}")
+        events_seen += len(events)
+    return f"{len(chosen)} of {every} golden cases, {events_seen} events; {equal} of {numbers} features equal, the others off by 1"

@@ -1,0 +1,202 @@
+//! The golden vectors on a board that QEMU emulates: cases of any pixel format from the file `cases`, what comes of them into the file
+//! `results` (tests/firmware/golden.py).
+#![no_std]
+#![no_main]
+
+use cortex_m_rt::entry;
+use wstac_core::direction::{self, Heading};
+use wstac_core::error::Error;
+use wstac_core::frame::Stride;
+use wstac_core::green::Green;
+use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
+use wstac_core::green::bayer::BayerOrder;
+use wstac_core::green::ycbcr::{Colour, Matrix, Range};
+use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::ln::fixed::Fixed;
+use wstac_core::rate::FrameRate;
+use wstac_core::speed::{self, Duration, Law, SpeedConfig, ThresholdOn};
+use wstac_core::stream::FeatureStream;
+use wstac_core::taxels::Camera;
+use wstac_core::trigger::{Event, Rule, Trigger, TriggerConfig};
+use wstac_fw::emulated::host::{self, File};
+
+/// Frames that are larger come in stripes.
+const ROOM: usize = if cfg!(microbit) { 6 * 1024 } else { 32 * 1024 };
+/// Words in front of a case's frames.
+const HEADER: usize = 80;
+/// What results start with: of a feature frame, an event, the end.
+const FEATURES: i16 = 1;
+const EVENT: i16 = 2;
+const END: i16 = 3;
+
+struct Words<'a>(&'a [u8]);
+
+impl Words<'_> {
+    fn u32(&mut self) -> u32 {
+        let Some((word, rest)) = self.0.split_first_chunk::<4>() else { return 0 };
+        self.0 = rest;
+        u32::from_le_bytes(*word)
+    }
+
+    fn f64(&mut self) -> f64 {
+        let low = self.u32();
+        f64::from_bits(u64::from(low) | u64::from(self.u32()) << 32)
+    }
+
+    fn f32(&mut self) -> f32 {
+        f32::from_bits(self.u32())
+    }
+}
+
+#[entry]
+fn main() -> ! {
+    let (cases, results) = (File::open(b"cases\0"), File::create(b"results\0"));
+    let Some(frame) = cortex_m::singleton!(: [u8; ROOM] = [0; ROOM]) else { host::done() };
+    let mut header = [0; 4 * HEADER];
+    while cases.read(&mut header) {
+        if run(&cases, &results, &header, frame).is_err() {
+            host::fail("a golden case cannot be set up\n");
+        }
+    }
+    host::done()
+}
+
+fn run(cases: &File, results: &File, header: &[u8], room: &mut [u8; ROOM]) -> Result<(), Error> {
+    let mut words = Words(header);
+    let (format, size) = (words.u32(), FrameSize::new(words.u32(), words.u32())?);
+    let (bytes_per_row, frame_bytes) = (words.u32(), words.u32() as usize);
+    let rate = FrameRate::new(words.u32(), words.u32())?;
+    let matrix = if words.u32() == 0 { Matrix::Bt601 } else { Matrix::Bt709 };
+    let range = if words.u32() == 0 { Range::Limited } else { Range::Full };
+    let method = if words.u32() == 0 { YcbcrMethod::Exact } else { YcbcrMethod::Linear };
+    let stride = Stride::try_from(words.u32())?;
+    let taxel = [words.u32() as u16, words.u32() as u16];
+    let corners = core::array::from_fn(|_| [words.u32() as u16, words.u32() as u16]);
+    let layout = if taxel == [0, 0] { Layout::paper(size)? } else { Layout::new(size, taxel, corners)? };
+    let floor = words.f64();
+    let (window, multiplier, backtrack) = (words.u32(), words.f64(), words.u32());
+    let rule = if words.u32() == 0 { Rule::Literal } else { Rule::Signed };
+    let trigger = TriggerConfig::new(window, multiplier, backtrack, rule, words.f64())?;
+    let physical = words.u32() == 1;
+    let threshold = words.f64();
+    let on = if words.u32() == 0 { ThresholdOn::Absolute } else { ThresholdOn::AboveBaseline };
+    let law = Law::Physical { track: words.f32(), afterglow: words.f32() };
+    let speed = SpeedConfig::new(if physical { law } else { Law::PAPER }, threshold, on, rate)?;
+    let frames = words.u32();
+
+    let green = Any::new(pixel_format(format), Colour { matrix, range }, method);
+    let camera = Camera::with_stride(green, layout, rate, stride)?.with_bytes_per_row(bytes_per_row)?;
+    let planar = green.chroma_bytes(camera.bytes_per_row(), size.height()).is_some();
+    let mut stream = FeatureStream::<Any, Fixed>::new(camera, floor)?;
+    let mut trigger = Trigger::new(trigger);
+    for _ in 0..frames {
+        lose(cases, results, &mut stream, &mut trigger, &speed);
+        // Whole frames where there is room; or else rows, as many as there is room for.
+        let at_once = if frame_bytes <= ROOM || planar {
+            frame_bytes
+        } else {
+            ROOM / camera.bytes_per_row() * camera.bytes_per_row()
+        };
+        let mut left = frame_bytes;
+        while left > 0 {
+            let Some(bytes) = room.get_mut(..at_once.min(left)) else {
+                host::fail("a golden frame is too large for the board\n")
+            };
+            if !cases.read(bytes) {
+                host::fail("the file of golden cases ends too early\n");
+            }
+            left -= bytes.len();
+            let frame =
+                if planar || at_once == frame_bytes { stream.push_frame(bytes)? } else { stream.push_stripe(bytes)? };
+            if let Some(frame) = frame {
+                results.write(&[FEATURES, i16::from(frame.patched)]);
+                results.write(&frame.features);
+                give(results, trigger.push(frame.features, frame.patched).as_ref(), &speed);
+            }
+        }
+    }
+    lose(cases, results, &mut stream, &mut trigger, &speed);
+    give(results, trigger.finish().as_ref(), &speed);
+    results.write(&[END, trigger.end().frames as i16, i16::from(trigger.end().baseline_complete)]);
+    Ok(())
+}
+
+/// Takes note of the frames that were lost before the next: a number of the file says how many.
+fn lose(
+    cases: &File,
+    results: &File,
+    stream: &mut FeatureStream<Any, Fixed>,
+    trigger: &mut Trigger,
+    speed: &SpeedConfig,
+) {
+    let mut lost = [0; 4];
+    cases.read(&mut lost);
+    let lost = u64::from(u32::from_le_bytes(lost));
+    if lost == 0 {
+        return;
+    }
+    let loss = stream.push_lost(lost);
+    match loss.patched {
+        Some(frame) => {
+            results.write(&[FEATURES, i16::from(frame.patched)]);
+            results.write(&frame.features);
+            give(results, trigger.push_then_lose(frame.features, frame.patched, loss.frames).as_ref(), speed);
+        }
+        None => trigger.push_lost(loss.frames),
+    }
+}
+
+/// Writes an event: its frame, how many were filled, whether it is reliable, its duration and direction, −1 for none, and its speed in
+/// 1/16 mm/s.
+fn give(results: &File, event: Option<&Event<'_>>, config: &SpeedConfig) {
+    let Some(event) = event else { return };
+    let duration = speed::duration(event, config).map_or(-1, |duration: Duration| i16::from(duration.frames()));
+    let degrees = direction::direction(event).heading.map_or(-1, |heading: Heading| heading.degrees() as i16);
+    let speed = speed::speed(event, config).map_or(-1.0, |speed| speed.mm_s * 16.0);
+    let reliable = i16::from(event.reliable);
+    results.write(&[
+        EVENT,
+        event.frame as i16,
+        i16::from(event.frames_filled),
+        reliable,
+        duration,
+        degrees,
+        speed as i16,
+    ]);
+}
+
+/// The formats in the order of tests/firmware/golden.py.
+fn pixel_format(number: u32) -> PixelFormat {
+    use PixelFormat as F;
+    const FORMATS: [PixelFormat; 14] = [
+        F::Grey,
+        F::Y10,
+        F::Y12,
+        F::Y16,
+        F::Rgb24,
+        F::Bgr24,
+        F::Rgbx32,
+        F::Xrgb32,
+        F::Rgb565,
+        F::Yuyv,
+        F::Uyvy,
+        F::Nv12,
+        F::Yu12,
+        F::Yuv422p,
+    ];
+    if let Some(format) = FORMATS.get(number as usize) {
+        return *format;
+    }
+    let order = |number| match number & 3 {
+        0 => BayerOrder::Rggb,
+        1 => BayerOrder::Grbg,
+        2 => BayerOrder::Gbrg,
+        _ => BayerOrder::Bggr,
+    };
+    match number {
+        16..20 => F::Bayer8(order(number)),
+        20..24 => F::Bayer10(order(number)),
+        24..28 => F::Bayer12(order(number)),
+        _ => F::Yuv444p,
+    }
+}
