@@ -36,7 +36,7 @@ speed = 170
 direction = 180
 """
 # Requests from the host, in frames: begin, version, sequence, message, value, checksum, end. `wstac monitor` sends the same.
-FEATURES, SAMPLES = 1, 2
+HELLO, FEATURES, SAMPLES = 0, 1, 2
 
 
 class Host:
@@ -79,9 +79,9 @@ def crc(data):
     return rest ^ 0xFFFF_FFFF
 
 
-def request(message, wanted):
+def request(message, *wanted):
     """A request's frame."""
-    data = bytes([1, 0, message, wanted])
+    data = bytes([1, 0, message, *wanted])
     data += crc(data).to_bytes(4, "little")
     stuffed = b"".join(bytes([len(part) + 1]) + part for part in data.split(b"\0"))
     return b"\0" + stuffed + b"\0"
@@ -183,13 +183,20 @@ class Check:
         self.say(name, problems)
 
     def never(self, name, said, sensor=OV7725, **how):
-        """The sensor is no use: that is said, and no more."""
+        """The sensor is no use: that is said, and said again to a host that comes later."""
         board = Board(self.elf, [], sensor)
         for key, value in how.items():
             setattr(board.sensor, key, value)
-        board.machine.run(lambda: board.machine.now > 60 * FRAME)
+        machine = board.machine
+        machine.at(40 * FRAME, lambda: board.line.receive(request(HELLO)))
+        machine.run(lambda: machine.now > 60 * FRAME)
         log = [line.split(": ", 1)[1] for _, line in board.log.lines]
-        self.say(name, [] if log == said else [f"the log says {log}, expected {said}"])
+        problems = [] if log == 2 * said else [f"the log says {log}, expected {2 * said}"]
+        self.host.of_line(board.line.sent)
+        notes = self.host.notes.count("the board: the camera ")
+        if notes != 2:
+            problems.append(f"the host is told {self.host.notes!r}")
+        self.say(name, problems)
 
     def crash(self):
         """The program runs into nothing: it starts again, says why, and goes on."""
