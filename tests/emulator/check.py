@@ -2,7 +2,10 @@
 """The STM32H743's program on the modelled board: its events and features are those of `wstac run` on the same frames, whatever happens
 to the camera.
 
-    check.py WSTAC ELF     the command on the host, and the program; needs what requirements.txt lists (`ci/emulator`)
+    check.py WSTAC ELF [CONFIG MODEL OTHER]
+
+WSTAC is the command on the host, ELF the program, and OTHER the program with this configuration and this texture model compiled in. Needs
+what requirements.txt lists (`ci/emulator`).
 
 Every case plays a rendered scene, frame by frame, and compares what `wstac monitor` makes of the bytes on the serial line with what
 `wstac run` says of the clip: line by line, byte for byte. Of frames that a fault has cost nothing may be said; all others must be right
@@ -33,7 +36,7 @@ speed = 170
 direction = 180
 """
 # Requests from the host, in frames: begin, version, sequence, message, value, checksum, end. `wstac monitor` sends the same.
-FEATURES, SAMPLES = 1, 2
+HELLO, FEATURES, SAMPLES = 0, 1, 2
 
 
 class Host:
@@ -76,9 +79,9 @@ def crc(data):
     return rest ^ 0xFFFF_FFFF
 
 
-def request(message, wanted):
+def request(message, *wanted):
     """A request's frame."""
-    data = bytes([1, 0, message, wanted])
+    data = bytes([1, 0, message, *wanted])
     data += crc(data).to_bytes(4, "little")
     stuffed = b"".join(bytes([len(part) + 1]) + part for part in data.split(b"\0"))
     return b"\0" + stuffed + b"\0"
@@ -120,6 +123,16 @@ class Check:
             problems.append(f"the clip has {len(self.events)} events, expected 2: it shows less than it should")
         problems += [f"the log says {line}" for _, line in fault_lines(board)]
         self.say(name, problems)
+
+    def other(self, elf, config, model):
+        """Another configuration and a texture model, compiled in, are what they are on the host."""
+        options = ["--config", config, "--model", model]
+        expected = of_kind(self.host.of_clip(*options), "event", "texture")
+        lines = of_kind(self.host.of_line(Board(elf, self.host.frames).run()), "event", "texture")
+        problems = [] if lines == expected else [f"events are {lines}, expected {expected}"]
+        if not expected or expected == self.events:
+            problems.append("configuration and model change nothing: this shows less than it should")
+        self.say(f"{Path(config).name}, {Path(model).name}", problems)
 
     def samples(self):
         """A host that wants samples gets them."""
@@ -170,13 +183,20 @@ class Check:
         self.say(name, problems)
 
     def never(self, name, said, sensor=OV7725, **how):
-        """The sensor is no use: that is said, and no more."""
+        """The sensor is no use: that is said, and said again to a host that comes later."""
         board = Board(self.elf, [], sensor)
         for key, value in how.items():
             setattr(board.sensor, key, value)
-        board.machine.run(lambda: board.machine.now > 60 * FRAME)
+        machine = board.machine
+        machine.at(40 * FRAME, lambda: board.line.receive(request(HELLO)))
+        machine.run(lambda: machine.now > 60 * FRAME)
         log = [line.split(": ", 1)[1] for _, line in board.log.lines]
-        self.say(name, [] if log == said else [f"the log says {log}, expected {said}"])
+        problems = [] if log == 2 * said else [f"the log says {log}, expected {2 * said}"]
+        self.host.of_line(board.line.sent)
+        notes = self.host.notes.count("the board: the camera ")
+        if notes != 2:
+            problems.append(f"the host is told {self.host.notes!r}")
+        self.say(name, problems)
 
     def crash(self):
         """The program runs into nothing: it starts again, says why, and goes on."""
@@ -213,19 +233,22 @@ def plug_in(board):
 def halt(board):
     """The core does nothing while three stripes arrive."""
     machine = board.machine
-    machine.at(machine.now + FRAME // 2, lambda: machine.stall(FRAME // 10))
+    machine.at(machine.now + FRAME // 2, lambda: machine.stall(FRAME // 5))
 
 
 def main():
     """All cases."""
-    if len(sys.argv) != 3:
+    if len(sys.argv) not in (3, 6):
         sys.exit(__doc__)
-    _, wstac, elf = sys.argv
+    _, wstac, elf, *other = sys.argv
     start = time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
         check = Check(Host(wstac, folder), elf)
         for sensor, name in ((OV7725, "OV7725"), (OV7690, "OV7690"), (OV7692, "OV7692")):
             check.plain(sensor, name)
+        if other:
+            config, model, other_elf = other
+            check.other(other_elf, config, model)
         check.samples()
         check.faulty("features", {}, (), [])
         check.faulty("overrun", {40: "overrun"}, [40], [(40, OVERRUN)])

@@ -66,13 +66,14 @@ def cost(elf, clip):
     """What the program takes of the board, in a line."""
     board = Board(elf, clip)
     board.machine.paint_stack()
-    board.machine.run(lambda: board.camera.frame == 0)
     board.machine.count_instructions()
+    board.machine.run(lambda: board.camera.frame == 0)
+    before = board.machine.instructions
     board.run()
     flash, ram = board.machine.sizes()
     ring = 4 * board.dma.total
     return (
-        f"{board.machine.instructions / len(clip):,.0f} instructions a frame, {flash:,} bytes of flash, {ram - ring:,} of RAM beside the "
+        f"{(board.machine.instructions - before) / len(clip):,.0f} instructions a frame, {flash:,} bytes of flash, {ram - ring:,} of RAM beside the "
         f"{ring:,} that the DMA writes to, {board.machine.deepest_stack():,} of stack"
     )
 

@@ -132,7 +132,7 @@ class Machine:
         self.stalled_until = self.now + cycles
 
     def count_instructions(self):
-        """Counts instructions from now on, which takes longer."""
+        """Counts instructions, which takes longer. Before the first run: what was run before is not looked at again."""
         self.uc.hook_add(UC_HOOK_BLOCK, self._block)
 
     def run(self, until):

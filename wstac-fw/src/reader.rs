@@ -79,8 +79,7 @@ impl Reader {
         if let Some(frame) = self.stream.push_stripe(rows)? {
             self.frame(frame, 0, out);
             if self.trigger.next_frame() >= self.status_at {
-                self.status_at = self.trigger.next_frame().saturating_add(STATUS_EVERY);
-                out.send(&Message::Status { stream: self.trigger.end(), dropped: self.dropped });
+                self.status(out);
             }
         }
         Ok(())
@@ -107,6 +106,12 @@ impl Reader {
             // Of a newer host.
             _ => {}
         }
+    }
+
+    /// Says how the stream stands. Frames bring that about once a second; without frames it is for the caller.
+    pub fn status(&mut self, out: &mut impl Outlet) {
+        self.status_at = self.trigger.next_frame().saturating_add(STATUS_EVERY);
+        out.send(&Message::Status { stream: self.trigger.end(), dropped: self.dropped });
     }
 
     /// Says what the board is.

@@ -35,7 +35,7 @@ const SENSORS: [Sensor; 3] = [OV7690, OV7692, OV7725];
 /// Their rate.
 const RATE: FrameRate = FrameRate::NOMINAL;
 /// Rows of a stripe.
-const ROWS: u16 = 8;
+const ROWS: u16 = 16;
 /// Bits a second of the serial line.
 const BAUD: u32 = 115_200;
 /// Between two tries to find a sensor.
@@ -105,7 +105,7 @@ async fn main(_spawner: Spawner) {
     let mut config = i2c::Config::default();
     config.timeout = Duration::from_millis(10);
     let mut bus = I2c::new_blocking(p.I2C1, p.PB8, p.PB9, config);
-    let sensor = find(&mut bus, &mut line).await;
+    let sensor = find(&mut bus, reader, &mut line).await;
 
     let Some(ring) = cortex_m::singleton!(: Ring<WORDS> = [[0; WORDS]; 2]) else { return };
     let Some(dcmi) = Dcmi::new(p.DCMI, p.DMA1_CH0, Irqs, ring, &WINDOW, ROWS, sensor.signals) else { return };
@@ -114,6 +114,9 @@ async fn main(_spawner: Spawner) {
     loop {
         while let Some(request) = line.request() {
             reader.answer(request, &mut line);
+            if request == Request::Hello {
+                line.absence(absent);
+            }
         }
         while line.serial.room() >= wire::LONGEST && reader.send_held(&mut line) {}
         match stripes.step() {
@@ -135,6 +138,8 @@ async fn main(_spawner: Spawner) {
                 if absent == Absence::None {
                     line.fault(Fault::SensorSilent);
                 }
+                // Of a board without a camera, too.
+                reader.status(&mut line);
                 match sensor.set_up(&mut bus, &mut Delay) {
                     Ok(()) => {
                         absent = Absence::Silent;
@@ -222,9 +227,14 @@ impl<E> From<SensorError<E>> for Absence {
 }
 
 /// Looks for a sensor until one is there, and sets it up.
-async fn find(bus: &mut I2c<'_, Blocking, Master>, line: &mut Link) -> &'static Sensor {
+async fn find(bus: &mut I2c<'_, Blocking, Master>, reader: &mut Reader, line: &mut Link) -> &'static Sensor {
     let mut said = Absence::None;
     loop {
+        while let Some(request) = line.request() {
+            reader.answer(request, line);
+            // A host that has just come is to know, too.
+            said = if request == Request::Hello { Absence::None } else { said };
+        }
         let mut reason = Absence::Gone;
         for sensor in &SENSORS {
             match sensor.identify(bus) {
@@ -249,6 +259,7 @@ async fn find(bus: &mut I2c<'_, Blocking, Master>, line: &mut Link) -> &'static 
             said = reason;
             line.absence(reason);
         }
+        reader.status(line);
         Timer::after(TRY_AGAIN).await;
     }
 }
@@ -289,14 +300,17 @@ impl Link {
         self.send(&Message::Fault(fault));
     }
 
+    /// Tells why there are no frames.
     fn absence(&mut self, reason: Absence) {
         match reason {
+            Absence::None => {}
+            Absence::Silent => self.fault(Fault::SensorSilent),
             Absence::Unknown { id } => self.fault(Fault::SensorUnknown { id }),
             Absence::NotTaken => {
                 defmt::error!("the sensor does not keep its settings");
                 self.fault(Fault::SensorGone);
             }
-            _ => self.fault(Fault::SensorGone),
+            Absence::Gone => self.fault(Fault::SensorGone),
         }
     }
 }
