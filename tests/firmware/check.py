@@ -15,6 +15,7 @@ import boards
 import golden
 import images
 import kept
+import link
 from boards import BOARDS, ROOT
 
 HERE = Path(__file__).resolve().parent
@@ -59,7 +60,8 @@ def measure(wstac, folder):
     """Builds and runs everything; numbers by core and program."""
     file = clip(wstac, folder)
     numbers = {board.core: {} for board in BOARDS}
-    on_host = [json.loads(line)["f"] for line in host(wstac, "run", file, "--json", "--features") if '"features"' in line]
+    everything = host(wstac, "run", file, "--json", "--features", "--samples")
+    on_host = [record["f"] for record in map(json.loads, everything) if record["kind"] == "features"]
     for name, model in MODELS.items():
         asked = [] if model is None else ["--model", model]
         events = host(wstac, "run", file, "--json", *asked)
@@ -74,6 +76,7 @@ def measure(wstac, folder):
                 size = boards.sizes(programs / "emulated")
                 found = numbers[board.core]
                 if name is None:
+                    print(f"{board.core}: {link.check(board, programs / 'emulated', folder, wstac, everything)}", flush=True)
                     print(f"{board.core}: {golden.check(board, programs, folder)}", flush=True)
                     found |= {key: cost[key] for key in ("whole", "stripes", "trigger", "speed", "direction") if cost[key]}
                     found |= {"flash": size.flash, "ram": size.ram + stack, "stack": stack}

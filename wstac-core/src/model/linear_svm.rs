@@ -145,10 +145,12 @@ impl<'a> LinearSvm<'a> {
         let row_words = W::row_words(inputs.len());
         let (blocks, last) = self.biases.as_chunks::<BLOCK>();
         // Keeps the compiler from writing the loop out for every block of a model that is compiled in: flash matters more.
-        let (blocks, weights) = core::hint::black_box((blocks, self.weights));
-        let mut weights = weights.chunks_exact((BLOCK * row_words).max(1));
+        let (blocks, mut left) = core::hint::black_box((blocks, self.weights));
         let mut row = 0;
-        for (biases, weights) in blocks.iter().zip(weights.by_ref()) {
+        for biases in blocks {
+            // Not `chunks_exact`: its panic where chunks would be empty was left over in fast code for a Cortex-M4.
+            let weights;
+            (weights, left) = left.split_at_checked(BLOCK * row_words).unwrap_or_default();
             let start = biases.map(bias_of);
             let sums = if FAST {
                 dot::block::<W>(start, weights, inputs, self.fits_32_bits)
@@ -161,7 +163,7 @@ impl<'a> LinearSvm<'a> {
             }
         }
         if let [bias] = last {
-            let [sum] = dot::sums::<W, 1>(weights.remainder(), inputs, FAST && self.fits_32_bits);
+            let [sum] = dot::sums::<W, 1>(left, inputs, FAST && self.fits_32_bits);
             give(row, bias_of(*bias).wrapping_add(sum));
         }
     }

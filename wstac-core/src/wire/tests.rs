@@ -222,10 +222,28 @@ fn a_board_that_starts_again_has_lost_nothing() {
     assert_eq!(received(&mut decoder, &frame(&lost, 3)), [arrived(&lost, 3)]);
 }
 
+#[test]
+fn a_frame_that_is_too_long_for_a_decoder_is_refused_whatever_its_beginning() {
+    let checked = with_crc(&[1, 5, 1, 1]);
+    let push = |bytes: &[u8]| {
+        let mut decoder = Decoder::<8>::new();
+        bytes.iter().filter_map(|&byte| decoder.push::<Request>(byte)).collect::<Vec<_>>()
+    };
+    assert_eq!(push(&cobs(&checked)), [Ok(Received { message: Request::Features(true), lost: 0 })]);
+    assert_eq!(push(&cobs(&[&checked[..], &[9]].concat())), [Err(Refused::Damaged)]);
+}
+
 /// A frame of any content, with its CRC.
 fn frame_of(content: &[u8]) -> Vec<u8> {
+    cobs(&with_crc(content))
+}
+
+fn with_crc(content: &[u8]) -> Vec<u8> {
     let sum = !content.iter().fold(u32::MAX, |rest, &byte| crc(rest, byte));
-    let content = [content, &sum.to_le_bytes()].concat();
+    [content, &sum.to_le_bytes()].concat()
+}
+
+fn cobs(content: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::from([0]);
     for block in content.split(|&byte| byte == 0) {
         bytes.push(block.len() as u8 + 1);

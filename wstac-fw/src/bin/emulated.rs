@@ -9,6 +9,7 @@ use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::SpeedConfig;
 use wstac_core::wire::{self, Decoder, Message, Received, Request};
+use wstac_fw::emulated::clock::Clock;
 use wstac_fw::emulated::host::{self, File};
 use wstac_fw::emulated::stack;
 use wstac_fw::emulated::uart::Uart;
@@ -50,6 +51,7 @@ fn run() -> Result<(), Error> {
     let frames = File::open(b"frames\0");
     let size = FrameSize::new(SIDE as u32, SIDE as u32)?;
     let mut reader = Reader::new(setup::layout(size)?, size, FrameRate::NOMINAL, SPEED)?;
+    Clock::tick();
     let mut link = Link { uart: Uart::start(), sequence: 0 };
     let mut decoder = Decoder::<16>::new();
     let mut stripe = [0; ROWS * SIDE];

@@ -7,9 +7,12 @@ use wstac_core::wire::{LONGEST, Request, encode};
 use super::output::{Form, Records, Stop, note};
 use super::run::interruptions;
 use crate::error::Error;
-use crate::monitor::port::{Got, Port};
+use crate::monitor::port::{self, Got, Port};
 use crate::monitor::{Monitor, Report};
 use crate::reading::Wanted;
+
+/// Waits of a port without a byte after which the board is called silent: it sends its state about once a second.
+const SILENT: u32 = 15;
 
 /// Print the tactile events that a board finds
 ///
@@ -40,7 +43,7 @@ pub(super) struct Arguments {
 
 const HELP: &str = "\
 Records are those of wstac run (wstac run --help describes them), to the letter. Standard error
-tells what the board is, gaps (\"3 messages lost\"), damaged frames, and what happens to its
+tells what the board is, gaps (\"3 messages lost\"), damaged frames, silence, and the state of its
 camera. A serial device that is gone is waited for; anything else ends when it is at its end.
 The last record is \"end\": the board's own, or else what is known of it here.
 Requests for features and samples need a way back to the board. To record what a board sends:
@@ -49,31 +52,44 @@ Requests for features and samples need a way back to the board. To record what a
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let wanted = Wanted { features: arguments.features, samples: arguments.samples };
-    let mut port = Port::open(&arguments.port, arguments.baud)?;
+    let mut line = Port::open(&arguments.port, arguments.baud)?;
     let interrupted = interruptions()?;
     let mut records = Records::new(if arguments.json { Form::Json } else { Form::Text });
     let mut monitor = Monitor::new(wanted);
     let mut requests = Requests::default();
-    requests.send(&mut port, &[Request::Hello]);
-    requests.send(&mut port, &requests_for(wanted));
+    requests.send(&mut line, &[Request::Hello]);
+    requests.send(&mut line, &requests_for(wanted));
     let mut room = [0; 4096];
+    let mut waits = 0;
     while !interrupted.load(Ordering::Relaxed) {
-        let bytes = match port.read(&mut room) {
-            Ok(Got::Bytes(count)) => &room[..count],
-            Ok(Got::Nothing) => continue,
+        let bytes = match line.read(&mut room) {
+            Ok(Got::Bytes(count)) => {
+                waits = 0;
+                &room[..count]
+            }
+            Ok(Got::Nothing) => {
+                waits = u32::saturating_add(waits, 1);
+                if waits == SILENT {
+                    note(format_args!("nothing has arrived for {} s", (port::WAIT * SILENT).as_secs()));
+                }
+                continue;
+            }
             Ok(Got::Gone) => {
-                note(format_args!("{} is gone, and is waited for", port.name()));
+                // That it is silent goes without saying.
+                waits = SILENT;
+                note(format_args!("{} is gone, and is waited for", line.name()));
                 continue;
             }
             Ok(Got::Back) => {
-                note(format_args!("{} is there again", port.name()));
-                requests.send(&mut port, &[Request::Hello]);
-                requests.send(&mut port, &requests_for(wanted));
+                waits = 0;
+                note(format_args!("{} is there again", line.name()));
+                requests.send(&mut line, &[Request::Hello]);
+                requests.send(&mut line, &requests_for(wanted));
                 continue;
             }
             Ok(Got::Ended) => {
                 records.write(&monitor.finish())?;
-                let silent = || Error::new(port.name(), "has no message, expected those of a board").into();
+                let silent = || Error::new(line.name(), "has no message, expected those of a board").into();
                 return if monitor.heard() { Ok(()) } else { Err(silent()) };
             }
             Err(error) => {
@@ -103,7 +119,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             }
         }
         if started {
-            requests.send(&mut port, &requests_for(wanted));
+            requests.send(&mut line, &requests_for(wanted));
         }
     }
     records.write(&monitor.finish())

@@ -1,0 +1,35 @@
+//! Frames, rates, formats, and arithmetic on sums.
+
+use wstac_core::error::Error;
+use wstac_core::features::{Floor, line_sums, to_f32};
+use wstac_core::fixed::Q16;
+use wstac_core::frame::Stride;
+use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
+use wstac_core::green::bayer::{Bayer, BayerOrder};
+use wstac_core::green::ycbcr::{Colour, Exact, Linear};
+use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::ln::constant;
+use wstac_core::rate::FrameRate;
+
+entries! {
+    camera:
+    frame_size(width: u32, height: u32) -> Result<FrameSize, Error> { FrameSize::new(width, height) }
+    layout(frame: FrameSize, taxel: [u16; 2], corners: [[u16; 2]; 25]) -> Result<Layout, Error> {
+        Layout::new(frame, taxel, corners)
+    }
+    paper_layout(frame: FrameSize) -> Result<Layout, Error> { Layout::paper(frame) }
+    frame_rate(numerator: u32, denominator: u32) -> Result<FrameRate, Error> { FrameRate::new(numerator, denominator) }
+    frames_added(rate: FrameRate) -> u32 { rate.frames_added() }
+    nominal_frames(rate: FrameRate) -> f32 { rate.nominal_frames() }
+    floor(levels: f64, full_scale: u32) -> Result<Floor, Error> { Floor::new(levels, full_scale) }
+    stride(stride: u32) -> Result<Stride, Error> { Stride::try_from(stride) }
+    q16(x: f64) -> Option<Q16> { Q16::new(x) }
+    any_format(format: PixelFormat, colour: Colour, method: YcbcrMethod) -> Any { Any::new(format, colour, method) }
+    exact(colour: Colour) -> Exact { Exact::new(colour) }
+    linear(colour: Colour) -> Linear { Linear::new(colour) }
+    mosaic(order: BayerOrder) -> Bayer<10> { Bayer::new(order) }
+    sums_of_lines(taxels: &[u32; 25]) -> [u32; 10] { line_sums(taxels) }
+    real_feature(feature: i16) -> f32 { to_f32(feature) }
+    constant_ln(x: f64) -> f64 { constant::ln(x) }
+    constant_exp(x: f64) -> f64 { constant::exp(x) }
+}

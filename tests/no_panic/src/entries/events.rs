@@ -1,0 +1,51 @@
+//! From features to events, and from events to answers.
+
+use wstac_core::baseline::Baseline;
+use wstac_core::direction::{self, Direction, Heading};
+use wstac_core::error::Error;
+use wstac_core::features::Features;
+use wstac_core::rate::FrameRate;
+use wstac_core::sample::Sample;
+use wstac_core::speed::{self, Duration, Law, NoSpeed, Speed, SpeedConfig, ThresholdOn};
+use wstac_core::trigger::{Event, Incomplete, Rule, StreamEnd, Trigger, TriggerConfig};
+
+entries! {
+    trigger:
+    new_config(window: u32, multiplier: f64, backtrack: u32, rule: Rule, margin: f64) -> Result<TriggerConfig, Error> {
+        TriggerConfig::new(window, multiplier, backtrack, rule, margin)
+    }
+    baseline_frames(config: &TriggerConfig) -> u16 { config.baseline_frames() }
+    new_default() -> TriggerConfig { TriggerConfig::default() }
+    new(config: TriggerConfig, frame: u64) -> Trigger { Trigger::starting_at(config, frame) }
+    push<'a>(trigger: &'a mut Trigger, features: Features, patched: bool) -> Option<Event<'a>> {
+        trigger.push(features, patched)
+    }
+    push_then_lose<'a>(trigger: &'a mut Trigger, features: Features, patched: bool, lost: u64) -> Option<Event<'a>> {
+        trigger.push_then_lose(features, patched, lost)
+    }
+    lost(trigger: &mut Trigger, frames: u64) -> () { trigger.push_lost(frames) }
+    finish<'a>(trigger: &'a mut Trigger) -> Option<Event<'a>> { trigger.finish() }
+    end(trigger: &Trigger) -> StreamEnd { trigger.end() }
+    next(trigger: &Trigger) -> u64 { trigger.next_frame() }
+    interrupted(trigger: &mut Trigger) -> Option<Incomplete> { trigger.take_interrupted() }
+    recent<'a>(trigger: &'a Trigger) -> (u64, Sample<'a>) { trigger.recent() }
+    baseline(trigger: &Trigger) -> Option<&Baseline> { trigger.baseline() }
+    thresholds(trigger: &Trigger) -> Option<&[i32; 10]> { trigger.thresholds() }
+    baseline_of_totals(totals: [i32; 10], frames: u16) -> Baseline { Baseline::new(totals, frames) }
+}
+
+entries! {
+    event:
+    direction(event: &Event<'_>) -> Direction { direction::direction(event) }
+    degrees(heading: Heading) -> u16 { heading.degrees() }
+    confidence(direction: &Direction) -> f32 { direction.confidence() }
+    duration(event: &Event<'_>, config: &SpeedConfig) -> Option<Duration> { speed::duration(event, config) }
+    speed(event: &Event<'_>, config: &SpeedConfig) -> Result<Speed, NoSpeed> { speed::speed(event, config) }
+    duration_frames(duration: Duration) -> u8 { duration.frames() }
+    duration_cut_off(duration: Duration) -> bool { duration.is_cut_off() }
+    law_speed(law: Law, frames: f32) -> Option<f32> { law.speed(frames) }
+    new_speed_config(law: Law, threshold: f64, on: ThresholdOn, rate: FrameRate) -> Result<SpeedConfig, Error> {
+        SpeedConfig::new(law, threshold, on, rate)
+    }
+    new_paper_speed(rate: FrameRate) -> SpeedConfig { SpeedConfig::paper(rate) }
+}

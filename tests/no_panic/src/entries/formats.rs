@@ -1,0 +1,108 @@
+//! Every pixel format: camera, sums, features and pipeline.
+
+use wstac_core::error::Error;
+use wstac_core::features::Floor;
+use wstac_core::frame::Stride;
+use wstac_core::green::any::Any;
+use wstac_core::green::bayer::Bayer;
+use wstac_core::green::grey::Grey;
+use wstac_core::green::packed_rgb::{Rgb24, Rgbx32, Xrgb32};
+use wstac_core::green::packed_ycbcr::{Uyvy, Yuyv};
+use wstac_core::green::planar_ycbcr::{Nv12, Yu12, Yuv422p, Yuv444p};
+use wstac_core::green::rgb565::Rgb565;
+use wstac_core::green::words::{Y10, Y12, Y16};
+use wstac_core::green::ycbcr::{Exact, Linear};
+use wstac_core::layout::Layout;
+use wstac_core::ln::{fixed::Fixed, libm::Libm, micromath::Micromath};
+use wstac_core::pipeline::Pipeline;
+use wstac_core::rate::FrameRate;
+use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
+use wstac_core::taxels::{Accumulators, Camera};
+use wstac_core::trigger::{Event, Incomplete, StreamEnd, TriggerConfig};
+
+/// The entry points of one pixel format.
+macro_rules! format {
+    ($group:ident, $green:ty, $kernel:ty) => {
+        mod $group {
+            use super::*;
+            type G = $green;
+            type L = $kernel;
+
+            entries! {
+                $group:
+                new_camera(green: G, layout: Layout, rate: FrameRate) -> Result<Camera<G>, Error> { Camera::new(green, layout, rate) }
+                new_camera_with_stride(green: G, layout: Layout, rate: FrameRate, stride: Stride) -> Result<Camera<G>, Error> {
+                    Camera::with_stride(green, layout, rate, stride)
+                }
+                new_camera_with_bytes_per_row(camera: Camera<G>, bytes: u32) -> Result<Camera<G>, Error> { camera.with_bytes_per_row(bytes) }
+                camera_sizes(camera: &Camera<G>) -> (usize, usize, u32, u32) {
+                    (camera.frame_bytes(), camera.bytes_per_row(), camera.pixels(), camera.full_scale())
+                }
+                new_sums(camera: Camera<G>) -> Accumulators<G> { Accumulators::new(camera) }
+                sums_push_frame(sums: &mut Accumulators<G>, bytes: &[u8]) -> Result<[u32; 25], Error> { sums.push_frame(bytes) }
+                sums_push_stripe(sums: &mut Accumulators<G>, bytes: &[u8]) -> Result<Option<[u32; 25]>, Error> { sums.push_stripe(bytes) }
+                sums_abandon(sums: &mut Accumulators<G>) -> () { sums.abandon_frame(); }
+                new_stream(camera: Camera<G>, floor: f64) -> Result<FeatureStream<G, L>, Error> { FeatureStream::new(camera, floor) }
+                new_stream_with_floor(camera: Camera<G>, floor: Floor) -> Result<FeatureStream<G, L>, Error> {
+                    FeatureStream::with_floor(camera, floor)
+                }
+                stream_push_frame(stream: &mut FeatureStream<G, L>, bytes: &[u8]) -> Result<Option<FeatureFrame>, Error> {
+                    stream.push_frame(bytes)
+                }
+                stream_push_stripe(stream: &mut FeatureStream<G, L>, bytes: &[u8]) -> Result<Option<FeatureFrame>, Error> {
+                    stream.push_stripe(bytes)
+                }
+                stream_push_taxels(stream: &mut FeatureStream<G, L>, taxels: &[u32; 25]) -> Option<FeatureFrame> {
+                    stream.push_taxels(taxels)
+                }
+                stream_push_lost(stream: &mut FeatureStream<G, L>, frames: u64) -> Loss { stream.push_lost(frames) }
+                stream_abandon(stream: &mut FeatureStream<G, L>) -> Loss { stream.abandon_frame() }
+                new_pipeline(camera: Camera<G>, floor: f64, trigger: TriggerConfig) -> Result<Pipeline<G, L>, Error> {
+                    Pipeline::new(camera, floor, trigger)
+                }
+                new_pipeline_with_floor(camera: Camera<G>, floor: Floor, trigger: TriggerConfig) -> Result<Pipeline<G, L>, Error> {
+                    Pipeline::with_floor(camera, floor, trigger)
+                }
+                push_frame<'a>(pipeline: &'a mut Pipeline<G, L>, bytes: &[u8]) -> Result<Option<Event<'a>>, Error> {
+                    pipeline.push_frame(bytes)
+                }
+                push_stripe<'a>(pipeline: &'a mut Pipeline<G, L>, bytes: &[u8]) -> Result<Option<Event<'a>>, Error> {
+                    pipeline.push_stripe(bytes)
+                }
+                push_lost<'a>(pipeline: &'a mut Pipeline<G, L>, frames: u64) -> Option<Event<'a>> { pipeline.push_lost(frames) }
+                abandon<'a>(pipeline: &'a mut Pipeline<G, L>) -> Option<Event<'a>> { pipeline.abandon_frame() }
+                finish<'a>(pipeline: &'a mut Pipeline<G, L>) -> Option<Event<'a>> { pipeline.finish() }
+                end(pipeline: &Pipeline<G, L>) -> StreamEnd { pipeline.end() }
+                interrupted(pipeline: &mut Pipeline<G, L>) -> Option<Incomplete> { pipeline.take_interrupted() }
+            }
+        }
+    };
+}
+
+format!(grey, Grey, Fixed);
+format!(grey_fixed_32, Grey, Fixed<32>);
+format!(grey_libm, Grey, Libm);
+format!(grey_micromath, Grey, Micromath);
+format!(y10, Y10, Fixed);
+format!(y12, Y12, Fixed);
+format!(y16, Y16, Fixed);
+format!(rgb24, Rgb24, Fixed);
+format!(rgbx32, Rgbx32, Fixed);
+format!(xrgb32, Xrgb32, Fixed);
+format!(rgb565, Rgb565, Fixed);
+format!(bayer8, Bayer<8>, Fixed);
+format!(bayer10, Bayer<10>, Fixed);
+format!(bayer12, Bayer<12>, Fixed);
+format!(yuyv, Yuyv<Exact>, Fixed);
+format!(yuyv_linear, Yuyv<Linear>, Fixed);
+format!(uyvy, Uyvy<Exact>, Fixed);
+format!(uyvy_linear, Uyvy<Linear>, Fixed);
+format!(nv12, Nv12<Exact>, Fixed);
+format!(nv12_linear, Nv12<Linear>, Fixed);
+format!(yu12, Yu12<Exact>, Fixed);
+format!(yu12_linear, Yu12<Linear>, Fixed);
+format!(yuv422p, Yuv422p<Exact>, Fixed);
+format!(yuv422p_linear, Yuv422p<Linear>, Fixed);
+format!(yuv444p, Yuv444p<Exact>, Fixed);
+format!(yuv444p_linear, Yuv444p<Linear>, Fixed);
+format!(any, Any, Fixed);

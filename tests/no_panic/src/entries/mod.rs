@@ -1,0 +1,60 @@
+//! Every entry point of `wstac-core`, with arguments that the compiler knows nothing about, and a panic handler that cannot be linked.
+//!
+//! If any panic is left after optimisation, the handler is there, and calls a function that does not exist. What arguments hold is
+//! not even required to be what a constructor would have made of them: every bit pattern of every field is covered, but of models,
+//! which kernels rely on. Only `Display` of errors is left out: it is `core::fmt`, which has panics of its own, and nothing on the
+//! way from bytes to events formats text.
+
+unsafe extern "C" {
+    fn a_panic_is_reachable() -> !;
+}
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    // SAFETY: there is no such function, so a program that calls it does not exist.
+    unsafe { a_panic_is_reachable() }
+}
+
+/// Where a function is. `probe.x` keeps what these point to.
+pub struct Kept(#[allow(dead_code)] pub *const ());
+
+// SAFETY: nobody reads through the pointer.
+unsafe impl Sync for Kept {}
+
+/// Entry points: a group's functions, named `group.function` in the library or program, that stay in it though nobody calls them.
+macro_rules! entries {
+    ($group:ident: $($name:ident $(<$life:lifetime>)? ($($argument:ident: $type:ty),*) -> $result:ty $body:block)*) => {
+        $(
+            #[unsafe(export_name = concat!(stringify!($group), ".", stringify!($name)))]
+            #[inline(never)]
+            pub fn $name$(<$life>)?($($argument: $type),*) -> $result $body
+
+            const _: () = {
+                #[used]
+                #[cfg_attr(target_os = "none", unsafe(link_section = ".entries"))]
+                static KEPT: crate::entries::Kept = crate::entries::Kept($name as *const ());
+            };
+        )*
+    };
+}
+
+#[cfg(not(feature = "deliberate"))]
+mod camera;
+#[cfg(not(feature = "deliberate"))]
+mod events;
+#[cfg(not(feature = "deliberate"))]
+mod formats;
+#[cfg(not(feature = "deliberate"))]
+mod kernels;
+#[cfg(not(feature = "deliberate"))]
+mod models;
+#[cfg(not(feature = "deliberate"))]
+mod samples;
+#[cfg(not(feature = "deliberate"))]
+mod wire;
+
+#[cfg(feature = "deliberate")]
+entries! {
+    deliberate:
+    index(bytes: &[u8], at: usize) -> u8 { bytes[at] }
+}

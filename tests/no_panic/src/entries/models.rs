@@ -1,0 +1,33 @@
+//! Texture models: read, asked, and their labels.
+
+use wstac_core::model::Model;
+use wstac_core::model::boosted::Boosted;
+use wstac_core::model::file::{self, ModelError, Task};
+use wstac_core::model::forest::Forest;
+use wstac_core::model::labels::{Label, Labels};
+use wstac_core::model::linear_svm::LinearSvm;
+use wstac_core::texture;
+
+entries! {
+    model:
+    new<'a>(words: &'a [u32]) -> Result<Model<'a>, ModelError> { Model::from_words(words) }
+    new_of_bytes<'a>(bytes: &'a [u8]) -> Result<Model<'a>, ModelError> { Model::from_bytes(bytes) }
+    new_svm<'a>(words: &'a [u32]) -> Result<LinearSvm<'a>, ModelError> { LinearSvm::from_words(words) }
+    new_forest<'a>(words: &'a [u32]) -> Result<Forest<'a>, ModelError> { Forest::from_words(words) }
+    new_boosted<'a>(words: &'a [u32]) -> Result<Boosted<'a>, ModelError> { Boosted::from_words(words) }
+    classify(model: &Model<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
+    svm_classify(model: &LinearSvm<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
+    forest_classify(model: &Forest<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
+    boosted_classify(model: &Boosted<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
+    texture_of_svm(sample: &[i16; 700], model: &LinearSvm<'static>) -> u8 { texture::texture(sample, model).class }
+    texture_of_forest(sample: &[i16; 700], model: &Forest<'static>) -> u8 { texture::texture(sample, model).class }
+    texture_of_boosted(sample: &[i16; 700], model: &Boosted<'static>) -> u8 { texture::texture(sample, model).class }
+    texture_of_model(sample: &[i16; 700], model: &Model<'static>) -> u8 { texture::texture(sample, model).class }
+    task(model: &Model<'_>) -> Task { model.task() }
+    crc(words: &[u32]) -> u32 { file::crc(words) }
+    labels(labels: Labels<'_>) -> usize { if labels.is_empty() { 0 } else { labels.len() } }
+    frames(model: &Model<'_>) -> u8 { model.frames() }
+    label<'a>(labels: Labels<'a>, class: usize) -> Option<Label<'a>> { labels.get(class) }
+    training<'a>(labels: Labels<'a>) -> Label<'a> { labels.training() }
+    label_letters(label: Label<'_>) -> u32 { label.chars().map(u32::from).fold(0, u32::wrapping_add) }
+}

@@ -1,0 +1,17 @@
+//! Samples, and the beginnings of such.
+
+use wstac_core::early::{Beginning, Early};
+use wstac_core::features::Features;
+use wstac_core::sample::Sample;
+use wstac_core::trigger::Trigger;
+
+entries! {
+    sample:
+    new<'a>(frames: &'a [Features; 70]) -> Sample<'a> { Sample::from_frames(frames) }
+    feature(sample: Sample<'_>, feature: usize) -> i64 { sample.feature(feature).map(i64::from).sum() }
+    flat(sample: Sample<'_>) -> [i16; 700] { sample.flat() }
+    frames(sample: Sample<'_>) -> usize { sample.frames().count() }
+    new_early(frames: u8) -> Early { Early::new(frames) }
+    early_take<'a>(early: &mut Early, trigger: &'a Trigger) -> Option<Beginning<'a>> { early.take(trigger) }
+    beginning_flat(beginning: &Beginning<'_>) -> [i16; 700] { beginning.flat() }
+}

@@ -1,0 +1,34 @@
+//! Messages between a board and a host.
+
+use wstac_core::model::Model;
+use wstac_core::sample::Sample;
+use wstac_core::speed::SpeedConfig;
+use wstac_core::texture;
+use wstac_core::trigger::Event;
+use wstac_core::wire::{self, Answers, Decoder, Message, Received, Refused, Request, Text};
+
+entries! {
+    wire:
+    encode<'b>(message: &Message<'_>, sequence: u16, buffer: &'b mut [u8; wire::LONGEST]) -> &'b [u8] {
+        wire::encode(message, sequence, buffer)
+    }
+    encode_request<'b>(request: &Request, sequence: u16, buffer: &'b mut [u8; wire::LONGEST]) -> &'b [u8] {
+        wire::encode(request, sequence, buffer)
+    }
+    new_decoder() -> Decoder { Decoder::new() }
+    decode<'a>(decoder: &'a mut Decoder, byte: u8) -> Option<Result<Received<Message<'a>>, Refused>> {
+        decoder.push(byte)
+    }
+    decode_request(decoder: &mut Decoder<16>, byte: u8) -> Option<Result<Received<Request>, Refused>> {
+        decoder.push(byte)
+    }
+    text<'a>(text: &'a str) -> Text<'a> { Text::new(text) }
+    text_length(text: &Text<'_>) -> usize { if text.is_empty() { 0 } else { text.len() } }
+    answers(event: &Event<'_>, config: &SpeedConfig) -> Answers<'static> { Answers::new(event, config) }
+    texture<'a>(answers: Answers<'a>, sample: &[i16; 700], model: &Model<'a>) -> Answers<'a> {
+        answers.with_texture(texture::texture(sample, model))
+    }
+    sample<'b>(sample: Sample<'_>, part: usize, buffer: &'b mut [u8; wire::LONGEST]) -> &'b [u8] {
+        wire::sample_parts(0, sample).nth(part).map_or(&[], |part| wire::encode(&part, 0, buffer))
+    }
+}
