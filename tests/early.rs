@@ -64,3 +64,32 @@ fn beginnings_are_those_of_the_events_and_come_once_and_in_time() {
     }
     assert!(compared > 1_000 && interrupted > 10, "{compared} {interrupted}");
 }
+
+#[test]
+fn an_events_sample_stays_among_the_last_frames_for_a_while() {
+    let mut random = Random::new(4);
+    let mut compared = 0;
+    for _ in 0..100 {
+        let mut trigger = Trigger::new(TriggerConfig::default());
+        // The last event's first frame and sample.
+        let mut last: Option<(u64, Vec<Features>)> = None;
+        for features in stream(900, &mut random) {
+            if random.below(30) == 0 {
+                trigger.push_lost(1 + random.below(12));
+            }
+            if let Some(event) = trigger.push(features, false) {
+                last = Some((event.frame, event.sample.frames().copied().collect()));
+            }
+            let Some((first, sample)) = &last else { continue };
+            let (end, recent) = trigger.recent();
+            let recent: Vec<_> = recent.frames().copied().collect();
+            // So many frames have come since the sample's last one.
+            let since = (end - first - 70) as usize;
+            if since < 70 {
+                assert_eq!(recent[..70 - since], sample[since..], "{since} frames after the event");
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 10_000, "{compared} comparisons show less than they should");
+}

@@ -7,6 +7,8 @@ extern crate std;
 #[cfg(feature = "emulated")]
 pub mod emulated;
 pub mod last_words;
+#[cfg(feature = "h743")]
+pub mod link;
 pub mod reader;
 pub mod sccb;
 pub mod sensor;

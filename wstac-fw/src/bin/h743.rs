@@ -19,8 +19,9 @@ use embassy_time::{Delay, Duration, Instant, TICK_HZ, Timer};
 use wstac_core::layout::Layout;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::SpeedConfig;
-use wstac_core::wire::{self, Decoder, Fault, Message, Request, Text};
-use wstac_fw::reader::{Outlet, Reader};
+use wstac_core::wire::{Fault, Request, Text};
+use wstac_fw::link::{Absence, Link};
+use wstac_fw::reader::Reader;
 use wstac_fw::sensor::ov7690::{OV7690, OV7692};
 use wstac_fw::sensor::ov7725::OV7725;
 use wstac_fw::sensor::{Sensor, SensorError};
@@ -70,13 +71,8 @@ async fn main(_spawner: Spawner) {
     // The sensor's clock: 24 MHz.
     let _clock = Mco::new(p.MCO1, p.PA8, Mco1Source::PLL1_Q, McoConfig::default());
     let mut events = Output::new(p.PB0, Level::Low, Speed::Low);
-    let mut line = Link {
-        serial: Serial::new(p.USART3, Irqs, p.PD8, p.PD9, BAUD),
-        sequence: 0,
-        decoder: Decoder::new(),
-        trouble: Output::new(p.PB14, Level::Low, Speed::Low),
-        events: 0,
-    };
+    let serial = Serial::new(p.USART3, Irqs, p.PD8, p.PD9, BAUD);
+    let mut line = Link::new(serial, Output::new(p.PB14, Level::Low, Speed::Low));
     let Some(reader) = reader() else { return };
     reader.hello(&mut line);
     if let Some(words) = last_words::take() {
@@ -118,7 +114,7 @@ async fn main(_spawner: Spawner) {
                 line.absence(absent);
             }
         }
-        while line.serial.room() >= wire::LONGEST && reader.send_held(&mut line) {}
+        while line.has_room() && reader.send_held(&mut line) {}
         match stripes.step() {
             Step::Rows(rows) => {
                 if absent != Absence::None {
@@ -128,7 +124,7 @@ async fn main(_spawner: Spawner) {
                 if let Err(error) = reader.rows(rows, &mut line) {
                     defmt::error!("{}", error);
                 }
-                events.set_level(Level::from(line.events % 2 == 1));
+                events.set_level(Level::from(line.events() % 2 == 1));
             }
             Step::Abandoned => reader.abandon_frame(&mut line),
             Step::Lost(frames) => reader.lost(frames, &mut line),
@@ -206,26 +202,6 @@ fn clocks() -> Config {
     config
 }
 
-/// What keeps the frames away.
-#[derive(Clone, Copy, PartialEq)]
-enum Absence {
-    None,
-    Silent,
-    Gone,
-    Unknown { id: u16 },
-    NotTaken,
-}
-
-impl<E> From<SensorError<E>> for Absence {
-    fn from(error: SensorError<E>) -> Self {
-        match error {
-            SensorError::Bus { .. } => Self::Gone,
-            SensorError::Identity { found, .. } => Self::Unknown { id: found },
-            SensorError::NotTaken { .. } => Self::NotTaken,
-        }
-    }
-}
-
 /// Looks for a sensor until one is there, and sets it up.
 async fn find(bus: &mut I2c<'_, Blocking, Master>, reader: &mut Reader, line: &mut Link) -> &'static Sensor {
     let mut said = Absence::None;
@@ -261,71 +237,5 @@ async fn find(bus: &mut I2c<'_, Blocking, Master>, reader: &mut Reader, line: &m
         }
         reader.status(line);
         Timer::after(TRY_AGAIN).await;
-    }
-}
-
-/// The serial line with messages on it, and the light that says that something is wrong.
-struct Link {
-    serial: Serial,
-    sequence: u16,
-    decoder: Decoder<16>,
-    trouble: Output<'static>,
-    events: u32,
-}
-
-impl Link {
-    /// The next request that has arrived.
-    fn request(&mut self) -> Option<Request> {
-        while let Some(byte) = self.serial.receive() {
-            if let Some(Ok(received)) = self.decoder.push::<Request>(byte) {
-                return Some(received.message);
-            }
-        }
-        None
-    }
-
-    /// Tells of a fault, on all ways.
-    fn fault(&mut self, fault: Fault<'_>) {
-        match fault {
-            Fault::Overrun => defmt::warn!("overrun: a frame is lost"),
-            Fault::LostSync => defmt::warn!("lost sync: a frame is lost"),
-            Fault::SensorSilent => defmt::warn!("the sensor is silent"),
-            Fault::SensorGone => defmt::error!("no sensor answers"),
-            Fault::SensorUnknown { id } => defmt::error!("the sensor is {=u16:#06x}, which is not known", id),
-            Fault::SensorBack => defmt::info!("the sensor sends frames again"),
-            Fault::LastRun(_) => defmt::error!("the last run ended in a panic or a fault: the message says where"),
-            _ => {}
-        }
-        self.trouble.set_level(Level::from(fault != Fault::SensorBack));
-        self.send(&Message::Fault(fault));
-    }
-
-    /// Tells why there are no frames.
-    fn absence(&mut self, reason: Absence) {
-        match reason {
-            Absence::None => {}
-            Absence::Silent => self.fault(Fault::SensorSilent),
-            Absence::Unknown { id } => self.fault(Fault::SensorUnknown { id }),
-            Absence::NotTaken => {
-                defmt::error!("the sensor does not keep its settings");
-                self.fault(Fault::SensorGone);
-            }
-            Absence::Gone => self.fault(Fault::SensorGone),
-        }
-    }
-}
-
-impl Outlet for Link {
-    fn send(&mut self, message: &Message<'_>) {
-        if let Message::Event(answers) = message {
-            defmt::info!("event at frame {=u64}", answers.frame);
-            self.events = self.events.wrapping_add(1);
-            self.trouble.set_low();
-        }
-        let mut buffer = [0; wire::LONGEST];
-        if !self.serial.send(wire::encode(message, self.sequence, &mut buffer)) {
-            defmt::warn!("no room for a message on the line");
-        }
-        self.sequence = self.sequence.wrapping_add(1);
     }
 }

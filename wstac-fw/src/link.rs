@@ -1,0 +1,117 @@
+//! A board's side of the link: messages on the serial line, and faults on every way there is.
+
+use embassy_stm32::gpio::{Level, Output};
+use wstac_core::wire::{self, Decoder, Fault, Message, Request};
+
+use crate::reader::Outlet;
+use crate::sensor::SensorError;
+use crate::serial::Serial;
+
+/// What keeps the frames away.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Absence {
+    /// Nothing does.
+    None,
+    /// The sensor sends nothing.
+    Silent,
+    /// It does not answer on its bus.
+    Gone,
+    /// It is another sensor.
+    Unknown {
+        /// What it says it is.
+        id: u16,
+    },
+    /// It does not keep its settings.
+    NotTaken,
+}
+
+impl<E> From<SensorError<E>> for Absence {
+    fn from(error: SensorError<E>) -> Self {
+        match error {
+            SensorError::Bus { .. } => Self::Gone,
+            SensorError::Identity { found, .. } => Self::Unknown { id: found },
+            SensorError::NotTaken { .. } => Self::NotTaken,
+        }
+    }
+}
+
+/// The serial line with messages on it, and the light that says that something is wrong.
+pub struct Link {
+    serial: Serial,
+    sequence: u16,
+    decoder: Decoder<16>,
+    trouble: Output<'static>,
+    events: u32,
+}
+
+impl Link {
+    /// Messages on this line; `trouble` is the light.
+    pub fn new(serial: Serial, trouble: Output<'static>) -> Self {
+        Self { serial, sequence: 0, decoder: Decoder::new(), trouble, events: 0 }
+    }
+
+    /// Events that were sent.
+    pub fn events(&self) -> u32 {
+        self.events
+    }
+
+    /// Whether there is room for any message.
+    pub fn has_room(&self) -> bool {
+        self.serial.room() >= wire::LONGEST
+    }
+
+    /// The next request that has arrived.
+    pub fn request(&mut self) -> Option<Request> {
+        while let Some(byte) = self.serial.receive() {
+            if let Some(Ok(received)) = self.decoder.push::<Request>(byte) {
+                return Some(received.message);
+            }
+        }
+        None
+    }
+
+    /// Tells of a fault, on all ways.
+    pub fn fault(&mut self, fault: Fault<'_>) {
+        match fault {
+            Fault::Overrun => defmt::warn!("overrun: a frame is lost"),
+            Fault::LostSync => defmt::warn!("lost sync: a frame is lost"),
+            Fault::SensorSilent => defmt::warn!("the sensor is silent"),
+            Fault::SensorGone => defmt::error!("no sensor answers"),
+            Fault::SensorUnknown { id } => defmt::error!("the sensor is {=u16:#06x}, which is not known", id),
+            Fault::SensorBack => defmt::info!("the sensor sends frames again"),
+            Fault::LastRun(_) => defmt::error!("the last run ended in a panic or a fault: the message says where"),
+            _ => {}
+        }
+        self.trouble.set_level(Level::from(fault != Fault::SensorBack));
+        self.send(&Message::Fault(fault));
+    }
+
+    /// Tells why there are no frames.
+    pub fn absence(&mut self, reason: Absence) {
+        match reason {
+            Absence::None => {}
+            Absence::Silent => self.fault(Fault::SensorSilent),
+            Absence::Unknown { id } => self.fault(Fault::SensorUnknown { id }),
+            Absence::NotTaken => {
+                defmt::error!("the sensor does not keep its settings");
+                self.fault(Fault::SensorGone);
+            }
+            Absence::Gone => self.fault(Fault::SensorGone),
+        }
+    }
+}
+
+impl Outlet for Link {
+    fn send(&mut self, message: &Message<'_>) {
+        if let Message::Event(answers) = message {
+            defmt::info!("event at frame {=u64}", answers.frame);
+            self.events = self.events.wrapping_add(1);
+            self.trouble.set_low();
+        }
+        let mut buffer = [0; wire::LONGEST];
+        if !self.serial.send(wire::encode(message, self.sequence, &mut buffer)) {
+            defmt::warn!("no room for a message on the line");
+        }
+        self.sequence = self.sequence.wrapping_add(1);
+    }
+}
