@@ -101,6 +101,7 @@ fn texture(file: &Path) -> Result<String, String> {
         Model::Boosted(_) => "boosted::Boosted",
     };
     let file = file.canonicalize().map_err(|error| error.to_string())?;
+    let file = file.to_str().ok_or("its path is no UTF-8")?;
     Ok(format!(
         "use wstac_core::model::{kind} as KindOf;
 /// The kind of the texture model.

@@ -1,5 +1,6 @@
 //! What is compiled in: the configuration and the texture model that `WSTAC_CONFIG` and `WSTAC_MODEL` named when this was built
 //! (`build.rs`), all checked by then.
+#![allow(clippy::unreadable_literal)]
 
 use wstac_core::error::Error;
 use wstac_core::features::Floor;

@@ -113,6 +113,7 @@ fn whole_frames(clock: &Clock, mut stream: FeatureStream<Grey, setup::Ln>) -> Re
 }
 
 #[cfg(microbit)]
+#[allow(clippy::unnecessary_wraps)]
 fn whole_frames(_: &Clock, _: FeatureStream<Grey, setup::Ln>) -> Result<u64, Error> {
     Ok(0)
 }

@@ -51,6 +51,7 @@ impl Words<'_> {
 #[entry]
 fn main() -> ! {
     let (cases, results) = (File::open(b"cases\0"), File::create(b"results\0"));
+    #[allow(clippy::large_stack_arrays, reason = "it is none: the start-up code writes it")]
     let Some(frame) = cortex_m::singleton!(: [u8; ROOM] = [0; ROOM]) else { host::done() };
     let mut header = [0; 4 * HEADER];
     while cases.read(&mut header) {
