@@ -101,6 +101,7 @@ fn run() -> Result<(), Error> {
 /// Instructions from a whole frame to its features: 0 on a board that has no room for one.
 #[cfg(not(microbit))]
 fn whole_frames(clock: &Clock, mut stream: FeatureStream<Grey, setup::Ln>) -> Result<u64, Error> {
+    #[allow(clippy::large_stack_arrays, reason = "it is none: the start-up code writes it")]
     let Some(frame) = cortex_m::singleton!(: [u8; SIDE * SIDE] = [0; SIDE * SIDE]) else { return Ok(0) };
     let frames = File::open(b"frames\0");
     let mut cost = Cost::default();
