@@ -42,9 +42,8 @@ ROWS = {
     }.items()
 }
 FRAMES_A_SECOND = 30
-# Cycles an instruction takes. Loads take two on the small cores, and taken branches two to three; the M7 does two instructions at once
-# where it can. 1.5 is above what their sums need, for all of them.
-CYCLES = 1.5
+# Cycles an instruction is taken to need: docs/FIRMWARE.md says why.
+CYCLES = 1.75
 CLOCKS = (64, 168, 480)
 
 
