@@ -3,9 +3,9 @@
 //! "SPEC" in these pages is `docs/SPEC.md` of the repository: the arithmetic, with what is published and what was
 //! decided. "Paper" is the published description of the sensor that it quotes.
 //!
-//! `no_std`, no allocation, integers from the camera to the event; unsafe code for texture models alone: a cast in `model/bytes.rs`, kernels
-//! in `descent` and `dot`, beside plain ones that they are tested to equal, and the calls of these in `forest.rs` and
-//! `boosted.rs`. Construction validates; running takes what construction allows and cannot fail on anything else than bytes that
+//! `no_std`, no allocation, integers from the camera to the event; unsafe code in kernels alone, beside plain ones that they are tested to equal: sums
+//! of bytes on a Cortex-M (`green/byte_sums/`), and for texture models `descent`, `dot`, the calls of these in `forest.rs` and `boosted.rs`, and a
+//! cast in `model/bytes.rs`. Construction validates; running takes what construction allows and cannot fail on anything else than bytes that
 //! are not a frame.
 //!
 //! | stage | module |
