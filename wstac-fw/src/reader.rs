@@ -209,6 +209,8 @@ impl Reader {
     }
 
     /// Says what a model that needs no more frames makes of the sample under way.
+    // A frame of its own: its copy of the sample would lie on the stack all the time.
+    #[inline(never)]
     fn beginning(&mut self, out: &mut impl Outlet) {
         let (Some(model), Some(early)) = (setup::MODEL, &mut self.early) else { return };
         if let Some(beginning) = early.take(&self.trigger) {
@@ -219,6 +221,8 @@ impl Reader {
 }
 
 /// An event's answers, its texture included.
+// As above.
+#[inline(never)]
 fn answers(event: &Event<'_>, speed: &SpeedConfig) -> Answers<'static> {
     let answers = Answers::new(event, speed);
     match setup::MODEL {
