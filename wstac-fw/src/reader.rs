@@ -164,7 +164,8 @@ impl Reader {
     pub fn finish(&mut self, out: &mut impl Outlet) {
         while self.send_held(out) {}
         if let Some(answers) = self.trigger.finish().map(|event| answers(&event, &self.speed)) {
-            out.send(&Message::Event(answers));
+            self.event(answers, out);
+            while self.send_held(out) {}
         }
         if let Some(interrupted) = self.trigger.take_interrupted() {
             out.send(&Message::Incomplete(interrupted));
@@ -191,20 +192,26 @@ impl Reader {
             out.send(&Message::Features { frame: self.trigger.next_frame(), features: frame.features });
         }
         let event = self.trigger.push_then_lose(frame.features, frame.patched, lost_after);
-        let answers = event.map(|event| {
-            let answers = answers(&event, &self.speed);
-            if self.wants_samples {
-                self.held = Some(Held { answers, next: 0 });
-            }
-            answers
-        });
+        let answers = event.map(|event| answers(&event, &self.speed));
         if let Some(interrupted) = self.trigger.take_interrupted() {
             out.send(&Message::Incomplete(interrupted));
         }
         match answers {
-            Some(answers) if self.held.is_none() => out.send(&Message::Event(answers)),
-            Some(_) => {}
+            Some(answers) => self.event(answers, out),
             None => self.beginning(out),
+        }
+    }
+
+    /// Sends an event, or keeps it until its sample is sent. One that is still kept is older: it goes out first, without the rest of its
+    /// sample.
+    fn event(&mut self, answers: Answers<'static>, out: &mut impl Outlet) {
+        if let Some(older) = self.held.take() {
+            out.send(&Message::Event(older.answers));
+        }
+        if self.wants_samples {
+            self.held = Some(Held { answers, next: 0 });
+        } else {
+            out.send(&Message::Event(answers));
         }
     }
 

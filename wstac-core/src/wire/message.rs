@@ -15,7 +15,8 @@ use crate::speed::{self, Duration, NoSpeed, Speed, SpeedConfig};
 use crate::texture::Texture;
 use crate::trigger::{Event, Incomplete, StreamEnd, TriggerConfig};
 
-/// From a board to a host. What `wstac run` would print of the same frames, in the same order, and how the board is.
+/// From a board to a host. What `wstac run` would print of the same frames, in the same order but for an event whose sample
+/// is wanted, which comes after it; and how the board is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Message<'a> {

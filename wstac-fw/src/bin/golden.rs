@@ -1,5 +1,5 @@
 //! The golden vectors on a board that QEMU emulates: cases of any pixel format from the file `cases`, what comes of them into the file
-//! `results` (tests/firmware/golden.py).
+//! `results` (tests/firmware/golden.py). First, sums of GREY by chance: their kernels are this board's own.
 #![no_std]
 #![no_main]
 
@@ -10,18 +10,22 @@ use wstac_core::frame::Stride;
 use wstac_core::green::Green;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
 use wstac_core::green::bayer::BayerOrder;
+use wstac_core::green::grey::Grey;
 use wstac_core::green::ycbcr::{Colour, Matrix, Range};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::fixed::Fixed;
+use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::{self, Duration, Law, SpeedConfig, ThresholdOn};
 use wstac_core::stream::FeatureStream;
-use wstac_core::taxels::Camera;
+use wstac_core::taxels::{Accumulators, Camera};
 use wstac_core::trigger::{Event, Rule, Trigger, TriggerConfig};
 use wstac_fw::emulated::host::{self, File};
 
 /// Frames that are larger come in stripes.
 const ROOM: usize = if cfg!(microbit) { 6 * 1024 } else { 32 * 1024 };
+/// Layouts by chance.
+const TURNS: usize = 400;
 /// Words in front of a case's frames.
 const HEADER: usize = 80;
 /// What results start with: of a feature frame, an event, the end.
@@ -53,6 +57,9 @@ fn main() -> ! {
     let (cases, results) = (File::open(b"cases\0"), File::create(b"results\0"));
     #[allow(clippy::large_stack_arrays, reason = "it is none: the start-up code writes it")]
     let Some(frame) = cortex_m::singleton!(: [u8; ROOM] = [0; ROOM]) else { host::done() };
+    if sums_by_chance(frame).is_err() {
+        host::fail("sums of GREY by chance cannot be set up\n");
+    }
     let mut header = [0; 4 * HEADER];
     while cases.read(&mut header) {
         if run(&cases, &results, &header, frame).is_err() {
@@ -60,6 +67,38 @@ fn main() -> ! {
         }
     }
     host::done()
+}
+
+/// Sums taxels of every width, height, place, alignment and distance of rows, and compares them with what bytes one by one add up to.
+fn sums_by_chance(room: &mut [u8; ROOM]) -> Result<(), Error> {
+    let mut seed = 1_u32;
+    let mut below = |end: usize| {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        ((u64::from(seed) * end as u64) >> 32) as usize
+    };
+    for turn in 0..TURNS {
+        // Some so wide that they are summed in strips.
+        let width = 1 + below(if turn % 4 == 0 { 600 } else { 90 });
+        let (bytes_per_row, offset) = (width + below(6), below(4));
+        let height = 1 + below(((ROOM - offset) / bytes_per_row).min(60));
+        let most = if turn % 3 == 0 { 1 } else { 256 };
+        room.iter_mut().for_each(|byte| *byte = 255 - below(most) as u8);
+        let taxel = [1 + below(width), 1 + below(height)];
+        let corners: [[u16; 2]; TAXELS] =
+            core::array::from_fn(|_| [below(width + 1 - taxel[0]) as u16, below(height + 1 - taxel[1]) as u16]);
+        let layout = Layout::new(FrameSize::new(width as u32, height as u32)?, taxel.map(|side| side as u16), corners)?;
+        let camera = Camera::new(Grey, layout, FrameRate::NOMINAL)?.with_bytes_per_row(bytes_per_row as u32)?;
+        let bytes = room.get(offset..offset + height * bytes_per_row).unwrap_or_default();
+        let sums = Accumulators::new(camera).push_frame(bytes)?;
+        for (sum, [x, y]) in sums.iter().zip(corners) {
+            let rows = bytes.chunks(bytes_per_row).skip(y.into()).take(taxel[1]);
+            let one_by_one = rows.flat_map(|row| row.iter().skip(x.into()).take(taxel[0])).map(|&byte| u32::from(byte));
+            if *sum != one_by_one.sum::<u32>() {
+                host::fail("a sum of GREY by chance is wrong\n");
+            }
+        }
+    }
+    Ok(())
 }
 
 fn run(cases: &File, results: &File, header: &[u8], room: &mut [u8; ROOM]) -> Result<(), Error> {

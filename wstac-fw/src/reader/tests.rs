@@ -146,6 +146,20 @@ fn parts_that_come_too_late_are_left_out_and_the_event_still_comes() {
 }
 
 #[test]
+fn an_event_that_waits_for_its_sample_goes_out_before_the_next_one() {
+    for wanted_still in [true, false] {
+        let (mut reader, mut log) = (reader(), Log::default());
+        reader.answer(Request::Samples(true), &mut log);
+        run(&mut reader, 0..130, 0, &mut log);
+        reader.answer(Request::Samples(wanted_still), &mut log);
+        run(&mut reader, 0..130, 0, &mut log);
+        while reader.send_held(&mut log) {}
+        let first = expected(0..0).0;
+        assert_eq!(events(&log), [&Sent::Event(first, 0), &Sent::Event(first + 130, 0)], "{wanted_still}");
+    }
+}
+
+#[test]
 fn lost_frames_are_told_of_and_keep_their_place() {
     let (mut reader, mut log) = (reader(), Log::default());
     run(&mut reader, 0..50, 0, &mut log);
