@@ -79,9 +79,12 @@ def measure(wstac, folder):
                     print(f"{board.core}: {link.check(board, programs / 'emulated', folder, wstac, everything)}", flush=True)
                     print(f"{board.core}: {golden.check(board, programs, folder)}", flush=True)
                     found |= {key: cost[key] for key in ("whole", "stripes", "trigger", "speed", "direction") if cost[key]}
-                    found |= {"flash": size.flash, "ram": size.ram + stack, "stack": stack}
+                    found |= {"flash": size.flash, "ram": size.ram + stack}
                 else:
-                    found |= {f"{name}": cost["texture"], f"{name}, flash": size.flash - found["flash"]}
+                    found |= {name: cost["texture"], f"{name}, flash": size.flash - found["flash"], f"{name}, ram": size.ram + stack}
+                slides = sum('"kind":"event"' in line for line in events)
+                if (cost["events"], cost["frames"]) != (slides, len(on_host)):
+                    sys.exit(f"{board.core}: {cost['events']} events in {cost['frames']} frames, expected {slides} in {len(on_host)}")
                 print(f"{board.core}, model {name}: {cost['events']} events and {cost['frames']} frames as on the host", flush=True)
     return numbers
 

@@ -22,6 +22,11 @@ impl Beginning<'_> {
     pub fn flat(&self) -> [i16; FEATURES * SAMPLE_FRAMES] {
         self.first.flat()
     }
+
+    /// [`Beginning::flat`] into memory that is there already and holds zeros: as [`Sample::copy_to`].
+    pub fn copy_to(&self, flat: &mut [i16; FEATURES * SAMPLE_FRAMES]) {
+        self.first.copy_to(flat);
+    }
 }
 
 /// Gives the beginning of every sample, once.

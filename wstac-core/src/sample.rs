@@ -29,6 +29,13 @@ impl<'a> Sample<'a> {
     /// All of it, frame by frame: feature k of frame t is number 10 t + k. What texture models take.
     pub fn flat(&self) -> [i16; FEATURES * SAMPLE_FRAMES] {
         let mut flat = [0; FEATURES * SAMPLE_FRAMES];
+        self.copy_to(&mut flat);
+        flat
+    }
+
+    /// [`Sample::flat`] into memory that is there already, where 1,400 bytes of stack count. Numbers of frames that are not there
+    /// stay as they are.
+    pub fn copy_to(&self, flat: &mut [i16; FEATURES * SAMPLE_FRAMES]) {
         let (older, newer) = self.parts;
         let room = flat.as_chunks_mut::<FEATURES>().0;
         // Part by part: frame by frame would be 70 small copies, which take a Cortex-M 15,000 instructions.
@@ -38,7 +45,6 @@ impl<'a> Sample<'a> {
                 copy(newer, second);
             }
         }
-        flat
     }
 
     /// The last `frames` frames.

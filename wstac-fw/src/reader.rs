@@ -5,6 +5,7 @@ use wstac_core::error::Error;
 use wstac_core::green::any::PixelFormat;
 use wstac_core::green::grey::Grey;
 use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::model::file::INPUTS;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::SpeedConfig;
@@ -221,7 +222,9 @@ impl Reader {
     fn beginning(&mut self, out: &mut impl Outlet) {
         let (Some(model), Some(early)) = (setup::MODEL, &mut self.early) else { return };
         if let Some(beginning) = early.take(&self.trigger) {
-            let texture = texture::texture(&beginning.flat(), model).into();
+            let mut numbers = [0; INPUTS];
+            beginning.copy_to(&mut numbers);
+            let texture = texture::texture(&numbers, model).into();
             out.send(&Message::Texture { frame: beginning.frame, frames: model.frames(), texture });
         }
     }
@@ -233,7 +236,11 @@ impl Reader {
 fn answers(event: &Event<'_>, speed: &SpeedConfig) -> Answers<'static> {
     let answers = Answers::new(event, speed);
     match setup::MODEL {
-        Some(model) => answers.with_texture(texture::texture(&event.sample.flat(), model)),
+        Some(model) => {
+            let mut numbers = [0; INPUTS];
+            event.sample.copy_to(&mut numbers);
+            answers.with_texture(texture::texture(&numbers, model))
+        }
         None => answers,
     }
 }

@@ -10,8 +10,10 @@ entries! {
     new<'a>(frames: &'a [Features; 70]) -> Sample<'a> { Sample::from_frames(frames) }
     feature(sample: Sample<'_>, feature: usize) -> i64 { sample.feature(feature).map(i64::from).sum() }
     flat(sample: Sample<'_>) -> [i16; 700] { sample.flat() }
+    copy_to(sample: Sample<'_>, flat: &mut [i16; 700]) -> () { sample.copy_to(flat) }
     frames(sample: Sample<'_>) -> usize { sample.frames().count() }
     new_early(frames: u8) -> Early { Early::new(frames) }
     early_take<'a>(early: &mut Early, trigger: &'a Trigger) -> Option<Beginning<'a>> { early.take(trigger) }
     beginning_flat(beginning: &Beginning<'_>) -> [i16; 700] { beginning.flat() }
+    beginning_copy_to(beginning: &Beginning<'_>, flat: &mut [i16; 700]) -> () { beginning.copy_to(flat) }
 }
