@@ -182,7 +182,7 @@ class Check:
             problems.append(f"the log says {log}, expected {said}")
         self.say(name, problems)
 
-    def never(self, name, said, sensor=OV7725, **how):
+    def never(self, name, said, told, sensor=OV7725, **how):
         """The sensor is no use: that is said, and said again to a host that comes later."""
         board = Board(self.elf, [], sensor)
         for key, value in how.items():
@@ -193,7 +193,7 @@ class Check:
         log = [line.split(": ", 1)[1] for _, line in board.log.lines]
         problems = [] if log == 2 * said else [f"the log says {log}, expected {2 * said}"]
         self.host.of_line(board.line.sent)
-        notes = self.host.notes.count("the board: the camera ")
+        notes = self.host.notes.count(f"the board: the camera {told}\n")
         if notes != 2:
             problems.append(f"the host is told {self.host.notes!r}")
         self.say(name, problems)
@@ -214,7 +214,7 @@ class Check:
 OVERRUN, LOST_SYNC = "overrun: a frame is lost", "lost sync: a frame is lost"
 SILENT, GONE, BACK = "the sensor is silent", "no sensor answers", "the sensor sends frames again"
 FOUND, UNKNOWN = "sensor {}", "the sensor is {=u16:#06x}, which is not known"
-FORGETS = "the sensor does not keep its settings"
+FORGETS = "the sensor does not keep register {=u8:#04x}"
 SENSOR, LAST_RUN = f"info: {FOUND}", "error: the last run ended in a panic or a fault: the message says where"
 
 
@@ -261,9 +261,11 @@ def main():
         for at in (0, 4, 9, 12, 13, 14, 15):
             said = [FOUND] if at == 0 else [GONE, FOUND]
             check.start(f"no acknowledge at step {at}", said, nack_after=at)
-        check.never("no sensor", [GONE], present=False)
-        check.never("another sensor", [UNKNOWN], sensor=(0x21, {0x0A: 0x26, 0x0B: 0x42}))
-        check.never("a setting that is not taken", [FORGETS, GONE], stuck=0x64)
+        check.never("no sensor", [GONE], "does not answer", present=False)
+        other_sensor = (0x21, {0x0A: 0x26, 0x0B: 0x42})
+        unknown = "says it is 0x2642, which the firmware does not know"
+        check.never("another sensor", [UNKNOWN], unknown, sensor=other_sensor)
+        check.never("a setting that is not taken", [FORGETS], "does not keep what register 0x64 is set to", stuck=0x64)
         check.crash()
         print(cost(elf, check.host.frames))
     print(f"{check.failures} failed; {time.monotonic() - start:.0f} s")

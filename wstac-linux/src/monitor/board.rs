@@ -153,6 +153,7 @@ fn fault_in_words(fault: &Fault<'_>) -> String {
         Fault::SensorGone => "the camera does not answer".to_owned(),
         Fault::SensorUnknown { id } => format!("the camera says it is {id:#06x}, which the firmware does not know"),
         Fault::SensorBack => "the camera sends frames again".to_owned(),
+        Fault::SensorRefuses { register } => format!("the camera does not keep what register {register:#04x} is set to"),
         Fault::LastRun(reason) => format!("it started again because of: {reason}"),
         _ => "a fault of a newer firmware".to_owned(),
     }
