@@ -76,7 +76,12 @@ pub enum Fault {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step<'a> {
     /// Read these rows, [`Stripes::release`] them, then ask again at once.
-    Rows(&'a [u8]),
+    Rows {
+        /// Whole rows.
+        rows: &'a [u8],
+        /// Whether they end the frame.
+        last: bool,
+    },
     /// The rest of the frame under way will not come: it is lost.
     Abandoned,
     /// So many frames were lost before the next rows.
@@ -209,7 +214,8 @@ impl<C: Capture> Stripes<C> {
             }
         }
         self.lent = true;
-        Step::Rows(self.capture.rows(self.taken as usize % 2))
+        let last = self.in_frame + 1 >= self.per_frame;
+        Step::Rows { rows: self.capture.rows(self.taken as usize % 2), last }
     }
 
     /// Frame times from one time to another, to the nearest, halves up.

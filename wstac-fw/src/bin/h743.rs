@@ -121,17 +121,17 @@ async fn main(_spawner: Spawner) {
         }
         while line.has_room() && reader.send_held(&mut line) {}
         match stripes.step() {
-            Step::Rows(rows) => {
+            Step::Rows { rows, last } => {
                 if absent != Absence::None {
                     absent = Absence::None;
                     line.fault(Fault::SensorBack);
                 }
                 // The last row completes the frame, and is kept back until all rows are known to be those of the camera.
-                let (most, last) = rows.split_at(rows.len() - WIDTH);
+                let (now, later) = rows.split_at(rows.len() - if last { WIDTH } else { 0 });
                 let mut row = [0; WIDTH];
-                row.copy_from_slice(last);
-                let mut done = reader.rows(most, &mut line);
-                if stripes.release() {
+                row[..later.len()].copy_from_slice(later);
+                let mut done = reader.rows(now, &mut line);
+                if stripes.release() && last {
                     done = done.and_then(|()| reader.rows(&row, &mut line));
                 }
                 if let Err(error) = done {
