@@ -13,6 +13,7 @@ and in their places.
 """
 
 import json
+import re
 import subprocess
 import sys
 import tempfile
@@ -20,6 +21,7 @@ import time
 from pathlib import Path
 
 from emulate import FRAME, HEIGHT, OV7690, OV7692, OV7725, WIDTH, Board, cost, frames_of
+from machine import Machine
 
 SCENE = f"""
 lead_in = 30
@@ -198,17 +200,17 @@ class Check:
             problems.append(f"the host is told {self.host.notes!r}")
         self.say(name, problems)
 
-    def crash(self):
-        """The program runs into nothing: it starts again, says why, and goes on."""
+    def crash(self, name, how, why):
+        """The program ends: it starts again, says why, and goes on."""
         board = Board(self.elf, self.host.frames[:40])
-        board.camera.faults[20] = board.machine.crash
+        board.camera.faults[20] = lambda: how(board.machine)
         self.host.of_line(board.run())
         problems = []
-        if "hard fault at 0x20000100" not in self.host.notes:
+        if not re.search(f"it started again because of: {why}", self.host.notes):
             problems.append(f"the host is told {self.host.notes!r}")
         if [line for _, line in board.log.lines] != [SENSOR, LAST_RUN, SENSOR]:
             problems.append(f"the log says {board.log.lines}")
-        self.say("crash", problems)
+        self.say(name, problems)
 
 
 OVERRUN, LOST_SYNC = "overrun: a frame is lost", "lost sync: a frame is lost"
@@ -266,7 +268,8 @@ def main():
         unknown = "says it is 0x2642, which the firmware does not know"
         check.never("another sensor", [UNKNOWN], unknown, sensor=other_sensor)
         check.never("a setting that is not taken", [FORGETS], "does not keep what register 0x64 is set to", stuck=0x64)
-        check.crash()
+        check.crash("hard fault", Machine.crash, "hard fault at 0x20000100")
+        check.crash("panic", Machine.panic, r"panic at \S*/src/lib\.rs:\d+: explicit panic")
         print(cost(elf, check.host.frames))
     print(f"{check.failures} failed; {time.monotonic() - start:.0f} s")
     sys.exit(1 if check.failures else 0)
