@@ -238,6 +238,15 @@ def halt(board):
     machine.at(machine.now + FRAME // 2, lambda: machine.stall(FRAME // 5))
 
 
+def halt_at_end(board, cycles):
+    """The core stops so many cycles after a frame's last rows until the next frame's second stripe has begun, but for the interrupts
+    at the sync in between."""
+    machine, line, sync = board.machine, board.camera.line_time, board.machine.now + FRAME
+    # 8 lines before the first, 9 rows above the window, and its 224; of the next frame the first 19.
+    machine.at(machine.now + 240 * line + cycles, lambda: machine.stall(sync - machine.now))
+    machine.at(sync + 2500, lambda: machine.stall(36 * line))
+
+
 def main():
     """All cases."""
     if len(sys.argv) not in (3, 6):
@@ -255,6 +264,10 @@ def main():
         check.faulty("features", {}, (), [])
         check.faulty("overrun", {40: "overrun"}, [40], [(40, OVERRUN)])
         check.faulty("late core", {40: halt}, [40], [(40, OVERRUN)])
+        # While the last rows are read, and after that.
+        reading, idle = (lambda board, cycles=cycles: halt_at_end(board, cycles) for cycles in (1000, 50_000))
+        check.faulty("late in a frame's last rows", {40: reading}, [40, 41], [(40, OVERRUN)])
+        check.faulty("late after them", {40: idle}, [], [])
         check.faulty("lost sync", {50: "lost sync"}, [50], [(50, LOST_SYNC)])
         check.faulty("sync inside a frame", {60: "sync inside"}, [60], [(60, LOST_SYNC)])
         check.faulty("silent for two frames", {70: "silent", 71: "silent"}, range(70, 82), [(70, SILENT), (None, BACK)])
