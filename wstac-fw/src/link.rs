@@ -82,7 +82,7 @@ impl Link {
             Fault::SensorGone => defmt::error!("no sensor answers"),
             Fault::SensorUnknown { id } => defmt::error!("the sensor is {=u16:#06x}, which is not known", id),
             Fault::SensorRefuses { register } => {
-                defmt::error!("the sensor does not keep register {=u8:#04x}", register)
+                defmt::error!("the sensor does not keep register {=u8:#04x}", register);
             }
             Fault::SensorBack => defmt::info!("the sensor sends frames again"),
             Fault::LastRun(_) => defmt::error!("the last run ended in a panic or a fault: the message says where"),
