@@ -13,6 +13,7 @@ and in their places.
 """
 
 import json
+import re
 import subprocess
 import sys
 import tempfile
@@ -20,6 +21,7 @@ import time
 from pathlib import Path
 
 from emulate import FRAME, HEIGHT, OV7690, OV7692, OV7725, WIDTH, Board, cost, frames_of
+from machine import Machine
 
 SCENE = f"""
 lead_in = 30
@@ -182,7 +184,7 @@ class Check:
             problems.append(f"the log says {log}, expected {said}")
         self.say(name, problems)
 
-    def never(self, name, said, sensor=OV7725, **how):
+    def never(self, name, said, told, sensor=OV7725, **how):
         """The sensor is no use: that is said, and said again to a host that comes later."""
         board = Board(self.elf, [], sensor)
         for key, value in how.items():
@@ -193,28 +195,28 @@ class Check:
         log = [line.split(": ", 1)[1] for _, line in board.log.lines]
         problems = [] if log == 2 * said else [f"the log says {log}, expected {2 * said}"]
         self.host.of_line(board.line.sent)
-        notes = self.host.notes.count("the board: the camera ")
+        notes = self.host.notes.count(f"the board: the camera {told}\n")
         if notes != 2:
             problems.append(f"the host is told {self.host.notes!r}")
         self.say(name, problems)
 
-    def crash(self):
-        """The program runs into nothing: it starts again, says why, and goes on."""
+    def crash(self, name, how, why):
+        """The program ends: it starts again, says why, and goes on."""
         board = Board(self.elf, self.host.frames[:40])
-        board.camera.faults[20] = board.machine.crash
+        board.camera.faults[20] = lambda: how(board.machine)
         self.host.of_line(board.run())
         problems = []
-        if "hard fault at 0x20000100" not in self.host.notes:
+        if not re.search(f"it started again because of: {why}", self.host.notes):
             problems.append(f"the host is told {self.host.notes!r}")
         if [line for _, line in board.log.lines] != [SENSOR, LAST_RUN, SENSOR]:
             problems.append(f"the log says {board.log.lines}")
-        self.say("crash", problems)
+        self.say(name, problems)
 
 
 OVERRUN, LOST_SYNC = "overrun: a frame is lost", "lost sync: a frame is lost"
 SILENT, GONE, BACK = "the sensor is silent", "no sensor answers", "the sensor sends frames again"
 FOUND, UNKNOWN = "sensor {}", "the sensor is {=u16:#06x}, which is not known"
-FORGETS = "the sensor does not keep its settings"
+FORGETS = "the sensor does not keep register {=u8:#04x}"
 SENSOR, LAST_RUN = f"info: {FOUND}", "error: the last run ended in a panic or a fault: the message says where"
 
 
@@ -236,6 +238,15 @@ def halt(board):
     machine.at(machine.now + FRAME // 2, lambda: machine.stall(FRAME // 5))
 
 
+def halt_at_end(board, cycles):
+    """The core stops so many cycles after a frame's last rows until the next frame's second stripe has begun, but for the interrupts
+    at the sync in between."""
+    machine, line, sync = board.machine, board.camera.line_time, board.machine.now + FRAME
+    # 8 lines before the first, 9 rows above the window, and its 224; of the next frame the first 19.
+    machine.at(machine.now + 240 * line + cycles, lambda: machine.stall(sync - machine.now))
+    machine.at(sync + 2500, lambda: machine.stall(36 * line))
+
+
 def main():
     """All cases."""
     if len(sys.argv) not in (3, 6):
@@ -253,6 +264,10 @@ def main():
         check.faulty("features", {}, (), [])
         check.faulty("overrun", {40: "overrun"}, [40], [(40, OVERRUN)])
         check.faulty("late core", {40: halt}, [40], [(40, OVERRUN)])
+        # While the last rows are read, and after that.
+        reading, idle = (lambda board, cycles=cycles: halt_at_end(board, cycles) for cycles in (1000, 50_000))
+        check.faulty("late in a frame's last rows", {40: reading}, [40, 41], [(40, OVERRUN)])
+        check.faulty("late after them", {40: idle}, [], [])
         check.faulty("lost sync", {50: "lost sync"}, [50], [(50, LOST_SYNC)])
         check.faulty("sync inside a frame", {60: "sync inside"}, [60], [(60, LOST_SYNC)])
         check.faulty("silent for two frames", {70: "silent", 71: "silent"}, range(70, 82), [(70, SILENT), (None, BACK)])
@@ -261,10 +276,13 @@ def main():
         for at in (0, 4, 9, 12, 13, 14, 15):
             said = [FOUND] if at == 0 else [GONE, FOUND]
             check.start(f"no acknowledge at step {at}", said, nack_after=at)
-        check.never("no sensor", [GONE], present=False)
-        check.never("another sensor", [UNKNOWN], sensor=(0x21, {0x0A: 0x26, 0x0B: 0x42}))
-        check.never("a setting that is not taken", [FORGETS, GONE], stuck=0x64)
-        check.crash()
+        check.never("no sensor", [GONE], "does not answer", present=False)
+        other_sensor = (0x21, {0x0A: 0x26, 0x0B: 0x42})
+        unknown = "says it is 0x2642, which the firmware does not know"
+        check.never("another sensor", [UNKNOWN], unknown, sensor=other_sensor)
+        check.never("a setting that is not taken", [FORGETS], "does not keep what register 0x64 is set to", stuck=0x64)
+        check.crash("hard fault", Machine.crash, "hard fault at 0x20000100")
+        check.crash("panic", Machine.panic, r"panic at \S*/src/lib\.rs:\d+: explicit panic")
         print(cost(elf, check.host.frames))
     print(f"{check.failures} failed; {time.monotonic() - start:.0f} s")
     sys.exit(1 if check.failures else 0)

@@ -106,6 +106,10 @@ class Machine:
         self.uc.mem_write(NOWHERE, b"\x00\xde")
         self.pc = NOWHERE | 1
 
+    def panic(self):
+        """Sends the core into a function of the program that panics, and that nothing calls."""
+        self.pc = self.symbols["__defmt_default_panic"]
+
     def reset(self):
         """Starts the core anew; memory stays as it is."""
         self.enabled, self.exception, self.saved = set(), None, []

@@ -205,7 +205,7 @@ fn garbage_and_damage_cost_what_they_hit_and_no_more() {
     let done = succeeded(done(&[&["monitor", path(&file)], &WANTED[..]].concat()));
     assert_eq!(text(&done.stdout).lines().collect::<Vec<_>>(), lines);
     let stderr = text(&done.stderr);
-    assert_eq!(stderr.matches("wstac: 1 damaged frame, 1 message lost\n").count(), 2, "{stderr}");
+    assert_eq!(stderr.matches("wstac: 1 damaged message, 1 message lost\n").count(), 2, "{stderr}");
     assert_eq!(stderr.matches("wstac: 1 message lost\n").count(), 1, "{stderr}");
     // The garbage alone.
     assert_eq!(stderr.matches("damaged").count(), 3, "{stderr}");

@@ -100,6 +100,9 @@ mod kept {
 
     use super::{LastWords, Ordering, compiler_fence};
 
+    /// Bytes of a panic's path that are kept.
+    const PATH: usize = 40;
+
     /// Not touched by the start-up code.
     #[unsafe(link_section = ".uninit.last_words")]
     static mut KEPT: MaybeUninit<LastWords> = MaybeUninit::uninit();
@@ -134,15 +137,17 @@ mod kept {
         cortex_m::interrupt::disable();
         let mut words = LastWords::new();
         words.add("panic");
+        // The place first, and the end of its path: what is too much is cut.
+        if let Some(place) = info.location() {
+            let file = place.file();
+            words.add(" at ");
+            words.add(file.get(file.len().saturating_sub(PATH)..).unwrap_or(file));
+            words.add(":");
+            words.add_number(place.line(), 10);
+        }
         if let Some(message) = info.message().as_str() {
             words.add(": ");
             words.add(message);
-        }
-        if let Some(place) = info.location() {
-            words.add(" at ");
-            words.add(place.file());
-            words.add(":");
-            words.add_number(place.line(), 10);
         }
         keep(words);
         SCB::sys_reset()

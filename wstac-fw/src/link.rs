@@ -22,7 +22,10 @@ pub enum Absence {
         id: u16,
     },
     /// It does not keep its settings.
-    NotTaken,
+    NotTaken {
+        /// The register that holds something else.
+        register: u8,
+    },
 }
 
 impl<E> From<SensorError<E>> for Absence {
@@ -30,7 +33,7 @@ impl<E> From<SensorError<E>> for Absence {
         match error {
             SensorError::Bus { .. } => Self::Gone,
             SensorError::Identity { found, .. } => Self::Unknown { id: found },
-            SensorError::NotTaken { .. } => Self::NotTaken,
+            SensorError::NotTaken { register, .. } => Self::NotTaken { register },
         }
     }
 }
@@ -78,6 +81,9 @@ impl Link {
             Fault::SensorSilent => defmt::warn!("the sensor is silent"),
             Fault::SensorGone => defmt::error!("no sensor answers"),
             Fault::SensorUnknown { id } => defmt::error!("the sensor is {=u16:#06x}, which is not known", id),
+            Fault::SensorRefuses { register } => {
+                defmt::error!("the sensor does not keep register {=u8:#04x}", register);
+            }
             Fault::SensorBack => defmt::info!("the sensor sends frames again"),
             Fault::LastRun(_) => defmt::error!("the last run ended in a panic or a fault: the message says where"),
             _ => {}
@@ -92,10 +98,7 @@ impl Link {
             Absence::None => {}
             Absence::Silent => self.fault(Fault::SensorSilent),
             Absence::Unknown { id } => self.fault(Fault::SensorUnknown { id }),
-            Absence::NotTaken => {
-                defmt::error!("the sensor does not keep its settings");
-                self.fault(Fault::SensorGone);
-            }
+            Absence::NotTaken { register } => self.fault(Fault::SensorRefuses { register }),
             Absence::Gone => self.fault(Fault::SensorGone),
         }
     }

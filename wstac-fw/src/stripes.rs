@@ -11,11 +11,12 @@
 //! ```
 //!
 //! A frame is whole stripes, and a restart begins at a vertical sync with stripe 0 in half 0. So stripe k is in half k mod 2,
-//! and nothing but the count of complete stripes has to be kept.
+//! and nothing but the count of complete stripes has to be kept. While a stripe is read the DMA fills the other half; once that
+//! is full, it goes on in this one. So rows are trusted only when [`Stripes::release`] has counted again after they were read.
 //!
 //! | fault | how it is noticed | when |
 //! | --- | --- | --- |
-//! | overrun | the interface says so, or a stripe was complete before the last one was summed | at once |
+//! | overrun | the interface says so, or the next stripe was complete before this one was read | at once |
 //! | lost sync | a vertical sync in the middle of a frame | at once |
 //! | lost sync | no frame began for 1.5 frame times, but then lines come | 1.9 frame times |
 //! | silent sensor | the same, and no lines | 1.9 frame times |
@@ -34,7 +35,7 @@ pub trait Capture {
     /// Begins anew at the next vertical sync, with its first row at the ring's start; forgets what it has counted and seen.
     fn restart(&mut self);
 
-    /// Stripes complete since the restart.
+    /// Stripes complete since the restart, modulo 2^32. What was read of [`Capture::rows`] before was read before they are counted.
     fn complete(&self) -> u32;
 
     /// What the interface itself found wrong since the restart.
@@ -74,8 +75,13 @@ pub enum Fault {
 /// What to do next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step<'a> {
-    /// Sum these rows, then ask again at once.
-    Rows(&'a [u8]),
+    /// Read these rows, [`Stripes::release`] them, then ask again at once.
+    Rows {
+        /// Whole rows.
+        rows: &'a [u8],
+        /// Whether they end the frame.
+        last: bool,
+    },
     /// The rest of the frame under way will not come: it is lost.
     Abandoned,
     /// So many frames were lost before the next rows.
@@ -93,9 +99,11 @@ pub struct Stripes<C> {
     per_frame: u32,
     /// Ticks from frame to frame.
     period: Ticks,
-    /// Stripes taken since the restart.
+    /// Stripes read since the restart, modulo 2^32.
     taken: u32,
-    /// The stripe taken last may still be overwritten while it is read.
+    /// Stripes read of the frame under way: fewer than a frame has.
+    in_frame: u32,
+    /// The next stripe is being read.
     lent: bool,
     /// When the last frame began.
     began: Option<Ticks>,
@@ -114,6 +122,7 @@ impl<C: Capture> Stripes<C> {
             per_frame: stripes_per_frame.max(1),
             period: period.max(1),
             taken: 0,
+            in_frame: 0,
             lent: false,
             began: None,
             due: 0,
@@ -128,11 +137,11 @@ impl<C: Capture> Stripes<C> {
     pub fn restart(&mut self) {
         self.abandon |= self.is_in_frame();
         self.capture.restart();
-        (self.taken, self.lent, self.verdict) = (0, false, None);
+        (self.taken, self.in_frame, self.lent, self.verdict) = (0, 0, false, None);
         self.due = self.after(3, 2);
     }
 
-    /// What to do next. After [`Step::Wait`] the stripe that was lent before it must not be in use.
+    /// What to do next.
     pub fn step(&mut self) -> Step<'_> {
         if self.abandon {
             self.abandon = false;
@@ -144,15 +153,29 @@ impl<C: Capture> Stripes<C> {
                 Trouble::MisplacedSync => Fault::LostSync,
             });
         }
-        let ahead = self.capture.complete().wrapping_sub(self.taken);
-        // While a stripe is read the DMA fills the other half; when that is full, it goes on in this one. A frame's last
-        // stripe is safe longer: what comes next is the next frame's first stripe.
-        let most = u32::from(!(self.lent && self.is_in_frame()));
-        self.lent = false;
-        if ahead > most {
+        // Nothing is complete yet, or the next stripe is. With one more the DMA is in that one again.
+        if self.lent && !self.release() {
             return self.fault(Fault::Overrun);
         }
-        if ahead == 1 { self.take() } else { self.wait() }
+        match self.ahead() {
+            0 => self.wait(),
+            1 => self.take(),
+            _ => self.fault(Fault::Overrun),
+        }
+    }
+
+    /// Ends the reading of the rows that [`Step::Rows`] gave. Whether all that was read of them is what the camera sent; if not,
+    /// they must not complete a frame, and the next step gives it up.
+    ///
+    /// To be called between reading a frame's last rows and making anything of the frame.
+    pub fn release(&mut self) -> bool {
+        let whole = self.lent && self.ahead() == 1;
+        if whole {
+            self.lent = false;
+            self.taken = self.taken.wrapping_add(1);
+            self.in_frame = if self.in_frame + 1 < self.per_frame { self.in_frame + 1 } else { 0 };
+        }
+        whole
     }
 
     /// The capture hardware.
@@ -161,7 +184,12 @@ impl<C: Capture> Stripes<C> {
     }
 
     fn is_in_frame(&self) -> bool {
-        !self.taken.is_multiple_of(self.per_frame)
+        self.in_frame > 0 || self.lent
+    }
+
+    /// Complete stripes that were not read to their end.
+    fn ahead(&self) -> u32 {
+        self.capture.complete().wrapping_sub(self.taken)
     }
 
     /// `numerator / denominator` frame times from now.
@@ -185,10 +213,9 @@ impl<C: Capture> Stripes<C> {
                 return Step::Lost(lost);
             }
         }
-        let half = self.taken as usize % 2;
-        self.taken = self.taken.wrapping_add(1);
         self.lent = true;
-        Step::Rows(self.capture.rows(half))
+        let last = self.in_frame + 1 >= self.per_frame;
+        Step::Rows { rows: self.capture.rows(self.taken as usize % 2), last }
     }
 
     /// Frame times from one time to another, to the nearest, halves up.

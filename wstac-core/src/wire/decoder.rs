@@ -50,6 +50,8 @@ pub struct Received<P> {
     pub message: P,
     /// How many messages the sender sent since the last that arrived, and that did not arrive.
     pub lost: u16,
+    /// Whether it is the first message of a sender that has just started. Nothing was lost before it.
+    pub first: bool,
 }
 
 /// Why a frame is no message.
@@ -138,6 +140,8 @@ impl<const N: usize> Decoder<N> {
         self.lost = self.lost.saturating_add(lost);
         let message = message.map_err(|_| Refused::Unknown)?;
         let lost = core::mem::take(&mut self.lost);
-        Ok(Received { lost: if message.starts() { 0 } else { lost }, message })
+        // A board that has had no frame yet answers with the same hello, but under another number.
+        let first = sequence == 0 && message.starts();
+        Ok(Received { lost: if first { 0 } else { lost }, first, message })
     }
 }

@@ -204,6 +204,11 @@ pub enum Fault<'a> {
     /// Why the board started again: the text of a panic, or the name of a fault.
     #[serde(borrow)]
     LastRun(Text<'a, 191>),
+    /// The camera answers, but does not keep what is written to it.
+    SensorRefuses {
+        /// The register that holds something else.
+        register: u8,
+    },
 }
 
 /// From a host to a board.

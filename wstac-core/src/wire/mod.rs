@@ -57,7 +57,7 @@ pub const LONGEST: usize = 256;
 
 /// What frames carry: [`Message`] or [`Request`], and nothing else.
 pub trait Payload<'a>: Serialize + Deserialize<'a> + sealed::Sealed {
-    /// Whether its sender has just started, so that nothing was lost before it.
+    /// Whether its sender begins with it, if it is its first message.
     fn starts(&self) -> bool;
 }
 

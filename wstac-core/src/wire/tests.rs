@@ -77,6 +77,7 @@ fn messages() -> Vec<Message<'static>> {
         Message::Features { frame: 0, features: [0; 10] },
         Message::Fault(Fault::SensorUnknown { id: 0xFFFF }),
         Message::Fault(Fault::Overrun),
+        Message::Fault(Fault::SensorRefuses { register: u8::MAX }),
     ])
 }
 
@@ -112,7 +113,7 @@ fn every_message_is_read_as_it_was_written() {
         assert!(!bytes[1..bytes.len() - 1].contains(&0), "{message:?}");
         let mut decoder = Decoder::<LONGEST>::new();
         let found = bytes.iter().filter_map(|&byte| match decoder.push::<Message>(byte) {
-            Some(Ok(Received { message: found, lost: 0 })) => Some(found == message),
+            Some(Ok(Received { message: found, lost: 0, .. })) => Some(found == message),
             Some(other) => panic!("{message:?}: {other:?}"),
             None => None,
         });
@@ -217,8 +218,10 @@ fn a_board_that_starts_again_has_lost_nothing() {
     // An answered hello is no start.
     let later = Message::Hello(hello(9));
     assert_eq!(received(&mut decoder, &frame(&later, 4)), [arrived(&later, 2)]);
+    // Nor is one of a board without frames.
+    assert_eq!(received(&mut decoder, &frame(&first, 7)), [arrived(&first, 2)]);
     // A start whose hello was lost.
-    assert_eq!(received(&mut decoder, &frame(&lost, 20_000)), [arrived(&lost, 20_000 - 5)]);
+    assert_eq!(received(&mut decoder, &frame(&lost, 20_000)), [arrived(&lost, 20_000 - 8)]);
     assert_eq!(received(&mut decoder, &frame(&lost, 3)), [arrived(&lost, 3)]);
 }
 
@@ -229,7 +232,7 @@ fn a_frame_that_is_too_long_for_a_decoder_is_refused_whatever_its_beginning() {
         let mut decoder = Decoder::<8>::new();
         bytes.iter().filter_map(|&byte| decoder.push::<Request>(byte)).collect::<Vec<_>>()
     };
-    assert_eq!(push(&cobs(&checked)), [Ok(Received { message: Request::Features(true), lost: 0 })]);
+    assert_eq!(push(&cobs(&checked)), [Ok(Received { message: Request::Features(true), lost: 0, first: false })]);
     assert_eq!(push(&cobs(&[&checked[..], &[9]].concat())), [Err(Refused::Damaged)]);
 }
 
@@ -307,7 +310,7 @@ fn requests_fit_a_small_decoder() {
     for (sequence, request) in (u16::MAX - 1..=u16::MAX).chain(0..2).zip(requests) {
         let bytes = encode(&request, sequence, &mut [0; LONGEST]).to_vec();
         let found: Vec<_> = bytes.iter().filter_map(|&byte| decoder.push::<Request>(byte)).collect();
-        assert_eq!(found, [Ok(Received { message: request, lost: 0 })]);
+        assert_eq!(found, [Ok(Received { message: request, lost: 0, first: false })]);
     }
 }
 

@@ -54,8 +54,10 @@ const WINDOW: Window = match Window::around(&LAYOUT, ROWS) {
     Ok(window) => window,
     Err(_) => panic!("the configuration's [layout] leaves the whole words and stripes of a frame"),
 };
+/// Bytes of a row.
+const WIDTH: usize = WINDOW.width() as usize;
 /// Words of a stripe.
-const WORDS: usize = WINDOW.width() as usize * ROWS as usize / 4;
+const WORDS: usize = WIDTH * ROWS as usize / 4;
 /// Ticks from frame to frame.
 const PERIOD: u64 = TICK_HZ * RATE.denominator() as u64 / RATE.numerator() as u64;
 
@@ -104,7 +106,10 @@ async fn main(_spawner: Spawner) {
     let sensor = find(&mut bus, reader, &mut line).await;
 
     let Some(ring) = cortex_m::singleton!(: Ring<WORDS> = [[0; WORDS]; 2]) else { return };
-    let Some(dcmi) = Dcmi::new(p.DCMI, p.DMA1_CH0, Irqs, ring, &WINDOW, ROWS, sensor.signals) else { return };
+    let Some(dcmi) = Dcmi::new(p.DCMI, p.DMA1_CH0, Irqs, ring, &WINDOW, ROWS, sensor.signals) else {
+        defmt::error!("the ring does not fit the window, or is more than the DMA counts");
+        return;
+    };
     let mut stripes = Stripes::new(dcmi, u32::from(WINDOW.height() / ROWS), PERIOD);
     let mut absent = Absence::None;
     loop {
@@ -116,12 +121,20 @@ async fn main(_spawner: Spawner) {
         }
         while line.has_room() && reader.send_held(&mut line) {}
         match stripes.step() {
-            Step::Rows(rows) => {
+            Step::Rows { rows, last } => {
                 if absent != Absence::None {
                     absent = Absence::None;
                     line.fault(Fault::SensorBack);
                 }
-                if let Err(error) = reader.rows(rows, &mut line) {
+                // The last row completes the frame, and is kept back until all rows are known to be those of the camera.
+                let (now, later) = rows.split_at(rows.len() - if last { WIDTH } else { 0 });
+                let mut row = [0; WIDTH];
+                row[..later.len()].copy_from_slice(later);
+                let mut done = reader.rows(now, &mut line);
+                if stripes.release() && last {
+                    done = done.and_then(|()| reader.rows(&row, &mut line));
+                }
+                if let Err(error) = done {
                     defmt::error!("{}", error);
                 }
                 events.set_level(Level::from(line.events() % 2 == 1));
@@ -175,7 +188,8 @@ fn reader() -> Option<&'static mut Reader> {
 /// Number of the camera interface's function of its pins.
 const DCMI_PINS: u8 = 13;
 
-/// 96 MHz from the 8 MHz that the board's debugger gives, in the second lowest of the supply's four ranges; 24 MHz for the sensor.
+/// 96 MHz from the 8 MHz that the board's debugger gives, at the supply range VOS3, the lowest to run in; 24 MHz for the
+/// sensor.
 ///
 /// The camera interface needs 2.5 times the pixel clock, 24 MHz; nothing else asks for more.
 fn clocks() -> Config {

@@ -4,9 +4,9 @@
 //! writes what is left round and round a ring of two stripes, and interrupts when a half is full. That is all: no frame is
 //! anywhere.
 //!
-//! This is the only file that knows the DMA, and the only unsafe of the capture. What makes it sound: the ring is lent for ever
-//! and no one else holds it, the DMA is told its exact length, and a stripe that is read while the DMA writes it is a stripe of
-//! wrong numbers, not of invalid ones; [`Stripes`](super::Stripes) notices and gives the frame up.
+//! This is the only file that knows the DMA, and the only unsafe of the capture: the ring is lent for ever, no one else holds it,
+//! and the DMA is told its exact length. Rows that the DMA may have written over while they were read are numbers, if wrong ones;
+//! [`Stripes::release`](super::Stripes::release) counts the stripes again after reading, and the frame is given up.
 //!
 //! Register bits are those of the reference manual RM0433. The caches stay off (as after reset), so memory is what the DMA wrote.
 
@@ -40,13 +40,18 @@ const EVERY_SECOND_BYTE: u32 = 1 << 16;
 /// CR bit 18: the second one of them (OEBS).
 const THE_SECOND: u32 = 1 << 18;
 
-/// Stripes complete since the restart.
+/// Stripes complete since the restart, modulo 2^32.
 static COMPLETE: AtomicU32 = AtomicU32::new(0);
+/// Those of the frame under way.
+static IN_FRAME: AtomicU32 = AtomicU32::new(0);
 /// 0, or the [`Trouble`] since the restart.
 static TROUBLE: AtomicU8 = AtomicU8::new(NONE);
 /// Stripes of a frame, and words of a stripe, for the interrupts.
 static PER_FRAME: AtomicU32 = AtomicU32::new(1);
 static WORDS_PER_STRIPE: AtomicU32 = AtomicU32::new(0);
+
+/// So often the DMA is asked whether it has stopped.
+const PATIENCE: u32 = 1000;
 
 const NONE: u8 = 0;
 const OVERRUN: u8 = 1;
@@ -151,8 +156,14 @@ impl Capture for Dcmi {
             });
             let stream = DMA1.st(STREAM);
             stream.cr().modify(|w| w.set_en(false));
-            // At most the transfer of one word.
-            while stream.cr().read().en() {}
+            // At most the transfer of one word. If it does not stop, nothing is captured: the sensor seems silent, and each try to set
+            // it up ends in a restart.
+            if (0..PATIENCE).all(|_| stream.cr().read().en()) {
+                defmt::error!("the DMA does not stop");
+                COMPLETE.store(0, Ordering::Relaxed);
+                TROUBLE.store(NONE, Ordering::Relaxed);
+                return;
+            }
             DMA1.ifcr(0).write(|w| {
                 w.set_feif(STREAM, true);
                 w.set_dmeif(STREAM, true);
@@ -168,6 +179,7 @@ impl Capture for Dcmi {
                 w.set_line_isc(true);
             });
             COMPLETE.store(0, Ordering::Relaxed);
+            IN_FRAME.store(0, Ordering::Relaxed);
             TROUBLE.store(NONE, Ordering::Relaxed);
             stream.ndtr().write(|w| w.set_ndt(2 * WORDS_PER_STRIPE.load(Ordering::Relaxed) as u16));
             stream.cr().write(|w| {
@@ -189,6 +201,8 @@ impl Capture for Dcmi {
     }
 
     fn complete(&self) -> u32 {
+        // What the compiler reads of rows it has read by now.
+        compiler_fence(Ordering::SeqCst);
         COMPLETE.load(Ordering::Acquire)
     }
 
@@ -206,7 +220,12 @@ impl Capture for Dcmi {
 
     fn rows(&self, half: usize) -> &[u8] {
         compiler_fence(Ordering::SeqCst);
-        // SAFETY: the ring has two stripes of these bytes, lives for ever, and is initialised; every byte is a number.
+        // SAFETY: the ring has two stripes of these bytes, lives for ever, and is initialised; every byte is a number. No code writes
+        // to it: the DMA alone does, which is a writer that the compiler does not see. It writes in the other half until that is full,
+        // which is the time there is to read this one; so the bytes stay as they are while they are lent, as a reference wants it, but
+        // for a core that comes too late. Nothing prevents that. What it then reads are bytes of a later row, good for wrong sums and
+        // nothing else, as neither length nor index is made of them; and the fences here and in `complete` keep the reading between the
+        // two counts that find it out.
         #[allow(unsafe_code)]
         unsafe {
             slice::from_raw_parts(self.ring.add(half % 2 * self.stripe_bytes), self.stripe_bytes)
@@ -227,8 +246,12 @@ fn serve() {
         w.set_tcif(STREAM, full);
         w.set_teif(STREAM, error);
     });
-    let complete = COMPLETE.load(Ordering::Relaxed).wrapping_add(u32::from(half) + u32::from(full));
+    let more = u32::from(half) + u32::from(full);
+    let complete = COMPLETE.load(Ordering::Relaxed).wrapping_add(more);
     COMPLETE.store(complete, Ordering::Release);
+    let in_frame =
+        (IN_FRAME.load(Ordering::Relaxed) + more).checked_rem(PER_FRAME.load(Ordering::Relaxed)).unwrap_or(0);
+    IN_FRAME.store(in_frame, Ordering::Relaxed);
 
     let camera = DCMI.ris().read();
     DCMI.icr().write(|w| {
@@ -238,15 +261,15 @@ fn serve() {
     });
     if error || camera.ovr_ris() || camera.err_ris() {
         TROUBLE.store(OVERRUN, Ordering::Relaxed);
-    } else if camera.vsync_ris() && !between_frames(complete) {
+    } else if camera.vsync_ris() && !(in_frame == 0 && is_at_end(complete)) {
         TROUBLE.store(MISPLACED_SYNC, Ordering::Relaxed);
     }
     CHANGED.signal(());
 }
 
-/// Whether whole frames, and not a word more, are in the ring.
-fn between_frames(complete: u32) -> bool {
+/// Whether whole stripes, so many, and not a word more are in the ring.
+fn is_at_end(complete: u32) -> bool {
     let words = WORDS_PER_STRIPE.load(Ordering::Relaxed);
     let written = 2 * words - u32::from(DMA1.st(STREAM).ndtr().read().ndt());
-    complete.is_multiple_of(PER_FRAME.load(Ordering::Relaxed)) && written == complete % 2 * words
+    written == complete % 2 * words
 }

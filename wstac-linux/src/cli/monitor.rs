@@ -43,7 +43,7 @@ pub(super) struct Arguments {
 
 const HELP: &str = "\
 Records are those of wstac run (wstac run --help describes them), to the letter. Standard error
-tells what the board is, gaps (\"3 messages lost\"), damaged frames, silence, and the state of its
+tells what the board is, gaps (\"3 messages lost\"), damaged messages, silence, and the state of its
 camera. A serial device that is gone is waited for; anything else ends when it is at its end.
 The last record is \"end\": the board's own, or else what is known of it here.
 Requests for features and samples need a way back to the board. To record what a board sends:

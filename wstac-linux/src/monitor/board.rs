@@ -41,14 +41,15 @@ impl Board {
         Record::End(self.progress.end())
     }
 
-    /// Takes a message; `give` gets what follows from it.
+    /// Takes a message, the `first` of a board that has just started or not; `give` gets what follows from it.
     pub(super) fn take<E>(
         &mut self,
         message: &Message<'_>,
+        first: bool,
         give: &mut impl FnMut(Report) -> Result<(), E>,
     ) -> Result<(), E> {
         match message {
-            Message::Hello(hello) => self.hello(hello, give),
+            Message::Hello(hello) => self.hello(hello, first, give),
             Message::Features { frame, features } => {
                 self.progress.reach(frame.saturating_add(1));
                 let record = Record::Features { frame: *frame, f: features.map(real) };
@@ -86,13 +87,24 @@ impl Board {
         }
     }
 
-    fn hello<E>(&mut self, hello: &Hello<'_>, give: &mut impl FnMut(Report) -> Result<(), E>) -> Result<(), E> {
+    fn hello<E>(
+        &mut self,
+        hello: &Hello<'_>,
+        first: bool,
+        give: &mut impl FnMut(Report) -> Result<(), E>,
+    ) -> Result<(), E> {
         let again = std::mem::replace(&mut self.known, true);
         if hello.frame == 0 {
-            *self = Self { known: true, ..Self::new(self.wanted) };
-            if again {
+            // Without frames a board that was asked says the same as one that starts. Frames that are gone prove a start whose first
+            // message was lost.
+            let back = self.progress.any();
+            if first || back {
+                *self = Self { known: true, ..Self::new(self.wanted) };
+            }
+            if back || (first && again) {
                 give(Report::Note("the board has started again".to_owned()))?;
             }
+            // To say what is wanted once too often does no harm.
             give(Report::Started)?;
         }
         self.progress.reach(hello.frame);
@@ -153,6 +165,9 @@ fn fault_in_words(fault: &Fault<'_>) -> String {
         Fault::SensorGone => "the camera does not answer".to_owned(),
         Fault::SensorUnknown { id } => format!("the camera says it is {id:#06x}, which the firmware does not know"),
         Fault::SensorBack => "the camera sends frames again".to_owned(),
+        Fault::SensorRefuses { register } => {
+            format!("the camera does not keep what register {register:#04x} is set to")
+        }
         Fault::LastRun(reason) => format!("it started again because of: {reason}"),
         _ => "a fault of a newer firmware".to_owned(),
     }

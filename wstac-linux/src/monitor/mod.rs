@@ -11,7 +11,7 @@ use self::board::Board;
 use crate::error::Error;
 use crate::reading::{Record, Wanted};
 
-/// So many damaged frames and no message: the line is not what it should be.
+/// So many damaged messages and no whole one: the line is not what it should be.
 const ONLY_NOISE: u64 = 20;
 
 /// What follows from the bytes of a link.
@@ -32,7 +32,7 @@ pub struct Monitor {
     board: Board,
     /// A message has arrived.
     heard: bool,
-    /// Damaged frames since the last message.
+    /// Damaged messages since the last whole one.
     damaged: u64,
     /// That there are unknown messages was said.
     unknown_said: bool,
@@ -68,7 +68,7 @@ impl Monitor {
                         give(gap(damaged, received.lost))?;
                     }
                     self.heard = true;
-                    self.board.take(&received.message, &mut give)?;
+                    self.board.take(&received.message, received.first, &mut give)?;
                     if self.board.ended() {
                         return Ok(false);
                     }
@@ -105,7 +105,7 @@ impl Monitor {
 
 fn gap(damaged: u64, lost: u16) -> Report {
     let plural = |count: u64, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
-    let damaged = (damaged > 0).then(|| plural(damaged, "damaged frame"));
+    let damaged = (damaged > 0).then(|| plural(damaged, "damaged message"));
     let lost = (lost > 0).then(|| plural(lost.into(), "message") + " lost");
     Report::Note(damaged.into_iter().chain(lost).collect::<Vec<_>>().join(", "))
 }

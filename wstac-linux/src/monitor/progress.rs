@@ -24,6 +24,11 @@ impl Progress {
         };
     }
 
+    /// Whether any frame has passed.
+    pub(super) fn any(&self) -> bool {
+        self.frames > 0
+    }
+
     /// So many frames have passed.
     pub(super) fn reach(&mut self, frames: u64) {
         self.frames = self.frames.max(frames);

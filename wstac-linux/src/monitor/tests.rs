@@ -38,8 +38,13 @@ fn event(frame: u64) -> Message<'static> {
 
 /// What comes of these messages, and the end record where they have none.
 fn reports(wanted: Wanted, messages: &[Message]) -> (Vec<Report>, Record) {
+    numbered(wanted, (0..).zip(messages))
+}
+
+/// The same of messages with sequence numbers.
+fn numbered<'m>(wanted: Wanted, messages: impl IntoIterator<Item = (u16, &'m Message<'m>)>) -> (Vec<Report>, Record) {
     let (mut monitor, mut reports) = (Monitor::new(wanted), Vec::new());
-    for (sequence, message) in (0..).zip(messages) {
+    for (sequence, message) in messages {
         let give = |report| {
             reports.push(report);
             Ok::<_, Error>(())
@@ -60,8 +65,24 @@ fn end(frames: u64, baseline: Completeness, incomplete: Option<IncompleteRecord>
 #[test]
 fn a_board_that_starts_again_starts_from_nothing() {
     let said = note("board 1: 320x240 Grey at 30000/1001 frames a second, baseline of 25 frames");
-    let (found, last) = reports(Wanted::default(), &[hello(0), hello(90), hello(0)]);
+    let (found, last) = numbered(Wanted::default(), [(0, &hello(0)), (1, &hello(90)), (0, &hello(0))]);
     assert_eq!(found, [Report::Started, said, note("the board has started again"), Report::Started]);
+    assert_eq!(last, end(0, Completeness::Incomplete, None));
+}
+
+#[test]
+fn a_start_is_told_from_an_answer() {
+    let said = note("board 1: 320x240 Grey at 30000/1001 frames a second, baseline of 25 frames");
+    let again = note("the board has started again");
+    // A board without frames is asked twice, then starts anew.
+    let (found, _) = numbered(Wanted::default(), [(0, &hello(0)), (1, &hello(0)), (2, &hello(0)), (0, &hello(0))]);
+    assert_eq!(
+        found,
+        [Report::Started, said.clone(), Report::Started, Report::Started, again.clone(), Report::Started]
+    );
+    // Its first message, and the note of what was lost with it, went the way of the power.
+    let (found, last) = numbered(Wanted::default(), [(7, &hello(90)), (1, &hello(0))]);
+    assert_eq!(found, [said, note("1 message lost"), again, Report::Started]);
     assert_eq!(last, end(0, Completeness::Incomplete, None));
 }
 
