@@ -10,12 +10,15 @@ use crate::config::{Config, Kernel};
 /// The source; or what is wrong with a file.
 pub fn source(config: Option<PathBuf>, model: Option<PathBuf>) -> Result<String, String> {
     let config = match config {
-        Some(file) => Config::read(&file).map_err(|error| format!("WSTAC_CONFIG={error}"))?,
+        Some(file) => {
+            Config::read(&file).map_err(|error| format!("WSTAC_CONFIG={error} (relative names are from wstac-fw)"))?
+        }
         None => Config::default(),
     };
     let mut source = configuration(&config)?;
     source += &match model {
-        Some(file) => texture(&file).map_err(|error| format!("WSTAC_MODEL={}: {error}", file.display()))?,
+        Some(file) => texture(&file)
+            .map_err(|error| format!("WSTAC_MODEL={}: {error} (relative names are from wstac-fw)", file.display()))?,
         None => NO_TEXTURE.to_owned(),
     };
     Ok(source)

@@ -57,7 +57,7 @@ pub fn sample(script: &Script, config: &Config) -> Result<Outcome, Error> {
         let goes_on = reading.take(&source.next()?, |record| {
             let outcome = match record {
                 Record::Event(event) => {
-                    let duration = event.duration_frames;
+                    let duration = event.duration_frames.filter(|_| !event.is_cut_off());
                     let facts = Facts { reliable: event.reliable, duration };
                     event.sample.as_deref().map(quantised).map(|sample| Outcome::Sample(sample, facts))
                 }

@@ -124,6 +124,16 @@ fn a_sample_is_that_of_the_first_event() {
 }
 
 #[test]
+fn a_slide_that_is_cut_off_has_no_duration() {
+    let facts = |scene| match sample(&short(scene), &Config::default()).unwrap() {
+        Outcome::Sample(_, facts) => facts,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(facts("Saw3@20,seed=1").duration, None);
+    assert!(facts("Saw3@150,seed=1").duration.is_some());
+}
+
+#[test]
 fn what_is_no_sample_is_said() {
     let outcome = |more: &str| sample(&sweep(&format!("[scene]\n{more}")).script(0), &Config::default()).unwrap();
     assert_eq!(outcome("[scene.whisker]\noverlap_mm = 0"), Outcome::NoEvent);

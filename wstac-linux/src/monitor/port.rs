@@ -45,13 +45,23 @@ pub enum Got {
     Ended,
 }
 
+/// What a port may be.
+const EXPECTED: &str = "a serial device such as /dev/ttyACM0, tcp:HOST:PORT, - or a file of recorded bytes";
+
 impl Port {
     /// Opens `/dev/tty…`, `tcp:HOST:PORT`, `-` for standard input, or a file of bytes that were recorded.
     ///
     /// # Errors
     /// What cannot be opened, and bits a second of what is no serial device.
     pub fn open(name: &str, baud: Option<u32>) -> Result<Self, Error> {
-        let about = |error: io::Error| Error::new(name, error);
+        let about = |error: io::Error| match error.kind() {
+            ErrorKind::NotFound => Error::new(name, format_args!("{error}, expected {EXPECTED}")),
+            ErrorKind::PermissionDenied => Error::new(
+                name,
+                format_args!("{error}: serial devices are often for members of the group dialout alone"),
+            ),
+            _ => Error::new(name, error),
+        };
         let (file, serial, writable) = if name == "-" {
             (File::from(io::stdin().as_fd().try_clone_to_owned().map_err(about)?), false, false)
         } else if let Some(address) = name.strip_prefix("tcp:") {
@@ -59,7 +69,7 @@ impl Port {
         } else {
             let kind = std::fs::metadata(name).map_err(about)?.file_type();
             if kind.is_dir() {
-                return Err(Error::new(name, "is a folder, expected a serial device, tcp:HOST:PORT, - or a file"));
+                return Err(Error::new(name, format_args!("is a folder, expected {EXPECTED}")));
             }
             let device = if kind.is_char_device() { Some(open_device(name).map_err(about)?) } else { None };
             match device {

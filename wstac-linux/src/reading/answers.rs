@@ -68,11 +68,21 @@ impl From<Speed> for SpeedRecord {
     }
 }
 
+/// Why an event that is cut off has no speed.
+const CUT_OFF: &str = "cut off: the sample starts or ends above the speed threshold";
+
+impl EventRecord {
+    /// Whether the sample starts or ends in the light, so that the slide lasted longer than it shows.
+    pub fn is_cut_off(&self) -> bool {
+        self.why.speed == Some(CUT_OFF)
+    }
+}
+
 fn no_speed(reason: NoSpeed) -> &'static str {
     match reason {
         NoSpeed::BaselineAbove => "the baseline is above the speed threshold",
         NoSpeed::NeverValid => "no frame is above the speed threshold",
-        NoSpeed::CutOff { .. } => "cut off: the sample starts or ends above the speed threshold",
+        NoSpeed::CutOff { .. } => CUT_OFF,
         NoSpeed::OutsideLaw => "the speed law has no finite speed for this duration",
     }
 }
