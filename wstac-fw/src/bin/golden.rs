@@ -82,7 +82,9 @@ fn sums_by_chance(room: &mut [u8; ROOM]) -> Result<(), Error> {
         let (bytes_per_row, offset) = (width + below(6), below(4));
         let height = 1 + below(((ROOM - offset) / bytes_per_row).min(60));
         let most = if turn % 3 == 0 { 1 } else { 256 };
-        room.iter_mut().for_each(|byte| *byte = 255 - below(most) as u8);
+        for byte in room.iter_mut() {
+            *byte = 255 - below(most) as u8;
+        }
         let taxel = [1 + below(width), 1 + below(height)];
         let corners: [[u16; 2]; TAXELS] =
             core::array::from_fn(|_| [below(width + 1 - taxel[0]) as u16, below(height + 1 - taxel[1]) as u16]);
