@@ -31,7 +31,7 @@ fn no_counter_ends_and_no_event_moves() {
         while at < PERIOD {
             if let Some(gap) = LOST.iter().find(|gap| gap.contains(&at)) {
                 // At once or one by one, in turns.
-                let frames = if start / PERIOD % 2 == 0 { gap.end - at } else { 1 };
+                let frames = if (start / PERIOD).is_multiple_of(2) { gap.end - at } else { 1 };
                 trigger.push_lost(frames);
                 (at, lost) = (at + frames, lost + frames);
                 continue;
