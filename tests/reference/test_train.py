@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import tempfile
 import tomllib
 import unittest
+from pathlib import Path
 
 import numpy as np
 
@@ -13,6 +15,7 @@ import shipped_report
 import shipped_slides
 import splits
 import texture_report
+import trade_models_report
 from scenes import SPECIMENS, Changes, constant
 from slides import SCALE, Slides, Sweep, together
 
@@ -24,6 +27,23 @@ def some_slides(first_seed: int, count: int) -> Slides:
     depth = np.array([int(name[3:]) for name in specimen])
     seed = np.arange(first_seed, first_seed + count)
     return Slides(np.zeros((count, 700), np.int16), specimen, pattern, depth, np.full(count, 150.0), 90 * (seed % 4), seed)
+
+
+class TradeModelsTest(unittest.TestCase):
+    def test_the_page_says_what_made_the_models_and_what_they_are(self) -> None:
+        linear = {"kind": "linear, one against one", "numbers": "int8", "rows": 45, "trees": None, "frames": 20, "bytes": 9}
+        trees = {"count": 10, "depth": 6, "splits": 99}
+        forest = {"kind": "forest", "numbers": "votes", "rows": None, "trees": trees, "frames": 70, "bytes": 8}
+        text = trade_models_report.page([("one", "A(1)", linear), ("two", "B(2)", forest)], "5 slides", "0123abcd")
+        self.assertIn("| `one.wsm` | `A(1)` | 20 | 9 | linear, one against one, int8, 45 sums |", text)
+        self.assertIn("| `two.wsm` | `B(2)` | 70 | 8 | forest, 10 trees of depth 6 at most, 99 splits |", text)
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, "README.md")
+            self.assertIsNone(trade_models_report.made_by(path))
+            path.write_text("Made by hand\n")
+            self.assertIsNone(trade_models_report.made_by(path))
+            path.write_text(text)
+            self.assertEqual(trade_models_report.made_by(path), "0123abcd")
 
 
 class TenthTest(unittest.TestCase):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import sys
 import tempfile
@@ -14,9 +15,10 @@ import numpy as np
 from sklearn.ensemble import ExtraTreesClassifier
 from sklearn.svm import SVC, LinearSVC
 
+import trade_models_report
 from candidates import Candidate, boosted
 from runs import run_all
-from scenes import WORKERS, run_wstac
+from scenes import SOURCES, SPECIMENS, WORKERS, run_wstac
 from shipped_slides import TRAIN_RUNS, training_sweeps
 from slides import Slides
 
@@ -77,23 +79,52 @@ def first(slides: Slides, frames: int) -> np.ndarray:
     return slides.features().reshape(len(slides), -1, FRAMES)[:, :, :frames].reshape(len(slides), -1)
 
 
-def write(folder: Path) -> None:
-    """Writes NAME.wsm of every choice that is not there yet."""
+def sources() -> str:
+    """A checksum of all that the models are made of: the simulator, and the scripts that train."""
+    scripts = ("trade_models", "candidates", "runs", "scenes", "shipped_slides", "slides")
+    files = [Path(__file__).with_name(f"{name}.py") for name in scripts]
+    digest = hashlib.sha256()
+    for file in [*files, *sorted(SOURCES.rglob("*.rs"))]:
+        digest.update(file.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def train_one(wanted: Choice, train: Slides, path: Path) -> None:
+    """Writes the model file of a choice."""
+    model = wanted.candidate.train(first(train, wanted.frames), train.specimen)
+    with tempfile.TemporaryDirectory() as work:
+        file, options = wanted.candidate.save(model, Path(work), 10 * wanted.frames)
+        note = f"{wanted.candidate.words}, {len(train)} simulated slides in {TRAIN_RUNS} runs, first {wanted.frames} frames"
+        run_wstac(["model", "import", str(file), "-o", str(path), "--note", note, *options])
+    print(f"{path}: {path.stat().st_size} bytes", file=sys.stderr, flush=True)
+
+
+def write(folder: Path, keep: bool) -> None:
+    """Writes NAME.wsm of every choice, and README.md about them. Models of the same sources are kept; `keep` keeps any.
+
+    Kept models stay marked as made by the sources that the page names; by those there are, if there is no page.
+    """
     folder.mkdir(parents=True, exist_ok=True)
-    train = run_all(training_sweeps()).slides
-
-    def one(wanted: Choice) -> str:
-        path = folder / f"{wanted.name}.wsm"
-        if path.exists():
-            return f"{path} is there"
-        model = wanted.candidate.train(first(train, wanted.frames), train.specimen)
-        with tempfile.TemporaryDirectory() as work:
-            file, options = wanted.candidate.save(model, Path(work), 10 * wanted.frames)
-            note = f"{wanted.candidate.words}, {len(train)} simulated slides in {TRAIN_RUNS} runs, first {wanted.frames} frames"
-            run_wstac(["model", "import", str(file), "-o", str(path), "--note", note, *options])
-        said = json.loads(run_wstac(["model", "inspect", str(path), "--json"]))
-        return f"{path}: {said['bytes']} bytes"
-
-    with ThreadPoolExecutor(WORKERS) as pool:
-        for line in pool.map(one, choices()):
-            print(line, file=sys.stderr, flush=True)
+    readme, made = folder / "README.md", sources()
+    before = trade_models_report.made_by(readme)
+    if keep:
+        made = before or made
+    elif before != made:
+        for stale in folder.glob("*.wsm"):
+            stale.unlink()
+    sweeps = training_sweeps()
+    slides = f"{len(SPECIMENS) * sum(sweep.slides for sweep in sweeps)} simulated slides in {TRAIN_RUNS} runs"
+    # First, so that what is stopped goes on.
+    readme.write_text(trade_models_report.page([], slides, made))
+    missing = {folder / f"{one.name}.wsm": one for one in choices() if not (folder / f"{one.name}.wsm").exists()}
+    if missing:
+        train = run_all(sweeps).slides
+        with ThreadPoolExecutor(WORKERS) as pool:
+            list(pool.map(lambda path: train_one(missing[path], train, path), missing))
+    lines = []
+    for one in choices():
+        words = " ".join([one.candidate.words, *one.candidate.options])
+        said = run_wstac(["model", "inspect", str(folder / f"{one.name}.wsm"), "--json"])
+        lines.append((one.name, words, json.loads(said)))
+    readme.write_text(trade_models_report.page(lines, slides, made))
+    print(readme)

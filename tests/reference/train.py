@@ -4,7 +4,7 @@
     WSTAC=… train.py measure RESULTS [--only KIND] [--repeats N]  # the paper's table 2, and tests that are fair to use
     train.py page RESULTS PAGE.md                                 # the page about them
     WSTAC=… train.py models FOLDER                                # the models that are shipped, and README.md about them
-    WSTAC=… train.py trade FOLDER                                 # the models that `wstac trade` compares with them
+    WSTAC=… train.py trade FOLDER                                 # the models that `wstac trade` compares with them; README.md
 
 Seeds are fixed and every fit has one thread. So the same command gives the same bytes again; another processor's
 floating point may change a linear model's last digits.
@@ -47,7 +47,8 @@ def main() -> int:
     models = commands.add_parser("models", help="the models that are shipped")
     models.add_argument("folder", type=Path, help="where to write them")
     trade = commands.add_parser("trade", help="the models that are compared with those that are shipped")
-    trade.add_argument("folder", type=Path, help="where to write those that are not there yet")
+    trade.add_argument("folder", type=Path, help="where to write them and README.md; models of the same sources are kept")
+    trade.add_argument("--keep", action="store_true", help="keep models of any sources, and what their page says made them")
     arguments = parser.parse_args()
     if arguments.what == "measure":
         table2.measure(arguments.results, arguments.repeats, arguments.only)
@@ -55,7 +56,7 @@ def main() -> int:
         results = texture_report.results_of(arguments.results.read_text().splitlines())
         arguments.page.write_text(texture_report.page(results, how()))
     elif arguments.what == "trade":
-        trade_models.write(arguments.folder)
+        trade_models.write(arguments.folder, arguments.keep)
     else:
         shipped.write(arguments.folder)
     return 0
