@@ -12,35 +12,110 @@ fn text(path: &str) -> String {
     fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
-/// The tests of a file: names of functions behind `#[test]`, or within `proptest!`, that are not ignored.
+/// The tests of a file: names of functions with `#[test]`, or so within `proptest!`, that are neither ignored nor left out by a
+/// `#[cfg]`, in whatever order the attributes are.
 fn tests_of(source: &str) -> BTreeSet<&str> {
-    let mut is_test = false;
+    let (mut is_test, mut is_left_out) = (false, false);
     let mut tests = BTreeSet::new();
     for line in source.lines().map(str::trim_start) {
-        if line.starts_with("#[ignore") {
-            is_test = false;
-        } else if line == "#[test]" {
-            is_test = true;
-        } else if let Some(rest) = line.strip_prefix("fn ") {
-            tests.extend(rest.split('(').next().filter(|_| is_test));
-            is_test = false;
+        if line.starts_with("#[") {
+            is_test |= line == "#[test]";
+            is_left_out |= line.contains("ignore") || line.starts_with("#[cfg");
+        } else if !line.starts_with("//") {
+            let name = line.strip_prefix("fn ").and_then(|rest| rest.split('(').next());
+            tests.extend(name.filter(|_| is_test && !is_left_out));
+            (is_test, is_left_out) = (false, false);
         }
     }
     tests
 }
 
-/// Whether `cargo test --workspace` gets to a file: a module of the core or the host, or of a test that is declared.
-fn is_run(path: &str) -> bool {
-    let declared = text("tests/Cargo.toml");
-    let entry =
-        |path: &str| path.strip_prefix("tests/").is_some_and(|path| declared.contains(&format!("path = \"{path}\"")));
+/// Whether a source declares a module, public or not.
+fn declares(source: &str, module: &str) -> bool {
+    source.lines().map(str::trim).any(|line| {
+        let private = line.strip_prefix("pub ").or_else(|| line.strip_prefix("pub(crate) ")).unwrap_or(line);
+        private.strip_prefix("mod ").and_then(|rest| rest.strip_suffix(';')) == Some(module)
+    })
+}
+
+/// Whether a file below a crate's `src` is the crate's root, or declared by a module that is within it.
+fn is_module(path: &str) -> bool {
     let Some((folder, name)) = path.rsplit_once('/') else { return false };
-    let module = name.strip_suffix(".rs").unwrap_or_default();
-    if path.starts_with("tests/") {
-        let main = format!("{folder}/main.rs");
-        return entry(path) || entry(&main) && text(&main).contains(&format!("mod {module};"));
+    let stem = name.strip_suffix(".rs").unwrap_or_default();
+    if folder.ends_with("/src") && ["lib", "main"].contains(&stem) {
+        return root().join(path).exists();
     }
-    path.starts_with("wstac-core/") || path.starts_with("wstac-linux/src/")
+    let (folder, stem) = if stem == "mod" { folder.rsplit_once('/').unwrap_or_default() } else { (folder, stem) };
+    let parents = if folder.ends_with("/src") {
+        ["lib", "main"].map(|root| format!("{folder}/{root}.rs"))
+    } else {
+        [format!("{folder}.rs"), format!("{folder}/mod.rs")]
+    };
+    parents.iter().any(|parent| root().join(parent).exists() && declares(&text(parent), stem) && is_module(parent))
+}
+
+/// Whether a file of `tests/` is declared as a test, or a module of one that is.
+fn is_declared_test(path: &str) -> bool {
+    let manifest = text("tests/Cargo.toml");
+    let entry = |path: &str| {
+        let line = format!("path = \"{}\"", path.strip_prefix("tests/").unwrap_or_default());
+        manifest.split("\n[").any(|part| part.starts_with("[test]]") && part.lines().any(|other| other == line))
+    };
+    let Some((folder, name)) = path.rsplit_once('/') else { return false };
+    let main = format!("{folder}/main.rs");
+    entry(path) || entry(&main) && declares(&text(&main), name.strip_suffix(".rs").unwrap_or_default())
+}
+
+/// Whether `cargo test --workspace` gets to a file.
+fn is_run(path: &str) -> bool {
+    if let Some(name) = path.strip_prefix("wstac-core/tests/") {
+        // Cargo finds these by itself.
+        return !name.contains('/') && !text("wstac-core/Cargo.toml").contains("autotests");
+    }
+    if path.starts_with("tests/") {
+        return is_declared_test(path);
+    }
+    ["wstac-core/src/", "wstac-linux/src/"].iter().any(|source| path.starts_with(source)) && is_module(path)
+}
+
+/// The page's rows of four cells, without those of headings; what is measured between its marks is of another kind.
+fn rows_of(page: &str) -> Vec<Vec<&str>> {
+    let mut is_measured = false;
+    let mut rows = Vec::new();
+    for line in page.lines() {
+        is_measured = (is_measured || line.starts_with("<!-- measured:")) && line != "<!-- end -->";
+        if is_measured || !line.trim_start().starts_with('|') {
+            continue;
+        }
+        let inner = line.strip_prefix("| ").and_then(|rest| rest.strip_suffix(" |"));
+        let cells: Vec<&str> = inner.unwrap_or_default().split(" | ").collect();
+        assert_eq!(cells.len(), 4, "expected | a | b | c | d |: {line}");
+        if cells != ["---"; 4] && cells.last() != Some(&"test") {
+            rows.push(cells);
+        }
+    }
+    assert!(!is_measured, "<!-- measured: has no <!-- end -->");
+    rows
+}
+
+#[test]
+fn a_test_that_is_left_out_is_none() {
+    let source = "#[ignore]\n#[test]\nfn a() {}\n#[test]\n#[ignore = \"slow\"]\nfn b() {}\n#[cfg(any())]\n#[test]\nfn c() {}\n\
+        #[test]\n// Why.\n#[should_panic]\nfn d() {}\n#[cfg(test)]\nmod tests {\n    #[test]\n    fn e() {}\n}\nfn f() {}\n";
+    assert_eq!(tests_of(source), BTreeSet::from(["d", "e"]));
+    assert!(is_run("wstac-core/src/model/tests/extremes.rs") && is_run("tests/long/day.rs") && is_run("tests/ln.rs"));
+    for path in
+        ["wstac-core/src/none.rs", "tests/benches/frames.rs", "tests/long/none.rs", "wstac-core/tests/models/a.rs"]
+    {
+        assert!(!is_run(path), "{path}");
+    }
+    assert!(declares("pub(crate) mod a;", "a") && !declares("// mod a;", "a") && !declares("mod ab;", "a"));
+}
+
+#[test]
+#[should_panic(expected = "expected | a | b | c | d |")]
+fn a_row_that_lacks_a_cell_is_found() {
+    rows_of("<!-- measured: x -->\n| a | b |\n<!-- end -->\n| a | b | c |\n");
 }
 
 #[test]
@@ -51,15 +126,9 @@ fn every_line_names_a_test_that_runs_and_no_extreme_is_left_out() {
     let stages: BTreeSet<&str> = stages.trim_end_matches("; do").split_whitespace().chain(["long"]).collect();
     assert!(text("ci/unit").contains("cargo test --locked --workspace"));
     let mut named = BTreeSet::new();
-    let mut rows = 0;
-    for row in page.lines().filter(|line| line.starts_with("| ") && !line.starts_with("| ---")) {
-        let cells: Vec<&str> = row.trim_matches('|').split(" | ").collect();
-        let last = cells.last().unwrap().trim();
-        // A heading, or a table of another kind.
-        if cells.len() != 4 || last == "test" {
-            continue;
-        }
-        rows += 1;
+    let rows = rows_of(&page);
+    for cells in &rows {
+        let (row, last) = (cells.join(" | "), cells[3]);
         if last == "the same" {
             continue;
         }
@@ -69,7 +138,7 @@ fn every_line_names_a_test_that_runs_and_no_extreme_is_left_out() {
                 continue;
             }
             let (path, test) = name.split_once("::").unwrap_or_else(|| panic!("{name}, expected file::test: {row}"));
-            assert!(is_run(path), "{path} is no file that ci/unit runs");
+            assert!(is_run(path), "{path} is no file that ci/unit runs: {row}");
             assert!(tests_of(&text(path)).contains(test), "{path} has no test {test}");
             named.insert(name.to_owned());
         }
@@ -93,5 +162,5 @@ fn every_line_names_a_test_that_runs_and_no_extreme_is_left_out() {
             assert!(named.contains(&format!("{path}::{test}")), "{path}::{test} is not on docs/EXTREMES.md");
         }
     }
-    println!("{rows} extremes, {} tests", named.len());
+    println!("{} extremes, {} tests", rows.len(), named.len());
 }

@@ -4,7 +4,7 @@
 use wstac_core::trigger::{Incomplete, Trigger, TriggerConfig};
 use wstac_tests::extreme::{BRIGHT, DARK};
 
-use crate::how_many;
+use wstac_tests::how_many;
 
 /// Frames after which the stream repeats itself. Windows are 5 frames and a sample 70, so all windows start at multiples of 5, and
 /// events stay at the same frame of every period for ever.

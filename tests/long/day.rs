@@ -17,7 +17,7 @@ use wstac_linux::source::scene::SceneSource;
 use wstac_linux::source::{Item, Source, StreamInfo};
 use wstac_tests::OwnedEvent;
 
-use crate::how_many;
+use wstac_tests::how_many;
 
 /// Dark frames after each slide: three minutes. 480 of them are a day of 2,592,000 frames.
 const GAP: u64 = 5400;

@@ -40,3 +40,13 @@ impl From<Event<'_>> for OwnedEvent {
         }
     }
 }
+
+/// A whole number from the environment, for a run that is longer than a test; without it what is usual in a test.
+///
+/// # Panics
+///
+/// Where it is no whole number.
+pub fn how_many(variable: &str, usual: u64) -> u64 {
+    let Ok(text) = std::env::var(variable) else { return usual };
+    text.parse().unwrap_or_else(|_| panic!("{variable} is {text:?}, expected a whole number"))
+}
