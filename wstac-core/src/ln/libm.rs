@@ -2,7 +2,7 @@
 
 use super::{LN_FRACTION_BITS, Ln};
 
-/// `libm::log`, rounded to the nearest 2^-26: within 7.6e-9 (measured), of which 2^-27 is rounding.
+/// `libm::log`, rounded to the nearest 2^-26: within 7.6e-9 (measured on every integer), of which 2^-27 is rounding.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Libm;
 

@@ -1,5 +1,5 @@
 //! ln by `micromath` in 32-bit floating point: small code on a core with an FPU, off by up to 6.4e-5 (measured on
-//! millions of integers), not monotone.
+//! every integer), not monotone.
 
 use super::{LN_FRACTION_BITS, Ln};
 use ::micromath::F32Ext;
