@@ -33,13 +33,15 @@ def folder():
     return Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve() / "firmware"
 
 
-def build(target, *what, model=None, config=None):
+def build(target, *what, model=None, config=None, pixels=None):
     """Builds programs (`--bin NAME`, `--examples`) for a target; where they are, valid until the next build."""
     environment = {name: value for name, value in os.environ.items() if not name.startswith("WSTAC_")}
     if model is not None:
         environment["WSTAC_MODEL"] = str(model)
     if config is not None:
         environment["WSTAC_CONFIG"] = str(config)
+    if pixels is not None:
+        environment["WSTAC_PIXELS"] = pixels
     arguments = ["--quiet", "--locked", "--release", "--no-default-features", "--features", "emulated"]
     command = [ROOT / "ci/thumb", target, "build", *arguments, "--target-dir", folder(), *what]
     subprocess.run(command, cwd=FIRMWARE, env=environment, check=True)
