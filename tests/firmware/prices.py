@@ -14,104 +14,27 @@ import json
 import sys
 import tempfile
 import time
-from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
 import boards
 from boards import BOARDS, ROOT
-from check import HERE, features, host, same
+from counter import FORMATS, Counter, Setting, formats
 
 KEPT = ROOT / "wstac-linux/trade/prices.json"
-# What WSTAC_PIXELS calls a format, and V4L2, as scenes do.
-FORMATS = {"GREY": "GREY", "Y16": "Y16", "RGB24": "RGB3", "RGB565": "RGBP", "BAYER8": "RGGB", "YUYV": "YUYV"}
 STRIDES = (1, 2, 3, 5)
 KERNELS = ("fixed", "libm", "micromath")
+# Frames of the scene that a format is counted by: its first event is over by then.
+FRAMES = 110
 # Of a count of so many instructions, how far a sum may be off. A tick of the boards' timers is 40 or 63 instructions.
 SLACK = 0.01
 # Format, stride, logarithm, model.
 MIXED = (("RGB565", 2, "libm", "svm.wsm"), ("YUYV linear", 3, "micromath", "forest.wsm"), ("BAYER8", 5, "libm", "boosted.wsm"))
 
 
-@dataclass(frozen=True)
-class Setting:
-    """What is built: a name of `formats()`, a stride, a logarithm, a model's file."""
-
-    format: str = "GREY"
-    stride: int = 1
-    ln: str = "fixed"
-    model: Path | None = None
-
-    def toml(self):
-        yuv = self.format.partition(" ")[2] or "exact"
-        return f'[green]\nstride = {self.stride}\nyuv = "{yuv}"\n[features]\nln = "{self.ln}"\n'
-
-
-def formats():
-    """Formats, and of YUYV both ways to green."""
-    for pixels in FORMATS:
-        yield from ([f"{pixels} exact", f"{pixels} linear"] if pixels == "YUYV" else [pixels])
-
-
 def models():
     """The models that there are, by name."""
     files = [*ROOT.glob("wstac-linux/models/*.wsm"), *ROOT.glob("wstac-linux/trade/models/*.wsm")]
     return {file.name: file for file in sorted(files)}
-
-
-class Counter:
-    """Builds, runs and counts; frames are rendered once a format."""
-
-    def __init__(self, wstac, folder):
-        self.wstac, self.folder = Path(wstac).resolve(), Path(folder)
-        self.expected = cache(self.expected)
-
-    def frames(self, pixels):
-        """The folder of a format's frames, and their scene."""
-        place = self.folder / pixels
-        scene = place / "clip.toml"
-        if not place.exists():
-            place.mkdir()
-            text = (HERE / "clip.toml").read_text()
-            scene.write_text(text.replace("[sensor]\n", f'[sensor]\nformat = "{FORMATS[pixels]}"\n'))
-            host(self.wstac, "run", f"scene:{scene}", "--save-raw", place / "frames")
-        return place, scene
-
-    def expected(self, pixels, toml, model):
-        """The lines that the host prints of a format's frames."""
-        _, scene = self.frames(pixels)
-        config = self.folder / "host.toml"
-        config.write_text(toml)
-        asked = [] if model is None else ["--model", model]
-        lines = host(self.wstac, "run", f"scene:{scene}", "--json", "--features", "--config", config, *asked)
-        numbers = [record["f"] for record in map(json.loads, lines) if record["kind"] == "features"]
-        return [line for line in lines if '"kind":"features"' not in line], numbers
-
-    def count(self, board, programs, pixels, toml, model):
-        """What one board takes for what is built."""
-        place, _ = self.frames(pixels)
-        events, numbers = self.expected(pixels, toml, model)
-        boards.run(board, programs / "emulated", place, "file:serial")
-        stack = int.from_bytes((place / "stack").read_bytes(), "little")
-        same(board, f"events of {pixels}, {toml!r}, {model}", host(self.wstac, "monitor", place / "serial", "--json"), events)
-        said = json.loads(boards.run(board, programs / "cost", place))
-        same(board, f"features of {pixels}, {toml!r}", features(place), numbers)
-        size = boards.sizes(programs / "emulated")
-        whole = {"frame": said["stripes"], "event": said["texture"], "flash": size.flash, "ram": size.ram + stack}
-        return whole | {key: said[key] for key in ("trigger", "speed", "direction")}
-
-    def build(self, target, pixels, toml, model):
-        config = self.folder / "board.toml"
-        # The same file anew is another configuration for the build script.
-        config.write_text(toml)
-        return boards.build(target, "--bin", "cost", "--bin", "emulated", model=model, config=config, pixels=pixels)
-
-    def setting(self, target, setting):
-        """What every board of a target takes for a setting, by core."""
-        pixels = setting.format.partition(" ")[0]
-        programs = self.build(target, pixels, setting.toml(), setting.model)
-        on = [board for board in BOARDS if board.target == target]
-        return {board.core: self.count(board, programs, pixels, setting.toml(), setting.model) for board in on}
 
 
 def pick(numbers, *keys):
@@ -128,11 +51,10 @@ def measure(counter, chosen, kept):
     cores = json.loads(json.dumps(kept)) if kept else {board.core: {"formats": {}, "ln": {}, "models": {}} for board in BOARDS}
     base = {}
 
-    def each(setting, take):
+    def each(setting, take, **how):
         nonlocal done
-        for target in boards.TARGETS:
-            for core, numbers in counter.setting(target, setting).items():
-                take(core, numbers)
+        for core, numbers in counter.setting(setting, **how).items():
+            take(core, numbers)
         done += 1
         name = setting.model.name if setting.model else setting.ln
         print(f"{time.monotonic() - began:5.0f} s: {setting.format}, stride {setting.stride}, {name}: as on the host", file=sys.stderr, flush=True)
@@ -141,7 +63,7 @@ def measure(counter, chosen, kept):
         base[core] = numbers
         cores[core] |= pick(numbers, "trigger", "speed", "direction")
 
-    each(Setting(), first)
+    each(Setting(), first, every_board=True)
     for kernel in () if kept else KERNELS:
         each(Setting(ln=kernel), lambda core, n: cores[core]["ln"].__setitem__(kernel, less(n, base[core], "frame", "flash", "ram")))
     for name, file in chosen.items():
@@ -158,7 +80,7 @@ def measure(counter, chosen, kept):
             def front(core, numbers):
                 cores[core]["formats"].setdefault(format_, {})[str(stride)] = pick(numbers, "frame", "flash", "ram")
 
-            each(Setting(format_, stride), front)
+            each(Setting(format_, stride), front, frames=FRAMES)
     print(f"{done} settings in {time.monotonic() - began:.0f} s", file=sys.stderr)
     return cores
 
@@ -167,19 +89,18 @@ def sums(counter, cores):
     """Counts configurations whose settings were counted apart; whether their sums say the same."""
     fine = True
     for format_, stride, kernel, name in MIXED:
-        for target in boards.TARGETS:
-            for core, numbers in counter.setting(target, Setting(format_, stride, kernel, models()[name])).items():
-                front, ln, model = cores[core]["formats"][format_][str(stride)], cores[core]["ln"][kernel], cores[core]["models"][name]
-                parts = {
-                    "frame": front["frame"] + ln["frame"], "event": model["event"],
-                    "flash": front["flash"] + ln["flash"] + model["flash"], "ram": front["ram"] + ln["ram"] + model["ram"],
-                }
-                said = []
-                for key, by_sum in parts.items():
-                    off = by_sum / numbers[key] - 1
-                    fine &= abs(off) <= SLACK
-                    said.append(f"{key} {by_sum:,} for {numbers[key]:,} ({off:+.2%})")
-                print(f"{core}, {format_} stride {stride} {kernel} {name}, the sum for the count: {', '.join(said)}", flush=True)
+        for core, numbers in counter.setting(Setting(format_, stride, kernel, models()[name])).items():
+            front, ln, model = cores[core]["formats"][format_][str(stride)], cores[core]["ln"][kernel], cores[core]["models"][name]
+            parts = {
+                "frame": front["frame"] + ln["frame"], "event": model["event"],
+                "flash": front["flash"] + ln["flash"] + model["flash"], "ram": front["ram"] + ln["ram"] + model["ram"],
+            }
+            said = []
+            for key, by_sum in parts.items():
+                off = by_sum / numbers[key] - 1
+                fine &= abs(off) <= SLACK
+                said.append(f"{key} {by_sum:,} for {numbers[key]:,} ({off:+.2%})")
+            print(f"{core}, {format_} stride {stride} {kernel} {name}, the sum for the count: {', '.join(said)}", flush=True)
     return fine
 
 
@@ -204,7 +125,7 @@ def one(counter, config, model, pixels, core):
     toml = "" if config == "-" else Path(config).read_text()
     model = None if model == "-" else Path(model).resolve()
     programs = counter.build(board.target, pixels, toml, model)
-    return pick(counter.count(board, programs, pixels, toml, model), "frame", "event", "flash", "ram")
+    return pick(counter.count(board, programs, pixels, toml, model, None), "frame", "event", "flash", "ram")
 
 
 def main():
