@@ -1,6 +1,7 @@
 """Counts what a firmware of any settings takes on emulated boards, whose events and features must be the host's."""
 
 import json
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
@@ -62,6 +63,8 @@ class Counter:
         asked += [] if model is None else ["--model", model]
         lines = host(self.wstac, "run", *asked, "--json", "--features", "--config", place / "host.toml")
         numbers = [record["f"] for record in map(json.loads, lines) if record["kind"] == "features"]
+        if not any('"kind":"event"' in line for line in lines):
+            sys.exit(f"{pixels}, {toml!r}: the host sees no event, which says little about a board")
         return [line for line in lines if '"kind":"features"' not in line], numbers
 
     def count(self, board, programs, pixels, toml, model, frames):
