@@ -28,11 +28,11 @@ NUMBERS = 4096  # integers that every kernel takes the logarithm of
 GROWTH = (1, 4, 16, 64)
 # What an exponent should be, and why.
 SCALING = {
-    "frame pixels with the paper's taxels": "1 as the sums grow, less what a stripe and ten logarithms take whatever their size",
+    "frame pixels with the paper's taxels": "0.5 to 1: every row of a taxel has a beginning and an end, and rows grow as the square root",
     "frame pixels, taxels of 16 × 16": "pixels outside of taxels are not read: what grows is the number of stripes",
-    "taxel area, frames of 400 × 400": "1 for large taxels; small ones cost their rows' beginnings and ends",
+    "taxel area, frames of 400 × 400": "the same, and stripes, as many as before, cost what they did",
     "frames": "1: nothing is remembered but 70 frames of features",
-    "trees": "1, less what an answer takes without trees",
+    "trees": "towards 1: what an answer takes without trees counts less and less",
 }
 
 
