@@ -1,0 +1,63 @@
+//! Texture models among which there is a choice.
+
+use wstac_core::model::Model;
+use wstac_core::model::file::Task;
+
+use crate::error::Error;
+use crate::model::file::ModelFile;
+use crate::model::inspect::{Inspected, inspect};
+use crate::texture::TextureRecord;
+
+/// A model and what is known of it.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    /// Its name: a file's, without its folder and ending.
+    pub name: String,
+    /// The file.
+    pub file: ModelFile,
+    /// What is in it: kind, weights, trees, frames.
+    pub about: Inspected,
+    /// What it says, by class.
+    answers: Vec<TextureRecord>,
+}
+
+/// Whether specimen, pattern and depth are right; nothing where a model does not tell them.
+pub type Right = [Option<bool>; 3];
+
+impl Candidate {
+    /// The model of a file.
+    ///
+    /// # Errors
+    /// What is wrong with the file.
+    pub fn new(name: String, file: ModelFile) -> Result<Self, Error> {
+        let model = file.model()?;
+        let (labels, task): (_, Task) = (model.labels(), model.task());
+        let label = |class| labels.get(class).map(|label| label.to_string());
+        let answers = (0..labels.len()).filter_map(label).map(|label| TextureRecord::of(task, label)).collect();
+        Ok(Self { about: inspect(&model, file.words()), answers, name, file })
+    }
+
+    /// The model itself.
+    ///
+    /// # Errors
+    /// None: its file has been checked.
+    pub fn model(&self) -> Result<Model<'_>, Error> {
+        self.file.model()
+    }
+
+    /// Whether a class is right of a specimen.
+    pub(super) fn judge(&self, class: u8, truth: &TextureRecord) -> Right {
+        let Some(said) = self.answers.get(usize::from(class)) else { return [None; 3] };
+        [
+            said.specimen.as_ref().map(|specimen| Some(specimen) == truth.specimen.as_ref()),
+            said.pattern.as_ref().map(|pattern| Some(pattern) == truth.pattern.as_ref()),
+            said.depth_mm.map(|depth| truth.depth_mm.is_some_and(|truth| (depth - truth).abs() < 1e-9)),
+        ]
+    }
+
+    /// Which of the three it tells at all.
+    pub(super) fn tells(&self) -> [bool; 3] {
+        let any = |told: fn(&TextureRecord) -> bool| self.answers.iter().any(told);
+        [any(|said| said.specimen.is_some()), any(|said| said.pattern.is_some()), any(|said| said.depth_mm.is_some())]
+    }
+}

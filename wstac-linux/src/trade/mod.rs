@@ -1,0 +1,12 @@
+//! What speed costs in accuracy: every setting and model on one set of simulated slides, beside its price on boards.
+//!
+//! [`slides`] is the scene set, [`knobs`] and [`candidate`] what is chosen among, [`sweep`] runs it and [`row`] sums it up.
+
+mod bank;
+pub mod candidate;
+pub mod float64;
+pub mod knobs;
+pub mod row;
+pub mod slides;
+pub mod statistics;
+pub mod sweep;
