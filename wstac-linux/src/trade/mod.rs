@@ -5,7 +5,11 @@
 mod bank;
 pub mod candidate;
 pub mod float64;
+pub mod host;
 pub mod knobs;
+pub mod map;
+pub mod models;
+pub mod prices;
 pub mod row;
 pub mod slides;
 pub mod statistics;

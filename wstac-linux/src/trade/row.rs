@@ -45,7 +45,9 @@ pub struct Found {
     /// Mean and 95th percentile of the error of speed, in per cent of it, of slides in the fitted range; nothing where none has a
     /// speed.
     pub speed: Option<[f64; 2]>,
-    /// Slides in the fitted range without a speed.
+    /// Slides in the fitted range.
+    pub speed_slides: usize,
+    /// Those without a speed.
     pub speedless: usize,
     /// Slides with a wrong direction or none.
     pub direction_errors: usize,
@@ -88,6 +90,7 @@ fn bare(own: &[(&TradeSlide, &Outcome)]) -> Found {
         events: own.iter().filter(|(_, outcome)| outcome.event.is_some()).count(),
         accuracy: [None; 3],
         speed: mean(&errors).zip(percentile(errors.clone(), 0.95)).map(|(mean, most)| [mean, most]),
+        speed_slides: speeds.len(),
         speedless: speeds.len() - errors.len(),
         direction_errors: own
             .iter()
