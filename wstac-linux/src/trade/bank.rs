@@ -64,7 +64,7 @@ pub(super) struct Ear {
     pub(super) place: usize,
     /// The first event, once it is complete.
     pub(super) heard: Option<Heard>,
-    /// How far its features were from the reference, over all frames.
+    /// How far its features were from the reference, over all frames until then.
     pub(super) error: FeatureError,
     scale: Scale,
     trigger: Trigger,
@@ -73,12 +73,13 @@ pub(super) struct Ear {
 
 impl Ear {
     fn push(&mut self, lines: &[u32; FEATURES], expected: &[f64; FEATURES], float64: &Float64) {
+        if self.heard.is_some() {
+            return;
+        }
         let features = self.scale.features(lines);
         self.error.add(&features, expected, float64);
-        if self.heard.is_none() {
-            let event = self.trigger.push(features, false);
-            self.heard = event.map(|event| heard(&event, &self.speed));
-        }
+        let event = self.trigger.push(features, false);
+        self.heard = event.map(|event| heard(&event, &self.speed));
     }
 }
 
@@ -155,6 +156,11 @@ impl Eye {
             }
         }
         Ok(own)
+    }
+
+    /// Whether all settings have heard something.
+    pub(super) fn is_done(&self) -> bool {
+        self.banks.iter().flat_map(|bank| &bank.ears).all(|ear| ear.heard.is_some())
     }
 
     /// All settings, with what they heard.

@@ -3,12 +3,14 @@
 //! [`slides`] is the scene set, [`knobs`] and [`candidate`] what is chosen among, [`sweep`] runs it and [`row`] sums it up.
 
 mod bank;
+pub mod budget;
 pub mod candidate;
 pub mod float64;
 pub mod host;
 pub mod knobs;
 pub mod map;
 pub mod models;
+pub mod pareto;
 pub mod prices;
 pub mod row;
 pub mod slides;

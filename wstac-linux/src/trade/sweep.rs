@@ -75,6 +75,9 @@ fn one(plan: &Plan<'_>, models: &[Model<'_>], slide: &TradeSlide) -> Result<Vec<
                 coloured = Some(own);
             }
         }
+        if eyes.iter().all(Eye::is_done) {
+            break;
+        }
     }
     let touch = scene.truth().first().map_or(0.0, |truth| truth.start);
     let specimen = slide.specimen.to_string();
