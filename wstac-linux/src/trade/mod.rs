@@ -5,6 +5,8 @@
 mod bank;
 pub mod budget;
 pub mod candidate;
+pub mod chosen;
+pub mod fade;
 pub mod float64;
 pub mod host;
 pub mod knobs;

@@ -43,6 +43,8 @@ pub const SIDE: u32 = 400;
 pub struct TradeSlide {
     /// Number of the sensor, from 0.
     pub sensor: u32,
+    /// Number among the sensor's slides, from 0.
+    pub number: u32,
     /// What slides.
     pub specimen: Specimen,
     /// How fast.
@@ -64,6 +66,7 @@ fn slide(sensor: u32, number: u32) -> TradeSlide {
     let headings = [Heading::Right, Heading::Up, Heading::Left, Heading::Down];
     TradeSlide {
         sensor,
+        number,
         specimen: Specimen::ALL[specimen as usize],
         speed_mm_s: SPEEDS[speed],
         heading: headings[sensor as usize % headings.len()],

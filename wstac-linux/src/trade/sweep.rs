@@ -7,7 +7,7 @@ use super::bank::Eye;
 use super::candidate::{Candidate, Right};
 use super::float64::FeatureError;
 use super::knobs::{Format, Front};
-use super::slides::TradeSlide;
+use super::slides::{QUICK_SLIDES, TradeSlide};
 use crate::config::Config;
 use crate::error::Error;
 use crate::scene::Scene;
@@ -50,28 +50,29 @@ pub struct Answer {
     pub right: Vec<Right>,
 }
 
-/// Outcomes by slide, then by setting, whatever the number of threads.
+/// Outcomes by slide, then by setting, nothing where it was not run; the same whatever the number of threads.
 ///
 /// # Errors
 /// Where the configuration does not fit the frames.
-pub fn run(plan: &Plan<'_>) -> Result<Vec<Vec<Outcome>>, Error> {
+pub fn run(plan: &Plan<'_>) -> Result<Vec<Vec<Option<Outcome>>>, Error> {
     let models = plan.models.iter().map(Candidate::model).collect::<Result<Vec<_>, _>>()?;
     plan.slides.par_iter().with_max_len(1).map(|slide| one(plan, &models, slide)).collect()
 }
 
-fn one(plan: &Plan<'_>, models: &[Model<'_>], slide: &TradeSlide) -> Result<Vec<Outcome>, Error> {
+fn one(plan: &Plan<'_>, models: &[Model<'_>], slide: &TradeSlide) -> Result<Vec<Option<Outcome>>, Error> {
     let mut scene = Scene::new(&slide.script(plan.light, Format::Grey)?)?;
     let mut eyes = Vec::new();
-    for format in cameras(plan.fronts) {
+    let formats: Vec<Format> = cameras(plan.fronts).filter(|format| is_run(*format, slide)).collect();
+    for &format in &formats {
         let sensor = Scene::camera(&slide.script(plan.light, format)?)?;
         eyes.push(Eye::new(sensor, format, plan.fronts, plan.config)?);
     }
     while let Some((light, _)) = scene.next_light() {
         let mut coloured = None;
-        for (eye, format) in eyes.iter_mut().zip(cameras(plan.fronts)) {
+        for (eye, format) in eyes.iter_mut().zip(&formats) {
             let own = eye.expose(&light, coloured.as_ref());
             let own = own.map_err(|error| plan.config.does_not_fit("simulated frames", "[layout]", error))?;
-            if format == Format::Rgb24 {
+            if *format == Format::Rgb24 {
                 coloured = Some(own);
             }
         }
@@ -83,7 +84,7 @@ fn one(plan: &Plan<'_>, models: &[Model<'_>], slide: &TradeSlide) -> Result<Vec<
     let specimen = slide.specimen.to_string();
     let (pattern, depth_mm) = pattern_and_depth(&specimen);
     let truth = TextureRecord { specimen: Some(specimen), pattern, depth_mm, class: None };
-    let mut outcomes = vec![Outcome { event: None, error: FeatureError::default() }; plan.fronts.len()];
+    let mut outcomes = vec![None; plan.fronts.len()];
     for ear in eyes.into_iter().flat_map(Eye::into_ears) {
         let event = ear.heard.map(|heard| Answer {
             lead: heard.frame as f64 - touch,
@@ -97,10 +98,15 @@ fn one(plan: &Plan<'_>, models: &[Model<'_>], slide: &TradeSlide) -> Result<Vec<
                 .collect(),
         });
         if let Some(outcome) = outcomes.get_mut(ear.place) {
-            *outcome = Outcome { event, error: ear.error };
+            *outcome = Some(Outcome { event, error: ear.error });
         }
     }
     Ok(outcomes)
+}
+
+/// Whether a camera sees a slide: JPEG takes as long as all else together, so it gets a quick look's slides only.
+fn is_run(format: Format, slide: &TradeSlide) -> bool {
+    format != Format::Mjpeg || slide.number < QUICK_SLIDES
 }
 
 /// One format for each camera that these settings need, that of the coloured reference before those it judges.
