@@ -54,6 +54,10 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["slides", "quick", "config"])]
     map: Option<PathBuf>,
 
+    /// Prices that ci/prices counted, instead of those that come with wstac
+    #[arg(long, value_name = "prices.json", conflicts_with_all = ["verify", "fade"])]
+    prices: Option<PathBuf>,
+
     /// Print the most accurate configuration that fits
     #[arg(long, value_name = "TERMS", conflicts_with_all = ["slides", "quick", "config", "models"])]
     budget: Option<Budget>,
@@ -108,7 +112,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if arguments.fade {
         return fade::fade(arguments, &config);
     }
-    let (models, prices) = (models(&arguments.models)?, Prices::kept()?);
+    let (models, prices) = (models(&arguments.models)?, prices(arguments)?);
     let rows = match &arguments.map {
         Some(path) => read(path)?,
         None => swept(arguments, &config, &models)?,
@@ -143,6 +147,12 @@ fn read(path: &Path) -> Result<Vec<Row>, Error> {
     }
     let text = std::fs::read_to_string(path).map_err(|error| Error::new(path.display(), error))?;
     map::read(&path.display().to_string(), &text)
+}
+
+fn prices(arguments: &Arguments) -> Result<Prices, Error> {
+    let Some(path) = &arguments.prices else { return Prices::kept() };
+    let text = std::fs::read_to_string(path).map_err(|error| Error::new(path.display(), error))?;
+    Prices::read(&path.display().to_string(), &text)
 }
 
 fn models(named: &[PathBuf]) -> Result<Vec<Candidate>, Error> {

@@ -20,3 +20,6 @@ pub mod slides;
 pub mod statistics;
 pub mod sweep;
 pub mod table;
+
+#[cfg(test)]
+mod tests;

@@ -45,7 +45,7 @@ mod tests {
                 .to_owned(),
         ];
         let rows = map::read("m", &format!("{}{}\n", map::write(&[]), lines.join("\n"))).unwrap();
-        let prices = Prices::read(prices).unwrap();
+        let prices = Prices::read("p", prices).unwrap();
         let strides: Vec<u16> = front(&rows, &prices, Core::M0).iter().map(|(row, _)| row.front.stride.get()).collect();
         assert_eq!(strides, [3, 2, 1]);
     }

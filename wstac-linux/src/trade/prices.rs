@@ -121,15 +121,15 @@ impl Prices {
     /// # Errors
     /// None: a test reads them.
     pub fn kept() -> Result<Self, Error> {
-        Self::read(KEPT)
+        Self::read(ABOUT, KEPT)
     }
 
-    /// Reads prices.
+    /// Reads prices; `about` names their file.
     ///
     /// # Errors
     /// What of them cannot be read.
-    pub fn read(text: &str) -> Result<Self, Error> {
-        serde_json::from_str(text).map_err(|error| Error::new(ABOUT, error))
+    pub fn read(about: &str, text: &str) -> Result<Self, Error> {
+        serde_json::from_str(text).map_err(|error| Error::new(about, error))
     }
 
     /// The price of a setting, with a model that comes with the program or without one; nothing where it was not counted.
@@ -164,7 +164,7 @@ mod tests {
             "ln": {"libm": {"frame": 50, "flash": -7, "ram": 8}},
             "trigger": 3, "speed": 4, "direction": 5,
             "models": {"svm.wsm": {"event": 600, "flash": 70, "ram": 80, "sha256": "0"}}}}}"#;
-        let prices = Prices::read(text).unwrap();
+        let prices = Prices::read("p", text).unwrap();
         let front = Front { format: Format::YuyvLinear, stride: wstac_core::frame::Stride::Two, kernel: Kernel::Libm };
         let price = prices.of(Core::M4F, &front, Some("svm")).unwrap();
         assert_eq!((price.frame(), price.event(), price.flash, price.ram), (1053, 609, 20_063, 4088));

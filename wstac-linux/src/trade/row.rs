@@ -61,8 +61,12 @@ pub struct Found {
 pub fn rows(plan: &Plan<'_>, outcomes: &[Vec<Option<Outcome>>]) -> Vec<Row> {
     let mut rows = Vec::new();
     for (place, front) in plan.fronts.iter().enumerate() {
-        let own: Vec<(&TradeSlide, &Outcome)> =
-            plan.slides.iter().zip(outcomes).filter_map(|(slide, all)| Some((slide, all.get(place)?.as_ref()?))).collect();
+        let own: Vec<(&TradeSlide, &Outcome)> = plan
+            .slides
+            .iter()
+            .zip(outcomes)
+            .filter_map(|(slide, all)| Some((slide, all.get(place)?.as_ref()?)))
+            .collect();
         let bare = bare(&own);
         rows.push(Row { front: *front, model: None, found: bare, host: None });
         for (number, model) in plan.models.iter().enumerate() {

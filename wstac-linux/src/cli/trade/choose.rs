@@ -2,18 +2,17 @@
 
 use std::path::Path;
 
-use super::{Arguments, print, read};
+use super::{Arguments, prices, print, read};
 use crate::cli::output::Stop;
 use crate::error::Error;
 use crate::trade::budget::{Budget, best};
 use crate::trade::candidate::Candidate;
 use crate::trade::chosen::{self, CLAIM, commands};
-use crate::trade::prices::Prices;
 use crate::trade::{map, table};
 
 pub(super) fn choose(arguments: &Arguments, budget: &Budget) -> Result<(), Stop> {
     let rows = read(arguments.map.as_deref().unwrap_or(Path::new("kept")))?;
-    let (models, prices) = (Candidate::all_built_in()?, Prices::kept()?);
+    let (models, prices) = (Candidate::all_built_in()?, prices(arguments)?);
     let row = best(&rows, budget, arguments.by, &prices, arguments.core);
     let row = row.map_err(|nothing| Error::new("--budget", nothing))?;
     let own = models.iter().find(|model| Some(&model.name) == row.model.as_ref()).cloned();

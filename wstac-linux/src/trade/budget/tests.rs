@@ -21,7 +21,7 @@ fn rows() -> Vec<Row> {
 }
 
 fn found(budget: &str, by: By) -> Result<(u16, Option<String>, &'static str), String> {
-    let (rows, prices) = (rows(), Prices::read(PRICES).unwrap());
+    let (rows, prices) = (rows(), Prices::read("p", PRICES).unwrap());
     let best = best(&rows, &budget.parse()?, by, &prices, Core::M4F).map_err(|error| error.to_string())?;
     Ok((best.front.stride.get(), best.model.clone(), best.front.format.name()))
 }
