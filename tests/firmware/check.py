@@ -17,7 +17,7 @@ import images
 import kept
 import link
 from boards import BOARDS, ROOT
-from counter import Counter, Setting, formats
+from counter import Counter, Setting, formats, write_samples
 from host import features, host, same
 
 HERE = Path(__file__).resolve().parent
@@ -44,6 +44,7 @@ def clip(wstac, folder):
 def measure(wstac, folder):
     """Builds and runs everything; numbers by core and program."""
     file = clip(wstac, folder)
+    write_samples(wstac, folder / "samples")
     numbers = {board.core: {} for board in BOARDS}
     everything = host(wstac, "run", file, "--json", "--features", "--samples")
     on_host = [record["f"] for record in map(json.loads, everything) if record["kind"] == "features"]

@@ -23,8 +23,6 @@ from counter import FORMATS, Counter, Setting, formats
 KEPT = ROOT / "wstac-linux/trade/prices.json"
 STRIDES = (1, 2, 3, 5)
 KERNELS = ("fixed", "libm", "micromath")
-# Frames of the scene that a format is counted by: its first event is over by then.
-FRAMES = 110
 # Of a count of so many instructions, how far a sum may be off. A tick of the boards' timers is 40 or 63 instructions.
 SLACK = 0.01
 # Format, stride, logarithm, model.
@@ -45,8 +43,8 @@ def less(numbers, base, *keys):
     return {key: numbers[key] - base[key] for key in keys}
 
 
-def measure(counter, chosen, kept):
-    """The prices; `kept` ones stay where models alone are counted."""
+def measure(counter, chosen, kept, save):
+    """The prices, saved as they come; `kept` ones stay where models alone are counted."""
     began, done = time.monotonic(), 0
     cores = json.loads(json.dumps(kept)) if kept else {board.core: {"formats": {}, "ln": {}, "models": {}} for board in BOARDS}
     base = {}
@@ -56,6 +54,7 @@ def measure(counter, chosen, kept):
         for core, numbers in counter.setting(setting, **how).items():
             take(core, numbers)
         done += 1
+        save(cores)
         name = setting.model.name if setting.model else setting.ln
         print(f"{time.monotonic() - began:5.0f} s: {setting.format}, stride {setting.stride}, {name}: as on the host", file=sys.stderr, flush=True)
 
@@ -80,7 +79,7 @@ def measure(counter, chosen, kept):
             def front(core, numbers):
                 cores[core]["formats"].setdefault(format_, {})[str(stride)] = pick(numbers, "frame", "flash", "ram")
 
-            each(Setting(format_, stride), front, frames=FRAMES)
+            each(Setting(format_, stride), front)
     print(f"{done} settings in {time.monotonic() - began:.0f} s", file=sys.stderr)
     return cores
 
@@ -125,7 +124,14 @@ def one(counter, config, model, pixels, core):
     toml = "" if config == "-" else Path(config).read_text()
     model = None if model == "-" else Path(model).resolve()
     programs = counter.build(board.target, pixels, toml, model)
-    return pick(counter.count(board, programs, pixels, toml, model, None), "frame", "event", "flash", "ram")
+    return pick(counter.count(board, programs, pixels, toml, model), "frame", "event", "flash", "ram")
+
+
+def save(cores):
+    """Keeps prices."""
+    found = {"compiler": boards.compiler(), "frame": "400x400, stripes of 8 rows", "cores": cores}
+    KEPT.parent.mkdir(exist_ok=True)
+    KEPT.write_text(json.dumps(found, indent=1) + "\n")
 
 
 def main():
@@ -142,12 +148,10 @@ def main():
     chosen = {Path(name).name: Path(name).resolve() for name in named} or models()
     with tempfile.TemporaryDirectory() as folder:
         counter = Counter(wstac, folder)
-        cores = measure(counter, chosen, kept["cores"] if named else None)
+        cores = measure(counter, chosen, kept["cores"] if named else None, save if keep else lambda cores: None)
         fine = bool(named) or sums(counter, cores)
     if keep:
-        found = {"compiler": boards.compiler(), "frame": "400x400, stripes of 8 rows", "cores": cores}
-        KEPT.parent.mkdir(exist_ok=True)
-        KEPT.write_text(json.dumps(found, indent=1) + "\n")
+        print(f"kept in {KEPT.relative_to(ROOT)}")
     elif kept.get("compiler") != boards.compiler():
         print(f"kept prices are of {kept.get('compiler')}, this is {boards.compiler()}: not compared")
     else:

@@ -1,6 +1,6 @@
 //! What the way from frames to answers costs on a board that QEMU emulates: frames of 400 × 400 [`setup::PIXELS`] from the file `frames`, in
 //! stripes and whole where there is room; their features into the file `features`, and instructions and stack to the console, as JSON
-//! (`ci/firmware`).
+//! (`ci/firmware`). What an answer of the texture model takes is counted of the events, and of the samples in the file `samples`.
 #![no_std]
 #![no_main]
 
@@ -10,6 +10,7 @@ use cortex_m_rt::entry;
 use wstac_core::direction;
 use wstac_core::error::Error;
 use wstac_core::layout::FrameSize;
+use wstac_core::model::file::INPUTS;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed;
 use wstac_core::stream::FeatureStream;
@@ -84,10 +85,11 @@ fn run() -> Result<(), Error> {
         }
     }
     let stack = stack::deepest() - size_of_val(&stripe);
+    let answer = answers(&clock);
     let whole = whole_frames(&clock, FeatureStream::with_floor(camera, setup::FLOOR)?)?;
     let _ = writeln!(
         Console,
-        "{{\"frames\":{},\"events\":{},\"whole\":{whole},\"stripes\":{},\"trigger\":{},\"speed\":{},\"direction\":{},\"texture\":{},\"stack\":{}}}",
+        "{{\"frames\":{},\"events\":{},\"whole\":{whole},\"stripes\":{},\"trigger\":{},\"speed\":{},\"direction\":{},\"texture\":{},\"answer\":{answer},\"stack\":{}}}",
         to_features.times,
         to_speed.times,
         to_features.mean(&clock),
@@ -98,6 +100,23 @@ fn run() -> Result<(), Error> {
         stack,
     );
     Ok(())
+}
+
+/// Instructions of the texture model's answer to one of the samples in the file: what trees take depends on the sample.
+#[inline(never)]
+fn answers(clock: &Clock) -> u64 {
+    let Some(model) = setup::MODEL else { return 0 };
+    let samples = File::open(b"samples\0");
+    let mut cost = Cost::default();
+    let mut bytes = [0; 2 * INPUTS];
+    while samples.read(&mut bytes) {
+        let mut numbers = [0; INPUTS];
+        for (number, bytes) in numbers.iter_mut().zip(bytes.as_chunks::<2>().0) {
+            *number = i16::from_le_bytes(*bytes);
+        }
+        cost.add(clock.ticks(|| texture::texture(&numbers, model)).0);
+    }
+    cost.mean(clock)
 }
 
 /// Instructions from a whole frame to its features: 0 on a board that has no room for one.
