@@ -8,7 +8,7 @@ use wstac_core::frame::Stride;
 use self::axes::{Axes, Scale, Span};
 use self::svg::{Drawing, Look, Marker};
 use super::candidate::Candidate;
-use super::knobs::{Format, Front};
+use super::knobs::{Format, Front, STRIDES};
 use super::prices::{Core, Prices};
 use super::row::Row;
 use crate::config::Kernel;
@@ -77,10 +77,11 @@ fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) 
         Some([price.frame() as f64, row.found.feature[1].max(1e-6)])
     };
     let series = |format| {
-        let strides = super::knobs::STRIDES.into_iter();
-        strides.filter_map(move |stride| at(&Front { format, stride, kernel: Kernel::Fixed })).collect::<Vec<_>>()
+        let of = |stride: Stride| Some((at(&Front { format, stride, kernel: Kernel::Fixed })?, stride.get()));
+        STRIDES.into_iter().filter_map(of).collect::<Vec<_>>()
     };
-    let all: Vec<(Format, Vec<[f64; 2]>)> = Format::ALL.into_iter().map(|format| (format, series(format))).collect();
+    let all: Vec<(Format, Vec<([f64; 2], u16)>)> =
+        Format::ALL.into_iter().map(|format| (format, series(format))).collect();
     let kernels =
         [(Kernel::Libm, Marker::Cross, "GREY, libm ln"), (Kernel::Micromath, Marker::Plus, "GREY, micromath ln")];
     let others: Vec<_> = kernels
@@ -90,24 +91,30 @@ fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) 
             Some((at(&front)?, Look { marker, colour: BLACK, filled: false }, name))
         })
         .collect();
-    let points = || all.iter().flat_map(|(_, points)| points).chain(others.iter().map(|(point, ..)| point)).copied();
-    let spans = Span::of(Scale::Log, points().map(|[x, _]| x)).zip(Span::of(Scale::Log, points().map(|[_, y]| y)));
+    let drawn = all.iter().flat_map(|(_, points)| points.iter().map(|(point, _)| *point));
+    let points: Vec<[f64; 2]> = drawn.chain(others.iter().map(|(point, ..)| *point)).collect();
+    let spans =
+        Span::of(Scale::Log, points.iter().map(|[x, _]| *x)).zip(Span::of(Scale::Log, points.iter().map(|[_, y]| *y)));
     let Some((x, y)) = spans else { return };
     let x_title = format!("instructions a frame, Cortex-{}", core.name());
     let titles = ["a  Formats, strides, logarithms", &x_title, "feature error beside float64, RMS, lit (ln)"];
     let mut axes = Axes::new(drawing, place(0), PANEL, [x, y], titles);
     for (format, points) in &all {
-        axes.line(points, of_format(*format).colour);
-        points.iter().for_each(|point| axes.point(*point, of_format(*format)));
+        let line: Vec<_> = points.iter().map(|(point, _)| *point).collect();
+        axes.line(&line, of_format(*format).colour);
+        line.iter().for_each(|point| axes.point(*point, of_format(*format)));
     }
     others.iter().for_each(|(point, look, _)| axes.point(*point, *look));
+    for (point, stride) in all.iter().flat_map(|(_, points)| points) {
+        axes.label(*point, &stride.to_string());
+    }
     let mut looks: Vec<(Look, &str)> = all
         .iter()
         .filter(|(_, points)| !points.is_empty())
         .map(|(format, _)| (of_format(*format), format.name()))
         .collect();
     looks.extend(others.iter().map(|(_, look, name)| (*look, *name)));
-    axes.legend(&looks, &["Lines from right to left: stride 1, 2, 3, 5."]);
+    axes.legend(&looks, &["Numbers: pixel stride, where there is room."]);
 }
 
 /// Accuracy against instructions an event: models that read the whole sample.

@@ -47,12 +47,15 @@ impl Span {
             return (first..=last).map(|tick| (tick as f64 * step, true)).collect();
         }
         let (first, last) = (self.from.log10().floor() as i32, self.to.log10().ceil() as i32);
-        // Less than a decade and a half: 2 and 5 have numbers, too.
-        let is_short = (self.to / self.from).log10() < 1.7;
-        let decade = |exponent: i32| (1..10).map(move |digit| (exponent, digit));
-        let tick = |(exponent, digit): (i32, i32)| {
-            (f64::from(digit) * 10_f64.powi(exponent), digit == 1 || is_short && (digit == 2 || digit == 5))
+        // Where there are few powers of ten, others have numbers, too.
+        let decades = (self.to / self.from).log10();
+        let named: &[i32] = match decades {
+            decades if decades < 0.8 => &[1, 2, 3, 4, 5, 6, 8],
+            decades if decades < 1.7 => &[1, 2, 5],
+            _ => &[1],
         };
+        let decade = |exponent: i32| (1..10).map(move |digit| (exponent, digit));
+        let tick = |(exponent, digit): (i32, i32)| (f64::from(digit) * 10_f64.powi(exponent), named.contains(&digit));
         let ticks = (first..last).flat_map(decade).map(tick);
         ticks.filter(|(tick, _)| (self.from..=self.to).contains(tick)).collect()
     }
