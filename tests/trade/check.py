@@ -20,7 +20,7 @@ TRADE = ROOT / "wstac-linux/trade"
 PICTURE, PAGE, README = ROOT / "docs/plots/trade.svg", ROOT / "docs/TRADE.md", ROOT / "README.md"
 # Name, the core that it is for, and what may be spent.
 POINTS = (
-    ("smallest", "M0", "M0<100k,flash<32K"),
+    ("smallest", "M0", "M0<160k,flash<32K"),
     ("balanced", "M4F", "M4F<70k,M4F.event<100k,flash<48K"),
     ("most accurate", "M4F", "M4F<2M"),
 )

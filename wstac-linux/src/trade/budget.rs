@@ -142,8 +142,12 @@ impl Budget {
             What::Frame(core) | What::Event(core) => Some(core),
             _ => None,
         };
-        let mut cores: Vec<Core> = self.limits.iter().filter_map(of).collect();
-        cores.dedup();
+        let mut cores: Vec<Core> = Vec::new();
+        for core in self.limits.iter().filter_map(of) {
+            if !cores.contains(&core) {
+                cores.push(core);
+            }
+        }
         if cores.is_empty() {
             let bytes = self.limits.iter().any(|limit| matches!(limit.what, What::Flash | What::Ram));
             cores.extend(bytes.then_some(default));
