@@ -33,16 +33,22 @@ pub fn config(front: &Front) -> String {
     format!("[green]\nyuv = \"{yuv}\"\nstride = {stride}\n[features]\nln = \"{kernel}\"\n")
 }
 
-/// How a setting is built for a board, and run on a host.
-pub fn commands(row: &Row) -> String {
-    let has_model = row.model.is_some();
+/// How a setting in a folder is built for a board, in `wstac-fw`, and run on a host.
+pub fn commands(row: &Row, folder: &Path) -> String {
+    // Builds run elsewhere: the whole path, where it can be told.
+    let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+    let [config, model] = [CONFIG, MODEL].map(|name| folder.join(name).display().to_string());
+    let with_model = |option: &str| row.model.as_ref().map_or_else(String::new, |_| format!(" {option}{model}"));
     let mut text = String::new();
     if let Some(pixels) = row.front.format.pixels() {
-        let model = if has_model { format!(" WSTAC_MODEL={MODEL}") } else { String::new() };
-        let _ = writeln!(text, "WSTAC_PIXELS={pixels} WSTAC_CONFIG={CONFIG}{model} cargo build --release");
+        let model = with_model("WSTAC_MODEL=");
+        // The one real board's program reads GREY; the emulated ones read all.
+        let emulated = "--no-default-features --features emulated --bin emulated";
+        let bin = if pixels == "GREY" { "--bin h743" } else { emulated };
+        let _ = writeln!(text, "WSTAC_PIXELS={pixels} WSTAC_CONFIG={config}{model} cargo build --release {bin}");
     }
-    let model = if has_model { format!(" --model {MODEL}") } else { String::new() };
-    let _ = writeln!(text, "wstac run /dev/video0 --format {} --config {CONFIG}{model}", row.front.format.code());
+    let (code, model) = (row.front.format.code(), with_model("--model "));
+    let _ = writeln!(text, "wstac run /dev/video0 --format {code} --config {config}{model}");
     text
 }
 
