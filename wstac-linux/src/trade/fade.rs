@@ -94,8 +94,7 @@ pub fn tables(all: &[Faded]) -> String {
         let _ = writeln!(text, "| --- |{}", " ---: |".repeat(all.len()));
         let names = all.first().map_or(&[][..], |faded| &faded.rows);
         for (number, row) in names.iter().enumerate() {
-            let cells: Vec<String> =
-                all.iter().filter_map(|faded| faded.rows.get(number)).map(|row| cell(row)).collect();
+            let cells: Vec<String> = all.iter().filter_map(|faded| faded.rows.get(number)).map(cell).collect();
             let _ =
                 writeln!(text, "| {}, {} | {} |", row.front, row.model.as_deref().unwrap_or("none"), cells.join(" | "));
         }

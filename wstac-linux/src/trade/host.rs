@@ -44,7 +44,7 @@ pub fn measure(rows: &mut [Row], models: &[Candidate], config: &Config) -> Resul
         let known = fronts.iter().find(|(front, _)| *front == row.front).map(|(_, frame_ns)| *frame_ns);
         let frame_ns = match known {
             Some(frame_ns) => frame_ns,
-            None => frame(&row.front, config)?,
+            None => frame(row.front, config)?,
         };
         if known.is_none() {
             fronts.push((row.front, frame_ns));
@@ -67,7 +67,7 @@ fn least(times: usize, mut round: impl FnMut()) -> f64 {
 }
 
 /// Of a frame: bytes to features and trigger; of MJPEG, the picture's decoding, too.
-fn frame(front: &Front, config: &Config) -> Result<f64, Error> {
+fn frame(front: Front, config: &Config) -> Result<f64, Error> {
     let script = reference(1.0, front.format)?;
     let sensor = Scene::camera(&script)?;
     let camera = camera(&sensor, front.format, front.stride, config)?;
@@ -98,7 +98,9 @@ fn stream<L: Ln>(format: Format, camera: Camera<Any>, frames: &[Vec<u8>], config
     };
     Ok(least(frames.len(), || {
         if pictures.is_empty() {
-            frames.iter().for_each(|frame| push(frame));
+            for frame in frames {
+                push(frame);
+            }
         }
         for picture in &pictures {
             if let Some(rgb) = decoder.decode(black_box(picture)) {

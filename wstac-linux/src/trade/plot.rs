@@ -69,6 +69,12 @@ fn place(panel: u32) -> [f64; 2] {
     [FIRST[0] + APART * f64::from(panel), FIRST[1]]
 }
 
+/// A point, and its pixel stride.
+type Numbered = ([f64; 2], u16);
+
+/// Frames to the answer, and what answers.
+type Early<'r> = (f64, &'r Row, &'r Candidate);
+
 /// Feature error against instructions a frame: formats, strides and logarithms.
 fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) {
     let at = |front: &Front| {
@@ -80,8 +86,7 @@ fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) 
         let of = |stride: Stride| Some((at(&Front { format, stride, kernel: Kernel::Fixed })?, stride.get()));
         STRIDES.into_iter().filter_map(of).collect::<Vec<_>>()
     };
-    let all: Vec<(Format, Vec<([f64; 2], u16)>)> =
-        Format::ALL.into_iter().map(|format| (format, series(format))).collect();
+    let all: Vec<(Format, Vec<Numbered>)> = Format::ALL.into_iter().map(|format| (format, series(format))).collect();
     let kernels =
         [(Kernel::Libm, Marker::Cross, "GREY, libm ln"), (Kernel::Micromath, Marker::Plus, "GREY, micromath ln")];
     let others: Vec<_> = kernels
@@ -102,9 +107,13 @@ fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) 
     for (format, points) in &all {
         let line: Vec<_> = points.iter().map(|(point, _)| *point).collect();
         axes.line(&line, of_format(*format).colour);
-        line.iter().for_each(|point| axes.point(*point, of_format(*format)));
+        for point in line {
+            axes.point(point, of_format(*format));
+        }
     }
-    others.iter().for_each(|(point, look, _)| axes.point(*point, *look));
+    for (point, look, _) in &others {
+        axes.point(*point, *look);
+    }
     for (point, stride) in all.iter().flat_map(|(_, points)| points) {
         axes.label(*point, &stride.to_string());
     }
@@ -147,7 +156,7 @@ fn accuracy(drawing: &mut Drawing, own: &[(&Row, &Candidate)], prices: &Prices, 
 
 /// Accuracy against latency: models of a kind that read more and more of a sample.
 fn latency(drawing: &mut Drawing, own: &[(&Row, &Candidate)]) {
-    let mut series: Vec<(&str, Vec<(f64, &Row, &Candidate)>)> = Vec::new();
+    let mut series: Vec<(&str, Vec<Early>)> = Vec::new();
     for (row, model) in own {
         let Some(latency) = row.found.latency else { continue };
         let stem = stem(&model.name);

@@ -24,7 +24,8 @@ pub(super) fn choose(arguments: &Arguments, budget: &Budget) -> Result<(), Stop>
     let mut text = table::all(row, own.as_slice(), &prices);
     if let Some(folder) = &arguments.output {
         chosen::write(folder, row, own.as_ref(), &prices)?;
-        text += &format!("\nA board, in wstac-fw, and a host:\n{}", commands(row, folder));
+        text.push_str("\nA board, in wstac-fw, and a host:\n");
+        text.push_str(&commands(row, folder));
     }
     print(&text)
 }
