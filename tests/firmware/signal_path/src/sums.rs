@@ -15,7 +15,15 @@ const SIDE: usize = 400;
 
 unsafe extern "C" {
     /// The plain loop in C.
-    fn peer_sums(stripe: *const u8, first: u32, rows: u32, width: u32, corners: *const [u16; 2], taxel: *const u16, sums: *mut u32);
+    fn peer_sums(
+        stripe: *const u8,
+        first: u32,
+        rows: u32,
+        width: u32,
+        corners: *const [u16; 2],
+        taxel: *const u16,
+        sums: *mut u32,
+    );
 }
 
 /// Adds the bytes of a stripe, whose first row is the frame's `first`, to the taxels that they are of.
@@ -49,7 +57,15 @@ pub fn measure(clock: &Clock, stripe: &[u8; STRIPE]) -> Result<(), Error> {
         ticks[1] += u64::from(clock.ticks(|| plain(stripe, first, &layout, &mut in_rust)).0);
         // SAFETY: the peer reads the stripe's rows, the corners and the side lengths, and writes 25 sums.
         let in_c = || unsafe {
-            peer_sums(stripe.as_ptr(), first as u32, ROWS as u32, SIDE as u32, corners.as_ptr(), taxel.as_ptr(), in_c.as_mut_ptr());
+            peer_sums(
+                stripe.as_ptr(),
+                first as u32,
+                ROWS as u32,
+                SIDE as u32,
+                corners.as_ptr(),
+                taxel.as_ptr(),
+                in_c.as_mut_ptr(),
+            );
         };
         ticks[2] += u64::from(clock.ticks(in_c).0);
     }
