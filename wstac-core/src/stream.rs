@@ -90,8 +90,6 @@ impl<G: Green, L: Ln> FeatureStream<G, L> {
     }
 
     /// Takes the 25 taxel sums of a frame that was summed elsewhere, each at most G · A; larger ones saturate.
-    // A function of its own: how bytes are summed, and what it takes, does not hang on the logarithm then.
-    #[inline(never)]
     pub fn push_taxels(&mut self, taxels: &[u32; TAXELS]) -> Option<FeatureFrame> {
         self.started = true;
         self.present += 1;
