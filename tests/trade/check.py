@@ -4,6 +4,7 @@
     check.py WSTAC            checks the three recommended points, and that the pages show the kept map
     check.py WSTAC --write    writes the kept map's pages: docs/TRADE.md, docs/plots/trade.svg, the points in README.md
     check.py WSTAC --sweep    sweeps, and keeps the map; then the command must be built again
+    check.py WSTAC --fade     lets the light fade, and writes the tables of that in docs/EXTREMES.md
 """
 
 import hashlib
@@ -17,6 +18,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 TRADE = ROOT / "wstac-linux/trade"
+EXTREMES = ROOT / "docs/EXTREMES.md"
 PICTURE, PAGE, README = ROOT / "docs/plots/trade.svg", ROOT / "docs/TRADE.md", ROOT / "README.md"
 # Name, the core that it is for, and what may be spent.
 POINTS = (
@@ -24,6 +26,8 @@ POINTS = (
     ("balanced", "M4F", "M4F<60k,M4F.event<90k"),
     ("most accurate", "M4F", "M4F<2M"),
 )
+# Models that fade in the default setting; the first of them in all others.
+FADING = ("svm", "svm-int8", "svm-20f", "ovr", "forest", "boosted")
 # As a share: how far a sum of prices may be from a count.
 SLACK = 0.01
 
@@ -36,9 +40,9 @@ def run(*command):
     return done.stdout
 
 
-def between(text, name, inside):
+def between(text, name, inside, command="--write"):
     """A page's text with something else between its markers of this name."""
-    begin, end = f"<!-- {name}: ci/trade --write -->", f"<!-- {name} end -->"
+    begin, end = f"<!-- {name}: ci/trade {command} -->", f"<!-- {name} end -->"
     before, rest = text.split(begin)
     return f"{before}{begin}\n\n{inside.strip()}\n\n{end}{rest.split(end)[1]}"
 
@@ -115,6 +119,12 @@ def main():
             with tempfile.TemporaryDirectory() as folder:
                 subprocess.run([wstac, "trade", "-o", folder], stdout=subprocess.DEVNULL, check=True)
                 shutil.copy(Path(folder, "map.csv"), TRADE / "map.csv")
+        case [wstac, "--fade"]:
+            with tempfile.TemporaryDirectory() as folder:
+                models = [word for name in FADING for word in ("--model", f"builtin:{name}")]
+                subprocess.run([wstac, "trade", "--fade", *models, "-o", folder], stdout=subprocess.DEVNULL, check=True)
+                tables = Path(folder, "fade.md").read_text()
+            EXTREMES.write_text(between(EXTREMES.read_text(), "fade", tables, "--fade"))
         case _:
             sys.exit(__doc__)
 
