@@ -83,7 +83,7 @@ fn rows_of(page: &str) -> Vec<Vec<&str>> {
     let mut is_measured = false;
     let mut rows = Vec::new();
     for line in page.lines() {
-        is_measured = (is_measured || line.starts_with("<!-- measured:")) && line != "<!-- end -->";
+        is_measured = (is_measured || line.starts_with("<!-- fade:")) && line != "<!-- fade end -->";
         if is_measured || !line.trim_start().starts_with('|') {
             continue;
         }
@@ -94,7 +94,7 @@ fn rows_of(page: &str) -> Vec<Vec<&str>> {
             rows.push(cells);
         }
     }
-    assert!(!is_measured, "<!-- measured: has no <!-- end -->");
+    assert!(!is_measured, "<!-- fade: has no <!-- fade end -->");
     rows
 }
 
@@ -115,7 +115,7 @@ fn a_test_that_is_left_out_is_none() {
 #[test]
 #[should_panic(expected = "expected | a | b | c | d |")]
 fn a_row_that_lacks_a_cell_is_found() {
-    rows_of("<!-- measured: x -->\n| a | b |\n<!-- end -->\n| a | b | c |\n");
+    rows_of("<!-- fade: x -->\n| a | b |\n<!-- fade end -->\n| a | b | c |\n");
 }
 
 #[test]
