@@ -98,6 +98,9 @@ const fn common_divisor(mut a: i64, mut b: i64) -> i64 {
     a
 }
 
+#[cfg(target_arch = "x86_64")]
+use super::avx2::{Avx2, Cells, Factors};
+
 /// A way from Y, Cb, Cr to green.
 pub trait Conversion: Copy {
     /// What a taxel's pixels are gathered in.
@@ -110,6 +113,13 @@ pub trait Conversion: Copy {
 
     /// Adds one pixel.
     fn add(&self, sum: &mut Self::Sum, y: u8, chroma: Self::Chroma);
+
+    /// Adds the pixels of cells by AVX2; whether it did.
+    #[cfg(target_arch = "x86_64")]
+    #[doc(hidden)]
+    fn add_cells(&self, _sum: &mut Self::Sum, _cells: &Cells<'_>, _avx2: Avx2) -> bool {
+        false
+    }
 
     /// The taxel sum of `pixels` gathered pixels: 0..=255 · pixels.
     fn total(&self, sum: &Self::Sum, pixels: u32) -> u32;
@@ -185,8 +195,28 @@ impl Conversion for Exact {
         *sum += (n as u32 * self.reciprocal) >> 22;
     }
 
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    fn add_cells(&self, sum: &mut u32, cells: &Cells<'_>, avx2: Avx2) -> bool {
+        *sum += avx2.exact(cells, &self.factors());
+        true
+    }
+
     fn total(&self, sum: &u32, _pixels: u32) -> u32 {
         *sum
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Exact {
+    /// The same with fewer bits.
+    #[inline(always)]
+    fn factors(&self) -> Factors {
+        let bits = HIGH_BITS + LOW_BITS - Factors::high_bits(self.luma) - 15;
+        let whole = |(high, low): (i32, i32)| i64::from(high) << LOW_BITS | i64::from(low);
+        let rounded = |parts| (whole(parts) + (1 << (bits - 1))) >> bits;
+        // Values that are integers exactly stay above them with any guard from 6 to 132, the others below the next.
+        Factors::new(self.luma, -rounded(self.cb), -rounded(self.cr), (whole(self.offset) >> bits) + 64)
     }
 }
 
@@ -218,6 +248,14 @@ impl Conversion for Linear {
         sum[0] += u32::from(y);
         sum[1] += u32::from(cb);
         sum[2] += u32::from(cr);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    fn add_cells(&self, sum: &mut [u32; 3], cells: &Cells<'_>, avx2: Avx2) -> bool {
+        let Some([y, cb, cr]) = cells.sums(avx2) else { return false };
+        *sum = [sum[0] + y, sum[1] + cb, sum[2] + cr];
+        true
     }
 
     fn total(&self, sum: &[u32; 3], pixels: u32) -> u32 {
