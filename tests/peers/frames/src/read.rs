@@ -3,6 +3,7 @@
 use wstac_core::layout::Layout;
 
 /// Bytes that are read at a time.
+#[cfg(target_arch = "x86_64")]
 const VECTOR: usize = 32;
 
 /// A number that all bytes under the taxels make.
@@ -22,34 +23,37 @@ fn with_avx2(frame: &[u8], bytes_per_row: usize, layout: &Layout, pixel: usize) 
     match usize::from(layout.taxel()[0]) * pixel {
         90 => rows::<90>(frame, bytes_per_row, layout, pixel),
         180 => rows::<180>(frame, bytes_per_row, layout, pixel),
-        270 => rows::<270>(frame, bytes_per_row, layout, pixel),
         _ => any(frame, bytes_per_row, layout, pixel),
     }
 }
 
-#[inline(always)]
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
 fn rows<const BYTES: usize>(frame: &[u8], bytes_per_row: usize, layout: &Layout, pixel: usize) -> u64 {
-    // Four vectors that do not wait for each other.
-    let mut sums = [[0_u64; VECTOR / 8]; 4];
+    use std::arch::x86_64::{_mm256_add_epi64, _mm256_loadu_si256, _mm256_setzero_si256, _mm256_storeu_si256};
+    // Four sums that do not wait for each other.
+    let mut sums = [_mm256_setzero_si256(); 4];
+    let height = usize::from(layout.taxel()[1]);
     for [x, y] in layout.corners().map(|corner| corner.map(usize::from)) {
-        for row in y..y + usize::from(layout.taxel()[1]) {
-            let row = &frame[row * bytes_per_row + x * pixel..][..BYTES];
-            for (index, vector) in row.as_chunks().0.iter().enumerate() {
-                add(&mut sums[index % 4], vector);
-            }
-            if let Some(vector) = row.last_chunk() {
-                add(&mut sums[3], vector);
+        let block = &frame[y * bytes_per_row + x * pixel..][..(height - 1) * bytes_per_row + BYTES];
+        for row in 0..height {
+            // SAFETY: the block has as many rows of as many bytes; the last vector ends with the row, and may have bytes of the one before.
+            unsafe {
+                let row = block.as_ptr().add(row * bytes_per_row);
+                for index in 0..BYTES / VECTOR {
+                    let vector = _mm256_loadu_si256(row.add(index * VECTOR).cast());
+                    sums[index % 4] = _mm256_add_epi64(sums[index % 4], vector);
+                }
+                sums[3] = _mm256_add_epi64(sums[3], _mm256_loadu_si256(row.add(BYTES - VECTOR).cast()));
             }
         }
     }
-    sums.as_flattened().iter().fold(0, |all, sum| all.wrapping_add(*sum))
-}
-
-#[inline(always)]
-fn add(sum: &mut [u64; VECTOR / 8], vector: &[u8; VECTOR]) {
-    for (sum, word) in sum.iter_mut().zip(vector.as_chunks().0) {
-        *sum = sum.wrapping_add(u64::from_le_bytes(*word));
+    let mut words = [[0_u64; VECTOR / 8]; 4];
+    for (words, sum) in words.iter_mut().zip(sums) {
+        // SAFETY: there is room for a vector.
+        unsafe { _mm256_storeu_si256(words.as_mut_ptr().cast(), sum) };
     }
+    words.as_flattened().iter().fold(0, |all, word| all.wrapping_add(*word))
 }
 
 /// Where the machine or the width is another: whatever the compiler makes of it.

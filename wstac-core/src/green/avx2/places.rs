@@ -3,15 +3,13 @@
 //! too: of a cell of which one pixel counts.
 
 use core::arch::x86_64::{
-    __m256i, _mm256_add_epi16, _mm256_add_epi32, _mm256_and_si256, _mm256_blend_epi32, _mm256_set1_epi32,
-    _mm256_setzero_si256, _mm256_slli_epi16, _mm256_srli_epi16, _mm256_srli_epi32, _mm256_storeu_si256,
-    _mm256_sub_epi16,
+    __m256i, _mm256_add_epi16, _mm256_add_epi32, _mm256_and_si256, _mm256_blend_epi32, _mm256_hadd_epi32,
+    _mm256_set1_epi32, _mm256_setzero_si256, _mm256_slli_epi16, _mm256_srli_epi16, _mm256_srli_epi32,
+    _mm256_storeu_si256, _mm256_sub_epi16,
 };
 
 use super::{VECTOR, Wide, load};
 
-/// Rows that are summed side by side, in lanes of their own.
-const ROWS: usize = 2;
 /// Additions of bytes that 16 bits have room for.
 const ROOM: usize = 257;
 /// Bytes of which a row's fit.
@@ -31,51 +29,52 @@ pub(in crate::green) struct Places {
 /// The sums of a block, which is no wider than [`MOST_WIDTH`].
 #[target_feature(enable = "avx2")]
 pub(super) fn sums(wide: Wide<'_>) -> Places {
-    let (before, last, tail) = (wide.before(), wide.last(), wide.tail());
-    let (rows, pitch) = (wide.0.rows(), wide.0.bytes_per_row());
-    let (mut lanes, mut ends) = ([Lanes::new(); ROWS], Lanes::new());
+    // Of rows of usual widths the loop over vectors is written out, for a third less time.
+    match wide.before() {
+        2 => of_vectors::<2>(wide),
+        3 => of_vectors::<3>(wide),
+        4 => of_vectors::<4>(wide),
+        5 => of_vectors::<5>(wide),
+        6 => of_vectors::<6>(wide),
+        7 => of_vectors::<7>(wide),
+        8 => of_vectors::<8>(wide),
+        _ => of_vectors::<0>(wide),
+    }
+}
+
+/// The same, with `BEFORE` vectors before the last one of a row; any number if it is 0.
+#[inline]
+#[target_feature(enable = "avx2")]
+fn of_vectors<const BEFORE: usize>(wide: Wide<'_>) -> Places {
+    let before = if BEFORE == 0 { wide.before() } else { BEFORE };
+    let (last, tail) = (wide.last(), wide.tail());
+    let (mut lanes, mut ends) = (Lanes::new(), Lanes::new());
     let (mut sums, mut end_sums) = ([_mm256_setzero_si256(); 4], [_mm256_setzero_si256(); 4]);
-    // Of the lanes of one row; those of the ends are added to once a row.
     let mut room = ROOM;
     let mut row = wide.0.bytes().as_ptr();
-    for turn in 0..rows.div_ceil(ROWS) {
-        if room < (before + 1).max(ROWS) {
-            for lanes in &mut lanes {
-                lanes.move_to(&mut sums);
-            }
+    for _ in 0..wide.0.rows() {
+        if room <= before {
+            lanes.move_to(&mut sums);
             ends.move_to(&mut end_sums);
             room = ROOM;
         }
-        room -= (before + 1).max(ROWS);
-        let starts: [_; ROWS] = core::array::from_fn(|index| row.wrapping_add(index * pitch));
-        // The last turn may have a row less.
-        let there = (rows - ROWS * turn).min(ROWS);
-        if there == ROWS {
-            for index in 0..before {
-                for (lanes, start) in lanes.iter_mut().zip(starts) {
-                    // SAFETY: a block has as many rows, each with whole vectors up to there.
-                    lanes.add(unsafe { load(start.wrapping_add(VECTOR * index)) });
-                }
-            }
-        } else {
-            for index in 0..before {
-                // SAFETY: as above.
-                lanes[0].add(unsafe { load(row.wrapping_add(VECTOR * index)) });
-            }
+        room -= before + 1;
+        for index in 0..before {
+            // SAFETY: a block has as many rows, each with whole vectors up to there.
+            lanes.add(unsafe { load(row.wrapping_add(VECTOR * index)) });
         }
-        for (lanes, start) in lanes.iter_mut().zip(starts).take(there) {
-            // SAFETY: these are the first and the last bytes of a row, which is a vector wide at least.
-            let (first, last) = unsafe { (load(start), load(start.wrapping_add(last))) };
-            lanes.add(_mm256_and_si256(last, tail));
-            ends.add(_mm256_blend_epi32::<0xF0>(first, last));
-        }
-        row = row.wrapping_add(ROWS * pitch);
+        // SAFETY: these are the first and the last bytes of a row, which is a vector wide at least.
+        let (first, last) = unsafe { (load(row), load(row.wrapping_add(last))) };
+        lanes.add(_mm256_and_si256(last, tail));
+        ends.add(_mm256_blend_epi32::<0xF0>(first, last));
+        row = row.wrapping_add(wide.0.bytes_per_row());
     }
-    for lanes in &mut lanes {
-        lanes.move_to(&mut sums);
-    }
+    lanes.move_to(&mut sums);
     ends.move_to(&mut end_sums);
-    let all = sums.map(|sum| numbers(sum).iter().fold(0, |all: u32, sum| all.wrapping_add(*sum)));
+    let [a, b, c, d] = sums;
+    let fours = _mm256_hadd_epi32(_mm256_hadd_epi32(a, b), _mm256_hadd_epi32(c, d));
+    let [e, f, g, h, i, j, k, l] = numbers(fours);
+    let all = [e.wrapping_add(i), f.wrapping_add(j), g.wrapping_add(k), h.wrapping_add(l)];
     let [a, b, c, d] = end_sums.map(|sum| numbers(sum));
     Places { all, first: [a[0], b[0], c[0], d[0]], last: [a[7], b[7], c[7], d[7]] }
 }
