@@ -35,7 +35,7 @@ pub(super) fn sum<const PERIOD: usize, const PLACE: usize>(wide: Wide<'_>) -> u3
     // A row's end is at a multiple of the period, so its last vector is as one at -32, which is as one at 64.
     let tail = _mm256_and_si256(tail, masks[MASKS - 1]);
     // Where vectors are whole periods, one mask is all there are.
-    let mask = |index: usize| if VECTOR % PERIOD == 0 { masks[0] } else { masks[index % MASKS] };
+    let mask = |index: usize| if VECTOR.is_multiple_of(PERIOD) { masks[0] } else { masks[index % MASKS] };
     let mut sums = [_mm256_setzero_si256(); ROWS];
     let mut row = block.bytes().as_ptr();
     for _ in 0..block.rows() / ROWS {

@@ -106,8 +106,8 @@ impl Cells<'_> {
                         let column = |at: fn(&[u8]) -> Option<&u8>| {
                             plane.each_row().map(|row| at(row).map_or(0, |&byte| u32::from(byte))).sum::<u32>()
                         };
-                        let first = if left == 1 { column(|row| row.first()) } else { 0 };
-                        let last = if right == 1 { column(|row| row.last()) } else { 0 };
+                        let first = if left == 1 { column(<[u8]>::first) } else { 0 };
+                        let last = if right == 1 { column(<[u8]>::last) } else { 0 };
                         Some([2 * avx2.sum::<1, 0>(plane)? - first - last])
                     })?;
                     Some(sum)
