@@ -8,7 +8,7 @@ use core::arch::x86_64::{
     _mm256_storeu_si256, _mm256_sub_epi16,
 };
 
-use super::{VECTOR, Wide, load};
+use super::{AHEAD, VECTOR, Wide, load, prefetch};
 
 /// Additions of bytes that 16 bits have room for.
 const ROOM: usize = 257;
@@ -59,6 +59,7 @@ fn of_vectors<const BEFORE: usize>(wide: Wide<'_>) -> Places {
             room = ROOM;
         }
         room -= before + 1;
+        prefetch(row.wrapping_add(AHEAD * wide.0.bytes_per_row()), VECTOR * before + 1);
         for index in 0..before {
             // SAFETY: a block has as many rows, each with whole vectors up to there.
             lanes.add(unsafe { load(row.wrapping_add(VECTOR * index)) });
