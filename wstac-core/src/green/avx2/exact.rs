@@ -11,7 +11,8 @@ use core::arch::x86_64::{
     _mm256_setzero_si256, _mm256_shuffle_epi8, _mm256_sra_epi16, _mm256_srai_epi32, _mm256_srli_epi16,
 };
 
-use super::{Cells, Chroma, VECTOR, load, quads, vector};
+use super::{AHEAD, Cells, Chroma, VECTOR, load, prefetch, quads, vector};
+use crate::frame::Block;
 
 /// Cells of a vector.
 pub(super) const CELLS: usize = 8;
@@ -63,16 +64,18 @@ pub(super) fn sum(cells: &Cells<'_>, factors: &Factors) -> u32 {
 #[target_feature(enable = "avx2")]
 fn of_range<const LIMITED: bool>(cells: &Cells<'_>, factors: &Factors) -> u32 {
     let (lanes, luma) = (Lanes::<LIMITED>::new(factors), cells.luma);
+    let ahead = |row: &[u8], block: Block<'_>| {
+        prefetch(row.as_ptr().wrapping_add(AHEAD * block.bytes_per_row()), block.width());
+    };
+    let rows = luma.each_row().enumerate().inspect(|(_, row)| ahead(row, luma));
     match cells.chroma {
-        Chroma::Within(0) => of_rows(lanes, luma.width() / 4, cells.beside, luma.each_row().map(Packed::<0>)),
-        Chroma::Within(_) => of_rows(lanes, luma.width() / 4, cells.beside, luma.each_row().map(Packed::<1>)),
+        Chroma::Within(0) => of_rows(lanes, luma.width() / 4, cells.beside, rows.map(|(_, row)| Packed::<0>(row))),
+        Chroma::Within(_) => of_rows(lanes, luma.width() / 4, cells.beside, rows.map(|(_, row)| Packed::<1>(row))),
         Chroma::Pairs(pairs, shared) => {
-            let rows = luma.each_row().enumerate();
             let rows = rows.map(|(y, luma)| Pairs { luma, chroma: pairs.row(shared.row(y)) });
-            of_rows(lanes, luma.width() / 2, cells.beside, rows)
+            of_rows(lanes, luma.width() / 2, cells.beside, rows.inspect(|row| ahead(row.chroma, pairs)))
         }
         Chroma::Planes([cb, cr], shared) => {
-            let rows = luma.each_row().enumerate();
             let rows = rows.map(|(y, luma)| Planes { luma, cb: cb.row(shared.row(y)), cr: cr.row(shared.row(y)) });
             of_rows(lanes, luma.width() / 2, cells.beside, rows)
         }
