@@ -7,9 +7,11 @@
 //!
 //! | | plain | here |
 //! | --- | ---: | ---: |
-//! | GREY | 0 | 0 |
-//! | YUYV `Linear` | 0 | 0 |
-//! | YUYV `Exact` | 0 | 0 |
+//! | GREY | 23 | 4.1 |
+//! | YUYV `Linear` | 105 | 8.7 |
+//! | YUYV `Exact` | 377 | 38 |
+//! | RGB24 | 61 | 15 |
+//! | Y16 | 27 | 8.4 |
 //!
 //! All are tested to give the sums of the plain ways, which other machines take.
 #![allow(unsafe_code)]
