@@ -44,18 +44,18 @@ def rows(library, measure):
     native = Native(library, "GREY", 1280, 720, 90, spread(1280, 720, 90))
     made = rng.integers(0, 256, native.frame_bytes, dtype=np.uint8)
     contestants = {step: (lambda s=step: native.features(made, 1, s), 1) for step in STEPS}
-    yield row("GREY: frames", 1, measure(contestants, 200))
+    yield row("GREY: frames, of one call from Python", 1, measure(contestants, 200), "the call")
     # What making the forest takes is taken off again.
     fewer, more = (measure({s: (lambda s=s: Native.forest(library, s, n), 1) for s in STEPS}, 100) for n in (100, 1100))
     yield row("trees of seven splits a way, from 1", 1, {step: (more[step] - fewer[step]) / 1000 for step in STEPS})
 
 
-def row(what, expected, least):
+def row(what, expected, least, constant="what each taxel or answer costs whatever its size"):
     costs = [least[step] for step in STEPS]
     found = exponent(costs)
     word = f"{expected}"
     if found < expected - NEAR:
-        word += ": what every frame or answer costs whatever its size weighs in the small ones"
+        word += f": {constant} weighs in the small ones"
     elif found > expected + NEAR:
         word += ": larger ones leave the nearer caches"
     return what, costs, found, word
