@@ -118,15 +118,19 @@ impl<'a> Block<'a> {
     }
 
     /// Row `row` of them; nothing if there are not as many.
+    #[cfg(target_arch = "x86_64")]
     #[inline(always)]
-    pub fn row(self, row: usize) -> &'a [u8] {
+    pub(crate) fn row(self, row: usize) -> &'a [u8] {
         let at = row * self.bytes_per_row;
         self.bytes.get(at..at + self.width).unwrap_or_default()
     }
 
     /// The rows, each `width` bytes.
     pub fn each_row(self) -> impl Iterator<Item = &'a [u8]> {
-        (0..self.rows).map(move |row| self.row(row))
+        (0..self.rows).map(move |row| {
+            let at = row * self.bytes_per_row;
+            self.bytes.get(at..at + self.width).unwrap_or_default()
+        })
     }
 }
 
