@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Arbitrary Y4M streams through `wstac run` and through this reference: both must say the same.
 
-    agree.py WSTAC [COUNT [SEED]]
+    agree.py WSTAC [COUNT | SECONDSs [SEED]]
 
-Formats, sizes (odd ones too), rates, configurations and pictures are drawn from a seed. Features may differ by one
-unit of 2^-11; events, bounds, durations, directions and ends may not differ at all.
+So many streams, or, as in 3600s, as many as can be started within so many seconds. Formats, sizes (odd ones too), rates,
+configurations and pictures are drawn from a seed. Features may differ by one unit of 2^-11; events, bounds, durations,
+directions and ends may not differ at all.
 """
 
 from __future__ import annotations
@@ -13,6 +14,9 @@ import json
 import subprocess
 import sys
 import tempfile
+import time
+from collections.abc import Iterator
+from itertools import count, takewhile
 from pathlib import Path
 from typing import Any
 
@@ -116,11 +120,20 @@ def differences(found: dict[str, Any], expected: dict[str, Any]) -> list[str]:
     return wrong
 
 
+def drawn(how_many: str) -> Iterator[int]:
+    """0, 1, 2 …: `80` of them, or, for `60s`, those that come up within a minute."""
+    if not how_many.endswith("s"):
+        yield from range(int(how_many))
+        return
+    end = time.monotonic() + float(how_many[:-1])
+    yield from takewhile(lambda _: time.monotonic() < end, count())
+
+
 def main() -> int:
-    wstac, count, seed = sys.argv[1], int((sys.argv[2:] or [60])[0]), int((sys.argv[3:] or [1])[0])
+    wstac, how_many, seed = sys.argv[1], (sys.argv[2:] or ["60"])[0], int((sys.argv[3:] or [1])[0])
     totals = {"streams": 0, "features": 0, "one unit off": 0, "events": 0}
     failed = 0
-    for number in range(count):
+    for number in drawn(how_many):
         rng = np.random.default_rng([seed, number])
         with tempfile.TemporaryDirectory() as folder:
             clip, config = Path(folder, "clip.y4m"), Path(folder, "wstac.toml")

@@ -40,8 +40,8 @@ class Candidate:
             vote_for_one(model)
         return model
 
-    def save(self, model: Any, folder: Path) -> tuple[Path, list[str]]:
-        """The trainer's file, and all options that its import needs."""
+    def save(self, model: Any, folder: Path, inputs: int = 700) -> tuple[Path, list[str]]:
+        """The trainer's file of a model of so many inputs, and all options that its import needs."""
         if isinstance(model, XGBClassifier):
             path = folder / f"{self.kind}.json"
             model.save_model(path)
@@ -50,7 +50,7 @@ class Candidate:
         with warnings.catch_warnings():
             # The converter reads attributes that scikit-learn will drop.
             warnings.simplefilter("ignore", FutureWarning)
-            onnx = skl2onnx.convert_sklearn(model, initial_types=[("X", FloatTensorType([None, 700]))])
+            onnx = skl2onnx.convert_sklearn(model, initial_types=[("X", FloatTensorType([None, inputs]))])
         path.write_bytes(onnx.SerializeToString())
         return path, list(self.options)
 

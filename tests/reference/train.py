@@ -4,6 +4,7 @@
     WSTAC=… train.py measure RESULTS [--only KIND] [--repeats N]  # the paper's table 2, and tests that are fair to use
     train.py page RESULTS PAGE.md                                 # the page about them
     WSTAC=… train.py models FOLDER                                # the models that are shipped, and README.md about them
+    WSTAC=… train.py trade FOLDER                                 # the models that `wstac trade` compares with them
 
 Seeds are fixed and every fit has one thread. So the same command gives the same bytes again; another processor's
 floating point may change a linear model's last digits.
@@ -19,6 +20,7 @@ from pathlib import Path
 import shipped
 import table2
 import texture_report
+import trade_models
 from report import STUDENT, paragraph
 
 
@@ -44,12 +46,16 @@ def main() -> int:
     page.add_argument("page", type=Path, help="file to write")
     models = commands.add_parser("models", help="the models that are shipped")
     models.add_argument("folder", type=Path, help="where to write them")
+    trade = commands.add_parser("trade", help="the models that are compared with those that are shipped")
+    trade.add_argument("folder", type=Path, help="where to write those that are not there yet")
     arguments = parser.parse_args()
     if arguments.what == "measure":
         table2.measure(arguments.results, arguments.repeats, arguments.only)
     elif arguments.what == "page":
         results = texture_report.results_of(arguments.results.read_text().splitlines())
         arguments.page.write_text(texture_report.page(results, how()))
+    elif arguments.what == "trade":
+        trade_models.write(arguments.folder)
     else:
         shipped.write(arguments.folder)
     return 0

@@ -92,6 +92,10 @@ impl<L: Ln> FeatureScale<L> {
     }
 
     /// ln `sum` − ln(full scale), rounded to the nearest 2^-11, floored.
+    ///
+    /// Error: half a unit of rounding and the kernel's own error e in each of two logarithms, 1/2 + 2 · 2048 · e units of 2^-11 from
+    /// the real number, above −16, where it saturates: 0.507 with [`Fixed<256>`](Fixed), 1.033 with `Fixed<32>`, 0.50003 with
+    /// `libm`, 0.763 with `micromath`. The floor and zero do not add to that: what is held at a bound moves no further apart.
     #[inline(always)]
     pub fn feature(&self, sum: u32) -> i16 {
         if sum == 0 {

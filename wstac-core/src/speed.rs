@@ -39,6 +39,12 @@ impl Law {
     pub const PHYSICAL: Self = Self::Physical { track: TRACK_LENGTH, afterglow: AFTERGLOW_FRAMES };
 
     /// Speed in mm/s of a slide that lasted `frames` at 30 a second; nothing where the law has no finite speed.
+    ///
+    /// Error, as a share of the speed, with u = 2^-24 for what one operation on 32 bits rounds by: `frames` is off by up to six of
+    /// them, intercept and slope by one each. Their difference is then off by (intercept + 6 D) u, which the law multiplies by
+    /// ln 10 / slope; three operations and the two parameters add 5 |ln v| u, and e^x 3 u. So `Paper` is off by at most
+    /// ((intercept + 6 D) ln 10 / slope + 5 |ln v| + 3) u: 2.5e-6 from 100 to 200 mm/s. `Physical` is off by at most
+    /// ((6 D + afterglow) / (D − afterglow) + 5) u, 8e-7 there, and more towards its pole.
     pub fn speed(&self, frames: f32) -> Option<f32> {
         let mm_s = match *self {
             Self::Paper { intercept, slope } => libm::expf((intercept - frames) / slope * core::f32::consts::LN_10),
@@ -199,6 +205,9 @@ pub enum NoSpeed {
 }
 
 /// First and last valid frame of an event's sample; nothing where no frame is valid.
+///
+/// A frame is valid exactly where a feature is above ln threshold, so it differs from the real light's only where that is within a
+/// feature's own error of the threshold: 0.507 units of 2^-11, 0.025 % of the light.
 pub fn duration(event: &Event<'_>, config: &SpeedConfig) -> Option<Duration> {
     match config.on {
         ThresholdOn::Absolute => {

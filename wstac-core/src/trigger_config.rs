@@ -7,6 +7,17 @@ use crate::params::{
 };
 
 /// How a window's threshold follows from the baseline η.
+///
+/// Sums and comparisons are exact, so a decision differs from that of real numbers only by what features and parameters were
+/// rounded by. With ε for a feature's error ([`FeatureScale::feature`](crate::features::FeatureScale::feature), 0.507 units of
+/// 2^-11) a sum of m features is off by m ε, and so is η, a mean of such sums; b and m · margin are off by 2^-17 and m · 2^-17.
+/// So the edge of the decision is off by at most, in units of 2^-11 in a window sum,
+///
+/// - `Literal`: m ε + (b + 2^-17) m ε + |η| 2^-17,
+/// - `Signed`: 2 m ε + max((b + 2^-17 − 1) m ε + |η| 2^-17, m 2^-6),
+///
+/// and wherever the real window sum is further from the real threshold than that, both decide alike. With the default parameters
+/// it is 5.94 units, or 1.19 units a frame: 0.058 % of the light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

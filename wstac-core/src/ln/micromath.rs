@@ -1,4 +1,4 @@
-//! ln by `micromath` in 32-bit floating point: small code on a core with an FPU, off by up to 6e-5, not monotone.
+//! ln by `micromath` in 32-bit floating point: small code on a core with an FPU, off by up to 6.4e-5, not monotone.
 
 use super::{LN_FRACTION_BITS, Ln};
 use ::micromath::F32Ext;

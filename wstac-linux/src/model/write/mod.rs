@@ -42,7 +42,9 @@ pub struct Written {
     pub words: Vec<u32>,
     /// How far decisions are those of the trained model, in words.
     pub exactness: String,
-    /// By how much a score of a linear model, in its own units, may be off for any sample; 0 for trees.
+    /// By how much a score of a linear model, in its own units, may be off for the features of a camera of 8 bits: what its weights
+    /// and its bias were rounded by, each weight's times the feature's end that makes it worse, of the row that is worst. Sums
+    /// of products are exact. 0 for trees.
     pub score_bound: f64,
 }
 

@@ -1,0 +1,141 @@
+//! A day of a simulated sensor's frames: every slide is an event, nothing else is, and none is different for what came before.
+
+use std::fmt::Write;
+
+use wstac_core::direction::{self, Direction};
+use wstac_core::green::any::{Any, YcbcrMethod};
+use wstac_core::layout::Layout;
+use wstac_core::ln::fixed::Fixed;
+use wstac_core::params::TAXELS;
+use wstac_core::rate::FrameRate;
+use wstac_core::speed::{self, NoSpeed, Speed, SpeedConfig};
+use wstac_core::stream::FeatureStream;
+use wstac_core::taxels::Camera;
+use wstac_core::trigger::{Trigger, TriggerConfig};
+use wstac_linux::scene::Script;
+use wstac_linux::source::scene::SceneSource;
+use wstac_linux::source::{Item, Source, StreamInfo};
+use wstac_tests::OwnedEvent;
+
+use crate::how_many;
+
+/// Dark frames after each slide: three minutes. 480 of them are a day of 2,592,000 frames.
+const GAP: u64 = 5400;
+/// Frames before a slide at which a second trigger starts afresh: a baseline of 25, a backtrack of 10, and some to spare.
+const BEFORE: u64 = 60;
+/// Windows are this long and start at its multiples, in a trigger that starts at one of them too.
+const WINDOW: u64 = 5;
+
+/// The core from taxel sums to answers.
+struct Sensor {
+    stream: FeatureStream<Any, Fixed>,
+    trigger: Trigger,
+    speed: SpeedConfig,
+}
+
+/// An event with its answers.
+#[derive(Clone, Debug, PartialEq)]
+struct Answered {
+    event: OwnedEvent,
+    direction: Direction,
+    speed: Result<Speed, NoSpeed>,
+}
+
+impl Sensor {
+    fn starting_at(info: &StreamInfo, frame: u64) -> Self {
+        let green = Any::new(info.format, info.colour, YcbcrMethod::Exact);
+        let camera = Camera::new(green, Layout::paper(info.size).unwrap(), info.rate).unwrap();
+        Self {
+            stream: FeatureStream::new(camera, 0.5).unwrap(),
+            trigger: Trigger::starting_at(TriggerConfig::default(), frame),
+            speed: SpeedConfig::paper(FrameRate::NOMINAL),
+        }
+    }
+
+    fn push(&mut self, sums: &[u32; TAXELS]) -> Option<Answered> {
+        let frame = self.stream.push_taxels(sums)?;
+        let event = self.trigger.push(frame.features, frame.patched)?;
+        let (direction, speed) = (direction::direction(&event), speed::speed(&event, &self.speed));
+        Some(Answered { event: OwnedEvent::from(event), direction, speed })
+    }
+}
+
+/// Slides of every specimen, direction and speed of the paper, three minutes apart, as taxel sums.
+fn script(slides: u64) -> Script {
+    let mut text =
+        format!("seed = 20\nlead_in = 100\ngap = {GAP}\nfidelity = \"taxel\"\n[sensor]\nformat = \"GREY\"\n");
+    let specimens = ["Fla0", "Sin2", "Saw3", "Tri4", "Sin3", "Saw4", "Tri2", "Sin4", "Saw2", "Tri3"];
+    for slide in 0..slides {
+        let specimen = specimens[slide as usize % specimens.len()];
+        let (speed, direction) = (100 + 10 * (slide % 11), 90 * (slide / 3 % 4));
+        let _ = write!(text, "[[slide]]\nspecimen = \"{specimen}\"\nspeed = {speed}\ndirection = {direction}\n");
+    }
+    Script::from_toml("a day", &text).unwrap()
+}
+
+/// What is printed of some slides: where their events start, before the first touch, and how far their speeds are off.
+fn summary(name: &str, found: &[(i64, f64)]) -> String {
+    let mean = |of: fn(&(i64, f64)) -> f64| found.iter().map(of).sum::<f64>() / found.len().max(1) as f64;
+    format!(
+        "{name}: events start {:.2} frames before the first touch, speeds are off by {:.2} %",
+        -mean(|slide| slide.0 as f64),
+        100.0 * mean(|slide| slide.1)
+    )
+}
+
+/// Every slide is one event, in its place, with its direction; the dark between slides is none; and a trigger that starts anew
+/// before each slide says the same of it.
+#[test]
+fn a_day_has_the_events_of_its_slides_and_no_others() {
+    // 480 in `ci/long`: 24 hours.
+    let slides = how_many("WSTAC_LONG_SLIDES", 12);
+    let mut source = SceneSource::new(&script(slides)).unwrap();
+    let (info, truth) = (source.info().clone(), source.truth().to_vec());
+    let mut sensor = Sensor::starting_at(&info, 0);
+    let (mut restarted, mut waiting) =
+        (None, truth.iter().map(|slide| (slide.start_frame() - BEFORE) / WINDOW * WINDOW));
+    let mut next_restart = waiting.next();
+    let (mut found, mut frame, mut first_thresholds) = (Vec::new(), 0, None);
+    let mut differences = Vec::new();
+    while let Item::Taxels(sums) = source.next().unwrap() {
+        if next_restart == Some(frame) {
+            restarted = Some(Sensor::starting_at(&info, frame));
+            next_restart = waiting.next();
+        }
+        let event = sensor.push(&sums);
+        let afresh = restarted.as_mut().and_then(|restarted: &mut Sensor| restarted.push(&sums));
+        frame += 1;
+        first_thresholds = first_thresholds.or(sensor.trigger.thresholds().copied());
+        // Their baselines are of other frames, so of other noise; all that follows from the light is the same.
+        assert_eq!(event.is_some(), afresh.is_some(), "frame {frame}: {event:?} {afresh:?}");
+        let (Some(event), Some(afresh)) = (event, afresh) else { continue };
+        differences.push(event.direction.confidence.abs_diff(afresh.direction.confidence));
+        let without_baseline = |answered: &Answered| {
+            let event = OwnedEvent { totals: [0; 10], ..answered.event.clone() };
+            (event, answered.direction.heading, answered.speed)
+        };
+        assert_eq!(without_baseline(&event), without_baseline(&afresh));
+        let slide = &truth[found.len()];
+        let offset = event.event.frame as i64 - slide.start_frame() as i64;
+        assert!((-14..=-6).contains(&offset), "event {} of a slide from {}", event.event.frame, slide.start);
+        assert_eq!(event.direction.heading, Ok(slide.slide.heading), "slide from {}", slide.start);
+        let speed = f64::from(event.speed.unwrap().mm_s);
+        found.push((offset, (speed / slide.slide.speed_mm_s - 1.0).abs()));
+    }
+    assert_eq!(found.len() as u64, slides);
+    assert!(frame >= slides * GAP);
+    assert!(sensor.trigger.finish().is_none());
+    let end = sensor.trigger.end();
+    assert_eq!((end.frames, end.baseline_quiet, end.incomplete), (frame, true, None));
+    assert_eq!(sensor.trigger.thresholds().copied(), first_thresholds, "thresholds do not move");
+    println!(
+        "{frame} frames, {:.2} hours: {slides} slides, {} events, none besides; after a restart before each slide the same, \
+         confidences within {:.4}",
+        frame as f64 / 30.0 / 3600.0,
+        found.len(),
+        f64::from(differences.into_iter().max().unwrap_or(0)) / 32_768.0
+    );
+    let quarter = found.len().div_ceil(4);
+    println!("{}", summary("the first quarter", &found[..quarter]));
+    println!("{}", summary("the last quarter", &found[found.len() - quarter..]));
+}
