@@ -15,15 +15,15 @@ class Native:
 
     def __init__(self, library, name, width, height, taxel, corners):
         self.name, self.library = name, library
-        library.open.restype = ctypes.c_void_p
-        library.frame_bytes.restype = ctypes.c_size_t
-        library.read.restype = ctypes.c_uint64
+        library.wstac_open.restype = ctypes.c_void_p
+        library.wstac_frame_bytes.restype = ctypes.c_size_t
+        library.wstac_read.restype = ctypes.c_uint64
         layout = np.array([(taxel, taxel), *corners], dtype=np.uint16)
         number = self.FORMATS.index(name)
-        self.stream = ctypes.c_void_p(library.open(number, width, height, ctypes.c_void_p(layout.ctypes.data)))
+        self.stream = ctypes.c_void_p(library.wstac_open(number, width, height, ctypes.c_void_p(layout.ctypes.data)))
         if not self.stream:
             raise ValueError(f"no stream of {name}, {width} x {height}, taxels of {taxel}")
-        self.frame_bytes = library.frame_bytes(self.stream)
+        self.frame_bytes = library.wstac_frame_bytes(self.stream)
         self.out = np.zeros(10, dtype=np.int16)
         self.to = ctypes.c_void_p(self.out.ctypes.data)
 
@@ -35,20 +35,20 @@ class Native:
     def features(self, made, frames, count):
         """The features of the last of `count` frames, of `frames` different ones in turn."""
         at = self._at(made, frames)
-        self.library.features(self.stream, at, ctypes.c_size_t(frames), ctypes.c_size_t(count), self.to)
+        self.library.wstac_features(self.stream, at, ctypes.c_size_t(frames), ctypes.c_size_t(count), self.to)
         return self.out
 
     def read(self, made, frames, count, pixel):
         """Reads the bytes under the taxels of as many frames."""
         at = self._at(made, frames)
-        return self.library.read(self.stream, at, ctypes.c_size_t(frames), ctypes.c_size_t(count), ctypes.c_size_t(pixel))
+        return self.library.wstac_read(self.stream, at, ctypes.c_size_t(frames), ctypes.c_size_t(count), ctypes.c_size_t(pixel))
 
     @staticmethod
     def instruction_set(library):
-        library.instruction_set.restype = ctypes.c_char_p
-        return library.instruction_set().decode()
+        library.wstac_instruction_set.restype = ctypes.c_char_p
+        return library.wstac_instruction_set().decode()
 
     @staticmethod
     def forest(library, trees, count):
-        if not library.forest(ctypes.c_uint16(trees), ctypes.c_size_t(count)):
+        if not library.wstac_forest(ctypes.c_uint16(trees), ctypes.c_size_t(count)):
             raise ValueError(f"no forest of {trees} trees")

@@ -19,14 +19,14 @@ pub mod ycbcr;
 
 use crate::frame::{Rows, Run, Stride};
 
-/// The instructions that frames are summed with on this machine: `AVX2` where it has them, `baseline` where those are all that the program was
+/// The instructions that frames are summed with on this machine: `AVX2` where it has them, `plain` where those are all that the program was
 /// compiled for.
 pub fn instruction_set() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     if avx2::Avx2::get().is_some() {
         return "AVX2";
     }
-    "baseline"
+    "plain"
 }
 
 /// A pixel format: how the bytes of a row become green.

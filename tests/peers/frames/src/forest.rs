@@ -11,7 +11,7 @@ const DEPTH: u32 = 7;
 
 /// Lets a forest of `trees` trees of seven splits a way answer `count` samples; a number that needs all answers. 0 where it could not be made.
 #[unsafe(no_mangle)]
-pub extern "C" fn forest(trees: u16, count: usize) -> u32 {
+pub extern "C" fn wstac_forest(trees: u16, count: usize) -> u32 {
     let words = file(trees);
     let Ok(forest) = Forest::from_words(&words) else { return 0 };
     let samples: [[i16; INPUTS]; 16] = std::array::from_fn(|sample| {

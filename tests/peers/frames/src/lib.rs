@@ -1,5 +1,5 @@
 //! What `signal.py` calls: frames to features as the `wstac` command does it, a plain read of the same bytes, and a forest. Each call does a number of
-//! things in turn, so that what a call from Python costs is small beside them.
+//! things in turn, so that what a call from Python costs is small beside them. All names start with `wstac_`: `open` and `read` are the C library's.
 
 mod forest;
 mod read;
@@ -36,8 +36,8 @@ const FORMATS: [(PixelFormat, YcbcrMethod); 12] = [
 
 /// The instruction set that frames are summed with, as a C string.
 #[unsafe(no_mangle)]
-pub extern "C" fn instruction_set() -> *const c_char {
-    if wstac_core::green::instruction_set() == "AVX2" { c"AVX2".as_ptr() } else { c"baseline".as_ptr() }
+pub extern "C" fn wstac_instruction_set() -> *const c_char {
+    if wstac_core::green::instruction_set() == "AVX2" { c"AVX2".as_ptr() } else { c"plain".as_ptr() }
 }
 
 /// A stream of frames of this format and size; `layout` is a taxel's width and height and 25 corners. Null where there is no such stream.
@@ -45,7 +45,7 @@ pub extern "C" fn instruction_set() -> *const c_char {
 /// # Safety
 /// `layout` points to 52 numbers.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn open(format: u32, width: u32, height: u32, layout: *const u16) -> *mut Stream {
+pub unsafe extern "C" fn wstac_open(format: u32, width: u32, height: u32, layout: *const u16) -> *mut Stream {
     // SAFETY: as the caller promises.
     let &[taxel, ref corners @ ..] = unsafe { &*layout.cast::<[[u16; 2]; 26]>() };
     let stream = || {
@@ -60,9 +60,9 @@ pub unsafe extern "C" fn open(format: u32, width: u32, height: u32, layout: *con
 /// Bytes of a frame.
 ///
 /// # Safety
-/// `stream` is of [`open`].
+/// `stream` is of [`wstac_open`].
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn frame_bytes(stream: *const Stream) -> usize {
+pub unsafe extern "C" fn wstac_frame_bytes(stream: *const Stream) -> usize {
     // SAFETY: as the caller promises.
     unsafe { &*stream }.0.camera().frame_bytes()
 }
@@ -70,9 +70,9 @@ pub unsafe extern "C" fn frame_bytes(stream: *const Stream) -> usize {
 /// Frames to features: `count` frames one after the other, of `frames` that lie one behind the other; ten features of the last.
 ///
 /// # Safety
-/// `stream` is of [`open`], there are `frames` frames, and room for ten features.
+/// `stream` is of [`wstac_open`], there are `frames` frames, and room for ten features.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn features(
+pub unsafe extern "C" fn wstac_features(
     stream: *mut Stream,
     bytes: *const u8,
     frames: usize,
@@ -94,9 +94,9 @@ pub unsafe extern "C" fn features(
 /// Reads the bytes under taxels, of as many frames: a number that all of them make.
 ///
 /// # Safety
-/// `stream` is of [`open`], of a packed format of `pixel` bytes a pixel, and there are `frames` frames.
+/// `stream` is of [`wstac_open`], of a packed format of `pixel` bytes a pixel, and there are `frames` frames.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn read(
+pub unsafe extern "C" fn wstac_read(
     stream: *const Stream,
     bytes: *const u8,
     frames: usize,
