@@ -38,10 +38,11 @@ class Native:
         self.library.wstac_features(self.stream, at, ctypes.c_size_t(frames), ctypes.c_size_t(count), self.to)
         return self.out
 
-    def read(self, made, frames, count, pixel):
-        """Reads the bytes under the taxels of as many frames."""
+    def read(self, made, frames, count, pixel, ahead):
+        """Reads the bytes under the taxels of as many frames; `ahead` asks for cache lines before."""
         at = self._at(made, frames)
-        return self.library.wstac_read(self.stream, at, ctypes.c_size_t(frames), ctypes.c_size_t(count), ctypes.c_size_t(pixel))
+        numbers = (ctypes.c_size_t(number) for number in (frames, count, pixel))
+        return self.library.wstac_read(self.stream, at, *numbers, ctypes.c_bool(ahead))
 
     @staticmethod
     def instruction_set(library):

@@ -38,6 +38,23 @@ def green_of(yuyv):
     return cv2.cvtColor(yuyv, cv2.COLOR_YUV2BGR_YUYV)[:, :, 1]
 
 
+def converted_crops(picture, corners, side):
+    """The green of each taxel, of which the pairs of pixels that it touches are converted alone."""
+    for x, y in corners:
+        first, end = x & ~1, (x + side + 1) & ~1
+        yield green_of(np.ascontiguousarray(picture[y : y + side, first:end]))[:, x - first : x - first + side]
+
+
+def crops_resized(picture, corners, side):
+    """OpenCV: crop, convert, resize, mean."""
+    return features([cv2.mean(cv2.resize(crop, PAPER_TAXEL))[0] for crop in converted_crops(picture, corners, side)])
+
+
+def crops_converted(picture, corners, side):
+    """OpenCV: crop, convert, mean."""
+    return features([cv2.mean(crop)[0] for crop in converted_crops(picture, corners, side)])
+
+
 def yuyv_numpy(picture, corners, side, real=np.float32):
     """NumPy: the green of each taxel's pixels, rounded and clamped, and its mean."""
     means = []
@@ -66,5 +83,7 @@ GREY = {
 YUYV = {
     "OpenCV: convert, crop, resize, mean": lambda picture, corners, side: resized(green_of(picture), corners, side),
     "OpenCV: convert, crop, mean": lambda picture, corners, side: cropped(green_of(picture), corners, side),
+    "OpenCV: crop, convert, resize, mean": crops_resized,
+    "OpenCV: crop, convert, mean": crops_converted,
     "NumPy": yuyv_numpy,
 }

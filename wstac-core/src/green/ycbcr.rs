@@ -10,6 +10,10 @@
 //!
 //! because p · y is an integer. So only w needs more than 16 bits, once for the pixels that share a chroma sample.
 
+#[cfg(target_arch = "x86_64")]
+use super::avx2::{Avx2, Cells, Factors};
+pub(super) use vectors::Vectors;
+
 /// Matrix of Y, Cb, Cr.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -98,11 +102,8 @@ const fn common_divisor(mut a: i64, mut b: i64) -> i64 {
     a
 }
 
-#[cfg(target_arch = "x86_64")]
-use super::avx2::{Avx2, Cells, Factors};
-
 /// A way from Y, Cb, Cr to green.
-pub trait Conversion: Copy {
+pub trait Conversion: Copy + Vectors<<Self as Conversion>::Sum> {
     /// What a taxel's pixels are gathered in.
     type Sum: Copy + Default + core::fmt::Debug;
     /// What the pixels of one chroma sample share.
@@ -113,13 +114,6 @@ pub trait Conversion: Copy {
 
     /// Adds one pixel.
     fn add(&self, sum: &mut Self::Sum, y: u8, chroma: Self::Chroma);
-
-    /// Adds the pixels of cells by AVX2; whether it did.
-    #[cfg(target_arch = "x86_64")]
-    #[doc(hidden)]
-    fn add_cells(&self, _sum: &mut Self::Sum, _cells: &Cells<'_>, _avx2: Avx2) -> bool {
-        false
-    }
 
     /// The taxel sum of `pixels` gathered pixels: 0..=255 · pixels.
     fn total(&self, sum: &Self::Sum, pixels: u32) -> u32;
@@ -143,6 +137,9 @@ pub struct Exact {
     /// Highest p · y + w that is not clamped, and 2^22 / q rounded up: n / q = (n · reciprocal) >> 22 up to there.
     highest: i32,
     reciprocal: u32,
+    /// The same for vectors.
+    #[cfg(target_arch = "x86_64")]
+    factors: Factors,
 }
 
 impl Exact {
@@ -169,6 +166,8 @@ impl Exact {
             offset,
             highest: 256 * c.luma.1 - 1,
             reciprocal: (1_u32 << 22).div_ceil(c.luma.1 as u32),
+            #[cfg(target_arch = "x86_64")]
+            factors: factors(c.luma.0, cb, cr, offset, GUARD),
         }
     }
 }
@@ -195,28 +194,44 @@ impl Conversion for Exact {
         *sum += (n as u32 * self.reciprocal) >> 22;
     }
 
-    #[cfg(target_arch = "x86_64")]
-    #[inline(always)]
-    fn add_cells(&self, sum: &mut u32, cells: &Cells<'_>, avx2: Avx2) -> bool {
-        *sum += avx2.exact(cells, &self.factors());
-        true
-    }
-
     fn total(&self, sum: &u32, _pixels: u32) -> u32 {
         *sum
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-impl Exact {
-    /// The same with fewer bits.
+impl Vectors<u32> for Exact {
+    #[cfg(target_arch = "x86_64")]
     #[inline(always)]
-    fn factors(&self) -> Factors {
-        let bits = HIGH_BITS + LOW_BITS - Factors::high_bits(self.luma) - 15;
-        let whole = |(high, low): (i32, i32)| i64::from(high) << LOW_BITS | i64::from(low);
-        let rounded = |parts| (whole(parts) + (1 << (bits - 1))) >> bits;
-        // Values that are integers exactly stay above them with any guard from 6 to 132, the others below the next.
-        Factors::new(self.luma, -rounded(self.cb), -rounded(self.cr), (whole(self.offset) >> bits) + 64)
+    fn add_cells(&self, sum: &mut u32, cells: &Cells<'_>, avx2: Avx2) -> bool {
+        *sum += avx2.exact(cells, &self.factors);
+        true
+    }
+}
+
+/// Against rounding to fewer bits: with these, values that are integers exactly stay above them, and the others below the next. [`GUARD`] is
+/// well within them.
+#[cfg(all(test, target_arch = "x86_64"))]
+pub(super) const GUARDS: core::ops::RangeInclusive<i64> = -133..=132;
+#[cfg(target_arch = "x86_64")]
+const GUARD: i64 = 64;
+
+/// [`Exact`]'s with fewer bits.
+#[cfg(target_arch = "x86_64")]
+const fn factors(luma: i32, cb: (i32, i32), cr: (i32, i32), offset: (i32, i32), guard: i64) -> Factors {
+    const fn whole((high, low): (i32, i32)) -> i64 {
+        (high as i64) << LOW_BITS | low as i64
+    }
+    let bits = HIGH_BITS + LOW_BITS - Factors::high_bits(luma) - 15;
+    let half = 1 << (bits - 1);
+    let (cb, cr) = ((whole(cb) + half) >> bits, (whole(cr) + half) >> bits);
+    Factors::new(luma, -cb, -cr, (whole(offset) >> bits) + guard)
+}
+
+#[cfg(all(test, target_arch = "x86_64"))]
+impl Exact {
+    /// Its factors for vectors with another guard.
+    pub(super) fn factors_with(&self, guard: i64) -> Factors {
+        factors(self.luma, self.cb, self.cr, self.offset, guard)
     }
 }
 
@@ -250,14 +265,6 @@ impl Conversion for Linear {
         sum[2] += u32::from(cr);
     }
 
-    #[cfg(target_arch = "x86_64")]
-    #[inline(always)]
-    fn add_cells(&self, sum: &mut [u32; 3], cells: &Cells<'_>, avx2: Avx2) -> bool {
-        let Some([y, cb, cr]) = cells.sums(avx2) else { return false };
-        *sum = [sum[0] + y, sum[1] + cb, sum[2] + cr];
-        true
-    }
-
     fn total(&self, sum: &[u32; 3], pixels: u32) -> u32 {
         // 64 bits hold it: pixels < 2^32 / (5 · 255), |q B| + |q C| < 10^2 in units of 1 / denominator < 2.7 · 10^8.
         let c = &self.coefficients;
@@ -268,6 +275,25 @@ impl Conversion for Linear {
         let w = (q * c.denominator - 2 * chroma).checked_div_euclid(2 * c.denominator).unwrap_or(0);
         let green = (p * level(sum[0], c.black) + w).checked_div_euclid(q).unwrap_or(0);
         green.clamp(0, 255 * i64::from(pixels)) as u32
+    }
+}
+
+impl Vectors<[u32; 3]> for Linear {
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    fn add_cells(&self, sum: &mut [u32; 3], cells: &Cells<'_>, avx2: Avx2) -> bool {
+        let Some([y, cb, cr]) = cells.sums(avx2) else { return false };
+        *sum = [sum[0] + y, sum[1] + cb, sum[2] + cr];
+        true
+    }
+}
+
+mod vectors {
+    /// What a conversion gathers by vectors: not to be named outside, and the same to see on every machine.
+    pub trait Vectors<Sum> {
+        /// Adds the pixels of cells by AVX2; whether it did.
+        #[cfg(target_arch = "x86_64")]
+        fn add_cells(&self, sum: &mut Sum, cells: &super::Cells<'_>, avx2: super::Avx2) -> bool;
     }
 }
 

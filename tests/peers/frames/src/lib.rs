@@ -91,7 +91,7 @@ pub unsafe extern "C" fn wstac_features(
     }
 }
 
-/// Reads the bytes under taxels, of as many frames: a number that all of them make.
+/// Reads the bytes under taxels, of as many frames: a number that all of them make. `ahead`: cache lines are asked for eight rows before.
 ///
 /// # Safety
 /// `stream` is of [`wstac_open`], of a packed format of `pixel` bytes a pixel, and there are `frames` frames.
@@ -102,6 +102,7 @@ pub unsafe extern "C" fn wstac_read(
     frames: usize,
     count: usize,
     pixel: usize,
+    ahead: bool,
 ) -> u64 {
     // SAFETY: as the caller promises.
     let camera = unsafe { &*stream }.0.camera();
@@ -109,6 +110,6 @@ pub unsafe extern "C" fn wstac_read(
     (0..count).fold(0, |all, index| {
         // SAFETY: as the caller promises.
         let frame = unsafe { std::slice::from_raw_parts(bytes.add(index % frames * length), length) };
-        all ^ read::taxels(frame, camera.bytes_per_row(), camera.layout(), pixel)
+        all ^ read::taxels(frame, camera.bytes_per_row(), camera.layout(), pixel, ahead)
     })
 }

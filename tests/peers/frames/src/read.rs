@@ -5,32 +5,41 @@ use wstac_core::layout::Layout;
 /// Bytes that are read at a time.
 #[cfg(target_arch = "x86_64")]
 const VECTOR: usize = 32;
+/// Bytes of a cache line, and rows ahead of the one that is read whose lines may be asked for, as wstac does.
+#[cfg(target_arch = "x86_64")]
+const LINE: usize = 64;
+#[cfg(target_arch = "x86_64")]
+const AHEAD: usize = 8;
 
 /// A number that all bytes under the taxels make.
-pub fn taxels(frame: &[u8], bytes_per_row: usize, layout: &Layout, pixel: usize) -> u64 {
+pub fn taxels(frame: &[u8], bytes_per_row: usize, layout: &Layout, pixel: usize, ahead: bool) -> u64 {
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx2") {
         // SAFETY: the machine has AVX2.
-        return unsafe { with_avx2(frame, bytes_per_row, layout, pixel) };
+        return unsafe { with_avx2(frame, bytes_per_row, layout, pixel, ahead) };
     }
     any(frame, bytes_per_row, layout, pixel)
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn with_avx2(frame: &[u8], bytes_per_row: usize, layout: &Layout, pixel: usize) -> u64 {
+fn with_avx2(frame: &[u8], bytes_per_row: usize, layout: &Layout, pixel: usize, ahead: bool) -> u64 {
     // A taxel's row of the paper's layout in 1280 × 720 has so many bytes: the compiler knows where it ends.
-    match usize::from(layout.taxel()[0]) * pixel {
-        90 => rows::<90>(frame, bytes_per_row, layout, pixel),
-        180 => rows::<180>(frame, bytes_per_row, layout, pixel),
+    match (usize::from(layout.taxel()[0]) * pixel, ahead) {
+        (90, false) => rows::<90, 0>(frame, bytes_per_row, layout, pixel),
+        (90, true) => rows::<90, AHEAD>(frame, bytes_per_row, layout, pixel),
+        (180, false) => rows::<180, 0>(frame, bytes_per_row, layout, pixel),
+        (180, true) => rows::<180, AHEAD>(frame, bytes_per_row, layout, pixel),
         _ => any(frame, bytes_per_row, layout, pixel),
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn rows<const BYTES: usize>(frame: &[u8], bytes_per_row: usize, layout: &Layout, pixel: usize) -> u64 {
-    use std::arch::x86_64::{_mm256_add_epi64, _mm256_loadu_si256, _mm256_setzero_si256, _mm256_storeu_si256};
+fn rows<const BYTES: usize, const AHEAD: usize>(frame: &[u8], bytes_per_row: usize, layout: &Layout, pixel: usize) -> u64 {
+    use std::arch::x86_64::{
+        _MM_HINT_T0, _mm_prefetch, _mm256_add_epi64, _mm256_loadu_si256, _mm256_setzero_si256, _mm256_storeu_si256,
+    };
     // Four sums that do not wait for each other.
     let mut sums = [_mm256_setzero_si256(); 4];
     let height = usize::from(layout.taxel()[1]);
@@ -40,6 +49,12 @@ fn rows<const BYTES: usize>(frame: &[u8], bytes_per_row: usize, layout: &Layout,
             // SAFETY: the block has as many rows of as many bytes; the last vector ends with the row, and may have bytes of the one before.
             unsafe {
                 let row = block.as_ptr().add(row * bytes_per_row);
+                if AHEAD > 0 {
+                    let ahead = row.wrapping_add(AHEAD * bytes_per_row);
+                    for line in (0..BYTES).step_by(LINE).chain([BYTES - 1]) {
+                        _mm_prefetch::<_MM_HINT_T0>(ahead.wrapping_add(line).cast());
+                    }
+                }
                 for index in 0..BYTES / VECTOR {
                     let vector = _mm256_loadu_si256(row.add(index * VECTOR).cast());
                     sums[index % 4] = _mm256_add_epi64(sums[index % 4], vector);

@@ -4,7 +4,7 @@ use core::arch::x86_64::{__m256i, _mm256_add_epi64, _mm256_and_si256, _mm256_sad
 
 use super::{VECTOR, Wide, load, quads, vector};
 
-/// Rows that are summed side by side, so that a row's lines are asked for while another's are awaited.
+/// Rows that are summed side by side, so that a row's cache lines are asked for while another's are awaited.
 const ROWS: usize = 4;
 /// Vectors after which any period repeats.
 const MASKS: usize = 3;

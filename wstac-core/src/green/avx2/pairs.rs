@@ -91,17 +91,16 @@ impl Cells<'_> {
                 Some([luma, cb, cr])
             }
             Chroma::Pairs(pairs, shared) => {
-                let y = avx2.sum::<1, 0>(self.counted()?)?;
                 let [cb, cr] = shared.sum(pairs, self.luma.rows(), |pairs| {
                     let places = avx2.places(pairs)?;
                     let ([a, b, c, d], [cb, cr, ..], [.., last_cb, last_cr]) = (places.all, places.first, places.last);
                     Some([2 * (a + c) - left * cb - right * last_cb, 2 * (b + d) - left * cr - right * last_cr])
                 })?;
-                Some([y, cb, cr])
+                Some([avx2.sum::<1, 0>(self.counted()?)?, cb, cr])
             }
             Chroma::Planes(planes, shared) => {
-                let y = avx2.sum::<1, 0>(self.counted()?)?;
-                let [cb, cr] = planes.map(|plane| {
+                // Chroma first: its rows are the narrower ones, and where they are too narrow nothing has been summed for nothing.
+                let plane = |plane: Block<'_>| {
                     let [sum] = shared.sum(plane, self.luma.rows(), |plane| {
                         let column = |at: fn(&[u8]) -> Option<&u8>| {
                             plane.each_row().map(|row| at(row).map_or(0, |&byte| u32::from(byte))).sum::<u32>()
@@ -111,8 +110,10 @@ impl Cells<'_> {
                         Some([2 * avx2.sum::<1, 0>(plane)? - first - last])
                     })?;
                     Some(sum)
-                });
-                Some([y, cb?, cr?])
+                };
+                let [cb, cr] = planes;
+                let (cb, cr) = (plane(cb)?, plane(cr)?);
+                Some([avx2.sum::<1, 0>(self.counted()?)?, cb, cr])
             }
         }
     }

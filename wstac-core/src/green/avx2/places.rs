@@ -1,6 +1,6 @@
-//! Sums of bytes by their place among four: of 16-bit words the words themselves are added up in 16 bits, carries lost, and their high bytes; what the total
-//! has more are the low bytes. That is three instructions for 32 bytes. The first four bytes of the rows and the last four are summed by themselves,
-//! too: of a cell of which one pixel counts.
+//! Sums of bytes by their place among four: of 16-bit words the words themselves are added up in 16 bits, carries lost, and their high bytes;
+//! what the total has more are the low bytes. That is three instructions for 32 bytes. The first four bytes of the rows and the last four are
+//! summed by themselves, too: of a cell of which one pixel counts.
 
 use core::arch::x86_64::{
     __m256i, _mm256_add_epi16, _mm256_add_epi32, _mm256_and_si256, _mm256_blend_epi32, _mm256_hadd_epi32,
@@ -29,7 +29,7 @@ pub(in crate::green) struct Places {
 /// The sums of a block, which is no wider than [`MOST_WIDTH`].
 #[target_feature(enable = "avx2")]
 pub(super) fn sums(wide: Wide<'_>) -> Places {
-    // Of rows of usual widths the loop over vectors is written out, for a third less time.
+    // Of rows of usual widths the loop over vectors is written out.
     match wide.before() {
         2 => of_vectors::<2>(wide),
         3 => of_vectors::<3>(wide),
@@ -59,7 +59,9 @@ fn of_vectors<const BEFORE: usize>(wide: Wide<'_>) -> Places {
             room = ROOM;
         }
         room -= before + 1;
-        prefetch(row.wrapping_add(AHEAD * wide.0.bytes_per_row()), VECTOR * before + 1);
+        let ahead = row.wrapping_add(AHEAD * wide.0.bytes_per_row());
+        prefetch(ahead, VECTOR * before + 1);
+        prefetch(ahead.wrapping_add(wide.0.width() - 1), 1);
         for index in 0..before {
             // SAFETY: a block has as many rows, each with whole vectors up to there.
             lanes.add(unsafe { load(row.wrapping_add(VECTOR * index)) });
