@@ -75,12 +75,12 @@ fn signal_of_child<G: Green>(camera: Camera<G>, frame: &Guarded) -> i32 {
     }
 }
 
-/// Widths of taxels in pixels: two that no vector fits, and two whose rows are vectors in every format, those of chroma included. The odd ones
-/// start at odd columns where they end with a page.
-const WIDTHS: [u16; 4] = [8, 9, 72, 73];
+/// Taxels' widths in pixels, and the column of a page that they start at where they do not end with it. No vector fits the first; the others' rows
+/// are vectors in every format, those of chroma included, and the last starts within a pair of pixels.
+const TAXELS: [(u16, usize); 3] = [(8, 0), (72, 0), (73, 1)];
 
-/// Taxels of `width` × 2 pixels, one in every third page of a frame whose rows are `pages_per_row` pages: at the page's first column or at its
-/// second, where `first` says so, or at its end.
+/// Taxels of `width` × 2 pixels, one in every third page of a frame whose rows are `pages_per_row` pages: at the page's column `first` or
+/// at its end.
 fn camera<G: Green>(
     green: G,
     (width, first): (u16, usize),
@@ -125,12 +125,9 @@ fn check<G: Green>(camera: Camera<G>, pages: usize, level: u8, expected: u32, to
     }
 }
 
-/// Every width and first column, and how many pixels a taxel has then. A Bayer mosaic has whole cells only.
+/// Taxels that have whole cells, and how many pixels each has.
 fn taxels(cell: u16) -> impl Iterator<Item = ((u16, usize), u32)> {
-    let places = WIDTHS.into_iter().flat_map(|width| [(width, 0), (width, 1)]);
-    places
-        .filter(move |&(width, first)| cell == 1 || (width % 2 == 0 && first == 0))
-        .map(|place| (place, 2 * u32::from(place.0)))
+    TAXELS.into_iter().filter(move |(width, _)| width % cell == 0).map(|taxel| (taxel, 2 * u32::from(taxel.0)))
 }
 
 /// Packed formats: one kind of row, `pages_per_row` pages each. `green_of` is the sum of so many pixels.

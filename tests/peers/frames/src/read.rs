@@ -36,7 +36,12 @@ fn with_avx2(frame: &[u8], bytes_per_row: usize, layout: &Layout, pixel: usize, 
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn rows<const BYTES: usize, const AHEAD: usize>(frame: &[u8], bytes_per_row: usize, layout: &Layout, pixel: usize) -> u64 {
+fn rows<const BYTES: usize, const AHEAD: usize>(
+    frame: &[u8],
+    bytes_per_row: usize,
+    layout: &Layout,
+    pixel: usize,
+) -> u64 {
     use std::arch::x86_64::{
         _MM_HINT_T0, _mm_prefetch, _mm256_add_epi64, _mm256_loadu_si256, _mm256_setzero_si256, _mm256_storeu_si256,
     };
