@@ -4,16 +4,7 @@
 //! does not help much: compilers gather the same byte of many pixels one by one. So the three loops that formats come down to are written out:
 //! `bytes`, `places`, `exact`.
 //!
-//! Microseconds from a frame of 1280 × 720, 202,500 pixels under taxels, to its features, on one core of an AMD EPYC 7003
-//! (`docs/SIGNAL.md` has these beside a plain read of the same bytes):
-//!
-//! | | plain | here |
-//! | --- | ---: | ---: |
-//! | GREY | 23 | 4.1 |
-//! | YUYV `Linear` | 105 | 8.7 |
-//! | YUYV `Exact` | 377 | 38 |
-//! | RGB24 | 61 | 15 |
-//! | Y16 | 27 | 8.4 |
+//! What they gain is in `docs/SIGNAL.md`: the same built with and without, beside a plain read of the same bytes, by `ci/bench`.
 //!
 //! All are tested to give the sums of the plain ways, which other machines take.
 #![allow(unsafe_code)]
