@@ -101,3 +101,31 @@ fn a_raw_file_that_cannot_be_written_still_lets_the_stream_end() {
     assert!(String::from_utf8_lossy(&output.stdout).contains(r#""kind":"end""#));
     assert!(String::from_utf8_lossy(&output.stderr).contains("wstac-limited"));
 }
+
+#[test]
+fn a_budget_chooses_a_configuration_that_runs() {
+    let folder = std::env::temp_dir().join(format!("wstac-budget-{}", std::process::id()));
+    let path = folder.to_str().unwrap();
+    let said = output(&["trade", "--budget", "M4F<90k,flash<128K", "-o", path]).join("\n");
+    for part in ["specimen", "% right, 95 % interval", "WSTAC_CONFIG=/", "/wstac.toml", "wstac run"] {
+        assert!(said.contains(part), "{said}");
+    }
+    let [config, model] = ["wstac.toml", "model.wsm"].map(|name| folder.join(name).to_str().unwrap().to_owned());
+    let lines = output(&["run", "scene:Saw3@150", "--json", "--config", &config, "--model", &model]);
+    assert!(lines.iter().any(|line| line.contains(r#""texture":{"specimen":"#)), "{lines:?}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn a_budget_that_cannot_be_read_or_met_says_so() {
+    for (budget, code, parts) in [
+        ("M5<3", 2, ["term \"M5<3\"", "expected M0, M3"]),
+        ("M4F<fast", 2, ["\"fast\"", "a number above 0"]),
+        ("M4F<10", 1, ["the nearest is", "expected M4F<10"]),
+    ] {
+        let ended = Command::new(wstac()).args(["trade", "--budget", budget]).output().unwrap();
+        let told = String::from_utf8_lossy(&ended.stderr).into_owned();
+        assert_eq!(ended.status.code(), Some(code), "{told}");
+        assert!(parts.iter().all(|part| told.contains(part)), "{told}");
+    }
+}

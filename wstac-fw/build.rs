@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | `WSTAC_CONFIG` | a configuration file, as `wstac run --config` takes it; without it all is as published |
 //! | `WSTAC_MODEL` | a texture model's file, as `wstac model import` writes it; without it there is no texture |
+//! | `WSTAC_PIXELS` | the camera's pixel format, such as YUYV; without it GREY |
 
 // Modules of another crate and of this program alike.
 #![allow(unreachable_pub)]
@@ -17,9 +18,12 @@ mod config;
 mod error;
 #[path = "build/link.rs"]
 mod link;
+#[path = "build/pixels.rs"]
+mod pixels;
 #[path = "build/setup.rs"]
 mod setup;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::{env, fs};
 
@@ -30,7 +34,8 @@ fn main() {
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     link::emulated(&out);
     link::h743();
-    match setup::source(named("WSTAC_CONFIG"), named("WSTAC_MODEL")) {
+    let pixels = variable("WSTAC_PIXELS").map(|name| name.to_string_lossy().into_owned());
+    match setup::source(named("WSTAC_CONFIG"), named("WSTAC_MODEL"), pixels.as_deref()) {
         Ok(source) => fs::write(out.join("setup.rs"), source).expect("OUT_DIR can be written"),
         Err(error) => {
             // One line that says what is wrong, instead of a panic's many.
@@ -39,10 +44,15 @@ fn main() {
     }
 }
 
+/// What a variable says, if anything.
+fn variable(name: &str) -> Option<OsString> {
+    println!("cargo:rerun-if-env-changed={name}");
+    env::var_os(name).filter(|value| !value.is_empty())
+}
+
 /// The file that a variable names.
-fn named(variable: &str) -> Option<PathBuf> {
-    println!("cargo:rerun-if-env-changed={variable}");
-    let file = PathBuf::from(env::var_os(variable).filter(|name| !name.is_empty())?);
+fn named(name: &str) -> Option<PathBuf> {
+    let file = PathBuf::from(variable(name)?);
     println!("cargo:rerun-if-changed={}", file.display());
     // Relative names are the caller's, who stands in the package's folder or above it: cargo runs this in the former.
     Some(file)

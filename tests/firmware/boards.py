@@ -33,17 +33,31 @@ def folder():
     return Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve() / "firmware"
 
 
-def build(target, *what, model=None, config=None):
-    """Builds programs (`--bin NAME`, `--examples`) for a target; where they are, valid until the next build."""
-    environment = {name: value for name, value in os.environ.items() if not name.startswith("WSTAC_")}
-    if model is not None:
-        environment["WSTAC_MODEL"] = str(model)
-    if config is not None:
-        environment["WSTAC_CONFIG"] = str(config)
+def environment():
+    """This program's environment, without what says what a board is built with."""
+    return {name: value for name, value in os.environ.items() if not name.startswith("WSTAC_")}
+
+
+def cargo(target, *what, model=None, config=None, pixels=None, debug=True, **how):
+    """Runs cargo for programs (`--bin NAME`, `--examples`) of a target; how it ended. Without what debuggers read it is faster, and the code is the same."""
+    variables = environment() | ({} if debug else {"CARGO_PROFILE_RELEASE_DEBUG": "0"})
+    named = {"WSTAC_MODEL": model, "WSTAC_CONFIG": config, "WSTAC_PIXELS": pixels}
+    variables |= {name: str(value) for name, value in named.items() if value is not None}
     arguments = ["--quiet", "--locked", "--release", "--no-default-features", "--features", "emulated"]
     command = [ROOT / "ci/thumb", target, "build", *arguments, "--target-dir", folder(), *what]
-    subprocess.run(command, cwd=FIRMWARE, env=environment, check=True)
+    return subprocess.run(command, cwd=FIRMWARE, env=variables, **how)
+
+
+def build(target, *what, **named):
+    """Builds programs for a target; where they are, valid until its next build."""
+    cargo(target, *what, **named, check=True)
     return folder() / target / "release"
+
+
+def refused(**named):
+    """What is said of a build that is refused; nothing of one that is not."""
+    done = cargo(TARGETS[0], "--bin", "cost", **named, check=False, capture_output=True, text=True)
+    return done.stderr if done.returncode else ""
 
 
 def command(board, elf, serial):

@@ -17,16 +17,13 @@ import images
 import kept
 import link
 from boards import BOARDS, ROOT
+from counter import Counter, Setting, formats, write_samples
+from host import features, host, same
 
 HERE = Path(__file__).resolve().parent
 MODELS = {None: None} | {name: ROOT / f"wstac-linux/models/{name}.wsm" for name in ("svm", "forest", "boosted")}
 FRAME = 400 * 400
 STRIPE = 8 * 400
-
-
-def host(wstac, *arguments):
-    """What the command prints."""
-    return subprocess.check_output([wstac, *arguments], text=True, stderr=subprocess.DEVNULL).splitlines()
 
 
 def clip(wstac, folder):
@@ -44,21 +41,10 @@ def clip(wstac, folder):
     return file
 
 
-def same(board, what, got, want):
-    if got != want:
-        pairs = [pair for pair in zip(got + [""] * len(want), want + [""] * len(got)) if pair[0] != pair[1]]
-        sys.exit(f"{board.core}, {what}: {len(pairs)} lines differ, the first: {pairs[0][0]!r}, expected {pairs[0][1]!r}")
-
-
-def features(folder):
-    """The features that a board has written, as the host prints them."""
-    numbers = memoryview((folder / "features").read_bytes()).cast("h").tolist()
-    return [[number / 2048 for number in numbers[at : at + 10]] for at in range(0, len(numbers), 10)]
-
-
 def measure(wstac, folder):
     """Builds and runs everything; numbers by core and program."""
     file = clip(wstac, folder)
+    write_samples(wstac, folder / "samples")
     numbers = {board.core: {} for board in BOARDS}
     everything = host(wstac, "run", file, "--json", "--features", "--samples")
     on_host = [record["f"] for record in map(json.loads, everything) if record["kind"] == "features"]
@@ -89,11 +75,24 @@ def measure(wstac, folder):
     return numbers
 
 
+def formats_too(wstac, folder):
+    """Every pixel format on one of the boards in turn; and a name that is none must be refused."""
+    counter = Counter(wstac, folder, debug=True)
+    for k, name in enumerate(formats()):
+        board = BOARDS[k % len(BOARDS)]
+        counter.setting(Setting(name), cores=(board.core,))
+        print(f"{board.core}: events and features of {name} as on the host", flush=True)
+    refused = boards.refused(pixels="YUY2")
+    if "WSTAC_PIXELS=YUY2: expected one of GREY, " not in refused:
+        sys.exit(f"WSTAC_PIXELS=YUY2 must be refused, the build said {refused!r}")
+
+
 def main():
     if len(sys.argv) not in (2, 3) or sys.argv[2:] not in ([], ["--keep"]):
         sys.exit(__doc__)
     with tempfile.TemporaryDirectory() as folder:
         numbers = measure(sys.argv[1], Path(folder))
+        formats_too(sys.argv[1], Path(folder))
     for target in boards.TARGETS:
         images.measure(target, numbers)
     print("\n".join(kept.table(numbers)))

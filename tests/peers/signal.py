@@ -196,7 +196,7 @@ def main():
     if arguments.keep:
         before, rest = PAGE.read_text().split(BEGIN)
         text = "\n".join(lines)
-        PAGE.write_text(f"{before}{BEGIN}\n{text}\n\n{END}{rest.split(END)[1]}")
+        PAGE.write_text(f"{before}{BEGIN}\n{text}\n\n{END}{rest.split(END, 1)[1]}")
 
 
 if __name__ == "__main__":

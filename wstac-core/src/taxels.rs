@@ -190,7 +190,8 @@ impl<G: Green> Accumulators<G> {
     }
 
     /// Adds `count` rows, the frame's next ones, to the taxels that they cross.
-    #[inline(always)]
+    // A function of its own: what it takes does not hang on what else a program links.
+    #[inline(never)]
     fn add_rows(&mut self, bytes: &[u8], count: u16) {
         let camera = &self.camera;
         let frame_rows = camera.layout.frame().height();

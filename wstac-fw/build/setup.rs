@@ -6,16 +6,19 @@ use std::path::{Path, PathBuf};
 use wstac_core::model::Model;
 
 use crate::config::{Config, Kernel};
+use crate::pixels::Pixels;
 
-/// The source; or what is wrong with a file.
-pub fn source(config: Option<PathBuf>, model: Option<PathBuf>) -> Result<String, String> {
+/// The source; or what is wrong with a file or the name of a pixel format.
+pub fn source(config: Option<PathBuf>, model: Option<PathBuf>, pixels: Option<&str>) -> Result<String, String> {
+    let pixels = Pixels::named(pixels)?;
     let config = match config {
         Some(file) => {
             Config::read(&file).map_err(|error| format!("WSTAC_CONFIG={error} (relative names are from wstac-fw)"))?
         }
         None => Config::default(),
     };
-    let mut source = configuration(&config)?;
+    let mut source = configuration(&config, pixels)?;
+    source += &pixels.source(config.green.yuv)?;
     source += &match model {
         Some(file) => texture(&file)
             .map_err(|error| format!("WSTAC_MODEL={}: {error} (relative names are from wstac-fw)", file.display()))?,
@@ -31,7 +34,7 @@ pub type Kind = wstac_core::model::linear_svm::LinearSvm<'static>;
 pub const MODEL: Option<&Kind> = None;
 ";
 
-fn configuration(config: &Config) -> Result<String, String> {
+fn configuration(config: &Config, pixels: &Pixels) -> Result<String, String> {
     let kernel = match config.features.ln {
         Kernel::Fixed => "fixed::Fixed",
         Kernel::Libm => "libm::Libm",
@@ -50,12 +53,10 @@ fn configuration(config: &Config) -> Result<String, String> {
 pub type Ln = wstac_core::ln::{kernel};
 /// Which pixels are counted.
 pub const STRIDE: Stride = Stride::{:?};
-/// How YCbCr becomes green.
-pub const YCBCR: YcbcrMethod = YcbcrMethod::{:?};
-/// The darkness floor of GREY pixels.
-pub const FLOOR: Floor = match Floor::new({:?}, 255) {{
+/// The darkness floor of the camera's pixels.
+pub const FLOOR: Floor = match Floor::new({:?}, {}) {{
     Ok(floor) => floor,
-    Err(_) => panic!(\"[features] floor_levels is above the full scale, 255\"),
+    Err(_) => panic!(\"[features] floor_levels is above the full scale, {}\"),
 }};
 /// When an event starts.
 pub const TRIGGER: TriggerConfig = match TriggerConfig::new({}, {:?}, {}, Rule::{:?}, {:?}) {{
@@ -78,8 +79,9 @@ pub const fn speed(rate: FrameRate) -> Result<SpeedConfig, Error> {{
 }}
 ",
         config.green.stride,
-        config.green.yuv,
         config.features.floor_levels,
+        pixels.full_scale,
+        pixels.full_scale,
         trigger.window(),
         real(trigger.multiplier().bits()),
         trigger.backtrack(),

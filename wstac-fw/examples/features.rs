@@ -4,7 +4,6 @@
 
 use cortex_m_rt::entry;
 use wstac_core::error::Error;
-use wstac_core::green::grey::Grey;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::rate::FrameRate;
 use wstac_core::stream::FeatureStream;
@@ -29,8 +28,8 @@ fn main() -> ! {
 }
 
 fn run() -> Result<(), Error> {
-    let camera = Camera::with_stride(Grey, LAYOUT, FrameRate::NOMINAL, setup::STRIDE)?;
-    let mut stream = FeatureStream::<Grey, setup::Ln>::with_floor(camera, setup::FLOOR)?;
+    let camera = Camera::with_stride(setup::GREEN, LAYOUT, FrameRate::NOMINAL, setup::STRIDE)?;
+    let mut stream = FeatureStream::<setup::Green, setup::Ln>::with_floor(camera, setup::FLOOR)?;
     loop {
         if let Some(frame) = stream.push_stripe(bench::stripe())? {
             bench::show(frame.features);

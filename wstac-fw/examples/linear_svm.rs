@@ -4,7 +4,6 @@
 
 use cortex_m_rt::entry;
 use wstac_core::error::Error;
-use wstac_core::green::grey::Grey;
 use wstac_core::include_model;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::model::linear_svm::LinearSvm;
@@ -34,8 +33,8 @@ fn main() -> ! {
 }
 
 fn run() -> Result<(), Error> {
-    let camera = Camera::with_stride(Grey, LAYOUT, FrameRate::NOMINAL, setup::STRIDE)?;
-    let mut pipeline = Pipeline::<Grey, setup::Ln>::with_floor(camera, setup::FLOOR, setup::TRIGGER)?;
+    let camera = Camera::with_stride(setup::GREEN, LAYOUT, FrameRate::NOMINAL, setup::STRIDE)?;
+    let mut pipeline = Pipeline::<setup::Green, setup::Ln>::with_floor(camera, setup::FLOOR, setup::TRIGGER)?;
     loop {
         if let Some(event) = pipeline.push_stripe(bench::stripe())? {
             bench::show(texture::texture(&event.sample.flat(), &MODEL).class);

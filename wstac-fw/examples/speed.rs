@@ -4,7 +4,6 @@
 
 use cortex_m_rt::entry;
 use wstac_core::error::Error;
-use wstac_core::green::grey::Grey;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
@@ -35,8 +34,8 @@ fn main() -> ! {
 }
 
 fn run() -> Result<(), Error> {
-    let camera = Camera::with_stride(Grey, LAYOUT, FrameRate::NOMINAL, setup::STRIDE)?;
-    let mut pipeline = Pipeline::<Grey, setup::Ln>::with_floor(camera, setup::FLOOR, setup::TRIGGER)?;
+    let camera = Camera::with_stride(setup::GREEN, LAYOUT, FrameRate::NOMINAL, setup::STRIDE)?;
+    let mut pipeline = Pipeline::<setup::Green, setup::Ln>::with_floor(camera, setup::FLOOR, setup::TRIGGER)?;
     loop {
         if let Some(event) = pipeline.push_stripe(bench::stripe())? {
             bench::show(speed::speed(&event, &SPEED));

@@ -2,8 +2,6 @@
 
 use wstac_core::early::Early;
 use wstac_core::error::Error;
-use wstac_core::green::any::PixelFormat;
-use wstac_core::green::grey::Grey;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::model::file::INPUTS;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
@@ -29,7 +27,7 @@ pub trait Outlet {
 /// The core between a camera and a link.
 #[derive(Clone, Debug)]
 pub struct Reader {
-    stream: FeatureStream<Grey, setup::Ln>,
+    stream: FeatureStream<setup::Green, setup::Ln>,
     trigger: Trigger,
     speed: SpeedConfig,
     early: Option<Early>,
@@ -51,13 +49,13 @@ struct Held {
 }
 
 impl Reader {
-    /// The core for rows of GREY with taxels at `layout`, at this rate; `size` is that of the frames that they are from. `speed` is
+    /// The core for rows of [`setup::PIXELS`] with taxels at `layout`, at this rate; `size` is that of the frames that they are from. `speed` is
     /// [`setup::speed`] of that rate, which a `const` works out.
     ///
     /// # Errors
     /// What [`Camera::with_stride`] and [`FeatureStream::with_floor`] say of the configuration.
     pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, speed: SpeedConfig) -> Result<Self, Error> {
-        let camera = Camera::with_stride(Grey, layout, rate, setup::STRIDE)?;
+        let camera = Camera::with_stride(setup::GREEN, layout, rate, setup::STRIDE)?;
         Ok(Self {
             stream: FeatureStream::with_floor(camera, setup::FLOOR)?,
             trigger: Trigger::new(setup::TRIGGER),
@@ -127,7 +125,7 @@ impl Reader {
             firmware: Text::new(env!("CARGO_PKG_NAME")),
             version: Text::new(env!("CARGO_PKG_VERSION")),
             size: self.size,
-            format: PixelFormat::Grey,
+            format: setup::PIXELS,
             rate: self.stream.camera().rate(),
             trigger: setup::TRIGGER,
             models,

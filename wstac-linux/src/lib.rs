@@ -11,3 +11,4 @@ pub mod reading;
 pub mod scene;
 pub mod source;
 pub mod texture;
+pub mod trade;

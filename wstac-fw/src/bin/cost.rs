@@ -1,6 +1,6 @@
-//! What the way from frames to answers costs on a board that QEMU emulates: frames of 400 × 400 GREY from the file `frames`, in stripes and
-//! whole where there is room; their features into the file `features`, and instructions and stack to the console, as JSON
-//! (`ci/firmware`).
+//! What the way from frames to answers costs on a board that QEMU emulates: frames of 400 × 400 [`setup::PIXELS`] from the file `frames`, in
+//! stripes and whole where there is room; their features into the file `features`, and instructions and stack to the console, as JSON
+//! (`ci/firmware`). What an answer of the texture model takes is counted of the events, and of the samples in the file `samples`.
 #![no_std]
 #![no_main]
 
@@ -9,8 +9,8 @@ use core::fmt::Write;
 use cortex_m_rt::entry;
 use wstac_core::direction;
 use wstac_core::error::Error;
-use wstac_core::green::grey::Grey;
 use wstac_core::layout::FrameSize;
+use wstac_core::model::file::INPUTS;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed;
 use wstac_core::stream::FeatureStream;
@@ -25,6 +25,9 @@ use wstac_fw::setup;
 const SIDE: usize = 400;
 /// Rows that a DMA brings at a time.
 const ROWS: usize = 8;
+/// Bytes of a whole frame.
+#[cfg(not(microbit))]
+const FRAME: usize = SIDE * SIDE * setup::PIXEL_BYTES;
 
 /// What a kind of work took in all.
 #[derive(Default)]
@@ -57,13 +60,13 @@ fn run() -> Result<(), Error> {
     let Some(clock) = Clock::start() else { return Ok(()) };
     let (frames, features) = (File::open(b"frames\0"), File::create(b"features\0"));
     let layout = setup::layout(FrameSize::new(SIDE as u32, SIDE as u32)?)?;
-    let camera = Camera::with_stride(Grey, layout, FrameRate::NOMINAL, setup::STRIDE)?;
-    let mut stream = FeatureStream::<Grey, setup::Ln>::with_floor(camera, setup::FLOOR)?;
+    let camera = Camera::with_stride(setup::GREEN, layout, FrameRate::NOMINAL, setup::STRIDE)?;
+    let mut stream = FeatureStream::<setup::Green, setup::Ln>::with_floor(camera, setup::FLOOR)?;
     let mut trigger = Trigger::new(setup::TRIGGER);
     let speed = setup::speed(FrameRate::NOMINAL)?;
     let [mut to_features, mut to_trigger, mut to_speed, mut to_direction, mut to_texture] =
         [const { Cost { times: 0, ticks: 0 } }; 5];
-    let mut stripe = [0; ROWS * SIDE];
+    let mut stripe = [0; ROWS * SIDE * setup::PIXEL_BYTES];
     let mut frame_ticks = 0;
     while frames.read(&mut stripe) {
         let (ticks, frame) = clock.ticks(|| stream.push_stripe(&stripe));
@@ -82,10 +85,11 @@ fn run() -> Result<(), Error> {
         }
     }
     let stack = stack::deepest() - size_of_val(&stripe);
+    let answer = answers(&clock);
     let whole = whole_frames(&clock, FeatureStream::with_floor(camera, setup::FLOOR)?)?;
     let _ = writeln!(
         Console,
-        "{{\"frames\":{},\"events\":{},\"whole\":{whole},\"stripes\":{},\"trigger\":{},\"speed\":{},\"direction\":{},\"texture\":{},\"stack\":{}}}",
+        "{{\"frames\":{},\"events\":{},\"whole\":{whole},\"stripes\":{},\"trigger\":{},\"speed\":{},\"direction\":{},\"texture\":{},\"answer\":{answer},\"stack\":{}}}",
         to_features.times,
         to_speed.times,
         to_features.mean(&clock),
@@ -98,11 +102,28 @@ fn run() -> Result<(), Error> {
     Ok(())
 }
 
+/// Instructions of the texture model's answer to one of the samples in the file: what trees take depends on the sample.
+#[inline(never)]
+fn answers(clock: &Clock) -> u64 {
+    let Some(model) = setup::MODEL else { return 0 };
+    let samples = File::open(b"samples\0");
+    let mut cost = Cost::default();
+    let mut bytes = [0; 2 * INPUTS];
+    while samples.read(&mut bytes) {
+        let mut numbers = [0; INPUTS];
+        for (number, bytes) in numbers.iter_mut().zip(bytes.as_chunks::<2>().0) {
+            *number = i16::from_le_bytes(*bytes);
+        }
+        cost.add(clock.ticks(|| texture::texture(&numbers, model)).0);
+    }
+    cost.mean(clock)
+}
+
 /// Instructions from a whole frame to its features: 0 on a board that has no room for one.
 #[cfg(not(microbit))]
-fn whole_frames(clock: &Clock, mut stream: FeatureStream<Grey, setup::Ln>) -> Result<u64, Error> {
+fn whole_frames(clock: &Clock, mut stream: FeatureStream<setup::Green, setup::Ln>) -> Result<u64, Error> {
     #[allow(clippy::large_stack_arrays, reason = "it is none: the start-up code writes it")]
-    let Some(frame) = cortex_m::singleton!(: [u8; SIDE * SIDE] = [0; SIDE * SIDE]) else { return Ok(0) };
+    let Some(frame) = cortex_m::singleton!(: [u8; FRAME] = [0; FRAME]) else { return Ok(0) };
     let frames = File::open(b"frames\0");
     let mut cost = Cost::default();
     while frames.read(frame) {
@@ -115,6 +136,6 @@ fn whole_frames(clock: &Clock, mut stream: FeatureStream<Grey, setup::Ln>) -> Re
 
 #[cfg(microbit)]
 #[allow(clippy::unnecessary_wraps)]
-fn whole_frames(_: &Clock, _: FeatureStream<Grey, setup::Ln>) -> Result<u64, Error> {
+fn whole_frames(_: &Clock, _: FeatureStream<setup::Green, setup::Ln>) -> Result<u64, Error> {
     Ok(0)
 }

@@ -1,5 +1,5 @@
-//! The firmware on a board that QEMU emulates: frames of 400 × 400 GREY from the file `frames`, in stripes as a DMA brings them; events
-//! out of the UART, requests into it, and how deep the stack was into the file `stack` (`ci/firmware`).
+//! The firmware on a board that QEMU emulates: frames of 400 × 400 [`setup::PIXELS`] from the file `frames`, in stripes as a DMA brings them;
+//! events out of the UART, requests into it, and how deep the stack was into the file `stack` (`ci/firmware`).
 #![no_std]
 #![no_main]
 
@@ -54,7 +54,7 @@ fn run() -> Result<(), Error> {
     Clock::tick();
     let mut link = Link { uart: Uart::start(), sequence: 0 };
     let mut decoder = Decoder::<16>::new();
-    let mut stripe = [0; ROWS * SIDE];
+    let mut stripe = [0; ROWS * SIDE * setup::PIXEL_BYTES];
     reader.hello(&mut link);
     while frames.read(&mut stripe) {
         while let Some(byte) = link.uart.receive() {

@@ -2,8 +2,10 @@
 
 use core::hint::black_box;
 
+use crate::setup;
+
 /// Bytes of a stripe: eight rows of 400 pixels.
-pub const STRIPE: usize = 8 * 400;
+pub const STRIPE: usize = 8 * 400 * setup::PIXEL_BYTES;
 
 /// The next stripe, in RAM as a DMA would leave it.
 pub fn stripe() -> &'static [u8] {

@@ -3,6 +3,7 @@
 use std::vec::Vec;
 
 use wstac_core::features::Features;
+use wstac_core::green::grey::Grey;
 use wstac_core::wire::{Decoder, LONGEST, encode};
 
 use super::*;

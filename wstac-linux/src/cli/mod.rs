@@ -9,6 +9,7 @@ mod monitor;
 mod output;
 mod run;
 mod scene;
+mod trade;
 
 use std::process::ExitCode;
 
@@ -37,6 +38,7 @@ Start here:
   wstac run clip.y4m --json            events of a recording, as JSON Lines
   wstac monitor /dev/ttyACM0           events that a board finds
   wstac run /dev/video0 --model builtin:svm    with textures; wstac model makes models of your own
+  wstac trade --budget 'M4F<60000,flash<64K'   the most accurate configuration that a board can afford
   ffmpeg -i clip.mp4 -pix_fmt yuv420p -f yuv4mpegpipe - | wstac run -
 ";
 
@@ -87,6 +89,7 @@ enum Command {
     Dataset(dataset::Arguments),
     Model(model::Arguments),
     Monitor(monitor::Arguments),
+    Trade(trade::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -101,6 +104,7 @@ pub fn main() -> ExitCode {
         Command::Dataset(arguments) => dataset::run(&arguments),
         Command::Model(arguments) => model::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
+        Command::Trade(arguments) => trade::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     };
     match result {

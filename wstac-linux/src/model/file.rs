@@ -6,16 +6,21 @@ use wstac_core::model::Model;
 use wstac_core::model::file::ModelError;
 
 use crate::error::Error;
+use crate::trade::models::MODELS;
 
 /// What the name of a model that comes with the program starts with.
 pub const BUILT_IN: &str = "builtin:";
 
 /// Models that come with the program, trained on simulated slides.
-const MODELS: [(&str, &[u8]); 3] = [
+const SHIPPED: [(&str, &[u8]); 3] = [
     ("svm", include_bytes!("../../models/svm.wsm")),
     ("forest", include_bytes!("../../models/forest.wsm")),
     ("boosted", include_bytes!("../../models/boosted.wsm")),
 ];
+
+fn models() -> impl Iterator<Item = (&'static str, &'static [u8])> {
+    SHIPPED.iter().chain(MODELS).copied()
+}
 
 /// A model file's content.
 #[derive(Clone, Debug)]
@@ -34,12 +39,17 @@ impl ModelFile {
         let Some(built_in) = about.strip_prefix(BUILT_IN) else {
             return Self::of_bytes(about, &super::bytes(name)?);
         };
-        let found = MODELS.iter().find(|(name, _)| *name == built_in);
+        let found = models().find(|(name, _)| *name == built_in);
         let (_, bytes) = found.ok_or_else(|| {
-            let names: Vec<_> = MODELS.iter().map(|(name, _)| format!("{BUILT_IN}{name}")).collect();
+            let names: Vec<_> = models().map(|(name, _)| format!("{BUILT_IN}{name}")).collect();
             Error::new(&about, format_args!("is no model that comes with wstac, expected {}", names.join(", ")))
         })?;
         Self::of_bytes(about, bytes)
+    }
+
+    /// All that come with the program, by name.
+    pub fn built_in() -> impl Iterator<Item = (&'static str, Result<Self, Error>)> {
+        models().map(|(name, bytes)| (name, Self::of_bytes(format!("{BUILT_IN}{name}"), bytes)))
     }
 
     fn of_bytes(about: String, bytes: &[u8]) -> Result<Self, Error> {

@@ -92,16 +92,11 @@ impl Scene {
     /// # Errors
     /// As [`Sensor::new`].
     pub fn new(script: &Script) -> Result<Self, Error> {
-        let mut config = script.sensor.clone();
-        config.noise *= script.noise;
-        // The sensor takes light that is integrated already, leaks included.
-        let leak = script.light.leak * config.exposure;
-        let sensor = |intervals: f64, purpose| {
-            Sensor::new(&config, script.fidelity, leak * intervals, Rng::new(script.seed, purpose))
-        };
-        let (long, nominal) = (f64::from(Interval::Long.frames()), sensor(1.0, NOISE)?);
+        let config = sensor_config(script);
+        let (long, nominal) = (f64::from(Interval::Long.frames()), Self::camera(script)?);
         // Longer exposures gather more leak: where there is none, one camera does.
-        let long = (config.auto_exposure && leak > 0.0).then(|| sensor(long, LONG_NOISE)).transpose()?;
+        let is_long = config.auto_exposure && script.light.leak > 0.0;
+        let long = is_long.then(|| camera(script, &config, long, LONG_NOISE)).transpose()?;
         let frame_s = f64::from(config.rate.denominator()) / f64::from(config.rate.numerator());
         let (truth, frames) = schedule(script, frame_s);
         Ok(Self {
@@ -111,7 +106,7 @@ impl Scene {
             long,
             config,
             fidelity: script.fidelity,
-            leak,
+            leak: script.light.leak * script.sensor.exposure,
             auto_exposure: AutoExposure::new(),
             drops: Rng::new(script.seed, DROPS),
             pending: None,
@@ -119,6 +114,15 @@ impl Scene {
             frame: 0,
             frames,
         })
+    }
+
+    /// A script's camera as it is when the scene starts, with the same noise to come. It takes the light of
+    /// [`next_light`](Self::next_light), also that of a scene that differs in the camera's format alone.
+    ///
+    /// # Errors
+    /// As [`Sensor::new`].
+    pub fn camera(script: &Script) -> Result<Sensor, Error> {
+        camera(script, &sensor_config(script), 1.0, NOISE)
     }
 
     /// What really happens: the slides in the order of time.
@@ -184,6 +188,17 @@ impl Scene {
         }
         Some((light, intervals))
     }
+}
+
+/// The camera with the scale of all noise in its own.
+fn sensor_config(script: &Script) -> SensorConfig {
+    SensorConfig { noise: script.sensor.noise * script.noise, ..script.sensor.clone() }
+}
+
+/// A camera whose exposures last `intervals` frames. It takes light that is integrated already, leaks included.
+fn camera(script: &Script, config: &SensorConfig, intervals: f64, purpose: u64) -> Result<Sensor, Error> {
+    let leak = script.light.leak * config.exposure * intervals;
+    Sensor::new(config, script.fidelity, leak, Rng::new(script.seed, purpose))
 }
 
 /// When the slides happen, and how many frames the scene has.

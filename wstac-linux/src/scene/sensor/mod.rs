@@ -19,6 +19,7 @@ use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
 use wstac_core::green::ycbcr::Colour;
 use wstac_core::layout::Layout;
 use wstac_core::params::TAXELS;
+use wstac_core::rate::FrameRate;
 use wstac_core::taxels::{Accumulators, Camera};
 
 pub use self::config::SensorConfig;
@@ -147,6 +148,11 @@ impl Sensor {
     /// Green full scale of one pixel, G.
     pub fn full_scale(&self) -> u32 {
         self.camera.full_scale()
+    }
+
+    /// Frames a second.
+    pub fn rate(&self) -> FrameRate {
+        self.camera.rate()
     }
 
     /// Bytes from row to row, of planar formats those of luma.

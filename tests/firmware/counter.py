@@ -1,0 +1,125 @@
+"""Counts what a firmware of any settings takes on emulated boards, whose events and features must be the host's."""
+
+import json
+import struct
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import boards
+from boards import BOARDS
+from host import features, host, same
+
+SCENE = Path(__file__).with_name("clip.toml")
+# A slide over every specimen, as taxel sums.
+SLIDES = Path(__file__).with_name("slides.toml")
+# What WSTAC_PIXELS calls a format, and V4L2, as scenes do.
+FORMATS = {"GREY": "GREY", "Y16": "Y16", "RGB24": "RGB3", "RGB565": "RGBP", "BAYER8": "RGGB", "YUYV": "YUYV"}
+# The scene's first event is over by then.
+FRAMES = 110
+# In the dark a little light is left, so that no format's sums are 0: of 0 there is no logarithm, and it would cost nothing.
+DARK = "black_level = 2.0\nread_noise = 100"
+CORES = tuple(board.core for board in BOARDS)
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What is built: a name of `formats()`, a stride, a logarithm, a model's file."""
+
+    format: str = "GREY"
+    stride: int = 1
+    ln: str = "fixed"
+    model: Path | None = None
+
+    def toml(self):
+        yuv = self.format.partition(" ")[2] or "exact"
+        return f'[green]\nstride = {self.stride}\nyuv = "{yuv}"\n[features]\nln = "{self.ln}"\n'
+
+
+def formats():
+    """Formats, and of YUYV both ways to green."""
+    for pixels in FORMATS:
+        yield from ([f"{pixels} exact", f"{pixels} linear"] if pixels == "YUYV" else [pixels])
+
+
+def write_samples(wstac, file):
+    """Writes the samples of ten slides, frame by frame: what models are asked while instructions are counted, whatever the camera's format."""
+    events = map(json.loads, host(wstac, "run", f"scene:{SLIDES}", "--json", "--samples"))
+    samples = [event["sample"] for event in events if event["kind"] == "event"]
+    numbers = [round(2048 * line[frame]) for sample in samples for frame in range(len(sample[0])) for line in sample]
+    Path(file).write_bytes(struct.pack(f"<{len(numbers)}h", *numbers))
+
+
+class Counter:
+    """Builds, runs and counts; frames are rendered once a format."""
+
+    def __init__(self, wstac, folder, debug=False):
+        self.wstac, self.folder, self.debug = Path(wstac).resolve(), Path(folder), debug
+        self.expected = cache(self.expected)
+        write_samples(wstac, self.folder / "samples")
+
+    def scene(self, pixels):
+        """How to name a format's scene to the host, and the folder of its frames."""
+        place = self.folder / pixels
+        scene = place / "clip.toml"
+        asked = [f"scene:{scene}", "--frames", str(FRAMES)]
+        if not place.exists():
+            place.mkdir()
+            text = SCENE.read_text().replace("[sensor]\n", f'[sensor]\nformat = "{FORMATS[pixels]}"\n{DARK}\n')
+            scene.write_text(text)
+            host(self.wstac, "run", *asked, "--save-raw", place / "frames")
+        return asked, place
+
+    def expected(self, pixels, toml, model):
+        """The events and features that the host prints of a scene."""
+        asked, place = self.scene(pixels)
+        (place / "host.toml").write_text(toml)
+        asked += [] if model is None else ["--model", model]
+        lines = host(self.wstac, "run", *asked, "--json", "--features", "--config", place / "host.toml")
+        numbers = [record["f"] for record in map(json.loads, lines) if record["kind"] == "features"]
+        if not any('"kind":"event"' in line for line in lines):
+            sys.exit(f"{pixels}, {toml!r}: the host sees no event, which says little about a board")
+        return [line for line in lines if '"kind":"features"' not in line], numbers
+
+    def count(self, board, programs, pixels, toml, model):
+        """What one board takes for what is built."""
+        _, place = self.scene(pixels)
+        events, numbers = self.expected(pixels, toml, model)
+        own = place / board.core
+        own.mkdir(exist_ok=True)
+        for name, there in ("frames", place / "frames"), ("samples", self.folder / "samples"):
+            if not (own / name).exists():
+                (own / name).symlink_to(there)
+        what = f"{pixels}, {toml!r}, {model}"
+        boards.run(board, programs / "emulated", own, "file:serial")
+        stack = int.from_bytes((own / "stack").read_bytes(), "little")
+        same(board, f"events of {what}", host(self.wstac, "monitor", own / "serial", "--json"), events)
+        said = json.loads(boards.run(board, programs / "cost", own))
+        same(board, f"features of {what}", features(own), numbers)
+        size = boards.sizes(programs / "emulated")
+        whole = {"frame": said["stripes"], "event": said["answer"], "flash": size.flash, "ram": size.ram + stack}
+        return whole | {key: said[key] for key in ("trigger", "speed", "direction")}
+
+    def build(self, target, pixels, toml, model):
+        """The programs of a configuration, valid until the next one's."""
+        config = self.folder / f"{target}.toml"
+        config.write_text(toml)
+        programs = ("--bin", "cost", "--bin", "emulated")
+        return boards.build(target, *programs, model=model, config=config, pixels=pixels, debug=self.debug)
+
+    def setting(self, setting, every_board=False, cores=CORES):
+        """What these cores take for a setting. The Cortex-M7 runs the M4F's program, and is asked where every board is."""
+        pixels = setting.format.partition(" ")[0]
+        what = (pixels, setting.toml(), setting.model)
+        self.expected(*what)
+
+        def of_target(target):
+            programs = self.build(target, *what)
+            on = [board for board in BOARDS if board.target == target and board.core in cores]
+            counts = [self.count(board, programs, *what) for board in (on if every_board else on[:1])]
+            return {board.core: counts[min(i, len(counts) - 1)] for i, board in enumerate(on)}
+
+        with ThreadPoolExecutor() as pool:
+            return {core: count for counts in pool.map(of_target, {board.target for board in BOARDS if board.core in cores}) for core, count in counts.items()}

@@ -1,0 +1,21 @@
+"""What the host makes of the same frames, and whether a board makes the same of them."""
+
+import subprocess
+import sys
+
+
+def host(wstac, *arguments):
+    """What the command prints."""
+    return subprocess.check_output([wstac, *arguments], text=True, stderr=subprocess.DEVNULL).splitlines()
+
+
+def same(board, what, got, want):
+    if got != want:
+        pairs = [pair for pair in zip(got + [""] * len(want), want + [""] * len(got)) if pair[0] != pair[1]]
+        sys.exit(f"{board.core}, {what}: {len(pairs)} lines differ, the first: {pairs[0][0]!r}, expected {pairs[0][1]!r}")
+
+
+def features(folder):
+    """The features that a board has written, as the host prints them."""
+    numbers = memoryview((folder / "features").read_bytes()).cast("h").tolist()
+    return [[number / 2048 for number in numbers[at : at + 10]] for at in range(0, len(numbers), 10)]

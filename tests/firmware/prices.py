@@ -1,0 +1,163 @@
+#!/usr/bin/env python3
+"""What every setting costs on emulated boards, for `wstac trade`: instructions, flash and RAM.
+
+    prices.py WSTAC                                       counts everything anew; what differs from the kept prices by over 1 % fails
+    prices.py WSTAC --keep [MODEL.wsm …]                  keeps it in wstac-linux/trade/prices.json; of models, all or those that are named
+    prices.py WSTAC --check CONFIG.toml MODEL PIXELS CORE     one configuration: {"frame", "event", "flash", "ram"}; "-" for no file
+
+A setting's price is what it adds: formats (with their stride) hold the firmware without a model, with the fixed-point logarithm; others hold
+differences. So a configuration's price is a sum, which is compared with three counts. Every count's events and features are the host's.
+"""
+
+import hashlib
+import json
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import boards
+from boards import BOARDS, ROOT
+from counter import FORMATS, Counter, Setting, formats
+
+KEPT = ROOT / "wstac-linux/trade/prices.json"
+STRIDES = (1, 2, 3, 5)
+KERNELS = ("fixed", "libm", "micromath")
+# Of a count of so many instructions, how far a sum may be off. A tick of the boards' timers is 40 or 63 instructions.
+SLACK = 0.01
+# Format, stride, logarithm, model.
+MIXED = (("RGB565", 2, "libm", "svm.wsm"), ("YUYV linear", 3, "micromath", "forest.wsm"), ("BAYER8", 5, "libm", "boosted.wsm"))
+
+
+def models():
+    """The models that there are, by name."""
+    files = [*ROOT.glob("wstac-linux/models/*.wsm"), *ROOT.glob("wstac-linux/trade/models/*.wsm")]
+    return {file.name: file for file in sorted(files)}
+
+
+def pick(numbers, *keys):
+    return {key: numbers[key] for key in keys}
+
+
+def less(numbers, base, *keys):
+    return {key: numbers[key] - base[key] for key in keys}
+
+
+def measure(counter, chosen, kept, save):
+    """The prices, saved as they come; `kept` ones stay where models alone are counted."""
+    began, done = time.monotonic(), 0
+    cores = json.loads(json.dumps(kept)) if kept else {board.core: {"formats": {}, "ln": {}, "models": {}} for board in BOARDS}
+    base = {}
+
+    def each(setting, take, **how):
+        nonlocal done
+        for core, numbers in counter.setting(setting, **how).items():
+            take(core, numbers)
+        done += 1
+        save(cores)
+        name = setting.model.name if setting.model else setting.ln
+        print(f"{time.monotonic() - began:5.0f} s: {setting.format}, stride {setting.stride}, {name}: as on the host", file=sys.stderr, flush=True)
+
+    def first(core, numbers):
+        base[core] = numbers
+        cores[core] |= pick(numbers, "trigger", "speed", "direction")
+
+    each(Setting(), first, every_board=True)
+    for kernel in () if kept else KERNELS:
+        each(Setting(ln=kernel), lambda core, n: cores[core]["ln"].__setitem__(kernel, less(n, base[core], "frame", "flash", "ram")))
+    for name, file in chosen.items():
+        sha256 = hashlib.sha256(file.read_bytes()).hexdigest()
+
+        def model(core, numbers):
+            price = pick(numbers, "event") | less(numbers, base[core], "flash", "ram") | {"sha256": sha256}
+            cores[core]["models"][name] = price
+
+        each(Setting(model=file), model)
+    for format_ in () if kept else formats():
+        for stride in STRIDES:
+
+            def front(core, numbers):
+                cores[core]["formats"].setdefault(format_, {})[str(stride)] = pick(numbers, "frame", "flash", "ram")
+
+            each(Setting(format_, stride), front)
+    print(f"{done} settings in {time.monotonic() - began:.0f} s", file=sys.stderr)
+    return cores
+
+
+def sums(counter, cores):
+    """Counts configurations whose settings were counted apart; whether their sums say the same."""
+    fine = True
+    for format_, stride, kernel, name in MIXED:
+        for core, numbers in counter.setting(Setting(format_, stride, kernel, models()[name])).items():
+            front, ln, model = cores[core]["formats"][format_][str(stride)], cores[core]["ln"][kernel], cores[core]["models"][name]
+            parts = {
+                "frame": front["frame"] + ln["frame"], "event": model["event"],
+                "flash": front["flash"] + ln["flash"] + model["flash"], "ram": front["ram"] + ln["ram"] + model["ram"],
+            }
+            said = []
+            for key, by_sum in parts.items():
+                off = by_sum / numbers[key] - 1
+                fine &= abs(off) <= SLACK
+                said.append(f"{key} {by_sum:,} for {numbers[key]:,} ({off:+.2%})")
+            print(f"{core}, {format_} stride {stride} {kernel} {name}, the sum for the count: {', '.join(said)}", flush=True)
+    return fine
+
+
+def compare(cores, kept, at=""):
+    """Whether kept prices are what was counted; says where not."""
+    fine = True
+    for key in cores.keys() | kept.keys():
+        new, old, here = cores.get(key), kept.get(key), f"{at} {key}".strip()
+        if isinstance(new, dict) and isinstance(old, dict):
+            fine &= compare(new, old, here)
+        elif new != old and (isinstance(new, str) or None in (new, old) or abs(new - old) > max(SLACK * abs(old), 64)):
+            fine = False
+            print(f"{here}: {new}, kept {old}: ci/prices --keep keeps it")
+    return fine
+
+
+def one(counter, config, model, pixels, core):
+    """Counts one configuration, as files say it."""
+    board = next((board for board in BOARDS if board.core == core), None)
+    if board is None or pixels not in FORMATS:
+        sys.exit(f"CORE is {core}, PIXELS {pixels}; expected one of {[b.core for b in BOARDS]}, and one of {list(FORMATS)}")
+    toml = "" if config == "-" else Path(config).read_text()
+    model = None if model == "-" else Path(model).resolve()
+    programs = counter.build(board.target, pixels, toml, model)
+    return pick(counter.count(board, programs, pixels, toml, model), "frame", "event", "flash", "ram")
+
+
+def save(cores):
+    """Keeps prices."""
+    found = {"compiler": boards.compiler(), "frame": "400x400, stripes of 8 rows", "cores": cores}
+    KEPT.parent.mkdir(exist_ok=True)
+    KEPT.write_text(json.dumps(found, indent=1) + "\n")
+
+
+def main():
+    match sys.argv[1:]:
+        case [wstac, "--check", config, model, pixels, core]:
+            with tempfile.TemporaryDirectory() as folder:
+                print(json.dumps(one(Counter(wstac, folder), config, model, pixels, core)))
+            return
+        case [wstac, *rest] if not rest or rest[0] == "--keep":
+            keep, named = bool(rest), rest[1:]
+        case _:
+            sys.exit(__doc__)
+    kept = json.loads(KEPT.read_text()) if KEPT.exists() else {"cores": {}}
+    chosen = {Path(name).name: Path(name).resolve() for name in named} or models()
+    with tempfile.TemporaryDirectory() as folder:
+        counter = Counter(wstac, folder)
+        cores = measure(counter, chosen, kept["cores"] if named else None, save if keep else lambda cores: None)
+        fine = bool(named) or sums(counter, cores)
+    if keep:
+        print(f"kept in {KEPT.relative_to(ROOT)}")
+    elif kept.get("compiler") != boards.compiler():
+        print(f"kept prices are of {kept.get('compiler')}, this is {boards.compiler()}: not compared")
+    else:
+        fine &= compare(cores, kept["cores"])
+    sys.exit(not fine)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,60 @@
+//! How the way from bytes to features and trigger grows: with the frame, with taxels in it, with frames.
+
+use wstac_core::error::Error;
+use wstac_core::features::Floor;
+use wstac_core::green::grey::Grey;
+use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::ln::fixed::Fixed;
+use wstac_core::params::{COLUMNS, TAXELS};
+use wstac_core::rate::FrameRate;
+use wstac_core::stream::FeatureStream;
+use wstac_core::taxels::Camera;
+use wstac_core::trigger::{Trigger, TriggerConfig};
+use wstac_fw::emulated::clock::Clock;
+
+use crate::{ROWS, STRIPE};
+
+const FLOOR: Floor = match Floor::new(0.5, 255) {
+    Ok(floor) => floor,
+    Err(_) => panic!("half a level of 255"),
+};
+
+/// Instructions of `count` frames, bytes to trigger.
+fn frames(clock: &Clock, stripe: &[u8; STRIPE], layout: Layout, count: u32) -> Result<f64, Error> {
+    let mut stream = FeatureStream::<_, Fixed>::with_floor(Camera::new(Grey, layout, FrameRate::NOMINAL)?, FLOOR)?;
+    let mut trigger = Trigger::new(TriggerConfig::default());
+    let (width, height) = (usize::from(layout.frame().width()), usize::from(layout.frame().height()));
+    let mut all = 0;
+    for _ in 0..count {
+        for first in (0..height).step_by(ROWS) {
+            let rows = &stripe[..width * ROWS.min(height - first)];
+            let (ticks, done) = clock.ticks(|| stream.push_stripe(rows));
+            all += u64::from(ticks);
+            if let Some(frame) = done? {
+                all += u64::from(clock.ticks(|| trigger.push(frame.features, false).is_some()).0);
+            }
+        }
+    }
+    Ok(clock.instructions(all) as f64)
+}
+
+/// Square taxels of a side, a fifth of the frame's apart.
+fn layout(frame: u16, side: u16) -> Result<Layout, Error> {
+    let place = |k: usize| (k as u16) * (frame / COLUMNS as u16);
+    let corners: [[u16; 2]; TAXELS] = core::array::from_fn(|k| [place(k % COLUMNS), place(k / COLUMNS)]);
+    Layout::new(FrameSize::new(frame.into(), frame.into())?, [side, side], corners)
+}
+
+/// Measures; `of` is by how much something grew.
+pub fn measure(clock: &Clock, stripe: &[u8; STRIPE]) -> Result<(), Error> {
+    for grown in [1_u16, 2, 4, 8] {
+        let of = ["1", "4", "16", "64"][grown.ilog2() as usize];
+        let paper = Layout::paper(FrameSize::new(100 * u32::from(grown), 100 * u32::from(grown))?)?;
+        crate::say("frame pixels with the paper's taxels", of, frames(clock, stripe, paper, 4)? / 4.0);
+        crate::say("frame pixels, taxels of 16 × 16", of, frames(clock, stripe, layout(100 * grown, 16)?, 4)? / 4.0);
+        crate::say("taxel area, frames of 400 × 400", of, frames(clock, stripe, layout(400, 10 * grown)?, 4)? / 4.0);
+        let paper = Layout::paper(FrameSize::new(400, 400)?)?;
+        crate::say("frames", of, frames(clock, stripe, paper, u32::from(grown) * u32::from(grown))?);
+    }
+    Ok(())
+}

@@ -1,0 +1,94 @@
+//! The pixel formats that a board can be built for: those whose rows can be summed as they come.
+
+use std::env;
+use std::fmt::Write;
+
+use wstac_core::green::any::YcbcrMethod;
+
+/// A format: what `WSTAC_PIXELS` calls it, and how it is written in Rust.
+pub struct Pixels {
+    /// Its name.
+    pub name: &'static str,
+    /// Bytes of a pixel: YUYV's of half a cell.
+    bytes: u8,
+    /// Green full scale of a pixel.
+    pub full_scale: u32,
+    /// What the link calls it.
+    format: &'static str,
+    kind: &'static str,
+    value: &'static str,
+}
+
+/// The default is the first.
+const PIXELS: [Pixels; 6] = [
+    Pixels { name: "GREY", bytes: 1, full_scale: 255, format: "Grey", kind: "grey::Grey", value: "grey::Grey" },
+    Pixels { name: "Y16", bytes: 2, full_scale: 65_535, format: "Y16", kind: "words::Y16", value: "words::Words" },
+    Pixels {
+        name: "RGB24",
+        bytes: 3,
+        full_scale: 255,
+        format: "Rgb24",
+        kind: "packed_rgb::Rgb24",
+        value: "packed_rgb::PackedRgb",
+    },
+    Pixels {
+        name: "RGB565",
+        bytes: 2,
+        full_scale: 255,
+        format: "Rgb565",
+        kind: "rgb565::Rgb565",
+        value: "rgb565::Rgb565",
+    },
+    Pixels {
+        name: "BAYER8",
+        bytes: 1,
+        full_scale: 255,
+        format: "Bayer8(wstac_core::green::bayer::BayerOrder::Rggb)",
+        kind: "bayer::Bayer<8>",
+        value: "bayer::Bayer::new(wstac_core::green::bayer::BayerOrder::Rggb)",
+    },
+    Pixels { name: "YUYV", bytes: 2, full_scale: 255, format: "Yuyv", kind: "", value: "" },
+];
+
+impl Pixels {
+    /// The format of this name, GREY where there is none; or what was expected.
+    pub fn named(name: Option<&str>) -> Result<&'static Self, String> {
+        let name = name.unwrap_or(PIXELS[0].name);
+        if env::var_os("CARGO_FEATURE_H743").is_some() && name != "GREY" {
+            return Err(format!(
+                "WSTAC_PIXELS={name}: expected GREY for the STM32H743, whose camera interface keeps luma alone"
+            ));
+        }
+        let found = PIXELS.iter().find(|pixels| pixels.name == name);
+        let names: Vec<_> = PIXELS.iter().map(|pixels| pixels.name).collect();
+        found.ok_or_else(|| format!("WSTAC_PIXELS={name}: expected one of {} (BAYER8 is RGGB)", names.join(", ")))
+    }
+
+    /// Its items of `setup.rs`. Of YUYV, the configuration says how it becomes green.
+    pub fn source(&self, yuv: YcbcrMethod) -> Result<String, String> {
+        let colour = "wstac_core::green::ycbcr::Colour { matrix: wstac_core::green::ycbcr::Matrix::Bt601, \
+                      range: wstac_core::green::ycbcr::Range::Limited }";
+        let (kind, value) = if self.name == "YUYV" {
+            let way = format!("wstac_core::green::ycbcr::{yuv:?}");
+            (format!("packed_ycbcr::Yuyv<{way}>"), format!("packed_ycbcr::Yuyv::new({way}::new({colour}))"))
+        } else {
+            (self.kind.to_owned(), self.value.to_owned())
+        };
+        let mut source = String::new();
+        write!(
+            source,
+            "/// The camera's pixels: how they become green.
+pub type Green = wstac_core::green::{kind};
+/// The same as a value; YCbCr is BT.601 of limited range, as cameras send it.
+pub const GREEN: Green = wstac_core::green::{value};
+/// What the link calls them.
+pub const PIXELS: PixelFormat = PixelFormat::{};
+/// Bytes that a pixel takes in a row.
+pub const PIXEL_BYTES: usize = {};
+",
+            self.format, self.bytes,
+        )
+        .map_err(|error| error.to_string())?;
+        Ok(source)
+    }
+}

@@ -1,0 +1,175 @@
+//! `wstac trade`: what speed costs in accuracy.
+
+mod choose;
+mod fade;
+
+use std::path::{Path, PathBuf};
+
+use super::output::{Stop, note};
+use crate::config::Config;
+use crate::error::Error;
+use crate::trade::budget::{Budget, By};
+use crate::trade::candidate::Candidate;
+use crate::trade::knobs::Front;
+use crate::trade::prices::{Core, Prices};
+use crate::trade::row::{Row, rows};
+use crate::trade::slides::{MOST_SLIDES, QUICK_SLIDES, SENSORS, SLIDES, slides};
+use crate::trade::sweep::{self, Plan};
+use crate::trade::{host, map, plot, table};
+
+/// Show what speed costs in accuracy, and choose a configuration by what may be spent
+///
+/// Every camera format, pixel stride, logarithm and texture model is run on the same simulated slides, of sensors that no model was
+/// trained on; what was found stands beside what it costs on boards, counted on emulated ones. With --budget nothing is run: the
+/// map that comes with wstac is asked.
+#[derive(Debug, clap::Args)]
+#[command(after_long_help = HELP)]
+pub(super) struct Arguments {
+    /// Write to this folder: trade.csv, trade.md, trade.svg and map.csv; with --budget the configuration, with --fade fade.csv
+    /// and fade.md
+    #[arg(short, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+
+    /// Slides of each of the 20 sensors: 40 unless given, 10 with --fade
+    #[arg(long, value_name = "1…110", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SLIDES)))]
+    slides: Option<u32>,
+
+    /// A quarter of the slides
+    #[arg(long, conflicts_with = "slides")]
+    quick: bool,
+
+    /// These texture models only, files or builtin:NAME, instead of all that come with wstac
+    #[arg(long = "model", value_name = "FILE.wsm")]
+    models: Vec<PathBuf>,
+
+    /// Everything that is no knob: a configuration file as for wstac run
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+
+    /// The core that tables and plots are for
+    #[arg(long, value_enum, default_value = "M4F")]
+    core: Core,
+
+    /// Run nothing: read a map.csv of an earlier sweep, or "kept", the one that comes with wstac
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["slides", "quick", "config"])]
+    map: Option<PathBuf>,
+
+    /// Prices that ci/prices counted, instead of those that come with wstac
+    #[arg(long, value_name = "prices.json", conflicts_with_all = ["verify", "fade"])]
+    prices: Option<PathBuf>,
+
+    /// Print the most accurate configuration that fits
+    #[arg(long, value_name = "TERMS", conflicts_with_all = ["slides", "quick", "config", "models"])]
+    budget: Option<Budget>,
+
+    /// What is to be best
+    #[arg(long, value_enum, default_value = "specimen", requires = "budget")]
+    by: By,
+
+    /// Run the configuration in this folder, which --budget wrote, and compare with what was claimed
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["budget", "map", "slides", "quick", "config", "models"])]
+    verify: Option<PathBuf>,
+
+    /// Show how answers decay as light fades, one knob turned at a time
+    #[arg(long, conflicts_with_all = ["budget", "map", "verify", "quick"])]
+    fade: bool,
+
+    /// Peak light in grey levels of 255, for --fade
+    #[arg(long, value_name = "LEVELS", value_delimiter = ',', requires = "fade", value_parser = level)]
+    light: Vec<f64>,
+}
+
+const HELP: &str = r"Terms of a budget, between commas:
+  M0<90000         instructions a frame, on M0, M3, M4F or M7; k and M are thousands and millions
+  M4F.event<200k   instructions an event: speed, direction and texture
+  flash<64K        bytes of the whole firmware with its model, on the cores that other terms name,
+                   or else on --core; K is 1024
+  ram<6K           bytes, the stack included, the buffer for rows not
+  frames<=40       frames from the first touch to the answer
+  host<20us        ns, us or ms a frame on a host, host.event an event: of the machine that made the
+                   map, good to compare settings with each other
+  format=YUYV      GREY, RGB24, RGB565, BAYER8, YUYV (exact or linear), MJPEG; stride=2; ln=libm;
+                   model=svm, or none
+
+Examples:
+  wstac trade --budget 'M4F<60000,flash<64K'
+  wstac trade --budget 'M0<150k,M0.event<400k,flash<64K' --by direction -o small
+  wstac trade --verify small           runs it again: must find what was claimed, digit for digit
+  wstac trade -o found                 the whole sweep: minutes
+  wstac trade --quick --model my.wsm -o found
+  wstac trade --budget 'frames<=40' --map found/map.csv
+
+Exit code: 2 for a budget that cannot be read, 1 where nothing fits or a claim does not hold.";
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    if let Some(folder) = &arguments.verify {
+        return choose::verify(folder);
+    }
+    if let Some(budget) = &arguments.budget {
+        return choose::choose(arguments, budget);
+    }
+    let config = arguments.config.as_deref().map_or_else(|| Ok(Config::default()), Config::read)?;
+    if arguments.fade {
+        return fade::fade(arguments, &config);
+    }
+    let (models, prices) = (models(&arguments.models)?, prices(arguments)?);
+    let rows = match &arguments.map {
+        Some(path) => read(path)?,
+        None => swept(arguments, &config, &models)?,
+    };
+    let text = table::pareto(&rows, &prices, arguments.core);
+    if let Some(folder) = &arguments.output {
+        std::fs::create_dir_all(folder).map_err(|error| Error::new(folder.display(), error))?;
+        write(folder, "trade.csv", &map::write_all(&rows, &models, &prices))?;
+        write(folder, "trade.md", &text)?;
+        write(folder, "trade.svg", &plot::draw(&rows, &models, &prices, arguments.core))?;
+        write(folder, "map.csv", &map::write(&rows))?;
+    }
+    print(&text)
+}
+
+/// Runs every setting, then times them.
+fn swept(arguments: &Arguments, config: &Config, models: &[Candidate]) -> Result<Vec<Row>, Error> {
+    let of_each = if arguments.quick { QUICK_SLIDES } else { arguments.slides.unwrap_or(SLIDES) };
+    let (fronts, slides) = (Front::all(), slides(of_each));
+    let (all, settings, count) = (slides.len(), fronts.len(), models.len());
+    note(format_args!("{all} slides of {SENSORS} sensors, {settings} settings, {count} models"));
+    let plan = Plan { config, fronts: &fronts, models, slides: &slides, light: 1.0 };
+    let mut rows = rows(&plan, &sweep::run(&plan)?);
+    host::measure(&mut rows, models, config)?;
+    Ok(rows)
+}
+
+/// A map of an earlier sweep, or the one that comes with the program.
+fn read(path: &Path) -> Result<Vec<Row>, Error> {
+    if path == Path::new("kept") {
+        return map::kept();
+    }
+    let text = std::fs::read_to_string(path).map_err(|error| Error::new(path.display(), error))?;
+    map::read(&path.display().to_string(), &text)
+}
+
+fn prices(arguments: &Arguments) -> Result<Prices, Error> {
+    let Some(path) = &arguments.prices else { return Prices::kept() };
+    let text = std::fs::read_to_string(path).map_err(|error| Error::new(path.display(), error))?;
+    Prices::read(&path.display().to_string(), &text)
+}
+
+fn models(named: &[PathBuf]) -> Result<Vec<Candidate>, Error> {
+    if named.is_empty() { Candidate::all_built_in() } else { named.iter().map(|name| Candidate::named(name)).collect() }
+}
+
+fn write(folder: &Path, name: &str, text: &str) -> Result<(), Error> {
+    let path = folder.join(name);
+    std::fs::write(&path, text).map_err(|error| Error::new(path.display(), error))
+}
+
+fn print(text: &str) -> Result<(), Stop> {
+    Ok(std::io::Write::write_all(&mut std::io::stdout(), text.as_bytes())?)
+}
+
+/// A level of light.
+fn level(text: &str) -> Result<f64, String> {
+    let level = text.parse().ok().filter(|level| (0.001..=1000.0).contains(level));
+    level.ok_or_else(|| format!("{text:?} is no level of light, expected 0.001 to 1000 grey levels"))
+}

@@ -1,0 +1,80 @@
+use super::*;
+use crate::trade::map;
+
+const PRICES: &str = r#"{"compiler": "c", "frame": "f", "cores": {"M4F": {
+    "formats": {"GREY": {"1": {"frame": 64000, "flash": 20000, "ram": 4000}, "2": {"frame": 30000, "flash": 20100, "ram": 4000}}},
+    "ln": {"fixed": {"frame": 0, "flash": 0, "ram": 0}},
+    "trigger": 300, "speed": 4000, "direction": 70000,
+    "models": {"svm.wsm": {"event": 40000, "flash": 65000, "ram": 1200, "sha256": "0"}}}}}"#;
+
+/// Two strides without and with a model; the finer one is the more accurate.
+fn rows() -> Vec<Row> {
+    let text = format!(
+        "{}GREY,1,fixed,none,800,800,,,,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0,9000,3000\n\
+         GREY,1,fixed,svm,800,800,80.00,78.00,82.00,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0,9000,9000\n\
+         GREY,2,fixed,none,800,800,,,,,,,,,,4.00,9.00,360,90,1,0.000200,0.000100,0.000200,0.000200,58.0,4000,3000\n\
+         GREY,2,fixed,svm,800,800,79.00,77.00,81.00,,,,,,,4.00,9.00,360,90,1,0.000200,0.000100,0.000200,0.000200,58.0,4000,9000\n\
+         MJPEG,1,fixed,svm,800,800,90.00,77.00,81.00,,,,,,,4.00,9.00,360,0,1,0.000200,0.000100,0.000200,0.000200,38.0,900000,9000\n",
+        map::write(&[])
+    );
+    map::read("m", &text).unwrap()
+}
+
+fn found(budget: &str, by: By) -> Result<(u16, Option<String>, &'static str), String> {
+    let (rows, prices) = (rows(), Prices::read("p", PRICES).unwrap());
+    let best = best(&rows, &budget.parse()?, by, &prices, Core::M4F).map_err(|error| error.to_string())?;
+    Ok((best.front.stride.get(), best.model.clone(), best.front.format.name()))
+}
+
+#[test]
+fn the_best_that_fits() {
+    let svm = || Some("svm".to_owned());
+    assert_eq!(found("M4F<65000", By::Specimen), Ok((1, svm(), "GREY")));
+    assert_eq!(found("M4F<=64300", By::Specimen), Ok((1, svm(), "GREY")));
+    assert_eq!(found("M4F<64300", By::Specimen), Ok((2, svm(), "GREY")));
+    assert_eq!(found("m4f < 60k, flash<84K", By::Specimen), Ok((2, svm(), "GREY")));
+    assert_eq!(found("flash<64K", By::Direction), Ok((1, None, "GREY")));
+    // A quarter of the slides at stride 2 has no speed.
+    assert_eq!(found("ram<8K", By::Speed), Ok((1, None, "GREY")));
+    // No board reads MJPEG: only where none is asked for.
+    assert_eq!(found("frames<=40", By::Specimen), Ok((1, svm(), "MJPEG")));
+    assert_eq!(found("host<5us,format=GREY", By::Specimen), Ok((2, svm(), "GREY")));
+    assert_eq!(found("stride=2,ln=fixed,model=none", By::Features), Ok((2, None, "GREY")));
+}
+
+#[test]
+fn the_nearest_miss_is_told() {
+    let miss = found("M4F<20000", By::Specimen).unwrap_err();
+    for part in ["nearest is GREY, stride 2, fixed ln, model svm", "30300, expected M4F<20000"] {
+        assert!(miss.contains(part), "{miss}");
+    }
+    let miss = found("flash<64K,M4F.event<120k", By::Specimen).unwrap_err();
+    assert!(miss.contains("85000, expected flash<64K") && !miss.contains("120k"), "{miss}");
+    assert!(found("format=RGB565", By::Specimen).unwrap_err().contains("no configuration of the map"));
+    let miss = found("M0<9M", By::Specimen).unwrap_err();
+    assert!(miss.contains("not known, expected M0<9M"), "{miss}");
+}
+
+#[test]
+fn what_is_wrong_is_named() {
+    for (text, parts) in [
+        ("", ["term \"\"", "M4F"]),
+        ("M5<3", ["term \"M5<3\"", "\"M5\", expected M0"]),
+        ("M4F<fast", ["\"fast\"", "a number above 0"]),
+        ("M4F<-3", ["\"-3\"", "k, K, M"]),
+        ("M4F=3", ["M4F with =", "< or <="]),
+        ("M4F.flash<3", ["\"M4F.flash\"", ".event"]),
+        ("flash<64Q", ["\"64Q\"", "K, k, M"]),
+        ("format=NV12", ["\"NV12\"", "GREY, RGB24"]),
+        ("ln=exact", ["\"exact\"", "fixed, libm, micromath"]),
+        ("stride=4", ["\"4\"", "1, 2, 3, 5"]),
+        ("model=", ["model=", "a name is missing"]),
+        ("host<5h", ["\"5h\"", "ns, us"]),
+        ("frames<1,,", ["term \"\"", "no limit"]),
+    ] {
+        let message = text.parse::<Budget>().unwrap_err();
+        for part in parts {
+            assert!(message.contains(part), "{text:?} gave {message:?}, expected {part:?}");
+        }
+    }
+}

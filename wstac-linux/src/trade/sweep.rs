@@ -1,0 +1,121 @@
+//! Slides through every setting: all settings of a slide in one pass over its frames, slides in parallel.
+
+use rayon::prelude::*;
+use wstac_core::model::Model;
+
+use super::bank::Eye;
+use super::candidate::{Candidate, Right};
+use super::float64::FeatureError;
+use super::knobs::{Format, Front};
+use super::slides::{QUICK_SLIDES, TradeSlide};
+use crate::config::Config;
+use crate::error::Error;
+use crate::scene::Scene;
+use crate::texture::{TextureRecord, pattern_and_depth};
+
+/// What is swept.
+#[derive(Clone, Copy, Debug)]
+pub struct Plan<'a> {
+    /// Everything that is not a knob.
+    pub config: &'a Config,
+    /// The settings before a sample.
+    pub fronts: &'a [Front],
+    /// The models after it.
+    pub models: &'a [Candidate],
+    /// The slides.
+    pub slides: &'a [TradeSlide],
+    /// Factor of all light.
+    pub light: f64,
+}
+
+/// What one setting made of one slide.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// What it says of the slide, if anything fired.
+    pub event: Option<Answer>,
+    /// How far its features were from the reference.
+    pub error: FeatureError,
+}
+
+/// What is said of a slide.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer {
+    /// From the first touch to the sample's first frame, in frames: below 0, the sample starts before it.
+    pub lead: f64,
+    /// In mm/s, where there is one.
+    pub speed: Option<f32>,
+    /// Whether there is a direction, and the right one.
+    pub direction: bool,
+    /// What each model says.
+    pub right: Vec<Right>,
+}
+
+/// Outcomes by slide, then by setting, nothing where it was not run; the same whatever the number of threads.
+///
+/// # Errors
+/// Where the configuration does not fit the frames.
+pub fn run(plan: &Plan<'_>) -> Result<Vec<Vec<Option<Outcome>>>, Error> {
+    let models = plan.models.iter().map(Candidate::model).collect::<Result<Vec<_>, _>>()?;
+    plan.slides.par_iter().with_max_len(1).map(|slide| one(plan, &models, slide)).collect()
+}
+
+fn one(plan: &Plan<'_>, models: &[Model<'_>], slide: &TradeSlide) -> Result<Vec<Option<Outcome>>, Error> {
+    let mut scene = Scene::new(&slide.script(plan.light, Format::Grey)?)?;
+    let mut eyes = Vec::new();
+    let formats: Vec<Format> = cameras(plan.fronts).filter(|format| is_run(*format, slide)).collect();
+    for &format in &formats {
+        let sensor = Scene::camera(&slide.script(plan.light, format)?)?;
+        eyes.push(Eye::new(sensor, format, plan.fronts, plan.config)?);
+    }
+    while let Some((light, _)) = scene.next_light() {
+        let mut coloured = None;
+        for (eye, format) in eyes.iter_mut().zip(&formats) {
+            let own = eye.expose(&light, coloured.as_ref());
+            let own = own.map_err(|error| plan.config.does_not_fit("simulated frames", "[layout]", error))?;
+            if *format == Format::Rgb24 {
+                coloured = Some(own);
+            }
+        }
+        if eyes.iter().all(Eye::is_done) {
+            break;
+        }
+    }
+    let touch = scene.truth().first().map_or(0.0, |truth| truth.start);
+    let specimen = slide.specimen.to_string();
+    let (pattern, depth_mm) = pattern_and_depth(&specimen);
+    let truth = TextureRecord { specimen: Some(specimen), pattern, depth_mm, class: None };
+    let mut outcomes = vec![None; plan.fronts.len()];
+    for ear in eyes.into_iter().flat_map(Eye::into_ears) {
+        let event = ear.heard.map(|heard| Answer {
+            lead: heard.frame as f64 - touch,
+            speed: heard.speed,
+            direction: heard.heading == Some(slide.heading),
+            right: plan
+                .models
+                .iter()
+                .zip(models)
+                .map(|(candidate, model)| candidate.judge(model.classify(&heard.sample), &truth))
+                .collect(),
+        });
+        if let Some(outcome) = outcomes.get_mut(ear.place) {
+            *outcome = Some(Outcome { event, error: ear.error });
+        }
+    }
+    Ok(outcomes)
+}
+
+/// Whether a camera sees a slide: JPEG takes as long as all else together, so it gets a quick look's slides only.
+fn is_run(format: Format, slide: &TradeSlide) -> bool {
+    format != Format::Mjpeg || slide.number < QUICK_SLIDES
+}
+
+/// One format for each camera that these settings need, that of the coloured reference before those it judges.
+fn cameras(fronts: &[Front]) -> impl Iterator<Item = Format> + '_ {
+    let is_wanted = |format: &Format| {
+        let read = fronts.iter().any(|front| front.format.code() == format.code());
+        let judges = *format == Format::Rgb24 && fronts.iter().any(|front| front.format.is_coloured());
+        // Both methods of YUYV read the same camera.
+        (read || judges) && *format != Format::YuyvLinear
+    };
+    Format::ALL.into_iter().filter(is_wanted)
+}
