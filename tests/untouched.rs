@@ -75,17 +75,29 @@ fn signal_of_child<G: Green>(camera: Camera<G>, frame: &Guarded) -> i32 {
     }
 }
 
-/// Taxels of 8 × 2 pixels, one in every third page of a frame whose rows are `pages_per_row` pages.
-fn camera<G: Green>(green: G, bytes_per_pixel: usize, pages_per_row: usize, even_rows: bool) -> (Camera<G>, Layout) {
+/// Taxels' widths in pixels, and the column of a page that they start at where they do not end with it. No vector fits the first; the others' rows
+/// are vectors in every format, those of chroma included, and the last starts within a pair of pixels.
+const TAXELS: [(u16, usize); 3] = [(8, 0), (72, 0), (73, 1)];
+
+/// Taxels of `width` × 2 pixels, one in every third page of a frame whose rows are `pages_per_row` pages: at the page's column `first` or
+/// at its end.
+fn camera<G: Green>(
+    green: G,
+    (width, first): (u16, usize),
+    bytes_per_pixel: usize,
+    pages_per_row: usize,
+    even_rows: bool,
+) -> (Camera<G>, Layout) {
     let pixels_per_page = page() / bytes_per_pixel;
     let size = FrameSize::new((pages_per_row * pixels_per_page) as u32, 24).unwrap();
     let corners = core::array::from_fn(|taxel| {
         let (row, column) = (taxel / 5, taxel % 5);
-        let x = (3 * column + 1) % pages_per_row * pixels_per_page + [0, pixels_per_page - 8][taxel % 2];
+        let x = (3 * column + 1) % pages_per_row * pixels_per_page
+            + [first, pixels_per_page - usize::from(width)][taxel % 2];
         let y = 4 * row + if even_rows { 2 } else { 3 };
         [x as u16, y as u16]
     });
-    let layout = Layout::new(size, [8, 2], corners).unwrap();
+    let layout = Layout::new(size, [width, 2], corners).unwrap();
     let camera = Camera::new(green, layout, FrameRate::NOMINAL).unwrap();
     assert_eq!(camera.bytes_per_row(), pages_per_row * page());
     (camera, layout)
@@ -113,59 +125,91 @@ fn check<G: Green>(camera: Camera<G>, pages: usize, level: u8, expected: u32, to
     }
 }
 
-/// Packed formats: one kind of row, `pages_per_row` pages each.
-fn check_packed<G: Green>(green: G, bytes_per_pixel: usize, level: u8, expected: u32) {
+/// Taxels that have whole cells, and how many pixels each has.
+fn taxels(cell: u16) -> impl Iterator<Item = ((u16, usize), u32)> {
+    TAXELS.into_iter().filter(move |(width, _)| width % cell == 0).map(|taxel| (taxel, 2 * u32::from(taxel.0)))
+}
+
+/// Packed formats: one kind of row, `pages_per_row` pages each. `green_of` is the sum of so many pixels.
+fn check_packed<G: Green>(green: G, bytes_per_pixel: usize, level: u8, green_of: impl Fn(u32) -> u32) {
     let even_rows = green.cell() == 2;
     let pages = if bytes_per_pixel == 1 { 4 } else { 7 };
-    let (camera, layout) = camera(green, bytes_per_pixel, pages, even_rows);
-    let touched = |number| is_touched(&layout, number / pages, number % pages, bytes_per_pixel, 1);
-    check(camera, pages * 24, level, expected, touched);
+    for (place, pixels) in taxels(green.cell()) {
+        let (camera, layout) = camera(green, place, bytes_per_pixel, pages, even_rows);
+        let touched = |number| is_touched(&layout, number / pages, number % pages, bytes_per_pixel, 1);
+        check(camera, pages * 24, level, green_of(pixels), touched);
+    }
+}
+
+/// The sum of `pixels` pixels of Y = Cb = Cr = 128, a green of 85/73 · 112 = 130.41: 130 each if exact.
+fn exact(pixels: u32) -> u32 {
+    130 * pixels
+}
+
+/// The same if linear: rounded once.
+fn linear(pixels: u32) -> u32 {
+    (2 * 85 * 112 * pixels + 73) / (2 * 73)
 }
 
 #[test]
 fn bytes_outside_the_taxels_are_never_read_in_packed_formats() {
-    // Taxels have 16 pixels, of a Bayer mosaic 8 green ones. 0x0707 is 1799, and a green of 227 as RGB565.
+    // Half the pixels of a Bayer mosaic are green. 0x0707 is 1799, and a green of 227 as RGB565.
     let colour = Colour::default();
-    check_packed(Grey, 1, 7, 16 * 7);
-    check_packed(Y16::default(), 2, 7, 16 * 1799);
-    check_packed(Rgbx32::default(), 4, 7, 16 * 7);
-    check_packed(Xrgb32::default(), 4, 7, 16 * 7);
-    check_packed(Rgb565, 2, 7, 16 * 227);
-    check_packed(Bayer::<8>::new(BayerOrder::Rggb), 1, 7, 8 * 7);
-    check_packed(Bayer::<12>::new(BayerOrder::Grbg), 2, 7, 8 * 1799);
-    // Y = Cb = Cr = 128 is a green of 130.41: 130 a pixel if exact, 2087 a taxel if linear.
-    check_packed(Yuyv::new(Exact::new(colour)), 2, 128, 16 * 130);
-    check_packed(Uyvy::new(Linear::new(colour)), 2, 128, 2087);
+    check_packed(Grey, 1, 7, |pixels| pixels * 7);
+    check_packed(Y16::default(), 2, 7, |pixels| pixels * 1799);
+    check_packed(Rgbx32::default(), 4, 7, |pixels| pixels * 7);
+    check_packed(Xrgb32::default(), 4, 7, |pixels| pixels * 7);
+    check_packed(Rgb565, 2, 7, |pixels| pixels * 227);
+    check_packed(Bayer::<8>::new(BayerOrder::Rggb), 1, 7, |pixels| pixels / 2 * 7);
+    check_packed(Bayer::<12>::new(BayerOrder::Grbg), 2, 7, |pixels| pixels / 2 * 1799);
+    check_packed(Yuyv::new(Exact::new(colour)), 2, 128, exact);
+    check_packed(Yuyv::new(Linear::new(colour)), 2, 128, linear);
+    check_packed(Uyvy::new(Linear::new(colour)), 2, 128, linear);
+}
+
+/// Luma, then rows of Cb Cr pairs.
+fn check_pairs<G: Green>(green: G, green_of: impl Fn(u32) -> u32) {
+    for (place, pixels) in taxels(1) {
+        let (camera, layout) = camera(green, place, 1, 4, true);
+        check(camera, 4 * 36, 128, green_of(pixels), |number| match number / 4 {
+            row @ 0..24 => is_touched(&layout, row, number % 4, 1, 1),
+            row => is_touched(&layout, row - 24, number % 4, 1, 2),
+        });
+    }
 }
 
 #[test]
 fn bytes_outside_the_taxels_are_never_read_in_nv12() {
-    let (camera, layout) = camera(Nv12::new(Exact::new(Colour::default())), 1, 4, true);
-    check(camera, 4 * 36, 128, 16 * 130, |number| match number / 4 {
-        row @ 0..24 => is_touched(&layout, row, number % 4, 1, 1),
-        row => is_touched(&layout, row - 24, number % 4, 1, 2),
-    });
+    check_pairs(Nv12::new(Exact::new(Colour::default())), exact);
+    check_pairs(Nv12::new(Linear::new(Colour::default())), linear);
 }
 
 /// Planes of luma, Cb and Cr, with chroma rows of half as many pages for every `per` rows of luma.
-fn check_planes<G: Green>(green: G, per: usize, expected: u32) {
-    let (camera, layout) = camera(green, 1, 4, true);
-    let plane = 2 * 24 / per;
-    check(camera, 4 * 24 + 2 * plane, 128, expected, |number| {
-        let Some(in_chroma) = number.checked_sub(4 * 24) else {
-            return is_touched(&layout, number / 4, number % 4, 1, 1);
-        };
-        // Two pages of luma share one of chroma.
-        let (row, page) = (in_chroma % plane / 2, in_chroma % 2);
-        (0..2).any(|half| is_touched(&layout, row, 2 * page + half, 1, per))
-    });
+fn check_planes<G: Green>(green: G, per: usize, green_of: impl Fn(u32) -> u32) {
+    for (place, pixels) in taxels(1) {
+        let (camera, layout) = camera(green, place, 1, 4, true);
+        let plane = 2 * 24 / per;
+        check(camera, 4 * 24 + 2 * plane, 128, green_of(pixels), |number| {
+            let Some(in_chroma) = number.checked_sub(4 * 24) else {
+                return is_touched(&layout, number / 4, number % 4, 1, 1);
+            };
+            // Two pages of luma share one of chroma.
+            let (row, page) = (in_chroma % plane / 2, in_chroma % 2);
+            (0..2).any(|half| is_touched(&layout, row, 2 * page + half, 1, per))
+        });
+    }
 }
 
 #[test]
 fn bytes_outside_the_taxels_are_never_read_in_planar_formats() {
     let colour = Colour::default();
-    check_planes(Yu12::new(Exact::new(colour)), 2, 16 * 130);
-    check_planes(Yuv422p::new(Linear::new(colour)), 1, 2087);
-    let (camera, layout) = camera(Yuv444p::new(Exact::new(colour)), 1, 4, false);
-    check(camera, 3 * 4 * 24, 128, 16 * 130, |number| is_touched(&layout, number / 4 % 24, number % 4, 1, 1));
+    check_planes(Yu12::new(Exact::new(colour)), 2, exact);
+    check_planes(Yu12::new(Linear::new(colour)), 2, linear);
+    check_planes(Yuv422p::new(Exact::new(colour)), 1, exact);
+    check_planes(Yuv422p::new(Linear::new(colour)), 1, linear);
+    for (place, pixels) in taxels(1) {
+        let (camera, layout) = camera(Yuv444p::new(Exact::new(colour)), place, 1, 4, false);
+        let touched = |number: usize| is_touched(&layout, number / 4 % 24, number % 4, 1, 1);
+        check(camera, 3 * 4 * 24, 128, exact(pixels), touched);
+    }
 }

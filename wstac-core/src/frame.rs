@@ -44,6 +44,20 @@ impl<'a> Rows<'a> {
         self.bytes.get(at..at + length).unwrap_or(&[])
     }
 
+    /// The same of rows: `rows` are the first and how many, `bytes` the first byte in each and how many; nothing if not all are there.
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    pub(crate) fn plane_block(
+        &self,
+        offset: usize,
+        bytes_per_row: usize,
+        rows: (u16, u16),
+        bytes: (usize, usize),
+    ) -> Option<Block<'a>> {
+        let at = self.luma_bytes() + offset + usize::from(rows.0) * bytes_per_row + bytes.0;
+        Block::new(self.bytes.get(at..)?, bytes_per_row, bytes.1, usize::from(rows.1))
+    }
+
     /// Bytes of the luma plane.
     pub fn luma_bytes(&self) -> usize {
         self.bytes_per_row * usize::from(self.height)
@@ -101,6 +115,14 @@ impl<'a> Block<'a> {
     /// Rows.
     pub fn rows(&self) -> usize {
         self.rows
+    }
+
+    /// Row `row` of them; nothing if there are not as many.
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    pub(crate) fn row(self, row: usize) -> &'a [u8] {
+        let at = row * self.bytes_per_row;
+        self.bytes.get(at..at + self.width).unwrap_or_default()
     }
 
     /// The rows, each `width` bytes.

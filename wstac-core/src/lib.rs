@@ -4,7 +4,7 @@
 //! decided. "Paper" is the published description of the sensor that it quotes.
 //!
 //! `no_std`, no allocation, integers from the camera to the event; unsafe code in kernels alone, beside plain ones that they are tested to equal: sums
-//! of bytes on a Cortex-M (`green/byte_sums/`), and for texture models `descent`, `dot`, the calls of these in `forest.rs` and `boosted.rs`, and a
+//! of bytes on a Cortex-M (`green/byte_sums/`) and on a host with AVX2 (`green/avx2/`), and for texture models `descent`, `dot`, the calls of these in `forest.rs` and `boosted.rs`, and a
 //! cast in `model/bytes.rs`. Construction validates; running takes what construction allows and cannot fail on anything else than bytes that
 //! are not a frame.
 //!

@@ -4,6 +4,9 @@
 //! [`any::Any`] chooses at run time, for hosts.
 
 pub mod any;
+#[cfg(target_arch = "x86_64")]
+#[doc(hidden)]
+pub mod avx2;
 pub mod bayer;
 mod byte_sums;
 pub mod grey;
@@ -15,6 +18,16 @@ pub mod words;
 pub mod ycbcr;
 
 use crate::frame::{Rows, Run, Stride};
+
+/// The instructions that frames are summed with on this machine: `AVX2` where it has them, `plain` where those are all that the program was
+/// compiled for.
+pub fn instruction_set() -> &'static str {
+    #[cfg(target_arch = "x86_64")]
+    if avx2::Avx2::get().is_some() {
+        return "AVX2";
+    }
+    "plain"
+}
 
 /// A pixel format: how the bytes of a row become green.
 pub trait Green: Copy {

@@ -1,5 +1,7 @@
 //! RGB24, BGR24 and the 32-bit orders: the green byte of each pixel.
 
+#[cfg(target_arch = "x86_64")]
+use super::avx2::Avx2;
 use super::{Green, sum_pixels};
 use crate::frame::{Rows, Run};
 
@@ -30,6 +32,16 @@ impl<const BYTES: usize, const GREEN: usize> Green for PackedRgb<BYTES, GREEN> {
         const { assert!(GREEN < BYTES) }
         let bytes = rows.row(run.y, BYTES * usize::from(run.x), BYTES * usize::from(run.width));
         *sum += sum_pixels::<BYTES>(bytes, run.stride, |pixel| u32::from(pixel[GREEN]));
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    fn add_block(&self, sum: &mut u32, rows: &Rows<'_>, run: Run, count: u16) {
+        let block = rows.block(run.y, count, BYTES * usize::from(run.x), BYTES * usize::from(run.width));
+        match block.zip(Avx2::get()).and_then(|(block, avx2)| avx2.sum::<BYTES, GREEN>(block)) {
+            Some(green) => *sum += green,
+            None => (run.y..run.y + count).for_each(|y| self.add_run(sum, rows, Run { y, ..run })),
+        }
     }
 
     fn total(&self, sum: &u32, _pixels: u32) -> u32 {

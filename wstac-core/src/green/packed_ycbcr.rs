@@ -44,6 +44,16 @@ impl<C: Conversion, const LUMA: usize> Green for PackedYcbcr<C, LUMA> {
         add_pairs(&self.conversion, sum, run, cells);
     }
 
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    fn add_block(&self, sum: &mut C::Sum, rows: &Rows<'_>, run: Run, count: u16) {
+        use super::avx2::{self, Chroma};
+        let parts = |first, cells| Some((rows.block(run.y, count, 4 * first, 4 * cells)?, Chroma::Within(LUMA)));
+        if !avx2::add_block(&self.conversion, sum, run, parts) {
+            (run.y..run.y + count).for_each(|y| self.add_run(sum, rows, Run { y, ..run }));
+        }
+    }
+
     fn total(&self, sum: &C::Sum, pixels: u32) -> u32 {
         self.conversion.total(sum, pixels)
     }

@@ -1,6 +1,8 @@
 //! NV12, YU12, YUV422P, YUV444P: a plane of luma, then chroma. They take whole frames.
 
 use super::Green;
+#[cfg(target_arch = "x86_64")]
+use super::avx2::{self, Chroma, Shared};
 use super::packed_ycbcr::add_pairs;
 use super::ycbcr::{Conversion, Exact};
 use crate::frame::{Rows, Run};
@@ -40,6 +42,21 @@ impl<C: Conversion> Green for Nv12<C> {
         let chroma = rows.plane_row(0, rows.bytes_per_row(), run.y / 2, span.first, span.pixels);
         let cells = luma.as_chunks::<2>().0.iter().zip(chroma.as_chunks::<2>().0);
         add_pairs(&self.conversion, sum, run, cells.map(|(&[first, second], &[cb, cr])| [first, second, cb, cr]));
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    fn add_block(&self, sum: &mut C::Sum, rows: &Rows<'_>, run: Run, count: u16) {
+        let parts = |first, cells| {
+            let shared = Shared::new(run.y, 1);
+            let luma = rows.block(run.y, count, 2 * first, 2 * cells)?;
+            let (y, count) = (run.y >> 1, shared.rows(count));
+            let pairs = rows.plane_block(0, rows.bytes_per_row(), (y, count), (2 * first, 2 * cells))?;
+            Some((luma, Chroma::Pairs(pairs, shared)))
+        };
+        if !avx2::add_block(&self.conversion, sum, run, parts) {
+            (run.y..run.y + count).for_each(|y| self.add_run(sum, rows, Run { y, ..run }));
+        }
     }
 
     fn total(&self, sum: &C::Sum, pixels: u32) -> u32 {
@@ -96,6 +113,24 @@ impl<C: Conversion, const VERTICAL: u32> Green for PlanarPairs<C, VERTICAL> {
             [at(luma, 2 * cell), at(luma, 2 * cell + 1), at(cb, cell), at(cr, cell)]
         });
         add_pairs(&self.conversion, sum, run, pairs);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    fn add_block(&self, sum: &mut C::Sum, rows: &Rows<'_>, run: Run, count: u16) {
+        let parts = |first, cells| {
+            let shared = Shared::new(run.y, VERTICAL);
+            let luma = rows.block(run.y, count, 2 * first, 2 * cells)?;
+            let (y, count) = (run.y >> VERTICAL, shared.rows(count));
+            let bytes_per_row = rows.bytes_per_row().div_ceil(2);
+            let plane = bytes_per_row * usize::from(rows.height().div_ceil(1 << VERTICAL));
+            let cb = rows.plane_block(0, bytes_per_row, (y, count), (first, cells))?;
+            let cr = rows.plane_block(plane, bytes_per_row, (y, count), (first, cells))?;
+            Some((luma, Chroma::Planes([cb, cr], shared)))
+        };
+        if !avx2::add_block(&self.conversion, sum, run, parts) {
+            (run.y..run.y + count).for_each(|y| self.add_run(sum, rows, Run { y, ..run }));
+        }
     }
 
     fn total(&self, sum: &C::Sum, pixels: u32) -> u32 {

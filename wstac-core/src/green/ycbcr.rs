@@ -10,6 +10,10 @@
 //!
 //! because p · y is an integer. So only w needs more than 16 bits, once for the pixels that share a chroma sample.
 
+#[cfg(target_arch = "x86_64")]
+use super::avx2::{Avx2, Cells, Factors};
+pub(super) use vectors::Vectors;
+
 /// Matrix of Y, Cb, Cr.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -99,7 +103,7 @@ const fn common_divisor(mut a: i64, mut b: i64) -> i64 {
 }
 
 /// A way from Y, Cb, Cr to green.
-pub trait Conversion: Copy {
+pub trait Conversion: Copy + Vectors<<Self as Conversion>::Sum> {
     /// What a taxel's pixels are gathered in.
     type Sum: Copy + Default + core::fmt::Debug;
     /// What the pixels of one chroma sample share.
@@ -133,6 +137,9 @@ pub struct Exact {
     /// Highest p · y + w that is not clamped, and 2^22 / q rounded up: n / q = (n · reciprocal) >> 22 up to there.
     highest: i32,
     reciprocal: u32,
+    /// The same for vectors.
+    #[cfg(target_arch = "x86_64")]
+    factors: Factors,
 }
 
 impl Exact {
@@ -159,6 +166,8 @@ impl Exact {
             offset,
             highest: 256 * c.luma.1 - 1,
             reciprocal: (1_u32 << 22).div_ceil(c.luma.1 as u32),
+            #[cfg(target_arch = "x86_64")]
+            factors: factors(c.luma.0, cb, cr, offset, GUARD),
         }
     }
 }
@@ -187,6 +196,42 @@ impl Conversion for Exact {
 
     fn total(&self, sum: &u32, _pixels: u32) -> u32 {
         *sum
+    }
+}
+
+impl Vectors<u32> for Exact {
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    fn add_cells(&self, sum: &mut u32, cells: &Cells<'_>, avx2: Avx2) -> bool {
+        *sum += avx2.exact(cells, &self.factors);
+        true
+    }
+}
+
+/// Against rounding to fewer bits: with these, values that are integers exactly stay above them, and the others below the next. [`GUARD`] is
+/// well within them.
+#[cfg(all(test, target_arch = "x86_64"))]
+pub(super) const GUARDS: core::ops::RangeInclusive<i64> = -133..=132;
+#[cfg(target_arch = "x86_64")]
+const GUARD: i64 = 64;
+
+/// [`Exact`]'s with fewer bits.
+#[cfg(target_arch = "x86_64")]
+const fn factors(luma: i32, cb: (i32, i32), cr: (i32, i32), offset: (i32, i32), guard: i64) -> Factors {
+    const fn whole((high, low): (i32, i32)) -> i64 {
+        (high as i64) << LOW_BITS | low as i64
+    }
+    let bits = HIGH_BITS + LOW_BITS - Factors::high_bits(luma) - 15;
+    let half = 1 << (bits - 1);
+    let (cb, cr) = ((whole(cb) + half) >> bits, (whole(cr) + half) >> bits);
+    Factors::new(luma, -cb, -cr, (whole(offset) >> bits) + guard)
+}
+
+#[cfg(all(test, target_arch = "x86_64"))]
+impl Exact {
+    /// Its factors for vectors with another guard.
+    pub(super) fn factors_with(&self, guard: i64) -> Factors {
+        factors(self.luma, self.cb, self.cr, self.offset, guard)
     }
 }
 
@@ -230,6 +275,25 @@ impl Conversion for Linear {
         let w = (q * c.denominator - 2 * chroma).checked_div_euclid(2 * c.denominator).unwrap_or(0);
         let green = (p * level(sum[0], c.black) + w).checked_div_euclid(q).unwrap_or(0);
         green.clamp(0, 255 * i64::from(pixels)) as u32
+    }
+}
+
+impl Vectors<[u32; 3]> for Linear {
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    fn add_cells(&self, sum: &mut [u32; 3], cells: &Cells<'_>, avx2: Avx2) -> bool {
+        let Some([y, cb, cr]) = cells.sums(avx2) else { return false };
+        *sum = [sum[0] + y, sum[1] + cb, sum[2] + cr];
+        true
+    }
+}
+
+mod vectors {
+    /// What a conversion gathers by vectors: not to be named outside, and the same to see on every machine.
+    pub trait Vectors<Sum> {
+        /// Adds the pixels of cells by AVX2; whether it did.
+        #[cfg(target_arch = "x86_64")]
+        fn add_cells(&self, sum: &mut Sum, cells: &super::Cells<'_>, avx2: super::Avx2) -> bool;
     }
 }
 

@@ -44,6 +44,8 @@ mod camera;
 mod events;
 #[cfg(not(feature = "deliberate"))]
 mod formats;
+#[cfg(all(not(feature = "deliberate"), not(target_os = "none")))]
+mod host;
 #[cfg(not(feature = "deliberate"))]
 mod kernels;
 #[cfg(not(feature = "deliberate"))]

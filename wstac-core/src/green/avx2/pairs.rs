@@ -1,0 +1,146 @@
+//! Blocks of pixels of which each even one and the next share a chroma sample.
+
+use super::Avx2;
+use crate::frame::{Block, Run};
+use crate::green::ycbcr::Conversion;
+
+/// The cells of a block, 8 of them a row at least: two pixels' luma and their chroma sample.
+#[derive(Clone, Copy, Debug)]
+pub struct Cells<'a> {
+    /// Rows of luma, of all pixels of the cells; or of everything where chroma is within them.
+    pub(super) luma: Block<'a>,
+    pub(super) chroma: Chroma<'a>,
+    /// How many pixels of the first cell, and of the last, are beside the block: 0 or 1.
+    pub(super) beside: [usize; 2],
+}
+
+/// Where the chroma samples of cells are.
+#[derive(Clone, Copy, Debug)]
+pub enum Chroma<'a> {
+    /// Between luma, the first of which is at this byte of every four.
+    Within(usize),
+    /// In rows of Cb Cr pairs.
+    Pairs(Block<'a>, Shared),
+    /// In rows of Cb, and rows of Cr.
+    Planes([Block<'a>; 2], Shared),
+}
+
+/// How rows of luma share rows of chroma.
+#[derive(Clone, Copy, Debug)]
+pub struct Shared {
+    /// A row of chroma is for 2^`vertical` rows of luma.
+    vertical: u32,
+    /// Rows of luma above the block that have the first row of chroma, too: 0 or 1.
+    above: usize,
+}
+
+impl Shared {
+    /// Of a block that starts at frame row `y`.
+    #[inline(always)]
+    pub(in crate::green) fn new(y: u16, vertical: u32) -> Self {
+        Self { vertical, above: usize::from(y) & ((1 << vertical) - 1) }
+    }
+
+    /// How many rows of chroma this many rows of luma have.
+    #[inline(always)]
+    pub(in crate::green) fn rows(self, luma: u16) -> u16 {
+        (luma + self.above as u16).div_ceil(1 << self.vertical)
+    }
+
+    /// The row of chroma of a row of luma, both counted from the first of their blocks.
+    #[inline(always)]
+    pub(super) fn row(self, luma: usize) -> usize {
+        (luma + self.above) >> self.vertical
+    }
+
+    /// The sum over rows of luma of what `sum` finds in a block of chroma's rows.
+    #[inline(always)]
+    fn sum<const N: usize>(
+        self,
+        chroma: Block<'_>,
+        luma: usize,
+        sum: impl Fn(Block<'_>) -> Option<[u32; N]>,
+    ) -> Option<[u32; N]> {
+        let all = sum(chroma)?;
+        if self.vertical == 0 {
+            return Some(all);
+        }
+        let one = |row: usize| sum(Block::new(chroma.row(row), chroma.width(), chroma.width(), 1)?);
+        let first = if self.above == 1 { one(0)? } else { [0; N] };
+        let last = if (self.above + luma) % 2 == 1 { one(chroma.rows().checked_sub(1)?)? } else { [0; N] };
+        Some(core::array::from_fn(|n| (2 * all[n]).wrapping_sub(first[n]).wrapping_sub(last[n])))
+    }
+}
+
+impl Cells<'_> {
+    /// The sums of Y, Cb and Cr over the pixels of the block; nothing where rows are too narrow for vectors, or too wide.
+    #[inline(always)]
+    pub(in crate::green) fn sums(&self, avx2: Avx2) -> Option<[u32; 3]> {
+        let [left, right] = self.beside.map(|pixels| pixels as u32);
+        match self.chroma {
+            Chroma::Within(luma) => {
+                let places = avx2.places(self.luma)?;
+                let [y, next, cb, cr] = [luma, luma + 2, 1 - luma, 3 - luma];
+                let at = |sums: &[u32; 4], place: usize| sums.get(place).copied().unwrap_or(0);
+                let of = |place| (at(&places.all, place), at(&places.first, place), at(&places.last, place));
+                let luma = of(y).0 + of(next).0 - left * of(y).1 - right * of(next).2;
+                let [cb, cr] = [cb, cr].map(|place| {
+                    let (all, first, last) = of(place);
+                    2 * all - left * first - right * last
+                });
+                Some([luma, cb, cr])
+            }
+            Chroma::Pairs(pairs, shared) => {
+                let [cb, cr] = shared.sum(pairs, self.luma.rows(), |pairs| {
+                    let places = avx2.places(pairs)?;
+                    let ([a, b, c, d], [cb, cr, ..], [.., last_cb, last_cr]) = (places.all, places.first, places.last);
+                    Some([2 * (a + c) - left * cb - right * last_cb, 2 * (b + d) - left * cr - right * last_cr])
+                })?;
+                Some([avx2.sum::<1, 0>(self.counted()?)?, cb, cr])
+            }
+            Chroma::Planes(planes, shared) => {
+                // Chroma first: its rows are the narrower ones, and where they are too narrow nothing has been summed for nothing.
+                let plane = |plane: Block<'_>| {
+                    let [sum] = shared.sum(plane, self.luma.rows(), |plane| {
+                        let column = |at: fn(&[u8]) -> Option<&u8>| {
+                            plane.each_row().map(|row| at(row).map_or(0, |&byte| u32::from(byte))).sum::<u32>()
+                        };
+                        let first = if left == 1 { column(<[u8]>::first) } else { 0 };
+                        let last = if right == 1 { column(<[u8]>::last) } else { 0 };
+                        Some([2 * avx2.sum::<1, 0>(plane)? - first - last])
+                    })?;
+                    Some(sum)
+                };
+                let [cb, cr] = planes;
+                let (cb, cr) = (plane(cb)?, plane(cr)?);
+                Some([avx2.sum::<1, 0>(self.counted()?)?, cb, cr])
+            }
+        }
+    }
+
+    /// The luma of the pixels that count.
+    fn counted(&self) -> Option<Block<'_>> {
+        let ([left, right], luma) = (self.beside, self.luma);
+        let width = luma.width().checked_sub(left + right)?;
+        Block::new(luma.bytes().get(left..)?, luma.bytes_per_row(), width, luma.rows())
+    }
+}
+
+/// Adds the pixels of a block whose stride is one. `parts` finds luma and chroma of cells: the first of them in its row, and how many. Whether it
+/// did: narrow blocks, and machines that have no AVX2, are left to the plain way.
+#[inline(always)]
+pub(in crate::green) fn add_block<'a, C: Conversion>(
+    conversion: &C,
+    sum: &mut C::Sum,
+    run: Run,
+    parts: impl FnOnce(usize, usize) -> Option<(Block<'a>, Chroma<'a>)>,
+) -> bool {
+    let (x, end) = (usize::from(run.x), usize::from(run.x) + usize::from(run.width));
+    let (first, cells) = (x / 2, end.div_ceil(2) - x / 2);
+    if cells < super::exact::CELLS {
+        return false;
+    }
+    let Some(avx2) = Avx2::get() else { return false };
+    let Some((luma, chroma)) = parts(first, cells) else { return false };
+    conversion.add_cells(sum, &Cells { luma, chroma, beside: [x % 2, end % 2] }, avx2)
+}
