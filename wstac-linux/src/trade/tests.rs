@@ -1,48 +1,49 @@
-//! The sweep as a whole: it hears what the program would, whatever runs beside it.
+//! The sweep as a whole: its events are the program's, whatever runs beside it.
 
 use wstac_core::frame::Stride;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 
-use super::bank::{Eye, Heard};
 use super::candidate::Candidate;
-use super::knobs::{Format, Front};
+use super::chosen::Chosen;
+use super::knobs::{Format, Setting};
 use super::slides::{SENSORS, TradeSlide, slides};
+use super::streams::{FirstEvent, JudgedCamera};
 use super::sweep::{self, Plan};
 use super::{chosen, map, prices, row};
 use crate::config::{Config, Kernel};
 use crate::dataset::{Outcome, Sample, sample};
 use crate::scene::Scene;
 
-const FRONTS: [Front; 4] = [
-    Front::DEFAULT,
-    Front { format: Format::YuyvLinear, stride: Stride::Three, kernel: Kernel::Libm },
-    Front { format: Format::Bayer8, stride: Stride::Two, kernel: Kernel::Micromath },
-    Front { format: Format::Rgb565, stride: Stride::Five, kernel: Kernel::Fixed },
+const SETTINGS: [Setting; 4] = [
+    Setting::DEFAULT,
+    Setting { format: Format::YuyvLinear, stride: Stride::Three, kernel: Kernel::Libm },
+    Setting { format: Format::Bayer8, stride: Stride::Two, kernel: Kernel::Micromath },
+    Setting { format: Format::Rgb565, stride: Stride::Five, kernel: Kernel::Fixed },
 ];
 
-/// What one setting hears of a slide.
-fn heard(slide: &TradeSlide, front: Front) -> Heard {
-    let script = slide.script(1.0, front.format).unwrap();
+/// A slide's first event at one setting.
+fn first_event(slide: &TradeSlide, setting: Setting) -> FirstEvent {
+    let script = slide.script(1.0, setting.format).unwrap();
     let (mut scene, camera) = (Scene::new(&script).unwrap(), Scene::camera(&script).unwrap());
-    let mut eye = Eye::new(camera, front.format, &[front], &Config::default()).unwrap();
+    let mut camera = JudgedCamera::new(camera, setting.format, &[setting], &Config::default()).unwrap();
     while let Some((light, _)) = scene.next_light() {
-        eye.expose(&light, None).unwrap();
+        camera.expose(&light, None).unwrap();
     }
-    eye.into_ears().next().and_then(|ear| ear.heard).unwrap()
+    camera.into_streams().next().and_then(|stream| stream.first).unwrap()
 }
 
 #[test]
-fn a_setting_hears_what_the_program_does() {
-    for (front, slide) in FRONTS.into_iter().zip(slides(3)) {
-        let script = slide.script(1.0, front.format).unwrap();
-        let config = Config::parse(&chosen::config(&front)).unwrap();
-        let Outcome::Sample(expected, _) = sample(&script, &config).unwrap() else { panic!("{front}: no sample") };
-        let flat = heard(&slide, front).sample;
+fn a_setting_has_the_programs_events() {
+    for (setting, slide) in SETTINGS.into_iter().zip(slides(3)) {
+        let script = slide.script(1.0, setting.format).unwrap();
+        let config = Config::parse(&chosen::config(&setting, "").unwrap()).unwrap();
+        let Outcome::Sample(expected, _) = sample(&script, &config).unwrap() else { panic!("{setting}: no sample") };
+        let flat = first_event(&slide, setting).sample;
         let mut found: Sample = [[0; SAMPLE_FRAMES]; FEATURES];
         for (frame, features) in flat.as_chunks::<FEATURES>().0.iter().enumerate() {
             features.iter().zip(&mut found).for_each(|(feature, row)| row[frame] = *feature);
         }
-        assert_eq!(found, *expected, "{front}");
+        assert_eq!(found, *expected, "{setting}");
     }
 }
 
@@ -50,17 +51,17 @@ fn a_setting_hears_what_the_program_does() {
 fn the_same_whatever_runs_beside_it_and_on_any_number_of_threads() {
     let (config, slides) = (Config::default(), &slides(1)[..2]);
     let models = [Candidate::named("builtin:svm".as_ref()).unwrap()];
-    let run = |fronts: &[Front], threads: usize| {
-        let plan = Plan { config: &config, fronts, models: &models, slides, light: 1.0 };
+    let run = |settings: &[Setting], threads: usize| {
+        let plan = Plan { config: &config, settings, models: &models, slides, light: 1.0 };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| sweep::run(&plan)).unwrap()
     };
-    let together = run(&FRONTS, 3);
-    assert_eq!(together, run(&FRONTS, 1));
-    for (place, front) in FRONTS.into_iter().enumerate() {
-        let alone = run(&[front], 1);
+    let together = run(&SETTINGS, 3);
+    assert_eq!(together, run(&SETTINGS, 1));
+    for (place, setting) in SETTINGS.into_iter().enumerate() {
+        let alone = run(&[setting], 1);
         for (together, alone) in together.iter().zip(&alone) {
-            assert_eq!(together[place], alone[0], "{front}");
+            assert_eq!(together[place], alone[0], "{setting}");
         }
     }
 }
@@ -93,14 +94,31 @@ fn a_claim_holds_when_it_is_run_again_and_falls_where_files_were_changed() {
     let (config, slides) = (Config::default(), slides(1));
     assert_eq!(slides.len(), SENSORS as usize);
     let models = [Candidate::named("builtin:forest".as_ref()).unwrap()];
-    let fronts = [Front { format: Format::Grey, stride: Stride::Five, kernel: Kernel::Fixed }];
-    let plan = Plan { config: &config, fronts: &fronts, models: &models, slides: &slides, light: 1.0 };
+    let settings = [Setting { format: Format::Grey, stride: Stride::Five, kernel: Kernel::Fixed }];
+    let plan = Plan { config: &config, settings: &settings, models: &models, slides: &slides, light: 1.0 };
     let row = row::rows(&plan, &sweep::run(&plan).unwrap()).pop().unwrap();
-    chosen::write(&folder, &row, models.first(), &prices::Prices::kept().unwrap()).unwrap();
-    let [found, claim] = chosen::rerun(&folder).unwrap();
+    let right = row.found.accuracy[0].unwrap().mean;
+    assert!((30.0..95.0).contains(&right), "{right}");
+    let text = chosen::config(&settings[0], "").unwrap();
+    chosen::write(&folder, &row, models.first(), &prices::Prices::kept().unwrap(), &text).unwrap();
+    let rerun = || {
+        let chosen = Chosen::read(&folder).unwrap();
+        (chosen.again().unwrap(), chosen.claim)
+    };
+    let (found, claim) = rerun();
     assert_eq!(map::found(&found), map::found(&claim));
     std::fs::write(folder.join(chosen::CONFIG), "[green]\nstride = 3\n").unwrap();
-    let [found, claim] = chosen::rerun(&folder).unwrap();
+    let (found, claim) = rerun();
     assert_ne!(map::found(&found), map::found(&claim));
+    std::fs::write(folder.join(chosen::CONFIG), text).unwrap();
+    let other = Candidate::named("builtin:boosted-10".as_ref()).unwrap();
+    let bytes: Vec<u8> = other.file.words().iter().flat_map(|word| word.to_le_bytes()).collect();
+    std::fs::write(folder.join(chosen::MODEL), bytes).unwrap();
+    let (found, claim) = rerun();
+    assert_ne!(found.found.accuracy, claim.found.accuracy);
+    assert_eq!(found.found.feature, claim.found.feature);
+    // A choice without a model leaves no other one's behind.
+    chosen::write(&folder, &row, None, &prices::Prices::kept().unwrap(), "").unwrap();
+    assert!(!folder.join(chosen::MODEL).exists() && folder.join(chosen::BUILD).exists());
     std::fs::remove_dir_all(&folder).unwrap();
 }
