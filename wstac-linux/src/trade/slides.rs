@@ -99,6 +99,12 @@ fn gain(unit: u32) -> f64 {
 }
 
 impl TradeSlide {
+    /// The same slide over the same sensor with other noise.
+    #[cfg(test)]
+    pub(super) fn with_other_noise(&self) -> Self {
+        Self { seed: self.seed + SEEDS_APART / 2, ..*self }
+    }
+
     /// Its scene, `light` times as bright, seen by a camera of this format.
     ///
     /// # Errors

@@ -2,12 +2,13 @@
 
 use wstac_core::frame::Stride;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
+use wstac_core::taxels::Accumulators;
 
 use super::candidate::Candidate;
 use super::chosen::Chosen;
 use super::knobs::{Format, Setting};
 use super::slides::{SENSORS, TradeSlide, slides};
-use super::streams::{FirstEvent, JudgedCamera};
+use super::streams::{FirstEvent, JudgedCamera, camera};
 use super::sweep::{self, Plan};
 use super::{chosen, map, prices, row};
 use crate::config::{Config, Kernel};
@@ -66,26 +67,58 @@ fn the_same_whatever_runs_beside_it_and_on_any_number_of_threads() {
     }
 }
 
+/// One frame of a slide, the slide's light at its middle.
+fn shot(slide: &TradeSlide, format: Format) -> Vec<u8> {
+    let script = slide.script(1.0, format).unwrap();
+    let (mut scene, mut camera) = (Scene::new(&script).unwrap(), Scene::camera(&script).unwrap());
+    let lights = std::iter::from_fn(|| scene.next_light());
+    let frames = lights.skip(48).take(6).map(|(light, _)| camera.expose(&light).to_vec());
+    frames.last().unwrap()
+}
+
 #[test]
 fn coloured_formats_see_the_same_noise() {
     let slide = slides(1)[0];
-    let shot = |format| {
-        let script = slide.script(1.0, format).unwrap();
-        let (mut scene, mut camera) = (Scene::new(&script).unwrap(), Scene::camera(&script).unwrap());
-        let lights = std::iter::from_fn(|| scene.next_light());
-        let frames = lights.skip(48).take(6).map(|(light, _)| camera.expose(&light).to_vec());
-        frames.last().unwrap()
-    };
-    let rgb = shot(Format::Rgb24);
-    let rgb565 = shot(Format::Rgb565);
+    let [rgb, rgb565, yuyv, mjpeg] =
+        [Format::Rgb24, Format::Rgb565, Format::YuyvExact, Format::Mjpeg].map(|format| shot(&slide, format));
+    let rgb = rgb.as_chunks::<3>().0;
     let mut brightest = 0;
     // Levels of six bits are at most five apart: the nearest is at most two off. Other noise would be further.
-    for (rgb, word) in rgb.as_chunks::<3>().0.iter().zip(rgb565.as_chunks::<2>().0) {
+    for (rgb, word) in rgb.iter().zip(rgb565.as_chunks::<2>().0) {
         let bits = u16::from_le_bytes(*word) >> 5 & 63;
         assert!((bits << 2 | bits >> 4).abs_diff(rgb[1].into()) <= 2, "{rgb:?} {bits}");
         brightest = brightest.max(rgb[1]);
     }
     assert!(brightest > 20, "{brightest}");
+    // Luma is every pixel's own: BT.601, 16 to 235, rounded.
+    for ([r, g, b], [luma, _]) in rgb.iter().map(|rgb| rgb.map(f64::from)).zip(yuyv.as_chunks::<2>().0) {
+        let expected = 16.0 + 219.0 / 255.0 * (0.299 * r + 0.587 * g + 0.114 * b);
+        assert!((f64::from(*luma) - expected).abs() < 1.01, "{r} {g} {b}: {luma}, not {expected}");
+    }
+    // JPEG keeps the larger part of the noise: another shot of the same light is further.
+    let again = shot(&slide.with_other_noise(), Format::Mjpeg);
+    let far = |bytes: &[u8]| {
+        let apart = rgb.iter().zip(bytes.as_chunks::<3>().0).map(|(a, b)| f64::from(a[1].abs_diff(b[1])));
+        apart.sum::<f64>() / rgb.len() as f64
+    };
+    assert!(1.2 * far(&mjpeg) < far(&again), "{} {}", far(&mjpeg), far(&again));
+}
+
+#[test]
+fn in_the_dark_exact_ycbcr_is_brighter_than_linear() {
+    // Rounded chroma makes some pixels' green negative. The exact method cuts each at 0, the linear one a taxel's sum.
+    let slide = slides(1)[0];
+    let green = |format: Format| {
+        let script = slide.script(0.0, format).unwrap();
+        let (mut scene, mut sensor) = (Scene::new(&script).unwrap(), Scene::camera(&script).unwrap());
+        let camera = camera(&sensor, format, Stride::One, &Config::default()).unwrap();
+        let mut sums = Accumulators::new(camera);
+        let light = scene.next_light().unwrap().0;
+        let taxels = sums.push_frame(sensor.expose(&light)).unwrap();
+        f64::from(taxels.iter().sum::<u32>()) / f64::from(25 * camera.pixels())
+    };
+    let [rgb, exact, linear] = [Format::Rgb24, Format::YuyvExact, Format::YuyvLinear].map(green);
+    assert!(exact > 1.02 * linear && (exact - rgb).abs() > (linear - rgb).abs(), "{rgb} {exact} {linear}");
 }
 
 #[test]
@@ -116,7 +149,7 @@ fn a_claim_holds_when_it_is_run_again_and_falls_where_files_were_changed() {
     std::fs::write(folder.join(chosen::MODEL), bytes).unwrap();
     let (found, claim) = rerun();
     assert_ne!(found.found.accuracy, claim.found.accuracy);
-    assert_eq!(found.found.feature, claim.found.feature);
+    assert_eq!(found.found.direction_errors, claim.found.direction_errors);
     // A choice without a model leaves no other one's behind.
     chosen::write(&folder, &row, None, &prices::Prices::kept().unwrap(), "").unwrap();
     assert!(!folder.join(chosen::MODEL).exists() && folder.join(chosen::BUILD).exists());

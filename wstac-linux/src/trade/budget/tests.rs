@@ -89,7 +89,7 @@ fn what_is_wrong_is_named() {
         ("stride=4", ["\"4\"", "1, 2, 3, 5"]),
         ("model=", ["model=", "a name is missing"]),
         ("host<5h", ["\"5h\"", "ns, us"]),
-        ("M4F<1e305k", ["\"1e305k\"", "a number above 0"]),
+        ("M4F<1e306k", ["\"1e306k\"", "a number above 0"]),
         ("ln=fixed,ln=libm", ["term \"ln=libm\"", "a second time"]),
         ("format===GREY", ["\"==GREY\"", "GREY, RGB24"]),
         ("frames<1,,", ["term \"\"", "no limit"]),
