@@ -53,7 +53,7 @@ fn family(model: &Candidate) -> (&'static str, Look) {
 
 /// The picture, with prices on this core.
 pub fn draw(rows: &[Row], models: &[Candidate], prices: &Prices, core: Core) -> String {
-    let size = [FIRST[0] + 2.0 * APART + PANEL[0] + 20.0, FIRST[1] + PANEL[1] + 136.0];
+    let size = [FIRST[0] + 2.0 * APART + PANEL[0] + 20.0, FIRST[1] + PANEL[1] + 146.0];
     let mut drawing = Drawing::new(size, "What speed costs in accuracy");
     front_ends(&mut drawing, rows, prices, core);
     let own: Vec<(&Row, &Candidate)> = rows
@@ -103,7 +103,7 @@ fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) 
         Span::of(Scale::Log, points.iter().map(|[x, _]| *x)).zip(Span::of(Scale::Log, points.iter().map(|[_, y]| *y)));
     let Some((x, y)) = spans else { return };
     let x_title = format!("instructions a frame, Cortex-{}", core.name());
-    let titles = ["a  Formats, strides, logarithms", &x_title, "feature error beside float64, RMS, lit (ln)"];
+    let titles = ["a  Formats, strides, logarithms", &x_title, "feature error, root mean square (ln)"];
     let mut axes = Axes::new(drawing, place(0), PANEL, [x, y], titles);
     for (format, points) in &all {
         let line: Vec<_> = points.iter().map(|(point, _)| *point).collect();
@@ -124,7 +124,7 @@ fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) 
         .map(|(format, _)| (of_format(*format), format.name()))
         .collect();
     looks.extend(others.iter().map(|(_, look, name)| (*look, *name)));
-    axes.legend(&looks, 3, &["Numbers: pixel stride."]);
+    axes.legend(&looks, 3, &["Of lit rows and columns, beside float64.", "Numbers: pixel stride."]);
 }
 
 /// Accuracy against instructions an event: models that read the whole sample.

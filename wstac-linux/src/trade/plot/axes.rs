@@ -51,7 +51,7 @@ impl Span {
         let decades = (self.to / self.from).log10();
         let named: &[i32] = match decades {
             decades if decades < 0.8 => &[1, 2, 3, 4, 5, 6, 8],
-            decades if decades < 1.7 => &[1, 2, 5],
+            decades if decades < 2.1 => &[1, 2, 5],
             _ => &[1],
         };
         let decade = |exponent: i32| (1..10).map(move |digit| (exponent, digit));
