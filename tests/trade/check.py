@@ -23,7 +23,7 @@ EXTREMES = ROOT / "docs/EXTREMES.md"
 PICTURE, PAGE, README = ROOT / "docs/plots/trade.svg", ROOT / "docs/TRADE.md", ROOT / "README.md"
 # Name, the core that it is for, and what may be spent.
 POINTS = (
-    ("smallest", "M0", "M0<160k,flash<96K"),
+    ("smallest", "M0", "M0<160k,flash<32K"),
     ("balanced", "M4F", "M4F<60k,M4F.event<90k"),
     ("most accurate", "M4F", "M4F<2M"),
 )
