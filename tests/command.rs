@@ -113,6 +113,51 @@ fn a_budget_chooses_a_configuration_that_runs() {
     let [config, model] = ["wstac.toml", "model.wsm"].map(|name| folder.join(name).to_str().unwrap().to_owned());
     let lines = output(&["run", "scene:Saw3@150", "--json", "--config", &config, "--model", &model]);
     assert!(lines.iter().any(|line| line.contains(r#""texture":{"specimen":"#)), "{lines:?}");
+    // Once more, there is something to lose.
+    let again = |more: &[&str]| {
+        let arguments = [&["trade", "--budget", "ram<16K,model=none", "--by", "direction", "-o", path], more].concat();
+        Command::new(wstac()).args(arguments).output().unwrap()
+    };
+    let refused = again(&[]);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("wstac.toml exists already"));
+    assert_eq!(again(&["--force"]).status.code(), Some(0));
+    // A choice without a model leaves none of an earlier one behind.
+    assert!(!folder.join("model.wsm").exists());
+    assert!(std::fs::read_to_string(folder.join("build.txt")).unwrap().contains("WSTAC_PIXELS="));
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn the_budgets_of_the_help_choose_something() {
+    let help = output(&["trade", "--help"]);
+    let mut budgets = 0;
+    for line in help.iter().filter(|line| line.trim_start().starts_with("wstac trade --budget")) {
+        let mut parts = line.split('\'');
+        let budget = parts.nth(1).unwrap();
+        let by = parts.next().and_then(|rest| rest.split_once("--by ")).map_or("specimen", |(_, by)| by);
+        let by = by.split(' ').next().unwrap();
+        let said = output(&["trade", "--budget", budget, "--by", by]).join("\n");
+        assert!(said.contains("% right") || by != "specimen", "{budget} gave {said}");
+        budgets += 1;
+    }
+    assert_eq!(budgets, 3);
+}
+
+#[test]
+fn a_maps_own_configuration_and_models_are_chosen() {
+    let folder = std::env::temp_dir().join(format!("wstac-map-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let [map, chosen] = ["map.csv", "chosen"].map(|name| folder.join(name).to_str().unwrap().to_owned());
+    std::fs::write(&map, include_str!("../wstac-linux/trade/map.csv")).unwrap();
+    let arguments = ["trade", "--budget", "M4F<60k", "--map", &map, "-o", &chosen];
+    let ended = Command::new(wstac()).args(arguments).output().unwrap();
+    assert_eq!(ended.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&ended.stderr).contains("base.toml"));
+    std::fs::write(folder.join("base.toml"), "[features]\nfloor_levels = 3.5\n").unwrap();
+    output(&arguments);
+    let config = std::fs::read_to_string(folder.join("chosen/wstac.toml")).unwrap();
+    assert!(config.contains("floor_levels = 3.5") && config.contains("stride = "), "{config}");
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
@@ -122,6 +167,9 @@ fn a_budget_that_cannot_be_read_or_met_says_so() {
         ("M5<3", 2, ["term \"M5<3\"", "expected M0, M3"]),
         ("M4F<fast", 2, ["\"fast\"", "a number above 0"]),
         ("M4F<10", 1, ["the nearest is", "expected M4F<10"]),
+        ("model=nosuch", 2, ["\"nosuch\"", "expected one of none, svm"]),
+        ("model=none", 1, ["tells what --by is about", "--by speed"]),
+        ("ln=fixed,ln=libm", 2, ["ln=libm", "a second time"]),
     ] {
         let ended = Command::new(wstac()).args(["trade", "--budget", budget]).output().unwrap();
         let told = String::from_utf8_lossy(&ended.stderr).into_owned();

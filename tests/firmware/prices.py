@@ -3,7 +3,7 @@
 
     prices.py WSTAC                                       counts everything anew; what differs from the kept prices by over 1 % fails
     prices.py WSTAC --keep [MODEL.wsm …]                  keeps it in wstac-linux/trade/prices.json; of models, all or those that are named
-    prices.py WSTAC --check CONFIG.toml MODEL PIXELS CORE     one configuration: {"frame", "event", "flash", "ram"}; "-" for no file
+    prices.py WSTAC --check CONFIG.toml MODEL PIXELS CORE     one configuration, whole frames and parts of events; "-" for no file
 
 A setting's price is what it adds: formats (with their stride) hold the firmware without a model, with the fixed-point logarithm; others hold
 differences. So a configuration's price is a sum, which is compared with three counts. Every count's events and features are the host's.
@@ -124,7 +124,7 @@ def one(counter, config, model, pixels, core):
     toml = "" if config == "-" else Path(config).read_text()
     model = None if model == "-" else Path(model).resolve()
     programs = counter.build(board.target, pixels, toml, model)
-    return pick(counter.count(board, programs, pixels, toml, model), "frame", "event", "flash", "ram")
+    return pick(counter.count(board, programs, pixels, toml, model), "frame", "trigger", "event", "speed", "direction", "flash", "ram")
 
 
 def save(cores):

@@ -5,12 +5,12 @@ mod fade;
 
 use std::path::{Path, PathBuf};
 
-use super::output::{Stop, note};
+use super::output::{Stop, check_new, note};
 use crate::config::Config;
 use crate::error::Error;
 use crate::trade::budget::{Budget, By};
 use crate::trade::candidate::Candidate;
-use crate::trade::knobs::Front;
+use crate::trade::knobs::Setting;
 use crate::trade::prices::{Core, Prices};
 use crate::trade::row::{Row, rows};
 use crate::trade::slides::{MOST_SLIDES, QUICK_SLIDES, SENSORS, SLIDES, slides};
@@ -25,10 +25,14 @@ use crate::trade::{host, map, plot, table};
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// Write to this folder: trade.csv, trade.md, trade.svg and map.csv; with --budget the configuration, with --fade fade.csv
+    /// Write to this folder: trade.csv, trade.md, trade.svg, map.csv and base.toml; with --budget the configuration, with --fade fade.csv
     /// and fade.md
     #[arg(short, value_name = "FOLDER")]
     output: Option<PathBuf>,
+
+    /// Write over files that are there
+    #[arg(long, requires = "output")]
+    force: bool,
 
     /// Slides of each of the 20 sensors: 40 unless given, 10 with --fade
     #[arg(long, value_name = "1…110", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SLIDES)))]
@@ -47,11 +51,11 @@ pub(super) struct Arguments {
     config: Option<PathBuf>,
 
     /// The core that tables and plots are for
-    #[arg(long, value_enum, default_value = "M4F")]
+    #[arg(long, value_enum, default_value = "M4F", conflicts_with_all = ["verify", "fade"])]
     core: Core,
 
     /// Run nothing: read a map.csv of an earlier sweep, or "kept", the one that comes with wstac
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["slides", "quick", "config"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["slides", "quick", "config", "models"])]
     map: Option<PathBuf>,
 
     /// Prices that ci/prices counted, instead of those that come with wstac
@@ -67,7 +71,7 @@ pub(super) struct Arguments {
     by: By,
 
     /// Run the configuration in this folder, which --budget wrote, and compare with what was claimed
-    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["budget", "map", "slides", "quick", "config", "models"])]
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["output", "budget", "map", "slides", "quick", "config", "models"])]
     verify: Option<PathBuf>,
 
     /// Show how answers decay as light fades, one knob turned at a time
@@ -78,6 +82,9 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "LEVELS", value_delimiter = ',', requires = "fade", value_parser = level)]
     light: Vec<f64>,
 }
+
+/// The configuration that a sweep was run with, beside its map.
+const BASE: &str = "base.toml";
 
 const HELP: &str = r"Terms of a budget, between commas:
   M0<90000         instructions a frame, on M0, M3, M4F or M7; k and M are thousands and millions
@@ -94,10 +101,13 @@ const HELP: &str = r"Terms of a budget, between commas:
 Examples:
   wstac trade --budget 'M4F<60000,flash<64K'
   wstac trade --budget 'M0<150k,M0.event<400k,flash<64K' --by direction -o small
-  wstac trade --verify small           runs it again: must find what was claimed, digit for digit
+  wstac trade --verify small           runs it again: must find what was claimed, digit for digit,
+                                       and says what other sensors give
   wstac trade -o found                 the whole sweep: minutes
   wstac trade --quick --model my.wsm -o found
-  wstac trade --budget 'frames<=40' --map found/map.csv
+  wstac trade --budget 'frames<=40' --map found/map.csv -o early
+
+MJPEG is judged by a quarter of the slides: a budget chooses it only where it is asked for or nothing else fits.
 
 Exit code: 2 for a budget that cannot be read, 1 where nothing fits or a claim does not hold.";
 
@@ -112,10 +122,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if arguments.fade {
         return fade::fade(arguments, &config);
     }
-    let (models, prices) = (models(&arguments.models)?, prices(arguments)?);
-    let rows = match &arguments.map {
-        Some(path) => read(path)?,
-        None => swept(arguments, &config, &models)?,
+    check_new_all(arguments, &["trade.csv", "trade.md", "trade.svg", "map.csv", BASE])?;
+    let (prices, (_, base)) = (prices(arguments)?, base(arguments)?);
+    let (rows, models) = if let Some(path) = &arguments.map {
+        let rows = read(path)?;
+        let models = of_rows(&rows)?;
+        (rows, models)
+    } else {
+        let models = models(&arguments.models)?;
+        (swept(arguments, &config, &models)?, models)
     };
     let text = table::pareto(&rows, &prices, arguments.core);
     if let Some(folder) = &arguments.output {
@@ -124,17 +139,53 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         write(folder, "trade.md", &text)?;
         write(folder, "trade.svg", &plot::draw(&rows, &models, &prices, arguments.core))?;
         write(folder, "map.csv", &map::write(&rows))?;
+        write(folder, BASE, &base)?;
     }
     print(&text)
+}
+
+/// Refuses to write over these files of the folder, unless forced to.
+fn check_new_all(arguments: &Arguments, names: &[&str]) -> Result<(), Error> {
+    let Some(folder) = &arguments.output else { return Ok(()) };
+    names.iter().try_for_each(|name| check_new(&folder.join(name), arguments.force))
+}
+
+/// What messages call the configuration that a sweep was run with, and its text: everything that is no knob.
+fn base(arguments: &Arguments) -> Result<(String, String), Error> {
+    let path = match (&arguments.config, &arguments.map) {
+        (Some(path), _) => path.clone(),
+        (None, Some(map)) if map != Path::new("kept") => map.with_file_name(BASE),
+        _ => return Ok((BASE.to_owned(), String::new())),
+    };
+    let name = path.display().to_string();
+    match std::fs::read_to_string(&path) {
+        Ok(text) => Ok((name, text)),
+        Err(error) if arguments.map.is_some() => {
+            let expected = "expected beside the map, as the sweep wrote it: the configuration that it was run with";
+            Err(Error::new(name, format_args!("{error}: {expected}")))
+        }
+        Err(error) => Err(Error::new(name, error)),
+    }
+}
+
+/// The models of a map's rows.
+fn of_rows(rows: &[Row]) -> Result<Vec<Candidate>, Error> {
+    let mut models: Vec<Candidate> = Vec::new();
+    for name in rows.iter().filter_map(|row| row.model.as_ref()) {
+        if models.iter().all(|model| model.name != *name) {
+            models.push(Candidate::named(Path::new(name))?);
+        }
+    }
+    Ok(models)
 }
 
 /// Runs every setting, then times them.
 fn swept(arguments: &Arguments, config: &Config, models: &[Candidate]) -> Result<Vec<Row>, Error> {
     let of_each = if arguments.quick { QUICK_SLIDES } else { arguments.slides.unwrap_or(SLIDES) };
-    let (fronts, slides) = (Front::all(), slides(of_each));
-    let (all, settings, count) = (slides.len(), fronts.len(), models.len());
-    note(format_args!("{all} slides of {SENSORS} sensors, {settings} settings, {count} models"));
-    let plan = Plan { config, fronts: &fronts, models, slides: &slides, light: 1.0 };
+    let (settings, slides) = (Setting::all(), slides(of_each));
+    let (all, every, count) = (slides.len(), settings.len(), models.len());
+    note(format_args!("{all} slides of {SENSORS} sensors, {every} settings, {count} models"));
+    let plan = Plan { config, settings: &settings, models, slides: &slides, light: 1.0 };
     let mut rows = rows(&plan, &sweep::run(&plan)?);
     host::measure(&mut rows, models, config)?;
     Ok(rows)

@@ -3,9 +3,11 @@
 use std::fmt;
 use std::str::FromStr;
 
+use super::candidate::{NONE, short};
 use super::knobs::{Format, KERNELS, STRIDES, kernel_name};
 use super::prices::{Core, Price, Prices};
 use super::row::Row;
+use super::table::grouped;
 
 /// What a term is about.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,7 +68,10 @@ impl FromStr for Budget {
                 let most = number(value, &what).map_err(|error| format!("term {term:?}: {error}"))?;
                 budget.limits.push(Limit { term: term.to_owned(), what, most, or_equal });
             } else {
-                let value = rest.trim_start_matches('=').trim();
+                let value = rest.strip_prefix('=').unwrap_or(rest).trim();
+                if budget.is_fixed(name) {
+                    return Err(format!("term {term:?}: {name} a second time, expected it once"));
+                }
                 budget.fix(name, value).map_err(|error| format!("term {term:?}: {error}"))?;
             }
         }
@@ -75,6 +80,7 @@ impl FromStr for Budget {
 }
 
 fn what(name: &str) -> Option<What> {
+    let name = name.to_ascii_lowercase();
     let core = |name: &str| Core::ALL.into_iter().find(|core| core.name().eq_ignore_ascii_case(name));
     if let Some((name, what)) = name.split_once('.') {
         let of_core = |core| if what == "event" { Some(What::Event(core)) } else { None };
@@ -83,7 +89,7 @@ fn what(name: &str) -> Option<What> {
             _ => core(name).and_then(of_core),
         };
     }
-    match name {
+    match name.as_str() {
         "flash" => Some(What::Flash),
         "ram" => Some(What::Ram),
         "frames" => Some(What::Frames),
@@ -102,7 +108,8 @@ fn number(text: &str, what: &What) -> Result<f64, String> {
     };
     let read = units.iter().find_map(|(unit, scale)| {
         let number: f64 = text.strip_suffix(unit)?.trim().parse().ok()?;
-        (number > 0.0 && number.is_finite()).then_some(number * scale)
+        let scaled = number * scale;
+        (scaled > 0.0 && scaled.is_finite()).then_some(scaled)
     });
     let names: Vec<&str> = units.iter().map(|(unit, _)| *unit).filter(|unit| !unit.is_empty()).collect();
     read.ok_or_else(|| match names[..] {
@@ -117,7 +124,7 @@ impl Budget {
             Some(one) => Ok(Some(one.clone())),
             None => Err(format!("{value:?}, expected one of {}", all.join(", "))),
         };
-        match name {
+        match name.to_ascii_lowercase().as_str() {
             "format" => {
                 let names = Format::ALL.map(|format| format.name().to_owned());
                 let either = value.eq_ignore_ascii_case("YUYV").then(|| Some("YUYV".to_owned()));
@@ -130,10 +137,38 @@ impl Budget {
             "ln" => self.kernel = one_of(&KERNELS.map(|kernel| kernel_name(kernel).to_owned()))?,
             "model" if !value.is_empty() => self.model = Some(value.to_owned()),
             "model" => return Err("a name is missing, expected a model's, or none".to_owned()),
-            name if what(name).is_some() => return Err(format!("{name} with =, expected < or <=")),
-            name => return Err(format!("{name:?}, expected {EXPECTED}")),
+            other if what(other).is_some() => return Err(format!("{name} with =, expected < or <=")),
+            _ => return Err(format!("{name:?}, expected {EXPECTED}")),
         }
         Ok(())
+    }
+
+    fn is_fixed(&self, name: &str) -> bool {
+        match name.to_ascii_lowercase().as_str() {
+            "format" => self.format.is_some(),
+            "stride" => self.stride.is_some(),
+            "ln" => self.kernel.is_some(),
+            "model" => self.model.is_some(),
+            _ => false,
+        }
+    }
+
+    /// Whether the model that is asked for is of these rows, if one is asked for.
+    ///
+    /// # Errors
+    /// The term, what was found, and the models' names.
+    pub fn check_model(&self, rows: &[Row]) -> Result<(), String> {
+        let Some(asked) = &self.model else { return Ok(()) };
+        let mut names: Vec<&str> = vec![NONE];
+        for name in rows.iter().filter_map(|row| row.model.as_deref().map(short)) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        if names.contains(&short(asked)) {
+            return Ok(());
+        }
+        Err(format!("term \"model={asked}\": {asked:?}, expected one of {}", names.join(", ")))
     }
 
     /// The cores that are named, or else `default`.
@@ -157,11 +192,11 @@ impl Budget {
 
     /// Whether a row has the knobs that are fixed.
     fn is_of(&self, row: &Row) -> bool {
-        let format = row.front.format;
+        let format = row.setting.format;
         self.format.as_deref().is_none_or(|name| name == format.name() || format.pixels() == Some(name))
-            && self.stride.is_none_or(|stride| stride == row.front.stride.get())
-            && self.kernel.as_deref().is_none_or(|name| name == kernel_name(row.front.kernel))
-            && self.model.as_deref().is_none_or(|name| name == row.model.as_deref().unwrap_or("none"))
+            && self.stride.is_none_or(|stride| stride == row.setting.stride.get())
+            && self.kernel.as_deref().is_none_or(|name| name == kernel_name(row.setting.kernel))
+            && self.model.as_deref().is_none_or(|name| short(name) == short(row.model.as_deref().unwrap_or(NONE)))
     }
 
     /// What a row takes of each limit, on each core: the limit's term, what it takes (nothing where that is not known),
@@ -169,26 +204,27 @@ impl Budget {
     fn taken<'a>(&'a self, row: &'a Row, prices: &'a Prices, default: Core) -> impl Iterator<Item = Taken<'a>> {
         let cores = self.cores(default);
         self.limits.iter().flat_map(move |limit| {
-            let price = |core: Core| prices.of(core, &row.front, row.model.as_deref());
-            let of_core = |core, take: fn(&Price) -> i64| vec![price(core).map(|price| take(&price) as f64)];
-            let of_all =
-                |take: fn(&Price) -> i64| cores.iter().flat_map(|core| of_core(*core, take)).collect::<Vec<_>>();
-            let takes = match limit.what {
-                What::Frame(core) => of_core(core, Price::frame),
-                What::Event(core) => of_core(core, Price::event),
-                What::Flash => of_all(|price| price.flash),
-                What::Ram => of_all(|price| price.ram),
-                What::Frames => vec![row.found.latency],
-                What::Host => vec![row.host.map(|host| host.frame_ns)],
-                What::HostEvent => vec![row.host.map(|host| host.event_ns)],
+            let of_core = |core: Core, take: fn(&Price) -> i64| {
+                let price = prices.of(core, &row.setting, row.model.as_deref());
+                Taken { limit, core: Some(core), takes: price.map(|price| take(&price) as f64) }
             };
-            takes.into_iter().map(move |takes| Taken { limit, takes })
+            let of_row = |takes| Taken { limit, core: None, takes };
+            match limit.what {
+                What::Frame(core) => vec![of_core(core, Price::frame)],
+                What::Event(core) => vec![of_core(core, Price::event)],
+                What::Flash => cores.iter().map(|core| of_core(*core, |price| price.flash)).collect(),
+                What::Ram => cores.iter().map(|core| of_core(*core, |price| price.ram)).collect(),
+                What::Frames => vec![of_row(row.found.latency)],
+                What::Host => vec![of_row(row.host.map(|host| host.frame_ns))],
+                What::HostEvent => vec![of_row(row.host.map(|host| host.event_ns))],
+            }
         })
     }
 }
 
 struct Taken<'a> {
     limit: &'a Limit,
+    core: Option<Core>,
     takes: Option<f64>,
 }
 
@@ -196,6 +232,34 @@ impl Taken<'_> {
     fn fits(&self) -> bool {
         let Limit { most, or_equal, .. } = self.limit;
         self.takes.is_some_and(|takes| if *or_equal { takes <= *most } else { takes < *most })
+    }
+
+    /// How many times the limit; endlessly many where it is not known.
+    fn ratio(&self) -> f64 {
+        self.takes.map_or(f64::INFINITY, |takes| takes / self.limit.most)
+    }
+}
+
+impl fmt::Display for Taken<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let unit = match self.limit.what {
+            What::Frame(_) => "instructions a frame",
+            What::Event(_) => "instructions an event",
+            What::Flash => "bytes of flash",
+            What::Ram => "bytes of RAM",
+            What::Frames => "frames to the answer",
+            What::Host => "ns a frame on a host",
+            What::HostEvent => "ns an event on a host",
+        };
+        if let Some(core) = self.core {
+            write!(f, "{}: ", core.name())?;
+        }
+        match (self.takes, &self.limit.what) {
+            (Some(takes), What::Frames) => write!(f, "{takes:.1} {unit}"),
+            (Some(takes), _) => write!(f, "{} {unit}", grouped(takes as i64)),
+            (None, _) => write!(f, "{unit} not known"),
+        }?;
+        write!(f, ", expected {}", self.limit.term)
     }
 }
 
@@ -213,7 +277,7 @@ pub enum By {
     Speed,
     /// Directions that are wrong or missing.
     Direction,
-    /// Mean square error of features.
+    /// Root mean square error of features of lit rows and columns.
     Features,
 }
 
@@ -231,68 +295,56 @@ impl By {
                 found.speed.map(|[mean, _]| -(mean * (1.0 - missing) + 100.0 * missing))
             }
             Self::Direction => Some(-(found.direction_errors as f64)),
-            Self::Features => Some(-found.feature[3]),
+            Self::Features => Some(-found.feature[1]),
         }
     }
 }
 
-/// Nothing fits.
-#[derive(Debug)]
-pub struct NothingFits {
-    /// The nearest configuration, if any has the knobs that are fixed, and by which terms it fails.
-    pub nearest: Option<(Row, String)>,
-}
-
-impl fmt::Display for NothingFits {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.nearest {
-            Some((row, misses)) => {
-                let model = row.model.as_deref().unwrap_or("none");
-                write!(f, "no configuration fits; the nearest is {}, model {model}: {misses}", row.front)
-            }
-            None => write!(f, "no configuration of the map has these knobs"),
-        }
-    }
-}
-
-/// The best row that fits; of several as good, the one that takes fewest instructions a second on the first core.
+/// The best row that fits; of several as good, the one that takes fewest instructions a second on the first core. MJPEG, which is
+/// judged by fewer slides and so more by chance, only where nothing else fits.
 ///
 /// # Errors
-/// Where nothing fits: the nearest miss.
-pub fn best<'r>(
-    rows: &'r [Row],
-    budget: &Budget,
-    by: By,
-    prices: &Prices,
-    default: Core,
-) -> Result<&'r Row, Box<NothingFits>> {
-    let wanted = || rows.iter().filter(|row| budget.is_of(row) && by.score(row).is_some());
+/// Where nothing fits: the nearest miss, or why there is none.
+pub fn best<'r>(rows: &'r [Row], budget: &Budget, by: By, prices: &Prices, default: Core) -> Result<&'r Row, String> {
+    let wanted: Vec<&Row> = rows.iter().filter(|row| budget.is_of(row) && by.score(row).is_some()).collect();
     let core = budget.cores(default).first().copied().unwrap_or(default);
-    let second = |row: &Row| prices.of(core, &row.front, row.model.as_deref()).map_or(i64::MAX, |price| price.second());
-    let fits = wanted().filter(|row| budget.taken(row, prices, default).all(|taken| taken.fits()));
-    let order = |a: &&Row, b: &&Row| {
-        let by_score = by.score(a).partial_cmp(&by.score(b)).unwrap_or(std::cmp::Ordering::Equal);
-        by_score.then_with(|| second(b).cmp(&second(a)))
+    let a_second = |row: &Row| {
+        let price = prices.of(core, &row.setting, row.model.as_deref());
+        price.map_or(i64::MAX, |price| price.instructions_a_second())
     };
+    let fit = wanted.iter().copied().filter(|row| budget.taken(row, prices, default).all(|taken| taken.fits()));
+    let (mjpeg, others): (Vec<_>, Vec<_>) = fit.partition(|row| row.setting.format == Format::Mjpeg);
+    let order = |a: &Row, b: &Row| {
+        let by_score = by.score(a).partial_cmp(&by.score(b)).unwrap_or(std::cmp::Ordering::Equal);
+        by_score.then_with(|| a_second(b).cmp(&a_second(a)))
+    };
+    let fit = if others.is_empty() { mjpeg } else { others };
     // Of equals the first, which is simpler.
-    let best = fits.reduce(|best, next| if order(&next, &best).is_gt() { next } else { best });
+    let best = fit.into_iter().reduce(|best, next| if order(next, best).is_gt() { next } else { best });
     best.ok_or_else(|| {
-        let over = |row: &Row| {
-            let ratio = |taken: Taken| taken.takes.map_or(f64::INFINITY, |takes| takes / taken.limit.most);
-            budget.taken(row, prices, default).map(ratio).fold(0.0, f64::max)
-        };
-        let nearest = wanted().min_by(|a, b| over(a).total_cmp(&over(b)));
-        Box::new(NothingFits { nearest: nearest.map(|row| (row.clone(), misses(budget, row, prices, default))) })
+        let over = |row: &Row| budget.taken(row, prices, default).map(|taken| taken.ratio()).fold(0.0, f64::max);
+        let nearest = wanted.iter().min_by(|a, b| over(a).total_cmp(&over(b)));
+        nearest.map_or_else(|| budget.nothing(rows), |row| budget.nearest(row, prices, default))
     })
 }
 
-fn misses(budget: &Budget, row: &Row, prices: &Prices, default: Core) -> String {
-    let missed = budget.taken(row, prices, default).filter(|taken| !taken.fits());
-    let told = missed.map(|taken| match taken.takes {
-        Some(takes) => format!("{takes:.0}, expected {}", taken.limit.term),
-        None => format!("not known, expected {}", taken.limit.term),
-    });
-    told.collect::<Vec<_>>().join("; ")
+impl Budget {
+    /// Why no row is even near.
+    fn nothing(&self, rows: &[Row]) -> String {
+        if rows.iter().any(|row| self.is_of(row)) {
+            return "no configuration with these knobs tells what --by is about; without a model: --by speed, direction or \
+                features"
+                .to_owned();
+        }
+        "no configuration of the map has these knobs".to_owned()
+    }
+
+    fn nearest(&self, row: &Row, prices: &Prices, default: Core) -> String {
+        let model = short(row.model.as_deref().unwrap_or(NONE));
+        let missed = self.taken(row, prices, default).filter(|taken| !taken.fits());
+        let missed: Vec<String> = missed.map(|taken| taken.to_string()).collect();
+        format!("no configuration fits; the nearest is {}, model {model}: {}", row.setting, missed.join("; "))
+    }
 }
 
 #[cfg(test)]

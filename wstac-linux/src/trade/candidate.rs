@@ -10,13 +10,19 @@ use crate::model::file::{BUILT_IN, ModelFile};
 use crate::model::inspect::{Inspected, inspect};
 use crate::texture::TextureRecord;
 
+/// What stands for no model.
+pub const NONE: &str = "none";
+
+/// A model's name without what all of the program's own start with.
+pub fn short(name: &str) -> &str {
+    name.strip_prefix(BUILT_IN).unwrap_or(name)
+}
+
 /// A model and what is known of it.
 #[derive(Clone, Debug)]
 pub struct Candidate {
-    /// Its name: that of the program's own, or a file's path.
+    /// Its name: `builtin:` and that of one of the program's own, whose price is known, or a file's path.
     pub name: String,
-    /// Whether it comes with the program, so that its price is known.
-    pub is_built_in: bool,
     /// The file.
     pub file: ModelFile,
     /// What is in it: kind, weights, trees, frames.
@@ -34,31 +40,36 @@ impl Candidate {
     /// # Errors
     /// None: tests read them all.
     pub fn all_built_in() -> Result<Vec<Self>, Error> {
-        ModelFile::built_in().map(|(name, file)| Self::new(name.to_owned(), true, file?)).collect()
+        ModelFile::built_in().map(|(name, file)| Self::new(format!("{BUILT_IN}{name}"), file?)).collect()
     }
 
     /// The model that an argument names, of the program or of a file.
     ///
     /// # Errors
-    /// Where there is none, or what is wrong with the file.
+    /// Where there is none, what is wrong with the file, or a path that a map cannot hold.
     pub fn named(name: &Path) -> Result<Self, Error> {
-        let file = ModelFile::open(name)?;
-        if let Some(built_in) = name.to_str().and_then(|name| name.strip_prefix(BUILT_IN)) {
-            return Self::new(built_in.to_owned(), true, file);
-        }
-        Self::new(name.display().to_string().replace(',', ";"), false, file)
+        let text = name.to_str().filter(|text| *text != NONE && !text.contains([',', '"', '\n', '\r']));
+        let refused =
+            "a map cannot hold this path, expected UTF-8 without comma, quotation mark or end of line, and not none";
+        let text = text.ok_or_else(|| Error::new(name.display(), refused))?;
+        Self::new(text.to_owned(), ModelFile::open(name)?)
     }
 
     /// The model of a file.
     ///
     /// # Errors
     /// What is wrong with the file.
-    pub fn new(name: String, is_built_in: bool, file: ModelFile) -> Result<Self, Error> {
+    pub fn new(name: String, file: ModelFile) -> Result<Self, Error> {
         let model = file.model()?;
         let (labels, task): (_, Task) = (model.labels(), model.task());
         let label = |class| labels.get(class).map(|label| label.to_string());
         let answers = (0..labels.len()).filter_map(label).map(|label| TextureRecord::of(task, label)).collect();
-        Ok(Self { about: inspect(&model, file.words()), answers, name, is_built_in, file })
+        Ok(Self { about: inspect(&model, file.words()), answers, name, file })
+    }
+
+    /// Whether it comes with the program, so that its price is known.
+    pub fn is_built_in(&self) -> bool {
+        self.name.starts_with(BUILT_IN)
     }
 
     /// The model itself.

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use super::candidate::Candidate;
-use super::knobs::{Format, Front};
+use super::candidate::{Candidate, NONE, short};
+use super::knobs::{Format, Setting};
 use super::map;
 use super::row::{Row, rows};
 use super::slides::{TradeSlide, reference};
@@ -42,13 +42,13 @@ pub fn peak() -> Result<f64, Error> {
 /// # Errors
 /// As [`sweep::run`].
 pub fn fade(level: f64, config: &Config, models: &[Candidate], slides: &[TradeSlide]) -> Result<Faded, Error> {
-    let fronts = Front::one_at_a_time();
-    let plan = Plan { config, fronts: &fronts, models, slides, light: level / peak()? };
+    let settings = Setting::one_at_a_time();
+    let plan = Plan { config, settings: &settings, models, slides, light: level / peak()? };
     let first = models.first().map(|model| &model.name);
     let mut rows = rows(&plan, &sweep::run(&plan)?);
     rows.retain(|row| match &row.model {
         None => false,
-        name => row.front == Front::DEFAULT || name.as_ref() == first,
+        name => row.setting == Setting::DEFAULT || name.as_ref() == first,
     });
     Ok(Faded { level, rows })
 }
@@ -95,8 +95,13 @@ pub fn tables(all: &[Faded]) -> String {
         let names = all.first().map_or(&[][..], |faded| &faded.rows);
         for (number, row) in names.iter().enumerate() {
             let cells: Vec<String> = all.iter().filter_map(|faded| faded.rows.get(number)).map(cell).collect();
-            let _ =
-                writeln!(text, "| {}, {} | {} |", row.front, row.model.as_deref().unwrap_or("none"), cells.join(" | "));
+            let _ = writeln!(
+                text,
+                "| {}, {} | {} |",
+                row.setting,
+                short(row.model.as_deref().unwrap_or(NONE)),
+                cells.join(" | ")
+            );
         }
     }
     text

@@ -13,11 +13,11 @@ use wstac_core::taxels::Camera;
 use wstac_core::trigger::{Event, Trigger};
 use wstac_core::{direction, speed};
 
-use super::bank::camera;
 use super::candidate::Candidate;
-use super::knobs::{Format, Front};
+use super::knobs::{Format, Setting};
 use super::row::{Host, Row};
 use super::slides::reference;
+use super::streams::camera;
 use crate::camera::mjpeg::Decoder;
 use crate::config::{Config, Kernel};
 use crate::error::Error;
@@ -25,30 +25,33 @@ use crate::scene::sensor::Sensor;
 use crate::scene::{Scene, Script};
 
 /// Frames of a round: those at the slide's middle.
-const FRAMES: usize = 16;
+const FRAMES: usize = 4;
 /// Dark frames before them.
-const BEFORE: usize = 50;
-/// Rounds of frames, and of events.
-const ROUNDS: usize = 7;
+const BEFORE: usize = 56;
+/// Rounds of everything, one after the other: a busy moment of the machine then spoils one round of all, not all rounds of one.
+const ROUNDS: usize = 60;
 /// Answers of a round.
 const ANSWERS: usize = 20;
+
+/// What is timed: how many turns a round has, and the round.
+type Round<'a> = (usize, Box<dyn FnMut() + 'a>);
 
 /// Fills in the rows' times.
 ///
 /// # Errors
 /// Where the configuration does not fit the frames.
 pub fn measure(rows: &mut [Row], models: &[Candidate], config: &Config) -> Result<(), Error> {
-    let mut fronts: Vec<(Front, f64)> = Vec::new();
+    let mut settings: Vec<Setting> = Vec::new();
+    for row in rows.iter() {
+        if !settings.contains(&row.setting) {
+            settings.push(row.setting);
+        }
+    }
+    let frames = frames(&settings, config)?;
     let (bare, with) = events(models, config)?;
     for row in rows {
-        let known = fronts.iter().find(|(front, _)| *front == row.front).map(|(_, frame_ns)| *frame_ns);
-        let frame_ns = match known {
-            Some(frame_ns) => frame_ns,
-            None => frame(row.front, config)?,
-        };
-        if known.is_none() {
-            fronts.push((row.front, frame_ns));
-        }
+        let place = settings.iter().position(|setting| *setting == row.setting);
+        let frame_ns = place.and_then(|place| frames.get(place)).copied().unwrap_or(f64::INFINITY);
         let place = models.iter().position(|model| Some(&model.name) == row.model.as_ref());
         let event_ns = bare + place.and_then(|place| with.get(place)).copied().unwrap_or(0.0);
         row.host = Some(Host { frame_ns, event_ns });
@@ -56,58 +59,71 @@ pub fn measure(rows: &mut [Row], models: &[Candidate], config: &Config) -> Resul
     Ok(())
 }
 
-/// The least time of several rounds, each of `times` turns, in ns a turn.
-fn least(times: usize, mut round: impl FnMut()) -> f64 {
-    let one = |_| {
-        let start = Instant::now();
-        round();
-        start.elapsed().as_nanos() as f64 / times.max(1) as f64
-    };
-    (0..ROUNDS).map(one).fold(f64::INFINITY, f64::min)
-}
-
-/// Of a frame: bytes to features and trigger; of MJPEG, the picture's decoding, too.
-fn frame(front: Front, config: &Config) -> Result<f64, Error> {
-    let script = reference(1.0, front.format)?;
-    let sensor = Scene::camera(&script)?;
-    let camera = camera(&sensor, front.format, front.stride, config)?;
-    let frames = bright_frames(&script, sensor)?;
-    match front.kernel {
-        Kernel::Fixed => stream::<Fixed>(front.format, camera, &frames, config),
-        Kernel::Libm => stream::<Libm>(front.format, camera, &frames, config),
-        Kernel::Micromath => stream::<Micromath>(front.format, camera, &frames, config),
+/// The least time of each over all rounds, in ns a turn.
+fn least(mut all: Vec<Round<'_>>) -> Vec<f64> {
+    let mut least = vec![f64::INFINITY; all.len()];
+    for _ in 0..ROUNDS {
+        for (least, (turns, round)) in least.iter_mut().zip(&mut all) {
+            let start = Instant::now();
+            round();
+            *least = least.min(start.elapsed().as_nanos() as f64 / (*turns).max(1) as f64);
+        }
     }
+    least
 }
 
-fn stream<L: Ln>(format: Format, camera: Camera<Any>, frames: &[Vec<u8>], config: &Config) -> Result<f64, Error> {
-    let size = camera.layout().frame();
+/// Of a frame, by setting: bytes to features and trigger; of MJPEG, the picture's decoding, too.
+fn frames(settings: &[Setting], config: &Config) -> Result<Vec<f64>, Error> {
+    let shots = |format| Ok((format, shots(format)?));
+    let shots = Format::ALL.into_iter().map(shots).collect::<Result<Vec<(Format, Vec<Vec<u8>>)>, Error>>()?;
+    let mut all: Vec<Round> = Vec::new();
+    for setting in settings {
+        let sensor = Scene::camera(&reference(1.0, setting.format)?)?;
+        let camera = camera(&sensor, setting.format, setting.stride, config)?;
+        let frames = shots.iter().find(|(format, _)| *format == setting.format).map_or(&[][..], |(_, frames)| frames);
+        all.push(match setting.kernel {
+            Kernel::Fixed => stream::<Fixed>(setting.format, camera, frames, config),
+            Kernel::Libm => stream::<Libm>(setting.format, camera, frames, config),
+            Kernel::Micromath => stream::<Micromath>(setting.format, camera, frames, config),
+        }?);
+    }
+    Ok(least(all))
+}
+
+fn stream<'a, L: Ln + 'a>(
+    format: Format,
+    camera: Camera<Any>,
+    frames: &'a [Vec<u8>],
+    config: &Config,
+) -> Result<Round<'a>, Error> {
+    let mut decoder = (format == Format::Mjpeg).then(|| Decoder::new(camera.layout().frame()));
     let unfit = |error| config.does_not_fit("simulated frames", "[features]", error);
     let mut stream = FeatureStream::<Any, L>::new(camera, config.features.floor_levels).map_err(unfit)?;
     let mut trigger = Trigger::new(config.trigger().map_err(unfit)?);
-    let pictures: Vec<Vec<u8>> = match format {
-        Format::Mjpeg => {
-            frames.iter().map(|rgb| picture(rgb, size.width(), size.height())).collect::<Result<_, _>>()?
-        }
-        _ => Vec::new(),
-    };
-    let mut decoder = Decoder::new(size);
-    let mut push = |bytes: &[u8]| {
-        if let Ok(Some(frame)) = stream.push_frame(black_box(bytes)) {
-            black_box(trigger.push(frame.features, frame.patched).is_some());
-        }
-    };
-    Ok(least(frames.len(), || {
-        if pictures.is_empty() {
-            for frame in frames {
-                push(frame);
+    let round = move || {
+        for frame in frames {
+            let bytes = match &mut decoder {
+                Some(decoder) => decoder.decode(black_box(frame)).unwrap_or_default(),
+                None => frame,
+            };
+            if let Ok(Some(frame)) = stream.push_frame(black_box(bytes)) {
+                black_box(trigger.push(frame.features, frame.patched).is_some());
             }
         }
-        for picture in &pictures {
-            if let Some(rgb) = decoder.decode(black_box(picture)) {
-                push(rgb);
-            }
-        }
-    }))
+    };
+    Ok((frames.len(), Box::new(round)))
+}
+
+/// What a camera of this format sends of the reference slide.
+fn shots(format: Format) -> Result<Vec<Vec<u8>>, Error> {
+    let script = reference(1.0, format)?;
+    let sensor = Scene::camera(&script)?;
+    let size = sensor.layout().frame();
+    let frames = bright_frames(&script, sensor)?;
+    if format != Format::Mjpeg {
+        return Ok(frames);
+    }
+    frames.iter().map(|rgb| picture(rgb, size.width(), size.height())).collect()
 }
 
 /// A frame as a camera's JPEG picture.
@@ -130,7 +146,7 @@ fn events(models: &[Candidate], config: &Config) -> Result<(f64, Vec<f64>), Erro
     let script = reference(1.0, Format::Grey)?;
     let sensor = Scene::camera(&script)?;
     let unfit = |error| config.does_not_fit("simulated frames", "[trigger]", error);
-    let camera = camera(&sensor, Format::Grey, Front::DEFAULT.stride, config)?;
+    let camera = camera(&sensor, Format::Grey, Setting::DEFAULT.stride, config)?;
     let speed = config.speed(camera.rate()).map_err(unfit)?;
     let mut stream = FeatureStream::<Any, Fixed>::new(camera, config.features.floor_levels).map_err(unfit)?;
     let mut trigger = Trigger::new(config.trigger().map_err(unfit)?);
@@ -146,22 +162,25 @@ fn events(models: &[Candidate], config: &Config) -> Result<(f64, Vec<f64>), Erro
 }
 
 fn answers(event: &Event<'_>, config: &SpeedConfig, models: &[Candidate]) -> Result<(f64, Vec<f64>), Error> {
-    let bare = least(ANSWERS, || {
+    let bare = || {
         for _ in 0..ANSWERS {
             black_box((
                 speed::speed(black_box(event), config).is_ok(),
                 direction::direction(black_box(event)).confidence,
             ));
         }
-    });
-    let sample: [i16; INPUTS] = event.sample.flat();
-    let texture = |candidate: &Candidate| {
-        let model = candidate.model()?;
-        Ok(least(ANSWERS, || {
-            for _ in 0..ANSWERS {
-                black_box(model.classify(black_box(&sample)));
-            }
-        }))
     };
-    Ok((bare, models.iter().map(texture).collect::<Result<_, Error>>()?))
+    let sample: [i16; INPUTS] = event.sample.flat();
+    let mut all: Vec<Round> = vec![(ANSWERS, Box::new(bare))];
+    for candidate in models {
+        let (model, sample) = (candidate.model()?, &sample);
+        let texture = move || {
+            for _ in 0..ANSWERS {
+                black_box(model.classify(black_box(sample)));
+            }
+        };
+        all.push((ANSWERS, Box::new(texture)));
+    }
+    let mut least = least(all).into_iter();
+    Ok((least.next().unwrap_or_default(), least.collect()))
 }

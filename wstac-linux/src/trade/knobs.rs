@@ -86,7 +86,7 @@ impl Format {
 
 /// Everything between a camera and features.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Front {
+pub struct Setting {
     /// The camera's format.
     pub format: Format,
     /// Which pixels are counted.
@@ -101,7 +101,7 @@ pub const STRIDES: [Stride; 4] = [Stride::One, Stride::Two, Stride::Three, Strid
 /// All log kernels.
 pub const KERNELS: [Kernel; 3] = [Kernel::Fixed, Kernel::Libm, Kernel::Micromath];
 
-impl Front {
+impl Setting {
     /// What a configuration file that says nothing gives, with a camera of 8 bits of grey.
     pub const DEFAULT: Self = Self { format: Format::Grey, stride: Stride::One, kernel: Kernel::Fixed };
 
@@ -113,20 +113,20 @@ impl Front {
 
     /// The default and what differs from it in one knob.
     pub fn one_at_a_time() -> Vec<Self> {
-        let differs = |front: &Self| {
-            usize::from(front.format != Self::DEFAULT.format)
-                + usize::from(front.stride != Self::DEFAULT.stride)
-                + usize::from(front.kernel != Self::DEFAULT.kernel)
+        let differs = |setting: &Self| {
+            usize::from(setting.format != Self::DEFAULT.format)
+                + usize::from(setting.stride != Self::DEFAULT.stride)
+                + usize::from(setting.kernel != Self::DEFAULT.kernel)
         };
-        Self::all().into_iter().filter(|front| differs(front) <= 1).collect()
+        Self::all().into_iter().filter(|setting| differs(setting) <= 1).collect()
     }
 }
 
-fn of_stride(format: Format, stride: Stride) -> impl Iterator<Item = Front> {
-    KERNELS.into_iter().map(move |kernel| Front { format, stride, kernel })
+fn of_stride(format: Format, stride: Stride) -> impl Iterator<Item = Setting> {
+    KERNELS.into_iter().map(move |kernel| Setting { format, stride, kernel })
 }
 
-impl fmt::Display for Front {
+impl fmt::Display for Setting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}, stride {}, {} ln", self.format.name(), self.stride.get(), kernel_name(self.kernel))
     }
@@ -155,9 +155,9 @@ mod tests {
 
     #[test]
     fn all_are_different_and_one_at_a_time_are_some_of_them() {
-        let all = Front::all();
+        let all = Setting::all();
         assert_eq!(all.len(), 7 * 4 * 3);
-        assert!(all.iter().enumerate().all(|(n, front)| all.iter().skip(n + 1).all(|other| other != front)));
-        assert_eq!(Front::one_at_a_time().len(), 7 + 3 + 2);
+        assert!(all.iter().enumerate().all(|(n, setting)| all.iter().skip(n + 1).all(|other| other != setting)));
+        assert_eq!(Setting::one_at_a_time().len(), 7 + 3 + 2);
     }
 }

@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use wstac_core::frame::Stride;
 
-use super::candidate::Candidate;
-use super::knobs::{Format, Front, KERNELS, STRIDES, kernel_name};
+use super::candidate::{Candidate, NONE};
+use super::knobs::{Format, KERNELS, STRIDES, Setting, kernel_name};
 use super::prices::{Core, Prices};
 use super::row::{Found, Host, Row};
 use super::statistics::Interval;
@@ -52,8 +52,7 @@ pub fn write_all(rows: &[Row], models: &[Candidate], prices: &Prices) -> String 
         let model = models.iter().find(|model| Some(&model.name) == row.model.as_ref());
         let _ = write!(text, "{},{},{}", found(row), model.map_or_else(|| ",,,,,".to_owned(), about), host(row));
         for core in Core::ALL {
-            let is_priced = model.is_none_or(|model| model.is_built_in);
-            let price = prices.of(core, &row.front, row.model.as_deref()).filter(|_| is_priced);
+            let price = prices.of(core, &row.setting, row.model.as_deref());
             let _ = match price {
                 Some(price) => write!(text, ",{},{},{},{}", price.frame(), price.event(), price.flash, price.ram),
                 None => write!(text, ",,,,"),
@@ -67,8 +66,9 @@ pub fn write_all(rows: &[Row], models: &[Candidate], prices: &Prices) -> String 
 /// What was found of a row, as it is compared: number for number.
 pub fn found(row: &Row) -> String {
     let Found { slides, events, accuracy, speed, .. } = &row.found;
-    let (format, stride, kernel) = (row.front.format.name(), row.front.stride.get(), kernel_name(row.front.kernel));
-    let mut text = format!("{format},{stride},{kernel},{},{slides},{events}", row.model.as_deref().unwrap_or("none"));
+    let (format, stride, kernel) =
+        (row.setting.format.name(), row.setting.stride.get(), kernel_name(row.setting.kernel));
+    let mut text = format!("{format},{stride},{kernel},{},{slides},{events}", row.model.as_deref().unwrap_or(NONE));
     for interval in accuracy {
         let _ = match interval {
             Some(found) => write!(text, ",{:.2},{:.2},{:.2}", found.mean, found.low, found.high),
@@ -119,12 +119,12 @@ pub fn read(about: &str, text: &str) -> Result<Vec<Row>, Error> {
 /// One line's fields, taken one by one.
 struct Fields<'a> {
     fields: std::str::Split<'a, char>,
-    names: std::str::Split<'static, char>,
+    names: std::iter::Chain<std::str::Split<'static, char>, std::str::Split<'static, char>>,
 }
 
 impl<'a> Fields<'a> {
     fn text(&mut self) -> Result<(&'a str, &'static str), String> {
-        let name = self.names.next().unwrap_or(HOST);
+        let name = self.names.next().unwrap_or_default();
         self.fields.next().map(|field| (field, name)).ok_or_else(|| format!("{name} is missing"))
     }
 
@@ -135,16 +135,17 @@ impl<'a> Fields<'a> {
         one.ok_or_else(|| format!("{name} is {found:?}, expected one of {}", names()))
     }
 
-    fn number<T: std::str::FromStr>(&mut self) -> Result<T, String> {
-        self.optional()?.ok_or_else(|| "a number is empty, expected one".to_owned())
+    fn number<T: Number>(&mut self) -> Result<T, String> {
+        let (found, name) = self.text()?;
+        T::read(found).ok_or_else(|| format!("{name} is {found:?}, expected a number"))
     }
 
-    fn optional<T: std::str::FromStr>(&mut self) -> Result<Option<T>, String> {
+    fn optional(&mut self) -> Result<Option<f64>, String> {
         let (found, name) = self.text()?;
         if found.is_empty() {
             return Ok(None);
         }
-        found.parse().map(Some).map_err(|_| format!("{name} is {found:?}, expected a number"))
+        f64::read(found).map(Some).ok_or_else(|| format!("{name} is {found:?}, expected a number or nothing"))
     }
 
     fn interval(&mut self) -> Result<Option<Interval>, String> {
@@ -153,14 +154,32 @@ impl<'a> Fields<'a> {
     }
 }
 
+/// What a column can hold.
+trait Number: Sized {
+    fn read(text: &str) -> Option<Self>;
+}
+
+impl Number for usize {
+    fn read(text: &str) -> Option<Self> {
+        text.parse().ok()
+    }
+}
+
+impl Number for f64 {
+    /// Finite ones only.
+    fn read(text: &str) -> Option<Self> {
+        text.parse().ok().filter(|number: &Self| number.is_finite())
+    }
+}
+
 fn line_of(line: &str) -> Result<Row, String> {
-    let mut fields = Fields { fields: line.split(','), names: FOUND.split(',') };
-    let front = Front {
+    let mut fields = Fields { fields: line.split(','), names: FOUND.split(',').chain(HOST.split(',')) };
+    let setting = Setting {
         format: fields.one_of(&Format::ALL, |format| format.name().to_owned())?,
         stride: fields.one_of(&STRIDES, |stride: Stride| stride.get().to_string())?,
         kernel: fields.one_of(&KERNELS, |kernel| kernel_name(kernel).to_owned())?,
     };
-    let model = Some(fields.text()?.0.to_owned()).filter(|name| name != "none");
+    let model = Some(fields.text()?.0.to_owned()).filter(|name| name != NONE);
     let found = Found {
         slides: fields.number()?,
         events: fields.number()?,
@@ -176,7 +195,7 @@ fn line_of(line: &str) -> Result<Row, String> {
     if fields.fields.next().is_some() {
         return Err("more fields than columns".to_owned());
     }
-    Ok(Row { front, model, found, host: host.map(|(frame_ns, event_ns)| Host { frame_ns, event_ns }) })
+    Ok(Row { setting, model, found, host: host.map(|(frame_ns, event_ns)| Host { frame_ns, event_ns }) })
 }
 
 #[cfg(test)]
@@ -207,6 +226,10 @@ mod tests {
             (LINE.replace("YUYV linear", "NV16"), ["line 2: format is \"NV16\"", "GREY"]),
             (LINE.replace(",3,libm", ",4,libm"), ["stride is \"4\"", "1, 2, 3, 5"]),
             (LINE.replace("81.25", "many"), ["specimen is \"many\"", "a number"]),
+            (LINE.replace("81.25", "NaN"), ["specimen is \"NaN\"", "a number"]),
+            (LINE.replace(",799,", ",,"), ["events is \"\"", "a number"]),
+            (LINE.replace("4100", "fast"), ["host_frame_ns is \"fast\"", "a number"]),
+            (LINE.replace(",2900", ""), ["host_event_ns is missing", "m: "]),
             (LINE.replace(",56.5,4100,2900", ""), ["latency is missing", "m: "]),
             (format!("{LINE},1"), ["more fields", "line 2"]),
         ] {

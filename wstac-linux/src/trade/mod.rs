@@ -2,7 +2,6 @@
 //!
 //! [`slides`] is the scene set, [`knobs`] and [`candidate`] what is chosen among, [`sweep`] runs it and [`row`] sums it up.
 
-mod bank;
 pub mod budget;
 pub mod candidate;
 pub mod chosen;
@@ -18,6 +17,7 @@ pub mod prices;
 pub mod row;
 pub mod slides;
 pub mod statistics;
+mod streams;
 pub mod sweep;
 pub mod table;
 

@@ -7,10 +7,11 @@ use wstac_core::frame::Stride;
 
 use self::axes::{Axes, Scale, Span};
 use self::svg::{Drawing, Look, Marker};
-use super::candidate::Candidate;
-use super::knobs::{Format, Front, STRIDES};
+use super::candidate::{Candidate, short};
+use super::knobs::{Format, STRIDES, Setting};
 use super::prices::{Core, Prices};
 use super::row::Row;
+use super::table::grouped;
 use crate::config::Kernel;
 
 const BLACK: &str = "#000000";
@@ -45,19 +46,19 @@ fn family(model: &Candidate) -> (&'static str, Look) {
     match model.about.kind {
         "forest" => ("forest", look(Marker::Triangle, GREEN, true)),
         "boosted trees" => ("boosted trees", look(Marker::Square, RED, false)),
-        "linear, one against one" => ("SVM, 1 to 1", look(Marker::Circle, BLACK, true)),
-        _ => ("SVM, 1 to rest", look(Marker::Diamond, BLUE, false)),
+        "linear, one against one" => ("SVM, one against one", look(Marker::Circle, BLACK, true)),
+        _ => ("SVM, one against the rest", look(Marker::Diamond, BLUE, false)),
     }
 }
 
 /// The picture, with prices on this core.
 pub fn draw(rows: &[Row], models: &[Candidate], prices: &Prices, core: Core) -> String {
-    let size = [FIRST[0] + 2.0 * APART + PANEL[0] + 20.0, FIRST[1] + PANEL[1] + 136.0];
+    let size = [FIRST[0] + 2.0 * APART + PANEL[0] + 20.0, FIRST[1] + PANEL[1] + 146.0];
     let mut drawing = Drawing::new(size, "What speed costs in accuracy");
     front_ends(&mut drawing, rows, prices, core);
     let own: Vec<(&Row, &Candidate)> = rows
         .iter()
-        .filter(|row| row.front == Front::DEFAULT && row.found.accuracy[0].is_some())
+        .filter(|row| row.setting == Setting::DEFAULT && row.found.accuracy[0].is_some())
         .filter_map(|row| Some((row, models.iter().find(|model| Some(&model.name) == row.model.as_ref())?)))
         .collect();
     accuracy(&mut drawing, &own, prices, core);
@@ -77,13 +78,13 @@ type Early<'r> = (f64, &'r Row, &'r Candidate);
 
 /// Feature error against instructions a frame: formats, strides and logarithms.
 fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) {
-    let at = |front: &Front| {
-        let row = rows.iter().find(|row| row.front == *front && row.model.is_none())?;
-        let price = prices.of(core, front, None)?;
+    let at = |setting: &Setting| {
+        let row = rows.iter().find(|row| row.setting == *setting && row.model.is_none())?;
+        let price = prices.of(core, setting, None)?;
         Some([price.frame() as f64, row.found.feature[1].max(1e-6)])
     };
     let series = |format| {
-        let of = |stride: Stride| Some((at(&Front { format, stride, kernel: Kernel::Fixed })?, stride.get()));
+        let of = |stride: Stride| Some((at(&Setting { format, stride, kernel: Kernel::Fixed })?, stride.get()));
         STRIDES.into_iter().filter_map(of).collect::<Vec<_>>()
     };
     let all: Vec<(Format, Vec<Numbered>)> = Format::ALL.into_iter().map(|format| (format, series(format))).collect();
@@ -92,8 +93,8 @@ fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) 
     let others: Vec<_> = kernels
         .into_iter()
         .filter_map(|(kernel, marker, name)| {
-            let front = Front { format: Format::Grey, stride: Stride::One, kernel };
-            Some((at(&front)?, Look { marker, colour: BLACK, filled: false }, name))
+            let setting = Setting { format: Format::Grey, stride: Stride::One, kernel };
+            Some((at(&setting)?, Look { marker, colour: BLACK, filled: false }, name))
         })
         .collect();
     let drawn = all.iter().flat_map(|(_, points)| points.iter().map(|(point, _)| *point));
@@ -102,7 +103,7 @@ fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) 
         Span::of(Scale::Log, points.iter().map(|[x, _]| *x)).zip(Span::of(Scale::Log, points.iter().map(|[_, y]| *y)));
     let Some((x, y)) = spans else { return };
     let x_title = format!("instructions a frame, Cortex-{}", core.name());
-    let titles = ["a  Formats, strides, logarithms", &x_title, "feature error beside float64, RMS, lit (ln)"];
+    let titles = ["a  Formats, strides, logarithms", &x_title, "feature error, root mean square (ln)"];
     let mut axes = Axes::new(drawing, place(0), PANEL, [x, y], titles);
     for (format, points) in &all {
         let line: Vec<_> = points.iter().map(|(point, _)| *point).collect();
@@ -123,21 +124,21 @@ fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) 
         .map(|(format, _)| (of_format(*format), format.name()))
         .collect();
     looks.extend(others.iter().map(|(_, look, name)| (*look, *name)));
-    axes.legend(&looks, &["Numbers: pixel stride, where there is room."]);
+    axes.legend(&looks, 3, &["Of lit rows and columns, beside float64.", "Numbers: pixel stride."]);
 }
 
 /// Accuracy against instructions an event: models that read the whole sample.
 fn accuracy(drawing: &mut Drawing, own: &[(&Row, &Candidate)], prices: &Prices, core: Core) {
-    let whole = own.iter().filter(|(_, model)| model.is_built_in && !is_early(model));
+    let whole = own.iter().filter(|(_, model)| model.is_built_in() && !is_early(model));
     let points: Vec<(f64, &Row, &Candidate)> = whole
         .filter_map(|(row, model)| {
-            let price = prices.of(core, &row.front, row.model.as_deref())?;
-            Some((price.event() as f64, *row, *model))
+            let price = prices.of(core, &row.setting, row.model.as_deref())?;
+            Some((price.texture as f64, *row, *model))
         })
         .collect();
     let x = Span::of(Scale::Log, points.iter().map(|(event, ..)| *event));
     let Some((x, y)) = x.zip(accuracies(points.iter().map(|(_, row, _)| *row))) else { return };
-    let x_title = format!("instructions an event, Cortex-{}", core.name());
+    let x_title = format!("instructions of texture, an event, Cortex-{}", core.name());
     let titles = ["b  Models, all 70 frames", &x_title, "specimens right (%)"];
     let mut axes = Axes::new(drawing, place(1), PANEL, [x, y], titles);
     for (event, row, model) in &points {
@@ -148,10 +149,12 @@ fn accuracy(drawing: &mut Drawing, own: &[(&Row, &Candidate)], prices: &Prices, 
     }
     for (event, row, model) in &points {
         let Some(right) = row.found.accuracy[0] else { continue };
-        axes.label([*event, right.mean], &format!("{}, {} kB", model.name, model.about.bytes.div_ceil(1000)));
+        axes.label([*event, right.mean], &format!("{}, {} kB", short(&model.name), model.about.bytes.div_ceil(1000)));
     }
     let families = families(points.iter().map(|(.., model)| *model));
-    axes.legend(&families, &["Bars: 95 % of 20 sensors. GREY, stride 1; bytes are the model's."]);
+    let others = prices.of(core, &Setting::DEFAULT, None).map_or(0, |price| price.event());
+    let others = format!("Speed and direction add {} to each event.", grouped(others));
+    axes.legend(&families, 2, &["Bars: 95 % of 20 sensors. GREY, stride 1; bytes are the model's.", &others]);
 }
 
 /// Accuracy against latency: models of a kind that read more and more of a sample.
@@ -159,7 +162,7 @@ fn latency(drawing: &mut Drawing, own: &[(&Row, &Candidate)]) {
     let mut series: Vec<(&str, Vec<Early>)> = Vec::new();
     for (row, model) in own {
         let Some(latency) = row.found.latency else { continue };
-        let stem = stem(&model.name);
+        let stem = stem(short(&model.name));
         match series.iter_mut().find(|(name, _)| *name == stem) {
             Some((_, points)) => points.push((latency, row, model)),
             None => series.push((stem, vec![(latency, row, model)])),
@@ -189,12 +192,18 @@ fn latency(drawing: &mut Drawing, own: &[(&Row, &Candidate)]) {
         }
         looks.push((look, *name));
     }
-    axes.legend(&looks, &["Mean over events; points are moved aside a little."]);
+    for ((_, points), number) in series.iter().zip(0..) {
+        let aside = 0.35 * (f64::from(number) - 0.5 * (series.len() as f64 - 1.0));
+        for (latency, row, model) in points.iter().filter(|(.., model)| !is_early(model)) {
+            axes.label([latency + aside, mean(row)], short(&model.name));
+        }
+    }
+    axes.legend(&looks, 3, &["Mean over events; points are moved aside a little."]);
 }
 
 /// Whether a model reads less than the whole sample.
 fn is_early(model: &Candidate) -> bool {
-    stem(&model.name) != model.name || model.about.frames < 50
+    stem(short(&model.name)) != short(&model.name) || model.about.frames < 50
 }
 
 /// A name without its frames: `forest-25` of `forest-25-40f`.

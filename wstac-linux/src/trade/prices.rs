@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::knobs::{Front, kernel_name};
+use super::knobs::{Setting, kernel_name};
 use crate::error::Error;
+use crate::model::file::BUILT_IN;
 
 /// The prices that come with the program.
 const KEPT: &str = include_str!("../../trade/prices.json");
@@ -74,8 +75,8 @@ impl Price {
         self.texture + self.speed + self.direction
     }
 
-    /// Instructions a second with an event in each: of 30 frames and an event.
-    pub fn second(&self) -> i64 {
+    /// Instructions a second: of 30 frames, and of an event in each second.
+    pub fn instructions_a_second(&self) -> i64 {
         30 * self.frame() + self.event()
     }
 }
@@ -133,11 +134,12 @@ impl Prices {
     }
 
     /// The price of a setting, with a model that comes with the program or without one; nothing where it was not counted.
-    pub fn of(&self, core: Core, front: &Front, model: Option<&str>) -> Option<Price> {
+    pub fn of(&self, core: Core, setting: &Setting, model: Option<&str>) -> Option<Price> {
         let core = self.cores.get(core.name())?;
-        let format = core.formats.get(front.format.name())?.get(&front.stride.get().to_string())?;
-        let ln = core.ln.get(kernel_name(front.kernel))?;
-        let model = model.map(|name| core.models.get(&format!("{name}.wsm")).ok_or(())).transpose().ok()?;
+        let format = core.formats.get(setting.format.name())?.get(&setting.stride.get().to_string())?;
+        let ln = core.ln.get(kernel_name(setting.kernel))?;
+        let own = |name: &str| core.models.get(&format!("{}.wsm", name.strip_prefix(BUILT_IN)?));
+        let model = model.map(|name| own(name).ok_or(())).transpose().ok()?;
         let of_model = |price: fn(&ModelPrice) -> i64| model.map_or(0, price);
         Some(Price {
             features: format.frame + ln.frame,
@@ -165,23 +167,26 @@ mod tests {
             "trigger": 3, "speed": 4, "direction": 5,
             "models": {"svm.wsm": {"event": 600, "flash": 70, "ram": 80, "sha256": "0"}}}}}"#;
         let prices = Prices::read("p", text).unwrap();
-        let front = Front { format: Format::YuyvLinear, stride: wstac_core::frame::Stride::Two, kernel: Kernel::Libm };
-        let price = prices.of(Core::M4F, &front, Some("svm")).unwrap();
+        let setting =
+            Setting { format: Format::YuyvLinear, stride: wstac_core::frame::Stride::Two, kernel: Kernel::Libm };
+        let price = prices.of(Core::M4F, &setting, Some("builtin:svm")).unwrap();
         assert_eq!((price.frame(), price.event(), price.flash, price.ram), (1053, 609, 20_063, 4088));
-        assert_eq!(price.second(), 30 * 1053 + 609);
-        assert_eq!(prices.of(Core::M4F, &front, None).unwrap().event(), 9);
-        assert_eq!(prices.of(Core::M4F, &front, Some("forest")), None);
-        assert_eq!(prices.of(Core::M0, &front, None), None);
-        assert_eq!(prices.of(Core::M4F, &Front::DEFAULT, None), None);
+        assert_eq!(price.instructions_a_second(), 30 * 1053 + 609);
+        assert_eq!(prices.of(Core::M4F, &setting, None).unwrap().event(), 9);
+        assert_eq!(prices.of(Core::M4F, &setting, Some("builtin:forest")), None);
+        // A file of the same name is another model.
+        assert_eq!(prices.of(Core::M4F, &setting, Some("svm")), None);
+        assert_eq!(prices.of(Core::M0, &setting, None), None);
+        assert_eq!(prices.of(Core::M4F, &Setting::DEFAULT, None), None);
     }
 
     #[test]
     fn the_kept_prices_are_of_all_cores() {
         let prices = Prices::kept().unwrap();
         for core in Core::ALL {
-            for model in [None, Some("svm"), Some("forest"), Some("boosted")] {
+            for model in [None, Some("builtin:svm"), Some("builtin:forest"), Some("builtin:boosted")] {
                 assert!(
-                    prices.of(core, &Front::DEFAULT, model).is_some_and(|price| price.flash > 0),
+                    prices.of(core, &Setting::DEFAULT, model).is_some_and(|price| price.flash > 0),
                     "{core:?} {model:?}"
                 );
             }

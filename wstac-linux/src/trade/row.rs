@@ -2,7 +2,7 @@
 
 use super::candidate::Candidate;
 use super::float64::FeatureError;
-use super::knobs::Front;
+use super::knobs::Setting;
 use super::slides::TradeSlide;
 use super::statistics::{Interval, interval, mean, percentile};
 use super::sweep::{Outcome, Plan};
@@ -15,7 +15,7 @@ pub const FITTED: std::ops::RangeInclusive<u32> = 100..=200;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     /// The setting before a sample.
-    pub front: Front,
+    pub setting: Setting,
     /// The model's name, if there is one.
     pub model: Option<String>,
     /// What was found on the scene set.
@@ -51,7 +51,7 @@ pub struct Found {
     pub speedless: usize,
     /// Slides with a wrong direction or none.
     pub direction_errors: usize,
-    /// Largest and mean square error of features of lit rows and columns, then of all, in units of a natural logarithm.
+    /// Largest and root mean square error of features of lit rows and columns, then of all, in units of a natural logarithm.
     pub feature: [f64; 4],
     /// Frames from the first touch to the answer, mean over events; nothing where there is none.
     pub latency: Option<f64>,
@@ -60,7 +60,7 @@ pub struct Found {
 /// A row for every setting with no model and with each, setting by setting.
 pub fn rows(plan: &Plan<'_>, outcomes: &[Vec<Option<Outcome>>]) -> Vec<Row> {
     let mut rows = Vec::new();
-    for (place, front) in plan.fronts.iter().enumerate() {
+    for (place, setting) in plan.settings.iter().enumerate() {
         let own: Vec<(&TradeSlide, &Outcome)> = plan
             .slides
             .iter()
@@ -68,14 +68,14 @@ pub fn rows(plan: &Plan<'_>, outcomes: &[Vec<Option<Outcome>>]) -> Vec<Row> {
             .filter_map(|(slide, all)| Some((slide, all.get(place)?.as_ref()?)))
             .collect();
         let bare = bare(&own);
-        rows.push(Row { front: *front, model: None, found: bare, host: None });
+        rows.push(Row { setting: *setting, model: None, found: bare, host: None });
         for (number, model) in plan.models.iter().enumerate() {
             let found = Found {
                 accuracy: accuracy(&own, number, model),
                 latency: latency(&own, f64::from(model.about.frames)),
                 ..bare
             };
-            rows.push(Row { front: *front, model: Some(model.name.clone()), found, host: None });
+            rows.push(Row { setting: *setting, model: Some(model.name.clone()), found, host: None });
         }
     }
     rows

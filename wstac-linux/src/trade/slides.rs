@@ -16,6 +16,8 @@ use crate::scene::specimen::Specimen;
 pub const SENSORS: u32 = 20;
 /// The first of them.
 pub const FIRST_UNIT: u32 = 3000;
+/// The first of the sensors that a choice is run on besides, because it was made by what the others showed.
+pub const FRESH_UNIT: u32 = 4000;
 /// Seed of the first slide.
 pub const FIRST_SEED: u64 = 100_000_000;
 /// Seeds of a sensor's first slide and of the next sensor's.
@@ -43,6 +45,8 @@ pub const SIDE: u32 = 400;
 pub struct TradeSlide {
     /// Number of the sensor, from 0.
     pub sensor: u32,
+    /// The simulator's number of it.
+    unit: u32,
     /// Number among the sensor's slides, from 0.
     pub number: u32,
     /// What slides.
@@ -56,31 +60,51 @@ pub struct TradeSlide {
 
 /// This many slides of every sensor, sensor by sensor: all specimens at one speed each, then at another.
 pub fn slides(of_each: u32) -> Vec<TradeSlide> {
-    (0..SENSORS).flat_map(|sensor| (0..of_each).map(move |number| slide(sensor, number))).collect()
+    from(FIRST_UNIT, of_each)
 }
 
-fn slide(sensor: u32, number: u32) -> TradeSlide {
+/// The same of sensors that nothing was chosen by.
+pub fn fresh_slides(of_each: u32) -> Vec<TradeSlide> {
+    from(FRESH_UNIT, of_each)
+}
+
+fn from(first: u32, of_each: u32) -> Vec<TradeSlide> {
+    let of_sensor = |sensor| (0..of_each).map(move |number| slide(first, sensor, number));
+    (0..SENSORS).flat_map(of_sensor).collect()
+}
+
+fn slide(first: u32, sensor: u32, number: u32) -> TradeSlide {
     let specimens = Specimen::ALL.len() as u32;
-    let (specimen, turn) = (number % specimens, number / specimens);
+    // Where a sensor has few slides, others have the specimens that it lacks.
+    let (specimen, turn) = ((number + sensor) % specimens, number / specimens);
     let speed = (sensor + specimen + SPEED_STEP * turn) as usize % SPEEDS.len();
     let headings = [Heading::Right, Heading::Up, Heading::Left, Heading::Down];
     TradeSlide {
         sensor,
+        unit: first + sensor,
         number,
         specimen: Specimen::ALL[specimen as usize],
         speed_mm_s: SPEEDS[speed],
         heading: headings[sensor as usize % headings.len()],
-        seed: FIRST_SEED + SEEDS_APART * u64::from(sensor) + u64::from(number),
+        seed: FIRST_SEED
+            + SEEDS_APART * u64::from(first + sensor - FIRST_UNIT)
+            + u64::from(turn * specimens + specimen),
     }
 }
 
 /// Gain of a sensor's light.
-fn gain(sensor: u32) -> f64 {
-    let drawn = Rng::new(FIRST_SEED + u64::from(sensor), GAIN).normal();
+fn gain(unit: u32) -> f64 {
+    let drawn = Rng::new(FIRST_SEED + u64::from(unit - FIRST_UNIT), GAIN).normal();
     (1.0 + GAIN_DEVIATION * drawn).clamp(GAINS.0, GAINS.1)
 }
 
 impl TradeSlide {
+    /// The same slide over the same sensor with other noise.
+    #[cfg(test)]
+    pub(super) fn with_other_noise(&self) -> Self {
+        Self { seed: self.seed + SEEDS_APART / 2, ..*self }
+    }
+
     /// Its scene, `light` times as bright, seen by a camera of this format.
     ///
     /// # Errors
@@ -88,8 +112,8 @@ impl TradeSlide {
     pub fn script(&self, light: f64, format: Format) -> Result<Script, Error> {
         let (speed, degrees) = (self.speed_mm_s, self.heading.degrees());
         let mut script = scene(&format!("{}@{speed},{degrees}deg,seed={}", self.specimen, self.seed), format)?;
-        script.light.unit = FIRST_UNIT + self.sensor;
-        brighten(&mut script, light * gain(self.sensor));
+        script.light.unit = self.unit;
+        brighten(&mut script, light * gain(self.unit));
         Ok(script)
     }
 }
@@ -141,6 +165,15 @@ mod tests {
         assert!(quick.iter().all(|slide| all.contains(slide)));
         let seeds: std::collections::HashSet<_> = all.iter().map(|slide| slide.seed).collect();
         assert_eq!(seeds.len(), all.len());
+        assert!(fresh_slides(MOST_SLIDES).iter().all(|slide| !seeds.contains(&slide.seed) && slide.unit >= FRESH_UNIT));
+    }
+
+    #[test]
+    fn few_slides_are_of_all_specimens() {
+        let few = slides(1);
+        for specimen in Specimen::ALL {
+            assert_eq!(few.iter().filter(|slide| slide.specimen == specimen).count(), 2, "{specimen}");
+        }
     }
 
     #[test]
@@ -156,7 +189,7 @@ mod tests {
 
     #[test]
     fn gains_are_spread_around_one() {
-        let gains: Vec<f64> = (0..SENSORS).map(gain).collect();
+        let gains: Vec<f64> = (FIRST_UNIT..FIRST_UNIT + SENSORS).map(gain).collect();
         let mean = gains.iter().sum::<f64>() / f64::from(SENSORS);
         assert!((mean - 1.0).abs() < 0.15, "{mean}");
         assert!(gains.iter().any(|gain| *gain < 0.9) && gains.iter().any(|gain| *gain > 1.1), "{gains:?}");

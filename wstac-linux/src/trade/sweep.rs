@@ -3,11 +3,11 @@
 use rayon::prelude::*;
 use wstac_core::model::Model;
 
-use super::bank::Eye;
 use super::candidate::{Candidate, Right};
 use super::float64::FeatureError;
-use super::knobs::{Format, Front};
+use super::knobs::{Format, Setting};
 use super::slides::{QUICK_SLIDES, TradeSlide};
+use super::streams::JudgedCamera;
 use crate::config::Config;
 use crate::error::Error;
 use crate::scene::Scene;
@@ -19,7 +19,7 @@ pub struct Plan<'a> {
     /// Everything that is not a knob.
     pub config: &'a Config,
     /// The settings before a sample.
-    pub fronts: &'a [Front],
+    pub settings: &'a [Setting],
     /// The models after it.
     pub models: &'a [Candidate],
     /// The slides.
@@ -61,22 +61,22 @@ pub fn run(plan: &Plan<'_>) -> Result<Vec<Vec<Option<Outcome>>>, Error> {
 
 fn one(plan: &Plan<'_>, models: &[Model<'_>], slide: &TradeSlide) -> Result<Vec<Option<Outcome>>, Error> {
     let mut scene = Scene::new(&slide.script(plan.light, Format::Grey)?)?;
-    let mut eyes = Vec::new();
-    let formats: Vec<Format> = cameras(plan.fronts).filter(|format| is_run(*format, slide)).collect();
+    let mut cameras = Vec::new();
+    let formats: Vec<Format> = formats_read(plan.settings).filter(|format| is_run(*format, slide)).collect();
     for &format in &formats {
         let sensor = Scene::camera(&slide.script(plan.light, format)?)?;
-        eyes.push(Eye::new(sensor, format, plan.fronts, plan.config)?);
+        cameras.push(JudgedCamera::new(sensor, format, plan.settings, plan.config)?);
     }
     while let Some((light, _)) = scene.next_light() {
         let mut coloured = None;
-        for (eye, format) in eyes.iter_mut().zip(&formats) {
-            let own = eye.expose(&light, coloured.as_ref());
+        for (camera, format) in cameras.iter_mut().zip(&formats) {
+            let own = camera.expose(&light, coloured.as_ref());
             let own = own.map_err(|error| plan.config.does_not_fit("simulated frames", "[layout]", error))?;
             if *format == Format::Rgb24 {
                 coloured = Some(own);
             }
         }
-        if eyes.iter().all(Eye::is_done) {
+        if cameras.iter().all(JudgedCamera::is_done) {
             break;
         }
     }
@@ -84,21 +84,21 @@ fn one(plan: &Plan<'_>, models: &[Model<'_>], slide: &TradeSlide) -> Result<Vec<
     let specimen = slide.specimen.to_string();
     let (pattern, depth_mm) = pattern_and_depth(&specimen);
     let truth = TextureRecord { specimen: Some(specimen), pattern, depth_mm, class: None };
-    let mut outcomes = vec![None; plan.fronts.len()];
-    for ear in eyes.into_iter().flat_map(Eye::into_ears) {
-        let event = ear.heard.map(|heard| Answer {
-            lead: heard.frame as f64 - touch,
-            speed: heard.speed,
-            direction: heard.heading == Some(slide.heading),
+    let mut outcomes = vec![None; plan.settings.len()];
+    for stream in cameras.into_iter().flat_map(JudgedCamera::into_streams) {
+        let event = stream.first.map(|event| Answer {
+            lead: event.frame as f64 - touch,
+            speed: event.speed,
+            direction: event.heading == Some(slide.heading),
             right: plan
                 .models
                 .iter()
                 .zip(models)
-                .map(|(candidate, model)| candidate.judge(model.classify(&heard.sample), &truth))
+                .map(|(candidate, model)| candidate.judge(model.classify(&event.sample), &truth))
                 .collect(),
         });
-        if let Some(outcome) = outcomes.get_mut(ear.place) {
-            *outcome = Some(Outcome { event, error: ear.error });
+        if let Some(outcome) = outcomes.get_mut(stream.place) {
+            *outcome = Some(Outcome { event, error: stream.error });
         }
     }
     Ok(outcomes)
@@ -110,10 +110,10 @@ fn is_run(format: Format, slide: &TradeSlide) -> bool {
 }
 
 /// One format for each camera that these settings need, that of the coloured reference before those it judges.
-fn cameras(fronts: &[Front]) -> impl Iterator<Item = Format> + '_ {
+fn formats_read(settings: &[Setting]) -> impl Iterator<Item = Format> + '_ {
     let is_wanted = |format: &Format| {
-        let read = fronts.iter().any(|front| front.format.code() == format.code());
-        let judges = *format == Format::Rgb24 && fronts.iter().any(|front| front.format.is_coloured());
+        let read = settings.iter().any(|setting| setting.format.code() == format.code());
+        let judges = *format == Format::Rgb24 && settings.iter().any(|setting| setting.format.is_coloured());
         // Both methods of YUYV read the same camera.
         (read || judges) && *format != Format::YuyvLinear
     };

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::candidate::Candidate;
+use super::candidate::{Candidate, NONE, short};
 use super::pareto;
 use super::prices::{Core, Price, Prices};
 use super::row::Row;
@@ -10,14 +10,14 @@ use super::statistics::Interval;
 
 /// What the table's columns are.
 const HEAD: &str = "\
-| format | stride | ln | model | specimen, % (95 %) | pattern, % | depth, % | speed error, % | directions wrong or none | feature error, RMS lit | frames to the answer | instructions a frame | an event | flash, bytes | RAM |
+| format | stride | ln | model | specimen, % (95 %) | pattern, % | depth, % | speed error, % | directions wrong or none | feature error, root mean square, lit | frames to the answer | instructions a frame | an event | flash, bytes | RAM |
 | --- | ---: | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |
 ";
 
 /// The settings that no other one beats, as a Markdown table.
 pub fn pareto(rows: &[Row], prices: &Prices, core: Core) -> String {
     let mut text = format!("Of a Cortex-{}, the fastest first:\n\n{HEAD}", core.name());
-    for (row, price) in pareto::front(rows, prices, core) {
+    for (row, price) in pareto::unbeaten(rows, prices, core) {
         line(&mut text, row, &price);
     }
     text
@@ -34,10 +34,10 @@ fn line(text: &mut String, row: &Row, price: &Price) {
     let _ = writeln!(
         text,
         "| {} | {} | {} | {} | {whole} | {} | {} | {speed} | {} of {} | {:.4} | {latency} | {} | {} | {} | {} |",
-        row.front.format.name(),
-        row.front.stride.get(),
-        super::knobs::kernel_name(row.front.kernel),
-        row.model.as_deref().unwrap_or("none"),
+        row.setting.format.name(),
+        row.setting.stride.get(),
+        super::knobs::kernel_name(row.setting.kernel),
+        short(row.model.as_deref().unwrap_or(NONE)),
         mean(pattern),
         mean(depth),
         row.found.direction_errors,
@@ -66,7 +66,7 @@ pub fn grouped(number: i64) -> String {
 /// All numbers of a configuration, a line each.
 pub fn all(row: &Row, models: &[Candidate], prices: &Prices) -> String {
     let found = &row.found;
-    let mut text = format!("setting     {}\n", row.front);
+    let mut text = format!("setting     {}\n", row.setting);
     let model = models.iter().find(|model| Some(&model.name) == row.model.as_ref());
     let _ = match model {
         Some(model) => {
@@ -78,7 +78,8 @@ pub fn all(row: &Row, models: &[Candidate], prices: &Prices) -> String {
             writeln!(
                 text,
                 "model       {}: {kind}, {}{trees}, {bytes} bytes, {frames} frames",
-                model.name, about.numbers
+                short(&model.name),
+                about.numbers
             )
         }
         None => writeln!(text, "model       none"),
@@ -104,14 +105,13 @@ pub fn all(row: &Row, models: &[Candidate], prices: &Prices) -> String {
     let [max_lit, rms_lit, max, rms] = found.feature;
     let _ = writeln!(
         text,
-        "features    off by at most {max_lit:.4}, RMS {rms_lit:.5}, where lit; all: {max:.4}, {rms:.5} (natural logarithms)"
+        "features    off by {rms_lit:.5} (root mean square), at most {max_lit:.4}, where lit; all: {rms:.5}, {max:.4} (natural logarithms)"
     );
     if let Some(latency) = found.latency {
         let _ = writeln!(text, "latency     {latency:.1} frames from the first touch to the answer");
     }
     for core in Core::ALL {
-        let is_priced = model.is_none_or(|model| model.is_built_in);
-        let price = prices.of(core, &row.front, row.model.as_deref()).filter(|_| is_priced);
+        let price = prices.of(core, &row.setting, row.model.as_deref());
         let _ = match price {
             Some(price) => writeln!(
                 text,
@@ -147,7 +147,7 @@ mod tests {
 
     #[test]
     fn a_table_has_as_many_cells_as_columns() {
-        let line = "GREY,1,fixed,svm,800,800,80.00,78.00,82.00,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0,9000,3000";
+        let line = "GREY,1,fixed,builtin:svm,800,800,80.00,78.00,82.00,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0,9000,3000";
         let rows = map::read("m", &format!("{}{line}\n", map::write(&[]))).unwrap();
         let table = pareto(&rows, &Prices::kept().unwrap(), Core::M4F);
         let cells: Vec<usize> = table.lines().skip(2).map(|line| line.matches('|').count()).collect();

@@ -2,41 +2,60 @@
 
 use std::path::Path;
 
-use super::{Arguments, prices, print, read};
-use crate::cli::output::Stop;
+use super::{Arguments, base, prices, print, read};
+use crate::cli::output::{Stop, check_new};
 use crate::error::Error;
 use crate::trade::budget::{Budget, best};
 use crate::trade::candidate::Candidate;
-use crate::trade::chosen::{self, CLAIM, commands};
+use crate::trade::chosen::{self, CLAIM, Chosen, FILES};
 use crate::trade::{map, table};
+
+/// What a choice's accuracy is not.
+const BIAS: &str = "\
+A best of many is partly the best by chance: expect a little less (--verify runs other sensors, too). MJPEG, judged by a quarter of the
+slides, is chosen only where it is asked for or nothing else fits.
+";
 
 pub(super) fn choose(arguments: &Arguments, budget: &Budget) -> Result<(), Stop> {
     let rows = read(arguments.map.as_deref().unwrap_or(Path::new("kept")))?;
-    let (models, prices) = (Candidate::all_built_in()?, prices(arguments)?);
+    if let Err(error) = budget.check_model(&rows) {
+        // As any other term that cannot be used.
+        clap::Error::raw(clap::error::ErrorKind::ValueValidation, format!("--budget: {error}\n")).exit();
+    }
+    let prices = prices(arguments)?;
     let row = best(&rows, budget, arguments.by, &prices, arguments.core);
     let row = row.map_err(|nothing| Error::new("--budget", nothing))?;
-    let own = models.iter().find(|model| Some(&model.name) == row.model.as_ref()).cloned();
-    // Of an earlier sweep's map: a file.
-    let own = match (&row.model, own) {
-        (Some(name), None) => Some(Candidate::named(Path::new(name))?),
-        (_, own) => own,
-    };
-    let mut text = table::all(row, own.as_slice(), &prices);
+    let model = row.model.as_ref().map(|name| Candidate::named(Path::new(name))).transpose()?;
+    let mut text = table::all(row, model.as_slice(), &prices);
+    text.push_str(BIAS);
     if let Some(folder) = &arguments.output {
-        chosen::write(folder, row, own.as_ref(), &prices)?;
+        for name in FILES {
+            check_new(&folder.join(name), arguments.force)?;
+        }
+        let (name, base) = base(arguments)?;
+        let config = chosen::config(&row.setting, &base).map_err(|error| Error::new(name, error))?;
         text.push_str("\nA board, in wstac-fw, and a host:\n");
-        text.push_str(&commands(row, folder));
+        text.push_str(&chosen::write(folder, row, model.as_ref(), &prices, &config)?);
     }
     print(&text)
 }
 
 pub(super) fn verify(folder: &Path) -> Result<(), Stop> {
-    let [found, claim] = chosen::rerun(folder)?;
-    let (found, claim) = (map::found(&found), map::found(&claim));
+    let chosen = Chosen::read(folder)?;
+    let (found, claim) = (map::found(&chosen.again()?), map::found(&chosen.claim));
     print(&format!("claimed {claim}\nfound   {found}\n"))?;
-    if found == claim {
-        return Ok(());
+    if found != claim {
+        let message = format!("claims {claim}, found {found}, expected the same");
+        return Err(Error::new(folder.join(CLAIM).display(), message).into());
     }
-    let message = format!("claims {claim}, found {found}, expected the same");
-    Err(Error::new(folder.join(CLAIM).display(), message).into())
+    let fresh = chosen.fresh()?;
+    let right = |accuracy: [Option<crate::trade::statistics::Interval>; 3]| {
+        let specimen = accuracy[0].map(|of| format!("{:.1} % right ({:.1} … {:.1})", of.mean, of.low, of.high));
+        specimen.unwrap_or_else(|| "no specimens told".to_owned())
+    };
+    let (old, new) = (right(chosen.claim.found.accuracy), right(fresh.found.accuracy));
+    let (slides, wrong) = (fresh.found.slides, fresh.found.direction_errors);
+    print(&format!(
+        "on {slides} slides of sensors that it was not chosen by: {new}, {wrong} directions wrong; claimed: {old}\n"
+    ))
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{Arguments, models, print, write};
+use super::{Arguments, check_new_all, models, print, write};
 use crate::cli::output::{Stop, note};
 use crate::config::Config;
 use crate::error::Error;
@@ -13,6 +13,7 @@ use crate::trade::slides::{QUICK_SLIDES, slides};
 const MODELS: [&str; 3] = ["builtin:svm", "builtin:forest", "builtin:boosted"];
 
 pub(super) fn fade(arguments: &Arguments, config: &Config) -> Result<(), Stop> {
+    check_new_all(arguments, &["fade.csv", "fade.md"])?;
     let named = if arguments.models.is_empty() { &MODELS.map(PathBuf::from)[..] } else { &arguments.models };
     let models = models(named)?;
     let slides = slides(arguments.slides.unwrap_or(QUICK_SLIDES));

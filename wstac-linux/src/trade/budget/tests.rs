@@ -11,10 +11,10 @@ const PRICES: &str = r#"{"compiler": "c", "frame": "f", "cores": {"M4F": {
 fn rows() -> Vec<Row> {
     let text = format!(
         "{}GREY,1,fixed,none,800,800,,,,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0,9000,3000\n\
-         GREY,1,fixed,svm,800,800,80.00,78.00,82.00,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0,9000,9000\n\
+         GREY,1,fixed,builtin:svm,800,800,80.00,78.00,82.00,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0,9000,9000\n\
          GREY,2,fixed,none,800,800,,,,,,,,,,4.00,9.00,360,90,1,0.000200,0.000100,0.000200,0.000200,58.0,4000,3000\n\
-         GREY,2,fixed,svm,800,800,79.00,77.00,81.00,,,,,,,4.00,9.00,360,90,1,0.000200,0.000100,0.000200,0.000200,58.0,4000,9000\n\
-         MJPEG,1,fixed,svm,800,800,90.00,77.00,81.00,,,,,,,4.00,9.00,360,0,1,0.000200,0.000100,0.000200,0.000200,38.0,900000,9000\n",
+         GREY,2,fixed,builtin:svm,800,800,79.00,77.00,81.00,,,,,,,4.00,9.00,360,90,1,0.000200,0.000100,0.000200,0.000200,58.0,4000,9000\n\
+         MJPEG,1,fixed,builtin:svm,800,800,90.00,77.00,81.00,,,,,,,4.00,9.00,360,0,1,0.000200,0.000100,0.000200,0.000200,38.0,900000,9000\n",
         map::write(&[])
     );
     map::read("m", &text).unwrap()
@@ -23,12 +23,12 @@ fn rows() -> Vec<Row> {
 fn found(budget: &str, by: By) -> Result<(u16, Option<String>, &'static str), String> {
     let (rows, prices) = (rows(), Prices::read("p", PRICES).unwrap());
     let best = best(&rows, &budget.parse()?, by, &prices, Core::M4F).map_err(|error| error.to_string())?;
-    Ok((best.front.stride.get(), best.model.clone(), best.front.format.name()))
+    Ok((best.setting.stride.get(), best.model.clone(), best.setting.format.name()))
 }
 
 #[test]
 fn the_best_that_fits() {
-    let svm = || Some("svm".to_owned());
+    let svm = || Some("builtin:svm".to_owned());
     assert_eq!(found("M4F<65000", By::Specimen), Ok((1, svm(), "GREY")));
     assert_eq!(found("M4F<=64300", By::Specimen), Ok((1, svm(), "GREY")));
     assert_eq!(found("M4F<64300", By::Specimen), Ok((2, svm(), "GREY")));
@@ -38,6 +38,9 @@ fn the_best_that_fits() {
     assert_eq!(found("ram<8K", By::Speed), Ok((1, None, "GREY")));
     // No board reads MJPEG: only where none is asked for.
     assert_eq!(found("frames<=40", By::Specimen), Ok((1, svm(), "MJPEG")));
+    // And where nothing else is: by fewer slides it is more often the best by chance.
+    assert_eq!(found("host<2ms", By::Specimen), Ok((1, svm(), "GREY")));
+    assert_eq!(found("FORMAT=mjpeg", By::Specimen), Ok((1, svm(), "MJPEG")));
     assert_eq!(found("host<5us,format=GREY", By::Specimen), Ok((2, svm(), "GREY")));
     assert_eq!(found("stride=2,ln=fixed,model=none", By::Features), Ok((2, None, "GREY")));
 }
@@ -45,14 +48,30 @@ fn the_best_that_fits() {
 #[test]
 fn the_nearest_miss_is_told() {
     let miss = found("M4F<20000", By::Specimen).unwrap_err();
-    for part in ["nearest is GREY, stride 2, fixed ln, model svm", "30300, expected M4F<20000"] {
+    for part in
+        ["nearest is GREY, stride 2, fixed ln, model svm", "M4F: 30,300 instructions a frame, expected M4F<20000"]
+    {
         assert!(miss.contains(part), "{miss}");
     }
     let miss = found("flash<64K,M4F.event<120k", By::Specimen).unwrap_err();
-    assert!(miss.contains("85000, expected flash<64K") && !miss.contains("120k"), "{miss}");
+    assert!(miss.contains("M4F: 85,000 bytes of flash, expected flash<64K") && !miss.contains("120k"), "{miss}");
+    let miss = found("frames<38", By::Specimen).unwrap_err();
+    assert!(miss.contains("38.0 frames to the answer, expected frames<38"), "{miss}");
+    let miss = found("model=none", By::Specimen).unwrap_err();
+    assert!(miss.contains("tells what --by is about"), "{miss}");
     assert!(found("format=RGB565", By::Specimen).unwrap_err().contains("no configuration of the map"));
     let miss = found("M0<9M", By::Specimen).unwrap_err();
-    assert!(miss.contains("not known, expected M0<9M"), "{miss}");
+    assert!(miss.contains("M0: instructions a frame not known, expected M0<9M"), "{miss}");
+}
+
+#[test]
+fn a_model_that_the_map_does_not_have_is_named() {
+    let check = |budget: &str| budget.parse::<Budget>().unwrap().check_model(&rows());
+    assert_eq!(
+        [check("model=svm"), check("model=builtin:svm"), check("model=none"), check("ln=libm")],
+        [const { Ok(()) }; 4]
+    );
+    assert!(check("model=nosuch").unwrap_err().contains("\"nosuch\", expected one of none, svm"));
 }
 
 #[test]
@@ -70,6 +89,9 @@ fn what_is_wrong_is_named() {
         ("stride=4", ["\"4\"", "1, 2, 3, 5"]),
         ("model=", ["model=", "a name is missing"]),
         ("host<5h", ["\"5h\"", "ns, us"]),
+        ("M4F<1e306k", ["\"1e306k\"", "a number above 0"]),
+        ("ln=fixed,ln=libm", ["term \"ln=libm\"", "a second time"]),
+        ("format===GREY", ["\"==GREY\"", "GREY, RGB24"]),
         ("frames<1,,", ["term \"\"", "no limit"]),
     ] {
         let message = text.parse::<Budget>().unwrap_err();

@@ -51,7 +51,7 @@ impl Span {
         let decades = (self.to / self.from).log10();
         let named: &[i32] = match decades {
             decades if decades < 0.8 => &[1, 2, 3, 4, 5, 6, 8],
-            decades if decades < 1.7 => &[1, 2, 5],
+            decades if decades < 2.1 => &[1, 2, 5],
             _ => &[1],
         };
         let decade = |exponent: i32| (1..10).map(move |digit| (exponent, digit));
@@ -71,6 +71,9 @@ fn short(number: f64) -> String {
     // Ticks are round numbers; those below 1 come from powers of ten.
     if scaled >= 1.0 { format!("{scaled:.0}{unit}") } else { format!("{}", (scaled * 1e9).round() / 1e9) }
 }
+
+/// Squares that keep labels off a piece of a line.
+const LINE_STEPS: u32 = 50;
 
 /// A panel.
 pub(super) struct Axes<'d> {
@@ -129,6 +132,15 @@ impl<'d> Axes<'d> {
     pub(super) fn line(&mut self, points: &[[f64; 2]], colour: &str) {
         let points: Vec<_> = points.iter().map(|point| self.at(*point)).collect();
         self.drawing.line(&points, colour, 0.9);
+        // No label on it: squares along each piece.
+        for piece in points.windows(2) {
+            let [[ax, ay], [bx, by]] = [piece[0], piece[1]];
+            for step in 0..=LINE_STEPS {
+                let share = f64::from(step) / f64::from(LINE_STEPS);
+                let [x, y] = [ax + share * (bx - ax), ay + share * (by - ay)];
+                self.taken.push([x - 1.5, y - 1.5, x + 1.5, y + 1.5]);
+            }
+        }
     }
 
     /// A bar from one y to another, with caps.
@@ -149,12 +161,12 @@ impl<'d> Axes<'d> {
         self.taken.push([x - r, y - r, x + r, y + r]);
     }
 
-    /// A label beside a point, once all points are there: where it covers nothing, or not at all.
+    /// A label beside a point, once all points are there: where it covers nothing, with a thin line to it from afar.
     pub(super) fn label(&mut self, point: [f64; 2], text: &str) {
         const SIZE: f64 = 9.5;
         let [x, y] = self.at(point);
         let width = width_of(text, SIZE);
-        let places = (0..6).flat_map(|step| {
+        let places = (0..20).flat_map(|step| {
             let far = 7.0 * f64::from(step);
             [[6.0, 3.3 + far], [6.0, 3.3 - far], [-6.0 - width, 3.3 + far], [-6.0 - width, 3.3 - far]]
                 .into_iter()
@@ -170,16 +182,19 @@ impl<'d> Axes<'d> {
             inside && self.taken.iter().all(free)
         });
         if let Some([left, base]) = found {
+            let height = base - 0.3 * SIZE;
+            if (height - y).abs() > 16.0 {
+                self.drawing.line(&[[x, y], [x.clamp(left - 1.0, left + width + 1.0), height]], INK, 0.4);
+            }
             self.drawing.text([left, base], SIZE, Anchor::Start, text);
             self.taken.push([left, base - 0.75 * SIZE, left + width, base + 0.2 * SIZE]);
         }
     }
 
     /// What the markers mean, below the panel, in columns; lines of text after them.
-    pub(super) fn legend(&mut self, looks: &[(Look, &str)], notes: &[&str]) {
+    pub(super) fn legend(&mut self, looks: &[(Look, &str)], columns: u32, notes: &[&str]) {
         let [width, height] = self.size;
         let top = self.top + height + 58.0;
-        let columns = 3;
         let column = width / f64::from(columns);
         let mut lines = 0;
         for ((look, name), place) in looks.iter().zip(0..) {

@@ -12,14 +12,14 @@ use wstac_core::taxels::{Accumulators, Camera};
 use wstac_core::trigger::{Event, Trigger};
 
 use super::float64::{FeatureError, Float64};
-use super::knobs::{Format, Front};
+use super::knobs::{Format, Setting};
 use crate::config::{Config, Kernel};
 use crate::error::Error;
 use crate::scene::sensor::Sensor;
 
 /// A slide's first event.
 #[derive(Clone, Debug)]
-pub(super) struct Heard {
+pub(super) struct FirstEvent {
     /// Number of the first frame of its sample.
     pub(super) frame: u64,
     /// In mm/s, where there is one.
@@ -59,11 +59,11 @@ impl Scale {
 
 /// One setting, waiting for its first event.
 #[derive(Clone, Debug)]
-pub(super) struct Ear {
+pub(super) struct SettingStream {
     /// Its place among the settings that were asked for.
     pub(super) place: usize,
     /// The first event, once it is complete.
-    pub(super) heard: Option<Heard>,
+    pub(super) first: Option<FirstEvent>,
     /// How far its features were from the reference, over all frames until then.
     pub(super) error: FeatureError,
     scale: Scale,
@@ -71,20 +71,20 @@ pub(super) struct Ear {
     speed: SpeedConfig,
 }
 
-impl Ear {
+impl SettingStream {
     fn push(&mut self, lines: &[u32; FEATURES], expected: &[f64; FEATURES], float64: &Float64) {
-        if self.heard.is_some() {
+        if self.first.is_some() {
             return;
         }
         let features = self.scale.features(lines);
         self.error.add(&features, expected, float64);
         let event = self.trigger.push(features, false);
-        self.heard = event.map(|event| heard(&event, &self.speed));
+        self.first = event.map(|event| first_event(&event, &self.speed));
     }
 }
 
-fn heard(event: &Event<'_>, config: &SpeedConfig) -> Heard {
-    Heard {
+fn first_event(event: &Event<'_>, config: &SpeedConfig) -> FirstEvent {
+    FirstEvent {
         frame: event.frame,
         speed: speed::speed(event, config).ok().map(|speed| speed.mm_s),
         heading: direction::direction(event).heading.ok(),
@@ -94,46 +94,47 @@ fn heard(event: &Event<'_>, config: &SpeedConfig) -> Heard {
 
 /// One format and stride.
 #[derive(Clone, Debug)]
-struct Bank {
+struct StrideSums {
     accumulators: Accumulators<Any>,
-    ears: Vec<Ear>,
+    streams: Vec<SettingStream>,
 }
 
 /// A camera that looks on, and all settings that read its frames.
-pub(super) struct Eye {
+pub(super) struct JudgedCamera {
     sensor: Sensor,
     format: Format,
     /// Every pixel in the format's exact method, for the reference.
     whole: Accumulators<Any>,
     float64: Float64,
-    banks: Vec<Bank>,
+    sums: Vec<StrideSums>,
 }
 
-impl Eye {
-    /// A simulated camera, and those of the settings `fronts`, each with its place, that read its format.
+impl JudgedCamera {
+    /// A simulated camera, and those of the settings `settings`, each with its place, that read its format.
     ///
     /// # Errors
     /// Where the configuration does not fit the camera.
-    pub(super) fn new(sensor: Sensor, format: Format, fronts: &[Front], config: &Config) -> Result<Self, Error> {
-        let own = |(_, front): &(usize, &Front)| front.format.code() == format.code();
-        let mut banks: Vec<(Format, Stride, Bank)> = Vec::new();
-        for (place, front) in fronts.iter().enumerate().filter(own) {
-            let known = banks.iter().position(|(format, stride, _)| (*format, *stride) == (front.format, front.stride));
-            let at = known.unwrap_or(banks.len());
+    pub(super) fn new(sensor: Sensor, format: Format, settings: &[Setting], config: &Config) -> Result<Self, Error> {
+        let own = |(_, setting): &(usize, &Setting)| setting.format.code() == format.code();
+        let mut sums: Vec<(Format, Stride, StrideSums)> = Vec::new();
+        for (place, setting) in settings.iter().enumerate().filter(own) {
+            let known =
+                sums.iter().position(|(format, stride, _)| (*format, *stride) == (setting.format, setting.stride));
+            let at = known.unwrap_or(sums.len());
             if known.is_none() {
-                let camera = camera(&sensor, front.format, front.stride, config)?;
-                let bank = Bank { accumulators: Accumulators::new(camera), ears: Vec::new() };
-                banks.push((front.format, front.stride, bank));
+                let camera = camera(&sensor, setting.format, setting.stride, config)?;
+                let own = StrideSums { accumulators: Accumulators::new(camera), streams: Vec::new() };
+                sums.push((setting.format, setting.stride, own));
             }
-            let bank = &mut banks[at].2;
-            bank.ears.push(ear(place, front.kernel, bank.accumulators.camera(), config)?);
+            let sums = &mut sums[at].2;
+            sums.streams.push(stream(place, setting.kernel, sums.accumulators.camera(), config)?);
         }
         let whole = camera(&sensor, format, Stride::One, config)?;
         let (floor, threshold) = (config.features.floor_levels, config.speed.threshold);
         Ok(Self {
             float64: Float64::new(whole.pixels(), whole.full_scale(), floor, threshold),
             whole: Accumulators::new(whole),
-            banks: banks.into_iter().map(|(_, _, bank)| bank).collect(),
+            sums: sums.into_iter().map(|(_, _, sums)| sums).collect(),
             format,
             sensor,
         })
@@ -149,23 +150,23 @@ impl Eye {
         let bytes = self.sensor.expose(light);
         let own = self.float64.features(&self.whole.push_frame(bytes)?);
         let expected = coloured.filter(|_| self.format.is_coloured()).unwrap_or(&own);
-        for bank in &mut self.banks {
-            let lines = line_sums(&bank.accumulators.push_frame(bytes)?);
-            for ear in &mut bank.ears {
-                ear.push(&lines, expected, &self.float64);
+        for sums in &mut self.sums {
+            let lines = line_sums(&sums.accumulators.push_frame(bytes)?);
+            for stream in &mut sums.streams {
+                stream.push(&lines, expected, &self.float64);
             }
         }
         Ok(own)
     }
 
-    /// Whether all settings have heard something.
+    /// Whether all settings have an event.
     pub(super) fn is_done(&self) -> bool {
-        self.banks.iter().flat_map(|bank| &bank.ears).all(|ear| ear.heard.is_some())
+        self.sums.iter().flat_map(|sums| &sums.streams).all(|stream| stream.first.is_some())
     }
 
-    /// All settings, with what they heard.
-    pub(super) fn into_ears(self) -> impl Iterator<Item = Ear> {
-        self.banks.into_iter().flat_map(|bank| bank.ears)
+    /// All settings, with their events.
+    pub(super) fn into_streams(self) -> impl Iterator<Item = SettingStream> {
+        self.sums.into_iter().flat_map(|sums| sums.streams)
     }
 }
 
@@ -180,12 +181,12 @@ pub(super) fn camera(sensor: &Sensor, format: Format, stride: Stride, config: &C
         .map_err(|error| config.does_not_fit(&about, "[layout], [green]", error))
 }
 
-fn ear(place: usize, kernel: Kernel, camera: &Camera<Any>, config: &Config) -> Result<Ear, Error> {
+fn stream(place: usize, kernel: Kernel, camera: &Camera<Any>, config: &Config) -> Result<SettingStream, Error> {
     let in_table = |table| move |error| config.does_not_fit("simulated frames", table, error);
     let floor = Floor::new(config.features.floor_levels, camera.full_scale()).map_err(in_table("[features]"))?;
-    Ok(Ear {
+    Ok(SettingStream {
         place,
-        heard: None,
+        first: None,
         error: FeatureError::default(),
         scale: Scale::new(kernel, camera, floor).map_err(in_table("[features]"))?,
         trigger: Trigger::new(config.trigger().map_err(in_table("[trigger]"))?),
