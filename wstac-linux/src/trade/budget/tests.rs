@@ -22,7 +22,7 @@ fn rows() -> Vec<Row> {
 
 fn found(budget: &str, by: By) -> Result<(u16, Option<String>, &'static str), String> {
     let (rows, prices) = (rows(), Prices::read("p", PRICES).unwrap());
-    let best = best(&rows, &budget.parse()?, by, &prices, Core::M4F).map_err(|error| error.to_string())?;
+    let best = best(&rows, &budget.parse()?, by, &prices, Core::M4F)?.best;
     Ok((best.setting.stride.get(), best.model.clone(), best.setting.format.name()))
 }
 
@@ -92,7 +92,11 @@ fn what_is_wrong_is_named() {
         ("M4F<1e306k", ["\"1e306k\"", "a number above 0"]),
         ("ln=fixed,ln=libm", ["term \"ln=libm\"", "a second time"]),
         ("format===GREY", ["\"==GREY\"", "GREY, RGB24"]),
-        ("frames<1,,", ["term \"\"", "no limit"]),
+        ("frames<1,,", ["term \"\"", "nothing between commas"]),
+        ("M4F>5", ["term \"M4F>5\"", "expected < or <="]),
+        ("M4F<60,000", ["term \"000\"", "60000 or 60k"]),
+        ("M4F", ["term \"M4F\"", "no limit"]),
+        ("format=NV16", ["MJPEG", "YUYV exact, YUYV linear"]),
     ] {
         let message = text.parse::<Budget>().unwrap_err();
         for part in parts {
