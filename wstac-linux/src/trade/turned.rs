@@ -67,7 +67,7 @@ mod tests {
         let (rows, prices) = (map::kept().unwrap(), Prices::kept().unwrap());
         let table = one_at_a_time(&rows, &prices, Core::M4F);
         let models = rows.iter().filter(|row| row.setting == Setting::DEFAULT).count();
-        assert_eq!(table.lines().filter(|line| line.starts_with("| ")).count(), 1 + 1 + 6 + 3 + 2 + models - 1);
+        assert_eq!(table.lines().filter(|line| line.starts_with("| ")).count(), 2 + 1 + 6 + 3 + 2 + (models - 1));
         for turned in ["| nothing |", "| RGB565 |", "| stride 5 |", "| libm ln |", "| svm-int8 |", "| no model | – |"]
         {
             assert!(table.contains(turned), "{turned}: {table}");
