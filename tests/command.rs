@@ -120,7 +120,7 @@ fn a_budget_chooses_a_configuration_that_runs() {
     };
     let refused = again(&[]);
     assert_eq!(refused.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&refused.stderr).contains("wstac.toml exists already"));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("wstac.toml: exists already"));
     assert_eq!(again(&["--force"]).status.code(), Some(0));
     // A choice without a model leaves none of an earlier one behind.
     assert!(!folder.join("model.wsm").exists());

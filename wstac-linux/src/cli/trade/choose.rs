@@ -1,5 +1,6 @@
 //! `wstac trade --budget` and `--verify`: a configuration by what may be spent, and whether its claim holds.
 
+use std::fmt::Write;
 use std::path::Path;
 
 use super::{Arguments, base, check_folder, prices, print, read};
@@ -44,7 +45,8 @@ pub(super) fn choose(arguments: &Arguments, budget: &Budget) -> Result<(), Stop>
         let (name, base) = base(arguments)?;
         let config = chosen::config(&row.setting, &base).map_err(|error| Error::new(name, error))?;
         let commands = chosen::write(folder, row, model.as_ref(), &prices, &cores, &config)?;
-        text.push_str(&format!("\nIn {} (build.txt):\n{commands}", folder.display()));
+        // Writing to a string does not fail.
+        let _ = write!(text, "\nIn {} (build.txt):\n{commands}", folder.display());
     }
     print(&text)
 }
