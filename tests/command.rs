@@ -107,7 +107,7 @@ fn a_budget_chooses_a_configuration_that_runs() {
     let folder = std::env::temp_dir().join(format!("wstac-budget-{}", std::process::id()));
     let path = folder.to_str().unwrap();
     let said = output(&["trade", "--budget", "M4F<90k,flash<128K", "-o", path]).join("\n");
-    for part in ["specimen", "% right, 95 % interval", "WSTAC_CONFIG=/", "/wstac.toml", "wstac run"] {
+    for part in ["specimen", "% right, 95 % interval", "WSTAC_CONFIG=\"$OLDPWD/wstac.toml\"", "wstac run"] {
         assert!(said.contains(part), "{said}");
     }
     let [config, model] = ["wstac.toml", "model.wsm"].map(|name| folder.join(name).to_str().unwrap().to_owned());
@@ -129,19 +129,63 @@ fn a_budget_chooses_a_configuration_that_runs() {
 }
 
 #[test]
-fn the_budgets_of_the_help_choose_something() {
-    let help = output(&["trade", "--help"]);
-    let mut budgets = 0;
-    for line in help.iter().filter(|line| line.trim_start().starts_with("wstac trade --budget")) {
-        let mut parts = line.split('\'');
-        let budget = parts.nth(1).unwrap();
-        let by = parts.next().and_then(|rest| rest.split_once("--by ")).map_or("specimen", |(_, by)| by);
-        let by = by.split(' ').next().unwrap();
-        let said = output(&["trade", "--budget", budget, "--by", by]).join("\n");
-        assert!(said.contains("% right") || by != "specimen", "{budget} gave {said}");
-        budgets += 1;
+fn the_budgets_of_help_and_pages_choose_something() {
+    let help = output(&["trade", "--help"]).join("\n");
+    let pages = [
+        ("help", &*help, 3),
+        ("README", include_str!("../README.md"), 1),
+        ("TRADE", include_str!("../docs/TRADE.md"), 1),
+    ];
+    for (page, text, least) in pages {
+        let mut budgets = 0;
+        for example in text.split("--budget '").skip(1) {
+            let (budget, rest) = example.split_once('\'').unwrap();
+            let rest = rest.lines().next().unwrap();
+            let by = rest.split_once("--by ").map_or("specimen", |(_, by)| by.split([' ', '`']).next().unwrap());
+            let said = output(&["trade", "--budget", budget, "--by", by]).join("\n");
+            let expected = if by == "specimen" { "% right" } else { "wrong or none" };
+            assert!(said.contains(expected), "{page}: {budget} gave {said}");
+            budgets += 1;
+        }
+        assert!(budgets >= least, "{page}: {budgets} examples");
     }
-    assert_eq!(budgets, 3);
+}
+
+#[test]
+fn a_build_is_for_the_core_that_was_asked_about() {
+    let folder = std::env::temp_dir().join(format!("wstac-core-{}", std::process::id()));
+    let path = folder.to_str().unwrap();
+    for (arguments, has, lacks) in [
+        (&["M0<200k,M3<100k"][..], &["--target thumbv6m-none-eabi)", "--target thumbv7m-none-eabi)"][..], "h743"),
+        (&["flash<64K,format=GREY", "--core", "M7"], &["--bin h743)"], "emulated"),
+        (&["M7<60k,format=BAYER8"], &["--target thumbv7em-none-eabihf)", "Another board"], "h743"),
+        (&["format=GREY"], &["--target thumbv7em-none-eabihf)"], "h743"),
+    ] {
+        output(&[&["trade", "-o", path, "--force", "--budget"], arguments].concat());
+        let build = std::fs::read_to_string(folder.join("build.txt")).unwrap();
+        assert!(has.iter().all(|part| build.contains(part)) && !build.contains(lacks), "{arguments:?} gave {build}");
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn a_model_without_a_price_keeps_what_is_known() {
+    let folder = std::env::temp_dir().join(format!("wstac-own-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let [map, model] = ["map.csv", "own.wsm"].map(|name| folder.join(name).to_str().unwrap().to_owned());
+    std::fs::copy(concat!(env!("CARGO_MANIFEST_DIR"), "/../wstac-linux/trade/models/svm-20f.wsm"), &model).unwrap();
+    let kept = include_str!("../wstac-linux/trade/map.csv").lines();
+    let own = kept.filter(|line| !line.contains("builtin:") || line.contains("builtin:svm-20f,"));
+    std::fs::write(&map, own.map(|line| line.replace("builtin:svm-20f", &model) + "\n").collect::<String>()).unwrap();
+    std::fs::write(folder.join("base.toml"), "").unwrap();
+    let says = "own.wsm has no price on boards: ci/prices --keep ";
+    let table = output(&["trade", "--map", &map]).join("\n");
+    assert!(table.contains(says) && table.contains("| 49,717 | – | – | – |"), "{table}");
+    let chosen = output(&["trade", "--map", &map, "--budget", "M4F<60k"]).join("\n");
+    assert!(chosen.contains(says) && chosen.contains("49,717 instructions a frame, – an event"), "{chosen}");
+    let flash = Command::new(wstac()).args(["trade", "--map", &map, "--budget", "flash<64K"]).output().unwrap();
+    assert!(String::from_utf8_lossy(&flash.stderr).contains("bytes of flash not known"));
+    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]
@@ -166,6 +210,7 @@ fn a_budget_that_cannot_be_read_or_met_says_so() {
     for (budget, code, parts) in [
         ("M5<3", 2, ["term \"M5<3\"", "expected M0, M3"]),
         ("M4F<fast", 2, ["\"fast\"", "a number above 0"]),
+        ("M4F<60,000", 2, ["\"000\"", "60k"]),
         ("M4F<10", 1, ["the nearest is", "expected M4F<10"]),
         ("model=nosuch", 2, ["\"nosuch\"", "expected one of none, svm"]),
         ("model=none", 1, ["tells what --by is about", "--by speed"]),

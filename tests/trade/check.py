@@ -94,7 +94,9 @@ def pages(wstac):
         run(wstac, "trade", "--map", "kept", "-o", folder)
         table, picture = Path(folder, "trade.md").read_text(), Path(folder, "trade.svg").read_text()
     points = points_table(wstac)
+    table, knobs = table.split("One knob at a time, ")
     page = between(between(PAGE.read_text(), "table", table), "points", points)
+    page = between(page, "knobs", knobs[0].upper() + knobs[1:])
     return {PICTURE: picture, PAGE: page, README: between(README.read_text(), "points", points)}
 
 

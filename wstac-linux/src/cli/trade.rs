@@ -15,7 +15,7 @@ use crate::trade::prices::{Core, Prices};
 use crate::trade::row::{Row, rows};
 use crate::trade::slides::{MOST_SLIDES, QUICK_SLIDES, SENSORS, SLIDES, slides};
 use crate::trade::sweep::{self, Plan};
-use crate::trade::{host, map, plot, table};
+use crate::trade::{host, map, plot, table, turned};
 
 /// Show what speed costs in accuracy, and choose a configuration by what may be spent
 ///
@@ -55,7 +55,7 @@ pub(super) struct Arguments {
     core: Core,
 
     /// Run nothing: read a map.csv of an earlier sweep, or "kept", the one that comes with wstac
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["slides", "quick", "config", "models"])]
+    #[arg(long, value_name = "FILE")]
     map: Option<PathBuf>,
 
     /// Prices that ci/prices counted, instead of those that come with wstac
@@ -63,7 +63,7 @@ pub(super) struct Arguments {
     prices: Option<PathBuf>,
 
     /// Print the most accurate configuration that fits
-    #[arg(long, value_name = "TERMS", conflicts_with_all = ["slides", "quick", "config", "models"])]
+    #[arg(long, value_name = "TERMS")]
     budget: Option<Budget>,
 
     /// What is to be best
@@ -91,16 +91,21 @@ const HELP: &str = r"Terms of a budget, between commas:
   M4F.event<200k   instructions an event: speed, direction and texture
   flash<64K        bytes of the whole firmware with its model, on the cores that other terms name,
                    or else on --core; K is 1024
-  ram<6K           bytes, the stack included, the buffer for rows not
-  frames<=40       frames from the first touch to the answer
+                   (64KB and 64KiB are the same)
+  ram<6K           bytes, the stack included, the buffer for rows not: 400 times 8 pixels more
+  frames<=40       frames from the first touch to the answer: a model that reads n frames answers about
+                   n - 10.5 after it; with --by speed or direction to the end of the sample, about 59.5,
+                   as they come with the whole of it, however early texture is
   host<20us        ns, us or ms a frame on a host, host.event an event: of the machine that made the
                    map, good to compare settings with each other
-  format=YUYV      GREY, RGB24, RGB565, BAYER8, YUYV (exact or linear), MJPEG; stride=2; ln=libm;
-                   model=svm, or none
+  format=YUYV      GREY, RGB24, RGB565, BAYER8 (wstac run --format RGGB), YUYV (exact or linear),
+                   MJPEG; stride=2; ln=libm; model=svm, or none
+
+A core of 64 MHz, 30 frames a second, 10 % of the time, 1.75 cycles an instruction: about 122k instructions a frame.
 
 Examples:
   wstac trade --budget 'M4F<60000,flash<64K'
-  wstac trade --budget 'M0<150k,M0.event<400k,flash<64K' --by direction -o small
+  wstac trade --budget 'M0<180k,M0.event<400k,flash<64K' --by direction -o small
   wstac trade --verify small           runs it again: must find what was claimed, digit for digit,
                                        and says what other sensors give
   wstac trade -o found                 the whole sweep: minutes
@@ -112,6 +117,7 @@ MJPEG is judged by a quarter of the slides: a budget chooses it only where it is
 Exit code: 2 for a budget that cannot be read, 1 where nothing fits or a claim does not hold.";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    refuse_sweep(arguments);
     if let Some(folder) = &arguments.verify {
         return choose::verify(folder);
     }
@@ -132,7 +138,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         let models = models(&arguments.models)?;
         (swept(arguments, &config, &models)?, models)
     };
-    let text = table::pareto(&rows, &prices, arguments.core);
+    let (pareto, knobs) =
+        (table::pareto(&rows, &prices, arguments.core), turned::one_at_a_time(&rows, &prices, arguments.core));
+    let text = format!("{pareto}\n{knobs}");
     if let Some(folder) = &arguments.output {
         std::fs::create_dir_all(folder).map_err(|error| Error::new(folder.display(), error))?;
         write(folder, "trade.csv", &map::write_all(&rows, &models, &prices))?;
@@ -144,9 +152,39 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     print(&text)
 }
 
+/// Ends the program where a sweep's options stand beside those that run nothing.
+fn refuse_sweep(arguments: &Arguments) {
+    let of_sweep = [
+        (!arguments.models.is_empty(), "--model"),
+        (arguments.config.is_some(), "--config"),
+        (arguments.slides.is_some(), "--slides"),
+        (arguments.quick, "--quick"),
+    ];
+    let Some((_, option)) = of_sweep.into_iter().find(|(given, _)| *given) else { return };
+    let (with, then) = match (&arguments.budget, &arguments.map) {
+        (Some(_), _) => ("--budget", "--budget … --map FOLDER/map.csv"),
+        (None, Some(_)) => ("--map", "--map FOLDER/map.csv"),
+        (None, None) => return,
+    };
+    let message = format!(
+        "{option} cannot be used with {with}, which runs nothing and reads a map: sweep first, \
+         wstac trade {option} … -o FOLDER, then wstac trade {then}\n"
+    );
+    clap::Error::raw(clap::error::ErrorKind::ArgumentConflict, message).exit();
+}
+
+/// Refuses a file where a folder is to be.
+fn check_folder(folder: &Path) -> Result<(), Error> {
+    if folder.exists() && !folder.is_dir() {
+        return Err(Error::new(folder.display(), "is a file, expected a folder, or a name that is free"));
+    }
+    Ok(())
+}
+
 /// Refuses to write over these files of the folder, unless forced to.
 fn check_new_all(arguments: &Arguments, names: &[&str]) -> Result<(), Error> {
     let Some(folder) = &arguments.output else { return Ok(()) };
+    check_folder(folder)?;
     names.iter().try_for_each(|name| check_new(&folder.join(name), arguments.force))
 }
 

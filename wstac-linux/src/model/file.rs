@@ -52,6 +52,11 @@ impl ModelFile {
         models().map(|(name, bytes)| (name, Self::of_bytes(format!("{BUILT_IN}{name}"), bytes)))
     }
 
+    /// Names of all that come with the program.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        models().map(|(name, _)| name)
+    }
+
     fn of_bytes(about: String, bytes: &[u8]) -> Result<Self, Error> {
         // Before the length, which says little of a file of another kind.
         match bytes.first_chunk() {

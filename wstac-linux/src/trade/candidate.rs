@@ -67,11 +67,6 @@ impl Candidate {
         Ok(Self { about: inspect(&model, file.words()), answers, name, file })
     }
 
-    /// Whether it comes with the program, so that its price is known.
-    pub fn is_built_in(&self) -> bool {
-        self.name.starts_with(BUILT_IN)
-    }
-
     /// The model itself.
     ///
     /// # Errors

@@ -54,26 +54,34 @@ pub fn config(setting: &Setting, base: &str) -> Result<String, String> {
     toml::to_string(&all).map_err(|error| error.to_string())
 }
 
-/// How a setting in a folder is built for a board, in `wstac-fw`, and run on a host.
-fn commands(row: &Row, folder: &Path) -> String {
-    // Builds run elsewhere: the whole path, where it can be told.
-    let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
-    let [config, model] = [CONFIG, MODEL].map(|name| folder.join(name).display().to_string());
-    let with_model = |option: &str| row.model.as_ref().map_or_else(String::new, |_| format!(" {option}{model}"));
+/// How a setting in a folder is built for boards with these cores, and run on a host: a script to run in the folder.
+fn commands(row: &Row, cores: &[Core]) -> String {
+    let with_model = |option: &str| row.model.as_ref().map_or_else(String::new, |_| format!(" {option}"));
     let mut text = String::new();
     if let Some(pixels) = row.setting.format.pixels() {
-        let model = with_model("WSTAC_MODEL=");
-        // The one real board's program reads GREY; the emulated ones read all.
-        let emulated = "--no-default-features --features emulated --bin emulated";
-        let bin = if pixels == "GREY" { "--bin h743" } else { emulated };
-        let _ = writeln!(text, "WSTAC_PIXELS={pixels} WSTAC_CONFIG={config}{model} cargo build --release {bin}");
+        text.push_str("# In this folder; $WSTAC is the folder of WSTac's repository.\n");
+        let model = with_model(&format!("WSTAC_MODEL=\"$OLDPWD/{MODEL}\""));
+        for core in cores {
+            // The one real board's program is of an M7, and reads GREY; the emulated ones read all.
+            let (about, program) = match (core, pixels) {
+                (Core::M7, "GREY") => ("an STM32H743 and its camera: wstac-fw/README.md", "--bin h743".to_owned()),
+                _ => (
+                    "an emulated board; for yours see \"Another board\" in wstac-fw/README.md",
+                    format!("--no-default-features --features emulated --bin emulated --target {}", core.target()),
+                ),
+            };
+            let _ = writeln!(text, "# Cortex-{}: {about}", core.name());
+            let files = format!("WSTAC_PIXELS={pixels} WSTAC_CONFIG=\"$OLDPWD/{CONFIG}\"{model}");
+            let _ = writeln!(text, "(cd \"$WSTAC/wstac-fw\" && {files} cargo build --release {program})");
+        }
     }
-    let (code, model) = (row.setting.format.code(), with_model("--model "));
-    let _ = writeln!(text, "wstac run /dev/video0 --format {code} --config {config}{model}");
+    let (code, model) = (row.setting.format.code(), with_model(&format!("--model {MODEL}")));
+    let _ = writeln!(text, "# A host:\nwstac run /dev/video0 --format {code} --config {CONFIG}{model}");
     text
 }
 
-/// Writes the files to a folder, which is made where there is none; `config` is the configuration's text. How it is built and run.
+/// Writes the files to a folder, which is made where there is none; `config` is the configuration's text, `cores` are those
+/// of the boards to build for. How it is built and run.
 ///
 /// # Errors
 /// Names the file that cannot be written.
@@ -82,6 +90,7 @@ pub fn write(
     row: &Row,
     model: Option<&Candidate>,
     prices: &Prices,
+    cores: &[Core],
     config: &str,
 ) -> Result<String, Error> {
     let put = |name: &str, bytes: &[u8]| {
@@ -103,7 +112,7 @@ pub fn write(
     let all: std::collections::BTreeMap<&str, Price> = Core::ALL.into_iter().filter_map(price).collect();
     let text = serde_json::to_string_pretty(&all).map_err(|error| Error::new(PRICE, error))?;
     put(PRICE, format!("{text}\n").as_bytes())?;
-    let commands = commands(row, folder);
+    let commands = commands(row, cores);
     put(BUILD, commands.as_bytes())?;
     Ok(commands)
 }
@@ -126,7 +135,9 @@ impl Chosen {
     /// Where a file cannot be read or used.
     pub fn read(folder: &Path) -> Result<Self, Error> {
         let path = folder.join(CLAIM);
-        let text = fs::read_to_string(&path).map_err(|error| Error::new(path.display(), error))?;
+        let expected = "expected what wstac trade --budget … -o FOLDER wrote";
+        let text = fs::read_to_string(&path);
+        let text = text.map_err(|error| Error::new(path.display(), format_args!("{error}: {expected}")))?;
         let about = path.display().to_string();
         let mut claims = map::read(&about, &text)?.into_iter();
         let (Some(claim), None) = (claims.next(), claims.next()) else {

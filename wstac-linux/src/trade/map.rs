@@ -53,14 +53,25 @@ pub fn write_all(rows: &[Row], models: &[Candidate], prices: &Prices) -> String 
         let _ = write!(text, "{},{},{}", found(row), model.map_or_else(|| ",,,,,".to_owned(), about), host(row));
         for core in Core::ALL {
             let price = prices.of(core, &row.setting, row.model.as_deref());
-            let _ = match price {
-                Some(price) => write!(text, ",{},{},{},{}", price.frame(), price.event(), price.flash, price.ram),
-                None => write!(text, ",,,,"),
-            };
+            let all = price.map(|price| [Some(price.frame()), price.event(), price.flash, price.ram]);
+            for number in all.unwrap_or_default() {
+                text.push(',');
+                if let Some(number) = number {
+                    let _ = write!(text, "{number}");
+                }
+            }
         }
         text.push('\n');
     }
     text
+}
+
+/// Columns of a claim in which another run differs: name, claimed, found.
+pub fn differences(claim: &Row, again: &Row) -> String {
+    let (claim, again) = (found(claim), found(again));
+    let all = FOUND.split(',').zip(claim.split(',').zip(again.split(',')));
+    let differing = all.filter(|(_, (claim, again))| claim != again);
+    differing.map(|(name, (claim, again))| format!("{name} {claim}, found {again}")).collect::<Vec<_>>().join("; ")
 }
 
 /// What was found of a row, as it is compared: number for number.
@@ -108,6 +119,12 @@ fn about(model: &Candidate) -> String {
 pub fn read(about: &str, text: &str) -> Result<Vec<Row>, Error> {
     let mut lines = text.lines();
     let header = lines.next().unwrap_or_default();
+    if header.starts_with(&format!("{FOUND},{MODEL}")) {
+        return Err(Error::new(
+            about,
+            "a table of all numbers (trade.csv), expected the map that a sweep writes beside it (map.csv)",
+        ));
+    }
     if header != format!("{FOUND},{HOST}") {
         return Err(Error::new(about, format_args!("line 1: {header:?}, expected {FOUND},{HOST}")));
     }

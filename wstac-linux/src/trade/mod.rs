@@ -20,6 +20,7 @@ pub mod statistics;
 mod streams;
 pub mod sweep;
 pub mod table;
+pub mod turned;
 
 #[cfg(test)]
 mod tests;

@@ -15,7 +15,11 @@ const SAME_ACCURACY: f64 = 1.0;
 pub fn unbeaten<'r>(rows: &'r [Row], prices: &Prices, core: Core) -> Vec<(&'r Row, Price)> {
     let priced = |row: &'r Row| {
         let price = prices.of(core, &row.setting, row.model.as_deref())?;
-        let costs = [price.instructions_a_second() as f64, price.flash as f64, row.found.latency?];
+        // A model that was not counted adds the same to all its rows, which are compared with each other alone.
+        let counted = price.instructions_a_second().zip(price.flash);
+        let rest = prices.of(core, &row.setting, None)?;
+        let (instructions, flash) = counted.or(rest.instructions_a_second().zip(rest.flash))?;
+        let costs = [instructions as f64, flash as f64, row.found.latency?];
         Some((row, price, costs, row.found.accuracy[0]?.mean))
     };
     let mut all: Vec<_> = rows.iter().filter_map(priced).collect();
@@ -26,7 +30,8 @@ pub fn unbeaten<'r>(rows: &'r [Row], prices: &Prices, core: Core) -> Vec<(&'r Ro
     let mut kept: Vec<(&Row, Price, [f64; 3], f64)> = Vec::new();
     for one in all {
         let is_beaten = kept.iter().any(|other| {
-            let is_cheaper = other.2.iter().zip(&one.2).all(|(other, one)| *other <= one * SAME_PRICE);
+            let is_alike = (one.1.flash.is_some() && other.1.flash.is_some()) || one.0.model == other.0.model;
+            let is_cheaper = is_alike && other.2.iter().zip(&one.2).all(|(other, one)| *other <= one * SAME_PRICE);
             is_cheaper && other.3 >= one.3 - SAME_ACCURACY
         });
         if !is_beaten {

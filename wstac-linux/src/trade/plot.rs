@@ -6,7 +6,7 @@ mod svg;
 use wstac_core::frame::Stride;
 
 use self::axes::{Axes, Scale, Span};
-use self::svg::{Drawing, Look, Marker};
+use self::svg::{Anchor, Drawing, Look, Marker};
 use super::candidate::{Candidate, short};
 use super::knobs::{Format, STRIDES, Setting};
 use super::prices::{Core, Prices};
@@ -115,8 +115,14 @@ fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) 
     for (point, look, _) in &others {
         axes.point(*point, *look);
     }
+    // Markers on top of each other share a number.
+    let mut numbered: Vec<Numbered> = Vec::new();
     for (point, stride) in all.iter().flat_map(|(_, points)| points) {
-        axes.label(*point, &stride.to_string());
+        let is_there = |(other, of): &Numbered| of == stride && axes.is_same_place(*other, *point);
+        if !numbered.iter().any(is_there) {
+            axes.label(*point, &stride.to_string());
+            numbered.push((*point, *stride));
+        }
     }
     let mut looks: Vec<(Look, &str)> = all
         .iter()
@@ -129,15 +135,23 @@ fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) 
 
 /// Accuracy against instructions an event: models that read the whole sample.
 fn accuracy(drawing: &mut Drawing, own: &[(&Row, &Candidate)], prices: &Prices, core: Core) {
-    let whole = own.iter().filter(|(_, model)| model.is_built_in() && !is_early(model));
+    let whole = own.iter().filter(|(_, model)| !is_early(model));
     let points: Vec<(f64, &Row, &Candidate)> = whole
         .filter_map(|(row, model)| {
             let price = prices.of(core, &row.setting, row.model.as_deref())?;
-            Some((price.texture as f64, *row, *model))
+            Some((price.texture? as f64, *row, *model))
         })
         .collect();
     let x = Span::of(Scale::Log, points.iter().map(|(event, ..)| *event));
-    let Some((x, y)) = x.zip(accuracies(points.iter().map(|(_, row, _)| *row))) else { return };
+    let Some((x, y)) = x.zip(accuracies(points.iter().map(|(_, row, _)| *row))) else {
+        let [left, mut top] = place(1);
+        for (_, model) in own {
+            let line = format!("{} has no price on boards: ci/prices --keep {0} counts it.", short(&model.name));
+            drawing.text([left, top + 20.0], 10.0, Anchor::Start, &line);
+            top += 16.0;
+        }
+        return;
+    };
     let x_title = format!("instructions of texture, an event, Cortex-{}", core.name());
     let titles = ["b  Models, all 70 frames", &x_title, "specimens right (%)"];
     let mut axes = Axes::new(drawing, place(1), PANEL, [x, y], titles);
@@ -152,7 +166,7 @@ fn accuracy(drawing: &mut Drawing, own: &[(&Row, &Candidate)], prices: &Prices, 
         axes.label([*event, right.mean], &format!("{}, {} kB", short(&model.name), model.about.bytes.div_ceil(1000)));
     }
     let families = families(points.iter().map(|(.., model)| *model));
-    let others = prices.of(core, &Setting::DEFAULT, None).map_or(0, |price| price.event());
+    let others = prices.of(core, &Setting::DEFAULT, None).and_then(|price| price.event()).unwrap_or(0);
     let others = format!("Speed and direction add {} to each event.", grouped(others));
     axes.legend(&families, 2, &["Bars: 95 % of 20 sensors. GREY, stride 1; bytes are the model's.", &others]);
 }
@@ -198,7 +212,10 @@ fn latency(drawing: &mut Drawing, own: &[(&Row, &Candidate)]) {
             axes.label([latency + aside, mean(row)], short(&model.name));
         }
     }
-    axes.legend(&looks, 3, &["Mean over events; points are moved aside a little."]);
+    let whole = all().filter(|(.., model)| !is_early(model)).map(|(latency, ..)| *latency).reduce(f64::max);
+    let whole = whole
+        .map_or_else(String::new, |frames| format!("Speed and direction come with the whole sample, at {frames:.1}."));
+    axes.legend(&looks, 3, &["Texture, mean over events; points are moved aside a little.", &whole]);
 }
 
 /// Whether a model reads less than the whole sample.

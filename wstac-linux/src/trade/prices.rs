@@ -1,12 +1,13 @@
 //! What settings cost on boards, as counted on emulated cores: `wstac-linux/trade/prices.json`.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::knobs::{Setting, kernel_name};
+use super::knobs::{Format, Setting, kernel_name};
 use crate::error::Error;
-use crate::model::file::BUILT_IN;
+use crate::model::file::{BUILT_IN, ModelFile};
 
 /// The prices that come with the program.
 const KEPT: &str = include_str!("../../trade/prices.json");
@@ -43,6 +44,15 @@ impl Core {
             Self::M7 => "M7",
         }
     }
+
+    /// The compiler's name of it.
+    pub fn target(self) -> &'static str {
+        match self {
+            Self::M0 => "thumbv6m-none-eabi",
+            Self::M3 => "thumbv7m-none-eabi",
+            Self::M4F | Self::M7 => "thumbv7em-none-eabihf",
+        }
+    }
 }
 
 /// What a configuration costs on a core.
@@ -52,16 +62,16 @@ pub struct Price {
     pub features: i64,
     /// Instructions of the trigger, a frame.
     pub trigger: i64,
-    /// Instructions of the model, an event; 0 without one.
-    pub texture: i64,
+    /// Instructions of the model, an event; 0 without one, nothing where it was not counted.
+    pub texture: Option<i64>,
     /// Instructions of speed, an event.
     pub speed: i64,
     /// Instructions of direction, an event.
     pub direction: i64,
-    /// Bytes of the whole firmware with its link and the model.
-    pub flash: i64,
-    /// Bytes of it, the stack included, the stripe not.
-    pub ram: i64,
+    /// Bytes of the whole firmware with its link and the model; nothing where that was not counted.
+    pub flash: Option<i64>,
+    /// Bytes of it, the stack included, the stripe not; nothing where the model was not counted.
+    pub ram: Option<i64>,
 }
 
 impl Price {
@@ -70,14 +80,14 @@ impl Price {
         self.features + self.trigger
     }
 
-    /// Instructions an event.
-    pub fn event(&self) -> i64 {
-        self.texture + self.speed + self.direction
+    /// Instructions an event; nothing where the model was not counted.
+    pub fn event(&self) -> Option<i64> {
+        Some(self.texture? + self.speed + self.direction)
     }
 
     /// Instructions a second: of 30 frames, and of an event in each second.
-    pub fn instructions_a_second(&self) -> i64 {
-        30 * self.frame() + self.event()
+    pub fn instructions_a_second(&self) -> Option<i64> {
+        Some(30 * self.frame() + self.event()?)
     }
 }
 
@@ -133,24 +143,50 @@ impl Prices {
         serde_json::from_str(text).map_err(|error| Error::new(about, error))
     }
 
-    /// The price of a setting, with a model that comes with the program or without one; nothing where it was not counted.
+    /// The price of a setting, with a model or without one; nothing where the setting was not counted. Of a model that was not,
+    /// what it adds is not known.
     pub fn of(&self, core: Core, setting: &Setting, model: Option<&str>) -> Option<Price> {
         let core = self.cores.get(core.name())?;
         let format = core.formats.get(setting.format.name())?.get(&setting.stride.get().to_string())?;
         let ln = core.ln.get(kernel_name(setting.kernel))?;
-        let own = |name: &str| core.models.get(&format!("{}.wsm", name.strip_prefix(BUILT_IN)?));
-        let model = model.map(|name| own(name).ok_or(())).transpose().ok()?;
-        let of_model = |price: fn(&ModelPrice) -> i64| model.map_or(0, price);
+        let of_model = |price: fn(&ModelPrice) -> i64| match model {
+            Some(name) => core.model(name).map(price),
+            None => Some(0),
+        };
         Some(Price {
             features: format.frame + ln.frame,
             trigger: core.trigger,
             texture: of_model(|model| model.event),
             speed: core.speed,
             direction: core.direction,
-            flash: format.flash + ln.flash + of_model(|model| model.flash),
-            ram: format.ram + ln.ram + of_model(|model| model.ram),
+            flash: of_model(|model| model.flash).map(|flash| format.flash + ln.flash + flash),
+            ram: of_model(|model| model.ram).map(|ram| format.ram + ln.ram + ram),
         })
     }
+}
+
+impl CorePrices {
+    /// A model's: those of the program by name; a file by its own, unless the program has one of that name.
+    fn model(&self, name: &str) -> Option<&ModelPrice> {
+        if let Some(built_in) = name.strip_prefix(BUILT_IN) {
+            return self.models.get(&format!("{built_in}.wsm"));
+        }
+        let file = Path::new(name).file_name()?.to_str()?;
+        let is_built_in = ModelFile::names().any(|name| file.strip_suffix(".wsm") == Some(name));
+        if is_built_in { None } else { self.models.get(file) }
+    }
+}
+
+/// Bytes of RAM that a buffer for a stripe of eight rows of 400 pixels takes, beside the firmware's; nothing where no board reads the
+/// format.
+pub fn stripe_bytes(format: Format) -> Option<i64> {
+    let of_pixel = match format {
+        Format::Grey | Format::Bayer8 => 1,
+        Format::Rgb565 | Format::YuyvExact | Format::YuyvLinear => 2,
+        Format::Rgb24 => 3,
+        Format::Mjpeg => return None,
+    };
+    Some(8 * 400 * of_pixel)
 }
 
 #[cfg(test)]
@@ -170,12 +206,17 @@ mod tests {
         let setting =
             Setting { format: Format::YuyvLinear, stride: wstac_core::frame::Stride::Two, kernel: Kernel::Libm };
         let price = prices.of(Core::M4F, &setting, Some("builtin:svm")).unwrap();
-        assert_eq!((price.frame(), price.event(), price.flash, price.ram), (1053, 609, 20_063, 4088));
-        assert_eq!(price.instructions_a_second(), 30 * 1053 + 609);
-        assert_eq!(prices.of(Core::M4F, &setting, None).unwrap().event(), 9);
-        assert_eq!(prices.of(Core::M4F, &setting, Some("builtin:forest")), None);
-        // A file of the same name is another model.
-        assert_eq!(prices.of(Core::M4F, &setting, Some("svm")), None);
+        assert_eq!((price.frame(), price.event(), price.flash, price.ram), (1053, Some(609), Some(20_063), Some(4088)));
+        assert_eq!(price.instructions_a_second(), Some(30 * 1053 + 609));
+        assert_eq!(prices.of(Core::M4F, &setting, None).unwrap().event(), Some(9));
+        // A model that was not counted: all but what it adds is known. A file of a built-in's name is another model.
+        for model in ["builtin:forest", "svm", "my/svm.wsm", "my/other.wsm"] {
+            let price = prices.of(Core::M4F, &setting, Some(model)).unwrap();
+            assert_eq!((price.frame(), price.speed, price.direction), (1053, 4, 5), "{model}");
+            assert_eq!((price.event(), price.flash, price.ram), (None, None, None), "{model}");
+        }
+        let own = Prices::read("p", &text.replace("svm.wsm", "my.wsm")).unwrap();
+        assert_eq!(own.of(Core::M4F, &setting, Some("some/my.wsm")).unwrap().event(), Some(609));
         assert_eq!(prices.of(Core::M0, &setting, None), None);
         assert_eq!(prices.of(Core::M4F, &Setting::DEFAULT, None), None);
     }
@@ -186,7 +227,7 @@ mod tests {
         for core in Core::ALL {
             for model in [None, Some("builtin:svm"), Some("builtin:forest"), Some("builtin:boosted")] {
                 assert!(
-                    prices.of(core, &Setting::DEFAULT, model).is_some_and(|price| price.flash > 0),
+                    prices.of(core, &Setting::DEFAULT, model).is_some_and(|price| price.flash > Some(0)),
                     "{core:?} {model:?}"
                 );
             }

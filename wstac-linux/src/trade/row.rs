@@ -81,6 +81,12 @@ pub fn rows(plan: &Plan<'_>, outcomes: &[Vec<Option<Outcome>>]) -> Vec<Row> {
     rows
 }
 
+/// Frames from the first touch to the end of the whole sample, with which speed and direction come, whatever a model reads: that of
+/// the same setting without a model; nothing where these rows have none.
+pub fn whole_latency(row: &Row, rows: &[Row]) -> Option<f64> {
+    rows.iter().find(|other| other.setting == row.setting && other.model.is_none())?.found.latency
+}
+
 fn bare(own: &[(&TradeSlide, &Outcome)]) -> Found {
     let fitted = own.iter().filter(|(slide, _)| FITTED.contains(&slide.speed_mm_s));
     let speeds: Vec<Option<f64>> = fitted.map(|(slide, outcome)| speed_error(slide, outcome)).collect();

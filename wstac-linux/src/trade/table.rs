@@ -4,9 +4,10 @@ use std::fmt::Write;
 
 use super::candidate::{Candidate, NONE, short};
 use super::pareto;
-use super::prices::{Core, Price, Prices};
+use super::prices::{Core, Price, Prices, stripe_bytes};
 use super::row::Row;
 use super::statistics::Interval;
+use wstac_core::params::SAMPLE_FRAMES;
 
 /// What the table's columns are.
 const HEAD: &str = "\
@@ -20,14 +21,38 @@ pub fn pareto(rows: &[Row], prices: &Prices, core: Core) -> String {
     for (row, price) in pareto::unbeaten(rows, prices, core) {
         line(&mut text, row, &price);
     }
+    text.push_str(&unpriced(rows, prices, core));
     text
+}
+
+/// A line for each model of these rows that has no price on boards.
+pub fn unpriced(rows: &[Row], prices: &Prices, core: Core) -> String {
+    let mut names: Vec<&str> = Vec::new();
+    for row in rows {
+        let Some(name) = row.model.as_deref() else { continue };
+        let price = prices.of(core, &row.setting, Some(name));
+        if price.is_some_and(|price| price.texture.is_none()) && !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let line = |name| format!("\n{} has no price on boards: ci/prices --keep {0} counts it.\n", short(name));
+    names.into_iter().map(line).collect()
+}
+
+/// A number, or what stands for one that is not known.
+pub(super) fn known(number: Option<i64>) -> String {
+    number.map_or_else(|| "–".to_owned(), grouped)
+}
+
+/// A share with its interval.
+pub(super) fn accuracy(of: Option<Interval>) -> String {
+    of.map_or_else(|| "–".to_owned(), |of| format!("{:.1} ({:.1} … {:.1})", of.mean, of.low, of.high))
 }
 
 fn line(text: &mut String, row: &Row, price: &Price) {
     let [specimen, pattern, depth] = row.found.accuracy;
     let mean = |of: Option<Interval>| of.map_or_else(|| "–".to_owned(), |of| format!("{:.1}", of.mean));
-    let whole =
-        specimen.map_or_else(|| "–".to_owned(), |of| format!("{:.1} ({:.1} … {:.1})", of.mean, of.low, of.high));
+    let whole = accuracy(specimen);
     let speed = row.found.speed.map_or_else(|| "–".to_owned(), |[mean, _]| format!("{mean:.1}"));
     let latency = row.found.latency.map_or_else(|| "–".to_owned(), |frames| format!("{frames:.1}"));
     // Writing to a string does not fail.
@@ -44,9 +69,9 @@ fn line(text: &mut String, row: &Row, price: &Price) {
         row.found.slides,
         row.found.feature[1],
         grouped(price.frame()),
-        grouped(price.event()),
-        grouped(price.flash),
-        grouped(price.ram),
+        known(price.event()),
+        known(price.flash),
+        known(price.ram),
     );
 }
 
@@ -86,49 +111,83 @@ pub fn all(row: &Row, models: &[Candidate], prices: &Prices) -> String {
     };
     let _ = writeln!(
         text,
-        "judged by   {} slides, {} of them with an event; the others are wrong",
-        found.slides, found.events
+        "judged by   {} slides, {}",
+        found.slides,
+        match found.slides - found.events {
+            0 => "all with an event".to_owned(),
+            missing => format!("{missing} of them without an event, which is wrong"),
+        }
     );
     for (task, right) in ["specimen", "pattern", "depth"].into_iter().zip(found.accuracy) {
         let Some(Interval { mean, low, high }) = right else { continue };
         let _ = writeln!(text, "{task:11} {mean:.2} % right, 95 % interval {low:.2} … {high:.2}");
     }
     if let Some([mean, most]) = found.speed {
-        let without = (found.speedless, found.speed_slides);
+        let without = match found.speedless {
+            0 => String::new(),
+            missing => format!(", {missing} of {} without one", found.speed_slides),
+        };
         let _ = writeln!(
             text,
-            "speed       off by {mean:.2} % on average, 95 % of them by at most {most:.2} % ({} of {} without one), 100 to 200 mm/s",
-            without.0, without.1
+            "speed       off by {mean:.2} % on average, 95 % of them by at most {most:.2} %{without}, 100 to 200 mm/s"
         );
     }
     let _ = writeln!(text, "direction   {} of {} wrong or none", found.direction_errors, found.slides);
     let [max_lit, rms_lit, max, rms] = found.feature;
     let _ = writeln!(
         text,
-        "features    off by {rms_lit:.5} (root mean square), at most {max_lit:.4}, where lit; all: {rms:.5}, {max:.4} (natural logarithms)"
+        "features    off by {rms_lit:.5} (root mean square), {max_lit:.4} (at most) where lit; {rms:.5}, {max:.4} everywhere (natural logarithms)"
     );
     if let Some(latency) = found.latency {
-        let _ = writeln!(text, "latency     {latency:.1} frames from the first touch to the answer");
+        // Speed and direction are of the whole sample, whatever the model reads of it.
+        let unread = model.map_or(0, |model| SAMPLE_FRAMES.saturating_sub(model.about.frames as usize));
+        if row.model.is_some() {
+            let _ = writeln!(text, "latency     {latency:.1} frames from the first touch to texture");
+        }
+        let label = if row.model.is_some() { "" } else { "latency" };
+        let whole = latency + unread as f64;
+        let _ = writeln!(text, "{label:11} {whole:.1} frames from the first touch to speed and direction");
     }
+    let stripe = stripe_bytes(row.setting.format);
+    let stripe = stripe.map_or_else(String::new, |bytes| format!(" + {} for 8 rows of 400", grouped(bytes)));
     for core in Core::ALL {
         let price = prices.of(core, &row.setting, row.model.as_deref());
         let _ = match price {
             Some(price) => writeln!(
                 text,
-                "{:11} {} instructions a frame, {} an event; {} bytes of flash, {} of RAM",
+                "{:11} {} instructions a frame, {} an event; {} bytes of flash, {} of RAM{stripe}",
                 core.name(),
                 grouped(price.frame()),
-                grouped(price.event()),
-                grouped(price.flash),
-                grouped(price.ram)
+                known(price.event()),
+                known(price.flash),
+                known(price.ram)
             ),
             None => writeln!(text, "{:11} –", core.name()),
         };
     }
+    text.push_str(&unpriced(std::slice::from_ref(row), prices, Core::M4F));
     if let Some(host) = row.host {
         let (frame, event) = (grouped(host.frame_ns as i64), grouped(host.event_ns as i64));
         let _ = writeln!(text, "host        {frame} ns a frame, {event} an event, on the machine that made the map");
     }
+    text
+}
+
+/// A cheaper configuration than the chosen one, in a line.
+pub fn nearly(row: &Row, prices: &Prices, cores: &[Core]) -> String {
+    let model = short(row.model.as_deref().unwrap_or(NONE));
+    let mut text = format!("within a point of it, and cheapest: {}, model {model}", row.setting);
+    if let Some(right) = row.found.accuracy[0] {
+        let _ = write!(text, ", {:.2} % right", right.mean);
+    }
+    for core in cores {
+        if let Some(price) = prices.of(*core, &row.setting, row.model.as_deref()) {
+            let (frame, event) = (grouped(price.frame()), known(price.event()));
+            let _ =
+                write!(text, "; {}: {frame} a frame, {event} an event, {} of flash", core.name(), known(price.flash));
+        }
+    }
+    text.push('\n');
     text
 }
 

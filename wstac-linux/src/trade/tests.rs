@@ -133,7 +133,7 @@ fn a_claim_holds_when_it_is_run_again_and_falls_where_files_were_changed() {
     let right = row.found.accuracy[0].unwrap().mean;
     assert!((30.0..95.0).contains(&right), "{right}");
     let text = chosen::config(&settings[0], "").unwrap();
-    chosen::write(&folder, &row, models.first(), &prices::Prices::kept().unwrap(), &text).unwrap();
+    chosen::write(&folder, &row, models.first(), &prices::Prices::kept().unwrap(), &[], &text).unwrap();
     let rerun = || {
         let chosen = Chosen::read(&folder).unwrap();
         (chosen.again().unwrap(), chosen.claim)
@@ -151,7 +151,7 @@ fn a_claim_holds_when_it_is_run_again_and_falls_where_files_were_changed() {
     assert_ne!(found.found.accuracy, claim.found.accuracy);
     assert_eq!(found.found.direction_errors, claim.found.direction_errors);
     // A choice without a model leaves no other one's behind.
-    chosen::write(&folder, &row, None, &prices::Prices::kept().unwrap(), "").unwrap();
+    chosen::write(&folder, &row, None, &prices::Prices::kept().unwrap(), &[], "").unwrap();
     assert!(!folder.join(chosen::MODEL).exists() && folder.join(chosen::BUILD).exists());
     std::fs::remove_dir_all(&folder).unwrap();
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Arguments, base, prices, print, read};
+use super::{Arguments, base, check_folder, prices, print, read};
 use crate::cli::output::{Stop, check_new};
 use crate::error::Error;
 use crate::trade::budget::{Budget, best};
@@ -23,29 +23,39 @@ pub(super) fn choose(arguments: &Arguments, budget: &Budget) -> Result<(), Stop>
         clap::Error::raw(clap::error::ErrorKind::ValueValidation, format!("--budget: {error}\n")).exit();
     }
     let prices = prices(arguments)?;
-    let row = best(&rows, budget, arguments.by, &prices, arguments.core);
-    let row = row.map_err(|nothing| Error::new("--budget", nothing))?;
+    let choice = best(&rows, budget, arguments.by, &prices, arguments.core);
+    let choice = choice.map_err(|nothing| Error::new("--budget", nothing))?;
+    let row = choice.best;
     let model = row.model.as_ref().map(|name| Candidate::named(Path::new(name))).transpose()?;
+    let mut cores = budget.cores(arguments.core);
+    if cores.is_empty() {
+        cores.push(arguments.core);
+    }
     let mut text = table::all(row, model.as_slice(), &prices);
+    if let Some(nearly) = choice.nearly {
+        text.push_str(&table::nearly(nearly, &prices, &cores));
+    }
     text.push_str(BIAS);
     if let Some(folder) = &arguments.output {
+        check_folder(folder)?;
         for name in FILES {
             check_new(&folder.join(name), arguments.force)?;
         }
         let (name, base) = base(arguments)?;
         let config = chosen::config(&row.setting, &base).map_err(|error| Error::new(name, error))?;
-        text.push_str("\nA board, in wstac-fw, and a host:\n");
-        text.push_str(&chosen::write(folder, row, model.as_ref(), &prices, &config)?);
+        let commands = chosen::write(folder, row, model.as_ref(), &prices, &cores, &config)?;
+        text.push_str(&format!("\nIn {} (build.txt):\n{commands}", folder.display()));
     }
     print(&text)
 }
 
 pub(super) fn verify(folder: &Path) -> Result<(), Stop> {
     let chosen = Chosen::read(folder)?;
-    let (found, claim) = (map::found(&chosen.again()?), map::found(&chosen.claim));
+    let again = chosen.again()?;
+    let (found, claim) = (map::found(&again), map::found(&chosen.claim));
     print(&format!("claimed {claim}\nfound   {found}\n"))?;
     if found != claim {
-        let message = format!("claims {claim}, found {found}, expected the same");
+        let message = format!("claims {}, expected the same", map::differences(&chosen.claim, &again));
         return Err(Error::new(folder.join(CLAIM).display(), message).into());
     }
     let fresh = chosen.fresh()?;

@@ -1,5 +1,6 @@
 use super::*;
 use crate::trade::map;
+use crate::trade::prices::Prices;
 
 const PRICES: &str = r#"{"compiler": "c", "frame": "f", "cores": {"M4F": {
     "formats": {"GREY": {"1": {"frame": 64000, "flash": 20000, "ram": 4000}, "2": {"frame": 30000, "flash": 20100, "ram": 4000}}},
@@ -22,7 +23,7 @@ fn rows() -> Vec<Row> {
 
 fn found(budget: &str, by: By) -> Result<(u16, Option<String>, &'static str), String> {
     let (rows, prices) = (rows(), Prices::read("p", PRICES).unwrap());
-    let best = best(&rows, &budget.parse()?, by, &prices, Core::M4F).map_err(|error| error.to_string())?;
+    let best = best(&rows, &budget.parse()?, by, &prices, Core::M4F)?.best;
     Ok((best.setting.stride.get(), best.model.clone(), best.setting.format.name()))
 }
 
@@ -65,6 +66,40 @@ fn the_nearest_miss_is_told() {
 }
 
 #[test]
+fn speed_and_direction_wait_for_the_whole_sample() {
+    let text = map::write(&rows()).replace("GREY,1,fixed,builtin:svm", "GREY,1,fixed,builtin:svm-20f");
+    let early = |line: &str| line.replace("0.000100,58.0", "0.000100,8.0") + "\n";
+    let is_early = |line: &str| line.contains("svm-20f");
+    let text: String =
+        text.lines().map(|line| if is_early(line) { early(line) } else { format!("{line}\n") }).collect();
+    let (rows, prices) = (map::read("m", &text).unwrap(), Prices::read("p", PRICES).unwrap());
+    let budget: Budget = "frames<=40,format=GREY".parse().unwrap();
+    let best = |by| best(&rows, &budget, by, &prices, Core::M4F);
+    assert_eq!(best(By::Specimen).unwrap().best.model.as_deref(), Some("builtin:svm-20f"));
+    for by in [By::Speed, By::Direction] {
+        assert!(best(by).unwrap_err().contains("58.0 frames to the answer"), "{by:?}");
+    }
+}
+
+#[test]
+fn a_cheaper_one_within_a_point_is_named() {
+    let (rows, prices) = (rows(), Prices::read("p", PRICES).unwrap());
+    let choice = |budget: &str| best(&rows, &budget.parse().unwrap(), By::Specimen, &prices, Core::M4F).unwrap();
+    assert_eq!(choice("M4F<1M").nearly.map(|row| row.setting.stride.get()), Some(2));
+    // It is the cheapest itself.
+    assert_eq!(choice("M4F<40k").nearly, None);
+}
+
+#[test]
+fn the_nearest_miss_misses_fewest_terms() {
+    // Without flash both strides miss one term only; the coarser one misses two of these, each by less.
+    let miss = found("M4F<1,host<8us,format=GREY,stride=1", By::Specimen).unwrap_err();
+    assert!(miss.contains("M4F<1") && miss.contains("host<8us"), "{miss}");
+    let miss = found("M4F<60k,host<3us,M4F.event<1M", By::Specimen).unwrap_err();
+    assert!(miss.contains("stride 2") && miss.contains("host<3us") && !miss.contains("M4F<60k"), "{miss}");
+}
+
+#[test]
 fn a_model_that_the_map_does_not_have_is_named() {
     let check = |budget: &str| budget.parse::<Budget>().unwrap().check_model(&rows());
     assert_eq!(
@@ -92,7 +127,11 @@ fn what_is_wrong_is_named() {
         ("M4F<1e306k", ["\"1e306k\"", "a number above 0"]),
         ("ln=fixed,ln=libm", ["term \"ln=libm\"", "a second time"]),
         ("format===GREY", ["\"==GREY\"", "GREY, RGB24"]),
-        ("frames<1,,", ["term \"\"", "no limit"]),
+        ("frames<1,,", ["term \"\"", "nothing between commas"]),
+        ("M4F>5", ["term \"M4F>5\"", "expected < or <="]),
+        ("M4F<60,000", ["term \"000\"", "60000 or 60k"]),
+        ("M4F", ["term \"M4F\"", "no limit"]),
+        ("format=NV16", ["MJPEG", "YUYV exact, YUYV linear"]),
     ] {
         let message = text.parse::<Budget>().unwrap_err();
         for part in parts {

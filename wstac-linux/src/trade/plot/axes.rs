@@ -128,6 +128,12 @@ impl<'d> Axes<'d> {
         [self.left + self.x.share(x) * width, self.top + (1.0 - self.y.share(y)) * height]
     }
 
+    /// Whether markers of two points cover each other.
+    pub(super) fn is_same_place(&self, a: [f64; 2], b: [f64; 2]) -> bool {
+        let ([ax, ay], [bx, by]) = (self.at(a), self.at(b));
+        (ax - bx).abs() < RADIUS && (ay - by).abs() < RADIUS
+    }
+
     /// A line through points of the data.
     pub(super) fn line(&mut self, points: &[[f64; 2]], colour: &str) {
         let points: Vec<_> = points.iter().map(|point| self.at(*point)).collect();
