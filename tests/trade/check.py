@@ -4,6 +4,7 @@
     check.py WSTAC            checks the three recommended points, and that the pages show the kept map
     check.py WSTAC --write    writes the kept map's pages: docs/TRADE.md, docs/plots/trade.svg, the points in README.md
     check.py WSTAC --sweep    sweeps, and keeps the map; then the command must be built again
+    check.py WSTAC --times    times the settings of the kept map on this machine anew; then the command must be built again
     check.py WSTAC --fade     lets the light fade, and writes the tables of that in docs/EXTREMES.md
 """
 
@@ -171,15 +172,16 @@ def main():
             PICTURE.touch()
             for file, text in pages(wstac).items():
                 file.write_text(text)
-        case [wstac, "--sweep"]:
+        case [wstac, "--sweep" | "--times" as what]:
             with tempfile.TemporaryDirectory() as folder:
-                subprocess.run([wstac, "trade", "-o", folder], stdout=subprocess.DEVNULL, check=True)
+                again = ["--map", "kept", "--times"] if what == "--times" else []
+                subprocess.run([wstac, "trade", *again, "-o", folder], stdout=subprocess.DEVNULL, check=True)
                 shutil.copy(Path(folder, "map.csv"), TRADE / "map.csv")
             warn_of_times((TRADE / "map.csv").read_text())
         case [wstac, "--fade"]:
             with tempfile.TemporaryDirectory() as folder:
                 models = [word for name in FADING for word in ("--model", f"builtin:{name}")]
-                subprocess.run([wstac, "trade", "--fade", *models, "-o", folder], stdout=subprocess.DEVNULL, check=True)
+                subprocess.run([wstac, "trade", "--fade", "--slides", "5", *models, "-o", folder], stdout=subprocess.DEVNULL, check=True)
                 tables = Path(folder, "fade.md").read_text()
             EXTREMES.write_text(between(EXTREMES.read_text(), "fade", tables, "--fade"))
         case _:

@@ -58,6 +58,10 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     map: Option<PathBuf>,
 
+    /// Time the settings and models of --map on this machine, in place of the times that it has
+    #[arg(long, requires = "map", conflicts_with = "budget")]
+    times: bool,
+
     /// Prices that ci/prices counted, instead of those that come with wstac
     #[arg(long, value_name = "prices.json", conflicts_with_all = ["verify", "fade"])]
     prices: Option<PathBuf>,
@@ -131,8 +135,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     check_new_all(arguments, &["trade.csv", "trade.md", "trade.svg", "map.csv", BASE])?;
     let (prices, (_, base)) = (prices(arguments)?, base(arguments)?);
     let (rows, models) = if let Some(path) = &arguments.map {
-        let rows = read(path)?;
+        let mut rows = read(path)?;
         let models = of_rows(&rows)?;
+        if arguments.times {
+            host::measure(&mut rows, &models, &config)?;
+        }
         (rows, models)
     } else {
         let models = models(&arguments.models)?;
