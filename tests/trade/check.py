@@ -181,7 +181,7 @@ def main():
         case [wstac, "--fade"]:
             with tempfile.TemporaryDirectory() as folder:
                 models = [word for name in FADING for word in ("--model", f"builtin:{name}")]
-                subprocess.run([wstac, "trade", "--fade", "--slides", "5", *models, "-o", folder], stdout=subprocess.DEVNULL, check=True)
+                subprocess.run([wstac, "trade", "--fade", "--slides", "2", "--light", "200,100,50,20,10,5,2,1", *models, "-o", folder], stdout=subprocess.DEVNULL, check=True)
                 tables = Path(folder, "fade.md").read_text()
             EXTREMES.write_text(between(EXTREMES.read_text(), "fade", tables, "--fade"))
         case _:
