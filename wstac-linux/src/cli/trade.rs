@@ -24,6 +24,7 @@ use crate::trade::{host, map, plot, table, turned};
 /// map that comes with wstac is asked.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
+#[expect(clippy::struct_excessive_bools, reason = "each is an option of its own")]
 pub(super) struct Arguments {
     /// Write to this folder: trade.csv, trade.md, trade.svg, map.csv and base.toml; with --budget the configuration, with --fade fade.csv
     /// and fade.md
