@@ -58,13 +58,19 @@ pub trait Green: Copy {
     /// Adds every pixel of `run`, whose stride is one, and of the `count` − 1 runs below it.
     #[inline(always)]
     fn add_block(&self, sum: &mut Self::Sum, rows: &Rows<'_>, run: Run, count: u16) {
-        for y in run.y..run.y + count {
-            self.add_run(sum, rows, Run { y, ..run });
-        }
+        row_by_row(self, sum, rows, run, count);
     }
 
     /// The taxel sum S of `pixels` gathered pixels: 0..=G · pixels.
     fn total(&self, sum: &Self::Sum, pixels: u32) -> u32;
+}
+
+/// Adds `run` and the `count` − 1 runs below it one by one: the plain way of a block.
+#[inline(always)]
+fn row_by_row<G: Green>(green: &G, sum: &mut G::Sum, rows: &Rows<'_>, run: Run, count: u16) {
+    for y in run.y..run.y + count {
+        green.add_run(sum, rows, Run { y, ..run });
+    }
 }
 
 /// Adds `green` of every pixel of `BYTES` bytes that the stride counts.

@@ -40,7 +40,7 @@ impl<const BYTES: usize, const GREEN: usize> Green for PackedRgb<BYTES, GREEN> {
         let block = rows.block(run.y, count, BYTES * usize::from(run.x), BYTES * usize::from(run.width));
         match block.zip(Avx2::get()).and_then(|(block, avx2)| avx2.sum::<BYTES, GREEN>(block)) {
             Some(green) => *sum += green,
-            None => (run.y..run.y + count).for_each(|y| self.add_run(sum, rows, Run { y, ..run })),
+            None => super::row_by_row(self, sum, rows, run, count),
         }
     }
 

@@ -50,7 +50,7 @@ impl<C: Conversion, const LUMA: usize> Green for PackedYcbcr<C, LUMA> {
         use super::avx2::{self, Chroma};
         let parts = |first, cells| Some((rows.block(run.y, count, 4 * first, 4 * cells)?, Chroma::Within(LUMA)));
         if !avx2::add_block(&self.conversion, sum, run, parts) {
-            (run.y..run.y + count).for_each(|y| self.add_run(sum, rows, Run { y, ..run }));
+            super::row_by_row(self, sum, rows, run, count);
         }
     }
 

@@ -55,7 +55,7 @@ impl<C: Conversion> Green for Nv12<C> {
             Some((luma, Chroma::Pairs(pairs, shared)))
         };
         if !avx2::add_block(&self.conversion, sum, run, parts) {
-            (run.y..run.y + count).for_each(|y| self.add_run(sum, rows, Run { y, ..run }));
+            super::row_by_row(self, sum, rows, run, count);
         }
     }
 
@@ -129,7 +129,7 @@ impl<C: Conversion, const VERTICAL: u32> Green for PlanarPairs<C, VERTICAL> {
             Some((luma, Chroma::Planes([cb, cr], shared)))
         };
         if !avx2::add_block(&self.conversion, sum, run, parts) {
-            (run.y..run.y + count).for_each(|y| self.add_run(sum, rows, Run { y, ..run }));
+            super::row_by_row(self, sum, rows, run, count);
         }
     }
 

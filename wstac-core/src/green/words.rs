@@ -40,7 +40,7 @@ impl<const BITS: u32> Green for Words<BITS> {
         // Of 16 bits no word is above full scale.
         match block.filter(|_| BITS == 16).zip(Avx2::get()).and_then(|(block, avx2)| avx2.places(block)) {
             Some(Places { all: [a, b, c, d], .. }) => *sum += a + c + ((b + d) << 8),
-            None => (run.y..run.y + count).for_each(|y| self.add_run(sum, rows, Run { y, ..run })),
+            None => super::row_by_row(self, sum, rows, run, count),
         }
     }
 

@@ -212,8 +212,7 @@ impl Budget {
             }
         }
         if cores.is_empty() {
-            let bytes = self.limits.iter().any(|limit| matches!(limit.what, What::Flash | What::Ram));
-            cores.extend(bytes.then_some(default));
+            cores.push(default);
         }
         cores
     }

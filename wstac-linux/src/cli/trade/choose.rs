@@ -3,8 +3,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use super::{Arguments, base, check_folder, prices, print, read};
-use crate::cli::output::{Stop, check_new};
+use super::{Arguments, base, check_new_all, prices, print, read};
+use crate::cli::output::Stop;
 use crate::error::Error;
 use crate::trade::budget::{Budget, best};
 use crate::trade::candidate::Candidate;
@@ -28,20 +28,14 @@ pub(super) fn choose(arguments: &Arguments, budget: &Budget) -> Result<(), Stop>
     let choice = choice.map_err(|nothing| Error::new("--budget", nothing))?;
     let row = choice.best;
     let model = row.model.as_ref().map(|name| Candidate::named(Path::new(name))).transpose()?;
-    let mut cores = budget.cores(arguments.core);
-    if cores.is_empty() {
-        cores.push(arguments.core);
-    }
+    let cores = budget.cores(arguments.core);
     let mut text = table::all(row, model.as_slice(), &prices);
     if let Some(nearly) = choice.nearly {
         text.push_str(&table::nearly(nearly, &prices, &cores));
     }
     text.push_str(BIAS);
     if let Some(folder) = &arguments.output {
-        check_folder(folder)?;
-        for name in FILES {
-            check_new(&folder.join(name), arguments.force)?;
-        }
+        check_new_all(arguments, &FILES)?;
         let (name, base) = base(arguments)?;
         let config = chosen::config(&row.setting, &base).map_err(|error| Error::new(name, error))?;
         let commands = chosen::write(folder, row, model.as_ref(), &prices, &cores, &config)?;
