@@ -10,18 +10,18 @@ use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
 use wstac_core::params::TAXELS;
 use wstac_core::speed::SpeedConfig;
 use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
-use wstac_core::taxels::Camera;
+use wstac_core::taxels::{Accumulators, Camera};
 use wstac_core::trigger::Trigger;
 
 use self::answers::answers;
 pub(crate) use self::answers::real;
 pub use self::record::{
-    Completeness, DirectionRecord, EarlyTextureRecord, EndRecord, EventRecord, IncompleteRecord, Record, SpeedRecord,
-    Why,
+    Completeness, DirectionRecord, EarlyTextureRecord, EndRecord, EventRecord, FaultRecord, IncompleteRecord, Record,
+    SpeedRecord, Why,
 };
 use crate::config::{Config, Kernel};
 use crate::error::Error;
-use crate::source::{Item, Source, StreamInfo};
+use crate::source::{Fault, Item, Source, StreamInfo};
 use crate::texture::Textures;
 
 /// What of a stream is wanted beside its events.
@@ -35,16 +35,11 @@ pub struct Wanted {
 
 /// [`FeatureStream`] with its kernel chosen at run time.
 trait Stage {
-    fn push_frame(&mut self, bytes: &[u8]) -> Result<Option<FeatureFrame>, wstac_core::error::Error>;
     fn push_taxels(&mut self, taxels: &[u32; TAXELS]) -> Option<FeatureFrame>;
     fn push_lost(&mut self, frames: u64) -> Loss;
 }
 
 impl<L: Ln> Stage for FeatureStream<Any, L> {
-    fn push_frame(&mut self, bytes: &[u8]) -> Result<Option<FeatureFrame>, wstac_core::error::Error> {
-        Self::push_frame(self, bytes)
-    }
-
     fn push_taxels(&mut self, taxels: &[u32; TAXELS]) -> Option<FeatureFrame> {
         Self::push_taxels(self, taxels)
     }
@@ -64,6 +59,10 @@ pub(crate) const BASELINE_DISTURBED: &str =
 
 /// The core, set up for one stream.
 pub struct Reading<'m> {
+    /// The camera's own sums, apart from what follows, so that they can be shown and recorded.
+    accumulators: Accumulators<Any>,
+    /// Taxel sums of the last frame.
+    taxels: Option<[u32; TAXELS]>,
     stage: Box<dyn Stage>,
     textures: Textures<'m>,
     trigger: Trigger,
@@ -90,12 +89,15 @@ impl<'m> Reading<'m> {
             .and_then(|camera| camera.with_bytes_per_row(info.bytes_per_row))
             .map_err(in_table("[layout], [green]"))?;
         let floor = config.features.floor_levels;
+        let accumulators = Accumulators::new(camera.clone());
         let stage: Result<Box<dyn Stage>, _> = match config.features.ln {
             Kernel::Fixed => boxed::<Fixed>(camera, floor),
             Kernel::Libm => boxed::<Libm>(camera, floor),
             Kernel::Micromath => boxed::<Micromath>(camera, floor),
         };
         Ok(Self {
+            accumulators,
+            taxels: None,
             stage: stage.map_err(in_table("[features]"))?,
             trigger: Trigger::new(config.trigger().map_err(in_table("[trigger]"))?),
             speed: config.speed(info.rate).map_err(in_table("[speed]"))?,
@@ -119,19 +121,18 @@ impl<'m> Reading<'m> {
     pub fn take<E>(&mut self, item: &Item<'_>, mut give: impl FnMut(Record) -> Result<(), E>) -> Result<bool, E> {
         match item {
             Item::Waiting => {}
+            Item::Fault(Fault { kind, message }) => {
+                let frame = self.trigger.next_frame();
+                give(Record::Fault(FaultRecord { frame, fault: kind, message: message.clone() }))?;
+            }
             Item::End => {
                 self.finish(give)?;
                 return Ok(false);
             }
-            Item::Taxels(sums) => {
-                if let Some(frame) = self.stage.push_taxels(sums) {
-                    self.push(frame, 0, &mut give)?;
-                }
-            }
+            Item::Taxels(sums) => self.push_taxels(sums, &mut give)?,
             Item::Lost { frames, .. } => self.lose(*frames, &mut give)?,
-            Item::Frame { bytes, .. } => match self.stage.push_frame(bytes) {
-                Ok(Some(frame)) => self.push(frame, 0, &mut give)?,
-                Ok(None) => {}
+            Item::Frame { bytes, .. } => match self.accumulators.push_frame(bytes) {
+                Ok(sums) => self.push_taxels(&sums, &mut give)?,
                 // Too few bytes: nothing of it was taken, but its time has passed.
                 Err(_) => self.lose(1, &mut give)?,
             },
@@ -159,6 +160,24 @@ impl<'m> Reading<'m> {
         }))
     }
 
+    /// The 25 taxels of the last frame, row by row, each a share of full scale, 0 to 1; nothing before the first, or where
+    /// the last was lost.
+    pub fn taxels(&self) -> Option<[f32; TAXELS]> {
+        let camera = self.camera();
+        let full = camera.pixels() as f32 * camera.full_scale() as f32;
+        self.taxels.map(|sums| sums.map(|sum| sum as f32 / full))
+    }
+
+    /// The camera as the core sees it: layout, pixels a taxel, full scale, rate.
+    pub fn camera(&self) -> &Camera<Any> {
+        self.accumulators.camera()
+    }
+
+    /// The trigger: its parameters, baseline and thresholds.
+    pub fn trigger(&self) -> &Trigger {
+        &self.trigger
+    }
+
     /// Whether the baseline has just turned out not to be quiet; said once.
     pub fn baseline_disturbed(&mut self) -> bool {
         if self.baseline_reported || self.trigger.baseline().is_none() {
@@ -168,8 +187,21 @@ impl<'m> Reading<'m> {
         !self.trigger.end().baseline_quiet
     }
 
+    fn push_taxels<E>(
+        &mut self,
+        sums: &[u32; TAXELS],
+        give: &mut impl FnMut(Record) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.taxels = Some(*sums);
+        match self.stage.push_taxels(sums) {
+            Some(frame) => self.push(frame, 0, give),
+            None => Ok(()),
+        }
+    }
+
     fn lose<E>(&mut self, frames: u64, give: &mut impl FnMut(Record) -> Result<(), E>) -> Result<(), E> {
         self.dropped = self.dropped.saturating_add(frames);
+        self.taxels = None;
         let loss = self.stage.push_lost(frames);
         if let Some(frame) = loss.patched {
             return self.push(frame, loss.frames, give);

@@ -76,7 +76,7 @@ fn look_at(path: &Path) -> Option<DeviceInfo> {
 }
 
 /// The links to a node that outlast its number.
-fn links_to(path: &Path) -> Vec<PathBuf> {
+pub(super) fn links_to(path: &Path) -> Vec<PathBuf> {
     let Ok(target) = path.canonicalize() else { return Vec::new() };
     let mut links = Vec::new();
     for directory in ["/dev/v4l/by-id", "/dev/v4l/by-path"] {

@@ -15,6 +15,7 @@ mod jpeg_tables;
 pub mod mjpeg;
 pub mod modes;
 mod negotiate;
+mod state;
 pub mod timeline;
 
 use std::path::PathBuf;
@@ -23,11 +24,13 @@ use v4l::v4l_sys as sys;
 use wstac_core::rate::FrameRate;
 
 use crate::error::Error;
+use crate::source::Delivery;
 use buffers::Buffers;
-use device::{Device, Identity};
+use device::Device;
 pub use devices::{DeviceInfo, devices};
 use formats::FourCc;
 pub use negotiate::Negotiated;
+pub use state::{CameraState, LockedControl};
 
 /// Which camera, and what is wanted of it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -40,20 +43,25 @@ pub struct CameraRequest {
     pub size: Option<(u32, u32)>,
     /// Frames a second; nothing for the paper's 30.
     pub rate: Option<FrameRate>,
+    /// Which frames are handed out where the program is slower.
+    pub delivery: Delivery,
+    /// Leave the controls as they are, instead of locking them.
+    pub keep_controls: bool,
 }
 
 impl CameraRequest {
     /// This camera with all defaults.
     pub fn new(path: impl Into<PathBuf>) -> Self {
-        Self { path: path.into(), format: None, size: None, rate: None }
+        let (format, size, rate, delivery) = (None, None, None, Delivery::default());
+        Self { path: path.into(), format, size, rate, delivery, keep_controls: false }
     }
 }
 
 /// A camera that streams.
 #[derive(Debug)]
 pub struct Camera {
-    /// Who it is.
-    pub(crate) identity: Identity,
+    /// Who it is, and how its controls stand.
+    pub state: CameraState,
     /// What its frames are like.
     pub negotiated: Negotiated,
     /// The stream.
@@ -73,7 +81,16 @@ impl Camera {
             return Err(Error::new(request.path.display(), reason));
         }
         let negotiated = negotiate::negotiate(&device, request)?;
-        Ok(Self { identity, negotiated, buffers: Buffers::start(device)? })
+        let state = CameraState {
+            path: request.path.clone(),
+            links: devices::links_to(&request.path),
+            card: identity.card,
+            driver: identity.driver,
+            bus: identity.bus,
+            format: formats::name(negotiated.fourcc),
+            controls: Vec::new(),
+        };
+        Ok(Self { state, negotiated, buffers: Buffers::start(device)? })
     }
 }
 

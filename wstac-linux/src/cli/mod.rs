@@ -9,6 +9,7 @@ mod monitor;
 mod output;
 mod run;
 mod scene;
+mod source_arguments;
 mod trade;
 
 use std::process::ExitCode;

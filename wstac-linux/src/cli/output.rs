@@ -106,6 +106,7 @@ fn text(line: &mut String, record: &Record) -> fmt::Result {
             "incomplete event at frame {}: a gap ended it after {} of 70 frames",
             sample.frame, sample.frames
         ),
+        Record::Fault(fault) => write!(line, "at frame {}: {}: {}", fault.frame, fault.fault, fault.message),
         Record::End(end) => {
             write!(line, "end after {} frames, {} dropped", end.frames, end.dropped)?;
             if end.baseline == crate::reading::Completeness::Incomplete {

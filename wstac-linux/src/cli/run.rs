@@ -6,18 +6,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use clap::ValueEnum;
 use signal_hook::consts::{SIGINT, SIGTERM};
-use wstac_core::green::ycbcr::{Matrix, Range};
-use wstac_core::rate::FrameRate;
 
 use super::output::{Form, Records, Stop, note};
-use crate::config::Config;
+use super::source_arguments::{SourceArguments, config_of};
 use crate::error::Error;
 use crate::model::file::ModelFile;
 use crate::reading::{BASELINE_DISTURBED, Reading, Wanted};
-use crate::source::open::{OpenOptions, open};
-use crate::source::{Item, Source};
+use crate::source::{Delivery, Item, Source};
 use crate::texture::Textures;
 
 /// Print the tactile events of a source
@@ -53,26 +49,8 @@ pub(super) struct Arguments {
     #[arg(long, requires = "json")]
     samples: bool,
 
-    /// Frames a second, such as 30 or 30000/1001: of a recording, instead of what it says; of a camera, to ask for; of a
-    /// scene, to simulate
-    #[arg(long, value_name = "RATE", value_parser = frame_rate)]
-    fps: Option<FrameRate>,
-
-    /// Matrix of a YCbCr source, instead of what it says
-    #[arg(long)]
-    matrix: Option<MatrixName>,
-
-    /// Quantisation range of a YCbCr source, instead of what it says
-    #[arg(long)]
-    range: Option<RangeName>,
-
-    /// Pixel format to ask a camera for, by its four-character code, such as YUYV, GREY or MJPG
-    #[arg(long, value_name = "FOURCC", value_parser = four_characters)]
-    format: Option<[u8; 4]>,
-
-    /// Frame size to ask a camera for, or to simulate
-    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size)]
-    size: Option<(u32, u32)>,
+    #[command(flatten)]
+    options: SourceArguments,
 
     /// End after this many frames
     #[arg(long, value_name = "N")]
@@ -82,18 +60,6 @@ pub(super) struct Arguments {
     /// bytes
     #[arg(long, value_name = "FILE")]
     save_raw: Option<PathBuf>,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum MatrixName {
-    Bt601,
-    Bt709,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum RangeName {
-    Limited,
-    Full,
 }
 
 const HELP: &str = r#"Sources:
@@ -156,25 +122,8 @@ fn help() -> String {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
-    let config = arguments.config.as_deref().map_or_else(|| Ok(Config::default()), Config::read)?;
-    let options = OpenOptions { fps: arguments.fps, format: arguments.format, size: arguments.size };
-    let mut source = open(&arguments.source, &options)?;
-    let mut info = source.info().clone();
-    if (arguments.matrix.is_some() || arguments.range.is_some()) && !info.format.is_ycbcr() {
-        return Err(Error::new(&info.about, "--matrix and --range are for YCbCr sources, expected neither").into());
-    }
-    if let Some(matrix) = arguments.matrix {
-        info.colour.matrix = match matrix {
-            MatrixName::Bt601 => Matrix::Bt601,
-            MatrixName::Bt709 => Matrix::Bt709,
-        };
-    }
-    if let Some(range) = arguments.range {
-        info.colour.range = match range {
-            RangeName::Limited => Range::Limited,
-            RangeName::Full => Range::Full,
-        };
-    }
+    let (mut source, info) = arguments.options.open(&arguments.source, Delivery::Newest)?;
+    let config = config_of(source.as_ref(), arguments.config.as_deref())?;
     let wanted = Wanted { features: arguments.features, samples: arguments.samples };
     let files = arguments.models.iter().map(|name| ModelFile::open(name)).collect::<Result<Vec<_>, _>>()?;
     let mut reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
@@ -230,7 +179,7 @@ fn read(
                 seen += frames;
                 reasons.add(*frames, why);
             }
-            Item::Waiting | Item::End => {}
+            Item::Fault(_) | Item::Waiting | Item::End => {}
         }
         if !reading.take(&item, |record| records.write(&record))? {
             break Ok(());
@@ -292,40 +241,4 @@ pub(super) fn interruptions() -> Result<Arc<AtomicBool>, Error> {
             .map_err(|error| Error::new("signals", error))?;
     }
     Ok(flag)
-}
-
-/// `30`, `29.97` or `30000/1001`.
-fn frame_rate(text: &str) -> Result<FrameRate, String> {
-    let (numerator, denominator) = match text.split_once(['/', ':']) {
-        Some((numerator, denominator)) => (numerator.parse().ok(), denominator.parse().ok()),
-        None if text.bytes().all(|byte| byte.is_ascii_digit()) => (text.parse().ok(), Some(1)),
-        None => (thousandths(text), Some(1000)),
-    };
-    let rate =
-        numerator.zip(denominator).and_then(|(numerator, denominator)| FrameRate::new(numerator, denominator).ok());
-    rate.ok_or_else(|| format!("{text:?} is no frame rate, expected a number above 0 such as 30, 29.97 or 30000/1001"))
-}
-
-/// A decimal number in thousandths.
-fn thousandths(text: &str) -> Option<u32> {
-    let thousandths = (text.parse::<f64>().ok()? * 1000.0).round();
-    // False for NaN too.
-    (thousandths >= 1.0 && thousandths <= f64::from(u32::MAX)).then_some(thousandths as u32)
-}
-
-/// A four-character code; shorter ones are padded with spaces, as in `Y10 `.
-fn four_characters(text: &str) -> Result<[u8; 4], String> {
-    let bytes = text.as_bytes();
-    if bytes.is_empty() || bytes.len() > 4 || !bytes.iter().all(u8::is_ascii) {
-        return Err(format!("{text:?} is no four-character code, expected one such as YUYV, GREY or MJPG"));
-    }
-    let mut code = [b' '; 4];
-    code[..bytes.len()].copy_from_slice(bytes);
-    Ok(code)
-}
-
-/// `1280x720`.
-fn size(text: &str) -> Result<(u32, u32), String> {
-    let sides = text.split_once('x').and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
-    sides.ok_or_else(|| format!("{text:?} is no size, expected WIDTHxHEIGHT such as 1280x720"))
 }

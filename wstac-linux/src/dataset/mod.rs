@@ -63,7 +63,7 @@ pub fn sample(script: &Script, config: &Config) -> Result<Outcome, Error> {
                 }
                 Record::Incomplete(_) => Some(Outcome::Incomplete),
                 Record::End(end) => end.incomplete.map(|_| Outcome::Incomplete),
-                Record::Features { .. } | Record::Texture(_) => None,
+                Record::Features { .. } | Record::Texture(_) | Record::Fault(_) => None,
             };
             first = first.take().or(outcome);
             Ok::<(), Error>(())

@@ -23,6 +23,8 @@ pub enum Record {
     Texture(EarlyTextureRecord),
     /// A sample that a long gap interrupted.
     Incomplete(IncompleteRecord),
+    /// Something happened to the source, which goes on.
+    Fault(FaultRecord),
     /// How the stream ended.
     End(EndRecord),
 }
@@ -120,6 +122,17 @@ impl From<Incomplete> for IncompleteRecord {
     fn from(sample: Incomplete) -> Self {
         Self { frame: sample.frame, frames: sample.frames }
     }
+}
+
+/// Something that happened to a source, which goes on.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct FaultRecord {
+    /// Number of the feature frame that comes next.
+    pub frame: u64,
+    /// Its kind in a word.
+    pub fault: &'static str,
+    /// What happened, for a person.
+    pub message: String,
 }
 
 /// How a stream ended.

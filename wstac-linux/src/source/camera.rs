@@ -59,6 +59,7 @@ impl CameraSource {
             rate: negotiated.rate,
             taxels_only: false,
             about: about(&camera),
+            camera: Some(Box::new(camera.state.clone())),
         };
         let timeline = Timeline::new(negotiated.rate);
         Ok(Self { camera, info, timeline, decoder, lent: None, next: None, waits: 0, errors: 0 })
@@ -144,12 +145,15 @@ impl Source for CameraSource {
             return Ok(Item::Lost { frames: 1, why: "marked as damaged by the driver" });
         }
         let (bytes, timestamp) = (self.camera.buffers.bytes(filled), filled.timestamp);
+        let sequence = Some(filled.sequence);
         if bytes.len() < self.camera.negotiated.frame_bytes {
             return Ok(Item::Lost { frames: 1, why: "shorter than a frame" });
         }
-        let Some(decoder) = &mut self.decoder else { return Ok(Item::Frame { bytes, timestamp }) };
+        let Some(decoder) = &mut self.decoder else {
+            return Ok(Item::Frame { bytes, timestamp, sequence, encoded: None });
+        };
         Ok(match decoder.decode(bytes) {
-            Some(bytes) => Item::Frame { bytes, timestamp },
+            Some(decoded) => Item::Frame { bytes: decoded, timestamp, sequence, encoded: Some(bytes) },
             None => Item::Lost { frames: 1, why: "corrupt JPEG picture" },
         })
     }
@@ -161,7 +165,7 @@ fn about(camera: &Camera) -> String {
     let mut about = format!(
         "{}: {}, {} {}x{}, {} fps",
         camera.buffers.device().path().display(),
-        camera.identity.card,
+        camera.state.card,
         formats::name(negotiated.fourcc),
         negotiated.size.width(),
         negotiated.size.height(),

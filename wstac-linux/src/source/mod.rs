@@ -14,6 +14,7 @@ use wstac_core::layout::FrameSize;
 use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
 
+use crate::camera::CameraState;
 use crate::error::Error;
 
 /// What all frames of a stream have in common.
@@ -33,6 +34,40 @@ pub struct StreamInfo {
     pub taxels_only: bool,
     /// One line for a person: what the source is and what it gives.
     pub about: String,
+    /// The camera that its frames come from, now or when they were recorded; nothing where none is known.
+    pub camera: Option<Box<CameraState>>,
+}
+
+/// Which frames of a live source are handed out where the program is slower than the camera.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Delivery {
+    /// All of them, the oldest first, as long as the driver has buffers: for recording.
+    #[default]
+    Every,
+    /// The newest; older ones that wait are counted as lost: for answers in time.
+    Newest,
+}
+
+/// How far the program is behind a live source; all 0 for files.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Behind {
+    /// Frames that waited behind the one handed out last.
+    pub frames: u32,
+    /// The most that ever waited.
+    pub most: u32,
+    /// Frames that were skipped for newer ones.
+    pub skipped: u64,
+    /// From the driver's timestamp of the frame handed out last to its handing out.
+    pub latency: Option<Duration>,
+}
+
+/// Something that happened to a source, which goes on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fault {
+    /// Its kind in a word, such as `disconnected`, `reconnected` or `slow`.
+    pub kind: &'static str,
+    /// What happened, for a person.
+    pub message: String,
 }
 
 /// What a source gives next.
@@ -42,8 +77,12 @@ pub enum Item<'a> {
     Frame {
         /// Its bytes, laid out as the stream's information says.
         bytes: &'a [u8],
-        /// When it was taken, on the driver's monotonic clock; nothing for files.
+        /// When it was taken, on the driver's monotonic clock; nothing for files that do not say.
         timestamp: Option<Duration>,
+        /// The driver's frame counter; nothing for files that do not say.
+        sequence: Option<u32>,
+        /// The picture as the camera sent it, where that was JPEG: `bytes` is what it decodes to.
+        encoded: Option<&'a [u8]>,
     },
     /// A frame's taxel sums, of the paper's layout and every pixel: a simulated sensor that makes no pixels.
     Taxels([u32; TAXELS]),
@@ -54,6 +93,8 @@ pub enum Item<'a> {
         /// Dropped by the driver, corrupt, short …
         why: &'static str,
     },
+    /// Something happened; frames may follow.
+    Fault(Fault),
     /// Nothing yet: a live source's wait ended without a frame. Ask again.
     Waiting,
     /// No more frames.
@@ -70,4 +111,14 @@ pub trait Source {
     /// # Errors
     /// Where the source cannot be read any further: what was read before stays valid.
     fn next(&mut self) -> Result<Item<'_>, Error>;
+
+    /// How far reading is behind the source.
+    fn behind(&self) -> Behind {
+        Behind::default()
+    }
+
+    /// The configuration, as TOML, that the source was recorded with: it holds where the user gives none.
+    fn configuration(&self) -> Option<&str> {
+        None
+    }
 }

@@ -8,11 +8,11 @@ use std::path::Path;
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 
-use super::Source;
 use super::camera::CameraSource;
 use super::png_folder::PngFolder;
 use super::scene::SceneSource;
 use super::y4m::{MAGIC, Y4m};
+use super::{Delivery, Source};
 use crate::camera::CameraRequest;
 use crate::error::Error;
 use crate::scene::Script;
@@ -26,6 +26,10 @@ pub struct OpenOptions {
     pub format: Option<[u8; 4]>,
     /// Width and height in pixels; cameras and scenes.
     pub size: Option<(u32, u32)>,
+    /// Which frames of a camera are handed out where the program is slower.
+    pub delivery: Delivery,
+    /// Leave a camera's controls as they are, instead of locking them.
+    pub keep_controls: bool,
 }
 
 /// What a source can be, for messages.
@@ -59,8 +63,9 @@ pub fn open(spec: &str, options: &OpenOptions) -> Result<Box<dyn Source>, Error>
         Err(error) => return Err(Error::new(spec, error)),
     };
     if kind.is_char_device() {
-        let OpenOptions { fps: rate, format, size } = *options;
-        return Ok(Box::new(CameraSource::open(&CameraRequest { path: path.into(), format, size, rate })?));
+        let OpenOptions { fps: rate, format, size, delivery, keep_controls } = *options;
+        let request = CameraRequest { path: path.into(), format, size, rate, delivery, keep_controls };
+        return Ok(Box::new(CameraSource::open(&request)?));
     }
     of_a_file(spec, options)?;
     if kind.is_dir() {
@@ -178,7 +183,8 @@ mod tests {
     #[test]
     fn scenes_take_options() {
         let rate = FrameRate::new(60, 1).unwrap();
-        let options = OpenOptions { fps: Some(rate), format: Some(*b"GREY"), size: Some((100, 80)) };
+        let options =
+            OpenOptions { fps: Some(rate), format: Some(*b"GREY"), size: Some((100, 80)), ..OpenOptions::default() };
         let source = open("scene:Saw3@150,90deg", &options).unwrap();
         assert_eq!((source.info().rate, source.info().size.width()), (rate, 100));
         assert!(message("scene:Saw3", options).contains("scene:Saw3: slide is \"Saw3\", expected"));

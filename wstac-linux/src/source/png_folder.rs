@@ -56,6 +56,7 @@ impl PngFolder {
             rate,
             taxels_only: false,
             about,
+            camera: None,
         };
         let model = first.file_name().unwrap_or_default().display().to_string();
         Ok(Self { info, shape, model, files: files.into_iter(), decoded: Vec::new(), frame: Vec::new() })
@@ -81,7 +82,7 @@ impl Source for PngFolder {
         match self.read(&file) {
             Ok(converted) => {
                 let bytes = if converted { &self.frame } else { &self.decoded };
-                Ok(Item::Frame { bytes, timestamp: None })
+                Ok(Item::Frame { bytes, timestamp: None, sequence: None, encoded: None })
             }
             Err(Problem::Corrupt(_)) => Ok(Item::Lost { frames: 1, why: "picture that cannot be decoded" }),
             Err(Problem::Refused(message)) => {

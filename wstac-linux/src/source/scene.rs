@@ -38,6 +38,7 @@ impl SceneSource {
             rate: script.sensor.rate,
             taxels_only: script.fidelity == Fidelity::Taxel,
             about: format!("scene: {slides}, seed {seed}, {frames} {what}"),
+            camera: None,
         };
         Ok(Self { info, scene })
     }
@@ -55,7 +56,7 @@ impl Source for SceneSource {
 
     fn next(&mut self) -> Result<Item<'_>, Error> {
         Ok(match self.scene.next_shot() {
-            Some(Shot::Frame(bytes)) => Item::Frame { bytes, timestamp: None },
+            Some(Shot::Frame(bytes)) => Item::Frame { bytes, timestamp: None, sequence: None, encoded: None },
             Some(Shot::Taxels(sums)) => Item::Taxels(sums),
             Some(Shot::Lost(frames, why)) => Item::Lost { frames: frames.into(), why },
             None => Item::End,

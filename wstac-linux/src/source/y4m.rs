@@ -135,6 +135,7 @@ impl Y4m {
             rate: header.rate,
             taxels_only: false,
             about,
+            camera: None,
         };
         Ok(Self { info, reader, frame_bytes, frame: 0, ended: false })
     }
@@ -183,9 +184,12 @@ impl Source for Y4m {
         let step = self.step();
         self.ended = matches!(step, Err(_) | Ok(Step::End));
         Ok(match step? {
-            Step::Frame(range) => {
-                Item::Frame { bytes: self.reader.buffer.get(range).unwrap_or_default(), timestamp: None }
-            }
+            Step::Frame(range) => Item::Frame {
+                bytes: self.reader.buffer.get(range).unwrap_or_default(),
+                timestamp: None,
+                sequence: None,
+                encoded: None,
+            },
             Step::Waiting => Item::Waiting,
             Step::End => Item::End,
         })

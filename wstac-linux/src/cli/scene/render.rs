@@ -66,7 +66,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
                 out.write(bytes)?;
             }
             Item::Lost { frames, .. } => lost += frames,
-            Item::Taxels(_) | Item::Waiting => {}
+            Item::Taxels(_) | Item::Fault(_) | Item::Waiting => {}
             Item::End => break,
         }
     }

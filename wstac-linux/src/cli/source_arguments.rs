@@ -1,0 +1,123 @@
+//! What every command that reads a source asks about it.
+
+use std::path::Path;
+
+use clap::ValueEnum;
+use wstac_core::green::ycbcr::{Matrix, Range};
+use wstac_core::rate::FrameRate;
+
+use crate::config::Config;
+use crate::error::Error;
+use crate::source::open::{OpenOptions, open};
+use crate::source::{Delivery, Source, StreamInfo};
+
+/// How a source is opened and read.
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
+pub(super) struct SourceArguments {
+    /// Frames a second, such as 30 or 30000/1001: of a recording, instead of what it says; of a camera, to ask for; of a
+    /// scene, to simulate
+    #[arg(long, value_name = "RATE", value_parser = frame_rate)]
+    fps: Option<FrameRate>,
+
+    /// Matrix of a YCbCr source, instead of what it says
+    #[arg(long)]
+    matrix: Option<MatrixName>,
+
+    /// Quantisation range of a YCbCr source, instead of what it says
+    #[arg(long)]
+    range: Option<RangeName>,
+
+    /// Pixel format to ask a camera for, by its four-character code, such as YUYV, GREY or MJPG
+    #[arg(long, value_name = "FOURCC", value_parser = four_characters)]
+    format: Option<[u8; 4]>,
+
+    /// Frame size to ask a camera for, or to simulate
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size)]
+    size: Option<(u32, u32)>,
+
+    /// Leave a camera's exposure, gain, white balance, focus and the like automatic, instead of locking them
+    #[arg(long)]
+    keep_controls: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum MatrixName {
+    Bt601,
+    Bt709,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum RangeName {
+    Limited,
+    Full,
+}
+
+impl SourceArguments {
+    /// Opens a source; what its frames have in common, as the arguments have it.
+    pub(super) fn open(&self, source: &str, delivery: Delivery) -> Result<(Box<dyn Source>, StreamInfo), Error> {
+        let Self { fps, format, size, keep_controls, .. } = *self;
+        let source = open(source, &OpenOptions { fps, format, size, delivery, keep_controls })?;
+        let mut info = source.info().clone();
+        if (self.matrix.is_some() || self.range.is_some()) && !info.format.is_ycbcr() {
+            return Err(Error::new(&info.about, "--matrix and --range are for YCbCr sources, expected neither"));
+        }
+        if let Some(matrix) = self.matrix {
+            info.colour.matrix = match matrix {
+                MatrixName::Bt601 => Matrix::Bt601,
+                MatrixName::Bt709 => Matrix::Bt709,
+            };
+        }
+        if let Some(range) = self.range {
+            info.colour.range = match range {
+                RangeName::Limited => Range::Limited,
+                RangeName::Full => Range::Full,
+            };
+        }
+        Ok((source, info))
+    }
+}
+
+/// The configuration: of the file that the user names, else the source's own, else the default.
+pub(super) fn config_of(source: &dyn Source, file: Option<&Path>) -> Result<Config, Error> {
+    if let Some(file) = file {
+        return Config::read(file);
+    }
+    let own = source.configuration().map(Config::parse).transpose();
+    Ok(own.map_err(|error| Error::new(&source.info().about, error))?.unwrap_or_default())
+}
+
+/// `30`, `29.97` or `30000/1001`.
+fn frame_rate(text: &str) -> Result<FrameRate, String> {
+    let (numerator, denominator) = match text.split_once(['/', ':']) {
+        Some((numerator, denominator)) => (numerator.parse().ok(), denominator.parse().ok()),
+        None if text.bytes().all(|byte| byte.is_ascii_digit()) => (text.parse().ok(), Some(1)),
+        None => (thousandths(text), Some(1000)),
+    };
+    let rate =
+        numerator.zip(denominator).and_then(|(numerator, denominator)| FrameRate::new(numerator, denominator).ok());
+    rate.ok_or_else(|| format!("{text:?} is no frame rate, expected a number above 0 such as 30, 29.97 or 30000/1001"))
+}
+
+/// A decimal number in thousandths.
+fn thousandths(text: &str) -> Option<u32> {
+    let thousandths = (text.parse::<f64>().ok()? * 1000.0).round();
+    // False for NaN too.
+    (thousandths >= 1.0 && thousandths <= f64::from(u32::MAX)).then_some(thousandths as u32)
+}
+
+/// A four-character code; shorter ones are padded with spaces, as in `Y10 `.
+fn four_characters(text: &str) -> Result<[u8; 4], String> {
+    let bytes = text.as_bytes();
+    if bytes.is_empty() || bytes.len() > 4 || !bytes.iter().all(u8::is_ascii) {
+        return Err(format!("{text:?} is no four-character code, expected one such as YUYV, GREY or MJPG"));
+    }
+    let mut code = [b' '; 4];
+    code[..bytes.len()].copy_from_slice(bytes);
+    Ok(code)
+}
+
+/// `1280x720`.
+fn size(text: &str) -> Result<(u32, u32), String> {
+    let sides = text.split_once('x').and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
+    sides.ok_or_else(|| format!("{text:?} is no size, expected WIDTHxHEIGHT such as 1280x720"))
+}
