@@ -69,11 +69,16 @@ rule = "signed"         # "literal": multiplier times baseline, as it
                         # was published
 margin = 0.2            # signed: least distance a frame, in units of
                         # a natural logarithm
+follow = 0              # the baseline follows slow drift: 16 to
+                        # 32768 windows, a power of two; 0: it is
+                        # kept
 [speed]
 law = "paper"           # or "physical", with track_mm = 113.4,
                         # afterglow_frames = 5.36
 intercept = 151.06      # frames at 1 mm/s, at 30 frames a second
 slope = 56.29           # frames a decade of speed
+range_mm_s = [100, 200] # speeds that the law was fitted on; others
+                        # are marked as extrapolated
 threshold = 0.0475      # lit: a row or column sums up to more than
                         # this share of full scale
 threshold_on = "absolute" # or "above_baseline"
