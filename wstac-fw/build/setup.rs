@@ -42,7 +42,7 @@ fn configuration(config: &Config, pixels: &Pixels) -> Result<String, String> {
     };
     let trigger = config.trigger().map_err(|error| error.to_string())?;
     let (following, follow) = match config.following().map_err(|error| error.to_string())? {
-        None => ("Kept", "Kept".to_owned()),
+        None => ("Kept", "wstac_core::following::Kept".to_owned()),
         Some(follow) => {
             let windows = follow.windows();
             let follow = format!(

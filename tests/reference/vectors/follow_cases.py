@@ -40,7 +40,7 @@ def follow_cases() -> list[Case]:
     rise = {"base": 100, "shake": 4, "change": ramp(100), "speed": above}
     late = (Slide(500), Slide(620, ORDERS["90deg"]))
     return [
-        stream("follow-not", "light rises by half, nothing follows: it fires", frames=500, slides=(), **rise),
+        stream("follow-not", "light rises by half, nothing follows: it fires", frames=620, slides=(), **rise),
         stream("follow-rise", "the same, followed: only two slides fire", frames=750, slides=late, trigger=sixteen,
                **rise),
         stream("follow-fall", "light falls by half, then two slides", frames=750, slides=late, trigger=sixteen,
