@@ -383,3 +383,10 @@ impl<B: Following> Trigger<B> {
         }
     }
 }
+
+/// Has the methods of a trigger that keeps its baseline compiled with this crate, as those of any type without parameters are. Compiled with each program
+/// that uses them they would come out another way there: 34 bytes and 6 instructions a frame more on a Cortex-M4.
+#[doc(hidden)]
+pub fn compile_kept(trigger: &mut Trigger, features: Features) -> bool {
+    trigger.push_then_lose(features, false, 0).is_some() || trigger.finish().is_some()
+}

@@ -4,6 +4,7 @@ mod completions;
 mod dataset;
 mod demo;
 mod devices;
+mod fit_speed;
 mod model;
 mod monitor;
 mod output;
@@ -39,6 +40,7 @@ Start here:
   wstac run clip.y4m --json            events of a recording, as JSON Lines
   wstac monitor /dev/ttyACM0           events that a board finds
   wstac run /dev/video0 --model builtin:svm    with textures; wstac model makes models of your own
+  wstac fit-speed slides.npz -o speed.toml     the speed law of your own sensor
   wstac trade --budget 'M4F<60000,flash<64K'   the most accurate configuration that a board can afford
   ffmpeg -i clip.mp4 -pix_fmt yuv420p -f yuv4mpegpipe - | wstac run -
 ";
@@ -93,6 +95,7 @@ enum Command {
     Scene(scene::Arguments),
     Devices(devices::Arguments),
     Dataset(dataset::Arguments),
+    FitSpeed(fit_speed::Arguments),
     Model(model::Arguments),
     Monitor(monitor::Arguments),
     Trade(trade::Arguments),
@@ -108,6 +111,7 @@ pub fn main() -> ExitCode {
         Command::Scene(arguments) => scene::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Dataset(arguments) => dataset::run(&arguments),
+        Command::FitSpeed(arguments) => fit_speed::run(&arguments),
         Command::Model(arguments) => model::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Trade(arguments) => trade::run(&arguments),
