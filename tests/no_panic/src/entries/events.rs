@@ -39,13 +39,13 @@ entries! {
     following:
     new_follow(windows: u32) -> Result<Follow, Error> { Follow::new(windows) }
     follow_windows(follow: &Follow) -> u32 { follow.windows() }
-    new(config: TriggerConfig, frame: u64, follow: Follow) -> Trigger<Follow> {
+    new_following(config: TriggerConfig, frame: u64, follow: Follow) -> Trigger<Follow> {
         Trigger::with(config, frame, follow)
     }
-    push<'a>(trigger: &'a mut Trigger<Follow>, features: Features, patched: bool, lost: u64) -> Option<Event<'a>> {
+    push_following<'a>(trigger: &'a mut Trigger<Follow>, features: Features, patched: bool, lost: u64) -> Option<Event<'a>> {
         trigger.push_then_lose(features, patched, lost)
     }
-    finish<'a>(trigger: &'a mut Trigger<Follow>) -> Option<Event<'a>> { trigger.finish() }
+    finish_following<'a>(trigger: &'a mut Trigger<Follow>) -> Option<Event<'a>> { trigger.finish() }
     push_chosen<'a>(trigger: &'a mut Trigger<Option<Follow>>, features: Features, patched: bool, lost: u64) -> Option<Event<'a>> {
         trigger.push_then_lose(features, patched, lost)
     }
