@@ -11,12 +11,12 @@ MODELS = {"linear_svm": ("linear_svm", "dot"), "forest": ("forest",), "boosted":
 TREES = ("trees", "descent", "walk")
 # What an image must not hold: files of wstac-core, or a crate.
 ABSENT = {
-    "features": ("trigger", "baseline", "sample", "speed", "direction", "exp", "texture", "early", "model/", "wire/", "libm"),
-    "trigger": ("speed", "direction", "exp", "texture", "early", "model/", "wire/", "libm"),
-    "speed": ("direction", "texture", "early", "model/", "wire/"),
-    "direction": ("texture", "early", "model/", "wire/"),
+    "features": ("trigger", "following", "baseline", "sample", "speed", "direction", "exp", "texture", "early", "model/", "wire/", "libm"),
+    "trigger": ("following", "speed", "direction", "exp", "texture", "early", "model/", "wire/", "libm"),
+    "speed": ("following", "direction", "texture", "early", "model/", "wire/"),
+    "direction": ("following", "texture", "early", "model/", "wire/"),
 } | {
-    name: ("speed", "direction", "exp", "early", "wire/", "libm")
+    name: ("following", "speed", "direction", "exp", "early", "wire/", "libm")
     + tuple(f"model/{part}" for other, parts in MODELS.items() if other != name for part in parts)
     + (tuple(f"model/{part}" for part in TREES) if name == "linear_svm" else ())
     for name in MODELS

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use wstac_core::features::Features;
+use wstac_core::following::Follow;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
 use wstac_core::green::bayer::BayerOrder;
@@ -60,6 +61,7 @@ pub(super) struct TriggerOf {
     pub(super) backtrack: u32,
     pub(super) rule: Rule,
     pub(super) margin: f64,
+    follow: Option<u32>,
 }
 
 #[derive(Deserialize)]
@@ -70,6 +72,7 @@ pub(super) struct SpeedOf {
     pub(super) threshold_on: ThresholdOn,
     pub(super) length_mm: f32,
     pub(super) afterglow_frames: f32,
+    range_mm_s: Option<[f32; 2]>,
 }
 
 #[derive(Deserialize)]
@@ -241,12 +244,17 @@ impl Case {
         TriggerConfig::new(t.window, t.multiplier, t.backtrack, t.rule, t.margin).unwrap()
     }
 
+    pub(super) fn following(&self) -> Option<Follow> {
+        self.trigger.follow.map(|windows| Follow::new(windows).unwrap())
+    }
+
     pub(super) fn speed(&self) -> SpeedConfig {
         let law = match self.speed.law.as_str() {
             "paper" => Law::PAPER,
             "physical" => Law::Physical { track: self.speed.length_mm, afterglow: self.speed.afterglow_frames },
             other => panic!("law {other}"),
         };
-        SpeedConfig::new(law, self.speed.threshold, self.speed.threshold_on, self.rate()).unwrap()
+        let config = SpeedConfig::new(law, self.speed.threshold, self.speed.threshold_on, self.rate()).unwrap();
+        self.speed.range_mm_s.map_or(config, |[slowest, fastest]| config.fitted_on(slowest, fastest).unwrap())
     }
 }

@@ -5,6 +5,7 @@ mod case;
 
 use std::fs;
 use wstac_core::direction;
+use wstac_core::following::Follow;
 use wstac_core::green::any::Any;
 use wstac_core::ln::fixed::Fixed;
 use wstac_core::speed::{self, NoSpeed, SpeedConfig};
@@ -80,7 +81,7 @@ struct Found {
 /// One case under way: its trigger, and which of the expected events comes next.
 struct Run<'a> {
     name: &'a str,
-    trigger: Trigger,
+    trigger: Trigger<Option<Follow>>,
     speed: SpeedConfig,
     expected: &'a [EventOf],
     events: usize,
@@ -144,7 +145,7 @@ fn run(case: &Case, expected: &Expected, bytes: &[u8], found: &mut Found) {
 
     let run = |exact| Run {
         name,
-        trigger: Trigger::new(case.trigger()),
+        trigger: Trigger::with(case.trigger(), 0, case.following()),
         speed: case.speed(),
         expected: &expected.events,
         events: 0,

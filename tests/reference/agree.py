@@ -48,7 +48,7 @@ def stream(rng: np.random.Generator) -> tuple[bytes, str]:
     colour, rate = str(rng.choice(COLOURS)), str(rng.choice(RATES))
     width, height = (int(side) for side in rng.integers(8, 70, 2))
     added = {"46:1": 2, "60:1": 2, "120:1": 4}.get(rate, 1)
-    frames = int(rng.choice([3, 26, 96, 130, 200])) * added
+    frames = int(rng.choice([3, 26, 96, 130, 200, 400])) * added
     bits = int(colour[4:] or 8) if colour.startswith("mono") else 8
     if rng.random() < 0.1:
         luma = rng.integers(0, 1 << bits, (frames, height, width))
@@ -77,7 +77,9 @@ def configuration(rng: np.random.Generator) -> str:
     lines += [f"[features]\nfloor_levels = {rng.choice([0.5, 0.0, 0.1, 2.0])}"]
     lines += [f"[trigger]\nwindow = {window}\nbacktrack = {rng.integers(0, min(5 * window, 70 - window) + 1)}"]
     lines += [f'rule = "{rule}"\nmultiplier = {multiplier:.4f}\nmargin = {rng.choice([0.2, 0.0, 0.05])}']
+    lines += [f"follow = {rng.choice([0, 0, 16, 64, 512])}"]
     lines += [f'[speed]\nlaw = "paper"\nthreshold_on = "{rng.choice(["absolute", "above_baseline"])}"']
+    lines += [f"range_mm_s = [{rng.choice([100, 50])}, {rng.choice([200, 130.5])}]"]
     return "\n".join(lines) + "\n"
 
 

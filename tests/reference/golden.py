@@ -17,6 +17,7 @@ from typing import Any
 from vectors import SEED
 from vectors.case import Case
 from vectors.event_cases import event_cases
+from vectors.follow_cases import follow_cases
 from vectors.format_cases import format_cases
 
 VERSION = 1
@@ -36,7 +37,7 @@ def lines_of(value: dict[str, Any]) -> str:
 
 def made_files() -> dict[str, bytes]:
     """Name and content of every file of the vectors."""
-    cases: list[Case] = format_cases() + event_cases()
+    cases: list[Case] = format_cases() + event_cases() + follow_cases()
     manifest = {"version": VERSION, "seed": SEED, "cases": [case.manifest() for case in cases]}
     files = {"manifest.json": lines_of(manifest).encode()}
     for case in cases:

@@ -307,6 +307,41 @@ def sample_of(lit: dict[int, list[int]]) -> Sample:
     return Sample(0, tuple(frames), 0, True)
 
 
+class DriftTest(unittest.TestCase):
+    @staticmethod
+    def steady(trigger: Trigger, level: int, frames: int) -> list[Sample]:
+        return [sample for _ in range(frames) if (sample := trigger.frame([level] * 10)) is not None]
+
+    def test_worked_out_by_hand(self) -> None:
+        # m 5, b 1, margin 0.125: 256 units a frame, 6400 of a total.
+        trigger = Trigger(TriggerConfig(multiplier=1.0, margin=0.125, follow=16))
+        self.steady(trigger, -1000, 25)
+        self.steady(trigger, -900, 5)
+        # 5 (-4500) + 25000 = 2500, a sixteenth of it is 156 and 4 are left: -25000 + 156
+        self.assertEqual(trigger.baseline.totals, (-24844,) * 10)
+        self.assertEqual(trigger.baseline.thresholds, (Fraction(-24844 + 6400, 5),) * 10)
+        self.steady(trigger, -900, 5)
+        # 2344 + 4 = 146 * 16 + 12
+        self.assertEqual(trigger.baseline.totals, (-24698,) * 10)
+        # Far below: held to 6400, and -6400 + 12 = -400 * 16 + 12
+        self.steady(trigger, -9000, 5)
+        self.assertEqual(trigger.baseline.totals, (-25098,) * 10)
+
+    def test_after_an_event(self) -> None:
+        trigger = Trigger(TriggerConfig(multiplier=1.0, margin=0.125, follow=16))
+        self.steady(trigger, -1000, 25)
+        self.assertEqual(len(self.steady(trigger, 0, 5) + self.steady(trigger, -1000, 65)), 1)
+        before = trigger.baseline
+        self.steady(trigger, -900, 35)
+        self.assertEqual(trigger.baseline, before)
+        self.steady(trigger, -900, 5)
+        self.assertEqual(trigger.baseline.totals, (-24844,) * 10)
+
+    def test_constants(self) -> None:
+        for follow in (1, 8, 17, 65536, -16):
+            self.assertRaises(ValueError, TriggerConfig, follow=follow)
+
+
 class SpeedTest(unittest.TestCase):
     def ask(self, frames: list[int], fps: int = 30, base: Baseline = BASE, **config):
         return measure_speed(SpeedConfig(**config), base, sample_of({3: frames}), Fraction(fps))

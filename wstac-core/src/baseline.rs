@@ -1,4 +1,4 @@
-//! The baseline η, and the thresholds that follow from it (SPEC §3, step 1).
+//! The baseline η, the thresholds that follow from it, and how it moves where it follows drift (SPEC §3).
 
 use crate::features::Features;
 use crate::fixed::Q16;
@@ -82,6 +82,25 @@ impl Baseline {
             };
             threshold.div_euclid(UNIT).clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
         })
+    }
+
+    /// Moves every total by 2^-shift of what five windows like this one (`sums`) would differ from it by, at most by 2^-shift of the margin.
+    /// What is left of a division stays in `remainders`, 0 to 2^shift − 1 each, so that no difference is too small to count.
+    pub(crate) fn follow(
+        &mut self,
+        sums: &[i32; FEATURES],
+        remainders: &mut [i32; FEATURES],
+        shift: u32,
+        config: &TriggerConfig,
+    ) {
+        for ((total, remainder), &sum) in self.totals.iter_mut().zip(remainders).zip(sums) {
+            let most = (Self::margin(*total, config) >> 16).min(i64::from(i32::MAX)) as i32;
+            // |sum| ≤ 70 · 2^15, and a total never passes five times the sum that it moves to: all fits 26 bits.
+            let difference = (BASELINE_WINDOWS as i32 * sum - *total).max(-most).min(most);
+            let moved = *remainder + difference;
+            *total += moved >> shift;
+            *remainder = moved & ((1 << shift) - 1);
+        }
     }
 
     /// Whether the five window sums, `lowest` to `highest`, lie within the trigger's own margin.

@@ -1,5 +1,6 @@
 //! The beginning of a sample, before the rest of it has arrived: for texture models that need no more (SPEC §6).
 
+use crate::following::Following;
 use crate::green::Green;
 use crate::ln::Ln;
 use crate::params::{FEATURES, SAMPLE_FRAMES};
@@ -68,7 +69,7 @@ impl Early {
 
     /// The beginning of the sample that is being captured, if it has just become long enough: call it after every frame that
     /// completes no event. Lost frames are filled, so the sample may be longer by then.
-    pub fn take<'a>(&mut self, from: impl Into<&'a Trigger>) -> Option<Beginning<'a>> {
+    pub fn take<'a, B: Following + 'a>(&mut self, from: impl Into<&'a Trigger<B>>) -> Option<Beginning<'a>> {
         let (so_far, sample) = from.into().captured()?;
         if so_far.frames < self.frames || self.given == Some(so_far.frame) {
             return None;
@@ -78,8 +79,8 @@ impl Early {
     }
 }
 
-impl<'a, G: Green, L: Ln> From<&'a Pipeline<G, L>> for &'a Trigger {
-    fn from(pipeline: &'a Pipeline<G, L>) -> Self {
+impl<'a, G: Green, L: Ln, B: Following> From<&'a Pipeline<G, L, B>> for &'a Trigger<B> {
+    fn from(pipeline: &'a Pipeline<G, L, B>) -> Self {
         pipeline.trigger()
     }
 }

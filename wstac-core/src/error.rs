@@ -97,6 +97,8 @@ pub enum Error {
     Multiplier(f64),
     /// A margin that is not a number from 0 to below 65536.
     Margin(f64),
+    /// A time constant of a baseline that follows drift, in windows, that is not a power of two from 16 to 32768.
+    Follow(u32),
     /// Floor levels that are not a number from 0 to full scale.
     FloorLevels(f64),
     /// A darkness floor for pixels of another green full scale.
@@ -108,6 +110,13 @@ pub enum Error {
     },
     /// A speed threshold that is not a number above 0 and at most 5.
     SpeedThreshold(f64),
+    /// Speeds that a law was fitted on which are no range of finite numbers above 0, the slowest first.
+    FittedRange {
+        /// Slowest found, in mm/s.
+        slowest: f32,
+        /// Fastest found, in mm/s.
+        fastest: f32,
+    },
     /// A parameter of a speed law that is not finite, or not above zero where it must be.
     SpeedLaw {
         /// Which.
@@ -179,6 +188,7 @@ impl fmt::Display for Error {
                 write!(f, "multiplier is {found}, expected 0 to below 65536, and at least 1 with rule \"signed\"")
             }
             Self::Margin(found) => write!(f, "margin is {found}, expected 0 to below 65536"),
+            Self::Follow(found) => write!(f, "follow is {found} windows, expected a power of two from 16 to 32768"),
             Self::FloorFullScale { found, expected } => {
                 write!(f, "the darkness floor is for a full scale of {found}, expected {expected}")
             }
@@ -187,6 +197,9 @@ impl fmt::Display for Error {
             }
             Self::SpeedThreshold(found) => {
                 write!(f, "speed threshold is {found}, expected above 0 and at most 5")
+            }
+            Self::FittedRange { slowest, fastest } => {
+                write!(f, "range_mm_s is [{slowest}, {fastest}], expected the slowest speed, above 0, then the fastest")
             }
             Self::SpeedLaw { parameter, found } => match parameter {
                 LawParameter::Intercept => write!(f, "intercept is {found}, expected a finite number"),

@@ -13,7 +13,7 @@
 //! | where taxels are | [`layout`] |
 //! | pixel bytes → green sums | [`green`], [`taxels`] |
 //! | sums → features | [`ln`], [`features`], [`stream`] |
-//! | features → events | [`trigger`], [`baseline`], [`sample`] |
+//! | features → events | [`trigger`], [`baseline`], [`following`], [`sample`] |
 //! | event → answers | [`speed`], [`direction`], [`texture`] with a [`model`] |
 //! | half an event → texture | [`early`] |
 //! | all of it | [`pipeline`] |
@@ -37,6 +37,7 @@ pub mod error;
 mod exp;
 pub mod features;
 pub mod fixed;
+pub mod following;
 pub mod frame;
 pub mod green;
 pub mod layout;

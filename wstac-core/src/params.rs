@@ -51,6 +51,11 @@ pub const DEFAULT_BACKTRACK: u16 = 10;
 /// logarithm a frame (decided).
 pub const DEFAULT_MARGIN: f64 = 0.2;
 
+/// Shortest time constant of a baseline that follows drift, in windows (decided).
+pub const SHORTEST_FOLLOW: u32 = 16;
+/// Longest time constant of a baseline that follows drift, in windows (decided).
+pub const LONGEST_FOLLOW: u32 = 32_768;
+
 /// A frame is valid where a row or column of taxels is brighter than this share of full scale (paper).
 pub const VALID_THRESHOLD: f64 = 0.0475;
 /// Intercept of the paper's speed law, in frames at 30 frames a second (paper, R² 0.99).

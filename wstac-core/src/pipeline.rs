@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::features::Floor;
+use crate::following::{Following, Kept};
 use crate::green::{Green, grey::Grey};
 use crate::ln::{Ln, fixed::Fixed};
 use crate::stream::{FeatureStream, Loss};
@@ -33,9 +34,9 @@ use crate::trigger::{Event, Incomplete, StreamEnd, Trigger, TriggerConfig};
 /// # Ok::<(), wstac_core::error::Error>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Pipeline<G: Green = Grey, L = Fixed> {
+pub struct Pipeline<G: Green = Grey, L = Fixed, B = Kept> {
     stream: FeatureStream<G, L>,
-    trigger: Trigger,
+    trigger: Trigger<B>,
 }
 
 /// What a default pipeline may take, ring included.
@@ -56,7 +57,22 @@ impl<G: Green, L: Ln> Pipeline<G, L> {
     /// # Errors
     /// [`Error::FloorFullScale`] where it is for pixels of another full scale.
     pub fn with_floor(camera: Camera<G>, floor: Floor, trigger: TriggerConfig) -> Result<Self, Error> {
-        Ok(Self { stream: FeatureStream::with_floor(camera, floor)?, trigger: Trigger::new(trigger) })
+        Self::with_following(camera, floor, trigger, Kept)
+    }
+}
+
+impl<G: Green, L: Ln, B: Following> Pipeline<G, L, B> {
+    /// The same with what becomes of the baseline after its 5m frames.
+    ///
+    /// # Errors
+    /// As [`Pipeline::with_floor`].
+    pub fn with_following(
+        camera: Camera<G>,
+        floor: Floor,
+        trigger: TriggerConfig,
+        following: B,
+    ) -> Result<Self, Error> {
+        Ok(Self { stream: FeatureStream::with_floor(camera, floor)?, trigger: Trigger::with(trigger, 0, following) })
     }
 
     /// Takes a whole frame; an event, if it completes one.
@@ -108,7 +124,7 @@ impl<G: Green, L: Ln> Pipeline<G, L> {
     }
 
     /// What finds the events.
-    pub fn trigger(&self) -> &Trigger {
+    pub fn trigger(&self) -> &Trigger<B> {
         &self.trigger
     }
 

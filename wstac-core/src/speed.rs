@@ -98,6 +98,8 @@ pub struct SpeedConfig {
     light: u32,
     /// Frames at 30 a second that a feature frame lasts.
     nominal_frames: f32,
+    /// Slowest and fastest speed that the law was fitted on, in mm/s.
+    fitted: [f32; 2],
 }
 
 /// A little above the highest feature there is, ln 5, in units of 2^-20.
@@ -126,7 +128,26 @@ impl SpeedConfig {
             level: if level < i32::MIN as i64 { i32::MIN } else { level as i32 },
             light: (threshold * brightest * EXP_ONE as f64) as u32,
             nominal_frames: rate.nominal_frames(),
+            fitted: [SLOWEST_FITTED, FASTEST_FITTED],
         })
+    }
+
+    /// The same with a law that was fitted on speeds from `slowest` to `fastest` mm/s: answers outside are marked as extrapolated.
+    /// Without this it is the paper's range, 100 to 200 mm/s.
+    ///
+    /// # Errors
+    /// [`Error::FittedRange`] unless both are finite and 0 < `slowest` ≤ `fastest`.
+    pub const fn fitted_on(self, slowest: f32, fastest: f32) -> Result<Self, Error> {
+        if slowest > 0.0 && slowest <= fastest && fastest.is_finite() {
+            return Ok(Self { fitted: [slowest, fastest], ..self });
+        }
+        Err(Error::FittedRange { slowest, fastest })
+    }
+
+    /// This many mm/s, marked where that is outside the range that the law was fitted on.
+    pub fn marked(&self, mm_s: f32) -> Speed {
+        let [slowest, fastest] = self.fitted;
+        Speed { mm_s, extrapolated: !(slowest..=fastest).contains(&mm_s) }
     }
 
     /// The paper's law and threshold, for cameras of this rate.
@@ -174,12 +195,12 @@ impl Duration {
 pub struct Speed {
     /// Speed in mm/s.
     pub mm_s: f32,
-    /// Outside 100..=200 mm/s, where the law was fitted.
+    /// Outside the range that the law was fitted on: the paper's, 100..=200 mm/s, or [`SpeedConfig::fitted_on`]'s.
     pub extrapolated: bool,
 }
 
 impl Speed {
-    /// This many mm/s, marked where that is outside the fitted range.
+    /// This many mm/s, marked where that is outside the paper's range.
     pub fn new(mm_s: f32) -> Self {
         Self { mm_s, extrapolated: !(SLOWEST_FITTED..=FASTEST_FITTED).contains(&mm_s) }
     }
@@ -243,7 +264,7 @@ pub fn speed(event: &Event<'_>, config: &SpeedConfig) -> Result<Speed, NoSpeed> 
     if duration.is_cut_off() {
         return Err(NoSpeed::CutOff { at_most: config.at(duration) });
     }
-    config.at(duration).map(Speed::new).ok_or(NoSpeed::OutsideLaw)
+    config.at(duration).map(|mm_s| config.marked(mm_s)).ok_or(NoSpeed::OutsideLaw)
 }
 
 /// Light of a feature in units of 2^-20: a share of [`BRIGHTEST`] in units of 2^-31.

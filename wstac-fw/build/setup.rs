@@ -41,6 +41,20 @@ fn configuration(config: &Config, pixels: &Pixels) -> Result<String, String> {
         Kernel::Micromath => "micromath::Micromath",
     };
     let trigger = config.trigger().map_err(|error| error.to_string())?;
+    let (following, follow) = match config.following().map_err(|error| error.to_string())? {
+        None => ("Kept", "wstac_core::following::Kept".to_owned()),
+        Some(follow) => {
+            let windows = follow.windows();
+            let follow = format!(
+                "match wstac_core::following::Follow::new({windows}) {{
+    Ok(follow) => follow,
+    Err(_) => panic!(\"checked by the build script\"),
+}}"
+            );
+            ("Follow", follow)
+        }
+    };
+    let [slowest, fastest] = config.speed.range();
     let real = |bits: u32| f64::from(bits) / 65_536.0;
     let layout = match config.layout.explicit() {
         Some((taxel, corners)) => format!("Layout::new(frame, {taxel:?}, {corners:?})"),
@@ -63,6 +77,10 @@ pub const TRIGGER: TriggerConfig = match TriggerConfig::new({}, {:?}, {}, Rule::
     Ok(trigger) => trigger,
     Err(_) => panic!(\"checked by the build script\"),
 }};
+/// What becomes of the baseline.
+pub type Following = wstac_core::following::{following};
+/// What becomes of the baseline, at the start.
+pub const FOLLOWING: Following = {follow};
 /// Where the taxels are in frames of this size.
 ///
 /// # Errors
@@ -73,9 +91,12 @@ pub const fn layout(frame: FrameSize) -> Result<Layout, Error> {{
 /// How speed is worked out for a camera of this rate.
 ///
 /// # Errors
-/// As [`SpeedConfig::new`].
+/// As [`SpeedConfig::new`] and [`SpeedConfig::fitted_on`].
 pub const fn speed(rate: FrameRate) -> Result<SpeedConfig, Error> {{
-    SpeedConfig::new(Law::{:?}, {:?}, ThresholdOn::{:?}, rate)
+    match SpeedConfig::new(Law::{:?}, {:?}, ThresholdOn::{:?}, rate) {{
+        Ok(speed) => speed.fitted_on({slowest:?}, {fastest:?}),
+        Err(error) => Err(error),
+    }}
 }}
 ",
         config.green.stride,

@@ -35,7 +35,7 @@ fn main() -> ! {
 
 fn run() -> Result<(), Error> {
     let camera = Camera::with_stride(setup::GREEN, LAYOUT, FrameRate::NOMINAL, setup::STRIDE)?;
-    let mut pipeline = Pipeline::<setup::Green, setup::Ln>::with_floor(camera, setup::FLOOR, setup::TRIGGER)?;
+    let mut pipeline = Pipeline::<_, setup::Ln, _>::with_following(camera, setup::FLOOR, setup::TRIGGER, setup::FOLLOWING)?;
     loop {
         if let Some(event) = pipeline.push_stripe(bench::stripe())? {
             bench::show(speed::speed(&event, &SPEED));

@@ -28,7 +28,7 @@ pub trait Outlet {
 #[derive(Clone, Debug)]
 pub struct Reader {
     stream: FeatureStream<setup::Green, setup::Ln>,
-    trigger: Trigger,
+    trigger: Trigger<setup::Following>,
     speed: SpeedConfig,
     early: Option<Early>,
     /// Size of the whole frames, for who asks.
@@ -58,7 +58,7 @@ impl Reader {
         let camera = Camera::with_stride(setup::GREEN, layout, rate, setup::STRIDE)?;
         Ok(Self {
             stream: FeatureStream::with_floor(camera, setup::FLOOR)?,
-            trigger: Trigger::new(setup::TRIGGER),
+            trigger: Trigger::with(setup::TRIGGER, 0, setup::FOLLOWING),
             speed,
             early: setup::MODEL.map(|model| Early::new(model.frames())),
             size,

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 use wstac_core::error::Error as CoreError;
+use wstac_core::following::Follow;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::YcbcrMethod;
 use wstac_core::layout::{FrameSize, Layout};
@@ -100,6 +101,8 @@ pub struct TriggerKeys {
     backtrack: u32,
     rule: Rule,
     margin: f64,
+    /// Time constant of a baseline that follows drift, in windows; 0 for one that is kept.
+    follow: u32,
 }
 
 impl Default for TriggerKeys {
@@ -110,6 +113,7 @@ impl Default for TriggerKeys {
             backtrack: u32::from(params::DEFAULT_BACKTRACK),
             rule: Rule::default(),
             margin: params::DEFAULT_MARGIN,
+            follow: 0,
         }
     }
 }
@@ -136,6 +140,7 @@ pub struct SpeedKeys {
     slope: Option<f32>,
     track_mm: Option<f32>,
     afterglow_frames: Option<f32>,
+    range_mm_s: Option<[f32; 2]>,
 }
 
 impl Default for SpeedKeys {
@@ -148,6 +153,7 @@ impl Default for SpeedKeys {
             slope: None,
             track_mm: None,
             afterglow_frames: None,
+            range_mm_s: None,
         }
     }
 }
@@ -197,6 +203,7 @@ impl Config {
         config.layout.check()?;
         config.speed.check()?;
         config.trigger().map_err(|error| format!("[trigger] {error}"))?;
+        config.following().map_err(|error| format!("[trigger] {error}"))?;
         config.speed(FrameRate::NOMINAL).map_err(|error| format!("[speed] {error}"))?;
         if !(config.features.floor_levels >= 0.0 && config.features.floor_levels.is_finite()) {
             return Err(format!("[features] {}", CoreError::FloorLevels(config.features.floor_levels)));
@@ -213,12 +220,25 @@ impl Config {
         TriggerConfig::new(keys.window, keys.multiplier, keys.backtrack, keys.rule, keys.margin)
     }
 
+    /// How the baseline follows drift; nothing where it is kept.
+    ///
+    /// # Errors
+    /// As [`Follow::new`].
+    pub fn following(&self) -> Result<Option<Follow>, CoreError> {
+        match self.trigger.follow {
+            0 => Ok(None),
+            windows => Follow::new(windows).map(Some),
+        }
+    }
+
     /// How speed is worked out for a camera of this rate.
     ///
     /// # Errors
-    /// As [`SpeedConfig::new`].
+    /// As [`SpeedConfig::new`] and [`SpeedConfig::fitted_on`].
     pub fn speed(&self, rate: FrameRate) -> Result<SpeedConfig, CoreError> {
-        SpeedConfig::new(self.speed.law(), self.speed.threshold, self.speed.threshold_on, rate)
+        let [slowest, fastest] = self.speed.range();
+        SpeedConfig::new(self.speed.law(), self.speed.threshold, self.speed.threshold_on, rate)?
+            .fitted_on(slowest, fastest)
     }
 
     /// The layout for frames of this size.
@@ -285,6 +305,11 @@ impl SpeedKeys {
         }
     }
 
+    /// Slowest and fastest speed that the law was fitted on, in mm/s.
+    pub fn range(&self) -> [f32; 2] {
+        self.range_mm_s.unwrap_or([params::SLOWEST_FITTED, params::FASTEST_FITTED])
+    }
+
     /// A parameter of the law that is not in force would change nothing, in silence.
     fn check(&self) -> Result<(), String> {
         let (law, other, key) = match self.law {
@@ -332,6 +357,13 @@ mod tests {
             ("[trigger]\nmultiplier = 0.9", vec!["multiplier is 0.9", "signed"]),
             ("[trigger]\nmultiplier = nan", vec!["multiplier is NaN"]),
             ("[trigger]\nbacktrack = 26", vec!["backtrack is 26", "25"]),
+            ("[trigger]\nfollow = 100", vec!["[trigger]", "follow is 100 windows", "power of two from 16 to 32768"]),
+            ("[trigger]\nfollow = 65536", vec!["follow is 65536 windows"]),
+            ("[trigger]\nfollow = -1", vec!["follow", "-1"]),
+            ("[speed]\nrange_mm_s = [200, 100]", vec!["[speed]", "range_mm_s is [200, 100]", "slowest"]),
+            ("[speed]\nrange_mm_s = [0, 100]", vec!["range_mm_s is [0, 100]", "above 0"]),
+            ("[speed]\nrange_mm_s = [1, inf]", vec!["range_mm_s is [1, inf]"]),
+            ("[speed]\nrange_mm_s = [1]", vec!["range_mm_s", "length 1"]),
             ("[green]\nstride = 4", vec!["stride is 4", "1, 2, 3 or 5"]),
             ("[green]\nyuv = \"fast\"", vec!["fast", "exact"]),
             ("[features]\nfloor_levels = -1", vec!["floor_levels is -1"]),

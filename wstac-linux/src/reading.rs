@@ -3,6 +3,7 @@
 mod answers;
 mod record;
 
+use wstac_core::following::Follow;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
 use wstac_core::layout::Layout;
@@ -65,7 +66,7 @@ pub struct Reading<'m> {
     taxels: Option<[u32; TAXELS]>,
     stage: Box<dyn Stage>,
     textures: Textures<'m>,
-    trigger: Trigger,
+    trigger: Trigger<Option<Follow>>,
     speed: SpeedConfig,
     wanted: Wanted,
     dropped: u64,
@@ -95,11 +96,15 @@ impl<'m> Reading<'m> {
             Kernel::Libm => boxed::<Libm>(camera, floor),
             Kernel::Micromath => boxed::<Micromath>(camera, floor),
         };
+        let (trigger, following) = config
+            .trigger()
+            .and_then(|trigger| Ok((trigger, config.following()?)))
+            .map_err(in_table("[trigger]"))?;
         Ok(Self {
             accumulators,
             taxels: None,
             stage: stage.map_err(in_table("[features]"))?,
-            trigger: Trigger::new(config.trigger().map_err(in_table("[trigger]"))?),
+            trigger: Trigger::with(trigger, 0, following),
             speed: config.speed(info.rate).map_err(in_table("[speed]"))?,
             textures: Textures::default(),
             wanted,
@@ -174,7 +179,7 @@ impl<'m> Reading<'m> {
     }
 
     /// The trigger: its parameters, baseline and thresholds.
-    pub fn trigger(&self) -> &Trigger {
+    pub fn trigger(&self) -> &Trigger<Option<Follow>> {
         &self.trigger
     }
 

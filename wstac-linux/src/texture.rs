@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 use wstac_core::early::{Beginning, Early};
+use wstac_core::following::Following;
 use wstac_core::model::Model;
 use wstac_core::model::file::{INPUTS, Task};
 use wstac_core::texture::texture;
@@ -117,7 +118,7 @@ impl<'m> Textures<'m> {
 
     /// What models say that need no more of the sample under way than has just arrived: the number of the sample's first
     /// frame, the frames that were looked at, and the answer.
-    pub fn of_beginning(&mut self, trigger: &Trigger) -> Vec<(u64, u8, TextureRecord)> {
+    pub fn of_beginning<B: Following>(&mut self, trigger: &Trigger<B>) -> Vec<(u64, u8, TextureRecord)> {
         let answers = self.models.iter_mut().filter_map(|(model, early)| {
             let beginning: Beginning = early.take(trigger)?;
             Some((beginning.frame, model.frames(), answer(model, &beginning.flat())))

@@ -67,8 +67,8 @@ class Case:
             "stride": self.stride,
             "layout": layout,
             "floor_levels": self.floor_levels,
-            "trigger": asdict(self.trigger),
-            "speed": asdict(self.speed),
+            "trigger": without_default(self.trigger, "follow"),
+            "speed": without_default(self.speed, "range_mm_s"),
             "frames": len(self.data),
             "lost": [list(loss) for loss in self.lost],
         }
@@ -182,6 +182,14 @@ class Case:
             if decisions(events, [asdict(sample) for sample in trigger.interrupted], end) != wanted:
                 return False
         return True
+
+
+def without_default(settings: TriggerConfig | SpeedConfig, key: str) -> dict[str, Any]:
+    """Settings as an object, without one key where it is at its default."""
+    values = asdict(settings)
+    if values[key] == getattr(type(settings)(), key):
+        del values[key]
+    return values
 
 
 def rounded(value: float | None) -> float | None:

@@ -22,6 +22,7 @@ OPTIONS: dict[str, tuple[str, str, type]] = {
     "backtrack": ("trigger", "backtrack", int),
     "rule": ("trigger", "rule", str),
     "margin": ("trigger", "margin", float),
+    "follow": ("trigger", "follow", int),
     "law": ("speed", "law", str),
     "threshold": ("speed", "threshold", float),
     "threshold_on": ("speed", "threshold_on", str),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -20,7 +21,7 @@ class SpeedConfig:
     """The law and what counts as light.
 
     `length_mm` and `afterglow_frames` (L and tau, at 30 frames a second) belong to
-    the physical law D = 30 L / v + tau.
+    the physical law D = 30 L / v + tau. `range_mm_s` are the slowest and the fastest speed that the law was fitted on.
     """
 
     law: str = "paper"
@@ -28,6 +29,7 @@ class SpeedConfig:
     threshold_on: str = "absolute"
     length_mm: float = 114.0
     afterglow_frames: float = 5.0
+    range_mm_s: Sequence[float] = FITTED_MM_S
 
     def __post_init__(self) -> None:
         if self.law not in ("paper", "physical"):
@@ -36,6 +38,8 @@ class SpeedConfig:
             raise ValueError(f"threshold_on {self.threshold_on!r}")
         if self.threshold <= 0:
             raise ValueError(f"threshold {self.threshold}")
+        if len(self.range_mm_s) != 2 or not 0 < self.range_mm_s[0] <= self.range_mm_s[1] < math.inf:
+            raise ValueError(f"range_mm_s {self.range_mm_s}")
 
     def speed(self, duration: float) -> float | None:
         """Speed in mm/s for a duration in frames at 30 a second; None at the pole."""
@@ -99,5 +103,5 @@ def measure_speed(config: SpeedConfig, baseline: Baseline, sample: Sample, fps: 
         return SpeedAnswer(first, last, why="cut_off", bound_mm_s=speed)
     if speed is None:
         return SpeedAnswer(first, last, why="pole")
-    inside = FITTED_MM_S[0] <= speed <= FITTED_MM_S[1]
+    inside = config.range_mm_s[0] <= speed <= config.range_mm_s[1]
     return SpeedAnswer(first, last, mm_s=speed, extrapolated=not inside)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from .constants import BASELINE_WINDOWS, FEATURES, SAMPLE_FRAMES, SHORT_GAP, UNIT
@@ -13,13 +13,14 @@ from .rational import fixed16
 
 @dataclass(frozen=True)
 class TriggerConfig:
-    """m (window), b (multiplier), c (backtrack), the rule and its margin."""
+    """m (window), b (multiplier), c (backtrack), the rule, its margin, and N (follow), 0 for a baseline that stays."""
 
     window: int = 5
     multiplier: float = 1.2
     backtrack: int = 10
     rule: str = "signed"
     margin: float = 0.2
+    follow: int = 0
 
     def __post_init__(self) -> None:
         m, c = self.window, self.backtrack
@@ -35,6 +36,8 @@ class TriggerConfig:
             raise ValueError(f"multiplier {self.multiplier} is below 1")
         if self.multiplier < 0 or self.margin < 0:
             raise ValueError("multiplier and margin are not negative")
+        if self.follow not in (0, *(1 << k for k in range(4, 16))):
+            raise ValueError(f"follow {self.follow} is neither 0 nor a power of two in 16..=32768")
 
 
 @dataclass(frozen=True)
@@ -74,22 +77,45 @@ def measure_baseline(config: TriggerConfig, frames: Sequence[Sequence[int]], lon
     literal: b eta, quiet against |b - 1| |eta| (*decided*).
     """
     m = config.window
-    b, margin = fixed16(config.multiplier), fixed16(config.margin)
     totals, thresholds, quiet = [], [], True
     for k in range(FEATURES):
         windows = [sum(f[k] for f in frames[w * m : (w + 1) * m]) for w in range(BASELINE_WINDOWS)]
-        total = sum(windows)
-        eta = Fraction(total, BASELINE_WINDOWS)
-        if config.rule == "signed":
-            own_margin = max((b - 1) * abs(eta), m * margin * UNIT)
-            threshold = eta + own_margin
-        else:
-            own_margin = abs(b - 1) * abs(eta)
-            threshold = b * eta
-        totals.append(total)
+        threshold, own_margin = threshold_and_margin(config, sum(windows))
+        totals.append(sum(windows))
         thresholds.append(threshold)
         quiet = quiet and max(windows) - min(windows) <= own_margin
     return Baseline(m, tuple(totals), tuple(thresholds), quiet, long_gap)
+
+
+def threshold_and_margin(config: TriggerConfig, total: int) -> tuple[Fraction, Fraction]:
+    """Of a total T = 5 eta: the threshold of a window sum, and the margin that belongs to it."""
+    b, margin = fixed16(config.multiplier), fixed16(config.margin)
+    eta = Fraction(total, BASELINE_WINDOWS)
+    if config.rule == "signed":
+        own_margin = max((b - 1) * abs(eta), config.window * margin * UNIT)
+        return eta + own_margin, own_margin
+    return b * eta, abs(b - 1) * abs(eta)
+
+
+class Drift:
+    """A baseline that follows slow drift: a low pass over quiet windows with a time constant of N windows (*decided*).
+
+    Its state are numbers F_k = N T_k + what T_k leaves out, so T_k = floor(F_k / N). A quiet window with
+    sums W_k adds 5 W_k - T_k to F_k, held to +-floor(5 margin_k), the margin at T_k.
+    """
+
+    def __init__(self, config: TriggerConfig, baseline: Baseline) -> None:
+        self._config = config
+        self._fine = [config.follow * total for total in baseline.totals]
+
+    def after(self, baseline: Baseline, sums: Sequence[int]) -> Baseline:
+        """The baseline after a quiet window."""
+        for k, (total, window) in enumerate(zip(baseline.totals, sums, strict=True)):
+            most = math.floor(BASELINE_WINDOWS * threshold_and_margin(self._config, total)[1])
+            self._fine[k] += min(max(BASELINE_WINDOWS * window - total, -most), most)
+        totals = tuple(fine // self._config.follow for fine in self._fine)
+        thresholds = tuple(threshold_and_margin(self._config, total)[0] for total in totals)
+        return replace(baseline, totals=totals, thresholds=thresholds)
 
 
 @dataclass(frozen=True)
@@ -123,6 +149,9 @@ class Trigger:
     features and may be in a later event's backtrack. In the baseline any gap's frames
     count as baseline frames; what is left of a long gap after the baseline ended inside
     it is skipped.
+
+    With `follow` the baseline drifts after every window that does not fire, but the first ceil(35 / m) after one
+    that did (*decided*).
     """
 
     def __init__(self, config: TriggerConfig) -> None:
@@ -135,6 +164,8 @@ class Trigger:
         self._window_start = self._baseline_frames
         self._sample_start: int | None = None
         self._baseline_gap = False
+        self._drift: Drift | None = None
+        self._left_out = 0
 
     @property
     def frames(self) -> int:
@@ -187,6 +218,7 @@ class Trigger:
     def _try_baseline(self) -> None:
         if self.frames == self._baseline_frames:
             self.baseline = measure_baseline(self.config, self._features, self._baseline_gap)
+            self._drift = Drift(self.config, self.baseline) if self.config.follow else None
 
     def _try_window(self) -> None:
         start, m = self._window_start, self.config.window
@@ -194,12 +226,17 @@ class Trigger:
             return
         assert self.baseline is not None
         window = self._features[start:]
-        fires = any(sum(f[k] for f in window) > self.baseline.thresholds[k] for k in range(FEATURES))
-        if fires:
+        sums = [sum(f[k] for f in window) for k in range(FEATURES)]
+        if any(sums[k] > self.baseline.thresholds[k] for k in range(FEATURES)):
+            self._left_out = math.ceil(Fraction(SAMPLE_FRAMES, 2 * m))
             self._sample_start = start - self.config.backtrack
             self._window_start = start + SAMPLE_FRAMES
-        else:
-            self._window_start = start + m
+            return
+        self._window_start = start + m
+        if self._left_out:
+            self._left_out -= 1
+        elif self._drift is not None:
+            self.baseline = self._drift.after(self.baseline, sums)
 
     def _emit(self, start: int) -> Sample:
         assert self.baseline is not None

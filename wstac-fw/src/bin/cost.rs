@@ -62,7 +62,7 @@ fn run() -> Result<(), Error> {
     let layout = setup::layout(FrameSize::new(SIDE as u32, SIDE as u32)?)?;
     let camera = Camera::with_stride(setup::GREEN, layout, FrameRate::NOMINAL, setup::STRIDE)?;
     let mut stream = FeatureStream::<setup::Green, setup::Ln>::with_floor(camera, setup::FLOOR)?;
-    let mut trigger = Trigger::new(setup::TRIGGER);
+    let mut trigger = Trigger::with(setup::TRIGGER, 0, setup::FOLLOWING);
     let speed = setup::speed(FrameRate::NOMINAL)?;
     let [mut to_features, mut to_trigger, mut to_speed, mut to_direction, mut to_texture] =
         [const { Cost { times: 0, ticks: 0 } }; 5];

@@ -78,7 +78,7 @@ fn run(reader: &mut Reader, frames: core::ops::Range<usize>, parts_a_frame: usiz
 fn expected(lost: core::ops::Range<usize>) -> (u64, Vec<Features>) {
     let camera = Camera::new(Grey, layout(), FrameRate::NOMINAL).unwrap();
     let mut stream = FeatureStream::<Grey, setup::Ln>::with_floor(camera, setup::FLOOR).unwrap();
-    let mut trigger = Trigger::new(setup::TRIGGER);
+    let mut trigger = Trigger::with(setup::TRIGGER, 0, setup::FOLLOWING);
     for t in 0..130 {
         if lost.contains(&t) {
             trigger.push_lost(1);

@@ -4,6 +4,7 @@ mod completions;
 mod dataset;
 mod demo;
 mod devices;
+mod fit_speed;
 mod model;
 mod monitor;
 mod output;
@@ -39,6 +40,7 @@ Start here:
   wstac run clip.y4m --json            events of a recording, as JSON Lines
   wstac monitor /dev/ttyACM0           events that a board finds
   wstac run /dev/video0 --model builtin:svm    with textures; wstac model makes models of your own
+  wstac fit-speed slides.npz -o speed.toml     the speed law of your own sensor
   wstac trade --budget 'M4F<60000,flash<64K'   the most accurate configuration that a board can afford
   ffmpeg -i clip.mp4 -pix_fmt yuv420p -f yuv4mpegpipe - | wstac run -
 ";
@@ -69,11 +71,16 @@ rule = "signed"         # "literal": multiplier times baseline, as it
                         # was published
 margin = 0.2            # signed: least distance a frame, in units of
                         # a natural logarithm
+follow = 0              # the baseline follows slow drift: 16 to
+                        # 32768 windows, a power of two; 0: it is
+                        # kept
 [speed]
 law = "paper"           # or "physical", with track_mm = 113.4,
                         # afterglow_frames = 5.36
 intercept = 151.06      # frames at 1 mm/s, at 30 frames a second
 slope = 56.29           # frames a decade of speed
+range_mm_s = [100, 200] # speeds that the law was fitted on; others
+                        # are marked as extrapolated
 threshold = 0.0475      # lit: a row or column sums up to more than
                         # this share of full scale
 threshold_on = "absolute" # or "above_baseline"
@@ -88,6 +95,7 @@ enum Command {
     Scene(scene::Arguments),
     Devices(devices::Arguments),
     Dataset(dataset::Arguments),
+    FitSpeed(fit_speed::Arguments),
     Model(model::Arguments),
     Monitor(monitor::Arguments),
     Trade(trade::Arguments),
@@ -103,6 +111,7 @@ pub fn main() -> ExitCode {
         Command::Scene(arguments) => scene::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Dataset(arguments) => dataset::run(&arguments),
+        Command::FitSpeed(arguments) => fit_speed::run(&arguments),
         Command::Model(arguments) => model::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Trade(arguments) => trade::run(&arguments),

@@ -87,7 +87,7 @@ pub(super) fn config_of(source: &dyn Source, file: Option<&Path>) -> Result<Conf
 }
 
 /// `30`, `29.97` or `30000/1001`.
-fn frame_rate(text: &str) -> Result<FrameRate, String> {
+pub(super) fn frame_rate(text: &str) -> Result<FrameRate, String> {
     let (numerator, denominator) = match text.split_once(['/', ':']) {
         Some((numerator, denominator)) => (numerator.parse().ok(), denominator.parse().ok()),
         None if text.bytes().all(|byte| byte.is_ascii_digit()) => (text.parse().ok(), Some(1)),

@@ -8,7 +8,7 @@ pub mod file;
 pub mod inline;
 pub mod inspect;
 mod integers;
-mod npz;
+pub(crate) mod npz;
 mod onnx;
 pub mod trained;
 mod ubjson;

@@ -14,7 +14,7 @@ const MOST: usize = 65_536;
 const MOST_DIRECTORY: u64 = 16 << 20;
 
 /// An archive.
-pub(super) struct Npz<'p> {
+pub(crate) struct Npz<'p> {
     path: &'p Path,
     members: Vec<Member>,
 }
@@ -32,11 +32,11 @@ struct Member {
 }
 
 /// An array that is being read.
-pub(super) struct Array {
+pub(crate) struct Array {
     data: Box<dyn Read>,
     /// NumPy's type, such as `<i2`.
-    pub(super) descr: String,
-    pub(super) shape: Vec<u64>,
+    pub(crate) descr: String,
+    pub(crate) shape: Vec<u64>,
 }
 
 fn word(bytes: &[u8], at: usize) -> u16 {
@@ -57,7 +57,7 @@ fn bad(what: impl Into<String>) -> io::Error {
 
 impl<'p> Npz<'p> {
     /// Opens an archive.
-    pub(super) fn open(path: &'p Path) -> Result<Self, Error> {
+    pub(crate) fn open(path: &'p Path) -> Result<Self, Error> {
         let failed = |error: io::Error| Error::new(path.display(), error);
         let mut file = File::open(path).map_err(failed)?;
         let members = directory(&mut file).map_err(failed)?;
@@ -65,17 +65,17 @@ impl<'p> Npz<'p> {
     }
 
     /// Names of its arrays.
-    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
         self.members.iter().map(|member| member.name.as_str())
     }
 
     /// An error about one of its arrays.
-    pub(super) fn error(&self, array: &str, what: impl std::fmt::Display) -> Error {
+    pub(crate) fn error(&self, array: &str, what: impl std::fmt::Display) -> Error {
         Error::new(self.path.display(), format_args!("array {array}: {what}"))
     }
 
     /// An array's header, and its data to be read.
-    pub(super) fn array(&self, name: &str) -> Result<Array, Error> {
+    pub(crate) fn array(&self, name: &str) -> Result<Array, Error> {
         self.open_array(name).map_err(|error| self.error(name, error))
     }
 
@@ -106,7 +106,7 @@ impl<'p> Npz<'p> {
 
 impl Array {
     /// The next elements, all of `bytes`.
-    pub(super) fn read(&mut self, bytes: &mut [u8]) -> io::Result<()> {
+    pub(crate) fn read(&mut self, bytes: &mut [u8]) -> io::Result<()> {
         self.data.read_exact(bytes).map_err(|error| match error.kind() {
             ErrorKind::UnexpectedEof => bad("has less data than its shape says"),
             _ => error,

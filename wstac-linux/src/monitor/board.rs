@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use wstac_core::params::SAMPLE_FRAMES;
+use wstac_core::speed::Speed;
 use wstac_core::trigger::{Incomplete, StreamEnd};
 use wstac_core::wire::{Answers, Fault, Hello, Message, ModelFacts, TextureAnswer};
 
@@ -119,7 +120,7 @@ impl Board {
         if self.wanted.samples && sample.is_none() {
             give(Report::Note(format!("the sample of the event at frame {} did not arrive", answers.frame)))?;
         }
-        give(Report::Record(Record::Event(Box::new(EventRecord::new(answers, texture, sample)))))
+        give(Report::Record(Record::Event(Box::new(EventRecord::new(answers, Speed::new, texture, sample)))))
     }
 
     fn status<E>(

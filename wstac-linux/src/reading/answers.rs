@@ -11,9 +11,11 @@ use super::record::{DirectionRecord, EventRecord, SpeedRecord, Why};
 use crate::texture::{TextureRecord, Textures};
 
 impl EventRecord {
-    /// What is said of an event, by a source read here as by a board far away; `sample` where it is wanted.
+    /// What is said of an event, by a source read here as by a board far away; `bound` makes a speed of the mm/s of a cut-off event, `sample`
+    /// is there where it is wanted.
     pub(crate) fn new(
         answers: &Answers<'_>,
+        bound: impl FnOnce(f32) -> Speed,
         texture: Option<TextureRecord>,
         sample: Option<&[Features; SAMPLE_FRAMES]>,
     ) -> Self {
@@ -23,7 +25,7 @@ impl EventRecord {
             Ok(speed) => Some(speed.into()),
             Err(reason) => {
                 if let NoSpeed::CutOff { at_most: Some(mm_s) } = reason {
-                    speed_at_most = Some(Speed::new(mm_s).into());
+                    speed_at_most = Some(bound(mm_s).into());
                 }
                 why.speed = Some(no_speed(reason));
                 None
@@ -59,7 +61,7 @@ impl EventRecord {
 pub(super) fn answers(event: &Event<'_>, config: &SpeedConfig, textures: &Textures, with_sample: bool) -> EventRecord {
     let flat = event.sample.flat();
     let sample = flat.as_chunks().0.as_array().filter(|_| with_sample);
-    EventRecord::new(&Answers::new(event, config), textures.of_sample(&flat), sample)
+    EventRecord::new(&Answers::new(event, config), |mm_s| config.marked(mm_s), textures.of_sample(&flat), sample)
 }
 
 impl From<Speed> for SpeedRecord {

@@ -39,7 +39,7 @@ fn positive(value: f64, unit: &str) -> Option<String> {
 }
 
 /// All effects, in the order of the light's way.
-pub const EFFECTS: [Effect; 17] = [
+pub const EFFECTS: [Effect; 18] = [
     Effect {
         name: "large bends",
         what: "the elastica (Bisshopp and Drucker 1945) instead of the linear beam",
@@ -108,6 +108,13 @@ pub const EFFECTS: [Effect; 17] = [
         value: |script| positive(script.light.leak, " of full scale"),
         remove: |script| script.light.leak = 0.0,
         add: |script| script.light.leak = 0.01,
+    },
+    Effect {
+        name: "growing leak",
+        what: "ambient light grows with time",
+        value: |script| positive(script.light.leak_per_minute, " of full scale a minute"),
+        remove: |script| script.light.leak_per_minute = 0.0,
+        add: |script| script.light.leak_per_minute = 0.01,
     },
     Effect {
         name: "drift",

@@ -34,6 +34,9 @@ pub struct LightConfig {
     pub run_deviation: f64,
     /// Ambient light that leaks in, as a share of full scale.
     pub leak: f64,
+    /// How much more of it there is after a minute, as a share of full scale. It counts as light of the bases: within a taxel it has their spots'
+    /// shape, its mean is that of a leak.
+    pub leak_per_minute: f64,
     /// How much more light there is after a minute, as a share; less where it is negative.
     pub drift_per_minute: f64,
 }
@@ -50,6 +53,7 @@ impl Default for LightConfig {
             unit: 0,
             run_deviation: 0.1,
             leak: 0.0,
+            leak_per_minute: 0.0,
             drift_per_minute: 0.0,
         }
     }
@@ -69,6 +73,7 @@ impl Keys for LightConfig {
         within("gain_deviation", self.gain_deviation, 0.0, 1.0)?;
         within("run_deviation", self.run_deviation, 0.0, 1.0)?;
         within("leak", self.leak, 0.0, 1.0)?;
+        within("leak_per_minute", self.leak_per_minute, 0.0, 1.0)?;
         within("drift_per_minute", self.drift_per_minute, -1.0, 10.0)
     }
 }

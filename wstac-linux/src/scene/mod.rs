@@ -75,6 +75,7 @@ pub struct Scene {
     config: SensorConfig,
     fidelity: Fidelity,
     leak: f64,
+    leak_per_minute: f64,
     auto_exposure: AutoExposure,
     drops: Rng,
     /// Light of a frame that comes next, after frames that were lost for it.
@@ -107,6 +108,7 @@ impl Scene {
             config,
             fidelity: script.fidelity,
             leak: script.light.leak * script.sensor.exposure,
+            leak_per_minute: script.light.leak_per_minute,
             auto_exposure: AutoExposure::new(),
             drops: Rng::new(script.seed, DROPS),
             pending: None,
@@ -180,7 +182,11 @@ impl Scene {
         let (from, length) = (self.frame as f64 * self.frame_s, f64::from(intervals) * self.frame_s);
         self.frame += u64::from(intervals);
         let light = self.elastomer.expose(&self.truth, from, self.config.exposure * length, length);
-        let light = light.map(|light| light / self.frame_s);
+        let mut light = light.map(|light| light / self.frame_s);
+        if self.leak_per_minute > 0.0 {
+            let more = self.leak_per_minute * from / 60.0 * self.config.exposure * f64::from(intervals);
+            light = light.map(|light| light + more);
+        }
         if self.config.auto_exposure {
             let leak = self.leak * f64::from(intervals);
             let level = |light: &f64| (self.config.gain * (light + leak) + self.config.black_level / 255.0).min(1.0);

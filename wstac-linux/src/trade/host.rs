@@ -101,7 +101,7 @@ fn stream<'a, L: Ln + 'a>(
     let mut decoder = (format == Format::Mjpeg).then(|| Decoder::new(camera.layout().frame()));
     let unfit = |error| config.does_not_fit("simulated frames", "[features]", error);
     let mut stream = FeatureStream::<Any, L>::new(camera, config.features.floor_levels).map_err(unfit)?;
-    let mut trigger = Trigger::new(config.trigger().map_err(unfit)?);
+    let mut trigger = Trigger::with(config.trigger().map_err(unfit)?, 0, config.following().map_err(unfit)?);
     let round = move || {
         for frame in frames {
             let bytes = match &mut decoder {
@@ -151,7 +151,7 @@ fn events(models: &[Candidate], config: &Config) -> Result<(f64, Vec<f64>), Erro
     let camera = camera(&sensor, Format::Grey, Setting::DEFAULT.stride, config)?;
     let speed = config.speed(camera.rate()).map_err(unfit)?;
     let mut stream = FeatureStream::<Any, Fixed>::new(camera, config.features.floor_levels).map_err(unfit)?;
-    let mut trigger = Trigger::new(config.trigger().map_err(unfit)?);
+    let mut trigger = Trigger::with(config.trigger().map_err(unfit)?, 0, config.following().map_err(unfit)?);
     let (mut scene, mut sensor) = (Scene::new(&script)?, sensor);
     while let Some((light, _)) = scene.next_light() {
         let frame = stream.push_frame(sensor.expose(&light)).map_err(unfit)?;

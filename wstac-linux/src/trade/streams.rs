@@ -2,6 +2,7 @@
 
 use wstac_core::direction::{self, Heading};
 use wstac_core::features::{FeatureScale, Features, Floor, line_sums};
+use wstac_core::following::Follow;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
 use wstac_core::ln::{fixed::Fixed, libm::Libm, micromath::Micromath};
@@ -67,7 +68,7 @@ pub(super) struct SettingStream {
     /// How far its features were from the reference, over all frames until then.
     pub(super) error: FeatureError,
     scale: Scale,
-    trigger: Trigger,
+    trigger: Trigger<Option<Follow>>,
     speed: SpeedConfig,
 }
 
@@ -189,7 +190,11 @@ fn stream(place: usize, kernel: Kernel, camera: &Camera<Any>, config: &Config) -
         first: None,
         error: FeatureError::default(),
         scale: Scale::new(kernel, camera, floor).map_err(in_table("[features]"))?,
-        trigger: Trigger::new(config.trigger().map_err(in_table("[trigger]"))?),
+        trigger: Trigger::with(
+            config.trigger().map_err(in_table("[trigger]"))?,
+            0,
+            config.following().map_err(in_table("[trigger]"))?,
+        ),
         speed: config.speed(camera.rate()).map_err(in_table("[speed]"))?,
     })
 }

@@ -4,6 +4,7 @@ use wstac_core::baseline::Baseline;
 use wstac_core::direction::{self, Direction, Heading};
 use wstac_core::error::Error;
 use wstac_core::features::Features;
+use wstac_core::following::Follow;
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
 use wstac_core::speed::{self, Duration, Law, NoSpeed, Speed, SpeedConfig, ThresholdOn};
@@ -35,6 +36,22 @@ entries! {
 }
 
 entries! {
+    following:
+    new_follow(windows: u32) -> Result<Follow, Error> { Follow::new(windows) }
+    follow_windows(follow: &Follow) -> u32 { follow.windows() }
+    new_following(config: TriggerConfig, frame: u64, follow: Follow) -> Trigger<Follow> {
+        Trigger::with(config, frame, follow)
+    }
+    push_following<'a>(trigger: &'a mut Trigger<Follow>, features: Features, patched: bool, lost: u64) -> Option<Event<'a>> {
+        trigger.push_then_lose(features, patched, lost)
+    }
+    finish_following<'a>(trigger: &'a mut Trigger<Follow>) -> Option<Event<'a>> { trigger.finish() }
+    push_chosen<'a>(trigger: &'a mut Trigger<Option<Follow>>, features: Features, patched: bool, lost: u64) -> Option<Event<'a>> {
+        trigger.push_then_lose(features, patched, lost)
+    }
+}
+
+entries! {
     event:
     direction(event: &Event<'_>) -> Direction { direction::direction(event) }
     degrees(heading: Heading) -> u16 { heading.degrees() }
@@ -47,5 +64,9 @@ entries! {
     new_speed_config(law: Law, threshold: f64, on: ThresholdOn, rate: FrameRate) -> Result<SpeedConfig, Error> {
         SpeedConfig::new(law, threshold, on, rate)
     }
+    speed_fitted_on(config: SpeedConfig, slowest: f32, fastest: f32) -> Result<SpeedConfig, Error> {
+        config.fitted_on(slowest, fastest)
+    }
+    speed_marked(config: &SpeedConfig, mm_s: f32) -> Speed { config.marked(mm_s) }
     new_paper_speed(rate: FrameRate) -> SpeedConfig { SpeedConfig::paper(rate) }
 }

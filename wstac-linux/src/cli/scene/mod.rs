@@ -80,6 +80,7 @@ these are the defaults:
   unit = 0               # which sensor it is: each has its own gains
   run_deviation = 0.1    # of the gain from slide to slide, as a share
   leak = 0               # ambient light, as a share of full scale
+  leak_per_minute = 0    # how much more of it there is after a minute
   drift_per_minute = 0   # how much more light there is after a minute,
                          # as a share
   [sensor]

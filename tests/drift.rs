@@ -1,0 +1,175 @@
+//! Slow drift (docs/DRIFT.md): a baseline that follows it beside one that is kept.
+
+use std::fmt::Write;
+
+use wstac_core::following::{Follow, Kept};
+use wstac_core::trigger::{Rule, Trigger, TriggerConfig};
+use wstac_linux::config::Config;
+use wstac_linux::reading::{EventRecord, Reading, Record, Wanted, read_all};
+use wstac_linux::scene::{Script, Truth};
+use wstac_linux::source::Source;
+use wstac_linux::source::scene::SceneSource;
+
+/// Slides within the hour.
+const SLIDES: u32 = 30;
+/// Frames of an hour at 30 a second.
+const HOUR: u64 = 108_000;
+
+/// An hour of 30 slides, of every direction and of 100 to 190 mm/s; light leaks in, as much more a minute.
+fn hour(leak_per_minute: f64) -> Script {
+    let mut text = format!("fidelity = \"taxel\"\ngap = 3527\n[light]\nleak_per_minute = {leak_per_minute}\n");
+    for slide in 0..SLIDES {
+        let specimen = ["Fla0", "Sin3", "Saw2", "Tri4"][slide as usize % 4];
+        let (speed, direction) = (100 + 10 * (slide % 10), 90 * (slide % 4));
+        let _ = writeln!(text, "[[slide]]\nspecimen = \"{specimen}\"\nspeed = {speed}\ndirection = {direction}");
+    }
+    Script::from_toml("an hour", &text).unwrap()
+}
+
+/// A scene's truth, its events, and how many frames it had.
+fn read(script: &Script, config: &str) -> (Vec<Truth>, Vec<EventRecord>, u64) {
+    let mut source = SceneSource::new(script).unwrap();
+    let config = Config::parse(config).unwrap();
+    let mut reading = Reading::new(source.info(), &config, Wanted::default()).unwrap();
+    let (mut events, mut frames) = (Vec::new(), 0);
+    let result = read_all::<wstac_linux::error::Error>(&mut source, &mut reading, |record| {
+        match record {
+            Record::Event(event) => events.push(*event),
+            Record::End(end) => frames = end.frames,
+            _ => {}
+        }
+        Ok(())
+    });
+    result.unwrap();
+    (source.truth().to_vec(), events, frames)
+}
+
+/// The event of each slide: the first window that sees it fires, its sample starts at most 15 frames before the touch and at most 10 after it.
+fn of_slides(truth: &[Truth], events: &[EventRecord]) -> Vec<Option<EventRecord>> {
+    let is_of = |truth: &Truth, event: &EventRecord| {
+        let start = truth.start_frame();
+        (start.saturating_sub(15)..=start + 10).contains(&event.frame)
+    };
+    truth.iter().map(|truth| events.iter().find(|event| is_of(truth, event)).cloned()).collect()
+}
+
+const ABOVE: &str = "[speed]\nthreshold_on = \"above_baseline\"\n";
+const FOLLOW: &str = "[trigger]\nfollow = 512\n[speed]\nthreshold_on = \"above_baseline\"\n";
+
+#[test]
+fn an_hour_of_drift_makes_a_kept_baseline_fire_and_a_followed_one_not() {
+    // From one grey level of black to four.
+    let (drifting, still) = (hour(0.0002), hour(0.0));
+    let (truth, kept, frames) = read(&drifting, ABOVE);
+    assert!(frames >= HOUR, "{frames} frames");
+    let (_, followed, _) = read(&drifting, FOLLOW);
+    let (_, expected, _) = read(&still, ABOVE);
+    let (_, followed_still, _) = read(&still, FOLLOW);
+
+    let found = |events: &[EventRecord]| of_slides(&truth, events).iter().flatten().count();
+    let false_ones = |events: &[EventRecord]| events.len() - found(events);
+    for (name, events) in [
+        ("drift, kept", &kept),
+        ("drift, followed", &followed),
+        ("no drift, kept", &expected),
+        ("no drift, followed", &followed_still),
+    ] {
+        println!("{name}: {} events in {frames} frames, {} slides found, {} false", events.len(), found(events), false_ones(events));
+    }
+    assert_eq!((found(&expected), false_ones(&expected)), (30, 0));
+    assert_eq!((found(&followed), false_ones(&followed)), (30, 0));
+    assert_eq!((found(&followed_still), false_ones(&followed_still)), (30, 0));
+    assert!(false_ones(&kept) > 100, "{} false events", false_ones(&kept));
+
+    let (mut same, mut off) = (0, 0);
+    for (drift, still) in of_slides(&truth, &followed).iter().flatten().zip(of_slides(&truth, &expected).iter().flatten()) {
+        assert_eq!(drift.direction.deg, still.direction.deg, "at frame {}", drift.frame);
+        assert!(drift.direction.deg.is_some() && drift.reliable, "at frame {}", drift.frame);
+        let (a, b) = (drift.duration_frames.unwrap(), still.duration_frames.unwrap());
+        assert!(a.abs_diff(b) <= 1, "at frame {}: {a} frames, {b} without drift", drift.frame);
+        if a == b { same += 1 } else { off += 1 }
+    }
+    println!("durations as without drift: {same}, a frame off: {off}");
+    assert!(same >= 24, "{same} of 30 durations are the same");
+}
+
+/// Pushes a level so often; whether anything fired.
+fn push<B: wstac_core::following::Following>(trigger: &mut Trigger<B>, level: i16, frames: u32) -> bool {
+    (0..frames).fold(false, |fired, _| trigger.push([level; 10], false).is_some() || trigger.end().incomplete.is_some() || fired)
+}
+
+#[test]
+fn no_difference_is_too_small_and_none_overshoots() {
+    let config = TriggerConfig::default();
+    for windows in [16, 512, 32_768] {
+        let mut trigger = Trigger::with(config, 0, Follow::new(windows).unwrap());
+        push(&mut trigger, -8000, 25);
+        for (level, sign) in [(-7999_i16, 1), (-8001, -1)] {
+            let from = trigger.baseline().unwrap().totals()[0];
+            let to = 25 * i32::from(level);
+            let mut before = from;
+            // After N windows e^-1 of the difference is left, after 8 N less than a unit of it.
+            for window in 0..8 * windows {
+                assert!(!push(&mut trigger, level, 5));
+                let now = trigger.baseline().unwrap().totals()[0];
+                assert!((now - before) * sign >= 0 && (to - now) * sign >= 0, "window {window}: {before} to {now}");
+                before = now;
+            }
+            assert!((to - before).abs() <= 1, "{windows} windows: {before}, expected {to}");
+        }
+    }
+}
+
+#[test]
+fn what_rises_by_less_than_the_margin_in_its_time_constant_is_drift_and_nothing_faster() {
+    // A margin of 400 units of 2^-11 a frame; a rise of one unit every so many windows of 5 frames.
+    let config = TriggerConfig::new(5, 1.0, 10, Rule::Signed, 400.0 / 2048.0).unwrap();
+    let fires = |units_a_window: i32| {
+        let mut trigger = Trigger::with(config, 0, Follow::new(64).unwrap());
+        push(&mut trigger, -8000, 25);
+        (1..=1000).any(|window| push(&mut trigger, (-8000 + units_a_window * window) as i16, 5))
+    };
+    // 400 / 64 = 6.25 units a window; the rise is seen a window after it is.
+    assert!(!fires(5) && !fires(6) && fires(7) && fires(8));
+    let mut kept = Trigger::with(config, 0, Kept);
+    push(&mut kept, -8000, 25);
+    assert!((1..=1000).any(|window| push(&mut kept, (-8000 + window) as i16, 5)));
+}
+
+#[test]
+fn a_baseline_moves_by_no_more_than_the_margin_in_its_time_constant() {
+    let config = TriggerConfig::new(5, 1.0, 10, Rule::Signed, 0.2).unwrap();
+    let mut trigger = Trigger::with(config, 0, Follow::new(16).unwrap());
+    push(&mut trigger, -8000, 25);
+    // Something covers the light: 6000 units a frame lower. The margin is 409.6 units a frame, 10240 of a total.
+    let mut before = trigger.baseline().unwrap().totals()[0];
+    for _ in 0..100 {
+        push(&mut trigger, -14_000, 5);
+        let now = trigger.baseline().unwrap().totals()[0];
+        assert!((0..=10_240 / 16 + 1).contains(&(before - now)), "{before} to {now}");
+        before = now;
+    }
+}
+
+#[test]
+fn windows_after_an_event_are_left_out() {
+    let mut trigger = Trigger::with(TriggerConfig::default(), 0, Follow::new(16).unwrap());
+    push(&mut trigger, -8000, 25);
+    push(&mut trigger, 0, 5);
+    push(&mut trigger, -8000, 65);
+    let before = *trigger.baseline().unwrap();
+    // Seven windows of five frames, a little brighter; the eighth moves it.
+    push(&mut trigger, -7900, 35);
+    assert_eq!(*trigger.baseline().unwrap(), before);
+    push(&mut trigger, -7900, 5);
+    assert_eq!(trigger.baseline().unwrap().totals()[0] - before.totals()[0], 25 * 100 / 16);
+}
+
+#[test]
+fn time_constants_are_powers_of_two() {
+    for windows in [0, 1, 8, 15, 17, 100, 65_536, u32::MAX] {
+        let message = Follow::new(windows).unwrap_err().to_string();
+        assert!(message.contains(&format!("follow is {windows} windows")), "{message}");
+    }
+    assert_eq!([16, 32_768].map(|windows| Follow::new(windows).unwrap().windows()), [16, 32_768]);
+}

@@ -1,0 +1,173 @@
+//! Labelled slides: how fast each was, and how long it was lit.
+
+use std::path::Path;
+
+use crate::error::Error;
+use crate::model::npz::Npz;
+
+/// Most slides of a file.
+const MOST: u64 = 1 << 24;
+
+/// A slide.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Labelled {
+    /// How fast it was, in mm/s.
+    pub speed_mm_s: f64,
+    /// Its event's duration, in frames at 30 a second.
+    pub frames: f64,
+}
+
+/// Slides that a law is fitted to, and how many were left out.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Slides {
+    /// Those that it is fitted to.
+    pub used: Vec<Labelled>,
+    /// Left out: their speed is not known (NaN).
+    pub no_speed: usize,
+    /// Left out: cut off or never lit (a duration of −1).
+    pub no_duration: usize,
+    /// Left out: not reliable.
+    pub unreliable: usize,
+}
+
+impl Slides {
+    /// Adds the slides of a file: arrays `speed` and `duration`, and `reliable` where it is there, as `wstac dataset` writes them. A frame of the
+    /// file's is `nominal_frames` at 30 a second.
+    ///
+    /// # Errors
+    /// Names the array, the element, what was found and what was expected.
+    pub fn add(&mut self, path: &Path, nominal_frames: f64) -> Result<(), Error> {
+        let npz = Npz::open(path)?;
+        let speeds = numbers(&npz, "speed")?;
+        let durations = numbers(&npz, "duration")?;
+        let has_reliable = npz.names().any(|name| name == "reliable");
+        let reliable = if has_reliable { numbers(&npz, "reliable")? } else { vec![1.0; speeds.len()] };
+        for (name, array) in [("duration", &durations), ("reliable", &reliable)] {
+            if array.len() != speeds.len() {
+                let (found, expected) = (array.len(), speeds.len());
+                return Err(npz.error(name, format_args!("has {found} elements, expected {expected} as speed has")));
+            }
+        }
+        for (k, ((&speed_mm_s, &duration), &reliable)) in speeds.iter().zip(&durations).zip(&reliable).enumerate() {
+            let wrong = |name, found, expected| {
+                npz.error(name, format_args!("element {k} is {found}, expected {expected}"))
+            };
+            if !speed_mm_s.is_nan() && !(speed_mm_s > 0.0 && speed_mm_s.is_finite()) {
+                return Err(wrong("speed", speed_mm_s, "mm/s above 0, or NaN where it is not known"));
+            }
+            if !(duration.is_finite() && (duration >= 0.0 || duration == -1.0)) {
+                return Err(wrong("duration", duration, "frames, or -1 where there is none"));
+            }
+            if speed_mm_s.is_nan() {
+                self.no_speed += 1;
+            } else if duration < 0.0 {
+                self.no_duration += 1;
+            } else if reliable == 0.0 {
+                self.unreliable += 1;
+            } else {
+                self.used.push(Labelled { speed_mm_s, frames: duration * nominal_frames });
+            }
+        }
+        Ok(())
+    }
+
+    /// Different speeds of the slides that are used, in order.
+    pub fn speeds(&self) -> Vec<f64> {
+        let mut speeds: Vec<f64> = self.used.iter().map(|slide| slide.speed_mm_s).collect();
+        speeds.sort_by(f64::total_cmp);
+        speeds.dedup();
+        speeds
+    }
+
+    /// How many were left out.
+    pub fn left_out(&self) -> usize {
+        self.no_speed + self.no_duration + self.unreliable
+    }
+}
+
+/// An array of one dimension, whatever numbers it is of.
+fn numbers(npz: &Npz<'_>, name: &str) -> Result<Vec<f64>, Error> {
+    let mut array = npz.array(name)?;
+    let &[n] = array.shape.as_slice() else {
+        return Err(npz.error(name, format_args!("shape {:?}, expected one dimension", array.shape)));
+    };
+    if n > MOST {
+        return Err(npz.error(name, format_args!("has {n} elements, expected at most {MOST}")));
+    }
+    macro_rules! of {
+        ($kind:ty) => {{
+            let mut bytes = [0; size_of::<$kind>()];
+            let mut next = || array.read(&mut bytes).map(|()| <$kind>::from_le_bytes(bytes) as f64);
+            (0..n).map(|_| next()).collect::<Result<Vec<f64>, _>>()
+        }};
+    }
+    let found = match array.descr.as_str() {
+        "<f8" => of!(f64),
+        "<f4" => of!(f32),
+        "<i8" => of!(i64),
+        "<i4" => of!(i32),
+        "<i2" => of!(i16),
+        "|i1" => of!(i8),
+        "|u1" | "|b1" => of!(u8),
+        other => return Err(npz.error(name, format_args!("type {other}, expected float64, integers or bool"))),
+    };
+    found.map_err(|error| npz.error(name, error))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+    use std::path::PathBuf;
+
+    use super::*;
+    use crate::dataset::npz::{Dtype, Npz as Writer};
+
+    /// A file of these arrays.
+    fn file(name: &str, arrays: &[(&str, &[f64])]) -> PathBuf {
+        let path = std::env::temp_dir().join(format!("wstac-fit-{}-{name}.npz", std::process::id()));
+        let mut npz = Writer::new(std::fs::File::create(&path).unwrap());
+        for (array, numbers) in arrays {
+            let write = |out: &mut dyn Write| numbers.iter().try_for_each(|number| out.write_all(&number.to_le_bytes()));
+            npz.array(array, Dtype::Float64, &[numbers.len()], write).unwrap();
+        }
+        npz.finish().unwrap();
+        path
+    }
+
+    #[test]
+    fn what_is_left_out_is_counted_by_its_reason() {
+        let path = file(
+            "left-out",
+            &[
+                ("speed", &[100.0, f64::NAN, 120.0, 130.0, 140.0]),
+                ("duration", &[38.0, 37.0, -1.0, 35.0, 33.0]),
+                ("reliable", &[1.0, 1.0, 1.0, 0.0, 1.0]),
+            ],
+        );
+        let mut slides = Slides::default();
+        slides.add(&path, 1.2).unwrap();
+        std::fs::remove_file(path).unwrap();
+        let used = |speed_mm_s, frames: f64| Labelled { speed_mm_s, frames: frames * 1.2 };
+        assert_eq!(slides.used, [used(100.0, 38.0), used(140.0, 33.0)]);
+        assert_eq!((slides.no_speed, slides.no_duration, slides.unreliable, slides.left_out()), (1, 1, 1, 3));
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        for (name, arrays, parts) in [
+            ("no-speed", vec![("duration", &[1.0][..])], ["array speed", "missing, found duration"]),
+            ("short", vec![("speed", &[1.0, 2.0][..]), ("duration", &[1.0][..])], ["array duration", "has 1 elements, expected 2"]),
+            ("negative", vec![("speed", &[1.0, -2.0][..]), ("duration", &[1.0, 1.0][..])], ["array speed", "element 1 is -2"]),
+            ("infinite", vec![("speed", &[f64::INFINITY][..]), ("duration", &[1.0][..])], ["array speed", "element 0 is inf"]),
+            ("nan", vec![("speed", &[1.0][..]), ("duration", &[f64::NAN][..])], ["array duration", "element 0 is NaN"]),
+            ("minus", vec![("speed", &[1.0][..]), ("duration", &[-2.0][..])], ["array duration", "element 0 is -2"]),
+        ] {
+            let path = file(name, &arrays);
+            let message = Slides::default().add(&path, 1.0).unwrap_err().to_string();
+            std::fs::remove_file(path).unwrap();
+            for part in parts {
+                assert!(message.contains(part), "{name} gave {message:?}, expected {part:?}");
+            }
+        }
+    }
+}
