@@ -22,7 +22,7 @@ pub struct ControlReport {
     pub drifts: bool,
 }
 
-/// The controls that matter, in the order of locking, then all others that changed.
+/// The controls that matter, in the order of locking, then all others that can be set and changed.
 pub fn compare(locked: &[LockedControl], before: &[ControlValue], after: &[ControlValue]) -> Vec<ControlReport> {
     let value_of = |values: &[ControlValue], name: &str| values.iter().find(|control| control.name == name).cloned();
     let report = |name: &str, lock: Option<&LockedControl>| {
@@ -40,7 +40,8 @@ pub fn compare(locked: &[LockedControl], before: &[ControlValue], after: &[Contr
         }
     };
     let mut reports: Vec<_> = locked.iter().map(|lock| report(&lock.name, Some(lock))).collect();
-    let others = before.iter().filter(|control| locked.iter().all(|lock| lock.name != control.name));
+    let is_known = |control: &&ControlValue| locked.iter().any(|lock| lock.name == control.name);
+    let others = before.iter().filter(|control| !control.read_only && !is_known(control));
     reports.extend(others.map(|control| report(&control.name, None)).filter(|report| report.drifts));
     reports
 }
@@ -51,10 +52,14 @@ mod tests {
 
     #[test]
     fn what_changes_is_found_wherever_it_is() {
-        let value = |name: &str, value, volatile| ControlValue { name: name.into(), value: Some(value), volatile };
+        let value = |name: &str, value, volatile| {
+            let read_only = name == "temperature";
+            ControlValue { name: name.into(), value: Some(value), volatile, read_only }
+        };
         let lock = |name: &str, locked: bool| LockedControl { name: name.into(), locked, ..LockedControl::default() };
-        let before = [value("gain", 3, false), value("hue", 1, false), value("zoom", 5, false), value("tint", 7, true)];
-        let after = [value("gain", 9, false), value("hue", 1, false), value("zoom", 5, false), value("tint", 7, true)];
+        let before = [("gain", 3), ("hue", 1), ("zoom", 5), ("tint", 7), ("temperature", 30)];
+        let after = [("gain", 9), ("hue", 1), ("zoom", 5), ("tint", 7), ("temperature", 31)];
+        let [before, after] = [before, after].map(|all| all.map(|(name, number)| value(name, number, name == "tint")));
         let reports = compare(&[lock("hue", true), lock("gain", false)], &before, &after);
         let found: Vec<_> = reports.iter().map(|c| (&*c.name, c.locked, c.drifts, c.value_at_end)).collect();
         let expected =

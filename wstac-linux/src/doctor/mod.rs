@@ -47,7 +47,7 @@ pub struct Report {
     pub signal: SignalReport,
     /// How that changes slowly.
     pub drift: DriftReport,
-    /// Controls: those that are locked, or should be, and any other that changed.
+    /// Controls: those that are locked, or should be, and any other that can be set and changed.
     pub controls: Vec<ControlReport>,
     /// What MJPEG costs; nothing where there is nothing to compare.
     pub mjpeg: Option<MjpegReport>,

@@ -23,7 +23,8 @@ const DARKEST: f64 = 0.01;
 pub struct Pixels {
     /// Temporal noise of a pixel inside a taxel, rms; of all pixels where none is inside.
     pub noise: f64,
-    /// Mean of the darkest 1 % of pixels, each taken over time.
+    /// Mean of the darkest 1 % of pixels. Which they are is told from every other frame and their mean from the rest: noise
+    /// that makes a pixel look dark is not counted as black.
     pub darkest: f64,
     /// Share of pixels at full scale, over all frames.
     pub saturated: f64,
@@ -36,7 +37,8 @@ pub struct Pixels {
 struct History {
     inside: bool,
     last: u32,
-    sum: u64,
+    /// Of the first, third … frame, and of the others.
+    sums: [u64; 2],
     squared_steps: f64,
     saturated: u64,
     brightest: u32,
@@ -79,7 +81,7 @@ impl PixelGrid {
 
     /// A frame; `follows` says whether nothing was lost before it. One that is too short is passed over.
     pub fn push(&mut self, bytes: &[u8], follows: bool) {
-        let follows = follows && self.frames > 0;
+        let (follows, half) = (follows && self.frames > 0, (self.frames % 2) as usize);
         for (accumulators, histories) in &mut self.groups {
             let Ok(sums) = accumulators.push_frame(bytes) else { return };
             let camera = accumulators.camera();
@@ -89,7 +91,7 @@ impl PixelGrid {
                     history.squared_steps += (f64::from(sum) - f64::from(history.last)).powi(2);
                 }
                 history.last = sum;
-                history.sum += u64::from(sum);
+                history.sums[half] += u64::from(sum);
                 history.saturated += u64::from(sum == full);
                 history.brightest = history.brightest.max(sum);
             }
@@ -113,15 +115,16 @@ impl PixelGrid {
         let squares = looked_at.iter().map(|history| history.squared_steps).sum::<f64>();
         // A step has the noise twice; a cell's sum has that of `pixels` pixels.
         let variance = squares / (2.0 * self.steps as f64 * looked_at.len() as f64 * pixels);
-        let mut means: Vec<f64> = all.iter().map(|history| level * history.sum as f64 / self.frames as f64).collect();
-        means.sort_by(f64::total_cmp);
-        let dark = ((means.len() as f64 * DARKEST) as usize).max(1);
+        let mut sums: Vec<[u64; 2]> = all.iter().map(|history| history.sums).collect();
+        sums.sort_unstable_by_key(|[first, _]| *first);
+        let dark = ((sums.len() as f64 * DARKEST) as usize).max(1);
+        let darkest = sums[..dark].iter().map(|[_, others]| *others as f64).sum::<f64>();
         let share = |count: u64, of: f64| count as f64 / of;
         let saturated = all.iter().map(|history| history.saturated).sum();
         let clipped = all.iter().filter(|history| history.brightest == 0).count() as u64;
         Some(Pixels {
             noise: variance.sqrt() * level * pixels,
-            darkest: means[..dark].iter().sum::<f64>() / dark as f64,
+            darkest: level * darkest / (dark as f64 * (self.frames / 2) as f64),
             saturated: share(saturated, all.len() as f64 * self.frames as f64),
             clipped: share(clipped, all.len() as f64),
         })

@@ -133,6 +133,8 @@ pub struct ControlValue {
     pub value: Option<i32>,
     /// Whether the driver says that the hardware changes it.
     pub volatile: bool,
+    /// Whether it only tells something, such as a temperature.
+    pub read_only: bool,
 }
 
 /// All controls of a camera as they stand now. Another program, or this one, may use it meanwhile.
@@ -144,6 +146,7 @@ pub fn controls(path: &Path) -> Result<Vec<ControlValue>, Error> {
     let values = device.list().into_iter().map(|control| ControlValue {
         value: device.get(control.id).ok(),
         volatile: control.has(sys::V4L2_CTRL_FLAG_VOLATILE),
+        read_only: control.has(sys::V4L2_CTRL_FLAG_READ_ONLY),
         name: control.name,
     });
     Ok(values.collect())
