@@ -4,6 +4,7 @@ pub mod camera;
 pub mod cli;
 pub mod config;
 pub mod dataset;
+pub mod doctor;
 pub mod error;
 pub mod fit;
 pub mod model;

@@ -308,6 +308,9 @@ requests! {
     DQBUF: sys::v4l2_buffer = vidioc::VIDIOC_DQBUF;
     STREAMON: std::ffi::c_int = vidioc::VIDIOC_STREAMON;
     STREAMOFF: std::ffi::c_int = vidioc::VIDIOC_STREAMOFF;
+    QUERYCTRL: sys::v4l2_queryctrl = vidioc::VIDIOC_QUERYCTRL;
+    G_CTRL: sys::v4l2_control = vidioc::VIDIOC_G_CTRL;
+    S_CTRL: sys::v4l2_control = vidioc::VIDIOC_S_CTRL;
 }
 
 /// A structure that the kernel takes, every byte 0.
@@ -331,11 +334,11 @@ macro_rules! kernel {
 
 kernel! {
     v4l2_capability v4l2_fmtdesc v4l2_frmsizeenum v4l2_frmivalenum v4l2_pix_format v4l2_format v4l2_captureparm
-    v4l2_streamparm v4l2_dv_timings v4l2_input v4l2_requestbuffers v4l2_buffer
+    v4l2_streamparm v4l2_dv_timings v4l2_input v4l2_requestbuffers v4l2_buffer v4l2_queryctrl v4l2_control
 }
 
 /// The text before the first 0.
-fn text(bytes: &[u8]) -> String {
+pub(super) fn text(bytes: &[u8]) -> String {
     let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
     String::from_utf8_lossy(&bytes[..end]).trim().to_owned()
 }

@@ -24,6 +24,8 @@ pub struct DeviceInfo {
     pub bus: String,
     /// Paths that stay the same when it is plugged in again: by its serial number first, then by its place.
     pub links: Vec<PathBuf>,
+    /// Its serial number, where it is on USB and has one.
+    pub serial: Option<String>,
     /// What it offers.
     pub modes: Vec<Mode>,
     /// Why it cannot be used, or its formats are not known.
@@ -34,7 +36,7 @@ pub struct DeviceInfo {
 pub fn devices() -> Vec<DeviceInfo> {
     let entries = std::fs::read_dir("/dev").into_iter().flatten().flatten();
     let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
-    in_order(names).into_iter().filter_map(|name| look_at(&Path::new("/dev").join(name))).collect()
+    in_order(names).into_iter().filter_map(|name| device_at(&Path::new("/dev").join(name))).collect()
 }
 
 /// The names of video nodes, by their numbers.
@@ -48,8 +50,9 @@ fn in_order(names: impl Iterator<Item = String>) -> Vec<String> {
 }
 
 /// What there is to know about a node; nothing where it does not capture video.
-fn look_at(path: &Path) -> Option<DeviceInfo> {
-    let info = DeviceInfo { path: path.to_owned(), links: links_to(path), ..DeviceInfo::default() };
+pub fn device_at(path: &Path) -> Option<DeviceInfo> {
+    let (links, serial) = (links_to(path), serial_of(path));
+    let info = DeviceInfo { path: path.to_owned(), links, serial, ..DeviceInfo::default() };
     let asked = Device::open(path).and_then(|device| {
         let identity = device.identity().map_err(|error| device.error("cannot be asked", &error))?;
         Ok((device, identity))
@@ -89,12 +92,30 @@ pub(super) fn links_to(path: &Path) -> Vec<PathBuf> {
     links
 }
 
+/// The serial number of the USB device that a node belongs to.
+fn serial_of(path: &Path) -> Option<String> {
+    let node = path.canonicalize().ok()?;
+    let interface = Path::new("/sys/class/video4linux").join(node.file_name()?).join("device").canonicalize().ok()?;
+    serial_above(&interface)
+}
+
+/// The serial number of the nearest USB device at or above a folder of sysfs. Others' serial numbers, such as a disk's
+/// or a hub's further up, are none of the camera's.
+fn serial_above(folder: &Path) -> Option<String> {
+    let device = folder.ancestors().find(|folder| folder.join("idVendor").exists())?;
+    let serial = std::fs::read_to_string(device.join("serial")).ok()?;
+    Some(serial.trim().to_owned()).filter(|serial| !serial.is_empty())
+}
+
 impl fmt::Display for DeviceInfo {
     /// Several lines: the node, its lasting names, then a line a format and size.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.path.display())?;
         if !self.card.is_empty() {
             write!(f, "  {} ({}, {})", self.card, self.driver, self.bus)?;
+        }
+        if let Some(serial) = &self.serial {
+            write!(f, "  serial {serial}")?;
         }
         for link in &self.links {
             write!(f, "\n  also {}", link.display())?;
@@ -164,6 +185,7 @@ mod tests {
             driver: "uvcvideo".into(),
             bus: "usb-1".into(),
             links: vec!["/dev/v4l/by-id/usb-Camera".into()],
+            serial: Some("A1B2".into()),
             modes: vec![
                 mode(
                     *b"YUYV",
@@ -180,7 +202,7 @@ mod tests {
     #[test]
     fn a_camera_in_words() {
         let text = "\
-/dev/video2  Camera (uvcvideo, usb-1)
+/dev/video2  Camera (uvcvideo, usb-1)  serial A1B2
   also /dev/v4l/by-id/usb-Camera
   YUYV  640x480, 800x600  30, 15 fps
   YUYV  1280x720  10 fps
@@ -199,5 +221,20 @@ mod tests {
         assert_eq!(json["modes"][0]["fourcc"], "YUYV");
         assert_eq!(json["modes"][0]["sizes"][2]["largest"], serde_json::json!([1280, 720]));
         assert_eq!(json["modes"][0]["sizes"][2]["rates"][0]["fastest"], serde_json::json!([10, 1]));
+    }
+
+    #[test]
+    fn the_serial_number_is_that_of_the_usb_device() {
+        let root = std::env::temp_dir().join(format!("wstac-serial-{}", std::process::id()));
+        let interface = root.join("hub/camera/interface/video4linux");
+        std::fs::create_dir_all(&interface).unwrap();
+        std::fs::write(root.join("hub/serial"), "hub").unwrap();
+        std::fs::write(root.join("hub/idVendor"), "1").unwrap();
+        assert_eq!(serial_above(&interface).as_deref(), Some("hub"));
+        std::fs::write(root.join("hub/camera/idVendor"), "046d").unwrap();
+        assert_eq!(serial_above(&interface), None, "a camera without one has not its hub's");
+        std::fs::write(root.join("hub/camera/serial"), "A1B2\n").unwrap();
+        assert_eq!(serial_above(&interface).as_deref(), Some("A1B2"));
+        std::fs::remove_dir_all(&root).unwrap();
     }
 }

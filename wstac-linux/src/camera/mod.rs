@@ -1,4 +1,4 @@
-//! Cameras through V4L2: find, negotiate, stream.
+//! Cameras through V4L2: find, negotiate, lock controls, stream.
 //!
 //! The `v4l` crate gives the kernel's structures and the raw calls; the capture stream is this module's own
 //! (`buffers`), because it has to end its waits, survive faults and tell damaged buffers from good ones.
@@ -6,6 +6,7 @@
 pub(crate) mod buffers;
 mod choose;
 pub mod colour;
+pub mod controls;
 mod device;
 pub mod devices;
 pub mod formats;
@@ -26,8 +27,9 @@ use wstac_core::rate::FrameRate;
 use crate::error::Error;
 use crate::source::Delivery;
 use buffers::Buffers;
+pub use controls::ControlSetting;
 use device::Device;
-pub use devices::{DeviceInfo, devices};
+pub use devices::{DeviceInfo, device_at, devices};
 use formats::FourCc;
 pub use negotiate::Negotiated;
 pub use state::{CameraState, LockedControl};
@@ -47,13 +49,15 @@ pub struct CameraRequest {
     pub delivery: Delivery,
     /// Leave the controls as they are, instead of locking them.
     pub keep_controls: bool,
+    /// Values of controls that are to be set, whether the others are locked or not.
+    pub controls: Vec<ControlSetting>,
 }
 
 impl CameraRequest {
     /// This camera with all defaults.
     pub fn new(path: impl Into<PathBuf>) -> Self {
         let (format, size, rate, delivery) = (None, None, None, Delivery::default());
-        Self { path: path.into(), format, size, rate, delivery, keep_controls: false }
+        Self { path: path.into(), format, size, rate, delivery, keep_controls: false, controls: Vec::new() }
     }
 }
 
@@ -69,11 +73,12 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Opens a camera, agrees with its driver on format, size and rate, and starts the stream.
+    /// Opens a camera, agrees with its driver on format, size and rate, locks its controls, and starts the stream.
     ///
     /// # Errors
     /// Where there is no such camera, it may not be opened, another program uses it, it offers nothing that is read,
-    /// or the driver refuses.
+    /// a control that is to be set is not there or out of range, or the driver refuses. A control that cannot be locked
+    /// is no error: the state says so.
     pub fn open(request: &CameraRequest) -> Result<Self, Error> {
         let device = Device::open(&request.path)?;
         let identity = device.identity().map_err(|error| device.error("cannot be used", &error))?;
@@ -81,6 +86,10 @@ impl Camera {
             return Err(Error::new(request.path.display(), reason));
         }
         let negotiated = negotiate::negotiate(&device, request)?;
+        let controls = controls::lock(&device, &request.controls, request.keep_controls);
+        let mut controls = controls.map_err(|message| Error::new(request.path.display(), message))?;
+        let buffers = Buffers::start(device)?;
+        controls::hold(buffers.device(), &mut controls);
         let state = CameraState {
             path: request.path.clone(),
             links: devices::links_to(&request.path),
@@ -88,9 +97,9 @@ impl Camera {
             driver: identity.driver,
             bus: identity.bus,
             format: formats::name(negotiated.fourcc),
-            controls: Vec::new(),
+            controls,
         };
-        Ok(Self { state, negotiated, buffers: Buffers::start(device)? })
+        Ok(Self { state, negotiated, buffers })
     }
 }
 

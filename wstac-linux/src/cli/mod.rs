@@ -5,6 +5,7 @@ mod dataset;
 mod demo;
 mod devices;
 mod fit_speed;
+mod doctor;
 mod model;
 mod monitor;
 mod output;
@@ -36,6 +37,7 @@ Start here:
   wstac demo                           simulated slides, the truth beside the answers
   wstac run scene:Saw3@150,90deg       one simulated slide
   wstac devices                        which cameras there are
+  wstac doctor /dev/video0             what is right and wrong with a camera, and what to change
   wstac run /dev/video0                events from a USB camera
   wstac run clip.y4m --json            events of a recording, as JSON Lines
   wstac monitor /dev/ttyACM0           events that a board finds
@@ -94,6 +96,7 @@ enum Command {
     Demo(demo::Arguments),
     Scene(scene::Arguments),
     Devices(devices::Arguments),
+    Doctor(doctor::Arguments),
     Dataset(dataset::Arguments),
     FitSpeed(fit_speed::Arguments),
     Model(model::Arguments),
@@ -110,6 +113,7 @@ pub fn main() -> ExitCode {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Scene(arguments) => scene::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
+        Command::Doctor(arguments) => doctor::run(&arguments),
         Command::Dataset(arguments) => dataset::run(&arguments),
         Command::FitSpeed(arguments) => fit_speed::run(&arguments),
         Command::Model(arguments) => model::run(&arguments),

@@ -6,13 +6,15 @@ use clap::ValueEnum;
 use wstac_core::green::ycbcr::{Matrix, Range};
 use wstac_core::rate::FrameRate;
 
+use crate::camera::ControlSetting;
 use crate::config::Config;
 use crate::error::Error;
-use crate::source::open::{OpenOptions, open};
+use crate::scene::{Scene, Truth};
+use crate::source::open::{OpenOptions, open, script};
 use crate::source::{Delivery, Source, StreamInfo};
 
 /// How a source is opened and read.
-#[derive(Clone, Copy, Debug, Default, clap::Args)]
+#[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct SourceArguments {
     /// Frames a second, such as 30 or 30000/1001: of a recording, instead of what it says; of a camera, to ask for; of a
     /// scene, to simulate
@@ -38,6 +40,11 @@ pub(super) struct SourceArguments {
     /// Leave a camera's exposure, gain, white balance, focus and the like automatic, instead of locking them
     #[arg(long)]
     keep_controls: bool,
+
+    /// Set a camera's control, such as exposure_time_absolute=200, to a value that it keeps; any number of times. Names
+    /// and values are those of v4l2-ctl -L; an unknown name lists them
+    #[arg(long = "control", value_name = "NAME=VALUE", value_parser = control)]
+    controls: Vec<ControlSetting>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -56,7 +63,8 @@ impl SourceArguments {
     /// Opens a source; what its frames have in common, as the arguments have it.
     pub(super) fn open(&self, source: &str, delivery: Delivery) -> Result<(Box<dyn Source>, StreamInfo), Error> {
         let Self { fps, format, size, keep_controls, .. } = *self;
-        let source = open(source, &OpenOptions { fps, format, size, delivery, keep_controls })?;
+        let controls = self.controls.clone();
+        let source = open(source, &OpenOptions { fps, format, size, delivery, keep_controls, controls })?;
         let mut info = source.info().clone();
         if (self.matrix.is_some() || self.range.is_some()) && !info.format.is_ycbcr() {
             return Err(Error::new(&info.about, "--matrix and --range are for YCbCr sources, expected neither"));
@@ -74,6 +82,25 @@ impl SourceArguments {
             };
         }
         Ok((source, info))
+    }
+
+    /// The same with another format and size.
+    pub(super) fn with_format(&self, format: [u8; 4], size: (u32, u32)) -> Self {
+        Self { format: Some(format), size: Some(size), matrix: None, range: None, ..self.clone() }
+    }
+
+    /// Frames a second that a camera is asked for.
+    pub(super) fn asked_fps(&self) -> f64 {
+        let rate = self.fps.unwrap_or(FrameRate::NOMINAL);
+        f64::from(rate.numerator()) / f64::from(rate.denominator())
+    }
+
+    /// Camera frames of a scene before its first slide; nothing of other sources.
+    pub(super) fn frames_before_touch(&self, source: &str) -> Result<Option<u64>, Error> {
+        let Some(scene) = source.strip_prefix("scene:") else { return Ok(None) };
+        let options = OpenOptions { fps: self.fps, format: self.format, size: self.size, ..OpenOptions::default() };
+        let scene = Scene::new(&script(scene, &options)?).map_err(|error| error.about(source))?;
+        Ok(scene.truth().first().map(Truth::start_frame))
     }
 }
 
@@ -120,4 +147,13 @@ fn four_characters(text: &str) -> Result<[u8; 4], String> {
 fn size(text: &str) -> Result<(u32, u32), String> {
     let sides = text.split_once('x').and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
     sides.ok_or_else(|| format!("{text:?} is no size, expected WIDTHxHEIGHT such as 1280x720"))
+}
+
+/// `exposure_time_absolute=200`.
+fn control(text: &str) -> Result<ControlSetting, String> {
+    let parts = text.split_once('=').and_then(|(name, value)| Some((name.trim(), value.trim().parse().ok()?)));
+    let (name, value) = parts
+        .filter(|(name, _)| !name.is_empty())
+        .ok_or_else(|| format!("{text:?} is no control, expected NAME=NUMBER such as exposure_time_absolute=200"))?;
+    Ok(ControlSetting { name: name.to_owned(), value })
 }

@@ -8,7 +8,7 @@ use wstac_core::rate::FrameRate;
 use super::{Item, Source, StreamInfo};
 use crate::camera::buffers::{Filled, Wait};
 use crate::camera::formats::{self, Coding};
-use crate::camera::mjpeg::Decoder;
+use crate::camera::mjpeg::{CORRUPT, Decoder};
 use crate::camera::modes::fps;
 use crate::camera::timeline::Timeline;
 use crate::camera::{Camera, CameraRequest};
@@ -154,12 +154,12 @@ impl Source for CameraSource {
         };
         Ok(match decoder.decode(bytes) {
             Some(decoded) => Item::Frame { bytes: decoded, timestamp, sequence, encoded: Some(bytes) },
-            None => Item::Lost { frames: 1, why: "corrupt JPEG picture" },
+            None => Item::Lost { frames: 1, why: CORRUPT },
         })
     }
 }
 
-/// `/dev/video0: Camera, YUYV 1280x720, 30 fps`, then the notes.
+/// `/dev/video0: Camera, YUYV 1280x720, 30 fps; 12 controls locked`, then the notes.
 fn about(camera: &Camera) -> String {
     let negotiated = &camera.negotiated;
     let mut about = format!(
@@ -171,7 +171,7 @@ fn about(camera: &Camera) -> String {
         negotiated.size.height(),
         fps(negotiated.rate),
     );
-    for note in &negotiated.notes {
+    for note in std::iter::once(&camera.state.about_controls()).chain(&negotiated.notes) {
         about.push_str("; ");
         about.push_str(note);
     }

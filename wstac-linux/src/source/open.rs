@@ -13,12 +13,12 @@ use super::png_folder::PngFolder;
 use super::scene::SceneSource;
 use super::y4m::{MAGIC, Y4m};
 use super::{Delivery, Source};
-use crate::camera::CameraRequest;
+use crate::camera::{CameraRequest, ControlSetting};
 use crate::error::Error;
 use crate::scene::Script;
 
 /// What a user asks of a source; nothing asked, nothing changed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct OpenOptions {
     /// Frames a second: of a file, what it is taken to have; of a camera or a scene, what it is set to.
     pub fps: Option<FrameRate>,
@@ -30,6 +30,8 @@ pub struct OpenOptions {
     pub delivery: Delivery,
     /// Leave a camera's controls as they are, instead of locking them.
     pub keep_controls: bool,
+    /// Values of a camera's controls that are to be set.
+    pub controls: Vec<ControlSetting>,
 }
 
 /// What a source can be, for messages.
@@ -45,6 +47,7 @@ const OF_A_CAMERA: &str = "expected only with a camera or a scene: a file states
 /// expected.
 pub fn open(spec: &str, options: &OpenOptions) -> Result<Box<dyn Source>, Error> {
     if let Some(scene) = spec.strip_prefix("scene:") {
+        without_controls(spec, options)?;
         let source = SceneSource::new(&script(scene, options)?).map_err(|error| error.about(spec))?;
         return Ok(Box::new(source));
     }
@@ -63,8 +66,8 @@ pub fn open(spec: &str, options: &OpenOptions) -> Result<Box<dyn Source>, Error>
         Err(error) => return Err(Error::new(spec, error)),
     };
     if kind.is_char_device() {
-        let OpenOptions { fps: rate, format, size, delivery, keep_controls } = *options;
-        let request = CameraRequest { path: path.into(), format, size, rate, delivery, keep_controls };
+        let OpenOptions { fps: rate, format, size, delivery, keep_controls, controls } = options.clone();
+        let request = CameraRequest { path: path.into(), format, size, rate, delivery, keep_controls, controls };
         return Ok(Box::new(CameraSource::open(&request)?));
     }
     of_a_file(spec, options)?;
@@ -123,7 +126,15 @@ fn of_a_file(spec: &str, options: &OpenOptions) -> Result<(), Error> {
     if let Some(format) = options.format {
         return Err(Error::new(spec, format_args!("format is {}, {OF_A_CAMERA}", format.escape_ascii())));
     }
-    Ok(())
+    without_controls(spec, options)
+}
+
+/// Refuses controls where there are none.
+fn without_controls(spec: &str, options: &OpenOptions) -> Result<(), Error> {
+    let refused = |ControlSetting { name, value }: &ControlSetting| {
+        Error::new(spec, format_args!("control {name}={value} is set, expected only with a camera"))
+    };
+    options.controls.first().map_or(Ok(()), |setting| Err(refused(setting)))
 }
 
 /// Whether a file starts as a Y4M does.
@@ -142,8 +153,8 @@ mod tests {
 
     use crate::source::Item;
 
-    fn message(spec: &str, options: OpenOptions) -> String {
-        open(spec, &options).err().unwrap().to_string()
+    fn message(spec: &str, options: &OpenOptions) -> String {
+        open(spec, options).err().unwrap().to_string()
     }
 
     #[test]
@@ -165,18 +176,24 @@ mod tests {
         assert!(scene.info().about.contains("Saw3 at 150 mm/s"), "{}", scene.info().about);
         let none = OpenOptions::default();
         let expected = "expected /dev/videoN, scene:…, a .y4m file, a folder of PNGs or -";
-        let error = message(&path("other.dat"), none);
+        let error = message(&path("other.dat"), &none);
         assert!(error.starts_with("SOURCE is \"") && error.contains(expected), "{error}");
-        assert!(message(&path("empty.y4m"), none).contains("is empty"));
-        assert!(message(&path(""), none).contains("no .png file"));
-        let error = message("nothing", none);
+        assert!(message(&path("empty.y4m"), &none).contains("is empty"));
+        assert!(message(&path(""), &none).contains("no .png file"));
+        let error = message("nothing", &none);
         assert!(error.starts_with("SOURCE is \"nothing\": no such file; expected /dev/videoN"), "{error}");
-        assert!(message("", none).starts_with("SOURCE is \"\": no such file"));
-        let sized = OpenOptions { size: Some((4, 4)), ..none };
-        assert!(message(&path("clip.y4m"), sized).contains("size is 4x4, expected only with a camera"));
-        let format = OpenOptions { format: Some(*b"YUYV"), ..none };
-        assert!(message(&path("clip.y4m"), format).contains("format is YUYV, expected only with a camera"));
-        assert!(message("/dev/null", none).starts_with("/dev/null: "), "a device is taken for a camera");
+        assert!(message("", &none).starts_with("SOURCE is \"\": no such file"));
+        let sized = OpenOptions { size: Some((4, 4)), ..none.clone() };
+        assert!(message(&path("clip.y4m"), &sized).contains("size is 4x4, expected only with a camera"));
+        let format = OpenOptions { format: Some(*b"YUYV"), ..none.clone() };
+        assert!(message(&path("clip.y4m"), &format).contains("format is YUYV, expected only with a camera"));
+        let controls = vec![ControlSetting { name: "gain".into(), value: 3 }];
+        let controlled = OpenOptions { controls, ..none.clone() };
+        for spec in [&*path("clip.y4m"), "scene:Saw3@150", "-"] {
+            let error = message(spec, &controlled);
+            assert!(error.contains("control gain=3 is set, expected only with a camera"), "{error}");
+        }
+        assert!(message("/dev/null", &none).starts_with("/dev/null: "), "a device is taken for a camera");
         fs::remove_dir_all(&folder).unwrap();
     }
 
@@ -187,14 +204,14 @@ mod tests {
             OpenOptions { fps: Some(rate), format: Some(*b"GREY"), size: Some((100, 80)), ..OpenOptions::default() };
         let source = open("scene:Saw3@150,90deg", &options).unwrap();
         assert_eq!((source.info().rate, source.info().size.width()), (rate, 100));
-        assert!(message("scene:Saw3", options).contains("scene:Saw3: slide is \"Saw3\", expected"));
-        assert!(message("scene:no.toml", options).contains("no.toml: No such file"));
-        let yuyv = OpenOptions { format: Some(*b"YUYV"), ..options };
+        assert!(message("scene:Saw3", &options).contains("scene:Saw3: slide is \"Saw3\", expected"));
+        assert!(message("scene:no.toml", &options).contains("no.toml: No such file"));
+        let yuyv = OpenOptions { format: Some(*b"YUYV"), ..options.clone() };
         assert_eq!(open("scene:Saw3@150", &yuyv).unwrap().info().format, PixelFormat::Yuyv);
-        let format = OpenOptions { format: Some(*b"H264"), ..options };
-        let error = message("scene:Saw3@150", format);
+        let format = OpenOptions { format: Some(*b"H264"), ..options.clone() };
+        let error = message("scene:Saw3@150", &format);
         assert!(error.contains("H264") && error.contains("expected"), "{error}");
-        let tiny = OpenOptions { size: Some((3, 3)), ..options };
-        assert!(message("scene:Saw3@150", tiny).contains("taxel size"));
+        let tiny = OpenOptions { size: Some((3, 3)), ..options.clone() };
+        assert!(message("scene:Saw3@150", &tiny).contains("taxel size"));
     }
 }

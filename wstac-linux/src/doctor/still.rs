@@ -1,0 +1,123 @@
+//! Noise and drift of taxels and of the trigger's ten lines while nothing touches.
+
+use wstac_core::params::{COLUMNS, FEATURES, ROWS, TAXELS};
+
+use super::measure::Measured;
+
+/// A straight line through levels over time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Trend {
+    /// Levels a second.
+    pub slope: f64,
+    /// Standard error of that, as if the noise of frames were independent.
+    pub error: f64,
+}
+
+/// What was measured, as numbers over time.
+#[derive(Clone, Debug)]
+pub struct Still {
+    times: Vec<f64>,
+    follows: Vec<bool>,
+    taxels: Vec<[f64; TAXELS]>,
+    lines: Vec<[f64; FEATURES]>,
+}
+
+impl Still {
+    /// The same frames, with their line sums.
+    pub fn new(measured: &Measured) -> Self {
+        let moments = measured.moments.iter();
+        Self {
+            times: moments.clone().map(|moment| moment.at).collect(),
+            follows: moments.clone().map(|moment| moment.follows).collect(),
+            taxels: moments.clone().map(|moment| moment.levels).collect(),
+            lines: moments.map(|moment| lines(&moment.levels)).collect(),
+        }
+    }
+
+    /// Mean of each taxel.
+    pub fn means(&self) -> [f64; TAXELS] {
+        std::array::from_fn(|taxel| mean(self.taxels.iter().map(|levels| levels[taxel])))
+    }
+
+    /// Mean of each line: the sum of five taxels.
+    pub fn line_means(&self) -> [f64; FEATURES] {
+        std::array::from_fn(|line| mean(self.lines.iter().map(|sums| sums[line])))
+    }
+
+    /// Noise of a taxel's mean, rms over all taxels.
+    pub fn noise(&self) -> f64 {
+        mean((0..TAXELS).map(|taxel| self.noise_of(taxel).powi(2))).sqrt()
+    }
+
+    /// Noise of the noisiest taxel's mean.
+    pub fn worst_noise(&self) -> f64 {
+        (0..TAXELS).map(|taxel| self.noise_of(taxel)).fold(0.0, f64::max)
+    }
+
+    /// From the steps between frames in a row, which slower changes hardly touch.
+    fn noise_of(&self, taxel: usize) -> f64 {
+        let pairs = self.taxels.windows(2).zip(self.follows.iter().skip(1)).filter(|(_, follows)| **follows);
+        (mean(pairs.map(|(pair, _)| (pair[1][taxel] - pair[0][taxel]).powi(2))) / 2.0).sqrt()
+    }
+
+    /// Noise of a line's mean over `frames` frames around its trend: of windows as the trigger takes them, so that
+    /// flicker which lasts longer than a frame counts in full.
+    pub fn window_noise(&self, line: usize, frames: usize) -> f64 {
+        let levels: Vec<f64> = self.lines.iter().map(|sums| sums[line]).collect();
+        let (trend, centre) = (self.trend_of(&levels), mean(self.times.iter().copied()));
+        let average = mean(levels.iter().copied());
+        let rest: Vec<f64> =
+            levels.iter().zip(&self.times).map(|(level, at)| level - average - trend.slope * (at - centre)).collect();
+        let windows: Vec<f64> = rest.chunks_exact(frames.max(1)).map(|window| mean(window.iter().copied())).collect();
+        let single = mean(rest.iter().map(|level| level * level));
+        // Too few windows say little: then frames are taken to be independent.
+        let variance =
+            if windows.len() < 8 { single / frames.max(1) as f64 } else { mean(windows.iter().map(|w| w * w)) };
+        variance.sqrt()
+    }
+
+    /// How the mean of all taxels changes.
+    pub fn trend(&self) -> Trend {
+        let levels: Vec<f64> = self.taxels.iter().map(|levels| mean(levels.iter().copied())).collect();
+        self.trend_of(&levels)
+    }
+
+    /// How the taxel changes that changes most.
+    pub fn worst_trend(&self) -> Trend {
+        let trends = (0..TAXELS).map(|taxel| {
+            let levels: Vec<f64> = self.taxels.iter().map(|levels| levels[taxel]).collect();
+            self.trend_of(&levels)
+        });
+        trends.max_by(|a, b| a.slope.abs().total_cmp(&b.slope.abs())).unwrap_or_default()
+    }
+
+    /// Least squares.
+    fn trend_of(&self, levels: &[f64]) -> Trend {
+        let (centre, average) = (mean(self.times.iter().copied()), mean(levels.iter().copied()));
+        let (mut across, mut along) = (0.0, 0.0);
+        for (at, level) in self.times.iter().zip(levels) {
+            across += (at - centre) * (level - average);
+            along += (at - centre).powi(2);
+        }
+        if along == 0.0 {
+            return Trend::default();
+        }
+        let slope = across / along;
+        let off = self.times.iter().zip(levels).map(|(at, level)| (level - average - slope * (at - centre)).powi(2));
+        Trend { slope, error: (mean(off) / along).sqrt() }
+    }
+}
+
+/// Row sums, then column sums.
+pub fn lines(levels: &[f64; TAXELS]) -> [f64; FEATURES] {
+    std::array::from_fn(|line| {
+        let of_line = |place: usize| if line < ROWS { line * COLUMNS + place } else { place * COLUMNS + line - ROWS };
+        (0..COLUMNS).map(|place| levels[of_line(place)]).sum()
+    })
+}
+
+/// Mean; 0 of nothing.
+pub fn mean(numbers: impl IntoIterator<Item = f64>) -> f64 {
+    let (sum, count) = numbers.into_iter().fold((0.0, 0_u32), |(sum, count), number| (sum + number, count + 1));
+    if count == 0 { 0.0 } else { sum / f64::from(count) }
+}
