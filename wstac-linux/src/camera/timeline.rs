@@ -25,6 +25,8 @@ const MEMORY: f64 = 64.0;
 const EARLY: f64 = -1.5;
 /// Longer than a source waits for a frame before it gives up.
 const LONGEST_GAP: Duration = Duration::from_secs(10);
+/// How far the driver's time across a break may be from the time between the arrivals.
+const UNSURE: Duration = Duration::from_secs(2);
 
 /// The time line of one stream.
 #[derive(Clone, Debug)]
@@ -74,6 +76,20 @@ impl Timeline {
             steps
         };
         (steps as u64).saturating_sub(1 + reported)
+    }
+
+    /// The first buffer after the stream was broken off and started anew: how many frames would have come meanwhile, beside
+    /// those already reported. The driver's timestamps say so, before and after; where they do not, or cannot be right,
+    /// the time between both buffers' arrivals does. Sequence numbers start anew. Nothing is lost before the first buffer.
+    pub fn resume(&mut self, sequence: u32, timestamp: Option<Duration>, between: Duration) -> u64 {
+        let reported = std::mem::take(&mut self.reported);
+        self.restart_grid();
+        let Some((_, before)) = self.last.replace((sequence, timestamp)) else { return 0 };
+        let told = timestamp.zip(before).and_then(|(now, before)| now.checked_sub(before));
+        // Buffers may have waited before they arrived, and a rest of some periods is usual.
+        let unsure = UNSURE + Duration::try_from_secs_f64(10.0 / self.rate).unwrap_or(Duration::MAX).min(LONGEST_GAP);
+        let passed = told.filter(|told| told.abs_diff(between) <= unsure).unwrap_or(between);
+        ((passed.as_secs_f64() * self.rate).round() as u64).saturating_sub(1 + reported)
     }
 
     /// Steps of the grid that `elapsed` periods took, at least `steps`.
@@ -277,6 +293,42 @@ mod tests {
             timeline.report_lost();
             assert_eq!(timeline.arrive(sequence, Some(at(periods))), more);
         }
+    }
+
+    #[test]
+    fn a_break_counts_the_time_that_passed() {
+        // Three seconds by the driver's clock; the arrivals were a little apart from that.
+        for (after, between, lost_frames) in [
+            (Some(at(99.0)), Duration::from_secs(3), 89),
+            (Some(at(99.0)), Duration::from_secs(4), 89),
+            // No time, one that went back, one of another clock: the arrivals count.
+            (None, Duration::from_secs(3), 89),
+            (Some(at(-5.0)), Duration::from_secs(3), 89),
+            (Some(at(1e9)), Duration::from_secs(3), 89),
+            // Nothing is invented where no time passed.
+            (Some(at(10.0)), Duration::from_millis(30), 0),
+            (Some(at(9.0)), Duration::ZERO, 0),
+        ] {
+            let mut timeline = timeline();
+            lost(&mut timeline, (0..10).map(|t| (t, f64::from(t))));
+            assert_eq!(timeline.resume(0, after, between), lost_frames, "{after:?} {between:?}");
+            // The grid starts anew there.
+            let next = after.map(|after| after + Duration::from_secs_f64(1.0 / 30.0));
+            assert_eq!(timeline.arrive(1, next), 0);
+        }
+    }
+
+    #[test]
+    fn a_break_before_the_first_frame_loses_nothing() {
+        assert_eq!(timeline().resume(7, Some(at(0.0)), Duration::from_secs(100)), 0);
+    }
+
+    #[test]
+    fn what_was_reported_before_a_break_is_not_counted_again() {
+        let mut timeline = timeline();
+        lost(&mut timeline, [(0, 0.0), (1, 1.0)]);
+        (0..10).for_each(|_| timeline.report_lost());
+        assert_eq!(timeline.resume(0, Some(at(31.0)), Duration::from_secs(1)), 19);
     }
 
     #[test]
