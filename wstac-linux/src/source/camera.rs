@@ -323,12 +323,8 @@ impl Source for CameraSource {
 /// `/dev/video0: Camera, YUYV 1280x720, 30 fps`, then the notes.
 fn about(camera: &Camera) -> String {
     let negotiated = &camera.negotiated;
-    let mut about = format!(
-        "{}: {}, {}",
-        camera.buffers.device().path().display(),
-        camera.state.card,
-        stream(negotiated),
-    );
+    let mut about =
+        format!("{}: {}, {}", camera.buffers.device().path().display(), camera.state.card, stream(negotiated),);
     for note in &negotiated.notes {
         about.push_str("; ");
         about.push_str(note);

@@ -125,7 +125,8 @@ mod tests {
     #[test]
     fn a_short_delay_says_nothing() {
         let mut pace = Pace::new(FrameRate::NOMINAL);
-        let time = |number: u32| Duration::from_millis(1000 + u64::from(number) * 100 / 3 + 150 * u64::from(number > 20));
+        let time =
+            |number: u32| Duration::from_millis(1000 + u64::from(number) * 100 / 3 + 150 * u64::from(number > 20));
         assert_eq!((0..600).find_map(|number| pace.arrive(number, Some(time(number)))), None);
     }
 

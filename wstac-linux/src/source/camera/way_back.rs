@@ -171,7 +171,8 @@ mod tests {
 
     #[test]
     fn controls_that_changed_are_named() {
-        let control = |id, value| LockedControl { id, value, name: format!("Control {id}"), ..LockedControl::default() };
+        let control =
+            |id, value| LockedControl { id, value, name: format!("Control {id}"), ..LockedControl::default() };
         let before = [control(1, 5), control(2, 6)];
         assert_eq!(changed(&before, &before), None);
         assert_eq!(changed(&before, &[control(2, 7), control(3, 1)]).unwrap(), "Control 2 was 6, is 7");
