@@ -5,6 +5,7 @@
 watched() {
     local name=$1
     shift
+    echo "$name" # on the console: how far the guest has come
     echo > /sys/kernel/tracing/trace
     timeout -s KILL 60 "$@" > "/out/$name.out" 2> "/out/$name.err"
     echo $? > "/out/$name.exit"

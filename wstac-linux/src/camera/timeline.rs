@@ -23,7 +23,7 @@ const UNCERTAINTY: f64 = 0.5;
 const MEMORY: f64 = 64.0;
 /// Periods ahead of the grid from which it starts afresh.
 const EARLY: f64 = -1.5;
-/// Longer than a source waits for a frame before it gives up.
+/// Longer than a source waits for a frame before it starts the stream anew.
 const LONGEST_GAP: Duration = Duration::from_secs(10);
 /// How far the driver's time across a break may be from the time between the arrivals.
 const UNSURE: Duration = Duration::from_secs(2);

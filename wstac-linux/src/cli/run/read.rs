@@ -94,7 +94,7 @@ impl<'a> Run<'a> {
         };
         let failures = thread::scope(|scope| {
             let threads: Vec<_> = sensors.iter().map(|sensor| scope.spawn(|| succeeded(sensor))).collect();
-            threads.into_iter().filter_map(|thread| thread.join().ok()).filter(|succeeded| !succeeded).count()
+            threads.into_iter().map(|thread| thread.join().unwrap_or(false)).filter(|succeeded| !succeeded).count()
         });
         if failures == 0 {
             return Ok(());
