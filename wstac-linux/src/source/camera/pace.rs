@@ -12,9 +12,9 @@ use crate::source::Fault;
 /// What is measured at a time, at least.
 const SPAN: Duration = Duration::from_secs(2);
 const FRAMES: u32 = 5;
-/// A span or a step of the sequence number beyond these is a wrap or a reset: nothing is measured across it.
-const LONGEST: Duration = Duration::from_secs(600);
-const MOST_FRAMES: u32 = 1 << 20;
+/// A span, or a step of the sequence number, beyond these is a wrap or a reset: nothing is measured across it.
+const LONGEST: Duration = Duration::from_mins(10);
+const MOST_FRAMES: u32 = 1 << 16;
 /// Shares of the agreed rate: below the first it is slow, from the second on no longer.
 const SLOW: f64 = 0.9;
 const IN_TIME: f64 = 0.95;
@@ -26,13 +26,15 @@ pub(super) struct Pace {
     rate: f64,
     /// Sequence number and time of the first frame of what is being measured.
     start: Option<(u32, Duration)>,
+    /// Sequence number of the last frame.
+    last: u32,
     slow: bool,
 }
 
 impl Pace {
     pub(super) fn new(rate: FrameRate) -> Self {
         let rate = f64::from(rate.numerator()) / f64::from(rate.denominator());
-        Self { rate, start: None, slow: false }
+        Self { rate, start: None, last: 0, slow: false }
     }
 
     /// Whether the camera was slow when it was measured last.
@@ -42,16 +44,18 @@ impl Pace {
 
     /// A buffer arrived; what there is to say where the pace has changed.
     pub(super) fn arrive(&mut self, sequence: u32, timestamp: Option<Duration>) -> Option<Fault> {
+        let step = sequence.wrapping_sub(std::mem::replace(&mut self.last, sequence));
         let Some(now) = timestamp else {
             self.start = None;
             return None;
         };
         let (first, start) = *self.start.get_or_insert((sequence, now));
-        let frames = sequence.wrapping_sub(first);
-        let Some(span) = now.checked_sub(start).filter(|span| *span <= LONGEST && frames <= MOST_FRAMES) else {
+        let span = now.checked_sub(start).filter(|span| *span <= LONGEST);
+        let Some(span) = span.filter(|_| step <= MOST_FRAMES || first == sequence) else {
             self.start = Some((sequence, now));
             return None;
         };
+        let frames = sequence.wrapping_sub(first);
         if span < SPAN || frames < FRAMES {
             return None;
         }
