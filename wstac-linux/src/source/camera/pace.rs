@@ -49,9 +49,9 @@ impl Pace {
             self.start = None;
             return None;
         };
-        let (first, start) = *self.start.get_or_insert((sequence, now));
-        let span = now.checked_sub(start).filter(|span| *span <= LONGEST);
-        let Some(span) = span.filter(|_| step <= MOST_FRAMES || first == sequence) else {
+        let goes_on = self.start.filter(|_| step <= MOST_FRAMES);
+        let span = goes_on.and_then(|(first, start)| Some((first, now.checked_sub(start)?)));
+        let Some((first, span)) = span.filter(|(_, span)| *span <= LONGEST) else {
             self.start = Some((sequence, now));
             return None;
         };
