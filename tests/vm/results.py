@@ -118,16 +118,17 @@ class Run:
         return range(before, before + after + 1)
 
 
-    def lost_by_time(self, frames: int, rate: float) -> range:
+    def lost_by_time(self, frames: int, rate: float, unsaved: int = 0) -> range:
         """How many frames the kernel's timestamps say were lost, damaged or never taken: holds across breaks of the stream,
-        each of which may put the frames off by half a period."""
+        each of which may put the frames off by half a period. `unsaved` sound buffers were refused before the last frame."""
         sound = [buffer for buffer in self.buffers if not buffer.flagged]
-        if len(sound) < frames:
-            raise LookupError(f"the kernel handed out {len(sound)} sound buffers, but {frames} were saved")
+        last = frames + unsaved - 1
+        if len(sound) <= last:
+            raise LookupError(f"the kernel handed out {len(sound)} sound buffers, but {last + 1} were taken")
         times = [buffer.time for buffer in sound]
         breaks = 1 + sum(later.sequence < earlier.sequence for earlier, later in pairwise(self.buffers))
-        lost = round((times[frames - 1] - times[0]) * rate) + 1 - frames
-        after = round((times[frames] - times[frames - 1]) * rate) - 1 if len(sound) > frames else 0
+        lost = round((times[last] - times[0]) * rate) + 1 - frames
+        after = round((times[last + 1] - times[last]) * rate) - 1 if len(sound) > last + 1 else 0
         return range(max(lost - breaks, 0), lost + breaks + max(after, 0) + 1)
 
 

@@ -3,7 +3,8 @@
 # is there to take the first one's place.
 . /guest/vivid.sh
 . /guest/watched.sh
-vivid n_devs=2 node_types=0x101,0x1 num_inputs=2,1 input_types=0xc,0x0 num_outputs=1,1 output_types=1,1
+cameras="n_devs=2 node_types=0x101,0x1 num_inputs=2,1 input_types=0xc,0x0 num_outputs=1,1 output_types=1,1"
+vivid $cameras
 # The picture does not matter here; small frames leave the processor to the faults.
 run="wstac run /dev/video0 --features --json --format GREY --size 320x180"
 press() { control "$1=1"; }
@@ -30,9 +31,9 @@ faulty() {
     wait
 }
 
-rebind() { for device; do echo "$device" > "/sys/bus/platform/drivers/vivid/$how"; done; }
-unplug() { how=unbind rebind "$@"; }
-plug() { how=bind rebind "$@"; }
+# Both cameras go and come back together.
+unplug() { echo vivid.0 > /sys/bus/platform/drivers/vivid/unbind; }
+plug() { echo vivid.0 > /sys/bus/platform/drivers/vivid/bind; }
 
 watched devices wstac devices
 
@@ -85,15 +86,18 @@ stubborn() { control inject_vidioc_streamon_error=1,inject_vidioc_reqbufs_error=
 faulty restart stubborn
 faulty disconnected press disconnect
 
-again() { unplug vivid.0; sleep 2; plug vivid.0; }
+again() { unplug; sleep 2; plug; }
 faulty unplugged again
 
-# The other camera becomes /dev/video0, ours comes back later under another number.
-replaced() { unplug vivid.1 vivid.0; plug vivid.1; sleep 2; plug vivid.0; }
+# Loaded anew with other numbers: the other camera is /dev/video0 now.
+loaded() {
+    # Whoever looks for a camera has it open at times.
+    for _ in $(seq 100); do rmmod vivid 2> /dev/null && break; usleep 100000; done
+    insmod /modules/vivid.ko $cameras vid_cap_nr="$1"
+}
+replaced() { unplug; sleep 1; loaded 2,0; }
 faulty replaced replaced
-ls -l /dev/video* > /out/replaced.nodes
-unplug vivid.1 vivid.0
-plug vivid.0 vivid.1
+loaded 0,2
 
 # The link by serial number, which udev makes elsewhere, leads to the camera's new number.
 link() { ln -sfn "../../$1" /dev/v4l/by-id/usb-vivid_1234-video-index0; }
@@ -101,19 +105,17 @@ mkdir -p /dev/v4l/by-id
 link video0
 moved() {
     exec 9<> /dev/video0 # keeps the old number taken
-    unplug vivid.0
+    unplug
     sleep 1
-    plug vivid.0
-    for node in /sys/bus/platform/devices/vivid.0/video4linux/video*; do
-        case $(cat "$node/name") in *cap*) link "${node##*/}" ;; esac
+    plug
+    for node in /sys/class/video4linux/video*; do
+        case $(cat "$node/name") in vivid-000-vid-cap) link "${node##*/}" ;; esac
     done
 }
 faulty moved moved
-readlink /dev/v4l/by-id/* > /out/moved.link
 exec 9>&-
 rm -r /dev/v4l
-unplug vivid.0
-plug vivid.0
+loaded 0,2
 
 # The 720p timings at 30 frames a second; the default is 60.
 v4l2-ctl -d /dev/video0 --set-input=1 > /dev/null

@@ -6,7 +6,8 @@
 //! - Timestamps are held against a grid of nominal periods, not against the frame before, so that jitter neither adds
 //!   up nor counts: a frame has to be `LATE` periods behind the grid (more while the grid rests on few frames). The
 //!   grid follows slowly: a camera whose own clock is up to 1 % off loses nothing. A frame counted for one that was
-//!   merely late makes the next ones early, so a later gap is counted less: the count keeps to the time that passed.
+//!   merely late makes the next ones early, so a later gap is counted less, by the sequence number, too: the count keeps
+//!   to the time that passed.
 //! - A jump of the sequence number or of the timestamp by more than `LONGEST_GAP` (10 s) is a wrap or a reset unless the
 //!   other agrees, and then counts as one step; so does a sequence number that stays, or a timestamp that goes back.
 //!   A sequence number that wraps from 2^32 − 1 to 0 is no jump.
@@ -40,13 +41,15 @@ pub struct Timeline {
     frames: f64,
     /// Frames that were reported as lost since the last one.
     reported: u64,
+    /// Frames that count as lost by their time alone: those whose buffers were merely stamped late turn up later.
+    guessed: f64,
 }
 
 impl Timeline {
     /// A time line of frames at this rate.
     pub fn new(rate: FrameRate) -> Self {
         let rate = f64::from(rate.numerator()) / f64::from(rate.denominator());
-        Self { rate, last: None, late: 0.0, frames: 1.0, reported: 0 }
+        Self { rate, last: None, late: 0.0, frames: 1.0, reported: 0, guessed: 0.0 }
     }
 
     /// A frame was lost that no buffer stands for. Those that the next buffer's gap shows include it.
@@ -94,8 +97,13 @@ impl Timeline {
 
     /// Steps of the grid that `elapsed` periods took, at least `steps`.
     fn follow(&mut self, steps: f64, elapsed: f64) -> f64 {
+        // The sequence number counts frames that were counted by time already: not twice.
+        let again = (steps - elapsed - self.late + 1.0 - LATE).floor().min(self.guessed).min(steps - 1.0).max(0.0);
+        let steps = steps - again;
+        self.guessed -= again;
         let late = self.late + elapsed - steps;
         let missing = if late >= LATE + UNCERTAINTY / self.frames.sqrt() { late.round().max(1.0) } else { 0.0 };
+        self.guessed += missing;
         let late = late - missing;
         if late < EARLY {
             // Time went back, or the sequence number counts more than it allows: this frame's time is the new start.
@@ -110,6 +118,7 @@ impl Timeline {
     fn restart_grid(&mut self) {
         self.late = 0.0;
         self.frames = 1.0;
+        self.guessed = 0.0;
     }
 }
 
@@ -205,6 +214,17 @@ mod tests {
         let frames = (0..200).filter(|t| *t != 105).zip(0..);
         let losses = lost(&mut timeline(), frames.map(|(t, sequence)| (sequence, late(t))));
         assert_eq!(losses.iter().sum::<u64>(), 1);
+    }
+
+    #[test]
+    fn what_time_and_then_the_sequence_number_count_is_counted_once() {
+        // A busy machine stamps a buffer almost four periods late; the next number has them all.
+        let frames = [(0, 0.0), (1, 1.0), (2, 2.0), (3, 6.7), (14, 14.0), (15, 15.0), (16, 16.0)];
+        let losses = lost(&mut timeline(), frames);
+        assert_eq!(losses.iter().sum::<u64>(), 16 - 6, "{losses:?}");
+        // Frames that only time shows stay lost.
+        let frames = [(0, 0.0), (1, 1.0), (2, 6.0), (3, 7.0), (6, 10.0), (7, 11.0)];
+        assert_eq!(lost(&mut timeline(), frames), [0, 0, 4, 0, 2, 0]);
     }
 
     #[test]

@@ -213,7 +213,7 @@ impl CameraSource {
         }
         let device = self.camera.as_ref().map(|camera| camera.buffers.device());
         if let Some(text) = device.map(|device| device.error("cannot be read any further", error).to_string()) {
-            self.part(text);
+            self.part(&text);
         }
     }
 
@@ -234,7 +234,7 @@ impl CameraSource {
         }
         let path = self.request.path.display();
         let seconds = silence.as_secs();
-        self.part(format!("{path}: no frame for {seconds} s: check the cable and the hub's power"));
+        self.part(&format!("{path}: no frame for {seconds} s: check the cable and the hub's power"));
     }
 
     /// Tells where the driver says that the input's signal has gone, or come back.
@@ -324,7 +324,7 @@ impl Source for CameraSource {
 fn about(camera: &Camera) -> String {
     let negotiated = &camera.negotiated;
     let mut about =
-        format!("{}: {}, {}", camera.buffers.device().path().display(), camera.state.card, stream(negotiated),);
+        format!("{}: {}, {}", camera.buffers.device().path().display(), camera.state.card, stream(negotiated));
     for note in &negotiated.notes {
         about.push_str("; ");
         about.push_str(note);

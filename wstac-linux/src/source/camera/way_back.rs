@@ -55,14 +55,14 @@ impl Away {
 
 impl CameraSource {
     /// The stream has broken off: the camera is closed, and looked for from now on.
-    pub(super) fn part(&mut self, why: String) {
+    pub(super) fn part(&mut self, why: &str) {
         (self.lent, self.next, self.trouble) = (None, None, None);
         self.ready.clear();
         self.camera = None;
         self.known.look_around();
         let away = self.away.get_or_insert_default();
         away.no_signal = false;
-        if away.is_new(&why) {
+        if away.is_new(why) {
             let message = format!("{why}; waiting for the same camera, Ctrl-C ends");
             self.told.push_back(Told::Fault(Fault { kind: "disconnected", message }));
         }
