@@ -222,3 +222,50 @@ fn a_budget_that_cannot_be_read_or_met_says_so() {
         assert!(parts.iter().all(|part| told.contains(part)), "{told}");
     }
 }
+
+#[test]
+fn several_sensors_give_what_each_gives_alone_under_its_name() {
+    let scenes = [("left", "scene:Saw3@150,90deg"), ("right", "scene:Fla0@120")];
+    let sources = scenes.map(|(name, scene)| format!("cam:{name}={scene}"));
+    let both = output(&["run", &sources[0], &sources[1], "--json", "--features"]);
+    for (name, scene) in scenes {
+        let start = format!(r#"{{"sensor":"{name}","#);
+        let of_it: Vec<String> =
+            both.iter().filter_map(|line| Some(format!("{{{}", line.strip_prefix(&start)?))).collect();
+        assert_eq!(of_it, output(&["run", scene, "--json", "--features"]), "{name}");
+    }
+    let text = output(&["run", &sources[0], &sources[1]]);
+    assert!(text.iter().any(|line| line.starts_with("left: event at frame")), "{text:?}");
+    assert_eq!(text.iter().filter(|line| line.contains(": end after ")).count(), 2);
+}
+
+#[test]
+fn a_sensor_that_fails_leaves_the_others_to_their_ends() {
+    let path = std::env::temp_dir().join(format!("wstac-sensor-{}.y4m", std::process::id()));
+    std::fs::write(&path, b"YUV4MPEG2 W40 H40 F30:1 Cmono\nFRAME\nshort").unwrap();
+    let run = |sources: &[&str]| Command::new(wstac()).arg("run").arg("--json").args(sources).output().unwrap();
+    let broken = format!("cam:broken={}", path.display());
+    let both = run(&[&broken, "cam:sound=scene:Saw3@150"]);
+    std::fs::remove_file(&path).unwrap();
+    assert_eq!(both.status.code(), Some(1));
+    let (out, said) = (String::from_utf8_lossy(&both.stdout), String::from_utf8_lossy(&both.stderr));
+    assert!(out.contains(r#"{"sensor":"broken","kind":"end","frames":0"#), "{out}");
+    assert!(out.contains(r#"{"sensor":"sound","kind":"end","frames":140"#), "{out}");
+    assert!(
+        said.contains("wstac: broken: ") && said.contains("truncated") && said.contains("1 of 2 sensors"),
+        "{said}"
+    );
+    // Nothing starts before all are open.
+    let none = run(&["cam:there=scene:Saw3@150", "cam:gone=nothing"]);
+    assert_eq!((none.status.code(), none.stdout.len()), (Some(1), 0));
+    for (sources, code) in [
+        (&["scene:Saw3@150", "scene:Saw3@150"][..], 2),
+        (&["cam:a=scene:Saw3@150", "scene:Saw3@150"], 2),
+        (&["cam:a=scene:Saw3@150", "cam:b=scene:Saw3@150", "--save-raw", "never-made"], 2),
+        (&["cam:a=scene:Saw3@150", "cam:a=scene:Saw3@150"], 1),
+        (&["cam:a b=scene:Saw3@150"], 1),
+    ] {
+        let refused = run(sources);
+        assert_eq!((refused.status.code(), refused.stdout.len()), (Some(code), 0), "{sources:?}");
+    }
+}

@@ -1,18 +1,35 @@
-"""Checks what guest/faults.sh left: check_faults.py RESULTS."""
+"""Checks what guest/faults.sh left, and writes the table of faults: check_faults.py RESULTS."""
 
 from __future__ import annotations
 
 import re
 import sys
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 from results import Run, verdict
 
-FRAME = 320 * 180
+FRAME, RATE = 320 * 180, 30
 
 
-def check_gaps(run: Run, at_least: int) -> tuple[list[str], str]:
+@dataclass
+class Seen:
+    """What one run showed."""
+
+    problems: list[str]
+    note: str = ""
+    # Frames lost as wstac counts them, and as the kernel's trace has it.
+    counted: int | None = None
+    kernel: range | None = None
+
+
+def faults(run: Run) -> list[str]:
+    """The faults that were told, in order."""
+    return [record["fault"] for record in run.of_kind("fault")]
+
+
+def by_sequence(run: Run, at_least: int = 0) -> Seen:
     """Lost frames are counted one by one, and the frames that came keep their time."""
     frames = run.saved(FRAME)
     times, gaps, counted = run.arrived(frames), run.lost(frames), run.end["dropped"]
@@ -24,31 +41,90 @@ def check_gaps(run: Run, at_least: int) -> tuple[list[str], str]:
     said = [record["frame"] for record in run.of_kind("features")]
     if not set(times) <= set(said):
         problems.append(f"features at {said[:8]}…, but the buffers are those of {times[:8]}…")
-    return problems, f"{frames} frames, {counted} lost"
+    if faults(run):
+        problems.append(f"faults were told: {faults(run)}")
+    return Seen(problems, f"{frames} frames", counted, gaps)
 
 
-def dropped(run: Run) -> tuple[list[str], str]:
-    """Three buffers in ten lost."""
-    return check_gaps(run, 10)
+def by_time(run: Run, *expected: str) -> Seen:
+    """The faults are told, each once, and the frames that came after keep their time."""
+    frames = run.saved(FRAME)
+    refused = re.search(r"(\d+) frame\(s\) lost: no signal", run.stderr)
+    kernel = run.lost_by_time(frames, RATE, int(refused[1]) if refused else 0)
+    counted, told = run.end["dropped"], faults(run)
+    problems = [] if told == list(expected) else [f"told {told}, expected {list(expected)}"]
+    if counted not in kernel:
+        problems.append(f"dropped {counted}, but the kernel's times say {kernel}")
+    # The last frame that came has its place in time; one may be held back for what comes after it.
+    last, place = run.of_kind("features")[-1]["frame"], frames - 1 + kernel.start
+    if not place - 1 <= last <= frames - 1 + kernel.stop:
+        problems.append(f"the last features are of frame {last}, in the kernel's times it is {place}")
+    kinds = [record["kind"] for record in run.records]
+    if told and "features" not in kinds[len(kinds) - kinds[::-1].index("fault") :]:
+        problems.append("no frames after the last fault")
+    return Seen(problems, f"{frames} frames", counted, kernel)
 
 
-def wrapped(run: Run) -> tuple[list[str], str]:
-    """The same while the sequence number goes through 2^32."""
+def wrapped(run: Run) -> Seen:
+    """The sequence number goes through 2^32 while three buffers in ten are lost."""
     sequences = [buffer.sequence for buffer in run.buffers]
-    problems, note = check_gaps(run, 20)
+    seen = by_sequence(run, 20)
     if max(sequences) < 0xFFFF_FF80 or min(sequences) > 1000:
-        problems.append("the sequence number did not wrap")
-    return problems, note
+        seen.problems.append("the sequence number did not wrap")
+    return seen
 
 
-def flagged(run: Run) -> tuple[list[str], str]:
+def time_wrapped(run: Run) -> Seen:
+    """The timestamp goes through 2^63 ns and is below 0 from then on."""
+    seen = by_sequence(run)
+    times = [buffer.time for buffer in run.buffers]
+    if not min(times) < 2**63 / 1e9 < max(times):
+        seen.problems.append("the timestamp did not wrap")
+    return seen
+
+
+def flagged(run: Run) -> Seen:
     """Buffers that the driver marks as damaged are lost frames."""
     bad = sum(buffer.flagged for buffer in run.buffers)
-    problems, note = check_gaps(run, 2)
-    return problems + (["no buffer was flagged"] if not bad else []), f"{note}, {bad} flagged"
+    seen = by_sequence(run, 2)
+    seen.note += f", {bad} flagged"
+    seen.problems += [] if bad else ["no buffer was flagged"]
+    return seen
 
 
-def slow(run: Run) -> tuple[list[str], str]:
+def restarted(run: Run) -> Seen:
+    """The stream is started again until it starts."""
+    told = faults(run)
+    refusals = told.count("refused")
+    seen = by_time(run, "disconnected", *["refused"] * refusals, "reconnected")
+    seen.problems += [] if refusals else ["starting again was never refused"]
+    return seen
+
+
+def found(run: Run, there: str) -> Seen:
+    """The same camera is found where it is now."""
+    seen = by_time(run, "disconnected", "reconnected")
+    said = [record["message"] for record in run.of_kind("fault")][-1]
+    number = re.match(r"/dev/video(\d+)", said)
+    if number is None or number[1] == "0":
+        seen.problems.append(f"came back as {said!r}, not as {there}")
+    return seen
+
+
+def newest(run: Run) -> Seen:
+    """A program that stood still skips what waited, and time does not shift."""
+    times = [buffer.time for buffer in run.buffers]
+    all_frames, said = round((times[-1] - times[0]) * RATE) + 1, run.end["frames"]
+    skipped = re.search(r"(\d+) frame\(s\) lost: skipped for newer ones", run.stderr)
+    problems = [] if skipped else ["nothing was skipped"]
+    # Buffers that were taken from the driver, but came to nothing when the run was stopped.
+    problems += [] if all_frames - 8 <= said <= all_frames else [f"{said} frames, by the kernel's times {all_frames}"]
+    problems += [] if re.search(r"up to \d+ frame\(s\) behind the camera", run.stderr) else ["not said how far behind"]
+    printed = len(run.of_kind("features"))
+    return Seen(problems, f"{skipped[1] if skipped else 0} skipped", run.end["dropped"], range(all_frames - printed - 8, all_frames - printed + 1))
+
+
+def slow(run: Run) -> Seen:
     """A camera slower than asked is used as it is, and the user is told."""
     rate = re.search(r"([\d.]+) fps|Frames per second: ([\d.]+)", (run.directory / "slow.format").read_text())
     rate = float(rate[1] or rate[2])
@@ -56,10 +132,10 @@ def slow(run: Run) -> tuple[list[str], str]:
     problems += [] if "fps" in run.stderr else ["nothing on standard error about the frame rate"]
     # A button pressed for the run before may mark one of these as damaged.
     frames = len(run.of_kind("features")) + run.end["dropped"]
-    return problems + ([] if frames == 8 else [f"{frames} frames, not 8"]), f"{rate} fps"
+    return Seen(problems + ([] if frames >= 8 else [f"{frames} frames, not 8"]), f"{rate:g} fps")
 
 
-def stopped(run: Run) -> tuple[list[str], str]:
+def stopped(run: Run) -> Seen:
     """SIGINT and SIGTERM finish everything that was begun."""
     size = run.raw.stat().st_size
     saved, said = size // FRAME, run.end["frames"]
@@ -70,42 +146,84 @@ def stopped(run: Run) -> tuple[list[str], str]:
     printed, lost = len(run.of_kind("features")), run.end["dropped"]
     if not printed <= said <= printed + lost:
         problems.append(f"the end record counts {said} frames, {printed} were printed and {lost} lost")
-    return problems, f"{said} frames"
+    return Seen(problems, f"{said} frames")
 
 
-def devices(run: Run) -> tuple[list[str], str]:
+def devices(run: Run) -> Seen:
     """Cameras are listed, other video nodes are not."""
     problems = [] if "/dev/video0" in run.stdout else ["/dev/video0 is not listed"]
-    return problems + (["the output node /dev/video1 is listed"] if "/dev/video1" in run.stdout else []), ""
+    return Seen(problems + (["the output node /dev/video1 is listed"] if "/dev/video1" in run.stdout else []))
 
 
-# Runs that have to succeed.
-SOUND: dict[str, Callable[[Run], tuple[list[str], str]]] = {
-    "devices": devices, "dropped": dropped, "wrapped": wrapped, "flagged": flagged, "slow": slow,
-    "interrupted": stopped, "terminated": stopped,
-}  # fmt: skip
-# A camera that refuses to start once: an error in words, or another try that succeeds.
-REFUSED = ("streamon", "reqbufs")
-# A camera that fails on the way: what came before is finished, whatever the exit code.
-BROKEN = ("qbuf", "fatal", "disconnected")
+def refused(run: Run) -> Seen:
+    """A camera that refuses to start at first: an error in words, or another try that succeeds."""
+    started = run.exit == 0 and len(run.of_kind("features")) == 5
+    sound = started or run.exit == 1 and run.stderr.strip()
+    problems = [] if sound else [f"exit code {run.exit}, {run.stderr!r}: not an error in words"]
+    return Seen(problems, f"exit code {run.exit}: {run.stderr.strip().splitlines()[-1]}")
 
 
-def judge(run: Run, name: str) -> tuple[list[str], str]:
-    """The problems of one run, and a note."""
-    if name in SOUND:
-        problems = run.trouble()
-        return (problems, "") if problems else SOUND[name](run)
-    problems = run.crash()
-    if name in REFUSED:
-        started = run.exit == 0 and len(run.of_kind("features")) == 5
-        problems += [] if started or run.exit == 1 and run.stderr.strip() else [f"exit code {run.exit}, {run.stderr!r}: not an error in words"]
-    else:
-        problems += [] if run.end["frames"] > 0 else ["no frames before the fault"]
-    return problems, f"exit code {run.exit}: {run.stderr.strip().splitlines()[-1] if run.stderr.strip() else 'silent'}"
+# Name, what happens, and how it is judged.
+FAULTS: list[tuple[str, str, Callable[[Run], Seen]]] = [
+    ("dropped-1", "1 % of the buffers dropped", by_sequence),
+    ("dropped-30", "30 % of the buffers dropped", lambda run: by_sequence(run, 30)),
+    ("dropped-90", "90 % of the buffers dropped", lambda run: by_sequence(run, 150)),
+    ("flagged", "buffers marked as damaged", flagged),
+    ("wrapped", "30 % dropped while the sequence number wraps", wrapped),
+    ("timewrap", "the timestamp wraps", time_wrapped),
+    ("qbuf", "a buffer is not taken back (QBUF)", by_time),
+    ("streamon", "the stream does not start (STREAMON), at first start", refused),
+    ("reqbufs", "no buffers (REQBUFS), at first start", refused),
+    ("fatal", "fatal streaming error", lambda run: by_time(run, "disconnected", "reconnected")),
+    ("restart", "the same, then STREAMON, REQBUFS and QBUF fail", restarted),
+    ("disconnected", "disconnected", lambda run: by_time(run, "disconnected", "reconnected")),
+    ("unplugged", "unplugged and plugged in after 2 s", lambda run: by_time(run, "disconnected", "reconnected")),
+    ("replaced", "the same, another camera takes its number", lambda run: found(run, "another node")),
+    ("moved", "the same under another number, with a link by serial number", lambda run: found(run, "another node")),
+    ("signal", "no signal for 2 s", lambda run: by_time(run, "no-signal", "signal")),
+    ("slow", "fewer frames a second offered than asked for", slow),
+    ("slower", "10 frames a second instead of 30 for a while", lambda run: by_time(run, "slow", "in-time")),
+    ("reduced", "29.97 frames a second instead of 30", by_time),
+    ("newest", "the program stands still for a second", newest),
+]  # fmt: skip
+OTHERS: list[tuple[str, Callable[[Run], Seen]]] = [("devices", devices), ("interrupted", stopped), ("terminated", stopped)]
 
 
-for each in (*SOUND, *REFUSED, *BROKEN):
+def judge(directory: Path, name: str, check: Callable[[Run], Seen]) -> tuple[Run | None, Seen]:
+    """What one run showed; a broken record must cost one check, not the rest."""
+    run = None
     try:
-        verdict(f"faults {each}", *judge(Run(Path(sys.argv[1]), each), each))
-    except Exception as error:  # a broken record must cost one check, not the rest
-        verdict(f"faults {each}", [f"{type(error).__name__}: {error}"])
+        run = Run(directory, name)
+        problems = run.crash() if check is refused else run.trouble()
+        seen = Seen(problems) if problems else check(run)
+    except Exception as error:
+        seen = Seen([f"{type(error).__name__}: {error}"])
+    counts = "" if seen.counted is None else f", {seen.counted} lost, {between(seen.kernel)} by the kernel's trace"
+    verdict(f"faults {name}", seen.problems, seen.note + counts)
+    return run, seen
+
+
+def between(counts: range) -> str:
+    """`7`, or `7 to 9` where the trace cannot tell."""
+    return str(counts.start) if len(counts) == 1 else f"{counts.start} to {counts[-1]}"
+
+
+def main(directory: Path) -> None:
+    """Judges all runs and writes the table."""
+    for name, check in OTHERS:
+        judge(directory, name, check)
+    rows = ["| fault | what `wstac run` said | frames lost, counted | by the kernel's trace | verdict |", "| --- | --- | --- | --- | --- |"]
+    for name, title, check in FAULTS:
+        run, seen = judge(directory, name, check)
+        try:
+            told = ", ".join(f"`{kind}`" for kind in faults(run)) or (seen.note if run.exit or check in (newest, slow) else "nothing") if run else ""
+        except Exception:
+            told = ""
+        counted = ["–", "–"] if seen.counted is None else [str(seen.counted), between(seen.kernel)]
+        rows.append(f"| {title} | {told} | {' | '.join(counted)} | {'FAILED' if seen.problems else 'survived'} |")
+    table = "\n".join(rows) + "\n"
+    (directory / "table.md").write_text(table)
+    print(table, end="")
+
+
+main(Path(sys.argv[1]))

@@ -25,6 +25,8 @@ class Buffer:
 
     sequence: int
     flagged: bool
+    # Of the monotonic clock, in seconds; wraps where vivid is told to wrap it.
+    time: float
 
 
 class Run:
@@ -38,7 +40,11 @@ class Run:
         self.exit = int(Path(f"{base}.exit").read_text())
         self.stdout = Path(f"{base}.out").read_text(errors="replace")
         self.buffers = [
-            Buffer(int(re.search(r"sequence = (\d+)", line)[1]), "ERROR" in re.search(r"flags = (.*?), field", line)[1])
+            Buffer(
+                int(re.search(r"sequence = (\d+)", line)[1]),
+                "ERROR" in re.search(r"flags = (.*?), field", line)[1],
+                int(re.search(r"timestamp = (\d+)", line)[1]) / 1e9,
+            )
             for line in Path(f"{base}.trace").read_text().splitlines()
         ]
 
@@ -110,6 +116,20 @@ class Run:
         damaged = sum(1 for _ in takewhile(lambda buffer: buffer.flagged, reversed(self.buffers)))
         after = sound[frames] - last - 1 if len(sound) > frames else damaged
         return range(before, before + after + 1)
+
+
+    def lost_by_time(self, frames: int, rate: float, unsaved: int = 0) -> range:
+        """How many frames the kernel's timestamps say were lost, damaged or never taken: holds across breaks of the stream,
+        each of which may put the frames off by half a period. `unsaved` sound buffers were refused before the last frame."""
+        sound = [buffer for buffer in self.buffers if not buffer.flagged]
+        last = frames + unsaved - 1
+        if len(sound) <= last:
+            raise LookupError(f"the kernel handed out {len(sound)} sound buffers, but {last + 1} were taken")
+        times = [buffer.time for buffer in sound]
+        breaks = 1 + sum(later.sequence < earlier.sequence for earlier, later in pairwise(self.buffers))
+        lost = round((times[last] - times[0]) * rate) + 1 - frames
+        after = round((times[last + 1] - times[last]) * rate) - 1 if len(sound) > last + 1 else 0
+        return range(max(lost - breaks, 0), lost + breaks + max(after, 0) + 1)
 
 
 def reference_features(raw: Path, fourcc: str, width: int, height: int, line: int, colours: list[str]) -> list[list[int]]:

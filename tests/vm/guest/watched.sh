@@ -5,8 +5,9 @@
 watched() {
     local name=$1
     shift
+    echo "$name" # on the console: how far the guest has come
     echo > /sys/kernel/tracing/trace
-    timeout -s KILL 60 "$@" > "/out/$name.out" 2> "/out/$name.err"
+    timeout -s KILL 90 "$@" > "/out/$name.out" 2> "/out/$name.err"
     echo $? > "/out/$name.exit"
     grep "v4l2_dqbuf:.*VIDEO_CAPTURE" /sys/kernel/tracing/trace > "/out/$name.trace"
 }

@@ -55,7 +55,7 @@ fn apart(offer: RateRange, rate: FrameRate) -> f64 {
 }
 
 /// Whether two rates are the same but for rounding.
-pub(super) fn same(a: FrameRate, b: FrameRate) -> bool {
+pub(crate) fn same(a: FrameRate, b: FrameRate) -> bool {
     apart(RateRange { slowest: a, fastest: a }, b) == 0.0
 }
 

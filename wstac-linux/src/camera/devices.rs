@@ -34,9 +34,14 @@ pub struct DeviceInfo {
 
 /// All video nodes that capture, or that cannot be asked, in natural order: 2 before 10.
 pub fn devices() -> Vec<DeviceInfo> {
+    nodes().iter().filter_map(|path| device_at(path)).collect()
+}
+
+/// All video nodes, in natural order.
+pub(super) fn nodes() -> Vec<PathBuf> {
     let entries = std::fs::read_dir("/dev").into_iter().flatten().flatten();
     let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
-    in_order(names).into_iter().filter_map(|name| device_at(&Path::new("/dev").join(name))).collect()
+    in_order(names).into_iter().map(|name| Path::new("/dev").join(name)).collect()
 }
 
 /// The names of video nodes, by their numbers.

@@ -4,7 +4,7 @@
 //! (`buffers`), because it has to end its waits, survive faults and tell damaged buffers from good ones.
 
 pub(crate) mod buffers;
-mod choose;
+pub(crate) mod choose;
 pub mod colour;
 pub mod controls;
 mod device;
@@ -16,6 +16,7 @@ mod jpeg_tables;
 pub mod mjpeg;
 pub mod modes;
 mod negotiate;
+pub(crate) mod same;
 mod state;
 pub mod timeline;
 

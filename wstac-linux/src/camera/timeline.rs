@@ -6,7 +6,8 @@
 //! - Timestamps are held against a grid of nominal periods, not against the frame before, so that jitter neither adds
 //!   up nor counts: a frame has to be `LATE` periods behind the grid (more while the grid rests on few frames). The
 //!   grid follows slowly: a camera whose own clock is up to 1 % off loses nothing. A frame counted for one that was
-//!   merely late makes the next ones early, so a later gap is counted less: the count keeps to the time that passed.
+//!   merely late makes the next ones early, so a later gap is counted less, by the sequence number, too: the count keeps
+//!   to the time that passed.
 //! - A jump of the sequence number or of the timestamp by more than `LONGEST_GAP` (10 s) is a wrap or a reset unless the
 //!   other agrees, and then counts as one step; so does a sequence number that stays, or a timestamp that goes back.
 //!   A sequence number that wraps from 2^32 − 1 to 0 is no jump.
@@ -23,8 +24,10 @@ const UNCERTAINTY: f64 = 0.5;
 const MEMORY: f64 = 64.0;
 /// Periods ahead of the grid from which it starts afresh.
 const EARLY: f64 = -1.5;
-/// Longer than a source waits for a frame before it gives up.
+/// Longer than a source waits for a frame before it starts the stream anew.
 const LONGEST_GAP: Duration = Duration::from_secs(10);
+/// How far the driver's time across a break may be from the time between the arrivals.
+const UNSURE: Duration = Duration::from_secs(2);
 
 /// The time line of one stream.
 #[derive(Clone, Debug)]
@@ -38,13 +41,15 @@ pub struct Timeline {
     frames: f64,
     /// Frames that were reported as lost since the last one.
     reported: u64,
+    /// Frames that count as lost by their time alone: those whose buffers were merely stamped late turn up later.
+    guessed: f64,
 }
 
 impl Timeline {
     /// A time line of frames at this rate.
     pub fn new(rate: FrameRate) -> Self {
         let rate = f64::from(rate.numerator()) / f64::from(rate.denominator());
-        Self { rate, last: None, late: 0.0, frames: 1.0, reported: 0 }
+        Self { rate, last: None, late: 0.0, frames: 1.0, reported: 0, guessed: 0.0 }
     }
 
     /// A frame was lost that no buffer stands for. Those that the next buffer's gap shows include it.
@@ -76,10 +81,29 @@ impl Timeline {
         (steps as u64).saturating_sub(1 + reported)
     }
 
+    /// The first buffer after the stream was broken off and started anew: how many frames would have come meanwhile, beside
+    /// those already reported. The driver's timestamps say so, before and after; where they do not, or cannot be right,
+    /// the time between both buffers' arrivals does. Sequence numbers start anew. Nothing is lost before the first buffer.
+    pub fn resume(&mut self, sequence: u32, timestamp: Option<Duration>, between: Duration) -> u64 {
+        let reported = std::mem::take(&mut self.reported);
+        self.restart_grid();
+        let Some((_, before)) = self.last.replace((sequence, timestamp)) else { return 0 };
+        let told = timestamp.zip(before).and_then(|(now, before)| now.checked_sub(before));
+        // Buffers may have waited before they arrived, and a rest of some periods is usual.
+        let unsure = UNSURE + Duration::try_from_secs_f64(10.0 / self.rate).unwrap_or(Duration::MAX).min(LONGEST_GAP);
+        let passed = told.filter(|told| told.abs_diff(between) <= unsure).unwrap_or(between);
+        ((passed.as_secs_f64() * self.rate).round() as u64).saturating_sub(1 + reported)
+    }
+
     /// Steps of the grid that `elapsed` periods took, at least `steps`.
     fn follow(&mut self, steps: f64, elapsed: f64) -> f64 {
+        // The sequence number counts frames that were counted by time already: not twice.
+        let again = (steps - elapsed - self.late + 1.0 - LATE).floor().min(self.guessed).min(steps - 1.0).max(0.0);
+        let steps = steps - again;
+        self.guessed -= again;
         let late = self.late + elapsed - steps;
         let missing = if late >= LATE + UNCERTAINTY / self.frames.sqrt() { late.round().max(1.0) } else { 0.0 };
+        self.guessed += missing;
         let late = late - missing;
         if late < EARLY {
             // Time went back, or the sequence number counts more than it allows: this frame's time is the new start.
@@ -94,6 +118,7 @@ impl Timeline {
     fn restart_grid(&mut self) {
         self.late = 0.0;
         self.frames = 1.0;
+        self.guessed = 0.0;
     }
 }
 
@@ -192,6 +217,17 @@ mod tests {
     }
 
     #[test]
+    fn what_time_and_then_the_sequence_number_count_is_counted_once() {
+        // A busy machine stamps a buffer almost four periods late; the next number has them all.
+        let frames = [(0, 0.0), (1, 1.0), (2, 2.0), (3, 6.7), (14, 14.0), (15, 15.0), (16, 16.0)];
+        let losses = lost(&mut timeline(), frames);
+        assert_eq!(losses.iter().sum::<u64>(), 16 - 6, "{losses:?}");
+        // Frames that only time shows stay lost.
+        let frames = [(0, 0.0), (1, 1.0), (2, 6.0), (3, 7.0), (6, 10.0), (7, 11.0)];
+        assert_eq!(lost(&mut timeline(), frames), [0, 0, 4, 0, 2, 0]);
+    }
+
+    #[test]
     fn a_camera_that_slows_down_leaves_gaps() {
         // 30 frames a second, then 7.5, then 20.
         let mut time = 0.0;
@@ -277,6 +313,42 @@ mod tests {
             timeline.report_lost();
             assert_eq!(timeline.arrive(sequence, Some(at(periods))), more);
         }
+    }
+
+    #[test]
+    fn a_break_counts_the_time_that_passed() {
+        // Three seconds by the driver's clock; the arrivals were a little apart from that.
+        for (after, between, lost_frames) in [
+            (Some(at(99.0)), Duration::from_secs(3), 89),
+            (Some(at(99.0)), Duration::from_secs(4), 89),
+            // No time, one that went back, one of another clock: the arrivals count.
+            (None, Duration::from_secs(3), 89),
+            (Some(at(-5.0)), Duration::from_secs(3), 89),
+            (Some(at(1e9)), Duration::from_secs(3), 89),
+            // Nothing is invented where no time passed.
+            (Some(at(10.0)), Duration::from_millis(30), 0),
+            (Some(at(9.0)), Duration::ZERO, 0),
+        ] {
+            let mut timeline = timeline();
+            lost(&mut timeline, (0..10).map(|t| (t, f64::from(t))));
+            assert_eq!(timeline.resume(0, after, between), lost_frames, "{after:?} {between:?}");
+            // The grid starts anew there.
+            let next = after.map(|after| after + Duration::from_secs_f64(1.0 / 30.0));
+            assert_eq!(timeline.arrive(1, next), 0);
+        }
+    }
+
+    #[test]
+    fn a_break_before_the_first_frame_loses_nothing() {
+        assert_eq!(timeline().resume(7, Some(at(0.0)), Duration::from_secs(100)), 0);
+    }
+
+    #[test]
+    fn what_was_reported_before_a_break_is_not_counted_again() {
+        let mut timeline = timeline();
+        lost(&mut timeline, [(0, 0.0), (1, 1.0)]);
+        (0..10).for_each(|_| timeline.report_lost());
+        assert_eq!(timeline.resume(0, Some(at(31.0)), Duration::from_secs(1)), 19);
     }
 
     #[test]

@@ -1,9 +1,11 @@
 //! Standard output and standard error that may be closed, full or a terminal.
 
 use std::fmt::{self, Write as _};
-use std::io::{self, ErrorKind, StdoutLock, Write};
+use std::io::{self, ErrorKind, Stdout, Write};
 
 use std::path::Path;
+
+use serde::Serialize;
 
 use crate::error::Error;
 use crate::reading::{EventRecord, Record};
@@ -57,36 +59,70 @@ pub(super) enum Form {
     Json,
 }
 
-/// Records on standard output; a line is out as soon as it is written.
+/// Records on standard output; a line is out as soon as it is written, and whole, whoever else writes there.
 pub(super) struct Records {
-    out: StdoutLock<'static>,
+    out: Stdout,
     form: Form,
+    /// The sensor that they are of, where it has a name.
+    sensor: Option<String>,
     line: String,
+}
+
+/// A record and the sensor that it is of.
+#[derive(Serialize)]
+struct OfSensor<'a> {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sensor: Option<&'a str>,
+    #[serde(flatten)]
+    record: &'a Record,
 }
 
 impl Records {
     pub(super) fn new(form: Form) -> Self {
-        Self { out: io::stdout().lock(), form, line: String::new() }
+        Self { out: io::stdout(), form, sensor: None, line: String::new() }
+    }
+
+    /// The same, each named by its sensor.
+    pub(super) fn of_sensor(self, sensor: Option<&str>) -> Self {
+        Self { sensor: sensor.map(str::to_owned), ..self }
     }
 
     pub(super) fn write(&mut self, record: &Record) -> Result<(), Stop> {
         self.line.clear();
+        let sensor = self.sensor.as_deref();
         match self.form {
             Form::Json => {
-                self.line = serde_json::to_string(record).map_err(|error| Error::new("standard output", error))?;
+                self.line = serde_json::to_string(&OfSensor { sensor, record })
+                    .map_err(|error| Error::new("standard output", error))?;
             }
             // Writing to a string does not fail.
-            Form::Text => drop(text(&mut self.line, record)),
+            Form::Text => {
+                if let Some(sensor) = sensor {
+                    let _ = write!(self.line, "{sensor}: ");
+                }
+                let _ = text(&mut self.line, record);
+            }
         }
         self.line.push('\n');
-        self.out.write_all(self.line.as_bytes())?;
-        Ok(self.out.flush()?)
+        // One lock for the line and its way out.
+        let mut out = self.out.lock();
+        out.write_all(self.line.as_bytes())?;
+        Ok(out.flush()?)
+    }
+
+    /// Says something of this sensor on standard error.
+    pub(super) fn note(&self, message: impl fmt::Display) {
+        match &self.sensor {
+            Some(sensor) => note(format_args!("{sensor}: {message}")),
+            None => note(message),
+        }
     }
 }
 
 /// Says something on standard error, which may be closed.
 pub(super) fn note(message: impl fmt::Display) {
-    let _ = writeln!(io::stderr(), "wstac: {message}");
+    // In one piece: several threads may have something to say.
+    let _ = io::stderr().write_all(format!("wstac: {message}\n").as_bytes());
 }
 
 fn text(line: &mut String, record: &Record) -> fmt::Result {

@@ -1,20 +1,21 @@
-//! `wstac run`: a source's events.
+//! `wstac run`: the events of one source, or of several at once.
 
-use std::fs::File;
-use std::io::{ErrorKind, Write};
-use std::path::{Path, PathBuf};
+mod read;
+mod sensors;
+
+use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
+use clap::error::ErrorKind;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
-use super::output::{Form, Records, Stop, note};
-use super::source_arguments::{SourceArguments, config_of};
+use self::read::Run;
+use self::sensors::{Sensor, sensors};
+use super::output::Stop;
+use super::source_arguments::SourceArguments;
 use crate::error::Error;
 use crate::model::file::ModelFile;
-use crate::reading::{BASELINE_DISTURBED, Reading, Wanted};
-use crate::source::{Delivery, Item, Source};
-use crate::texture::Textures;
 
 /// Print the tactile events of a source
 ///
@@ -25,8 +26,9 @@ use crate::texture::Textures;
 #[command(after_long_help = help())]
 pub(super) struct Arguments {
     /// /dev/videoN, scene:Saw3@150[,90deg][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input), or a
-    /// folder of PNGs
-    source: String,
+    /// folder of PNGs; or several, each as cam:NAME=SOURCE
+    #[arg(required = true, value_name = "SOURCE")]
+    sources: Vec<String>,
 
     /// Read the configuration from this TOML file
     #[arg(long, value_name = "FILE")]
@@ -52,12 +54,12 @@ pub(super) struct Arguments {
     #[command(flatten)]
     options: SourceArguments,
 
-    /// End after this many frames
+    /// End after this many frames, lost ones included; of several sources, after as many of each
     #[arg(long, value_name = "N")]
     frames: Option<u64>,
 
     /// Write the bytes of every frame, as they are summed (JPEG and PNG decoded), to a new file; lost frames leave no
-    /// bytes
+    /// bytes. One source only
     #[arg(long, value_name = "FILE")]
     save_raw: Option<PathBuf>,
 }
@@ -72,7 +74,21 @@ const HELP: &str = r#"Sources:
   FILE.y4m, -      Y4M; for other videos:
                    ffmpeg -i FILE -pix_fmt yuv420p -f yuv4mpegpipe - | wstac run -
   FOLDER           its PNGs, 2.png before 10.png; 30 frames a second unless --fps says otherwise
+  cam:NAME=SOURCE  any of these under a name, several at once (a name has letters, digits, - and
+                   _): wstac run cam:left=/dev/video0 cam:right=/dev/video2
+                   Options, configuration and models are those of all. Each has its own
+                   baseline, frames and end; where one fails, the others go on to their ends.
   Exit code: 1 where a source or file cannot be used, 2 for wrong arguments, otherwise 0.
+
+A camera on a bad day:
+  Where the program is slower than the camera, older frames are skipped for the newest and
+  count as lost, so that time does not shift (not with --save-raw: every frame counts there).
+  Where the stream breaks off (unplugged, a failed stream, silence), it waits for the same
+  camera, by its serial number or its place, starts it as it was and goes on; the time that
+  passed counts as lost frames. Each is told as a fault, once: "disconnected", "reconnected",
+  "refused" (it is there and does not start yet), "no-signal", "signal", "slow" (fewer than 90 %
+  of the frames agreed on), "in-time", "controls" (other values than before the break).
+  A camera that comes back with another format, size or rate ends the stream, exit code 1.
 
 What the answers mean:
   An event is a sample of 70 frames (2.3 s at 30 frames a second). A slide that lasts
@@ -98,7 +114,9 @@ Output with --json, one object a line:
    "frames_filled":0,"reliable":true}
   {"kind":"texture","frame":137,"frames":40,"texture":{…}}
   {"kind":"incomplete","frame":300,"frames":12}     an event that a gap of lost frames ended
+  {"kind":"fault","frame":300,"fault":"disconnected","message":"…"}     the source goes on
   {"kind":"end","frames":900,"dropped":0,"baseline":"complete","incomplete":null}
+  With cam:NAME=SOURCE, each starts with "sensor":"NAME", and each sensor has its end.
   "f" is five rows, then five columns: natural logarithms, exact multiples of 1/2048.
   --samples adds "sample" to events: 10 lists of 70 such numbers.
   "frame" of an event is the first of its sample, 10 before the window that fired. Frames
@@ -122,123 +140,43 @@ fn help() -> String {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
-    let (mut source, info) = arguments.options.open(&arguments.source, Delivery::Newest)?;
-    let config = config_of(source.as_ref(), arguments.config.as_deref())?;
-    let wanted = Wanted { features: arguments.features, samples: arguments.samples };
+    let sensors = sensors(&arguments.sources)?;
+    if let [Sensor { name: None, .. }, _, ..] | [_, Sensor { name: None, .. }, ..] = &sensors[..] {
+        conflict("several sources need names, expected cam:NAME=SOURCE for each");
+    }
+    if sensors.len() > 1 && arguments.save_raw.is_some() {
+        conflict("--save-raw is for one source");
+    }
     let files = arguments.models.iter().map(|name| ModelFile::open(name)).collect::<Result<Vec<_>, _>>()?;
-    let mut reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
-    note(&info.about);
-    if info.rate.frames_added() > 1 {
-        note(format_args!("{} camera frames are added up to one feature frame", info.rate.frames_added()));
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let run = Run { arguments, files: &files, interrupted: &interrupted };
+    if let [only] = &sensors[..] {
+        let opened = run.open(only)?;
+        // Not before: opening a pipe that nobody writes to ends with the first Ctrl-C.
+        on_interruption(&interrupted)?;
+        return opened.read();
     }
-    if info.taxels_only && arguments.save_raw.is_some() {
-        return Err(Error::new(&info.about, "--save-raw needs frames, expected fidelity = \"rendered\"").into());
-    }
-    let interrupted = interruptions()?;
-    let raw = arguments.save_raw.as_deref().map(RawFile::create).transpose()?;
-    let form = if arguments.json { Form::Json } else { Form::Text };
-    let mut records = Records::new(form);
-    read(source.as_mut(), &mut reading, &mut records, raw, arguments.frames, &interrupted)
+    on_interruption(&interrupted)?;
+    run.all(&sensors)
 }
 
-/// Reads until the source ends or fails, `limit` frames have passed, or a signal asks for the end. Whatever happens,
-/// the end record is written.
-fn read(
-    source: &mut dyn Source,
-    reading: &mut Reading<'_>,
-    records: &mut Records,
-    mut raw: Option<RawFile>,
-    limit: Option<u64>,
-    interrupted: &AtomicBool,
-) -> Result<(), Stop> {
-    let mut seen = 0;
-    let mut reasons = LossReport::default();
-    let result = loop {
-        if interrupted.load(Ordering::Relaxed) || limit.is_some_and(|limit| seen >= limit) {
-            reading.finish(|record| records.write(&record))?;
-            break Ok(());
-        }
-        let item = match source.next() {
-            Ok(item) => item,
-            Err(error) => {
-                // The source's error is the one that matters, whatever becomes of the end record.
-                let _ = reading.finish(|record| records.write(&record));
-                break Err(error.into());
-            }
-        };
-        match &item {
-            Item::Frame { bytes, .. } => {
-                seen += 1;
-                if let Some(error) = raw.as_mut().and_then(|raw| raw.write(bytes).err()) {
-                    reading.finish(|record| records.write(&record))?;
-                    break Err(error.into());
-                }
-            }
-            Item::Taxels(_) => seen += 1,
-            Item::Lost { frames, why } => {
-                seen += frames;
-                reasons.add(*frames, why);
-            }
-            Item::Fault(_) | Item::Waiting | Item::End => {}
-        }
-        if !reading.take(&item, |record| records.write(&record))? {
-            break Ok(());
-        }
-        if reading.baseline_disturbed() {
-            note(BASELINE_DISTURBED);
-        }
-    };
-    reasons.say();
-    result
-}
-
-/// Why frames were lost, counted by reason, said once at the end.
-#[derive(Default)]
-struct LossReport(Vec<(&'static str, u64)>);
-
-impl LossReport {
-    fn add(&mut self, frames: u64, why: &'static str) {
-        match self.0.iter_mut().find(|(reason, _)| *reason == why) {
-            Some((_, count)) => *count += frames,
-            None => self.0.push((why, frames)),
-        }
-    }
-
-    fn say(&self) {
-        for (why, count) in &self.0 {
-            note(format_args!("{count} frame(s) lost: {why}"));
-        }
-    }
-}
-
-/// The file that `--save-raw` names.
-struct RawFile {
-    file: File,
-    path: PathBuf,
-}
-
-impl RawFile {
-    /// Creates it, and never writes over another.
-    fn create(path: &Path) -> Result<Self, Error> {
-        let file = File::create_new(path).map_err(|error| match error.kind() {
-            ErrorKind::AlreadyExists => Error::new(path.display(), "exists already, expected a new file"),
-            _ => Error::new(path.display(), error),
-        })?;
-        Ok(Self { file, path: path.to_owned() })
-    }
-
-    fn write(&mut self, bytes: &[u8]) -> Result<(), Error> {
-        self.file.write_all(bytes).map_err(|error| Error::new(self.path.display(), error))
-    }
+/// Ends the process: arguments that do not go together.
+fn conflict(message: &str) {
+    clap::Error::raw(ErrorKind::ArgumentConflict, format_args!("{message}\n")).exit();
 }
 
 /// A flag that the first Ctrl-C or SIGTERM sets; a second one ends the process at once.
 pub(super) fn interruptions() -> Result<Arc<AtomicBool>, Error> {
     let flag = Arc::new(AtomicBool::new(false));
+    on_interruption(&flag)?;
+    Ok(flag)
+}
+
+fn on_interruption(flag: &Arc<AtomicBool>) -> Result<(), Error> {
     for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&flag))
-            .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&flag)))
+        signal_hook::flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(flag))
+            .and_then(|_| signal_hook::flag::register(signal, Arc::clone(flag)))
             .map_err(|error| Error::new("signals", error))?;
     }
-    Ok(flag)
+    Ok(())
 }

@@ -1,0 +1,98 @@
+//! Opens, reads and closes a camera again and again, and lets it break off and come back again and again: neither files nor
+//! memory may grow. `camera_cycles DEVICE CYCLES BUTTON…`, a button being the number of one of vivid's controls that breaks the
+//! stream; `ci/vm cycles` runs it.
+
+use std::process::ExitCode;
+use std::time::Instant;
+
+use v4l::Device;
+use v4l::control::{Control, Value};
+use wstac_linux::camera::CameraRequest;
+use wstac_linux::source::camera::CameraSource;
+use wstac_linux::source::{Item, Source};
+
+/// What one process holds.
+#[derive(Clone, Copy)]
+struct Held {
+    files: usize,
+    mappings: usize,
+    /// Resident memory.
+    kib: u64,
+}
+
+fn held() -> Held {
+    let read = |path| std::fs::read_to_string(path).expect("a process knows itself");
+    let status = read("/proc/self/status");
+    let resident = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).expect("memory is told");
+    Held {
+        files: std::fs::read_dir("/proc/self/fd").expect("a process knows its files").count(),
+        mappings: read("/proc/self/maps").lines().count(),
+        kib: resident.trim().trim_end_matches(" kB").parse().expect("a number"),
+    }
+}
+
+impl std::fmt::Display for Held {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} files, {} mappings, {} KiB", self.files, self.mappings, self.kib)
+    }
+}
+
+/// Reads until the next frame; the faults on the way.
+fn frame(source: &mut CameraSource) -> Vec<&'static str> {
+    let mut faults = Vec::new();
+    loop {
+        match source.next().expect("a camera that goes on") {
+            Item::Frame { .. } => return faults,
+            Item::Fault(fault) => faults.push(fault.kind),
+            _ => {}
+        }
+    }
+}
+
+/// Presses a button.
+fn press(path: &str, id: u32) {
+    let device = Device::with_path(path).expect("the node is there");
+    device.set_control(Control { id, value: Value::Integer(1) }).expect("the button can be pressed");
+}
+
+/// Does something again and again, and says whether what is held grew after the first tenth.
+fn cycles(what: &str, count: usize, mut once: impl FnMut()) -> bool {
+    let start = Instant::now();
+    (0..count / 10).for_each(|_| once());
+    let before = held();
+    (count / 10..count).for_each(|_| once());
+    let after = held();
+    // An allocator keeps what it likes: a tenth of a frame's worth a cycle would be far more than this.
+    let sound = after.files == before.files && after.mappings <= before.mappings + 2 && after.kib <= before.kib + 512;
+    let seconds = start.elapsed().as_secs();
+    let verdict = if sound { "sound" } else { "GREW" };
+    println!("{what}, {count} times in {seconds} s: {before}; then {after}: {verdict}");
+    sound
+}
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [path, count, buttons @ ..] = &arguments[..] else {
+        eprintln!("camera_cycles: expected DEVICE CYCLES BUTTON…, found {arguments:?}");
+        return ExitCode::from(2);
+    };
+    let count = count.parse().expect("CYCLES is a whole number");
+    let request = CameraRequest { format: Some(*b"GREY"), size: Some((320, 180)), ..CameraRequest::new(path) };
+    let mut sound = cycles("open, a frame, close", count, || {
+        frame(&mut CameraSource::open(&request).expect("the camera opens"));
+    });
+    let mut source = CameraSource::open(&request).expect("the camera opens");
+    frame(&mut source);
+    for button in buttons {
+        let id = u32::from_str_radix(button.trim_start_matches("0x"), 16).expect("a button is a hexadecimal number");
+        sound &= cycles(&format!("the stream broken by control {button}, back, a frame"), count, || {
+            press(path, id);
+            let mut faults = Vec::new();
+            while faults.last() != Some(&"reconnected") {
+                faults.extend(frame(&mut source));
+            }
+            assert_eq!(faults, ["disconnected", "reconnected"], "after {button}");
+        });
+    }
+    if sound { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
