@@ -7,6 +7,8 @@ mod devices;
 mod model;
 mod monitor;
 mod output;
+mod record;
+mod recover;
 mod run;
 mod scene;
 mod source_arguments;
@@ -37,6 +39,7 @@ Start here:
   wstac devices                        which cameras there are
   wstac run /dev/video0                events from a USB camera
   wstac run clip.y4m --json            events of a recording, as JSON Lines
+  wstac record /dev/video0 -o a.mcap --label specimen=Saw3    frames and events into a file
   wstac monitor /dev/ttyACM0           events that a board finds
   wstac run /dev/video0 --model builtin:svm    with textures; wstac model makes models of your own
   wstac trade --budget 'M4F<60000,flash<64K'   the most accurate configuration that a board can afford
@@ -84,6 +87,8 @@ method = "centroid"
 #[derive(Debug, Subcommand)]
 enum Command {
     Run(run::Arguments),
+    Record(record::Arguments),
+    Recover(recover::Arguments),
     Demo(demo::Arguments),
     Scene(scene::Arguments),
     Devices(devices::Arguments),
@@ -99,6 +104,8 @@ enum Command {
 pub fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Run(arguments) => run::run(&arguments),
+        Command::Record(arguments) => record::run(&arguments),
+        Command::Recover(arguments) => recover::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Scene(arguments) => scene::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),

@@ -89,6 +89,14 @@ pub(super) fn note(message: impl fmt::Display) {
     let _ = writeln!(io::stderr(), "wstac: {message}");
 }
 
+/// A record for a person, on one line.
+pub(super) fn text_of(record: &Record) -> String {
+    let mut line = String::new();
+    // Writing to a string does not fail.
+    let _ = text(&mut line, record);
+    line
+}
+
 fn text(line: &mut String, record: &Record) -> fmt::Result {
     match record {
         Record::Features { frame, f } => {

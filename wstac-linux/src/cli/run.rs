@@ -24,8 +24,8 @@ use crate::texture::Textures;
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = help())]
 pub(super) struct Arguments {
-    /// /dev/videoN, scene:Saw3@150[,90deg][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input), or a
-    /// folder of PNGs
+    /// /dev/videoN, scene:Saw3@150[,90deg][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input), a folder of
+    /// PNGs, or FILE.mcap
     source: String,
 
     /// Read the configuration from this TOML file
@@ -71,6 +71,8 @@ const HELP: &str = r#"Sources:
                    camera (wstac scene --help lists them), or several slides
   FILE.y4m, -      Y4M; for other videos:
                    ffmpeg -i FILE -pix_fmt yuv420p -f yuv4mpegpipe - | wstac run -
+  FILE.mcap        a recording (wstac record): the very events of the recorded run, with its
+                   configuration unless --config gives another
   FOLDER           its PNGs, 2.png before 10.png; 30 frames a second unless --fps says otherwise
   Exit code: 1 where a source or file cannot be used, 2 for wrong arguments, otherwise 0.
 
@@ -194,17 +196,17 @@ fn read(
 
 /// Why frames were lost, counted by reason, said once at the end.
 #[derive(Default)]
-struct LossReport(Vec<(&'static str, u64)>);
+pub(super) struct LossReport(Vec<(&'static str, u64)>);
 
 impl LossReport {
-    fn add(&mut self, frames: u64, why: &'static str) {
+    pub(super) fn add(&mut self, frames: u64, why: &'static str) {
         match self.0.iter_mut().find(|(reason, _)| *reason == why) {
             Some((_, count)) => *count += frames,
             None => self.0.push((why, frames)),
         }
     }
 
-    fn say(&self) {
+    pub(super) fn say(&self) {
         for (why, count) in &self.0 {
             note(format_args!("{count} frame(s) lost: {why}"));
         }
