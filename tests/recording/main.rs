@@ -1,6 +1,7 @@
 //! `wstac record`, `wstac recover` and recordings as sources: the same stream again, whatever happens to the file.
 
 mod cuts;
+mod guide;
 mod stream;
 
 use std::fs;

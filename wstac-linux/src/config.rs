@@ -209,7 +209,11 @@ impl Config {
     /// # Errors
     /// Those of writing TOML; none is known.
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
-        toml::to_string(&Self { speed: self.speed.in_full(), ..self.clone() })
+        let mut full = Self { speed: self.speed.in_full(), ..self.clone() };
+        if full.layout.explicit().is_none() {
+            full.layout.preset = Some(Preset::Paper);
+        }
+        toml::to_string(&full)
     }
 
     /// The trigger's parameters.

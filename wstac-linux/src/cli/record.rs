@@ -1,5 +1,7 @@
 //! `wstac record`: a source into a file.
 
+mod guide;
+
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -28,9 +30,13 @@ pub(super) struct Arguments {
     /// /dev/videoN, scene:…, FILE.y4m, -, a folder of PNGs or FILE.mcap, as wstac run has them
     source: String,
 
-    /// Write this new file
+    /// Write this new file; with --guide, a folder of them
     #[arg(short, long, value_name = "FILE.mcap")]
     output: PathBuf,
+
+    /// Lead a person through the slides of this plan, described below: one event a file, in the folder that -o names
+    #[arg(long, value_name = "PLAN.toml", conflicts_with_all = ["frames", "duration", "events", "force"])]
+    guide: Option<PathBuf>,
 
     /// Say what is recorded, such as specimen=Saw3, speed=150, direction=90; wstac dataset reads these three
     #[arg(long = "label", value_name = "NAME=VALUE", value_parser = label)]
@@ -83,6 +89,17 @@ const HELP: &str = r#"The file is MCAP, uncompressed, and opens in Foxglove and 
   wstac run FILE.mcap gives the very events of the recorded run, with its configuration unless
   --config gives another. Taxel-only scenes (fidelity = "taxel") have no frames to record.
 
+Guided (--guide PLAN.toml -o FOLDER):
+  specimens = ["Saw3", "Fla0"]    # what is slid over the sensor
+  speeds = [100, 150]             # mm/s; left out: no label speed
+  directions = [0, 90]            # degrees; left out: no label direction
+  count = 10                      # slides of every combination
+  For every slide it says which, and waits for a line on standard input: Enter starts, r takes
+  the last one once more (its file is replaced when the new one is whole), s skips, q quits. A
+  baseline that is not quiet is taken again; then it says to slide, and the event goes to
+  FOLDER/Saw3-150mm_s-90deg-01.mcap with its labels. Slides that have a file are left out, so
+  the same command goes on after a stop. wstac dataset FOLDER -o set.npz makes a training set.
+
 When something goes wrong:
   Ctrl-C, SIGTERM, SIGHUP and a source that fails end the file properly. Room for the end of the
   file is reserved as it grows, so a full disk ends it properly, too (exit code 1), where the
@@ -95,10 +112,14 @@ When something goes wrong:
 Examples:
   wstac record /dev/video0 -o saw3.mcap --label specimen=Saw3 --label speed=150 --events 10
   wstac record scene:Saw3@150 -o scene.mcap --label specimen=Saw3
+  wstac record /dev/video0 --guide plan.toml -o session
   wstac run saw3.mcap --model builtin:svm
 "#;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    if let Some(plan) = &arguments.guide {
+        return guide::run(arguments, plan);
+    }
     let labels = labels(&arguments.labels)?;
     check_new(&arguments.output, arguments.force)?;
     let (mut source, info) = arguments.options.open(&arguments.source, Delivery::Every)?;

@@ -9,6 +9,7 @@ pub mod about;
 mod file;
 pub(crate) mod foxglove;
 mod picture;
+pub mod plan;
 mod recorder;
 mod recover;
 mod reserved;

@@ -73,7 +73,11 @@ impl Reserved {
     /// # Errors
     /// Where the file cannot be used.
     pub(super) fn close(self) -> io::Result<()> {
-        self.file.set_len(self.end)?;
+        if self.room > self.end {
+            // What cannot be given back is no error: it is room, not bytes.
+            let beyond = FallocateFlags::KEEP_SIZE | FallocateFlags::PUNCH_HOLE;
+            let _ = fallocate(&self.file, beyond, self.end, self.room - self.end);
+        }
         self.file.sync_all()
     }
 
