@@ -35,15 +35,30 @@ pub fn write(path: &Path, recordings: &[Recording], tests: &[bool]) -> io::Resul
     let depths = recordings.iter().map(|recording| recording.depth_mm);
     if depths.clone().all(|depth| depth.is_some_and(|depth| depth.fract() == 0.0)) {
         let depth = |recording: &Recording| recording.depth_mm.map_or(0, |depth| depth as i64);
-        numbers_of(&mut npz, "y_depth", Dtype::Int64, all.iter().map(|(recording, ..)| depth(recording).to_le_bytes()))?;
+        numbers_of(
+            &mut npz,
+            "y_depth",
+            Dtype::Int64,
+            all.iter().map(|(recording, ..)| depth(recording).to_le_bytes()),
+        )?;
     } else {
         let depth = |recording: &Recording| recording.depth_mm.unwrap_or(f64::NAN);
-        numbers_of(&mut npz, "y_depth", Dtype::Float64, all.iter().map(|(recording, ..)| depth(recording).to_le_bytes()))?;
+        numbers_of(
+            &mut npz,
+            "y_depth",
+            Dtype::Float64,
+            all.iter().map(|(recording, ..)| depth(recording).to_le_bytes()),
+        )?;
     }
     let speed = |recording: &Recording| recording.speed_mm_s.unwrap_or(f64::NAN);
     numbers_of(&mut npz, "speed", Dtype::Float64, all.iter().map(|(recording, ..)| speed(recording).to_le_bytes()))?;
     let direction = |recording: &Recording| recording.direction.map_or(-1, i64::from);
-    numbers_of(&mut npz, "direction", Dtype::Int64, all.iter().map(|(recording, ..)| direction(recording).to_le_bytes()))?;
+    numbers_of(
+        &mut npz,
+        "direction",
+        Dtype::Int64,
+        all.iter().map(|(recording, ..)| direction(recording).to_le_bytes()),
+    )?;
     npz.array("reliable", Dtype::Bool, &[n], |out| {
         all.iter().try_for_each(|(_, _, (_, _, facts))| out.write_all(&[u8::from(facts.reliable)]))
     })?;

@@ -146,10 +146,17 @@ pub fn comparable(recordings: &[Recording]) -> Result<Vec<String>, Error> {
         format!("{green:?} {features:?} {trigger:?}")
     };
     let nominal = |recording: &Recording| recording.about.info.rate.nominal_frames();
-    let mut kinds = [("their layouts differ", 0), ("their pixel formats or sizes differ", 0), ("their [speed] differs, and so may durations", 0)];
+    let mut kinds = [
+        ("their layouts differ", 0),
+        ("their pixel formats or sizes differ", 0),
+        ("their [speed] differs, and so may durations", 0),
+    ];
     for other in recordings {
         let differ = |what: &str, hint: &str| {
-            Err(Error::new(&other.name, format_args!("{what} differs from that of {}, expected the same{hint}", first.name)))
+            Err(Error::new(
+                &other.name,
+                format_args!("{what} differs from that of {}, expected the same{hint}", first.name),
+            ))
         };
         if features(other) != features(first) {
             return differ("its [green], [features] or [trigger]", ": --config FILE reads all of them with one");
@@ -165,7 +172,11 @@ pub fn comparable(recordings: &[Recording]) -> Result<Vec<String>, Error> {
         if let Some(camera) = camera.filter(|camera| camera.is_unlocked()) {
             let loose = camera.controls.iter().filter(|control| !control.locked);
             let loose: Vec<&str> = loose.map(|control| control.name.as_str()).collect();
-            doubts.push(format!("{}: the camera was not locked ({}): light may have drifted", other.name, loose.join(", ")));
+            doubts.push(format!(
+                "{}: the camera was not locked ({}): light may have drifted",
+                other.name,
+                loose.join(", ")
+            ));
         }
     }
     let differing = kinds.into_iter().filter(|(_, recordings)| *recordings > 0);

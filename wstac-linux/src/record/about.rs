@@ -113,10 +113,8 @@ impl About {
         let Some(stream) = text(STREAM, JSON) else { return Ok(None) };
         let in_record = |name: &'static str| move |error: serde_json::Error| format!("metadata {name}: {error}");
         let stream: Stream = serde_json::from_str(stream).map_err(in_record(STREAM))?;
-        let camera: Option<CameraState> = text(CAMERA, JSON)
-            .map(|camera| serde_json::from_str(camera))
-            .transpose()
-            .map_err(in_record(CAMERA))?;
+        let camera: Option<CameraState> =
+            text(CAMERA, JSON).map(|camera| serde_json::from_str(camera)).transpose().map_err(in_record(CAMERA))?;
         let info = StreamInfo {
             size: stream.size,
             format: stream.format,

@@ -44,8 +44,12 @@ const RAW_IMAGE: [FieldRow; 7] = [
     ("step", 5, FIXED32, ""),
     ("data", 6, BYTES, ""),
 ];
-const COMPRESSED_IMAGE: [FieldRow; 4] =
-    [("timestamp", 1, MESSAGE, TIMESTAMP), ("frame_id", 4, STRING, ""), ("data", 2, BYTES, ""), ("format", 3, STRING, "")];
+const COMPRESSED_IMAGE: [FieldRow; 4] = [
+    ("timestamp", 1, MESSAGE, TIMESTAMP),
+    ("frame_id", 4, STRING, ""),
+    ("data", 2, BYTES, ""),
+    ("format", 3, STRING, ""),
+];
 const LOG: [FieldRow; 6] = [
     ("timestamp", 1, MESSAGE, TIMESTAMP),
     ("level", 2, ENUM, ".foxglove.Log.Level"),

@@ -26,6 +26,13 @@ struct Lost<'a> {
     why: &'a str,
 }
 
+/// How many frames a line of JSON says to be lost; 0 where it says something else.
+pub(super) fn lost_frames(line: &[u8]) -> u64 {
+    let line: Option<serde_json::Value> = serde_json::from_slice(line).ok();
+    let lost = line.filter(|line| line["kind"] == "lost");
+    lost.and_then(|lost| lost["frames"].as_u64()).unwrap_or(0)
+}
+
 /// Records a stream.
 pub struct Recorder {
     writer: Writer,

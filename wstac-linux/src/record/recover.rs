@@ -1,7 +1,7 @@
 //! Makes a whole recording of one that was cut off or is damaged: every message that was completely written.
 //!
 //! Of a chunk whose bytes are not those that were written, nobody knows which message is wrong: its frames are entered as
-//! lost, so that those behind keep their place.
+//! lost, with those that were lost before, so that those behind keep their place.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -13,7 +13,7 @@ use mcap::{McapError, Schema};
 
 use super::file::{Message, RecordingFile, Topic, in_words};
 use super::scan::{MessageBody, Scan, Step};
-use super::{CAMERA, EVENTS};
+use super::{CAMERA, EVENTS, FAULTS};
 use crate::error::Error;
 
 /// What was brought back.
@@ -100,7 +100,8 @@ impl Recovery<'_> {
         let Some(channel) = self.channels.get(&message.channel) else { return Ok(()) };
         let is_frame = channel.topic == CAMERA;
         if !sound {
-            self.damaged += u64::from(is_frame);
+            let gap = if channel.topic == FAULTS { super::recorder::lost_frames(message.data) } else { 0 };
+            self.damaged = self.damaged.saturating_add(u64::from(is_frame)).saturating_add(gap);
             return Ok(());
         }
         let number = match self.numbers.get(&message.channel) {

@@ -173,7 +173,9 @@ impl Scan {
         let mut header = [0; CHUNK_HEADER];
         self.file.read_exact(&mut header)?;
         self.at += CHUNK_HEADER as u64;
-        let number = |at: usize| header.get(at..at + 4).map_or(0, |word| word.iter().rev().fold(0, |n, &b| n << 8 | u32::from(b)));
+        let number = |at: usize| {
+            header.get(at..at + 4).map_or(0, |word| word.iter().rev().fold(0, |n, &b| n << 8 | u32::from(b)))
+        };
         let (crc, name) = (number(24), number(28));
         if name != 0 {
             return Err(io::Error::new(

@@ -30,8 +30,14 @@ enum Content {
 #[derive(Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 enum Line {
-    Lost { frames: u64, why: String },
-    Fault { fault: String, message: String },
+    Lost {
+        frames: u64,
+        why: String,
+    },
+    Fault {
+        fault: String,
+        message: String,
+    },
     #[serde(other)]
     Other,
 }

@@ -8,14 +8,18 @@ use super::progress::Progress;
 use super::{Arguments, check_new, note, signals, write_all};
 use crate::cli::output::Stop;
 use crate::config::Config;
-use crate::dataset::recordings::{Recording, comparable, find, for_tests, read};
 use crate::dataset::recorded_arrays;
+use crate::dataset::recordings::{Recording, comparable, find, for_tests, read};
 use crate::error::Error;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let config = arguments.config.as_deref().map(Config::read).transpose()?;
     if let Some(sweep) = arguments.sources.iter().find(|source| source.extension().is_some_and(|end| end == "toml")) {
-        return Err(Error::new(sweep.display(), "is a sweep beside other sources, expected one sweep alone, or recordings").into());
+        return Err(Error::new(
+            sweep.display(),
+            "is a sweep beside other sources, expected one sweep alone, or recordings",
+        )
+        .into());
     }
     check_new(&arguments.output, arguments.force)?;
     let files = find(&arguments.sources)?;
