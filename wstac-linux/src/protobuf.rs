@@ -105,7 +105,7 @@ impl Message {
 
     /// A message inside this one.
     #[must_use]
-    pub(crate) fn message(self, field: u32, message: Self) -> Self {
+    pub(crate) fn message(self, field: u32, message: &Self) -> Self {
         self.bytes(field, &message.0)
     }
 
@@ -122,7 +122,7 @@ mod tests {
     #[test]
     fn what_is_written_is_read() {
         let inner = Message::default().varint(1, 300);
-        let bytes = Message::default().varint(1, 0).varint(2, u64::MAX).fixed32(7, 9).message(100, inner).finish();
+        let bytes = Message::default().varint(1, 0).varint(2, u64::MAX).fixed32(7, 9).message(100, &inner).finish();
         let mut fields = Fields { rest: &bytes };
         assert!(matches!(fields.next(), Ok(Some((2, Field::Varint(u64::MAX))))));
         assert!(matches!(fields.next(), Ok(Some((7, Field::Fixed32([9, 0, 0, 0]))))));

@@ -101,8 +101,8 @@ wrong arguments, 130 after Ctrl-C, 143 after SIGTERM.
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     match &arguments.sources[..] {
-        [sweep] if sweep.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) => {
-            simulated(arguments, sweep)
+        [one] if !one.is_dir() && !one.extension().is_some_and(|end| end.eq_ignore_ascii_case("mcap")) => {
+            simulated(arguments, one)
         }
         _ => recorded::run(arguments),
     }

@@ -27,7 +27,8 @@ pub(super) struct Arguments {
     force: bool,
 }
 
-const HELP: &str = r#"What comes back: every frame that was completely written, with all that belongs to it. wstac record
+const HELP: &str = "\
+What comes back: every frame that was completely written, with all that belongs to it. wstac record
 hands a frame to the system as soon as it has it, so after kill -9 that is all but those that
 waited in memory for a slow disk (it says at its end how many waited at most).
 Where bytes are not those that were written, the frames of that second (or 4 MiB) are entered as
@@ -36,7 +37,7 @@ The recording must not be compressed (mcap decompress undoes that); other progra
 come back, too.
 Exit code: 0 where there is a new file, however little is in it; 1 where the recording cannot be
 read or the new file not written; 2 for wrong arguments.
-"#;
+";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (old, new) = (&arguments.input, &arguments.output);

@@ -110,12 +110,12 @@ impl Schema {
 /// A `FileDescriptorSet` of one message, with the file of time stamps that it needs.
 fn descriptors(name: &str, fields: &[FieldRow], levels: &[&str]) -> Vec<u8> {
     let time = descriptor("Timestamp", &[("seconds", 1, INT64, ""), ("nanos", 2, INT32, "")], &[]);
-    let time = file("google/protobuf/timestamp.proto", "google.protobuf").message(4, time).bytes(12, b"proto3");
+    let time = file("google/protobuf/timestamp.proto", "google.protobuf").message(4, &time).bytes(12, b"proto3");
     let message = file(&format!("foxglove/{name}.proto"), "foxglove")
         .bytes(3, b"google/protobuf/timestamp.proto")
-        .message(4, descriptor(name, fields, levels))
+        .message(4, &descriptor(name, fields, levels))
         .bytes(12, b"proto3");
-    Message::default().message(1, time).message(1, message).finish()
+    Message::default().message(1, &time).message(1, &message).finish()
 }
 
 fn file(name: &str, package: &str) -> Message {
@@ -129,7 +129,7 @@ fn descriptor(name: &str, fields: &[FieldRow], levels: &[&str]) -> Message {
     for &(name, number, kind, of) in fields {
         let field = Message::default().bytes(1, name.as_bytes()).varint(3, number.into()).varint(4, OPTIONAL);
         let field = field.varint(5, kind);
-        message = message.message(2, if of.is_empty() { field } else { field.bytes(6, of.as_bytes()) });
+        message = message.message(2, &if of.is_empty() { field } else { field.bytes(6, of.as_bytes()) });
     }
     if levels.is_empty() {
         return message;
@@ -138,8 +138,8 @@ fn descriptor(name: &str, fields: &[FieldRow], levels: &[&str]) -> Message {
         // The first is 0, which is left out as everywhere.
         Message::default().bytes(1, name.as_bytes()).varint(2, number)
     });
-    let level = values.fold(Message::default().bytes(1, b"Level"), |level, value| level.message(2, value));
-    message.message(4, level)
+    let level = values.fold(Message::default().bytes(1, b"Level"), |level, value| level.message(2, &value));
+    message.message(4, &level)
 }
 
 /// A `google.protobuf.Timestamp` of nanoseconds.
@@ -162,7 +162,7 @@ pub(crate) struct Shape {
 /// A `foxglove.RawImage`.
 pub(crate) fn raw_image(time: u64, frame_id: &str, shape: Shape, data: &[u8]) -> Vec<u8> {
     Message::with_capacity(data.len() + 100)
-        .message(1, timestamp(time))
+        .message(1, &timestamp(time))
         .fixed32(2, shape.width)
         .fixed32(3, shape.height)
         .bytes(4, shape.encoding.as_bytes())
@@ -175,7 +175,7 @@ pub(crate) fn raw_image(time: u64, frame_id: &str, shape: Shape, data: &[u8]) ->
 /// A `foxglove.CompressedImage` of a JPEG picture.
 pub(crate) fn jpeg_image(time: u64, frame_id: &str, data: &[u8]) -> Vec<u8> {
     Message::with_capacity(data.len() + 100)
-        .message(1, timestamp(time))
+        .message(1, &timestamp(time))
         .bytes(3, b"jpeg")
         .bytes(4, frame_id.as_bytes())
         .bytes(2, data)
@@ -206,7 +206,7 @@ pub(crate) enum Level {
 /// A `foxglove.Log`.
 pub(crate) fn log(time: u64, level: Level, message: &str) -> Vec<u8> {
     Message::default()
-        .message(1, timestamp(time))
+        .message(1, &timestamp(time))
         .varint(2, level as u64)
         .bytes(3, message.as_bytes())
         .bytes(4, b"wstac")

@@ -95,20 +95,20 @@ fn options<T: Copy>(values: &[T]) -> Vec<Option<T>> {
 
 fn slide(specimen: &str, speed: Option<f64>, direction: Option<u16>, number: usize, count: usize) -> PlannedSlide {
     let mut labels = Labels::from([("specimen".into(), specimen.into())]);
-    let (mut about, mut name) = (specimen.to_owned(), specimen.to_owned());
+    let (mut about, mut name) = (vec![specimen.to_owned()], vec![specimen.to_owned()]);
     if let Some(speed) = speed {
         labels.insert("speed".into(), speed.to_string());
-        about += &format!(", {speed} mm/s");
-        name += &format!("-{speed}mm_s");
+        about.push(format!("{speed} mm/s"));
+        name.push(format!("{speed}mm_s"));
     }
     if let Some(direction) = direction {
         labels.insert("direction".into(), direction.to_string());
-        about += &format!(", {direction} degrees");
-        name += &format!("-{direction}deg");
+        about.push(format!("{direction} degrees"));
+        name.push(format!("{direction}deg"));
     }
-    about += &format!(", {number} of {count}");
-    name += &format!("-{number:0width$}", width = count.to_string().len());
-    PlannedSlide { labels, about, name }
+    about.push(format!("{number} of {count}"));
+    name.push(format!("{number:0width$}", width = count.to_string().len()));
+    PlannedSlide { labels, about: about.join(", "), name: name.join("-") }
 }
 
 #[cfg(test)]

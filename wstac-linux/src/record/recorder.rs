@@ -104,13 +104,12 @@ impl Recorder {
                     (message.time, message.taken) = (time, time);
                     self.messages.push(message);
                 }
-                let (topic, data) = match encoded {
-                    Some(jpeg) => (Topic::Jpeg, foxglove::jpeg_image(taken, FRAME_ID, jpeg)),
-                    None => {
-                        // What a driver adds after a frame is no part of it.
-                        let bytes = bytes.get(..self.frame_bytes).unwrap_or(bytes);
-                        (Topic::Raw, foxglove::raw_image(taken, FRAME_ID, self.shape, bytes))
-                    }
+                let (topic, data) = if let Some(jpeg) = encoded {
+                    (Topic::Jpeg, foxglove::jpeg_image(taken, FRAME_ID, jpeg))
+                } else {
+                    // What a driver adds after a frame is no part of it.
+                    let bytes = bytes.get(..self.frame_bytes).unwrap_or(bytes);
+                    (Topic::Raw, foxglove::raw_image(taken, FRAME_ID, self.shape, bytes))
                 };
                 let sequence = sequence.filter(|_| self.time.driver_times).unwrap_or(counted);
                 self.messages.push(Message { topic, time, taken, sequence, data });

@@ -104,13 +104,12 @@ impl Recovery<'_> {
             self.damaged = self.damaged.saturating_add(u64::from(is_frame)).saturating_add(gap);
             return Ok(());
         }
-        let number = match self.numbers.get(&message.channel) {
-            Some(&number) => number,
-            None => {
-                let number = self.out.add_channel(channel, self.schemas.get(&channel.schema_id))?;
-                self.numbers.insert(message.channel, number);
-                number
-            }
+        let number = if let Some(&number) = self.numbers.get(&message.channel) {
+            number
+        } else {
+            let number = self.out.add_channel(channel, self.schemas.get(&channel.schema_id))?;
+            self.numbers.insert(message.channel, number);
+            number
         };
         self.found.frames += u64::from(is_frame);
         self.found.events += u64::from(channel.topic == EVENTS && message.data.starts_with(br#"{"kind":"event""#));

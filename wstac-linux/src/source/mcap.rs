@@ -218,5 +218,6 @@ impl Source for McapSource {
 
 /// Labels for a person.
 fn labels(about: &About) -> String {
-    about.labels.iter().map(|(name, value)| format!(", {name}={value}")).collect()
+    let each = about.labels.iter().map(|(name, value)| [", ", name, "=", value].concat());
+    each.collect::<Vec<_>>().concat()
 }
