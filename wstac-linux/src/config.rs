@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use wstac_core::error::Error as CoreError;
 use wstac_core::following::Follow;
 use wstac_core::frame::Stride;
@@ -17,7 +17,7 @@ use wstac_core::trigger::{Rule, TriggerConfig};
 use crate::error::Error;
 
 /// Everything that a configuration file can say.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Config {
     /// What messages call the configuration: the file that it was read from.
@@ -38,7 +38,7 @@ pub struct Config {
 }
 
 /// `[layout]`: a preset, or a taxel size with 25 corners.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct LayoutConfig {
     preset: Option<Preset>,
@@ -47,14 +47,14 @@ pub struct LayoutConfig {
 }
 
 /// A layout by name.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 enum Preset {
     Paper,
 }
 
 /// `[green]`.
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct GreenConfig {
     /// How YCbCr becomes green.
@@ -64,7 +64,7 @@ pub struct GreenConfig {
 }
 
 /// A log kernel by name.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kernel {
     /// A chord table, integers only.
@@ -77,7 +77,7 @@ pub enum Kernel {
 }
 
 /// `[features]`.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct FeaturesConfig {
     /// Log kernel.
@@ -93,7 +93,7 @@ impl Default for FeaturesConfig {
 }
 
 /// `[trigger]`, before it is checked.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct TriggerKeys {
     window: u32,
@@ -119,7 +119,7 @@ impl Default for TriggerKeys {
 }
 
 /// A speed law by name.
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 enum LawName {
     #[default]
@@ -128,7 +128,7 @@ enum LawName {
 }
 
 /// `[speed]`, before it is checked. A law's own parameters default to the published ones.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct SpeedKeys {
     law: LawName,
@@ -159,7 +159,7 @@ impl Default for SpeedKeys {
 }
 
 /// `[direction]`.
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct DirectionConfig {
     /// How a row's or column's time is found.
@@ -167,7 +167,7 @@ pub struct DirectionConfig {
 }
 
 /// A direction method by name.
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DirectionMethod {
     /// Centroid of the light above baseline.
@@ -209,6 +209,18 @@ impl Config {
             return Err(format!("[features] {}", CoreError::FloorLevels(config.features.floor_levels)));
         }
         Ok(config)
+    }
+
+    /// All of it as TOML, what was left to defaults included: [`parse`](Self::parse) gives the same again.
+    ///
+    /// # Errors
+    /// Those of writing TOML; none is known.
+    pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
+        let mut full = Self { speed: self.speed.in_full(), ..self.clone() };
+        if full.layout.explicit().is_none() {
+            full.layout.preset = Some(Preset::Paper);
+        }
+        toml::to_string(&full)
     }
 
     /// The trigger's parameters.
@@ -310,6 +322,17 @@ impl SpeedKeys {
         self.range_mm_s.unwrap_or([params::SLOWEST_FITTED, params::FASTEST_FITTED])
     }
 
+    /// With the law's parameters, those of its defaults included.
+    fn in_full(self) -> Self {
+        let range_mm_s = Some(self.range());
+        match self.law() {
+            Law::Paper { intercept, slope } => Self { intercept: Some(intercept), slope: Some(slope), range_mm_s, ..self },
+            Law::Physical { track, afterglow } => {
+                Self { track_mm: Some(track), afterglow_frames: Some(afterglow), range_mm_s, ..self }
+            }
+        }
+    }
+
     /// A parameter of the law that is not in force would change nothing, in silence.
     fn check(&self) -> Result<(), String> {
         let (law, other, key) = match self.law {
@@ -346,6 +369,30 @@ mod tests {
         assert_eq!(documented.speed(FrameRate::NOMINAL).unwrap(), default.speed(FrameRate::NOMINAL).unwrap());
         assert_eq!(default.trigger().unwrap(), TriggerConfig::default());
         assert_eq!(default.speed(FrameRate::NOMINAL).unwrap(), SpeedConfig::paper(FrameRate::NOMINAL));
+    }
+
+    #[test]
+    fn a_configuration_in_full_is_the_same_again() {
+        let corners: Vec<String> = (0..25).map(|k| format!("[{}, {}]", 10 + 6 * (k % 5), 20 + 7 * (k / 5))).collect();
+        let explicit = format!("[layout]\ntaxel = [5, 6]\ncorners = [{}]", corners.join(", "));
+        for text in [
+            "",
+            &explicit,
+            "[green]\nyuv = \"linear\"\nstride = 3\n[features]\nln = \"libm\"\nfloor_levels = 0.1",
+            "[trigger]\nrule = \"literal\"\nmultiplier = 0.7\nwindow = 7\n[speed]\nlaw = \"physical\"\ntrack_mm = 101.3",
+            "[speed]\nslope = 56.123\nthreshold_on = \"above_baseline\"",
+        ] {
+            let config = Config::parse(text).unwrap();
+            let full = config.to_toml().unwrap();
+            let again = Config::parse(&full).unwrap();
+            assert_eq!((again.to_toml().unwrap().as_str(), full.contains("floor_levels = ")), (full.as_str(), true));
+            let frame = FrameSize::new(1280, 720).unwrap();
+            assert_eq!(again.layout(frame), config.layout(frame), "{full}");
+            assert_eq!(again.trigger(), config.trigger(), "{full}");
+            assert_eq!(again.speed(FrameRate::NOMINAL), config.speed(FrameRate::NOMINAL), "{full}");
+            let rest = |config: &Config| format!("{:?} {:?} {:?}", config.green, config.features, config.direction);
+            assert_eq!(rest(&again), rest(&config), "{full}");
+        }
     }
 
     #[test]

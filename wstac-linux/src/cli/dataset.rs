@@ -1,6 +1,7 @@
-//! `wstac dataset`: simulated slides as a training set.
+//! `wstac dataset`: simulated slides or recordings as a training set.
 
 mod progress;
+mod recorded;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -18,16 +19,16 @@ use crate::dataset::sweep::Sweep;
 use crate::dataset::{arrays, check, each_sample};
 use crate::error::Error;
 
-/// Make a training set: the samples of many simulated slides, with their labels, for NumPy
+/// Make a training set: the samples of simulated slides or of recordings, with their labels, for NumPy
 ///
-/// Every slide is a stream of its own, with its own baseline; its first event is its sample. Slides without an event, or
+/// Every event of a recording is a sample. Of simulations, every slide is a stream of its own, with its own baseline; its first event is its sample. Slides without an event, or
 /// with an incomplete sample, are counted and left out; samples that are cut off or not reliable are counted and kept. The same sweep gives the same bytes, with any number of threads.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// Which slides to make: a TOML file, described below
-    #[arg(value_name = "SWEEP.toml")]
-    sweep: PathBuf,
+    /// Which slides to make: a TOML file, described below; or recordings (wstac record), as files and folders of them
+    #[arg(value_name = "SWEEP.toml|FILE.mcap|FOLDER", required = true)]
+    sources: Vec<PathBuf>,
 
     /// Write the samples to this new file
     #[arg(short, long, value_name = "FILE.npz")]
@@ -37,7 +38,11 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
 
-    /// Read the configuration from this TOML file, as wstac run does
+    /// Share of every specimen's recordings that is for tests (array split); a recording is never split
+    #[arg(long, value_name = "SHARE", default_value = "0.2", value_parser = share)]
+    test: f64,
+
+    /// Read the configuration from this TOML file, as wstac run does; recordings have their own, which it replaces
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
 
@@ -46,7 +51,14 @@ pub(super) struct Arguments {
     force: bool,
 }
 
-const HELP: &str = r#"The sweep, every key optional; these are the defaults:
+const HELP: &str = r#"Recordings:
+  wstac dataset saw3.mcap fla0.mcap -o set.npz      or a folder: wstac dataset recordings -o set.npz
+  Every recording needs the label specimen (wstac record --label specimen=Saw3); speed and
+  direction are taken where they are there. Frames are read again with the recording's own
+  configuration; where those of two recordings make features that mean different things, that
+  is an error. Said are: cameras that were not locked, layouts and formats that differ.
+
+The sweep, every key optional; these are the defaults:
   specimens = ["Fla0", "Sin2", "Sin3", "Sin4", "Saw2", "Saw3", "Saw4", "Tri2", "Tri3", "Tri4"]
                                   # "Sphere", too, with [scene.whisker] overlap_mm 0.4
   speeds = [150]                  # mm/s, 1 to 1000
@@ -73,6 +85,10 @@ The arrays of FILE.npz, n samples in the order of their slides:
   reliable    bool     (n,)         baseline quiet and at most 7 frames filled, as wstac run says
   duration    int64    (n,)         of the event in frames; -1 where it is cut off or never lights up
   source      str      (n,)         "scene: Saw3 at 150 mm/s, 90 degrees, seed 7"
+  Of recordings there is no seed; speed is nan and direction -1 where there is no such label,
+  y_depth nan where the name has none, and there are also:
+  recording   str      (n,)         "saw3.mcap": group by it where you split on your own
+  split       str      (n,)         "train" or "test" (--test): all of a recording the same
   In Python:
     set = numpy.load("FILE.npz")
     model.fit(set["X"].reshape(len(set["X"]), -1) * set["scale"], set["y_specimen"])
@@ -84,10 +100,20 @@ wrong arguments, 130 after Ctrl-C, 143 after SIGTERM.
 "#;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    match &arguments.sources[..] {
+        [one] if !one.is_dir() && !one.extension().is_some_and(|end| end.eq_ignore_ascii_case("mcap")) => {
+            simulated(arguments, one)
+        }
+        _ => recorded::run(arguments),
+    }
+}
+
+/// The slides of a sweep.
+fn simulated(arguments: &Arguments, sweep_file: &Path) -> Result<(), Stop> {
     let config = arguments.config.as_deref().map_or_else(|| Ok(Config::default()), Config::read)?;
-    let sweep = Sweep::read(&arguments.sweep)?;
+    let sweep = Sweep::read(sweep_file)?;
     // All slides have the same camera.
-    check(&sweep.script(0), &config).map_err(|error| Error::new(arguments.sweep.display(), error))?;
+    check(&sweep.script(0), &config).map_err(|error| Error::new(sweep_file.display(), error))?;
     let output = &arguments.output;
     check_new(output, arguments.force)?;
     let signal = signals()?;
@@ -120,22 +146,33 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if tally.samples == 0 {
         part.remove()?;
         let message = format_args!("none of {count} slides became a sample, expected one at least");
-        return Err(Error::new(arguments.sweep.display(), message).into());
+        return Err(Error::new(sweep_file.display(), message).into());
     }
+    write_all(arguments, |temporary| arrays::write(temporary, &sweep, &part))?;
+    part.remove()?;
+    note(format_args!("{}: {} samples", output.display(), tally.samples));
+    Ok(())
+}
+
+/// Writes the file beside its place, then moves it there: it is whole or not there at all.
+fn write_all(arguments: &Arguments, write: impl FnOnce(&Path) -> std::io::Result<()>) -> Result<(), Error> {
+    let output = &arguments.output;
     let temporary = beside(output, ".tmp");
-    let written = arrays::write(&temporary, &sweep, &part).map_err(|error| Error::new(temporary.display(), error));
+    let written = write(&temporary).map_err(|error| Error::new(temporary.display(), error));
     let finished = written.and_then(|()| {
         check_new(output, arguments.force)?;
         std::fs::rename(&temporary, output).map_err(|error| Error::new(output.display(), error))
     });
-    if let Err(error) = finished {
+    finished.inspect_err(|_| {
         // What is wrong is said; that the rest of it cannot be removed would not help.
         let _ = std::fs::remove_file(&temporary);
-        return Err(error.into());
-    }
-    part.remove()?;
-    note(format_args!("{}: {} samples", output.display(), tally.samples));
-    Ok(())
+    })
+}
+
+/// A share of something.
+fn share(text: &str) -> Result<f64, String> {
+    let share = text.parse().ok().filter(|share| (0.0..1.0).contains(share));
+    share.ok_or_else(|| format!("{text:?} is no share, expected 0 to below 1"))
 }
 
 /// Makes what is missing.
@@ -150,7 +187,7 @@ fn make(
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|error| Error::new("--threads", error))?;
     let missing = part.missing();
-    let mut progress = Progress::new(part.tally().done(), sweep.count());
+    let mut progress = Progress::new("slides", part.tally().done(), sweep.count());
     pool.install(|| {
         each_sample(
             &missing,

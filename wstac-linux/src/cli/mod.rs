@@ -5,10 +5,13 @@ mod dataset;
 mod demo;
 mod devices;
 mod fit_speed;
+mod loss_report;
 mod doctor;
 mod model;
 mod monitor;
 mod output;
+mod record;
+mod recover;
 mod run;
 mod scene;
 mod source_arguments;
@@ -40,6 +43,7 @@ Start here:
   wstac doctor /dev/video0             what is right and wrong with a camera, and what to change
   wstac run /dev/video0                events from a USB camera
   wstac run clip.y4m --json            events of a recording, as JSON Lines
+  wstac record /dev/video0 -o a.mcap --label specimen=Saw3    frames and events into a file
   wstac monitor /dev/ttyACM0           events that a board finds
   wstac run /dev/video0 --model builtin:svm    with textures; wstac model makes models of your own
   wstac fit-speed slides.npz -o speed.toml     the speed law of your own sensor
@@ -93,6 +97,8 @@ method = "centroid"
 #[derive(Debug, Subcommand)]
 enum Command {
     Run(run::Arguments),
+    Record(record::Arguments),
+    Recover(recover::Arguments),
     Demo(demo::Arguments),
     Scene(scene::Arguments),
     Devices(devices::Arguments),
@@ -110,6 +116,8 @@ enum Command {
 pub fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Run(arguments) => run::run(&arguments),
+        Command::Record(arguments) => record::run(&arguments),
+        Command::Recover(arguments) => recover::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Scene(arguments) => scene::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),

@@ -125,6 +125,14 @@ pub(super) fn note(message: impl fmt::Display) {
     let _ = io::stderr().write_all(format!("wstac: {message}\n").as_bytes());
 }
 
+/// A record for a person, on one line.
+pub(super) fn text_of(record: &Record) -> String {
+    let mut line = String::new();
+    // Writing to a string does not fail.
+    let _ = text(&mut line, record);
+    line
+}
+
 fn text(line: &mut String, record: &Record) -> fmt::Result {
     match record {
         Record::Features { frame, f } => {

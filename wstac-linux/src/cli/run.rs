@@ -25,8 +25,8 @@ use crate::model::file::ModelFile;
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = help())]
 pub(super) struct Arguments {
-    /// /dev/videoN, scene:Saw3@150[,90deg][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input), or a
-    /// folder of PNGs; or several, each as cam:NAME=SOURCE
+    /// /dev/videoN, scene:Saw3@150[,90deg][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input), a
+    /// folder of PNGs, or FILE.mcap; or several, each as cam:NAME=SOURCE
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<String>,
 
@@ -73,6 +73,8 @@ const HELP: &str = r#"Sources:
                    camera (wstac scene --help lists them), or several slides
   FILE.y4m, -      Y4M; for other videos:
                    ffmpeg -i FILE -pix_fmt yuv420p -f yuv4mpegpipe - | wstac run -
+  FILE.mcap        a recording (wstac record): the very events of the recorded run, with its
+                   configuration unless --config gives another
   FOLDER           its PNGs, 2.png before 10.png; 30 frames a second unless --fps says otherwise
   cam:NAME=SOURCE  any of these under a name, several at once (a name has letters, digits, - and
                    _): wstac run cam:left=/dev/video0 cam:right=/dev/video2

@@ -54,7 +54,7 @@ pub fn write(path: &Path, sweep: &Sweep, part: &Part) -> io::Result<()> {
 }
 
 /// An array of one dimension, of numbers of 8 bytes.
-fn numbers_of(
+pub(super) fn numbers_of(
     npz: &mut Npz<BufWriter<File>>,
     name: &str,
     dtype: Dtype,

@@ -1,11 +1,13 @@
-//! Data sets: samples of many simulated slides, for training.
+//! Data sets: samples of many simulated slides, or of recordings, for training.
 //!
 //! [`sweep`] says which slides, [`samples`] makes them, [`part`] keeps them while they are made, [`npz`] and [`arrays`]
-//! write them for NumPy.
+//! write them for NumPy. [`recordings`] and [`recorded_arrays`] do the same for recordings.
 
 pub mod arrays;
 pub mod npz;
 pub mod part;
+pub mod recorded_arrays;
+pub mod recordings;
 pub mod sweep;
 
 use rayon::prelude::*;

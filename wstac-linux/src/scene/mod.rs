@@ -58,6 +58,8 @@ impl Truth {
 pub enum Shot<'a> {
     /// A frame's bytes, as [`Sensor::expose`] gives them.
     Frame(&'a [u8]),
+    /// The same, and the JPEG picture that they were decoded from.
+    Jpeg(&'a [u8], &'a [u8]),
     /// The taxel sums of a frame, with [`Fidelity::Taxel`].
     Taxels([u32; TAXELS]),
     /// Frames that are missing here; why, for a person.
@@ -166,7 +168,10 @@ impl Scene {
     fn shot(&mut self, light: &[f64; TAXELS], long: bool) -> Shot<'_> {
         let sensor = self.long.as_mut().filter(|_| long).unwrap_or(&mut self.sensor);
         match self.fidelity {
-            Fidelity::Rendered => Shot::Frame(sensor.expose(light)),
+            Fidelity::Rendered => match sensor.expose_encoded(light) {
+                (bytes, Some(jpeg)) => Shot::Jpeg(bytes, jpeg),
+                (bytes, None) => Shot::Frame(bytes),
+            },
             Fidelity::Taxel => Shot::Taxels(sensor.sums(light)),
         }
     }

@@ -287,7 +287,7 @@ fn features(text: &str) -> (Vec<[i16; 10]>, u32) {
     let (mut features, mut lost) = (Vec::new(), 0);
     while let Some(shot) = scene.next_shot() {
         let frame = match shot {
-            Shot::Frame(bytes) => stream.push_frame(bytes).unwrap(),
+            Shot::Frame(bytes) | Shot::Jpeg(bytes, _) => stream.push_frame(bytes).unwrap(),
             Shot::Taxels(sums) => stream.push_taxels(&sums),
             Shot::Lost(frames, _) => {
                 lost += frames;

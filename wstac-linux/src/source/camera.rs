@@ -100,7 +100,10 @@ impl CameraSource {
             about: about(&camera),
             camera: Some(Box::new(camera.state.clone())),
         };
+        // A camera that was unplugged comes back with its values of power-on: those that it had are set again.
+        let held = if request.keep_controls { Vec::new() } else { camera.state.settings() };
         let request = CameraRequest {
+            controls: [held, request.controls.clone()].concat(),
             format: Some(negotiated.fourcc),
             size: Some((size.width().into(), size.height().into())),
             rate: Some(rate),

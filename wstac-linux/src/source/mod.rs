@@ -1,6 +1,7 @@
 //! Where frames come from: one trait, one file a source.
 
 pub mod camera;
+pub mod mcap;
 pub mod open;
 pub mod png_folder;
 pub mod scene;

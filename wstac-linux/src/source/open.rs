@@ -9,6 +9,7 @@ use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 
 use super::camera::CameraSource;
+use super::mcap::McapSource;
 use super::png_folder::PngFolder;
 use super::scene::SceneSource;
 use super::y4m::{MAGIC, Y4m};
@@ -35,12 +36,13 @@ pub struct OpenOptions {
 }
 
 /// What a source can be, for messages.
-const EXPECTED: &str = "expected /dev/videoN, scene:…, a .y4m file, a folder of PNGs or -";
+const EXPECTED: &str = "expected /dev/videoN, scene:…, a .y4m or .mcap file, a folder of PNGs or -";
 /// What only a camera has a choice of.
 const OF_A_CAMERA: &str = "expected only with a camera or a scene: a file states its own";
 
 /// Opens a source: `/dev/videoN` (any character device), `scene:FILE.toml`, `scene:Saw3@150`, a Y4M file by its
-/// first bytes or named pipe, a folder of PNGs, or `-` for Y4M on standard input.
+/// first bytes or named pipe, a recording by its first bytes or its name, a folder of PNGs, or `-` for Y4M on standard
+/// input.
 ///
 /// # Errors
 /// Where it is none of these, cannot be used, or an option does not apply to it: says what was found and what was
@@ -75,8 +77,13 @@ pub fn open(spec: &str, options: &OpenOptions) -> Result<Box<dyn Source>, Error>
         return Ok(Box::new(PngFolder::open(path, options.fps)?));
     }
     // A pipe cannot be looked into first.
+    let has_magic = |magic| starts_with(path, magic).map_err(|error| Error::new(spec, error));
+    let is_mcap = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
+    if kind.is_file() && (is_mcap || has_magic(::mcap::MAGIC)?) {
+        return Ok(Box::new(McapSource::open(path, options.fps)?));
+    }
     let is_y4m = kind.is_fifo() || path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("y4m"));
-    if is_y4m || (kind.is_file() && has_magic(path).map_err(|error| Error::new(spec, error))?) {
+    if is_y4m || (kind.is_file() && has_magic(MAGIC)?) {
         return Ok(Box::new(Y4m::open(path, options.fps)?));
     }
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
@@ -137,11 +144,11 @@ fn without_controls(spec: &str, options: &OpenOptions) -> Result<(), Error> {
     options.controls.first().map_or(Ok(()), |setting| Err(refused(setting)))
 }
 
-/// Whether a file starts as a Y4M does.
-fn has_magic(path: &Path) -> std::io::Result<bool> {
+/// Whether a file starts with these bytes.
+fn starts_with(path: &Path, magic: &[u8]) -> std::io::Result<bool> {
     let mut start = Vec::new();
-    File::open(path)?.take(MAGIC.len() as u64).read_to_end(&mut start)?;
-    Ok(start == MAGIC)
+    File::open(path)?.take(magic.len() as u64).read_to_end(&mut start)?;
+    Ok(start == magic)
 }
 
 #[cfg(test)]
@@ -175,7 +182,7 @@ mod tests {
         let scene = open(&format!("scene:{}", path("s.toml")), &OpenOptions::default()).unwrap();
         assert!(scene.info().about.contains("Saw3 at 150 mm/s"), "{}", scene.info().about);
         let none = OpenOptions::default();
-        let expected = "expected /dev/videoN, scene:…, a .y4m file, a folder of PNGs or -";
+        let expected = "expected /dev/videoN, scene:…, a .y4m or .mcap file, a folder of PNGs or -";
         let error = message(&path("other.dat"), &none);
         assert!(error.starts_with("SOURCE is \"") && error.contains(expected), "{error}");
         assert!(message(&path("empty.y4m"), &none).contains("is empty"));

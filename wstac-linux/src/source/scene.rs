@@ -55,8 +55,10 @@ impl Source for SceneSource {
     }
 
     fn next(&mut self) -> Result<Item<'_>, Error> {
+        let frame = |bytes, encoded| Item::Frame { bytes, timestamp: None, sequence: None, encoded };
         Ok(match self.scene.next_shot() {
-            Some(Shot::Frame(bytes)) => Item::Frame { bytes, timestamp: None, sequence: None, encoded: None },
+            Some(Shot::Frame(bytes)) => frame(bytes, None),
+            Some(Shot::Jpeg(bytes, jpeg)) => frame(bytes, Some(jpeg)),
             Some(Shot::Taxels(sums)) => Item::Taxels(sums),
             Some(Shot::Lost(frames, why)) => Item::Lost { frames: frames.into(), why },
             None => Item::End,

@@ -5,7 +5,9 @@ use std::time::{Duration, Instant};
 
 /// How far it got: a line on a terminal that is written over and over.
 pub(super) struct Progress {
-    /// How many slides there were at the start, and how many there will be.
+    /// Of what: slides or recordings.
+    what: &'static str,
+    /// How many there were at the start, and how many there will be.
     there: u32,
     count: u32,
     started: Instant,
@@ -15,9 +17,9 @@ pub(super) struct Progress {
 
 impl Progress {
     /// Counts from what is there at the start.
-    pub(super) fn new(there: u32, count: u32) -> Self {
+    pub(super) fn new(what: &'static str, there: u32, count: u32) -> Self {
         let now = Instant::now();
-        Self { there, count, started: now, said: std::io::stderr().is_terminal().then_some(now) }
+        Self { what, there, count, started: now, said: std::io::stderr().is_terminal().then_some(now) }
     }
 
     /// Says it, if it was not said just now.
@@ -25,7 +27,7 @@ impl Progress {
         let Some(said) = self.said.filter(|said| said.elapsed() > Duration::from_millis(200)) else { return };
         let each = self.started.elapsed().as_secs_f64() / f64::from(done.saturating_sub(self.there).max(1));
         let left = (each * f64::from(self.count.saturating_sub(done))).ceil();
-        let _ = write!(std::io::stderr(), "\r{done} of {} slides, {left} s left\x1b[K", self.count);
+        let _ = write!(std::io::stderr(), "\r{done} of {} {}, {left} s left\x1b[K", self.count, self.what);
         self.said = said.checked_add(said.elapsed());
     }
 }

@@ -7,6 +7,7 @@ use std::sync::Barrier;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
+use super::super::loss_report::LossReport;
 use super::super::output::{Form, Records, Stop, note};
 use super::super::source_arguments::config_of;
 use super::{Arguments, Sensor};
@@ -112,7 +113,7 @@ impl Opened<'_> {
     pub(super) fn read(mut self) -> Result<(), Stop> {
         let mut reasons = LossReport::default();
         let result = self.read_until_end(&mut reasons);
-        reasons.say(&self.records);
+        reasons.say(|message| self.records.note(message));
         say_behind(self.source.behind(), &self.records);
         result
     }
@@ -153,25 +154,6 @@ impl Opened<'_> {
             if reading.baseline_disturbed() {
                 records.note(BASELINE_DISTURBED);
             }
-        }
-    }
-}
-
-/// Why frames were lost, counted by reason, said once at the end.
-#[derive(Default)]
-struct LossReport(Vec<(&'static str, u64)>);
-
-impl LossReport {
-    fn add(&mut self, frames: u64, why: &'static str) {
-        match self.0.iter_mut().find(|(reason, _)| *reason == why) {
-            Some((_, count)) => *count = count.saturating_add(frames),
-            None => self.0.push((why, frames)),
-        }
-    }
-
-    fn say(&self, records: &Records) {
-        for (why, count) in &self.0 {
-            records.note(format_args!("{count} frame(s) lost: {why}"));
         }
     }
 }

@@ -1,65 +1,8 @@
-//! As much of protocol buffers, and of ONNX in them, as models need: nodes with their attributes, constants, inputs and
+//! As much of ONNX as models need: nodes with their attributes, constants, inputs and
 //! outputs.
 
 use super::tensor::Tensor;
-
-/// A field of a message.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Field<'a> {
-    Varint(u64),
-    Fixed32([u8; 4]),
-    Bytes(&'a [u8]),
-    Fixed64([u8; 8]),
-}
-
-/// The fields of a message.
-pub(super) struct Fields<'a> {
-    pub(super) rest: &'a [u8],
-}
-
-impl<'a> Fields<'a> {
-    pub(super) fn varint(&mut self) -> Result<u64, String> {
-        let mut number = 0;
-        for place in 0..10 {
-            let (&byte, rest) = self.rest.split_first().ok_or("ends inside a number")?;
-            self.rest = rest;
-            number |= u64::from(byte & 0x7F) << (7 * place);
-            if byte < 0x80 {
-                return Ok(number);
-            }
-        }
-        Err("has a number of more than 64 bits".into())
-    }
-
-    fn take(&mut self, count: u64) -> Result<&'a [u8], String> {
-        let count = usize::try_from(count).unwrap_or(usize::MAX);
-        let (taken, rest) = self.rest.split_at_checked(count).ok_or("ends inside a field")?;
-        self.rest = rest;
-        Ok(taken)
-    }
-
-    /// The next field's number and what it holds.
-    pub(super) fn next(&mut self) -> Result<Option<(u64, Field<'a>)>, String> {
-        if self.rest.is_empty() {
-            return Ok(None);
-        }
-        let tag = self.varint()?;
-        let field = match tag & 7 {
-            0 => Field::Varint(self.varint()?),
-            1 => Field::Fixed64(self.take(8)?.try_into().map_err(|_| "ends inside a number")?),
-            2 => {
-                let count = self.varint()?;
-                Field::Bytes(self.take(count)?)
-            }
-            5 => Field::Fixed32(self.take(4)?.try_into().map_err(|_| "ends inside a number")?),
-            other => return Err(format!("has a field of wire type {other}, expected 0, 1, 2 or 5")),
-        };
-        if tag >> 3 == 0 {
-            return Err("has a field of number 0".into());
-        }
-        Ok(Some((tag >> 3, field)))
-    }
-}
+use crate::protobuf::{Field, Fields};
 
 /// A model, as far as it is read.
 #[derive(Debug, Default)]

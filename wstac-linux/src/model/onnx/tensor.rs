@@ -1,6 +1,6 @@
 //! Tensors in ONNX: numbers and texts of a constant, flat; shapes do not matter to models.
 
-use super::proto::{Field, Fields};
+use crate::protobuf::{Field, Fields};
 
 /// What a constant holds; of the three lists, the one of its type.
 #[derive(Clone, Debug, Default)]

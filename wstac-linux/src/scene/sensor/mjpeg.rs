@@ -20,13 +20,13 @@ impl Compression {
         Self { size, quality, jpeg: Vec::new(), decoder: Decoder::new(size) }
     }
 
-    /// R G B bytes as they are decoded; nothing where the picture cannot be encoded, which no size of a frame makes
+    /// R G B bytes as they are decoded, and the picture that they come from; nothing where the picture cannot be encoded, which no size of a frame makes
     /// happen. Bytes outside of the taxels change with those inside.
-    pub(super) fn through(&mut self, rgb: &[u8]) -> Option<&[u8]> {
+    pub(super) fn through(&mut self, rgb: &[u8]) -> Option<(&[u8], &[u8])> {
         self.jpeg.clear();
         let mut encoder = Encoder::new(&mut self.jpeg, self.quality);
         encoder.set_sampling_factor(SamplingFactor::F_2_1);
         encoder.encode(rgb, self.size.width(), self.size.height(), ColorType::Rgb).ok()?;
-        self.decoder.decode(&self.jpeg)
+        Some((self.decoder.decode(&self.jpeg)?, &self.jpeg))
     }
 }

@@ -100,16 +100,24 @@ impl Sensor {
     /// Bytes outside of taxels stay as dark as a pixel without noise; those of JPEG pictures may differ a little. With
     /// [`Fidelity::Taxel`] there are no bytes.
     pub fn expose(&mut self, light: &[f64; TAXELS]) -> &[u8] {
+        self.expose_encoded(light).0
+    }
+
+    /// [`expose`](Self::expose), and the JPEG picture that was decoded, where the format is JPEG.
+    pub fn expose_encoded(&mut self, light: &[f64; TAXELS]) -> (&[u8], Option<&[u8]>) {
         match &mut self.kind {
             Kind::Rendered(renderer) => {
                 renderer.expose(light);
-                renderer.bytes()
+                (renderer.bytes(), None)
             }
             Kind::Compressed(renderer, compression) => {
                 renderer.expose(light);
-                compression.through(renderer.bytes()).unwrap_or_else(|| renderer.bytes())
+                match compression.through(renderer.bytes()) {
+                    Some((decoded, jpeg)) => (decoded, Some(jpeg)),
+                    None => (renderer.bytes(), None),
+                }
             }
-            Kind::Taxel(_) => &[],
+            Kind::Taxel(_) => (&[], None),
         }
     }
 

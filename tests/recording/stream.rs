@@ -1,0 +1,163 @@
+//! A camera's stream, with everything that a camera can give, recorded and read again.
+
+use std::fs::File;
+use std::time::Duration;
+
+use wstac_core::green::any::PixelFormat;
+use wstac_core::layout::FrameSize;
+use wstac_core::rate::FrameRate;
+use wstac_linux::camera::{CameraState, LockedControl};
+use wstac_linux::config::Config;
+use wstac_linux::error::Error;
+use wstac_linux::reading::{Reading, Wanted};
+use wstac_linux::record::Recorder;
+use wstac_linux::record::about::About;
+use wstac_linux::source::mcap::McapSource;
+use wstac_linux::source::{Fault, Item, Source, StreamInfo};
+use wstac_tests::folder::Folder;
+
+/// An item that does not borrow its source.
+#[derive(Clone, Debug, PartialEq)]
+enum Owned {
+    Frame(Vec<u8>, Option<Duration>, Option<u32>, Option<Vec<u8>>),
+    Lost(u64, &'static str),
+    Fault(Fault),
+    End,
+}
+
+impl Owned {
+    fn of(item: &Item<'_>) -> Self {
+        match item {
+            Item::Frame { bytes, timestamp, sequence, encoded } => {
+                Self::Frame(bytes.to_vec(), *timestamp, *sequence, encoded.map(<[u8]>::to_vec))
+            }
+            Item::Lost { frames, why } => Self::Lost(*frames, why),
+            Item::Fault(fault) => Self::Fault(fault.clone()),
+            Item::End => Self::End,
+            Item::Taxels(_) | Item::Waiting => panic!("not in these streams"),
+        }
+    }
+
+    fn item(&self) -> Item<'_> {
+        match self {
+            Self::Frame(bytes, timestamp, sequence, encoded) => {
+                Item::Frame { bytes, timestamp: *timestamp, sequence: *sequence, encoded: encoded.as_deref() }
+            }
+            Self::Lost(frames, why) => Item::Lost { frames: *frames, why },
+            Self::Fault(fault) => Item::Fault(fault.clone()),
+            Self::End => Item::End,
+        }
+    }
+}
+
+fn info(format: PixelFormat, bytes_per_row: u32) -> StreamInfo {
+    let control = |name: &str, locked| LockedControl {
+        name: name.into(),
+        id: 0x009a_0902,
+        value: 157,
+        locked,
+        why: (!locked).then(|| "the driver refuses".into()),
+    };
+    let camera = CameraState {
+        path: "/dev/video7".into(),
+        links: vec!["/dev/v4l/by-id/usb-Maker_Camera_0001-video-index0".into()],
+        card: "Camera".into(),
+        driver: "uvcvideo".into(),
+        bus: "usb-1".into(),
+        format: "MJPG".into(),
+        controls: vec![control("Exposure", true), control("Gain", false)],
+    };
+    StreamInfo {
+        size: FrameSize::new(64, 48).unwrap(),
+        format,
+        colour: wstac_core::green::ycbcr::Colour::default(),
+        bytes_per_row,
+        rate: FrameRate::new(30_000, 1001).unwrap(),
+        taxels_only: false,
+        about: "a camera".into(),
+        camera: Some(Box::new(camera)),
+    }
+}
+
+/// Records these items; what is read again, and what the recording says of its stream.
+fn again(folder: &Folder, info: &StreamInfo, items: &[Owned]) -> (Vec<Owned>, StreamInfo) {
+    let (path, config) = (folder.0.join("a.mcap"), Config::default());
+    let _ = std::fs::remove_file(&path);
+    let mut reading = Reading::new(info, &config, Wanted { features: true, samples: false }).unwrap();
+    let about = About::new(info, &config, [("specimen".into(), "Saw3".into())].into(), Vec::new()).unwrap();
+    let mut recorder = Recorder::new(File::create_new(&path).unwrap(), &path, &about, &reading).unwrap();
+    for item in items {
+        let item = item.item();
+        recorder.item(&item);
+        reading
+            .take(&item, |record| {
+                recorder.record(&record, "");
+                Ok::<(), Error>(())
+            })
+            .unwrap();
+        assert!(recorder.end_of_item(&item, &reading));
+    }
+    let written = recorder.finish().unwrap();
+    assert_eq!(written.frames, items.iter().filter(|item| matches!(item, Owned::Frame(..))).count() as u64);
+    assert_eq!(written.bytes, path.metadata().unwrap().len());
+    let mut source = McapSource::open(&path, None).unwrap();
+    assert_eq!(source.about().info.camera, info.camera);
+    assert_eq!(source.about().labels["specimen"], "Saw3");
+    let mut found = Vec::new();
+    while found.last() != Some(&Owned::End) {
+        found.push(Owned::of(&source.next().unwrap()));
+    }
+    (found, source.info().clone())
+}
+
+fn fault(kind: &'static str, message: &str) -> Owned {
+    Owned::Fault(Fault { kind, message: message.into() })
+}
+
+#[test]
+fn a_camera_comes_again_with_its_times_gaps_and_faults() {
+    let folder = Folder::new("recording-stream");
+    // Rows with padding behind them.
+    let info = info(PixelFormat::Grey, 80);
+    let mut items = vec![Owned::Lost(2, "dropped by the driver"), fault("slow", "7.5 frames a second \"only\"")];
+    for frame in 0..200_u32 {
+        let bytes: Vec<u8> = (0..80 * 48_u32).map(|at| (at * 7 + frame * 13) as u8).collect();
+        // The counter wraps, and the clock once goes back.
+        let time = 5_000_000_000 + u64::from(frame) * 33_366_667 - if frame == 90 { 2_000_000_000 } else { 0 };
+        items.push(Owned::Frame(bytes, Some(Duration::from_nanos(time)), Some(frame.wrapping_sub(100)), None));
+        match frame {
+            30 | 31 => items.push(Owned::Lost(1, "marked as damaged by the driver")),
+            60 => items.push(fault("disconnected", "cable")),
+            61 => items.push(Owned::Lost(1_000_000_000_000, "dropped by the driver")),
+            62 => items.push(fault("reconnected", "é")),
+            _ => {}
+        }
+    }
+    items.push(Owned::End);
+    let (found, said) = again(&folder, &info, &items);
+    assert!(found == items, "the stream differs");
+    let about = said.about.clone();
+    assert!(about.ends_with("recorded from a camera, specimen=Saw3"), "{about}");
+    assert_eq!(StreamInfo { about: info.about.clone(), ..said }, info);
+}
+
+/// The very bytes of the camera's JPEG come again, and decode to the same picture.
+#[test]
+fn pictures_stay_as_the_camera_sent_them() {
+    let folder = Folder::new("recording-jpeg");
+    let info = info(PixelFormat::Rgb24, 192);
+    let mut decoder = wstac_linux::camera::mjpeg::Decoder::new(info.size);
+    let mut items = Vec::new();
+    for frame in 0..5_u32 {
+        let rgb: Vec<u8> = (0..192 * 48_u32).map(|at| (at / 90 + 20 * frame) as u8).collect();
+        let mut jpeg = Vec::new();
+        let encoder = jpeg_encoder::Encoder::new(&mut jpeg, 85);
+        encoder.encode(&rgb, 64, 48, jpeg_encoder::ColorType::Rgb).unwrap();
+        // Drivers pad.
+        jpeg.extend([0; 100]);
+        let bytes = decoder.decode(&jpeg).unwrap().to_vec();
+        items.push(Owned::Frame(bytes, Some(Duration::from_millis(u64::from(frame))), Some(frame), Some(jpeg)));
+    }
+    items.push(Owned::End);
+    assert!(again(&folder, &info, &items).0 == items, "the stream differs");
+}

@@ -1,0 +1,148 @@
+"""Opens recordings with tools that others wrote, and compares what they see with what `wstac run` says.
+
+The mcap reader of PyPI decodes every message by the schemas in the file; Rerun's converter turns the file into what its
+viewer shows: pictures, plots and text.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from pathlib import Path
+
+from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory as Protobuf
+from mcap_ros2.decoder import DecoderFactory as Ros2
+
+WSTAC = os.environ["WSTAC"]
+RERUN = Path(sys.executable).parent / "rerun"
+# A format, the encoding that viewers know it by, and what the picture is to them.
+FORMATS = {
+    "GREY": ("mono8", 400, 400),
+    "YUYV": ("yuyv", 400, 400),
+    "RGB3": ("rgb8", 400, 400),
+    "RGGB": ("bayer_rggb8", 400, 400),
+    "Y16": ("mono16", 400, 400),
+    "Y10": ("mono16", 400, 400),
+    "NV12": ("mono8", 400, 600),
+    "MJPG": ("jpeg", 400, 400),
+}
+
+
+def wstac(*arguments):
+    return subprocess.run([WSTAC, *arguments], check=True, capture_output=True, text=True).stdout.splitlines()
+
+
+def record(folder, fourcc):
+    """Records a slide that loses frames; its scene and its file."""
+    scene = folder / f"{fourcc}.toml"
+    scene.write_text(
+        f'specimen = "Saw3"\nspeed = 150\nseed = 5\n[sensor]\nsize = [400, 400]\nformat = "{fourcc}"\ndropped = 0.03\n'
+    )
+    file = folder / f"{fourcc}.mcap"
+    lines = wstac("record", f"scene:{scene}", "-o", str(file), "--json", "--label", "specimen=Saw3")
+    return scene, file, lines
+
+
+def decoded(file):
+    """Messages by topic: times and what they say."""
+    topics = {}
+    with open(file, "rb") as opened:
+        reader = make_reader(opened, validate_crcs=True, decoder_factories=[Protobuf(), Ros2()])
+        for schema, channel, message in reader.iter_messages():
+            found = topics.setdefault(channel.topic, [])
+            if channel.message_encoding == "json":
+                found.append((message, json.loads(message.data)))
+            else:
+                decoder = next(d for d in (f.decoder_for(channel.message_encoding, schema) for f in (Protobuf(), Ros2())) if d)
+                found.append((message, decoder(message.data)))
+        metadata = {record.name: record.metadata for record in reader.iter_metadata()}
+        statistics = reader.get_summary().statistics
+    return topics, metadata, statistics
+
+
+def check_messages(fourcc, file, scene, lines):
+    """Everything in the file, as its own schemas have it."""
+    topics, metadata, statistics = decoded(file)
+    features = [json.loads(line)["f"] for line in wstac("run", f"scene:{scene}", "--json", "--features") if '"f":' in line]
+    assert [list(array.data) for _, array in topics["/features"]] == features, fourcc
+    assert [said for _, said in topics["/events/json"]] == [json.loads(line) for line in lines], fourcc
+    assert len(topics["/events"]) == len(lines)
+    assert topics["/events"][0][1].message.startswith("event at frame "), topics["/events"][0]
+    end = json.loads(lines[-1])
+    lost = [said for _, said in topics["/faults/json"]]
+    assert end["dropped"] == sum(said["frames"] for said in lost) > 0
+    assert all(said["kind"] == "lost" for said in lost)
+    frames = topics["/camera"]
+    assert len(frames) == len(topics["/taxels"]) == end["frames"] - end["dropped"]
+    encoding, width, height = FORMATS[fourcc]
+    for message, image in frames:
+        # Of a file, a frame's time is its number's.
+        assert message.log_time == message.sequence * 1_000_000_000 // 30
+        assert image.timestamp.seconds * 10**9 + image.timestamp.nanos == message.log_time
+        if encoding == "jpeg":
+            assert image.format == "jpeg" and image.data[:2] == b"\xff\xd8"
+        else:
+            assert (image.encoding, image.width, image.height) == (encoding, width, height), fourcc
+            assert len(image.data) == image.step * image.height
+    for _, image in topics["/taxels"]:
+        assert (image.encoding, image.width, image.height, len(image.data)) == ("32FC1", 5, 5, 100)
+    assert metadata["wstac.labels"] == {"specimen": "Saw3"}
+    assert "floor_levels = 0.5" in metadata["wstac.configuration"]["toml"]
+    assert json.loads(metadata["wstac.layout"]["json"])["frame"] == [400, 400]
+    assert json.loads(metadata["wstac.stream"]["json"])["rate"] == [30, 1]
+    assert statistics.message_count == sum(map(len, topics.values()))
+    return statistics.message_count
+
+
+def check_rerun(fourcc, file, folder):
+    """What Rerun's viewer would show."""
+    shown = folder / f"{fourcc}.rrd"
+    subprocess.run([RERUN, "mcap", "convert", str(file), "-o", str(shown)], check=True, capture_output=True)
+    printed = subprocess.run([RERUN, "rrd", "print", str(shown)], check=True, capture_output=True, text=True).stdout
+    rows = Counter()
+    for line in printed.splitlines():
+        if not line.startswith("Chunk("):
+            continue
+        entity, columns = line.split(" - ")[1], line.split("data columns: ")[1]
+        for archetype in ("EncodedImage:blob", "Image:buffer", "Scalars:scalars", "TextLog:text"):
+            if archetype in columns:
+                rows[entity, archetype] += int(line.split(" with ")[1].split(" rows")[0])
+    topics, _, _ = decoded(file)
+    picture = "EncodedImage:blob" if fourcc == "MJPG" else "Image:buffer"
+    for topic, archetype in [
+        ("/camera", picture),
+        ("/taxels", "Image:buffer"),
+        ("/features", "Scalars:scalars"),
+        ("/events", "TextLog:text"),
+        ("/faults", "TextLog:text"),
+    ]:
+        assert rows[topic, archetype] == len(topics.get(topic, [])), (fourcc, topic, archetype, rows)
+    return dict(rows)
+
+
+def main():
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for fourcc in FORMATS:
+            scene, file, lines = record(folder, fourcc)
+            count = check_messages(fourcc, file, scene, lines)
+            rows = check_rerun(fourcc, file, folder)
+            shown = ", ".join(f"{topic} {rows[topic, kind]} × {kind.split(':')[0]}" for topic, kind in sorted(rows))
+            print(f"ok: {fourcc}: {count} messages decoded; Rerun shows {shown}")
+            # What recover makes of half of it opens, too.
+            half = folder / "half.mcap"
+            half.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+            whole = folder / "whole.mcap"
+            wstac("recover", str(half), "-o", str(whole), "--force")
+            frames = len(decoded(whole)[0]["/camera"])
+            assert 40 < frames < 100, frames
+            check_rerun(fourcc, whole, folder)
+            print(f"ok: {fourcc}: half of the file, recovered: {frames} frames")
+    print("viewers: recordings open")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,247 @@
+//! `wstac record --guide`: a person is led through a plan, a slide a file.
+
+use std::fs::{self, File};
+use std::io::BufRead;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, channel};
+use std::time::Duration;
+
+use super::{Arguments, Shown, labels, signals};
+use crate::cli::output::{Form, Records, Stop, note, text_of};
+use crate::cli::source_arguments::config_of;
+use crate::config::Config;
+use crate::error::Error;
+use crate::model::file::ModelFile;
+use crate::reading::{Reading, Record, Wanted};
+use crate::record::Recorder;
+use crate::record::about::{About, Labels};
+use crate::record::plan::{self, PlannedSlide};
+use crate::source::{Delivery, Item, Source, StreamInfo};
+use crate::texture::Textures;
+
+/// How long a wait for a key may last before signals are looked for.
+const WAIT: Duration = Duration::from_millis(200);
+
+/// What a person wants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Key {
+    Start,
+    Redo,
+    Skip,
+    Quit,
+}
+
+/// What became of a slide.
+enum Outcome {
+    /// It has its file.
+    Recorded,
+    /// It did not work, and why.
+    Again(&'static str),
+    /// The source ended, or a signal came.
+    Ended,
+}
+
+/// A session.
+struct Session<'a> {
+    source: Box<dyn Source>,
+    info: StreamInfo,
+    config: Config,
+    models: &'a [ModelFile],
+    labels: Labels,
+    /// Lines of standard input.
+    keys: Receiver<String>,
+    shown: Shown,
+    interrupted: Arc<AtomicBool>,
+}
+
+/// Leads through the plan of a file.
+pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
+    let slides = plan::read(plan_file)?;
+    let labels = labels(&arguments.labels)?;
+    let (source, info) = arguments.options.open(&arguments.source, Delivery::Every)?;
+    let config = config_of(source.as_ref(), arguments.config.as_deref())?;
+    let models = arguments.models.iter().map(|name| ModelFile::open(name)).collect::<Result<Vec<_>, _>>()?;
+    let folder = &arguments.output;
+    // What does not fit is said before a person waits.
+    drop(Reading::new(&info, &config, Wanted::default())?.with_textures(Textures::new(&models)?));
+    About::new(&info, &config, labels.clone(), Vec::new())?;
+    fs::create_dir_all(folder).map_err(|error| Error::new(folder.display(), error))?;
+    note(&info.about);
+    let form = if arguments.json { Form::Json } else { Form::Text };
+    let shown = Shown { records: Some(Records::new(form)), events: 0 };
+    let (keys, interrupted) = (keys(), signals()?);
+    let mut session = Session { source, info, config, models: &models, labels, keys, shown, interrupted };
+    let recorded = session.lead(&slides, folder)?;
+    let there = slides.iter().filter(|slide| file_of(folder, slide).exists()).count();
+    let rest = if there < slides.len() { "; the same command goes on with the others" } else { "" };
+    let (all, folder) = (slides.len(), folder.display());
+    note(format_args!("{folder}: {recorded} slides recorded, {there} of {all} are there{rest}"));
+    Ok(())
+}
+
+fn file_of(folder: &Path, slide: &PlannedSlide) -> PathBuf {
+    folder.join(format!("{}.mcap", slide.name))
+}
+
+/// Lines of standard input, from a thread of its own that ends with the program.
+fn keys() -> Receiver<String> {
+    let (sender, keys) = channel();
+    std::thread::spawn(move || {
+        for line in std::io::stdin().lock().lines() {
+            if line.map_or(true, |line| sender.send(line).is_err()) {
+                return;
+            }
+        }
+    });
+    keys
+}
+
+impl Session<'_> {
+    /// Leads through the slides that have no file yet; how many were recorded.
+    fn lead(&mut self, slides: &[PlannedSlide], folder: &Path) -> Result<u64, Error> {
+        let (mut at, mut last, mut redo, mut recorded) = (0, None, false, 0);
+        while let Some(slide) = slides.get(at) {
+            let path = file_of(folder, slide);
+            if path.exists() && !redo {
+                at += 1;
+                continue;
+            }
+            let (number, all, about) = (at + 1, slides.len(), &slide.about);
+            note(format_args!("slide {number} of {all}: {about}"));
+            note("hands off, then Enter; r: the last one once more, s: skip this one, q: quit");
+            match self.key()? {
+                None | Some(Key::Quit) => break,
+                Some(Key::Skip) => {
+                    (at, redo) = (at + 1, false);
+                    continue;
+                }
+                Some(Key::Redo) => {
+                    match last {
+                        Some(last) => (at, redo) = (last, true),
+                        None => note("none was recorded in this session yet"),
+                    }
+                    continue;
+                }
+                Some(Key::Start) => {}
+            }
+            match self.slide(slide, &path)? {
+                Outcome::Recorded => {
+                    (last, redo) = (Some(at), false);
+                    (at, recorded) = (at + 1, recorded + 1);
+                }
+                Outcome::Again(why) => note(format_args!("{why}: the same slide once more")),
+                Outcome::Ended => break,
+            }
+        }
+        Ok(recorded)
+    }
+
+    /// What a person wants; nothing where the source ends or a signal comes. A camera is read meanwhile, and its frames are
+    /// left out. Where nobody says anything any more, every slide starts at once.
+    fn key(&mut self) -> Result<Option<Key>, Error> {
+        let is_live = self.info.camera.is_some();
+        loop {
+            if self.interrupted.load(Ordering::Relaxed) {
+                return Ok(None);
+            }
+            let line = if is_live {
+                match self.source.next()? {
+                    Item::End => return Ok(None),
+                    Item::Fault(fault) => note(format_args!("{}: {}", fault.kind, fault.message)),
+                    _ => {}
+                }
+                self.keys.try_recv().map_err(|error| error == TryRecvError::Disconnected)
+            } else {
+                self.keys.recv_timeout(WAIT).map_err(|error| error == RecvTimeoutError::Disconnected)
+            };
+            let ended = matches!(line, Err(true));
+            match line.as_deref().map(str::trim) {
+                Ok("") => return Ok(Some(Key::Start)),
+                Ok("r") => return Ok(Some(Key::Redo)),
+                Ok("s") => return Ok(Some(Key::Skip)),
+                Ok("q") => return Ok(Some(Key::Quit)),
+                Ok(other) => note(format_args!("{other:?} is no key, expected Enter, r, s or q")),
+                Err(_) if ended => return Ok(Some(Key::Start)),
+                Err(_) => {}
+            }
+        }
+    }
+
+    /// Records one slide: a quiet baseline, then one event. Until then its file ends in `.part`.
+    fn slide(&mut self, slide: &PlannedSlide, path: &Path) -> Result<Outcome, Error> {
+        let part = path.with_added_extension("part");
+        loop {
+            let ended = self.attempt(slide, &part);
+            match ended {
+                Ok(Some(Outcome::Recorded)) => {
+                    fs::rename(&part, path).map_err(|error| Error::new(path.display(), error))?;
+                    note(format_args!("{} is there", path.display()));
+                    return Ok(Outcome::Recorded);
+                }
+                Ok(None) => note("the baseline was not quiet: hands off, once more"),
+                Ok(Some(outcome)) => {
+                    remove(&part)?;
+                    return Ok(outcome);
+                }
+                // What it has is left where it is.
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    /// One attempt; nothing where the baseline was not quiet.
+    fn attempt(&mut self, slide: &PlannedSlide, part: &Path) -> Result<Option<Outcome>, Error> {
+        let wanted = Wanted { features: true, samples: false };
+        let reading = Reading::new(&self.info, &self.config, wanted)?;
+        let mut reading = reading.with_textures(Textures::new(self.models)?);
+        let mut labels = self.labels.clone();
+        labels.extend(slide.labels.clone());
+        let models = self.models.iter().map(|file| file.about().to_owned()).collect();
+        let about = About::new(&self.info, &self.config, labels, models)?;
+        let file = File::create(part).map_err(|error| Error::new(part.display(), error))?;
+        let mut recorder = Recorder::new(file, part, &about, &reading)?;
+        let mut asked = false;
+        let outcome = loop {
+            if self.interrupted.load(Ordering::Relaxed) {
+                break Some(Outcome::Ended);
+            }
+            let item = self.source.next()?;
+            recorder.item(&item);
+            let mut found = None;
+            let shown = &mut self.shown;
+            let goes_on = reading.take(&item, |record| {
+                recorder.record(&record, &text_of(&record));
+                match &record {
+                    Record::Event(_) => found = Some(Outcome::Recorded),
+                    Record::Incomplete(_) => found = Some(Outcome::Again("too many frames were lost")),
+                    _ => {}
+                }
+                if matches!(record, Record::Event(_) | Record::Fault(_)) {
+                    shown.show(&record);
+                }
+                Ok::<(), Error>(())
+            })?;
+            let has_room = recorder.end_of_item(&item, &reading);
+            if reading.baseline_disturbed() {
+                break None;
+            }
+            if !asked && reading.trigger().baseline().is_some() {
+                asked = true;
+                note(format_args!("slide now: {}", slide.about));
+            }
+            match found {
+                Some(outcome) => break Some(outcome),
+                None if !goes_on || !has_room => break Some(Outcome::Ended),
+                None => {}
+            }
+        };
+        recorder.finish()?;
+        Ok(outcome)
+    }
+}
+
+fn remove(path: &Path) -> Result<(), Error> {
+    fs::remove_file(path).map_err(|error| Error::new(path.display(), error))
+}

@@ -1,0 +1,136 @@
+//! What a recording says of itself: records of metadata, so that it can be read as the source was.
+
+use std::collections::BTreeMap;
+
+use mcap::write::Metadata;
+use serde::{Deserialize, Serialize};
+use wstac_core::green::any::PixelFormat;
+use wstac_core::green::ycbcr::Colour;
+use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::rate::FrameRate;
+
+use crate::camera::CameraState;
+use crate::config::Config;
+use crate::error::Error;
+use crate::source::StreamInfo;
+
+/// Names of the records of metadata.
+const STREAM: &str = "wstac.stream";
+const CONFIGURATION: &str = "wstac.configuration";
+const CAMERA: &str = "wstac.camera";
+const LABELS: &str = "wstac.labels";
+const LAYOUT: &str = "wstac.layout";
+/// The key of a record that is one text.
+const JSON: &str = "json";
+const TOML: &str = "toml";
+
+/// What a person says of a recording, such as `specimen` `Saw3`.
+pub type Labels = BTreeMap<String, String>;
+
+/// The stream, as its frames are stored.
+#[derive(Debug, Serialize, Deserialize)]
+struct Stream {
+    wstac: String,
+    size: FrameSize,
+    format: PixelFormat,
+    colour: Colour,
+    bytes_per_row: u32,
+    rate: FrameRate,
+    /// Whether times and numbers of frames are the driver's own.
+    driver_times: bool,
+    about: String,
+    models: Vec<String>,
+}
+
+/// What a recording says of itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct About {
+    /// What its frames have in common.
+    pub info: StreamInfo,
+    /// Whether times and numbers of frames are the driver's own; otherwise they were counted.
+    pub driver_times: bool,
+    /// The configuration in full, as TOML.
+    pub configuration: String,
+    /// What a person said of it.
+    pub labels: Labels,
+    /// Texture models that named its events.
+    pub models: Vec<String>,
+}
+
+impl About {
+    /// What is said of a new recording.
+    ///
+    /// # Errors
+    /// Where the source has no frames, but taxel sums alone.
+    pub fn new(info: &StreamInfo, config: &Config, labels: Labels, models: Vec<String>) -> Result<Self, Error> {
+        if info.taxels_only {
+            let message = "a recording is of frames, expected fidelity = \"rendered\"";
+            return Err(Error::new(&info.about, message));
+        }
+        let driver_times = info.camera.is_some();
+        let configuration = config.to_toml().map_err(|error| Error::new("configuration", error))?;
+        Ok(Self { info: info.clone(), driver_times, configuration, labels, models })
+    }
+
+    /// As records of an MCAP file. `layout` is for people and other programs; the configuration has it, too.
+    pub(super) fn to_metadata(&self, layout: &Layout) -> Result<Vec<Metadata>, serde_json::Error> {
+        let Self { info, driver_times, configuration, labels, models } = self;
+        let stream = Stream {
+            wstac: env!("CARGO_PKG_VERSION").into(),
+            size: info.size,
+            format: info.format,
+            colour: info.colour,
+            bytes_per_row: info.bytes_per_row,
+            rate: info.rate,
+            driver_times: *driver_times,
+            about: info.about.clone(),
+            models: models.clone(),
+        };
+        let one = |name: &str, key: &str, text: String| Metadata {
+            name: name.into(),
+            metadata: BTreeMap::from([(key.into(), text)]),
+        };
+        let mut all = vec![
+            one(STREAM, JSON, serde_json::to_string(&stream)?),
+            one(CONFIGURATION, TOML, configuration.clone()),
+            one(LAYOUT, JSON, serde_json::to_string(layout)?),
+            Metadata { name: LABELS.into(), metadata: labels.clone() },
+        ];
+        if let Some(camera) = &info.camera {
+            all.push(one(CAMERA, JSON, serde_json::to_string(camera)?));
+        }
+        Ok(all)
+    }
+
+    /// From the records of an MCAP file; nothing where it is none that this program recorded.
+    ///
+    /// # Errors
+    /// Where one of them cannot be read: says which, what was found and what was expected.
+    pub(crate) fn from_metadata(all: &[Metadata]) -> Result<Option<Self>, String> {
+        // The first of a name: what other programs add comes later.
+        let of = |name: &str| all.iter().find(|metadata| metadata.name == name).map(|metadata| &metadata.metadata);
+        let text = |name: &str, key: &str| of(name).and_then(|metadata| metadata.get(key));
+        let Some(stream) = text(STREAM, JSON) else { return Ok(None) };
+        let in_record = |name: &'static str| move |error: serde_json::Error| format!("metadata {name}: {error}");
+        let stream: Stream = serde_json::from_str(stream).map_err(in_record(STREAM))?;
+        let camera: Option<CameraState> =
+            text(CAMERA, JSON).map(|camera| serde_json::from_str(camera)).transpose().map_err(in_record(CAMERA))?;
+        let info = StreamInfo {
+            size: stream.size,
+            format: stream.format,
+            colour: stream.colour,
+            bytes_per_row: stream.bytes_per_row,
+            rate: stream.rate,
+            taxels_only: false,
+            about: stream.about,
+            camera: camera.map(Box::new),
+        };
+        Ok(Some(Self {
+            info,
+            driver_times: stream.driver_times,
+            configuration: text(CONFIGURATION, TOML).cloned().unwrap_or_default(),
+            labels: of(LABELS).cloned().unwrap_or_default(),
+            models: stream.models,
+        }))
+    }
+}

@@ -1,0 +1,178 @@
+//! What is read, and what became of it, as a recording's messages.
+
+use std::fs::File;
+use std::path::Path;
+use std::time::Duration;
+
+use serde::Serialize;
+
+use super::about::About;
+use super::file::{Message, Topic};
+use super::foxglove::{self, Level, Shape};
+use super::picture;
+use super::writer::{Writer, Written};
+use crate::error::Error;
+use crate::reading::{Reading, Record};
+use crate::source::Item;
+
+/// What stands beside a picture: where it was taken.
+const FRAME_ID: &str = "camera";
+
+/// Lost frames, as a line of JSON.
+#[derive(Serialize)]
+#[serde(tag = "kind", rename = "lost")]
+struct Lost<'a> {
+    frames: u64,
+    why: &'a str,
+}
+
+/// How many frames a line of JSON says to be lost; 0 where it says something else.
+pub(super) fn lost_frames(line: &[u8]) -> u64 {
+    let line: Option<serde_json::Value> = serde_json::from_slice(line).ok();
+    let lost = line.filter(|line| line["kind"] == "lost");
+    lost.and_then(|lost| lost["frames"].as_u64()).unwrap_or(0)
+}
+
+/// Records a stream.
+pub struct Recorder {
+    writer: Writer,
+    shape: Shape,
+    frame_bytes: usize,
+    time: TimeLine,
+    /// What came before the first frame: it gets that one's time.
+    early: Vec<Message>,
+    /// Messages of this moment.
+    messages: Vec<Message>,
+    /// Messages beside frames, counted.
+    number: u32,
+}
+
+/// Where messages are in time.
+struct TimeLine {
+    /// Frames so far, lost ones included.
+    frames: u64,
+    /// Nanoseconds of a second's frames: numerator and denominator of a frame's time.
+    period: (u128, u128),
+    driver_times: bool,
+    /// Time of the last frame; nothing before the first.
+    now: Option<u64>,
+}
+
+impl TimeLine {
+    /// A frame's time on the recording's line, and the one it was taken at.
+    fn frame(&mut self, timestamp: Option<Duration>) -> (u64, u64) {
+        let counted = (u128::from(self.frames) * self.period.0 / self.period.1) as u64;
+        let of_driver = timestamp.filter(|_| self.driver_times).map(|timestamp| timestamp.as_nanos() as u64);
+        let taken = of_driver.unwrap_or(counted);
+        // A driver whose clock goes back must not take messages out of their order.
+        let time = self.now.map_or(taken, |now| now.max(taken));
+        self.frames += 1;
+        self.now = Some(time);
+        (time, taken)
+    }
+}
+
+impl Recorder {
+    /// Starts a recording in a file that is empty. `reading` is what the stream is read with.
+    ///
+    /// # Errors
+    /// Where it cannot be started.
+    pub fn new(file: File, path: &Path, about: &About, reading: &Reading<'_>) -> Result<Self, Error> {
+        let metadata = about.to_metadata(reading.camera().layout());
+        let metadata = metadata.map_err(|error| Error::new(path.display(), error))?;
+        let frame_bytes = picture::frame_bytes(&about.info);
+        let rate = about.info.rate;
+        let period = (1_000_000_000 * u128::from(rate.denominator()), u128::from(rate.numerator()));
+        Ok(Self {
+            writer: Writer::start(file, path, metadata, frame_bytes)?,
+            shape: picture::shape(&about.info),
+            frame_bytes,
+            time: TimeLine { frames: 0, period, driver_times: about.driver_times, now: None },
+            early: Vec::new(),
+            messages: Vec::new(),
+            number: 0,
+        })
+    }
+
+    /// Takes one item of the stream before `reading` does.
+    pub fn item(&mut self, item: &Item<'_>) {
+        match item {
+            Item::Frame { bytes, timestamp, sequence, encoded } => {
+                let counted = self.time.frames as u32;
+                let (time, taken) = self.time.frame(*timestamp);
+                for mut message in self.early.drain(..) {
+                    (message.time, message.taken) = (time, time);
+                    self.messages.push(message);
+                }
+                let (topic, data) = if let Some(jpeg) = encoded {
+                    (Topic::Jpeg, foxglove::jpeg_image(taken, FRAME_ID, jpeg))
+                } else {
+                    // What a driver adds after a frame is no part of it.
+                    let bytes = bytes.get(..self.frame_bytes).unwrap_or(bytes);
+                    (Topic::Raw, foxglove::raw_image(taken, FRAME_ID, self.shape, bytes))
+                };
+                let sequence = sequence.filter(|_| self.time.driver_times).unwrap_or(counted);
+                self.messages.push(Message { topic, time, taken, sequence, data });
+            }
+            Item::Lost { frames, why } => {
+                self.time.frames = self.time.frames.saturating_add(*frames);
+                let text = format!("{frames} frame(s) lost: {why}");
+                self.said([Topic::Faults, Topic::FaultsJson], Level::Warning, &text, &Lost { frames: *frames, why });
+            }
+            Item::Taxels(_) | Item::Fault(_) | Item::Waiting | Item::End => {}
+        }
+    }
+
+    /// Takes what `reading` gave for it; `text` is what a person reads.
+    pub fn record(&mut self, record: &Record, text: &str) {
+        match record {
+            Record::Features { f, .. } => {
+                let data = foxglove::features(f);
+                self.add(Topic::Features, data);
+            }
+            Record::Fault(_) => self.said([Topic::Faults, Topic::FaultsJson], Level::Warning, text, record),
+            Record::Event(_) | Record::Texture(_) | Record::Incomplete(_) | Record::End(_) => {
+                self.said([Topic::Events, Topic::EventsJson], Level::Info, text, record);
+            }
+        }
+    }
+
+    /// Takes the taxels of the frame that was read, and gives everything of this moment to the disk. Whether the
+    /// recording goes on: not where the disk is full, which [`finish`](Self::finish) tells.
+    pub fn end_of_item(&mut self, item: &Item<'_>, reading: &Reading<'_>) -> bool {
+        if let (Item::Frame { .. }, Some(taxels)) = (item, reading.taxels()) {
+            let data = foxglove::taxels(self.time.now.unwrap_or(0), &taxels);
+            self.add(Topic::Taxels, data);
+        }
+        if self.time.now.is_none() {
+            self.early.append(&mut self.messages);
+        }
+        self.messages.is_empty() || self.writer.give(std::mem::take(&mut self.messages))
+    }
+
+    /// Ends the recording and its file.
+    ///
+    /// # Errors
+    /// Where it could not be written, or not all of it.
+    pub fn finish(mut self) -> Result<Written, Error> {
+        self.messages.append(&mut self.early);
+        if !self.messages.is_empty() {
+            self.writer.give(std::mem::take(&mut self.messages));
+        }
+        self.writer.finish()
+    }
+
+    /// Something for a person, and the same as JSON.
+    fn said(&mut self, topics: [Topic; 2], level: Level, text: &str, record: &impl Serialize) {
+        let log = foxglove::log(self.time.now.unwrap_or(0), level, text);
+        self.add(topics[0], log);
+        // Records are numbers and words: nothing of them cannot be JSON.
+        self.add(topics[1], serde_json::to_vec(record).unwrap_or_default());
+    }
+
+    fn add(&mut self, topic: Topic, data: Vec<u8>) {
+        let time = self.time.now.unwrap_or(0);
+        self.number = self.number.wrapping_add(1);
+        self.messages.push(Message { topic, time, taken: time, sequence: self.number, data });
+    }
+}

@@ -1,0 +1,140 @@
+//! Makes a whole recording of one that was cut off or is damaged: every message that was completely written.
+//!
+//! Of a chunk whose bytes are not those that were written, nobody knows which message is wrong: its frames are entered as
+//! lost, with those that were lost before, so that those behind keep their place.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::path::Path;
+
+use mcap::records::{Channel, MessageHeader, Record, op};
+use mcap::write::Metadata;
+use mcap::{McapError, Schema};
+
+use super::file::{Message, RecordingFile, Topic, in_words};
+use super::scan::{MessageBody, Scan, Step};
+use super::{CAMERA, EVENTS, FAULTS};
+use crate::error::Error;
+
+/// What was brought back.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Recovered {
+    /// Frames.
+    pub frames: u64,
+    /// Events that were found when it was recorded.
+    pub events: u64,
+    /// Frames that are damaged, and entered as lost.
+    pub damaged: u64,
+    /// Whether the file was finished properly.
+    pub whole: bool,
+    /// Bytes of the new file.
+    pub bytes: u64,
+}
+
+/// A file that is being brought back.
+struct Recovery<'a> {
+    out: RecordingFile,
+    path: &'a Path,
+    schemas: BTreeMap<u16, Schema<'static>>,
+    channels: BTreeMap<u16, Channel>,
+    /// Numbers of channels in the new file.
+    numbers: BTreeMap<u16, u16>,
+    /// Time of the last message.
+    time: u64,
+    /// Damaged frames in a row that are not yet entered as lost.
+    damaged: u64,
+    found: Recovered,
+}
+
+/// Brings back everything that was completely written; `new` is an empty file at `path`.
+///
+/// # Errors
+/// Where the old file is no MCAP file or cannot be read, or the new one cannot be written.
+pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
+    let mut scan = Scan::open(old)?;
+    let out = RecordingFile::new(new, &[]).map_err(|error| in_words(path, error))?;
+    let (schemas, channels, numbers) = Default::default();
+    let found = Recovered::default();
+    let mut recovery = Recovery { out, path, schemas, channels, numbers, time: 0, damaged: 0, found };
+    loop {
+        match scan.next().map_err(|error| Error::new(old.display(), error))? {
+            Step::Record { op, sound } => {
+                recovery.record(op, scan.body(), sound).map_err(|error| in_words(recovery.path, error))?;
+            }
+            Step::End { whole } => {
+                recovery.found.whole = whole;
+                break;
+            }
+        }
+    }
+    recovery.finish()
+}
+
+impl Recovery<'_> {
+    fn record(&mut self, op: u8, body: &[u8], sound: bool) -> Result<(), McapError> {
+        match op {
+            op::MESSAGE => return self.message(body, sound),
+            op::SCHEMA | op::CHANNEL | op::METADATA => {}
+            _ => return Ok(()),
+        }
+        // One that cannot be read is damaged, and what needs it is left out.
+        match mcap::parse_record(op, body) {
+            Ok(Record::Schema { header, data }) => {
+                let schema = Schema { id: header.id, name: header.name, encoding: header.encoding, data };
+                let data = schema.data.into_owned().into();
+                self.schemas.entry(schema.id).or_insert(Schema { data, ..schema });
+            }
+            Ok(Record::Channel(channel)) => drop(self.channels.entry(channel.id).or_insert(channel)),
+            Ok(Record::Metadata(metadata)) => self.metadata(&metadata)?,
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn metadata(&mut self, metadata: &Metadata) -> Result<(), McapError> {
+        self.out.write_metadata(metadata)
+    }
+
+    fn message(&mut self, body: &[u8], sound: bool) -> Result<(), McapError> {
+        let Some(message) = MessageBody::parse(body) else { return Ok(()) };
+        let Some(channel) = self.channels.get(&message.channel) else { return Ok(()) };
+        let is_frame = channel.topic == CAMERA;
+        if !sound {
+            let gap = if channel.topic == FAULTS { super::recorder::lost_frames(message.data) } else { 0 };
+            self.damaged = self.damaged.saturating_add(u64::from(is_frame)).saturating_add(gap);
+            return Ok(());
+        }
+        let number = if let Some(&number) = self.numbers.get(&message.channel) {
+            number
+        } else {
+            let number = self.out.add_channel(channel, self.schemas.get(&channel.schema_id))?;
+            self.numbers.insert(message.channel, number);
+            number
+        };
+        self.found.frames += u64::from(is_frame);
+        self.found.events += u64::from(channel.topic == EVENTS && message.data.starts_with(br#"{"kind":"event""#));
+        self.enter_damaged()?;
+        let [log_time, publish_time] = message.times;
+        self.time = log_time;
+        let header = MessageHeader { channel_id: number, sequence: message.sequence, log_time, publish_time };
+        self.out.write_copy(&header, message.data)
+    }
+
+    /// Enters frames that are damaged as lost.
+    fn enter_damaged(&mut self) -> Result<(), McapError> {
+        let frames = std::mem::take(&mut self.damaged);
+        if frames == 0 {
+            return Ok(());
+        }
+        self.found.damaged += frames;
+        let data = format!(r#"{{"kind":"lost","frames":{frames},"why":"damaged in the recording"}}"#).into_bytes();
+        let (time, taken) = (self.time, self.time);
+        self.out.write(&Message { topic: Topic::FaultsJson, time, taken, sequence: 0, data })
+    }
+
+    fn finish(mut self) -> Result<Recovered, Error> {
+        let ended = self.enter_damaged().and_then(|()| self.out.finish());
+        self.found.bytes = ended.map_err(|error| in_words(self.path, error))?;
+        Ok(self.found)
+    }
+}

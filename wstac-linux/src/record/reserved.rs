@@ -1,0 +1,112 @@
+//! A file that has room for its own end.
+//!
+//! A recording that a full disk cuts off has no index, and viewers refuse it. So room is reserved ahead of what is
+//! written, always enough to finish the file: a full disk is found out while there is still room.
+
+use std::fs::File;
+use std::io::{self, Seek, SeekFrom, Write};
+
+use rustix::fs::{FallocateFlags, fallocate};
+use rustix::io::Errno;
+use rustix::process::{Resource, getrlimit};
+
+/// Room that is reserved at a time, where there is as much.
+const STEP: u64 = 32 << 20;
+
+/// A file, written through, with room ahead.
+#[derive(Debug)]
+pub(super) struct Reserved {
+    file: File,
+    /// Where the next byte goes.
+    at: u64,
+    /// Where the file ends.
+    end: u64,
+    /// Up to where there is room.
+    room: u64,
+    /// Largest file that the process may write.
+    limit: u64,
+    /// Whether the file system can reserve room.
+    able: bool,
+}
+
+impl Reserved {
+    /// A file that is empty.
+    pub(super) fn new(file: File) -> Self {
+        let limit = getrlimit(Resource::Fsize).current.unwrap_or(u64::MAX);
+        Self { file, at: 0, end: 0, room: 0, limit, able: true }
+    }
+
+    /// Makes sure that this many bytes more can be written at the end. Whether they can; where the file system cannot
+    /// say so, it is taken for granted.
+    ///
+    /// # Errors
+    /// Where the file cannot be used.
+    pub(super) fn make_room(&mut self, bytes: u64) -> io::Result<bool> {
+        let wanted = self.end.saturating_add(bytes);
+        if wanted > self.limit {
+            return Ok(false);
+        }
+        if wanted <= self.room || !self.able {
+            return Ok(true);
+        }
+        for wanted in [wanted.saturating_add(STEP).min(self.limit), wanted] {
+            let more = wanted - self.end;
+            match fallocate(&self.file, FallocateFlags::KEEP_SIZE, self.end, more) {
+                Ok(()) => {
+                    self.room = wanted;
+                    return Ok(true);
+                }
+                Err(Errno::NOSPC | Errno::DQUOT | Errno::FBIG) => {}
+                Err(Errno::OPNOTSUPP | Errno::NOSYS | Errno::INVAL | Errno::NODEV) => {
+                    self.able = false;
+                    return Ok(true);
+                }
+                Err(Errno::INTR) => return Ok(true),
+                Err(error) => return Err(error.into()),
+            }
+        }
+        Ok(false)
+    }
+
+    /// Gives back what was reserved and not used, and sees to it that everything is on the disk.
+    ///
+    /// # Errors
+    /// Where the file cannot be used.
+    pub(super) fn close(self) -> io::Result<()> {
+        if self.room > self.end {
+            // What cannot be given back is no error: it is room, not bytes.
+            let beyond = FallocateFlags::KEEP_SIZE | FallocateFlags::PUNCH_HOLE;
+            let _ = fallocate(&self.file, beyond, self.end, self.room - self.end);
+        }
+        self.file.sync_all()
+    }
+
+    /// Bytes of the file.
+    pub(super) fn bytes(&self) -> u64 {
+        self.end
+    }
+}
+
+impl Write for Reserved {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.file.write(bytes)?;
+        self.at += written as u64;
+        self.end = self.end.max(self.at);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Seek for Reserved {
+    fn seek(&mut self, position: SeekFrom) -> io::Result<u64> {
+        self.at = self.file.seek(position)?;
+        Ok(self.at)
+    }
+
+    fn stream_position(&mut self) -> io::Result<u64> {
+        Ok(self.at)
+    }
+}

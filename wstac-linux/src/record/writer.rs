@@ -1,0 +1,128 @@
+//! A recording's file in a thread of its own, behind a queue, so that a slow disk does not make the camera lose frames,
+//! and so that it is seen how slow it is.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::thread::JoinHandle;
+
+use mcap::write::Metadata;
+
+use super::file::{Message, RecordingFile, Topic, in_words};
+use crate::error::Error;
+
+/// Memory that frames may wait in.
+const QUEUE_BYTES: usize = 256 << 20;
+/// Most frames that may wait.
+const QUEUE_FRAMES: usize = 256;
+
+/// What became of a recording's file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Written {
+    /// Bytes of the file.
+    pub bytes: u64,
+    /// Frames in it.
+    pub frames: u64,
+    /// Frames that came and are not in it, because the disk was full.
+    pub left_out: u64,
+    /// The most frames that waited for the disk.
+    pub most_waiting: u64,
+    /// How often the queue was full, so that the source had to wait for the disk.
+    pub waits: u64,
+}
+
+/// The queue's end to which messages are given.
+pub(super) struct Writer {
+    queue: Option<SyncSender<Vec<Message>>>,
+    thread: Option<JoinHandle<Result<Written, Error>>>,
+    waiting: Arc<AtomicU64>,
+    full: Arc<AtomicBool>,
+    most_waiting: u64,
+    waits: u64,
+    path: PathBuf,
+}
+
+impl Writer {
+    /// Starts to write a file that is empty; `frame_bytes` is about what one frame takes.
+    pub(super) fn start(file: File, path: &Path, metadata: Vec<Metadata>, frame_bytes: usize) -> Result<Self, Error> {
+        let frames = (QUEUE_BYTES / frame_bytes.max(1)).clamp(2, QUEUE_FRAMES);
+        let (queue, messages) = sync_channel(frames);
+        let (waiting, full) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(false)));
+        let shared = (Arc::clone(&waiting), Arc::clone(&full), path.to_owned());
+        let thread = std::thread::Builder::new().name("recording".into()).spawn(move || {
+            let (waiting, full, path) = shared;
+            write(file, &path, &metadata, &messages, &waiting, &full)
+        });
+        let thread = Some(thread.map_err(|error| Error::new(path.display(), error))?);
+        Ok(Self { queue: Some(queue), thread, waiting, full, most_waiting: 0, waits: 0, path: path.into() })
+    }
+
+    /// Gives messages of one moment; waits where the queue is full. Whether the file goes on: not where the disk is full or
+    /// the file cannot be written.
+    pub(super) fn give(&mut self, messages: Vec<Message>) -> bool {
+        let Some(queue) = &self.queue else { return false };
+        let waiting = self.waiting.fetch_add(1, Ordering::Relaxed);
+        self.most_waiting = self.most_waiting.max(waiting);
+        let sent = match queue.try_send(messages) {
+            Ok(()) => true,
+            Err(TrySendError::Full(messages)) => {
+                self.waits += 1;
+                queue.send(messages).is_ok()
+            }
+            Err(TrySendError::Disconnected(_)) => false,
+        };
+        sent && !self.full.load(Ordering::Relaxed)
+    }
+
+    /// Waits until everything is written and the file is finished.
+    pub(super) fn finish(mut self) -> Result<Written, Error> {
+        drop(self.queue.take());
+        let ended = self.thread.take().map(JoinHandle::join);
+        let Some(Ok(written)) = ended else {
+            return Err(Error::new(self.path.display(), "its writer ended unexpectedly"));
+        };
+        Ok(Written { most_waiting: self.most_waiting, waits: self.waits, ..written? })
+    }
+}
+
+/// Writes what comes, until nothing comes any more, and finishes the file.
+fn write(
+    file: File,
+    path: &Path,
+    metadata: &[Metadata],
+    messages: &Receiver<Vec<Message>>,
+    waiting: &AtomicU64,
+    full: &AtomicBool,
+) -> Result<Written, Error> {
+    let failed = |error| in_words(path, error);
+    let mut file = RecordingFile::new(file, metadata).map_err(failed)?;
+    let mut written = Written::default();
+    for messages in messages {
+        waiting.fetch_sub(1, Ordering::Relaxed);
+        let frames = messages.iter().filter(|message| matches!(message.topic, Topic::Raw | Topic::Jpeg)).count() as u64;
+        if full.load(Ordering::Relaxed) || !file.has_room(&messages).map_err(|error| failed(error.into()))? {
+            full.store(true, Ordering::Relaxed);
+            written.left_out += frames;
+            continue;
+        }
+        for message in &messages {
+            file.write(message).map_err(failed)?;
+        }
+        file.flush().map_err(|error| failed(error.into()))?;
+        written.frames += frames;
+    }
+    written.bytes = file.finish().map_err(failed)?;
+    if full.load(Ordering::Relaxed) {
+        let (frames, left_out) = (written.frames, written.left_out);
+        return Err(Error::new(
+            path.display(),
+            format_args!(
+                "the disk is full (or the file as large as it may get): the recording ends after {frames} frames and is \
+                 finished, {left_out} more that had come are not in it"
+            ),
+        ));
+    }
+    Ok(written)
+}

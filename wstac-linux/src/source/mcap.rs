@@ -1,0 +1,223 @@
+//! A recording as a source: the frames, gaps and faults of the stream that was recorded, in their order.
+
+mod words;
+
+use std::path::Path;
+use std::time::Duration;
+
+use mcap::records::{Record, op};
+use serde::Deserialize;
+use wstac_core::rate::FrameRate;
+
+use self::words::Words;
+use super::{Fault, Item, Source, StreamInfo};
+use crate::camera::mjpeg::Decoder;
+use crate::error::Error;
+use crate::record::about::About;
+use crate::record::foxglove::{Schema, image_data};
+use crate::record::scan::{MessageBody, Scan, Step, outline};
+use crate::record::{CAMERA, FAULTS};
+
+/// What is on a channel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Content {
+    Raw,
+    Jpeg,
+    Faults,
+}
+
+/// A line of the channel of faults.
+#[derive(Deserialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+enum Line {
+    Lost {
+        frames: u64,
+        why: String,
+    },
+    Fault {
+        fault: String,
+        message: String,
+    },
+    #[serde(other)]
+    Other,
+}
+
+/// A recording's frames.
+pub struct McapSource {
+    subject: String,
+    scan: Scan,
+    about: About,
+    info: StreamInfo,
+    /// Channels that matter, by their numbers; numbers of the schemas of compressed pictures.
+    channels: Vec<(u16, Content)>,
+    jpeg_schemas: Vec<u16>,
+    decoder: Option<Decoder>,
+    words: Words,
+    ended: bool,
+}
+
+/// What is handed out next.
+enum Next {
+    Frame(Content),
+    Lost(u64, &'static str),
+    Fault(Fault),
+    End,
+}
+
+impl McapSource {
+    /// Opens a recording. `fps` replaces its rate.
+    ///
+    /// # Errors
+    /// Where it cannot be read, is not whole, or was not recorded by this program: says which, and what to do.
+    pub fn open(path: &Path, fps: Option<FrameRate>) -> Result<Self, Error> {
+        let subject = path.display().to_string();
+        let failed = |message: &dyn std::fmt::Display| Error::new(&subject, message);
+        let outline = outline(path)?;
+        if !outline.whole {
+            return Err(failed(&format_args!(
+                "was not finished: wstac recover {subject} -o NEW.mcap makes a whole recording of what is in it"
+            )));
+        }
+        let about = About::from_metadata(&outline.metadata).map_err(|error| failed(&error))?;
+        let expected = "is an MCAP file without the metadata of a recording, expected one that wstac record wrote";
+        let about = about.ok_or_else(|| failed(&expected))?;
+        let mut info = about.info.clone();
+        info.rate = fps.unwrap_or(info.rate);
+        info.about = format!("{subject}: recorded from {}{}", info.about, labels(&about));
+        Ok(Self {
+            scan: Scan::open(path)?,
+            about,
+            info,
+            channels: Vec::new(),
+            jpeg_schemas: Vec::new(),
+            decoder: None,
+            words: Words::default(),
+            ended: false,
+            subject,
+        })
+    }
+
+    /// What the recording says of itself.
+    pub fn about(&self) -> &About {
+        &self.about
+    }
+
+    fn damaged(&self, what: impl std::fmt::Display) -> Error {
+        let message = format_args!("{what}; wstac recover makes a whole recording of what is not damaged");
+        Error::new(&self.subject, message)
+    }
+
+    /// Goes on to the next message that matters: a frame's stays in `scan`.
+    fn advance(&mut self) -> Result<Next, Error> {
+        loop {
+            let step = self.scan.next().map_err(|error| Error::new(&self.subject, error))?;
+            let op = match step {
+                Step::Record { op, sound: true } => op,
+                Step::Record { sound: false, .. } => {
+                    return Err(self.damaged("has a chunk whose bytes are not those that were written"));
+                }
+                Step::End { whole: true } => return Ok(Next::End),
+                Step::End { whole: false } => return Err(self.damaged("breaks off")),
+            };
+            if op != op::MESSAGE {
+                self.enter(op)?;
+                continue;
+            }
+            let Some(message) = MessageBody::parse(self.scan.body()) else {
+                return Err(self.damaged("has a message without a header"));
+            };
+            let content = self.channels.iter().find(|(channel, _)| *channel == message.channel);
+            match content.map(|(_, content)| *content) {
+                Some(Content::Faults) => {
+                    let line = serde_json::from_slice(message.data);
+                    match line.map_err(|error| self.damaged(format_args!("{FAULTS}: {error}")))? {
+                        Line::Lost { frames, why } => return Ok(Next::Lost(frames, self.words.keep(&why))),
+                        Line::Fault { fault, message } => {
+                            return Ok(Next::Fault(Fault { kind: self.words.keep(&fault), message }));
+                        }
+                        Line::Other => {}
+                    }
+                }
+                Some(content) => return Ok(Next::Frame(content)),
+                None => {}
+            }
+        }
+    }
+
+    /// Notes a channel that matters.
+    fn enter(&mut self, op: u8) -> Result<(), Error> {
+        if op != op::SCHEMA && op != op::CHANNEL {
+            return Ok(());
+        }
+        match mcap::parse_record(op, self.scan.body()) {
+            Ok(Record::Schema { header, .. }) if header.name == Schema::CompressedImage.name() => {
+                self.jpeg_schemas.push(header.id);
+            }
+            Ok(Record::Channel(channel)) => {
+                let is_jpeg = self.jpeg_schemas.contains(&channel.schema_id);
+                let content = match channel.topic.as_str() {
+                    CAMERA if is_jpeg => Content::Jpeg,
+                    CAMERA => Content::Raw,
+                    FAULTS => Content::Faults,
+                    _ => return Ok(()),
+                };
+                self.channels.push((channel.id, content));
+            }
+            Ok(_) => {}
+            Err(error) => return Err(self.damaged(error)),
+        }
+        Ok(())
+    }
+
+    /// The frame that `scan` has.
+    fn frame(&mut self, content: Content) -> Result<Item<'_>, Error> {
+        let message = MessageBody::parse(self.scan.body());
+        let data = message.as_ref().map(|message| image_data(message.data, content == Content::Jpeg));
+        let (Some(message), Some(Ok(data))) = (message, data) else {
+            return Err(self.damaged("has a frame that is no picture"));
+        };
+        let of_driver = self.about.driver_times;
+        let timestamp = of_driver.then(|| Duration::from_nanos(message.times[1]));
+        let sequence = of_driver.then_some(message.sequence);
+        if content == Content::Raw {
+            return Ok(Item::Frame { bytes: data, timestamp, sequence, encoded: None });
+        }
+        let decoder = self.decoder.get_or_insert_with(|| Decoder::new(self.info.size));
+        Ok(match decoder.decode(data) {
+            Some(bytes) => Item::Frame { bytes, timestamp, sequence, encoded: Some(data) },
+            None => Item::Lost { frames: 1, why: "corrupt JPEG picture" },
+        })
+    }
+}
+
+impl Source for McapSource {
+    fn info(&self) -> &StreamInfo {
+        &self.info
+    }
+
+    fn next(&mut self) -> Result<Item<'_>, Error> {
+        if self.ended {
+            return Ok(Item::End);
+        }
+        // After an error there is nothing that could be relied on.
+        self.ended = true;
+        let next = self.advance()?;
+        self.ended = matches!(next, Next::End);
+        match next {
+            Next::Frame(content) => self.frame(content),
+            Next::Lost(frames, why) => Ok(Item::Lost { frames, why }),
+            Next::Fault(fault) => Ok(Item::Fault(fault)),
+            Next::End => Ok(Item::End),
+        }
+    }
+
+    fn configuration(&self) -> Option<&str> {
+        Some(&self.about.configuration)
+    }
+}
+
+/// Labels for a person.
+fn labels(about: &About) -> String {
+    let each = about.labels.iter().map(|(name, value)| [", ", name, "=", value].concat());
+    each.collect::<Vec<_>>().concat()
+}
