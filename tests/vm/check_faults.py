@@ -38,9 +38,11 @@ def by_sequence(run: Run, at_least: int = 0) -> Seen:
         problems.append(f"only {gaps.start} frames were lost, so this proves little")
     if counted not in gaps:
         problems.append(f"dropped {counted}, but the sequence has gaps of {gaps}")
-    said = [record["frame"] for record in run.of_kind("features")]
-    if not set(times) <= set(said):
-        problems.append(f"features at {said[:8]}…, but the buffers are those of {times[:8]}…")
+    said = {record["frame"] for record in run.of_kind("features")}
+    # A busy machine stamps buffers late, which looks like a frame too many until the next.
+    off = [time for time in times if not any(near in said for near in range(time - 2, time + 3))]
+    if off:
+        problems.append(f"no features near frames {off[:8]}")
     if faults(run):
         problems.append(f"faults were told: {faults(run)}")
     return Seen(problems, f"{frames} frames", counted, gaps)
@@ -117,11 +119,12 @@ def newest(run: Run) -> Seen:
     all_frames, said = round((times[-1] - times[0]) * RATE) + 1, run.end["frames"]
     skipped = re.search(r"(\d+) frame\(s\) lost: skipped for newer ones", run.stderr)
     problems = [] if skipped else ["nothing was skipped"]
-    # Buffers that were taken from the driver, but came to nothing when the run was stopped.
-    problems += [] if all_frames - 8 <= said <= all_frames else [f"{said} frames, by the kernel's times {all_frames}"]
+    # Buffers that were taken from the driver, but came to nothing when the run was stopped: it has eight.
+    least = round((times[-9] - times[0]) * RATE)
+    problems += [] if least <= said <= all_frames + 1 else [f"{said} frames, by the kernel's times {least} to {all_frames}"]
     problems += [] if re.search(r"up to \d+ frame\(s\) behind the camera", run.stderr) else ["not said how far behind"]
     printed = len(run.of_kind("features"))
-    return Seen(problems, f"{skipped[1] if skipped else 0} skipped", run.end["dropped"], range(all_frames - printed - 8, all_frames - printed + 1))
+    return Seen(problems, f"{skipped[1] if skipped else 0} skipped", run.end["dropped"], range(least - printed, all_frames - printed + 2))
 
 
 def slow(run: Run) -> Seen:
@@ -140,7 +143,7 @@ def stopped(run: Run) -> Seen:
     size = run.raw.stat().st_size
     saved, said = size // FRAME, run.end["frames"]
     problems = [] if size % FRAME == 0 else ["the raw file ends inside a frame"]
-    problems += [] if saved > 20 else [f"only {saved} frames in three seconds"]
+    problems += [] if saved > 20 else [f"only {saved} frames"]
     problems += [] if saved == said or run.end["dropped"] else [f"{saved} frames saved, {said} counted"]
     # A busy machine may lose a frame here, too; frames lost at the very end have no place in time.
     printed, lost = len(run.of_kind("features")), run.end["dropped"]

@@ -1,6 +1,6 @@
 //! Opens, reads and closes a camera again and again, and lets it break off and come back again and again: neither files nor
-//! memory may grow. `camera_cycles DEVICE CYCLES BUTTON…`, a button being the number of one of vivid's controls that breaks the
-//! stream; `ci/vm cycles` runs it.
+//! memory may grow. `camera_cycles DEVICE CYCLES BUTTON…`, a button being NAME=0xNUMBER of one of vivid's controls that
+//! breaks the stream; `ci/vm cycles` runs it.
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -84,14 +84,15 @@ fn main() -> ExitCode {
     let mut source = CameraSource::open(&request).expect("the camera opens");
     frame(&mut source);
     for button in buttons {
-        let id = u32::from_str_radix(button.trim_start_matches("0x"), 16).expect("a button is a hexadecimal number");
-        sound &= cycles(&format!("the stream broken by control {button}, back, a frame"), count, || {
+        let (name, id) = button.split_once("=0x").expect("a button is NAME=0xNUMBER");
+        let id = u32::from_str_radix(id, 16).expect("a control's number");
+        sound &= cycles(&format!("{name}, back, a frame"), count, || {
             press(path, id);
             let mut faults = Vec::new();
             while faults.last() != Some(&"reconnected") {
                 faults.extend(frame(&mut source));
             }
-            assert_eq!(faults, ["disconnected", "reconnected"], "after {button}");
+            assert_eq!(faults, ["disconnected", "reconnected"], "after {name}");
         });
     }
     if sound { ExitCode::SUCCESS } else { ExitCode::FAILURE }

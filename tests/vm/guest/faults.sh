@@ -62,8 +62,15 @@ rate() { v4l2-ctl -d /dev/video0 --set-parm "$1" > /dev/null; }
 slower() { rate 10; begun slower $(($(lines slower) + 120)); rate 30; begun slower $(($(lines slower) + 100)); }
 faulty slower slower
 
-watched interrupted timeout -s INT 3 $run --save-raw /out/interrupted.raw
-watched terminated timeout -s TERM 3 $run --save-raw /out/terminated.raw
+# stopped NAME SIGNAL: a run that a user stops.
+stopped() {
+    watched "$1" $run --save-raw "/out/$1.raw" &
+    begun "$1" 40
+    killall "-$2" wstac
+    wait
+}
+stopped interrupted INT
+stopped terminated TERM
 
 # The program itself stands still for a while, so that buffers pile up: without --save-raw the newest counts.
 watched newest $run &
