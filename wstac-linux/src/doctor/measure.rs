@@ -139,7 +139,10 @@ pub fn measure(
             Item::Fault(_) | Item::Waiting => {}
         }
         let touched = &mut measured.touched;
-        reading.take(&item, |record| notice(touched, &record))?;
+        reading.take(&item, |record| {
+            notice(touched, &record);
+            Ok::<(), Error>(())
+        })?;
         if matches!(item, Item::Frame { .. } | Item::Taxels(_)) {
             if let Some(shares) = reading.taxels() {
                 let levels = shares.map(|share| 255.0 * f64::from(share));
@@ -151,7 +154,10 @@ pub fn measure(
             }
         }
     }
-    reading.finish(|record| notice(&mut measured.touched, &record))?;
+    reading.finish(|record| {
+        notice(&mut measured.touched, &record);
+        Ok::<(), Error>(())
+    })?;
     measured.quiet = reading.trigger().baseline().is_none() || reading.trigger().end().baseline_quiet;
     measured.fps = measured.pace.summary().map_or(1.0 / period, |pace| pace.fps);
     measured.pixels = grid.and_then(|grid| grid.summary());
@@ -165,7 +171,7 @@ pub fn measure(
 }
 
 /// Keeps the first frame of the first event, whole or not.
-fn notice(touched: &mut Option<u64>, record: &Record) -> Result<(), Error> {
+fn notice(touched: &mut Option<u64>, record: &Record) {
     let frame = match record {
         Record::Event(event) => Some(event.frame),
         Record::Incomplete(sample) => Some(sample.frame),
@@ -173,5 +179,4 @@ fn notice(touched: &mut Option<u64>, record: &Record) -> Result<(), Error> {
         _ => None,
     };
     *touched = touched.or(frame);
-    Ok(())
 }

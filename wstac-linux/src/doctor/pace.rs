@@ -31,7 +31,7 @@ impl Pace {
         let Some((last, before)) = self.last.replace((sequence, timestamp)) else { return };
         let steps = sequence.zip(last).map_or(1, |(now, before)| now.wrapping_sub(before));
         if timestamp > before && (1..=LONGEST_STEP).contains(&steps) {
-            self.intervals.push(((timestamp - before).as_secs_f64(), f64::from(steps)));
+            self.intervals.push((timestamp.saturating_sub(before).as_secs_f64(), f64::from(steps)));
         }
     }
 

@@ -18,7 +18,7 @@ use crate::scene::Script;
 use crate::source::scene::SceneSource;
 use crate::source::{Item, Source};
 
-const RUNNING: AtomicBool = AtomicBool::new(false);
+static RUNNING: AtomicBool = AtomicBool::new(false);
 const ALL: Limit = Limit { seconds: f64::INFINITY, frames: None };
 
 /// A scene of 300 dark frames, and what was measured of them.
@@ -272,7 +272,9 @@ fn the_smallest_signal_is_where_the_trigger_fires() {
                 let signal = signal::signal(&Still::new(&measured), &config, &measured).unwrap();
                 let fires = |lit: &[usize], gain: f64| {
                     let mut sums = even(level, full);
-                    lit.iter().for_each(|taxel| sums[*taxel] += (gain / 255.0 * full * 2500.0) as u32);
+                    for taxel in lit {
+                        sums[*taxel] += (gain / 255.0 * full * 2500.0) as u32;
+                    }
                     let mut reading = Reading::new(&info, &config, Wanted::default()).unwrap();
                     let mut fired = false;
                     for t in 0..200 {

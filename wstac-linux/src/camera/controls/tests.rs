@@ -258,7 +258,9 @@ fn what_the_start_of_the_stream_changes_is_set_again() {
     let mut locked = camera.lock(&[]);
     let moved =
         |id, value| camera.controls.borrow_mut().iter_mut().filter(|(c, _)| c.id == id).for_each(|(_, v)| *v = value);
-    (moved(AUTO, 3), moved(EXPOSURE, 10), moved(WHITE, 5000));
+    moved(AUTO, 3);
+    moved(EXPOSURE, 10);
+    moved(WHITE, 5000);
     hold(&camera, &mut locked);
     assert_eq!((camera.value(AUTO), camera.value(EXPOSURE), camera.value(WHITE)), (1, 333, 4000));
     assert!(locked.iter().all(|control| control.locked), "{locked:?}");
