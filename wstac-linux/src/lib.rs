@@ -10,5 +10,6 @@ pub mod monitor;
 pub mod reading;
 pub mod scene;
 pub mod source;
+mod svg;
 pub mod texture;
 pub mod trade;

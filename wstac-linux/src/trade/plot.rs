@@ -1,18 +1,17 @@
 //! The map as a picture of three panels.
 
 mod axes;
-mod svg;
 
 use wstac_core::frame::Stride;
 
 use self::axes::{Axes, Scale, Span};
-use self::svg::{Anchor, Drawing, Look, Marker};
 use super::candidate::{Candidate, short};
 use super::knobs::{Format, STRIDES, Setting};
 use super::prices::{Core, Prices};
 use super::row::Row;
 use super::table::grouped;
 use crate::config::Kernel;
+use crate::svg::{Anchor, Drawing, Look, Marker};
 
 const BLACK: &str = "#000000";
 const BLUE: &str = "#0072b2";

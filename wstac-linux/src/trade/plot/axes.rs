@@ -1,6 +1,6 @@
 //! A rectangle of a drawing and the data that it spans: ticks, points, error bars, labels that do not overlap.
 
-use super::svg::{Anchor, Drawing, INK, Look, RADIUS, width_of};
+use crate::svg::{Anchor, Drawing, INK, Look, RADIUS, width_of};
 
 /// How numbers become places.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,11 +3,11 @@
 use std::fmt::Write;
 
 /// Dark enough on white paper, and the only colour of axes and words.
-pub(super) const INK: &str = "#222222";
+pub(crate) const INK: &str = "#222222";
 
 /// How a point looks: shapes differ, so that no colour is needed to tell them apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Marker {
+pub(crate) enum Marker {
     Circle,
     Square,
     Triangle,
@@ -18,15 +18,15 @@ pub(super) enum Marker {
 
 /// A marker's shape, its colour, and whether it is filled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Look {
-    pub(super) marker: Marker,
-    pub(super) colour: &'static str,
-    pub(super) filled: bool,
+pub(crate) struct Look {
+    pub(crate) marker: Marker,
+    pub(crate) colour: &'static str,
+    pub(crate) filled: bool,
 }
 
 /// Where a text is relative to its point.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Anchor {
+pub(crate) enum Anchor {
     Start,
     Middle,
     End,
@@ -34,17 +34,17 @@ pub(super) enum Anchor {
 
 /// An SVG picture, to which elements are added one by one.
 #[derive(Clone, Debug)]
-pub(super) struct Drawing {
+pub(crate) struct Drawing {
     size: [f64; 2],
     text: String,
 }
 
 /// Half of a marker's width.
-pub(super) const RADIUS: f64 = 3.6;
+pub(crate) const RADIUS: f64 = 3.6;
 
 impl Drawing {
     /// A white sheet of this width and height, with a title for those who hear it.
-    pub(super) fn new(size: [f64; 2], title: &str) -> Self {
+    pub(crate) fn new(size: [f64; 2], title: &str) -> Self {
         let mut drawing = Self { size, text: String::new() };
         let [width, height] = size;
         drawing.add(format_args!("<title>{}</title>", escaped(title)));
@@ -58,14 +58,14 @@ impl Drawing {
     }
 
     /// A line through points.
-    pub(super) fn line(&mut self, points: &[[f64; 2]], colour: &str, width: f64) {
+    pub(crate) fn line(&mut self, points: &[[f64; 2]], colour: &str, width: f64) {
         let path: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
         let path = path.join(" ");
         self.add(format_args!("<polyline points='{path}' fill='none' stroke='{colour}' stroke-width='{width}'/>"));
     }
 
     /// A marker.
-    pub(super) fn marker(&mut self, [x, y]: [f64; 2], look: Look) {
+    pub(crate) fn marker(&mut self, [x, y]: [f64; 2], look: Look) {
         let r = RADIUS;
         let Look { marker, colour, filled } = look;
         let fill = if filled { colour } else { "#ffffff" };
@@ -92,12 +92,12 @@ impl Drawing {
     }
 
     /// A line of text.
-    pub(super) fn text(&mut self, [x, y]: [f64; 2], size: f64, anchor: Anchor, text: &str) {
+    pub(crate) fn text(&mut self, [x, y]: [f64; 2], size: f64, anchor: Anchor, text: &str) {
         self.turned([x, y], size, anchor, "", text);
     }
 
     /// A line of text upwards.
-    pub(super) fn upwards(&mut self, [x, y]: [f64; 2], size: f64, text: &str) {
+    pub(crate) fn upwards(&mut self, [x, y]: [f64; 2], size: f64, text: &str) {
         self.turned([x, y], size, Anchor::Middle, &format!(" transform='rotate(-90 {x:.1} {y:.1})'"), text);
     }
 
@@ -115,7 +115,7 @@ impl Drawing {
     }
 
     /// The file's text.
-    pub(super) fn finish(self) -> String {
+    pub(crate) fn finish(self) -> String {
         let [width, height] = self.size;
         let head = "<svg xmlns='http://www.w3.org/2000/svg'";
         format!(
@@ -130,6 +130,6 @@ fn escaped(text: &str) -> String {
 }
 
 /// About how wide a text is.
-pub(super) fn width_of(text: &str, size: f64) -> f64 {
+pub(crate) fn width_of(text: &str, size: f64) -> f64 {
     0.54 * size * text.chars().count() as f64
 }
