@@ -13,7 +13,8 @@ pub struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    pub(crate) fn new(bytes: &'a [u8], bytes_per_row: usize, first: u16, height: u16) -> Self {
+    /// `bytes` from frame row `first` on, of a frame of `height` rows, from each to the next of which it is `bytes_per_row` bytes.
+    pub fn new(bytes: &'a [u8], bytes_per_row: usize, first: u16, height: u16) -> Self {
         Self { bytes, bytes_per_row, first, height }
     }
 

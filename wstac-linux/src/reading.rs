@@ -178,6 +178,14 @@ impl<'m> Reading<'m> {
         &self.trigger
     }
 
+    /// Gathers a new baseline from the next frame on. The sample that was being captured, which ends here.
+    pub fn rezero(&mut self) -> Option<IncompleteRecord> {
+        let end = self.trigger.end();
+        self.trigger = Trigger::starting_at(*self.trigger.config(), end.frames);
+        self.baseline_reported = false;
+        end.incomplete.map(IncompleteRecord::from)
+    }
+
     /// Whether the baseline has just turned out not to be quiet; said once.
     pub fn baseline_disturbed(&mut self) -> bool {
         if self.baseline_reported || self.trigger.baseline().is_none() {

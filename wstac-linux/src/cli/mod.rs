@@ -7,10 +7,12 @@ mod devices;
 mod model;
 mod monitor;
 mod output;
+mod plot;
 mod run;
 mod scene;
 mod source_arguments;
 mod trade;
+mod view;
 
 use std::process::ExitCode;
 
@@ -37,6 +39,8 @@ Start here:
   wstac devices                        which cameras there are
   wstac run /dev/video0                events from a USB camera
   wstac run clip.y4m --json            events of a recording, as JSON Lines
+  wstac view /dev/video0               picture, taxels, traces and events in the terminal
+  wstac plot clip.y4m -o event.svg     one event as a figure for a paper
   wstac monitor /dev/ttyACM0           events that a board finds
   wstac run /dev/video0 --model builtin:svm    with textures; wstac model makes models of your own
   wstac trade --budget 'M4F<60000,flash<64K'   the most accurate configuration that a board can afford
@@ -90,6 +94,8 @@ enum Command {
     Dataset(dataset::Arguments),
     Model(model::Arguments),
     Monitor(monitor::Arguments),
+    View(view::Arguments),
+    Plot(plot::Arguments),
     Trade(trade::Arguments),
     Completions(completions::Arguments),
 }
@@ -105,6 +111,8 @@ pub fn main() -> ExitCode {
         Command::Dataset(arguments) => dataset::run(&arguments),
         Command::Model(arguments) => model::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
+        Command::View(arguments) => view::run(&arguments),
+        Command::Plot(arguments) => plot::run(&arguments),
         Command::Trade(arguments) => trade::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     };

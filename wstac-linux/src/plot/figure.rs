@@ -1,0 +1,151 @@
+//! The page: four panels and a caption, 170 mm wide.
+
+use wstac_core::params::{FASTEST_FITTED, ROWS, SAMPLE_FRAMES, SLOWEST_FITTED};
+use wstac_core::speed::{Law, ThresholdOn};
+
+use super::event::Found;
+use super::panel::{Panel, SIZE, THIN, TITLE, number};
+use super::{arrival, features, law};
+use crate::svg::{Anchor, Drawing, INK, width_of};
+
+/// Width on paper, that of two columns of a journal, and the page in points.
+const WIDTH_MM: f64 = 170.0;
+const PAGE: f64 = 482.0;
+/// Panels a and b.
+const LEFT: f64 = 38.0;
+const SIZE_OF_FEATURES: [f64; 2] = [246.0, 112.0];
+const FIRST: f64 = 34.0;
+const SECOND: f64 = FIRST + SIZE_OF_FEATURES[1] + 32.0;
+/// Panels c and d.
+const ASIDE: f64 = 346.0;
+const LAW: [f64; 2] = [ASIDE + 25.0, PAGE - 4.0 - ASIDE - 25.0];
+/// The caption.
+const CAPTION: f64 = SECOND + SIZE_OF_FEATURES[1] + 42.0;
+const LINE: f64 = 10.0;
+
+/// The figure as an SVG file's text.
+pub fn draw(found: &Found) -> String {
+    let caption = wrapped(&caption(found), PAGE - 8.0, SIZE);
+    let height = CAPTION + LINE * caption.len() as f64;
+    let title = format!("Event {} of {}", found.number, found.about);
+    let mut drawing = Drawing::new([PAGE, height], &title).on_paper(WIDTH_MM);
+    let rows = features::draw(&mut drawing, found, [LEFT, FIRST], SIZE_OF_FEATURES, 0, "");
+    drawing.text([LEFT, FIRST - 24.0], TITLE, Anchor::Start, "a  Rows");
+    let columns = features::draw(&mut drawing, found, [LEFT, SECOND], SIZE_OF_FEATURES, ROWS, "b  Columns");
+    times(&mut drawing, found, &rows, &columns);
+    arrival::draw(&mut drawing, found, [ASIDE, FIRST]);
+    law::draw(&mut drawing, found, [LAW[0], SECOND], [LAW[1], SIZE_OF_FEATURES[1]]);
+    for (text, line) in caption.iter().zip(0_u8..) {
+        drawing.text([4.0, CAPTION + LINE * f64::from(line)], SIZE, Anchor::Start, text);
+    }
+    drawing.finish()
+}
+
+/// Frames above, seconds below, the duration in between.
+fn times(drawing: &mut Drawing, found: &Found, rows: &Panel, columns: &Panel) {
+    let frames = (0..SAMPLE_FRAMES as u32).step_by(10);
+    let ticks: Vec<_> = frames.map(|frame| (f64::from(frame), frame.to_string())).collect();
+    rows.ticks_above(drawing, &ticks);
+    drawing.text([rows.right(), rows.top - 16.0], SIZE, Anchor::End, "frame of the sample");
+    let length = found.frame_s * SAMPLE_FRAMES as f64;
+    let step = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 60.0, 600.0].into_iter().find(|step| length / step <= 6.0);
+    let step = step.unwrap_or(3600.0);
+    let count = (length / step).floor() as u32;
+    let digits = usize::from(step < 1.0);
+    let ticks = (0..=count).map(|tick| f64::from(tick) * step).filter(|s| *s / found.frame_s < SAMPLE_FRAMES as f64);
+    let ticks: Vec<_> = ticks.map(|s| (s / found.frame_s, number(s, digits))).collect();
+    columns.ticks_below(drawing, &ticks);
+    let middle = columns.left + columns.size[0] / 2.0;
+    drawing.text([middle, columns.bottom() + 22.0], SIZE, Anchor::Middle, "time in the sample (s)");
+    for panel in [rows, columns] {
+        drawing.upwards([panel.left - 22.0, panel.top + panel.size[1] / 2.0], SIZE, "ln of light, share of full scale");
+    }
+    let Some(lit) = found.lit else { return };
+    let y = rows.bottom() + 10.0;
+    let [from, to] = [lit.first, lit.last].map(|frame| rows.across(f64::from(frame)));
+    drawing.line(&[[from, y], [to, y]], INK, THIN);
+    for end in [from, to] {
+        drawing.line(&[[end, y - 3.0], [end, y + 3.0]], INK, THIN);
+    }
+    let open = if lit.is_cut_off() { "at least " } else { "" };
+    let text = format!("lit {open}{} frames, {:.2} s", lit.frames(), f64::from(lit.frames()) * found.frame_s);
+    let width = width_of(&text, SIZE);
+    let middle = ((from + to) / 2.0).max(columns.left + 62.0 + width / 2.0).min(columns.right() - width / 2.0);
+    drawing.text([middle, y + 11.0], SIZE, Anchor::Middle, &text);
+}
+
+/// All numbers, and what is drawn, in words.
+fn caption(found: &Found) -> String {
+    let record = &found.record;
+    let start = record.frame as f64 * found.frame_s;
+    let mut text = format!("Event {} of {}; first frame {} ({start:.2} s). ", found.number, found.about, record.frame);
+    let law_name = match found.law {
+        Law::Paper { .. } => "logarithmic law",
+        Law::Physical { .. } => "physical law",
+    };
+    match (&record.speed, &record.speed_at_most) {
+        (Some(speed), _) => {
+            let doubt = if speed.extrapolated { ", extrapolated" } else { "" };
+            text.push_str(&format!("Speed {} mm/s ({law_name}{doubt}); ", speed.mm_s));
+        }
+        (None, Some(most)) => text.push_str(&format!("Speed at most {} mm/s ({}); ", most.mm_s, why(record.why.speed))),
+        (None, None) => text.push_str(&format!("No speed ({}); ", why(record.why.speed))),
+    }
+    match record.direction.deg {
+        Some(degrees) => {
+            text.push_str(&format!("direction {degrees}\u{b0} (confidence {})", record.direction.confidence));
+        }
+        None => text.push_str(&format!("no direction ({})", why(record.why.direction))),
+    }
+    if let Some(texture) = &record.texture {
+        let names = texture.specimen.iter().chain(&texture.class).cloned();
+        let parts = texture.pattern.iter().cloned().chain(texture.depth_mm.map(|depth| format!("{depth} mm deep")));
+        let names: Vec<String> =
+            if texture.specimen.is_some() { names.collect() } else { names.chain(parts).collect() };
+        text.push_str(&format!("; texture {}", names.join(", ")));
+    }
+    text.push_str(". ");
+    if record.frames_filled > 0 {
+        text.push_str(&format!("{} of {} frames were lost, and filled. ", record.frames_filled, record.frames));
+    }
+    if !record.reliable {
+        text.push_str("Not reliable: the baseline was not quiet, or too many frames were filled. ");
+    }
+    match found.saturated() {
+        0 => {}
+        1 => text.push_str("One taxel reached full scale: its light is cut off. "),
+        count => text.push_str(&format!("{count} taxels reached full scale: their light is cut off. ")),
+    }
+    let (threshold, on) = found.lit_threshold;
+    let on = match on {
+        ThresholdOn::Absolute => "",
+        ThresholdOn::AboveBaseline => " above the baseline",
+    };
+    text.push_str(&format!(
+        "a, b: light of the five taxels of a row or column, numbers at its centroid; dashed, where the trigger fires, grey, the \
+         window that did; lit, above {threshold} of full scale{on}; dotted, the first and last lit frame. d: thick where the law \
+         was fitted, {SLOWEST_FITTED} to {FASTEST_FITTED} mm/s."
+    ));
+    text
+}
+
+fn why(reason: Option<&'static str>) -> &'static str {
+    reason.unwrap_or("unknown")
+}
+
+/// Lines of about this width, broken at spaces.
+fn wrapped(text: &str, width: f64, size: f64) -> Vec<String> {
+    let mut lines: Vec<String> = vec![String::new()];
+    for word in text.split(' ').filter(|word| !word.is_empty()) {
+        let Some(line) = lines.last_mut() else { continue };
+        if line.is_empty() {
+            line.push_str(word);
+        } else if width_of(line, size) + width_of(word, size) + size / 2.0 <= width {
+            line.push(' ');
+            line.push_str(word);
+        } else {
+            lines.push(word.to_owned());
+        }
+    }
+    lines
+}
