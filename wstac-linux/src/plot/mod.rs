@@ -12,3 +12,6 @@ mod panel;
 
 pub use self::event::{Found, find};
 pub use self::figure::draw;
+
+#[cfg(test)]
+mod tests;

@@ -131,15 +131,15 @@ fn read(mut player: Player<'_, '_>, shared: &Shared, keys: &Receiver<Key>, mut p
         let wait =
             if stands || !player.goes_on() { WAIT } else { pace.map_or(Duration::ZERO, |pace| pace.wait()).min(WAIT) };
         match keys.recv_timeout(wait) {
-            Ok(Key::Rezero) => player.rezero(&shared.state),
-            Ok(Key::Pause) => {
-                let mut state = locked(&shared.state);
-                state.paused = !state.paused;
-                if let Some(pace) = &mut pace {
-                    pace.restart();
+            Ok(key) => {
+                match key {
+                    Key::Rezero => player.rezero(&shared.state),
+                    Key::Pause => pause(shared, pace.as_mut()),
+                    // The screen's own.
+                    Key::Quit | Key::Help => {}
                 }
+                continue;
             }
-            Ok(Key::Quit | Key::Help) => {}
             // The screen is gone.
             Err(RecvTimeoutError::Disconnected) => break,
             Err(RecvTimeoutError::Timeout) => {}
@@ -157,4 +157,13 @@ fn read(mut player: Player<'_, '_>, shared: &Shared, keys: &Receiver<Key>, mut p
         }
     }
     failure
+}
+
+/// Stops, or goes on from here.
+fn pause(shared: &Shared, pace: Option<&mut Pace>) {
+    let mut state = locked(&shared.state);
+    state.paused = !state.paused;
+    if let Some(pace) = pace {
+        pace.restart();
+    }
 }
