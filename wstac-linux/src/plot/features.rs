@@ -103,7 +103,11 @@ fn numbers(drawing: &mut Drawing, found: &Found, panel: &Panel, first: usize) {
     let own = (first..first + ROWS).zip(0_u8..);
     let centroids: Vec<(u8, f64)> = own.filter_map(|(feature, line)| Some((line, centroid(found, feature)?))).collect();
     let wanted: Vec<f64> = centroids.iter().map(|(_, centroid)| panel.across(*centroid)).collect();
-    let places = spread(&wanted, APART, [panel.left + 6.0, panel.right() - 6.0]);
+    let (first, last) = wanted.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(*x), high.max(*x)));
+    // Where all are at the same time their order would be noise's.
+    let in_order = (0_u8..).map(|line| first + 1e-3 * f64::from(line));
+    let wishes = if last - first < 2.0 { in_order.take(wanted.len()).collect() } else { wanted.clone() };
+    let places = spread(&wishes, APART, [panel.left + 6.0, panel.right() - 6.0]);
     let (strip, words) = (panel.top + STRIP, panel.top + SIZE + 1.0);
     for (((line, _), x), place) in centroids.iter().zip(&wanted).zip(places) {
         let colour = LINES[usize::from(*line)];

@@ -14,7 +14,7 @@ const PAGE: f64 = 482.0;
 /// Panels a and b.
 const LEFT: f64 = 38.0;
 const SIZE_OF_FEATURES: [f64; 2] = [246.0, 112.0];
-const FIRST: f64 = 34.0;
+const FIRST: f64 = 29.0;
 const SECOND: f64 = FIRST + SIZE_OF_FEATURES[1] + 32.0;
 /// Panels c and d.
 const ASIDE: f64 = 346.0;
@@ -25,12 +25,12 @@ const LINE: f64 = 10.0;
 
 /// The figure as an SVG file's text.
 pub fn draw(found: &Found) -> String {
-    let caption = wrapped(&caption(found), PAGE - 8.0, SIZE);
+    let caption = wrapped(&caption(found), PAGE - 8.0);
     let height = CAPTION + LINE * caption.len() as f64;
     let title = format!("Event {} of {}", found.number, found.about);
     let mut drawing = Drawing::new([PAGE, height], &title).on_paper(WIDTH_MM);
     let rows = features::draw(&mut drawing, found, [LEFT, FIRST], SIZE_OF_FEATURES, 0, "");
-    drawing.text([LEFT, FIRST - 24.0], TITLE, Anchor::Start, "a  Rows");
+    drawing.text([LEFT, FIRST - 18.0], TITLE, Anchor::Start, "a  Rows");
     let columns = features::draw(&mut drawing, found, [LEFT, SECOND], SIZE_OF_FEATURES, ROWS, "b  Columns");
     times(&mut drawing, found, &rows, &columns);
     arrival::draw(&mut drawing, found, [ASIDE, FIRST]);
@@ -134,17 +134,17 @@ fn why(reason: Option<&'static str>) -> &'static str {
 }
 
 /// Lines of about this width, broken at spaces.
-fn wrapped(text: &str, width: f64, size: f64) -> Vec<String> {
-    let mut lines: Vec<String> = vec![String::new()];
+fn wrapped(text: &str, width: f64) -> Vec<String> {
+    // Running text is narrower than single words may be.
+    let most = (width / (0.49 * SIZE)) as usize;
+    let mut lines: Vec<String> = Vec::new();
     for word in text.split(' ').filter(|word| !word.is_empty()) {
-        let Some(line) = lines.last_mut() else { continue };
-        if line.is_empty() {
-            line.push_str(word);
-        } else if width_of(line, size) + width_of(word, size) + size / 2.0 <= width {
-            line.push(' ');
-            line.push_str(word);
-        } else {
-            lines.push(word.to_owned());
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= most => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
         }
     }
     lines

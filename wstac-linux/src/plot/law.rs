@@ -68,8 +68,12 @@ pub(super) fn draw(drawing: &mut Drawing, found: &Found, [left, top]: [f64; 2], 
     let ticks = ticks.filter(|tick| (10_f64.powf(from)..=10_f64.powf(to)).contains(tick));
     // Of many decades only powers of ten have room.
     let wide = to - from > 1.6;
-    let name = |tick: f64| if wide && tick.log10().fract().abs() > 1e-9 { String::new() } else { format!("{tick}") };
-    panel.ticks_below(drawing, &ticks.map(|tick| (tick, name(tick))).collect::<Vec<_>>());
+    let name = |tick: f64| match tick {
+        tick if wide && tick.log10().fract().abs() > 1e-9 => String::new(),
+        tick if tick < 1e4 => format!("{tick}"),
+        tick => format!("{tick:e}"),
+    };
+    panel.ticks_below(drawing, &ticks.map(|tick| (tick.log10(), name(tick))).collect::<Vec<_>>());
     let step = if longest > 200.0 { 100.0 } else { 20.0 };
     let count = (longest / step).floor() as u32;
     let ticks = (0..=count).map(|tick| (f64::from(tick) * step, number(f64::from(tick) * step, 0)));

@@ -74,7 +74,7 @@ impl Colours {
 
     /// For outlines of taxels.
     pub(super) fn outline(self) -> Color {
-        self.one_of([70, 100, 190], Color::Blue)
+        self.one_of([60, 80, 130], Color::Blue)
     }
 
     /// For thresholds, and what is wrong.

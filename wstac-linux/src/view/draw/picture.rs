@@ -30,8 +30,9 @@ pub(super) fn draw(state: &State, colours: Colours, area: Rect, buffer: &mut Buf
     let [width, height] = [usize::from(columns), 2 * usize::from(rows)];
     let light = picture.scaled([width, height]);
     let outlined = outlines(&state.layout, [width, height]);
-    // Light as the eye takes it: half the light is nearly as bright.
-    let shade = |at: usize| (light[at] / state.peak).max(0.0).sqrt();
+    let dark = light.iter().copied().fold(state.peak, f32::min);
+    // Above the darkest, as the eye takes it: half the light is nearly as bright.
+    let shade = |at: usize| ((light[at] - dark) / (state.peak - dark).max(f32::EPSILON)).sqrt();
     for y in 0..rows {
         for x in 0..columns {
             let upper = 2 * usize::from(y) * width + usize::from(x);
