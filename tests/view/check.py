@@ -25,6 +25,8 @@ class Terminal:
 
     def __init__(self, wstac, arguments, size=(80, 24), variables=()):
         self.socket = f"wstac-view-{os.getpid()}-{time.monotonic_ns()}"
+        # As the kernel has it.
+        self.name = pathlib.Path(wstac).name[:15]
         width, height = size
         command = " ".join([*variables, str(wstac), "view", *arguments])
         # What a shell finds afterwards: the exit code, and whether lines and echo are as they were.
@@ -64,7 +66,7 @@ class Terminal:
             children = pathlib.Path(f"/proc/{shell}/task/{shell}/children").read_text().split()
             for child in children:
                 with contextlib.suppress(OSError):
-                    if pathlib.Path(f"/proc/{child}/comm").read_text().strip() == "wstac":
+                    if pathlib.Path(f"/proc/{child}/comm").read_text().strip() == self.name:
                         return int(child)
             time.sleep(0.02)
         raise AssertionError("wstac does not run")
@@ -176,8 +178,8 @@ def check_colours(wstac):
     for variables, expected, forbidden in [
         (["TERM=xterm-256color", "COLORTERM=truecolor"], r"\x1b\[[0-9;]*[34]8;2;", None),
         (["COLORTERM=", "TERM=screen-256color"], r"\x1b\[[0-9;]*[34]8;5;", r"\x1b\[[0-9;]*[34]8;2;"),
-        (["COLORTERM=", "TERM=screen"], r"\x1b\[[0-9;]*(3[0-7]|9[0-7])", r"\x1b\[[0-9;]*[34]8;2;"),
-        (["NO_COLOR=1"], r"[:=+*#%@]{2}", r"\x1b\[[0-9;]*[349][0-8]"),
+        (["COLORTERM=", "TERM=screen"], r"\x1b\[[0-9;]*[34]8;5;1?[0-9]m", r"\x1b\[[0-9;]*[34]8;(2;|5;(1[6-9]|[2-9][0-9]|[0-9]{3}))"),
+        (["NO_COLOR=1"], r"[:=+*#%@]{2}", r"\x1b\[[0-9;]*[349][0-8][;m]"),
     ]:
         with view(wstac, SCENE, *SMALL, variables=["env", *variables]) as terminal:
             terminal.until(r"event [2-6]\d/70", "contact")

@@ -58,17 +58,14 @@ pub(super) fn draw(drawing: &mut Drawing, found: &Found, [left, top]: [f64; 2]) 
     for (taxel, arrival) in arrivals.iter().enumerate() {
         let at = [left + SIDE * (taxel % COLUMNS) as f64, top + SIDE * (taxel / COLUMNS) as f64];
         let middle = [at[0] + SIDE / 2.0, at[1] + SIDE / 2.0 + 0.35 * SIZE];
-        match arrival {
-            Some(arrival) => {
-                let share = if last - first < 0.5 { 0.5 } else { (arrival - first) / (last - first) };
-                let (fill, ink) = colour(share);
-                drawing.rectangle(at, [SIDE - 0.8, SIDE - 0.8], &fill);
-                drawing.coloured(middle, SIZE, Anchor::Middle, ink, &format!("{arrival:.1}"));
-            }
-            None => {
-                drawing.rectangle(at, [SIDE - 0.8, SIDE - 0.8], PALE);
-                drawing.text(middle, SIZE, Anchor::Middle, "\u{2013}");
-            }
+        if let Some(arrival) = arrival {
+            let share = if last - first < 0.5 { 0.5 } else { (arrival - first) / (last - first) };
+            let (fill, ink) = colour(share);
+            drawing.rectangle(at, [SIDE - 0.8, SIDE - 0.8], &fill);
+            drawing.coloured(middle, SIZE, Anchor::Middle, ink, &format!("{arrival:.1}"));
+        } else {
+            drawing.rectangle(at, [SIDE - 0.8, SIDE - 0.8], PALE);
+            drawing.text(middle, SIZE, Anchor::Middle, "\u{2013}");
         }
     }
     let map = SIDE * COLUMNS as f64;

@@ -122,7 +122,7 @@ pub fn find(
                 1 => "has one event".to_owned(),
                 count => format!("has {count} events"),
             };
-            let expected = if number == 1 { "at least one".to_owned() } else { format!("number {}", number) };
+            let expected = if number == 1 { "at least one".to_owned() } else { format!("number {number}") };
             return Err(Error::new(&info.about, format_args!("{found}, expected {expected}")));
         }
     }

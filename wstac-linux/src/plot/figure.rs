@@ -1,8 +1,8 @@
 //! The page: four panels and a caption, 170 mm wide.
 
-use wstac_core::params::{FASTEST_FITTED, ROWS, SAMPLE_FRAMES, SLOWEST_FITTED};
-use wstac_core::speed::{Law, ThresholdOn};
+use wstac_core::params::{ROWS, SAMPLE_FRAMES};
 
+use super::caption::caption;
 use super::event::Found;
 use super::panel::{Panel, SIZE, THIN, TITLE, number};
 use super::{arrival, features, law};
@@ -70,67 +70,8 @@ fn times(drawing: &mut Drawing, found: &Found, rows: &Panel, columns: &Panel) {
     let open = if lit.is_cut_off() { "at least " } else { "" };
     let text = format!("lit {open}{} frames, {:.2} s", lit.frames(), f64::from(lit.frames()) * found.frame_s);
     let width = width_of(&text, SIZE);
-    let middle = ((from + to) / 2.0).max(columns.left + 62.0 + width / 2.0).min(columns.right() - width / 2.0);
+    let middle = f64::midpoint(from, to).max(columns.left + 62.0 + width / 2.0).min(columns.right() - width / 2.0);
     drawing.text([middle, y + 11.0], SIZE, Anchor::Middle, &text);
-}
-
-/// All numbers, and what is drawn, in words.
-fn caption(found: &Found) -> String {
-    let record = &found.record;
-    let start = record.frame as f64 * found.frame_s;
-    let mut text = format!("Event {} of {}; first frame {} ({start:.2} s). ", found.number, found.about, record.frame);
-    let law_name = match found.law {
-        Law::Paper { .. } => "logarithmic law",
-        Law::Physical { .. } => "physical law",
-    };
-    match (&record.speed, &record.speed_at_most) {
-        (Some(speed), _) => {
-            let doubt = if speed.extrapolated { ", extrapolated" } else { "" };
-            text.push_str(&format!("Speed {} mm/s ({law_name}{doubt}); ", speed.mm_s));
-        }
-        (None, Some(most)) => text.push_str(&format!("Speed at most {} mm/s ({}); ", most.mm_s, why(record.why.speed))),
-        (None, None) => text.push_str(&format!("No speed ({}); ", why(record.why.speed))),
-    }
-    match record.direction.deg {
-        Some(degrees) => {
-            text.push_str(&format!("direction {degrees}\u{b0} (confidence {})", record.direction.confidence));
-        }
-        None => text.push_str(&format!("no direction ({})", why(record.why.direction))),
-    }
-    if let Some(texture) = &record.texture {
-        let names = texture.specimen.iter().chain(&texture.class).cloned();
-        let parts = texture.pattern.iter().cloned().chain(texture.depth_mm.map(|depth| format!("{depth} mm deep")));
-        let names: Vec<String> =
-            if texture.specimen.is_some() { names.collect() } else { names.chain(parts).collect() };
-        text.push_str(&format!("; texture {}", names.join(", ")));
-    }
-    text.push_str(". ");
-    if record.frames_filled > 0 {
-        text.push_str(&format!("{} of {} frames were lost, and filled. ", record.frames_filled, record.frames));
-    }
-    if !record.reliable {
-        text.push_str("Not reliable: the baseline was not quiet, or too many frames were filled. ");
-    }
-    match found.saturated() {
-        0 => {}
-        1 => text.push_str("One taxel reached full scale: its light is cut off. "),
-        count => text.push_str(&format!("{count} taxels reached full scale: their light is cut off. ")),
-    }
-    let (threshold, on) = found.lit_threshold;
-    let on = match on {
-        ThresholdOn::Absolute => "",
-        ThresholdOn::AboveBaseline => " above the baseline",
-    };
-    text.push_str(&format!(
-        "a, b: light of the five taxels of a row or column, numbers at its centroid; dashed, where the trigger fires, grey, the \
-         window that did; lit, above {threshold} of full scale{on}; dotted, the first and last lit frame. d: thick where the law \
-         was fitted, {SLOWEST_FITTED} to {FASTEST_FITTED} mm/s."
-    ));
-    text
-}
-
-fn why(reason: Option<&'static str>) -> &'static str {
-    reason.unwrap_or("unknown")
 }
 
 /// Lines of about this width, broken at spaces.

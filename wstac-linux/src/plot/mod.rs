@@ -4,6 +4,7 @@
 //! light at each taxel, the speed [`law`].
 
 mod arrival;
+mod caption;
 mod event;
 mod features;
 mod figure;

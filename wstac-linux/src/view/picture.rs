@@ -90,8 +90,8 @@ impl Picture {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::source::Item;
     use crate::source::open::{OpenOptions, open};
-    use crate::source::{Item, Source};
 
     /// The picture of a frame in the middle of a slide, in a format, and its mean light.
     fn lit(format: &str) -> (Picture, f32) {
