@@ -50,7 +50,7 @@ pub(super) fn draw(drawing: &mut Drawing, found: &Found, [left, top]: [f64; 2], 
             let [x, y] = place(mm_s, duration);
             drawing.dashed(&[[left, y], [x, y], [x, panel.bottom()]], GREY, THIN, [2.0, 1.6]);
             drawing.marker([x, y], Look { marker: Marker::Circle, colour: "#b12a90", filled: !is_bound });
-            let digits = if mm_s < 10.0 { 1 } else { 0 };
+            let digits = usize::from(mm_s < 10.0);
             let text = format!("{}{} mm/s", if is_bound { "\u{2264} " } else { "" }, number(mm_s, digits));
             // Above the falling curve, on the side that has room.
             let width = width_of(&text, SIZE);

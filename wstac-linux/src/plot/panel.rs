@@ -109,7 +109,9 @@ pub(super) fn spread(wanted: &[f64], apart: f64, [low, high]: [f64; 2]) -> Vec<f
         let least = places.iter().copied().fold(f64::INFINITY, f64::min);
         let most = places.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let shift = (low - least).max(0.0) + (high - most).min(0.0);
-        places.iter_mut().for_each(|place| *place += shift);
+        for place in &mut places {
+            *place += shift;
+        }
         if !moved {
             break;
         }

@@ -82,7 +82,7 @@ fn legible(text: &str) {
 fn the_numbers_are_those_of_the_event() {
     let (found, text) = figure("scene:Saw3@150,90deg", "");
     legible(&text);
-    let caption: String = words(&text).iter().map(|(_, words)| format!("{words} ")).collect();
+    let caption = words(&text).into_iter().map(|(_, words)| words).collect::<Vec<_>>().join(" ");
     let event = serde_json::to_value(&found.record).unwrap();
     let speed = event["speed"]["mm_s"].as_f64().unwrap();
     for expected in [

@@ -60,7 +60,7 @@ impl Pace {
     pub(super) fn new(rate: FrameRate) -> Self {
         let period = f64::from(rate.denominator()) / f64::from(rate.numerator());
         // A rate of one frame in centuries is waited for a second at a time.
-        let period = Duration::try_from_secs_f64(period).unwrap_or(Duration::MAX).min(Duration::from_secs(3600));
+        let period = Duration::try_from_secs_f64(period).unwrap_or(Duration::MAX).min(Duration::from_hours(1));
         Self { period, due: Instant::now() }
     }
 

@@ -57,14 +57,12 @@ impl Colours {
 
     /// The nearest colour that there is.
     fn colour(self, [r, g, b]: [u8; 3]) -> Color {
-        match self {
-            Self::True => Color::Rgb(r, g, b),
-            // The cube of 256 colours has steps at 0, 95, 135, 175, 215 and 255.
-            _ => {
-                let step = |value: u8| if value < 48 { 0 } else { value.saturating_sub(35) / 40 };
-                Color::Indexed(16 + 36 * step(r) + 6 * step(g) + step(b))
-            }
+        if self == Self::True {
+            return Color::Rgb(r, g, b);
         }
+        // The cube of 256 colours has steps at 0, 95, 135, 175, 215 and 255.
+        let step = |value: u8| if value < 48 { 0 } else { value.saturating_sub(35) / 40 };
+        Color::Indexed(16 + 36 * step(r) + 6 * step(g) + step(b))
     }
 
     /// A character as bright as light, 0 to 1, where there are no colours.

@@ -39,10 +39,10 @@ pub(super) fn draw(state: &State, colours: Colours, area: Rect, buffer: &mut Buf
 /// Draws the most important in a line.
 pub(super) fn line(state: &State, colours: Colours, area: Rect, buffer: &mut Buffer) {
     let (doing, colour) = doing(state, colours);
-    let mut text = format!("{doing}  {}  {} dropped  frame {}", rate(state), state.dropped, state.frame);
-    if let Some(latency) = state.behind.latency {
-        text.push_str(&format!("  {} ms, {} behind", latency.as_millis(), state.behind.frames));
-    }
+    let behind =
+        state.behind.latency.map(|latency| format!("  {} ms, {} behind", latency.as_millis(), state.behind.frames));
+    let behind = behind.unwrap_or_default();
+    let text = format!("{doing}  {}  {} dropped  frame {}{behind}", rate(state), state.dropped, state.frame);
     buffer.set_stringn(area.x, area.y, &text, usize::from(area.width), colour);
 }
 

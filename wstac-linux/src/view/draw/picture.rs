@@ -39,7 +39,7 @@ pub(super) fn draw(state: &State, colours: Colours, area: Rect, buffer: &mut Buf
             let [upper, lower] = [upper, upper + width];
             let cell = &mut buffer[(area.x + x, area.y + y)];
             if colours == Colours::None {
-                let mean = (shade(upper) + shade(lower)) / 2.0;
+                let mean = f32::midpoint(shade(upper), shade(lower));
                 let character = Colours::character(mean);
                 let is_outline = character == ' ' && (outlined[upper] || outlined[lower]);
                 cell.set_char(if is_outline { '·' } else { character });
