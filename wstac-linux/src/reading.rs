@@ -89,7 +89,7 @@ impl<'m> Reading<'m> {
             .and_then(|camera| camera.with_bytes_per_row(info.bytes_per_row))
             .map_err(in_table("[layout], [green]"))?;
         let floor = config.features.floor_levels;
-        let accumulators = Accumulators::new(camera.clone());
+        let accumulators = Accumulators::new(camera);
         let stage: Result<Box<dyn Stage>, _> = match config.features.ln {
             Kernel::Fixed => boxed::<Fixed>(camera, floor),
             Kernel::Libm => boxed::<Libm>(camera, floor),

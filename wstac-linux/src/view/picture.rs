@@ -127,7 +127,7 @@ mod tests {
     #[test]
     fn missing_bytes_are_dark() {
         let source = open("scene:Saw3@150", &OpenOptions::default()).unwrap();
-        let picture = Sampler::new(source.info()).picture(&[255; 1280 * 100]);
+        let picture = Sampler::new(source.info()).picture(&vec![255; 1280 * 100]);
         assert!(picture.light[0] > 0.99 && picture.light.last() == Some(&0.0));
     }
 }

@@ -100,12 +100,16 @@ impl<'p, 'm> Player<'p, 'm> {
             // Frames of which no features came.
             let lost = (now - before).saturating_sub(features.len() as u64).min(HISTORY as u64);
             (0..lost).for_each(|_| state.add_trace(None));
-            features.into_iter().for_each(|features| state.add_trace(Some(features)));
+            for features in features {
+                state.add_trace(Some(features));
+            }
             state.set_taxels(self.reading.taxels());
             state.picture = shown.or(state.picture.take());
         }
         self.update(&mut state);
-        records.iter().for_each(|record| state.take(record));
+        for record in &records {
+            state.take(record);
+        }
         if self.reading.baseline_disturbed() {
             state.say(About::Trouble, format!("{now:>7}  {BASELINE_DISTURBED}"));
         }
