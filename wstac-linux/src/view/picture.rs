@@ -45,7 +45,7 @@ impl Sampler {
 
     /// The picture of a frame; bytes that are not there are dark.
     pub(super) fn picture(&self, bytes: &[u8]) -> Picture {
-        let rows = Rows::new(bytes, self.bytes_per_row, 0, self.size.height());
+        let rows = Rows::of_frame(bytes, self.bytes_per_row, self.size.height());
         let [width, height] =
             [self.size.width(), self.size.height()].map(|side| (u32::from(side) / self.block).max(1) as usize);
         let light = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
