@@ -1,6 +1,5 @@
 //! The event's numbers, and what is drawn, in words.
 
-use wstac_core::params::{FASTEST_FITTED, SLOWEST_FITTED};
 use wstac_core::speed::{Law, ThresholdOn};
 
 use super::event::Found;
@@ -63,7 +62,7 @@ fn texture(texture: &TextureRecord) -> String {
 }
 
 fn drawn(found: &Found) -> String {
-    let (threshold, on) = found.lit_threshold;
+    let ((threshold, on), [slowest, fastest]) = (found.lit_threshold, found.fitted);
     let on = match on {
         ThresholdOn::Absolute => "",
         ThresholdOn::AboveBaseline => " above the baseline",
@@ -71,6 +70,6 @@ fn drawn(found: &Found) -> String {
     format!(
         "a, b: light of the five taxels of a row or column, numbers at its centroid; dashed, where the trigger fires, grey, the \
          window that did; lit, above {threshold} of full scale{on}; dotted, the first and last lit frame. d: thick where the law \
-         was fitted, {SLOWEST_FITTED} to {FASTEST_FITTED} mm/s."
+         was fitted, {slowest} to {fastest} mm/s."
     )
 }

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use wstac_core::baseline::Baseline;
 use wstac_core::features::Features;
-use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES, TAXELS};
+use wstac_core::params::{FASTEST_FITTED, FEATURE_ONE, FEATURES, SAMPLE_FRAMES, SLOWEST_FITTED, TAXELS};
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
 use wstac_core::speed::{Duration, Law, ThresholdOn, duration};
@@ -47,6 +47,8 @@ pub struct Found {
     pub(super) nominal_frames: f64,
     /// The speed law.
     pub(super) law: Law,
+    /// Slowest and fastest slide that it was fitted on, in mm/s.
+    pub(super) fitted: [f32; 2],
     /// Above which a row or column is lit, and whether above its baseline.
     pub(super) lit_threshold: (f64, ThresholdOn),
 }
@@ -170,6 +172,7 @@ fn gathered(
         frame_s: frame_s(info.rate),
         nominal_frames: f64::from(info.rate.nominal_frames()),
         law: config.speed.law(),
+        fitted: [SLOWEST_FITTED, FASTEST_FITTED],
         lit_threshold: (config.speed.threshold, config.speed.threshold_on),
         record,
     })

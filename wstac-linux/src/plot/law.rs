@@ -1,6 +1,6 @@
 //! Panel d: the speed law, and where on it the event is.
 
-use wstac_core::params::{FASTEST_FITTED, SAMPLE_FRAMES, SLOWEST_FITTED};
+use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::speed::Law;
 
 use super::event::Found;
@@ -44,7 +44,7 @@ pub(super) fn draw(drawing: &mut Drawing, found: &Found, [left, top]: [f64; 2], 
         drawing.line(&points, INK, width);
     };
     curve([from, to], THIN);
-    curve([SLOWEST_FITTED, FASTEST_FITTED].map(|mm_s| f64::from(mm_s).log10()), 2.2);
+    curve(found.fitted.map(|mm_s| f64::from(mm_s).log10()), 2.2);
     match point {
         Some((duration, mm_s, is_bound)) => {
             let [x, y] = place(mm_s, duration);

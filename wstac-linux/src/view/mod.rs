@@ -1,7 +1,7 @@
 //! A source on a terminal: picture, map, traces, events, as they come.
 //!
-//! One thread reads the source and keeps [`state`] up to date, another draws it at most 15 times a second and reads keys; a slow
-//! terminal never holds up the reading. [`player`] reads, [`draw`] draws, [`screen`] has the terminal.
+//! One thread reads the source and keeps `state` up to date, another draws it at most 15 times a second and reads keys; a slow
+//! terminal never holds up the reading. `player` reads, `draw` draws, `screen` has the terminal, and `picture` makes a frame small.
 
 mod clock;
 mod draw;
