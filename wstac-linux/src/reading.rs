@@ -67,6 +67,8 @@ pub struct Reading<'m> {
     stage: Box<dyn Stage>,
     textures: Textures<'m>,
     trigger: Trigger<Option<Follow>>,
+    /// How a new baseline would be followed: as the first was.
+    following: Option<Follow>,
     speed: SpeedConfig,
     wanted: Wanted,
     dropped: u64,
@@ -90,7 +92,7 @@ impl<'m> Reading<'m> {
             .and_then(|camera| camera.with_bytes_per_row(info.bytes_per_row))
             .map_err(in_table("[layout], [green]"))?;
         let floor = config.features.floor_levels;
-        let accumulators = Accumulators::new(camera.clone());
+        let accumulators = Accumulators::new(camera);
         let stage: Result<Box<dyn Stage>, _> = match config.features.ln {
             Kernel::Fixed => boxed::<Fixed>(camera, floor),
             Kernel::Libm => boxed::<Libm>(camera, floor),
@@ -104,7 +106,8 @@ impl<'m> Reading<'m> {
             accumulators,
             taxels: None,
             stage: stage.map_err(in_table("[features]"))?,
-            trigger: Trigger::with(trigger, 0, following),
+            trigger: Trigger::with(trigger, 0, following.clone()),
+            following,
             speed: config.speed(info.rate).map_err(in_table("[speed]"))?,
             textures: Textures::default(),
             wanted,
@@ -181,6 +184,14 @@ impl<'m> Reading<'m> {
     /// The trigger: its parameters, baseline and thresholds.
     pub fn trigger(&self) -> &Trigger<Option<Follow>> {
         &self.trigger
+    }
+
+    /// Gathers a new baseline from the next frame on. The sample that was being captured, which ends here.
+    pub fn rezero(&mut self) -> Option<IncompleteRecord> {
+        let end = self.trigger.end();
+        self.trigger = Trigger::with(*self.trigger.config(), end.frames, self.following.clone());
+        self.baseline_reported = false;
+        end.incomplete.map(IncompleteRecord::from)
     }
 
     /// Whether the baseline has just turned out not to be quiet; said once.

@@ -36,6 +36,8 @@ pub(crate) enum Anchor {
 #[derive(Clone, Debug)]
 pub(crate) struct Drawing {
     size: [f64; 2],
+    /// Width on paper in mm; nothing for a picture on a screen.
+    paper_mm: Option<f64>,
     text: String,
 }
 
@@ -45,11 +47,16 @@ pub(crate) const RADIUS: f64 = 3.6;
 impl Drawing {
     /// A white sheet of this width and height, with a title for those who hear it.
     pub(crate) fn new(size: [f64; 2], title: &str) -> Self {
-        let mut drawing = Self { size, text: String::new() };
+        let mut drawing = Self { size, paper_mm: None, text: String::new() };
         let [width, height] = size;
         drawing.add(format_args!("<title>{}</title>", escaped(title)));
         drawing.add(format_args!("<rect width='{width}' height='{height}' fill='#ffffff'/>"));
         drawing
+    }
+
+    /// The same for paper: as many millimetres wide.
+    pub(crate) fn on_paper(self, width_mm: f64) -> Self {
+        Self { paper_mm: Some(width_mm), ..self }
     }
 
     fn add(&mut self, element: std::fmt::Arguments<'_>) {
@@ -62,6 +69,26 @@ impl Drawing {
         let path: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
         let path = path.join(" ");
         self.add(format_args!("<polyline points='{path}' fill='none' stroke='{colour}' stroke-width='{width}'/>"));
+    }
+
+    /// A line of dashes through points; `dashes` are lengths of ink and gap.
+    pub(crate) fn dashed(&mut self, points: &[[f64; 2]], colour: &str, width: f64, dashes: [f64; 2]) {
+        let path: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
+        let path = path.join(" ");
+        let [ink, gap] = dashes;
+        let style = format_args!("stroke='{colour}' stroke-width='{width}' stroke-dasharray='{ink} {gap}'").to_string();
+        self.add(format_args!("<polyline points='{path}' fill='none' {style}/>"));
+    }
+
+    /// A rectangle without an outline, from its top left corner.
+    pub(crate) fn rectangle(&mut self, [x, y]: [f64; 2], [width, height]: [f64; 2], fill: &str) {
+        self.add(format_args!("<rect x='{x:.1}' y='{y:.1}' width='{width:.1}' height='{height:.1}' fill='{fill}'/>"));
+    }
+
+    /// A polygon without an outline.
+    pub(crate) fn polygon(&mut self, points: &[[f64; 2]], fill: &str) {
+        let path: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
+        self.add(format_args!("<polygon points='{}' fill='{fill}'/>", path.join(" ")));
     }
 
     /// A marker.
@@ -93,15 +120,20 @@ impl Drawing {
 
     /// A line of text.
     pub(crate) fn text(&mut self, [x, y]: [f64; 2], size: f64, anchor: Anchor, text: &str) {
-        self.turned([x, y], size, anchor, "", text);
+        self.turned([x, y], size, anchor, "", INK, text);
+    }
+
+    /// A line of text in another colour.
+    pub(crate) fn coloured(&mut self, at: [f64; 2], size: f64, anchor: Anchor, colour: &str, text: &str) {
+        self.turned(at, size, anchor, "", colour, text);
     }
 
     /// A line of text upwards.
     pub(crate) fn upwards(&mut self, [x, y]: [f64; 2], size: f64, text: &str) {
-        self.turned([x, y], size, Anchor::Middle, &format!(" transform='rotate(-90 {x:.1} {y:.1})'"), text);
+        self.turned([x, y], size, Anchor::Middle, &format!(" transform='rotate(-90 {x:.1} {y:.1})'"), INK, text);
     }
 
-    fn turned(&mut self, [x, y]: [f64; 2], size: f64, anchor: Anchor, turn: &str, text: &str) {
+    fn turned(&mut self, [x, y]: [f64; 2], size: f64, anchor: Anchor, turn: &str, colour: &str, text: &str) {
         let anchor = match anchor {
             Anchor::Start => "start",
             Anchor::Middle => "middle",
@@ -110,18 +142,19 @@ impl Drawing {
         let font = "font-family='Helvetica, Arial, sans-serif'";
         let text = escaped(text);
         self.add(format_args!(
-            "<text x='{x:.1}' y='{y:.1}' text-anchor='{anchor}'{turn} {font} font-size='{size}' fill='{INK}'>{text}</text>"
+            "<text x='{x:.1}' y='{y:.1}' text-anchor='{anchor}'{turn} {font} font-size='{size}' fill='{colour}'>{text}</text>"
         ));
     }
 
     /// The file's text.
     pub(crate) fn finish(self) -> String {
         let [width, height] = self.size;
+        let outer = match self.paper_mm {
+            Some(mm) => format!("width='{mm}mm' height='{:.2}mm'", mm * height / width),
+            None => format!("width='{width}' height='{height}'"),
+        };
         let head = "<svg xmlns='http://www.w3.org/2000/svg'";
-        format!(
-            "{head} width='{width}' height='{height}' viewBox='0 0 {width} {height}' role='img'>\n{}</svg>\n",
-            self.text
-        )
+        format!("{head} {outer} viewBox='0 0 {width} {height}' role='img'>\n{}</svg>\n", self.text)
     }
 }
 

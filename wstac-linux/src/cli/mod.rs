@@ -10,12 +10,14 @@ mod doctor;
 mod model;
 mod monitor;
 mod output;
+mod plot;
 mod record;
 mod recover;
 mod run;
 mod scene;
 mod source_arguments;
 mod trade;
+mod view;
 
 use std::process::ExitCode;
 
@@ -44,6 +46,8 @@ Start here:
   wstac run /dev/video0                events from a USB camera
   wstac run clip.y4m --json            events of a recording, as JSON Lines
   wstac record /dev/video0 -o a.mcap --label specimen=Saw3    frames and events into a file
+  wstac view /dev/video0               picture, taxels, traces and events in the terminal
+  wstac plot clip.y4m -o event.svg     one event as a figure for a paper
   wstac monitor /dev/ttyACM0           events that a board finds
   wstac run /dev/video0 --model builtin:svm    with textures; wstac model makes models of your own
   wstac fit-speed slides.npz -o speed.toml     the speed law of your own sensor
@@ -107,6 +111,8 @@ enum Command {
     FitSpeed(fit_speed::Arguments),
     Model(model::Arguments),
     Monitor(monitor::Arguments),
+    View(view::Arguments),
+    Plot(plot::Arguments),
     Trade(trade::Arguments),
     Completions(completions::Arguments),
 }
@@ -126,6 +132,8 @@ pub fn main() -> ExitCode {
         Command::FitSpeed(arguments) => fit_speed::run(&arguments),
         Command::Model(arguments) => model::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
+        Command::View(arguments) => view::run(&arguments),
+        Command::Plot(arguments) => plot::run(&arguments),
         Command::Trade(arguments) => trade::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     };

@@ -97,6 +97,11 @@ pub fn open(spec: &str, options: &OpenOptions) -> Result<Box<dyn Source>, Error>
     }))
 }
 
+/// Whether a source, by what a user calls it, makes its frames now, at a pace of its own: a camera.
+pub fn is_live(spec: &str) -> bool {
+    Path::new(spec).metadata().is_ok_and(|metadata| metadata.file_type().is_char_device())
+}
+
 /// The script of a scene, with what the options change: `FILE.toml` or the short form.
 ///
 /// # Errors

@@ -1,0 +1,258 @@
+"""`wstac view` in a real terminal (tmux): what is on the screen, what keys, signals and sizes do, and that the terminal is given back.
+
+check.py WSTAC          checks
+check.py WSTAC --keep   writes the screens in docs/VIEW.md as well
+"""
+
+import contextlib
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SCENE = "scene:Saw3@150,90deg"
+# Small frames: a machine without optimisation plays them in time, too.
+SMALL = ["--size", "320x180"]
+# How long anything may take on a busy machine. What is waited for usually comes at once.
+PATIENCE = 120
+
+
+class Terminal:
+    """A tmux server of its own with one window that runs `wstac view`, and then says how that ended."""
+
+    def __init__(self, wstac, arguments, size=(80, 24), variables=()):
+        self.socket = f"wstac-view-{os.getpid()}-{time.monotonic_ns()}"
+        # As the kernel has it.
+        self.name = pathlib.Path(wstac).name[:15]
+        width, height = size
+        command = " ".join([*variables, str(wstac), "view", *arguments])
+        # What a shell finds afterwards: the exit code, and whether lines and echo are as they were.
+        script = f"stty sane; {command}; echo \"left $?\"; stty -a | grep -q ' icanon' && stty -a | grep -q ' echo ' && echo given back; exec sleep 1000"
+        self.tmux("-f", "/dev/null", "new-session", "-d", "-x", str(width), "-y", str(height), "sh", "-c", script)
+
+    def tmux(self, *arguments):
+        done = subprocess.run(["tmux", "-L", self.socket, *arguments], capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            raise AssertionError(f"tmux {' '.join(arguments)}: {done.stderr.strip()}")
+        return done.stdout
+
+    def screen(self, colours=False):
+        return self.tmux("capture-pane", "-p", *(["-e"] if colours else []))
+
+    def flag(self, name):
+        return self.tmux("display-message", "-p", f"#{{{name}}}").strip()
+
+    def until(self, pattern, what):
+        """Waits until the screen shows the pattern; the screen."""
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            screen = self.screen()
+            if re.search(pattern, screen, re.MULTILINE):
+                return screen
+            time.sleep(0.05)
+        raise AssertionError(f"{what}: no {pattern!r} on the screen after {PATIENCE} s:\n{screen}")
+
+    def keys(self, *keys):
+        self.tmux("send-keys", *keys)
+
+    def process(self):
+        """The process id of wstac: the child of the window's shell."""
+        shell = self.flag("pane_pid")
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            children = pathlib.Path(f"/proc/{shell}/task/{shell}/children").read_text().split()
+            for child in children:
+                with contextlib.suppress(OSError):
+                    if pathlib.Path(f"/proc/{child}/comm").read_text().strip() == self.name:
+                        return int(child)
+            time.sleep(0.02)
+        raise AssertionError("wstac does not run")
+
+    def left(self, code):
+        """Waits for the end; the terminal is as it was."""
+        self.until(r"^left \d+$", "leaving")
+        screen = self.until("^given back$", "the terminal's settings")
+        assert f"left {code}\n" in screen, f"expected exit code {code}:\n{screen}"
+        assert self.flag("alternate_on") == "0", "the terminal is still on its other screen"
+        assert self.flag("cursor_flag") == "1", "the cursor is still hidden"
+        return screen
+
+    def close(self):
+        with contextlib.suppress(AssertionError):
+            self.tmux("kill-server")
+
+
+@contextlib.contextmanager
+def view(wstac, *arguments, **options):
+    terminal = Terminal(wstac, [*arguments], **options)
+    try:
+        yield terminal
+    finally:
+        terminal.close()
+
+
+def frame(screen):
+    return int(re.search(r"frame +(\d+)", screen)[1])
+
+
+def check_a_slide(wstac):
+    with view(wstac, SCENE, *SMALL) as terminal:
+        screen = terminal.until(r"baseline \d+/25", "the baseline")
+        assert screen.startswith("wstac view  scene: Saw3 at 150 mm/s, 90 degrees"), screen
+        screen = terminal.until(r"event \d+/70", "contact")
+        assert screen.count("▀") > 200, f"no picture:\n{screen}"
+        assert all(name in screen for name in ("r1", "r5", "c1", "c5", "30 fps, nominal")), screen
+        screen = terminal.until(r"\bended\b", "the end")
+        event = re.search(r"^ +35 +1\d\d mm/s +↑  90° +0\.98 +lit 27$", screen, re.MULTILINE)
+        assert event, f"no event:\n{screen}"
+        assert "events  1" in screen and "dropped 0" in screen, screen
+        assert terminal.flag("alternate_on") == "1"
+        terminal.keys("q")
+        screen = terminal.left(0)
+        assert "140 frames, 0 dropped, 1 events" in screen, screen
+
+
+def check_keys(wstac):
+    with view(wstac, SCENE, *SMALL) as terminal:
+        terminal.until(r"watching|event \d+/70", "the baseline's end")
+        terminal.keys("Space")
+        there = frame(terminal.until("PAUSED", "space"))
+        # Ten frames' time.
+        time.sleep(0.3)
+        assert frame(terminal.screen()) == there, "a file stands still while it is paused"
+        terminal.keys("z")
+        screen = terminal.until(rf"^ +{there}  re-zero", "z")
+        terminal.keys("Space")
+        screen = terminal.until(r"baseline \d+/25", "going on after z")
+        assert frame(screen) >= there, screen
+        terminal.keys("?")
+        terminal.until(r"^z +re-zero: gather a new baseline", "?")
+        terminal.keys("?")
+        terminal.until("picture, white", "? again")
+        terminal.keys("C-c")
+        terminal.left(0)
+
+
+def check_sizes(wstac):
+    with view(wstac, SCENE, *SMALL, size=(20, 5)) as terminal:
+        screen = terminal.until(r"^(baseline|watching|event)", "20 x 5")
+        assert screen.splitlines()[4].startswith("q quit"), screen
+        terminal.until(r"\bended\b", "the end")
+        for width, height, shown in [(120, 40, "picture, white"), (60, 20, "picture, white"), (40, 12, "^r5"), (20, 5, "^ended"), (80, 24, "picture, white")]:
+            terminal.tmux("resize-window", "-x", str(width), "-y", str(height))
+            screen = terminal.until(shown, f"{width} x {height}")
+            lines = screen.splitlines()
+            assert all(len(line) <= width for line in lines), screen
+        terminal.keys("q")
+        terminal.left(0)
+
+
+def check_signals(wstac):
+    for number, code in [(15, 143), (2, 130), (1, 129)]:
+        with view(wstac, SCENE, *SMALL) as terminal:
+            terminal.until(r"baseline|watching|event", "the start")
+            os.kill(terminal.process(), number)
+            terminal.left(code)
+
+
+def check_a_terminal_that_is_gone(wstac):
+    with view(wstac, SCENE, *SMALL) as terminal:
+        terminal.until(r"baseline|watching|event", "the start")
+        process = terminal.process()
+        terminal.tmux("kill-server")
+        end = time.monotonic() + PATIENCE
+        while pathlib.Path(f"/proc/{process}").exists():
+            status = pathlib.Path(f"/proc/{process}/stat")
+            with contextlib.suppress(OSError):
+                if status.read_text().rsplit(")", 1)[1].split()[0] == "Z":
+                    return
+            assert time.monotonic() < end, "wstac goes on without its terminal"
+            time.sleep(0.05)
+
+
+def check_colours(wstac):
+    """True colour, 256, 16 and none, by what the terminal says of itself."""
+    for variables, expected, forbidden in [
+        (["TERM=xterm-256color", "COLORTERM=truecolor"], r"\x1b\[[0-9;]*[34]8;2;", None),
+        (["COLORTERM=", "TERM=screen-256color"], r"\x1b\[[0-9;]*[34]8;5;", r"\x1b\[[0-9;]*[34]8;2;"),
+        (["COLORTERM=", "TERM=screen"], r"\x1b\[[0-9;]*[34]8;5;1?[0-9]m", r"\x1b\[[0-9;]*[34]8;(2;|5;(1[6-9]|[2-9][0-9]|[0-9]{3}))"),
+        (["NO_COLOR=1"], r"[:=+*#%@]{2}", r"\x1b\[[0-9;]*[349][0-8][;m]"),
+    ]:
+        with view(wstac, SCENE, *SMALL, variables=["env", *variables]) as terminal:
+            terminal.until(r"event [2-6]\d/70", "contact")
+            terminal.keys("Space")
+            terminal.until("PAUSED", "space")
+            screen = terminal.screen(colours=True)
+            assert re.search(expected, screen), f"{variables}: no {expected}\n{screen}"
+            # tmux may give colours that it takes for others; what must not be there is what the terminal has not.
+            assert not forbidden or not re.search(forbidden, screen), f"{variables}: {forbidden}\n{screen}"
+            terminal.keys("q")
+            terminal.left(0)
+
+
+def check_no_terminal(wstac):
+    done = subprocess.run([wstac, "view", SCENE], capture_output=True, text=True, check=False, timeout=PATIENCE)
+    assert done.returncode == 1 and done.stdout == "", done
+    assert "standard output: is no terminal, expected one" in done.stderr, done.stderr
+
+
+def check_a_wrong_source(wstac):
+    with view(wstac, "nowhere.y4m") as terminal:
+        screen = terminal.left(1)
+        assert "nowhere.y4m" in screen and "no such file" in screen, screen
+
+
+def check_a_broken_file(wstac):
+    """A file that ends inside a frame: its error is on the screen until q, then on standard error, and the exit code is 1."""
+    clip = pathlib.Path(os.environ.get("TMPDIR", "/tmp")) / f"wstac-view-{os.getpid()}.y4m"
+    clip.write_bytes(b"YUV4MPEG2 W64 H64 F30:1 Cmono\n" + (b"FRAME\n" + bytes(64 * 64)) * 30 + b"FRAME\n" + bytes(100))
+    try:
+        with view(wstac, str(clip)) as terminal:
+            screen = terminal.until("FAILED|ended", "the file's end")
+            if "FAILED" in screen:
+                terminal.keys("q")
+                screen = terminal.left(1)
+                assert clip.name in screen, screen
+            else:
+                assert re.search(r"dropped 1", screen), screen
+    finally:
+        clip.unlink()
+
+
+def keep(wstac):
+    """docs/VIEW.md: two screens as text."""
+    screens = []
+    for size in [(80, 24), (120, 40)]:
+        with view(wstac, SCENE, "--model", "builtin:svm", size=size, variables=["env", "NO_COLOR=1"]) as terminal:
+            terminal.until(r"event [34]\d/70", "contact")
+            terminal.keys("Space")
+            terminal.until("PAUSED", "space")
+            first = terminal.screen()
+            terminal.keys("Space")
+            terminal.until(r"\bended\b", "the end")
+            screens.append((size, first))
+            terminal.keys("q")
+            terminal.left(0)
+    text = "# What `wstac view` shows\n\nMade by `ci/view --keep`: a simulated slide, paused while it is captured, in tmux without colours (with them the\npicture has two pixels a character and the map's cells are filled).\n"
+    for (width, height), screen in screens:
+        lines = [line.rstrip() for line in screen.splitlines()]
+        text += f"\n## {width} × {height}\n\n```text\n" + "\n".join(lines).rstrip() + "\n```\n"
+    (ROOT / "docs/VIEW.md").write_text(text)
+    print("docs/VIEW.md is written")
+
+
+def main():
+    wstac = sys.argv[1]
+    checks = [check_no_terminal, check_a_wrong_source, check_a_slide, check_keys, check_sizes, check_signals, check_a_terminal_that_is_gone, check_colours, check_a_broken_file]
+    for check in checks:
+        check(wstac)
+        print(f"ok: {check.__name__.removeprefix('check_').replace('_', ' ')}", flush=True)
+    if sys.argv[2:] == ["--keep"]:
+        keep(wstac)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,76 @@
+//! `wstac plot`: one event as a figure.
+
+use std::path::PathBuf;
+
+use super::output::{Stop, check_new, note};
+use super::source_arguments::{SourceArguments, config_of};
+use crate::error::Error;
+use crate::model::file::ModelFile;
+use crate::plot::{draw, find};
+use crate::reading::{Reading, Wanted};
+use crate::source::Delivery;
+use crate::texture::Textures;
+
+/// Draw one event as a figure for a paper
+///
+/// An SVG, 170 mm wide: ten features over the event's 70 frames, when the light arrives at each taxel, direction and speed,
+/// and a caption with the numbers.
+#[derive(Debug, clap::Args)]
+#[command(after_long_help = HELP)]
+pub(super) struct Arguments {
+    /// What the event is in: as for wstac run
+    source: String,
+
+    /// The figure, a new file
+    #[arg(short, long, value_name = "FILE.svg")]
+    output: PathBuf,
+
+    /// Which event, counted from 1
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    event: u64,
+
+    /// Read the configuration from this TOML file
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+
+    /// Name textures with this model, as wstac run does; once for each model
+    #[arg(long = "model", value_name = "FILE.wsm")]
+    models: Vec<PathBuf>,
+
+    #[command(flatten)]
+    options: SourceArguments,
+
+    /// Write over a file that is there
+    #[arg(long)]
+    force: bool,
+}
+
+const HELP: &str = "\
+The figure has four panels, words of 7.5 pt or more at 170 mm (two columns of a journal), and
+colours that differ in brightness, too:
+  a, b   rows and columns: natural logarithms of their light; numbers stand at the centroids that
+         the direction is worked out from; thresholds of trigger and speed, the window that fired,
+         first and last lit frame
+  c      when the light arrives at each of the 25 taxels (centroid), with the direction's arrow;
+         a dash where it stays below a tenth of the brightest
+  d      the speed law, thick where it was fitted, and the event on it; a hollow point is the bound
+         that a cut-off event gives
+The numbers are those of wstac run --json --samples. The same source gives the same bytes.
+  wstac plot scene:Saw3@150,90deg --model builtin:svm -o event.svg
+  rsvg-convert -f pdf -o event.pdf event.svg
+Exit code: 1 where the source has no such event, too.
+";
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    check_new(&arguments.output, arguments.force)?;
+    let (mut source, info) = arguments.options.open(&arguments.source, Delivery::Every)?;
+    let config = config_of(source.as_ref(), arguments.config.as_deref())?;
+    let files = arguments.models.iter().map(|name| ModelFile::open(name)).collect::<Result<Vec<_>, _>>()?;
+    let wanted = Wanted { features: false, samples: true };
+    let mut reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
+    let found = find(source.as_mut(), &info, &mut reading, &config, arguments.event)?;
+    let written = std::fs::write(&arguments.output, draw(&found));
+    written.map_err(|error| Error::new(arguments.output.display(), error))?;
+    note(format_args!("{} has event {} of {}", arguments.output.display(), arguments.event, info.about));
+    Ok(())
+}

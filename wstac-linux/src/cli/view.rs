@@ -1,0 +1,84 @@
+//! `wstac view`: a source on a terminal.
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+
+use super::output::{Stop, note};
+use super::source_arguments::{SourceArguments, config_of};
+use crate::error::Error;
+use crate::model::file::ModelFile;
+use crate::reading::{Reading, Wanted};
+use crate::source::Delivery;
+use crate::source::open::is_live;
+use crate::texture::Textures;
+use crate::view;
+
+/// Watch a source in the terminal: picture, taxels, traces, events
+///
+/// Over ssh, too. A camera's newest frame is shown; a file or a scene is played at its own rate. The first 25 frames are the
+/// baseline: nothing may touch the sensor during them, nor after z.
+#[derive(Debug, clap::Args)]
+#[command(after_long_help = HELP)]
+pub(super) struct Arguments {
+    /// What to watch: as for wstac run
+    source: String,
+
+    /// Read the configuration from this TOML file
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+
+    /// Name textures with this model, as wstac run does; once for each model
+    #[arg(long = "model", value_name = "FILE.wsm")]
+    models: Vec<PathBuf>,
+
+    /// Play a file or a scene as fast as it can be, not at its own rate
+    #[arg(long)]
+    fast: bool,
+
+    #[command(flatten)]
+    options: SourceArguments,
+}
+
+const HELP: &str = "\
+Keys:
+  q, Esc, Ctrl-C   quit
+  z                re-zero: gather a new baseline (an event under way is given up)
+  space            pause; a camera is read on while the screen stands still
+  ?                help
+
+What is shown:
+  picture   the frame in green light, as bright as the brightest taxel of late; taxels outlined
+  taxels    5 x 5, each in percent of full scale
+  facts     what the trigger does; frames a second by the driver's timestamps (of a file: as it
+            says); camera frames dropped; of a camera also latency (from the driver's timestamp
+            to the reading), frames that wait behind, and frames skipped for newer ones
+  traces    ten features, five rows and five columns, a dot a frame, on one scale of natural
+            logarithms; dashes are where the trigger fires, if a window's mean is above them
+  events    first frame, speed (* extrapolated, \u{2264} cut off), direction and its confidence,
+            frames lit, texture where there is a model; faults
+
+From 20 x 5 characters up; a picture needs 60 x 20. Colours are what COLORTERM and TERM say: 24 bits,
+256, or 16; with NO_COLOR set there are none, and shades are characters.
+A file that is at its end stays on the screen until q. Records for programs: wstac run --json.
+Exit code: 0 after a key; 128 + N after signal N; 1 where the source or the terminal cannot be used,
+and where the source failed while it was watched.
+";
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    if !std::io::stdout().is_terminal() {
+        let message = "is no terminal, expected one to draw on; wstac run prints events to files and pipes";
+        return Err(Error::new("standard output", message).into());
+    }
+    let (mut source, info) = arguments.options.open(&arguments.source, Delivery::Newest)?;
+    let config = config_of(source.as_ref(), arguments.config.as_deref())?;
+    let files = arguments.models.iter().map(|name| ModelFile::open(name)).collect::<Result<Vec<_>, _>>()?;
+    let wanted = Wanted { features: true, samples: false };
+    let mut reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
+    let options = view::Options { live: is_live(&arguments.source), fast: arguments.fast };
+    let ending = view::run(source.as_mut(), &info, &mut reading, options)?;
+    note(format_args!("{} frames, {} dropped, {} events", ending.frames, ending.dropped, ending.events));
+    match ending.signal {
+        Some(signal) => Err(Stop::Interrupted(signal)),
+        None => Ok(()),
+    }
+}

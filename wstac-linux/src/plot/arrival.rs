@@ -1,0 +1,109 @@
+//! Panel c: when the light arrives at each taxel, and the way that it goes.
+
+use wstac_core::params::{COLUMNS, TAXELS};
+
+use super::event::Found;
+use super::panel::{GREY, PALE, SIZE, THIN, TITLE};
+use crate::svg::{Anchor, Drawing, INK};
+
+/// Side of a taxel on the page.
+const SIDE: f64 = 19.0;
+/// A taxel that never gets brighter than this share of the brightest is dark.
+const DARK: f64 = 0.1;
+/// Light above this share of a taxel's own rise counts: noise over all frames would draw its centroid to the middle.
+const FOOT: f64 = 0.1;
+/// From early to late: plasma, from dark on.
+const RAMP: [[u8; 3]; 5] = [[13, 8, 135], [126, 3, 168], [204, 71, 120], [248, 149, 64], [240, 249, 33]];
+
+/// When each taxel is lit, in frames of the sample: the centroid of its light; nothing for those that stay dark.
+pub(super) fn arrivals(found: &Found) -> [Option<f64>; TAXELS] {
+    let lights = |taxel: usize| {
+        let frames = (0_u8..).zip(&found.taxels);
+        frames.filter_map(move |(frame, taxels)| Some((f64::from(frame), f64::from((*taxels)?[taxel]))))
+    };
+    let span = |taxel: usize| {
+        lights(taxel)
+            .fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), (_, light)| (low.min(light), high.max(light)))
+    };
+    let rise = |taxel: usize| {
+        let (low, high) = span(taxel);
+        (high - low).max(0.0)
+    };
+    let most = (0..TAXELS).map(rise).fold(0.0, f64::max);
+    let mut arrivals = [None; TAXELS];
+    for (taxel, arrival) in arrivals.iter_mut().enumerate() {
+        let (low, rise) = (span(taxel).0, rise(taxel));
+        if rise <= DARK * most || most <= 0.0 {
+            continue;
+        }
+        let (mut sum, mut moment) = (0.0, 0.0);
+        for (frame, light) in lights(taxel) {
+            let above = (light - low - FOOT * rise).max(0.0);
+            sum += above;
+            moment += frame * above;
+        }
+        *arrival = (sum > 0.0).then(|| moment / sum);
+    }
+    arrivals
+}
+
+/// Draws the map and the arrow beside it.
+pub(super) fn draw(drawing: &mut Drawing, found: &Found, [left, top]: [f64; 2]) {
+    drawing.text([left, top - 18.0], TITLE, Anchor::Start, "c  Light at each taxel");
+    drawing.text([left, top - 6.0], SIZE, Anchor::Start, "centroid, frames of the sample");
+    let arrivals = arrivals(found);
+    let known = arrivals.iter().flatten();
+    let first = known.clone().copied().fold(f64::INFINITY, f64::min);
+    let last = known.copied().fold(f64::NEG_INFINITY, f64::max);
+    for (taxel, arrival) in arrivals.iter().enumerate() {
+        let at = [left + SIDE * (taxel % COLUMNS) as f64, top + SIDE * (taxel / COLUMNS) as f64];
+        let middle = [at[0] + SIDE / 2.0, at[1] + SIDE / 2.0 + 0.35 * SIZE];
+        if let Some(arrival) = arrival {
+            let share = if last - first < 0.5 { 0.5 } else { (arrival - first) / (last - first) };
+            let (fill, ink) = colour(share);
+            drawing.rectangle(at, [SIDE - 0.8, SIDE - 0.8], &fill);
+            drawing.coloured(middle, SIZE, Anchor::Middle, ink, &format!("{arrival:.1}"));
+        } else {
+            drawing.rectangle(at, [SIDE - 0.8, SIDE - 0.8], PALE);
+            drawing.text(middle, SIZE, Anchor::Middle, "\u{2013}");
+        }
+    }
+    let map = SIDE * COLUMNS as f64;
+    arrow(drawing, found, [left + map + 22.0, top + map / 2.0]);
+}
+
+/// The direction's arrow around this point; what it is, below.
+fn arrow(drawing: &mut Drawing, found: &Found, [x, y]: [f64; 2]) {
+    const HALF: f64 = 16.0;
+    let words = y + HALF + 12.0;
+    let direction = &found.record.direction;
+    let Some(degrees) = direction.deg else {
+        drawing.text([x, y - 2.0], SIZE, Anchor::Middle, "direction");
+        drawing.text([x, y + 8.0], SIZE, Anchor::Middle, "unclear");
+        return;
+    };
+    let [dx, dy] = match degrees {
+        0 => [1.0, 0.0],
+        90 => [0.0, -1.0],
+        180 => [-1.0, 0.0],
+        _ => [0.0, 1.0],
+    };
+    let along = |distance: f64, aside: f64| [x + dx * distance - dy * aside, y + dy * distance + dx * aside];
+    drawing.line(&[along(-HALF, 0.0), along(HALF - 6.0, 0.0)], INK, 1.8);
+    drawing.polygon(&[along(HALF, 0.0), along(HALF - 8.0, 4.5), along(HALF - 8.0, -4.5)], INK);
+    drawing.line(&[along(-HALF, 3.0), along(-HALF, -3.0)], GREY, THIN);
+    drawing.text([x, words], SIZE, Anchor::Middle, &format!("{degrees}\u{b0}"));
+    drawing.text([x, words + 9.0], SIZE, Anchor::Middle, &format!("conf. {:.2}", direction.confidence));
+}
+
+/// The colour of a share of the time, and ink that can be read on it.
+fn colour(share: f64) -> (String, &'static str) {
+    let place = share.clamp(0.0, 1.0) * (RAMP.len() - 1) as f64;
+    let below = (place as usize).min(RAMP.len() - 2);
+    let mixed = |k: usize| {
+        let [low, high] = [RAMP[below][k], RAMP[below + 1][k]].map(f64::from);
+        (low + (high - low) * (place - below as f64)).round() as u8
+    };
+    let [r, g, b] = [mixed(0), mixed(1), mixed(2)];
+    (format!("#{r:02x}{g:02x}{b:02x}"), if share > 0.55 { INK } else { "#ffffff" })
+}

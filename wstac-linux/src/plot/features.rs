@@ -1,0 +1,130 @@
+//! Panels a and b: five features over the sample's frames, thresholds, and when each row or column is lit.
+
+use wstac_core::params::{ROWS, SAMPLE_FRAMES};
+use wstac_core::speed::ThresholdOn;
+
+use super::event::Found;
+use super::panel::{GREY, LINES, PALE, Panel, SIZE, THICK, THIN, TITLE, number, spread};
+use crate::svg::{Anchor, Drawing};
+
+/// Height of the strip above the lines that their numbers stand in.
+const STRIP: f64 = 21.0;
+/// From number to number at least.
+const APART: f64 = 10.0;
+
+/// The range of all ten features and thresholds, so that both panels have the same scale.
+pub(super) fn range(found: &Found) -> [f64; 2] {
+    let lit = libm::log(found.lit_threshold.0);
+    let all = found.features.iter().flatten().chain(&found.thresholds).chain([&lit]);
+    let (low, high) =
+        all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
+    let room = 0.06 * (high - low).max(1.0);
+    [low - room, high + room]
+}
+
+/// Draws the rows (from feature 0) or the columns (from feature 5); its place, for what is drawn around it.
+pub(super) fn draw(
+    drawing: &mut Drawing,
+    found: &Found,
+    [left, top]: [f64; 2],
+    [width, height]: [f64; 2],
+    first: usize,
+    title: &str,
+) -> Panel {
+    let [low, high] = range(found);
+    // The strip is part of the scale.
+    let above = (high - low) * STRIP / (height - STRIP);
+    let last = (SAMPLE_FRAMES - 1) as f64;
+    let panel = Panel { left, top, size: [width, height], x: [-0.5, last + 0.5], y: [low, high + above] };
+    let [from, frames] = found.window.map(f64::from);
+    let (window_left, window_right) = (panel.across(from - 0.5), panel.across(from + frames - 0.5));
+    drawing.rectangle([window_left, top], [window_right - window_left, height], PALE);
+    if let Some(lit) = found.lit {
+        for frame in [lit.first, lit.last] {
+            let x = panel.across(f64::from(frame));
+            drawing.dashed(&[[x, top], [x, panel.bottom()]], GREY, THIN, [1.0, 1.6]);
+        }
+    }
+    thresholds(drawing, found, &panel, first);
+    let own = first..first + ROWS;
+    for (feature, colour) in own.clone().zip(LINES) {
+        let line: Vec<[f64; 2]> = (0_u8..)
+            .zip(&found.features[feature])
+            .map(|(frame, value)| [panel.across(f64::from(frame)), panel.up(*value)])
+            .collect();
+        drawing.line(&line, colour, THICK);
+    }
+    numbers(drawing, found, &panel, first);
+    panel.frame(drawing);
+    let ticks =
+        (panel.y[0].ceil() as i32..=high.floor() as i32).map(|tick| (f64::from(tick), number(f64::from(tick), 0)));
+    panel.ticks_left(drawing, &ticks.collect::<Vec<_>>());
+    drawing.text([left, top - 5.0], TITLE, Anchor::Start, title);
+    panel
+}
+
+/// The trigger's and the speed's thresholds, named on the right.
+fn thresholds(drawing: &mut Drawing, found: &Found, panel: &Panel, first: usize) {
+    let own = first..first + ROWS;
+    for (feature, colour) in own.clone().zip(LINES) {
+        let y = panel.up(found.thresholds[feature]);
+        drawing.dashed(&[[panel.left, y], [panel.right(), y]], colour, THIN, [3.0, 2.0]);
+    }
+    let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / ROWS as f64;
+    let (threshold, on) = found.lit_threshold;
+    let lit_at = |feature: usize| match on {
+        ThresholdOn::Absolute => libm::log(threshold),
+        ThresholdOn::AboveBaseline => libm::log(threshold + libm::exp(found.baseline[feature])),
+    };
+    match on {
+        ThresholdOn::Absolute => {
+            let y = panel.up(lit_at(first));
+            drawing.line(&[[panel.left, y], [panel.right(), y]], GREY, THIN);
+        }
+        ThresholdOn::AboveBaseline => {
+            for (feature, colour) in own.clone().zip(LINES) {
+                let y = panel.up(lit_at(feature));
+                drawing.line(&[[panel.left, y], [panel.right(), y]], colour, THIN / 2.0);
+            }
+        }
+    }
+    let trigger = panel.up(mean(&mut own.clone().map(|feature| found.thresholds[feature])));
+    let lit = panel.up(mean(&mut own.map(lit_at)));
+    let wanted = [trigger, lit];
+    let places = spread(&wanted, 1.1 * SIZE, [panel.top + SIZE, panel.bottom()]);
+    for ((name, wanted), place) in ["trigger", "lit"].into_iter().zip(wanted).zip(places) {
+        drawing.line(&[[panel.right(), wanted], [panel.right() + 5.0, place]], GREY, THIN);
+        drawing.text([panel.right() + 7.0, place + 0.35 * SIZE], SIZE, Anchor::Start, name);
+    }
+}
+
+/// The numbers of rows or columns above their lines, at the centroids of their light.
+fn numbers(drawing: &mut Drawing, found: &Found, panel: &Panel, first: usize) {
+    let own = (first..first + ROWS).zip(0_u8..);
+    let centroids: Vec<(u8, f64)> = own.filter_map(|(feature, line)| Some((line, centroid(found, feature)?))).collect();
+    let wanted: Vec<f64> = centroids.iter().map(|(_, centroid)| panel.across(*centroid)).collect();
+    let (first, last) = wanted.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(*x), high.max(*x)));
+    // Where all are at the same time their order would be noise's.
+    let in_order = (0_u8..).map(|line| first + 1e-3 * f64::from(line));
+    let wishes = if last - first < 2.0 { in_order.take(wanted.len()).collect() } else { wanted.clone() };
+    let places = spread(&wishes, APART, [panel.left + 6.0, panel.right() - 6.0]);
+    let (strip, words) = (panel.top + STRIP, panel.top + SIZE + 1.0);
+    for (((line, _), x), place) in centroids.iter().zip(&wanted).zip(places) {
+        let colour = LINES[usize::from(*line)];
+        drawing.line(&[[place, words + 2.0], [*x, strip - 5.0]], colour, THIN);
+        drawing.polygon(&[[x - 2.4, strip - 5.0], [x + 2.4, strip - 5.0], [*x, strip]], colour);
+        drawing.text([place, words], SIZE, Anchor::Middle, &(line + 1).to_string());
+    }
+}
+
+/// When a row or column is lit, in frames of the sample, as the direction has it: the centroid of its light above its baseline.
+pub(super) fn centroid(found: &Found, feature: usize) -> Option<f64> {
+    let base = libm::exp(found.baseline[feature]);
+    let (mut light, mut moment) = (0.0, 0.0);
+    for (frame, value) in (0_u8..).zip(&found.features[feature]) {
+        let above = (libm::exp(*value) - base).max(0.0);
+        light += above;
+        moment += f64::from(frame) * above;
+    }
+    (light > 0.0).then(|| moment / light)
+}

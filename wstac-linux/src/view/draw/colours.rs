@@ -1,0 +1,139 @@
+//! Colours of light, for terminals with many colours, few or none.
+
+use ratatui::style::Color;
+
+/// How many colours a terminal has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in super::super) enum Colours {
+    /// None, or none are wanted: shades are characters.
+    None,
+    /// The 16 of old.
+    Few,
+    /// 256.
+    Many,
+    /// 24 bits.
+    True,
+}
+
+/// Dark to bright: black, greens as the sensor's light is, and white at last; each step is about as much brighter as the one
+/// before.
+const RAMP: [[u8; 3]; 6] = [[0, 0, 0], [0, 52, 28], [0, 104, 46], [22, 164, 60], [128, 216, 92], [250, 255, 214]];
+/// The same of the 16 colours.
+const FEW: [Color; 5] = [Color::Black, Color::DarkGray, Color::Green, Color::LightGreen, Color::White];
+/// The same in characters.
+const CHARACTERS: [char; 10] = [' ', '.', ':', '-', '=', '+', '*', '#', '%', '@'];
+
+impl Colours {
+    /// What this terminal has, by what it says: `NO_COLOR`, `COLORTERM` and `TERM`.
+    pub(in super::super) fn of(variable: impl Fn(&str) -> Option<String>) -> Self {
+        let is = |name: &str, found: &dyn Fn(&str) -> bool| variable(name).is_some_and(|value| found(&value));
+        if is("NO_COLOR", &|value| !value.is_empty()) || is("TERM", &|term| term == "dumb" || term.starts_with("vt")) {
+            Self::None
+        } else if is("COLORTERM", &|value| value == "truecolor" || value == "24bit")
+            || is("TERM", &|term| term.ends_with("-direct"))
+        {
+            Self::True
+        } else if is("TERM", &|term| term.contains("256color")) {
+            Self::Many
+        } else {
+            Self::Few
+        }
+    }
+
+    /// The colour of light, 0 to 1.
+    pub(super) fn light(self, light: f32) -> Color {
+        let light = if light.is_finite() { light.clamp(0.0, 1.0) } else { 0.0 };
+        if self == Self::Few {
+            return FEW[(light * 4.999) as usize];
+        }
+        let place = light * (RAMP.len() - 1) as f32;
+        let below = (place as usize).min(RAMP.len() - 2);
+        let mixed = |k: usize| {
+            let [low, high] = [RAMP[below][k], RAMP[below + 1][k]].map(f32::from);
+            (low + (high - low) * (place - below as f32)).round() as u8
+        };
+        self.colour([mixed(0), mixed(1), mixed(2)])
+    }
+
+    /// The nearest colour that there is.
+    fn colour(self, [r, g, b]: [u8; 3]) -> Color {
+        if self == Self::True {
+            return Color::Rgb(r, g, b);
+        }
+        // The cube of 256 colours has steps at 0, 95, 135, 175, 215 and 255.
+        let step = |value: u8| if value < 48 { 0 } else { value.saturating_sub(35) / 40 };
+        Color::Indexed(16 + 36 * step(r) + 6 * step(g) + step(b))
+    }
+
+    /// A character as bright as light, 0 to 1, where there are no colours.
+    pub(super) fn character(light: f32) -> char {
+        CHARACTERS[(light.clamp(0.0, 1.0) * 9.999) as usize]
+    }
+
+    /// For outlines of taxels.
+    pub(super) fn outline(self) -> Color {
+        self.one_of([60, 80, 130], Color::Blue)
+    }
+
+    /// For thresholds, and what is wrong.
+    pub(super) fn warning(self) -> Color {
+        self.one_of([235, 140, 60], Color::LightRed)
+    }
+
+    /// For what is above its threshold.
+    pub(super) fn lit(self) -> Color {
+        self.one_of([150, 230, 110], Color::LightGreen)
+    }
+
+    /// For what is below it.
+    pub(super) fn calm(self) -> Color {
+        self.one_of([120, 150, 140], Color::Gray)
+    }
+
+    /// For titles and units.
+    pub(super) fn faint(self) -> Color {
+        self.one_of([130, 130, 130], Color::DarkGray)
+    }
+
+    fn one_of(self, many: [u8; 3], few: Color) -> Color {
+        match self {
+            Self::None => Color::Reset,
+            Self::Few => few,
+            Self::Many | Self::True => self.colour(many),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(variables: &[(&str, &str)]) -> Colours {
+        Colours::of(|name| variables.iter().find(|(own, _)| *own == name).map(|(_, value)| (*value).to_owned()))
+    }
+
+    #[test]
+    fn a_terminal_says_what_it_has() {
+        assert_eq!(of(&[("TERM", "xterm-256color"), ("COLORTERM", "truecolor")]), Colours::True);
+        assert_eq!(of(&[("TERM", "tmux-256color")]), Colours::Many);
+        assert_eq!(of(&[("TERM", "linux")]), Colours::Few);
+        assert_eq!(of(&[]), Colours::Few);
+        assert_eq!(of(&[("TERM", "dumb")]), Colours::None);
+        assert_eq!(of(&[("TERM", "xterm-256color"), ("NO_COLOR", "1")]), Colours::None);
+        assert_eq!(of(&[("TERM", "xterm-256color"), ("NO_COLOR", "")]), Colours::Many);
+    }
+
+    #[test]
+    fn more_light_is_never_darker() {
+        let brightness = |light: f32| match Colours::True.light(light) {
+            Color::Rgb(r, g, b) => 0.2126 * f32::from(r) + 0.7152 * f32::from(g) + 0.0722 * f32::from(b),
+            other => panic!("{other:?}"),
+        };
+        for step in 1..=100_u8 {
+            let light = f32::from(step) / 100.0;
+            assert!(brightness(light) >= brightness(light - 0.01), "at {light}");
+        }
+        assert_eq!([f32::NAN, -1.0].map(|light| Colours::Few.light(light)), [Color::Black; 2]);
+        assert_eq!(Colours::Many.light(1.0), Color::Indexed(230));
+    }
+}

@@ -1,0 +1,87 @@
+//! What the reading is doing, and how well: in a panel, or in a line.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Color;
+
+use super::colours::Colours;
+use crate::view::state::{Phase, State};
+
+/// Draws the panel: a fact a row.
+pub(super) fn draw(state: &State, colours: Colours, area: Rect, buffer: &mut Buffer) {
+    let mut lines = vec![doing(state, colours)];
+    let calm = colours.calm();
+    let if_any = |count: u64| if count > 0 { colours.warning() } else { calm };
+    lines.push((rate(state), calm));
+    lines.push((format!("frame   {}", state.frame), calm));
+    lines.push((format!("dropped {}", state.dropped), if_any(state.dropped)));
+    lines.push((format!("events  {}", state.events), calm));
+    if state.live {
+        let behind = state.behind;
+        let latency = behind.latency.map_or("–".to_owned(), |latency| format!("{} ms", latency.as_millis()));
+        lines.push((format!("latency {latency}"), calm));
+        lines.push((format!("behind  {}, most {}", behind.frames, behind.most), if_any(behind.frames.into())));
+        lines.push((format!("skipped {}", behind.skipped), if_any(behind.skipped)));
+    }
+    for ((text, colour), row) in lines.iter().zip(area.rows()) {
+        buffer.set_stringn(row.x, row.y, text, usize::from(row.width), *colour);
+    }
+    // Why, in as many rows as are left.
+    if let Phase::Failed(why) = &state.phase {
+        let mut rows = area.rows().skip(lines.len() + 1);
+        for text in wrapped(why, usize::from(area.width)) {
+            let Some(row) = rows.next() else { return };
+            buffer.set_stringn(row.x, row.y, text, usize::from(row.width), colours.warning());
+        }
+    }
+}
+
+/// Draws the most important in a line.
+pub(super) fn line(state: &State, colours: Colours, area: Rect, buffer: &mut Buffer) {
+    let (doing, colour) = doing(state, colours);
+    let behind =
+        state.behind.latency.map(|latency| format!("  {} ms, {} behind", latency.as_millis(), state.behind.frames));
+    let behind = behind.unwrap_or_default();
+    let text = format!("{doing}  {}  {} dropped  frame {}{behind}", rate(state), state.dropped, state.frame);
+    buffer.set_stringn(area.x, area.y, &text, usize::from(area.width), colour);
+}
+
+/// What it is doing, and how that looks.
+fn doing(state: &State, colours: Colours) -> (String, Color) {
+    let text = match &state.phase {
+        Phase::Failed(_) => return ("FAILED".to_owned(), colours.warning()),
+        Phase::Ended => return ("ended".to_owned(), colours.warning()),
+        _ if state.paused && !state.live => return ("PAUSED".to_owned(), colours.warning()),
+        Phase::Baseline(done, of) => (format!("baseline {done}/{of}"), colours.warning()),
+        Phase::Watching => ("watching".to_owned(), colours.calm()),
+        Phase::Capturing(frames) => (format!("event {frames}/70"), colours.lit()),
+    };
+    // A camera goes on behind a picture that stands still.
+    if state.paused { (format!("PAUSED: {}", text.0), colours.warning()) } else { text }
+}
+
+/// Frames a second: as measured, or as a file says.
+fn rate(state: &State) -> String {
+    match state.fps {
+        Some(fps) => format!("{fps:.2} fps"),
+        None => format!("{} fps, nominal", state.nominal_fps),
+    }
+}
+
+/// A text in lines of at most `width` characters, broken at spaces where there are any.
+fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => {
+                let characters: Vec<char> = word.chars().collect();
+                lines.extend(characters.chunks(width.max(1)).map(|part| part.iter().collect()));
+            }
+        }
+    }
+    lines
+}

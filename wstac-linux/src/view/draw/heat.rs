@@ -1,0 +1,59 @@
+//! The 25 taxels as a map: brightness, and percent of full scale.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::{Color, Modifier, Style};
+use wstac_core::params::{COLUMNS, ROWS};
+
+use super::colours::Colours;
+use crate::view::state::State;
+
+/// Columns of a taxel's cell: two characters are about as wide as one is high, and a number needs five.
+const fn cell_width(rows: u16) -> u16 {
+    if rows < 3 { 5 } else { 2 * rows }
+}
+
+/// Rows of a taxel's cell where the map has this many rows.
+const fn cell_height(rows: u16) -> u16 {
+    let height = rows / ROWS as u16;
+    if height == 0 { 1 } else { height }
+}
+
+/// Columns that the map takes in this many rows.
+pub(super) const fn columns(rows: u16) -> u16 {
+    cell_width(cell_height(rows)) * COLUMNS as u16
+}
+
+/// Draws it from the top left corner of `area`.
+pub(super) fn draw(state: &State, colours: Colours, area: Rect, buffer: &mut Buffer) {
+    let height = cell_height(area.height);
+    let width = cell_width(height).min(area.width / COLUMNS as u16);
+    let Some(taxels) = state.taxels.filter(|_| width > 0) else {
+        let text = if state.frame == 0 { "no frame yet" } else { "frame lost" };
+        buffer.set_stringn(area.x, area.y, text, usize::from(area.width), colours.calm());
+        return;
+    };
+    let lines = taxels.as_chunks::<COLUMNS>().0;
+    for (line, y) in lines.iter().zip((area.y..area.bottom()).step_by(usize::from(height))) {
+        for (light, x) in line.iter().zip((area.x..area.right()).step_by(usize::from(width))) {
+            let shade = (light / state.peak).sqrt();
+            let cell = Rect { x, y, width, height }.intersection(area);
+            let dark = Color::Black;
+            let style = match colours {
+                Colours::None if shade > 0.5 => Style::new().add_modifier(Modifier::REVERSED),
+                Colours::None => Style::new(),
+                // Ink that can be read on it.
+                _ => Style::new().bg(colours.light(shade)).fg(if shade > 0.6 { dark } else { colours.calm() }),
+            };
+            for at in cell.positions() {
+                buffer[at].set_char(' ').set_style(style);
+            }
+            let percent = 100.0 * light;
+            let number = if percent < 9.95 { format!("{percent:.1}") } else { format!("{percent:.0}") };
+            let length = number.len() as u16;
+            if length < width {
+                buffer.set_stringn(x + (width - length) / 2, y + (height - 1) / 2, &number, usize::from(width), style);
+            }
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! What keys ask for.
+
+use ratatui::crossterm::event::{Event, KeyCode, KeyEventKind, KeyModifiers};
+
+/// What a person asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Key {
+    /// The end.
+    Quit,
+    /// A new baseline.
+    Rezero,
+    /// To stop, or to go on.
+    Pause,
+    /// Help, or none.
+    Help,
+}
+
+/// What an event of the terminal asks for, if it is a key that means something.
+pub(super) fn key(event: &Event) -> Option<Key> {
+    let Event::Key(key) = event else { return None };
+    if key.kind == KeyEventKind::Release {
+        return None;
+    }
+    Some(match key.code {
+        // In raw mode it is no signal.
+        KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => Key::Quit,
+        KeyCode::Char('q' | 'Q') | KeyCode::Esc => Key::Quit,
+        KeyCode::Char('z' | 'Z') => Key::Rezero,
+        KeyCode::Char(' ') => Key::Pause,
+        KeyCode::Char('?' | 'h') => Key::Help,
+        _ => return None,
+    })
+}

@@ -1,0 +1,149 @@
+//! A source read item by item, and what the screen shows of it.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use wstac_core::params::FEATURE_ONE;
+
+use super::clock::RateMeter;
+use super::picture::Sampler;
+use super::state::{About, HISTORY, Phase, State};
+use crate::camera::modes::fps;
+use crate::error::Error;
+use crate::reading::{BASELINE_DISTURBED, Reading, Record};
+use crate::source::{Item, Source, StreamInfo};
+
+/// The state, whatever became of a thread that had it.
+pub(super) fn locked(state: &Mutex<State>) -> MutexGuard<'_, State> {
+    state.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Reads a source and keeps the state up to date.
+pub(super) struct Player<'p, 'm> {
+    source: &'p mut dyn Source,
+    reading: &'p mut Reading<'m>,
+    /// Nothing where the source makes no pixels.
+    sampler: Option<Sampler>,
+    meter: RateMeter,
+    /// Feature frame that the baseline starts with.
+    zero: u64,
+    ended: bool,
+}
+
+impl<'p, 'm> Player<'p, 'm> {
+    /// A player, and what is shown before the first frame. `reading` gives features.
+    pub(super) fn new(
+        source: &'p mut dyn Source,
+        info: &StreamInfo,
+        reading: &'p mut Reading<'m>,
+        live: bool,
+    ) -> (Self, State) {
+        let sampler = (!info.taxels_only).then(|| Sampler::new(info));
+        let state = State::new(info.about.clone(), live, *reading.camera().layout(), fps(info.rate));
+        (Self { source, reading, sampler, meter: RateMeter::default(), zero: 0, ended: false }, state)
+    }
+
+    /// Whether there is more to come.
+    pub(super) fn goes_on(&self) -> bool {
+        !self.ended
+    }
+
+    /// Takes the next item; how many frames of time have passed. `picture` asks for its picture.
+    ///
+    /// # Errors
+    /// The source's; the state says so, and nothing more comes.
+    pub(super) fn step(&mut self, state: &Mutex<State>, picture: bool) -> Result<u64, Error> {
+        if self.ended {
+            return Ok(0);
+        }
+        let item = match self.source.next() {
+            Ok(item) => item,
+            Err(error) => {
+                self.ended = true;
+                let mut state = locked(state);
+                // The source's error is what is shown, whatever the end of its stream was.
+                let _ = self.reading.finish(|record| {
+                    state.take(&record);
+                    Ok::<(), Error>(())
+                });
+                state.phase = Phase::Failed(error.to_string());
+                return Err(error);
+            }
+        };
+        let mut passed = 1;
+        let mut shown = None;
+        match &item {
+            Item::Frame { bytes, timestamp, .. } => {
+                self.meter.take(*timestamp);
+                shown = self.sampler.filter(|_| picture).map(|sampler| sampler.picture(bytes));
+            }
+            Item::Taxels(_) => self.meter.take(None),
+            Item::Lost { frames, .. } => {
+                passed = *frames;
+                self.meter.lose(*frames);
+            }
+            Item::Fault(_) | Item::Waiting | Item::End => passed = 0,
+        }
+        let (before, mut features, mut records) = (self.reading.trigger().next_frame(), Vec::new(), Vec::new());
+        let dropped = if let Item::Lost { frames, .. } = item { frames } else { 0 };
+        let taken = self.reading.take(&item, |record| {
+            match record {
+                Record::Features { f, .. } => features.push(f.map(|feature| feature as f32)),
+                record => records.push(record),
+            }
+            Ok::<(), Error>(())
+        });
+        self.ended = !taken?;
+        let now = self.reading.trigger().next_frame();
+        let mut state = locked(state);
+        state.dropped = state.dropped.saturating_add(dropped);
+        if !state.frozen() && passed > 0 {
+            // Frames of which no features came.
+            let lost = (now - before).saturating_sub(features.len() as u64).min(HISTORY as u64);
+            (0..lost).for_each(|_| state.add_trace(None));
+            for features in features {
+                state.add_trace(Some(features));
+            }
+            state.set_taxels(self.reading.taxels());
+            state.picture = shown.or(state.picture.take());
+        }
+        self.update(&mut state);
+        for record in &records {
+            state.take(record);
+        }
+        if self.reading.baseline_disturbed() {
+            state.say(About::Trouble, format!("{now:>7}  {BASELINE_DISTURBED}"));
+        }
+        Ok(passed)
+    }
+
+    /// Gathers a new baseline.
+    pub(super) fn rezero(&mut self, state: &Mutex<State>) {
+        if self.ended {
+            return;
+        }
+        let mut state = locked(state);
+        if let Some(sample) = self.reading.rezero() {
+            let text = format!("{:>7}  given up after {} of 70 frames", sample.frame, sample.frames);
+            state.say(About::Trouble, text);
+        }
+        self.zero = self.reading.trigger().next_frame();
+        state.say(About::Note, format!("{:>7}  re-zero: a new baseline, keep everything off the sensor", self.zero));
+        self.update(&mut state);
+    }
+
+    /// What the trigger and the source say of themselves.
+    fn update(&mut self, state: &mut State) {
+        let trigger = self.reading.trigger();
+        let window = f32::from(trigger.config().window());
+        let real = |sum: i32| sum as f32 / FEATURE_ONE as f32 / window;
+        state.frame = trigger.next_frame();
+        state.thresholds = trigger.thresholds().map(|thresholds| thresholds.map(real));
+        state.phase = match (trigger.baseline(), trigger.end().incomplete) {
+            (None, _) => Phase::Baseline(state.frame - self.zero, u64::from(trigger.config().baseline_frames())),
+            (_, Some(sample)) => Phase::Capturing(sample.frames),
+            _ => Phase::Watching,
+        };
+        state.fps = self.meter.fps();
+        state.behind = self.source.behind();
+    }
+}
