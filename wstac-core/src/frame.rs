@@ -13,6 +13,11 @@ pub struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
+    /// The rows of a whole frame of `height` rows, for those who want other sums of a [`Green`](crate::green::Green) than taxels'.
+    pub fn of_frame(bytes: &'a [u8], bytes_per_row: usize, height: u16) -> Self {
+        Self::new(bytes, bytes_per_row, 0, height)
+    }
+
     pub(crate) fn new(bytes: &'a [u8], bytes_per_row: usize, first: u16, height: u16) -> Self {
         Self { bytes, bytes_per_row, first, height }
     }

@@ -1,5 +1,6 @@
 //! The command line: arguments and output only, one file a command.
 
+mod calibrate;
 mod completions;
 mod dataset;
 mod demo;
@@ -36,6 +37,7 @@ Start here:
   wstac run scene:Saw3@150,90deg       one simulated slide
   wstac devices                        which cameras there are
   wstac run /dev/video0                events from a USB camera
+  wstac calibrate /dev/video0 -o wstac.toml    find the whiskers in its picture: a configuration
   wstac run clip.y4m --json            events of a recording, as JSON Lines
   wstac monitor /dev/ttyACM0           events that a board finds
   wstac run /dev/video0 --model builtin:svm    with textures; wstac model makes models of your own
@@ -87,6 +89,7 @@ enum Command {
     Demo(demo::Arguments),
     Scene(scene::Arguments),
     Devices(devices::Arguments),
+    Calibrate(calibrate::Arguments),
     Dataset(dataset::Arguments),
     Model(model::Arguments),
     Monitor(monitor::Arguments),
@@ -102,6 +105,7 @@ pub fn main() -> ExitCode {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Scene(arguments) => scene::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
+        Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Dataset(arguments) => dataset::run(&arguments),
         Command::Model(arguments) => model::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
