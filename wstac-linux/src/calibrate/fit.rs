@@ -120,7 +120,8 @@ mod tests {
     #[test]
     fn equations_are_solved() {
         let equations: [[f64; NUMBERS + 1]; NUMBERS] = core::array::from_fn(|n| {
-            let mut row: [f64; NUMBERS + 1] = core::array::from_fn(|m| ((n * 7 + m * 3) % 11) as f64);
+            let mut row: [f64; NUMBERS + 1] =
+                core::array::from_fn(|m| ((n * 7 + m * 3) % 11) as f64 + if n == m { 20.0 } else { 0.0 });
             row[NUMBERS] = row[..NUMBERS].iter().enumerate().map(|(m, entry)| entry * (m as f64 - 4.0)).sum();
             row
         });

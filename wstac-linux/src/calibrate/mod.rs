@@ -123,6 +123,13 @@ impl Watch {
             let found = self.untouched.len() + self.frames() as usize;
             return Err(format!("found {found} frames, expected {UNTOUCHED} untouched ones and a touch after them"));
         }
+        if let Some(change) = self.disturbed() {
+            let percent = 100.0 * change;
+            return Err(format!(
+                "the first {UNTOUCHED} frames were not untouched: a part of the picture changed by {percent:.1} % of full scale; \
+                 expected no touch, and the same light, until they are over"
+            ));
+        }
         if spots.is_empty() {
             return Err(format!(
                 "nothing glowed after the first {UNTOUCHED} frames, expected 25 whiskers: press on all of them"

@@ -18,6 +18,9 @@ const BRIGHT: usize = 5;
 const LEAST_OF_PEAK: f64 = 0.3;
 /// … and as a share of full scale: a tenth of a level of 255, as the mean over all frames.
 const LEAST_LIGHT: f64 = 0.0004;
+/// Share of what is above half a spot's light from which all cells weigh the same: light that is stronger on one side of a
+/// spot must not pull its centre there.
+const RAMP: f32 = 0.4;
 /// Most spots that are looked at; the sensor has 25.
 const MOST_SPOTS: usize = 200;
 
@@ -123,10 +126,11 @@ fn root(parent: &mut [u32], mut cell: u32) -> u32 {
     cell
 }
 
-/// What is connected with a summit and brighter than half of how far it stands out; weighted by how much brighter.
+/// What is connected with a summit and brighter than half of how far it stands out.
 fn spot(seen: &Seen, light: &Plane, summit: &Summit) -> Option<Spot> {
     let [columns, rows] = light.size;
     let level = (summit.peak + summit.meets) / 2.0;
+    let ramp = RAMP * (summit.peak - level);
     let mut inside = std::collections::HashSet::from([summit.cell]);
     let mut open = vec![summit.cell];
     let (mut weights, mut sums, mut squares) = (0.0, [0.0; 2], [0.0; 3]);
@@ -134,7 +138,7 @@ fn spot(seen: &Seen, light: &Plane, summit: &Summit) -> Option<Spot> {
     let start = [summit.cell % columns, summit.cell / columns].map(|at| at as f64);
     while let Some(cell) = open.pop() {
         let (x, y) = (cell % columns, cell / columns);
-        let weight = f64::from(light.values.get(cell)? - level);
+        let weight = f64::from(((light.values.get(cell)? - level) / ramp).min(1.0));
         let [right, down] = [x as f64 - start[0], y as f64 - start[1]];
         weights += weight;
         sums = [sums[0] + weight * right, sums[1] + weight * down];

@@ -9,6 +9,14 @@ use crate::source::StreamInfo;
 pub const UNTOUCHED: usize = 25;
 /// Cells that a frame's common shift is found from, about.
 const SAMPLED: usize = 4000;
+/// Blocks that a picture's sides are parted into to see whether an untouched one changes: each is about a taxel.
+const BLOCKS: usize = 8;
+/// How much a block may change, in deviations from frame to frame: 25 normal numbers have a range of 4 …
+const MOST_RANGE: f64 = 10.0;
+/// … and as a share of full scale, half a level of 255.
+const LEAST_RANGE: f64 = 0.002;
+/// Deviation of normal numbers, in medians of the distance between two of them.
+const STEP_DEVIATION: f64 = 1.048;
 /// Share of full scale from which a cell is saturated.
 const SATURATED: f32 = 0.985;
 
@@ -19,7 +27,9 @@ pub struct Watch {
     pub(super) cells: Cells,
     /// The bytes of the frames that nothing touched.
     pub(super) untouched: Vec<Vec<u8>>,
-    /// Mean of these, in shares of full scale, and the sum of squared deviations.
+    /// Their blocks' means.
+    blocks: Vec<[f64; BLOCKS * BLOCKS]>,
+    /// Mean of the untouched frames, in shares of full scale, and the sum of squared deviations.
     mean: Vec<f32>,
     squares: Vec<f32>,
     /// Light above the mean, added up over the frames since.
@@ -67,6 +77,7 @@ impl Watch {
             info: info.clone(),
             cells,
             untouched: Vec::with_capacity(UNTOUCHED),
+            blocks: Vec::with_capacity(UNTOUCHED),
             mean: empty.clone(),
             squares: empty.clone(),
             light: empty.clone(),
@@ -105,6 +116,7 @@ impl Watch {
 
     fn add_untouched(&mut self, bytes: &[u8]) {
         self.untouched.push(bytes.to_vec());
+        self.blocks.push(blocks(&self.shares, self.cells.size));
         let count = self.untouched.len() as f32;
         for ((mean, squares), share) in self.mean.iter_mut().zip(&mut self.squares).zip(&self.shares) {
             let off = share - *mean;
@@ -128,6 +140,20 @@ impl Watch {
         }
     }
 
+    /// How much a block of the untouched picture changed, as a share of full scale, where that is more than its noise.
+    pub(super) fn disturbed(&self) -> Option<f64> {
+        let changes = (0..BLOCKS * BLOCKS).filter_map(|block| {
+            let values = || self.blocks.iter().map(|blocks| blocks[block]);
+            let range = values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min);
+            // What differs from frame to frame is noise; what moves slowly, or jumps once, is not.
+            let mut steps: Vec<f64> = values().zip(values().skip(1)).map(|(a, b)| (b - a).abs()).collect();
+            steps.sort_by(f64::total_cmp);
+            let quick = STEP_DEVIATION * steps.get(steps.len() / 2).unwrap_or(&0.0);
+            (range > MOST_RANGE * quick && range > LEAST_RANGE).then_some(range)
+        });
+        changes.max_by(f64::total_cmp)
+    }
+
     /// What glowed so far.
     pub(super) fn seen(&self) -> Seen {
         let (frames, untouched) = (f64::from(self.frames.max(1)), self.untouched.len().max(2) as f64);
@@ -140,4 +166,17 @@ impl Watch {
         let noise = (variance * (1.0 / frames + 1.0 / untouched)).sqrt();
         Seen { light, noise, dark: plane(&self.mean), most: plane(&self.most) }
     }
+}
+
+/// Means of a picture's blocks.
+fn blocks(shares: &[f32], [columns, rows]: [usize; 2]) -> [f64; BLOCKS * BLOCKS] {
+    let (mut sums, mut counts) = ([0.0; BLOCKS * BLOCKS], [0_u32; BLOCKS * BLOCKS]);
+    for (y, row) in shares.chunks_exact(columns.max(1)).enumerate() {
+        for (x, &share) in row.iter().enumerate() {
+            let block = y * BLOCKS / rows * BLOCKS + x * BLOCKS / columns;
+            sums[block] += f64::from(share);
+            counts[block] += 1;
+        }
+    }
+    core::array::from_fn(|block| sums[block] / f64::from(counts[block].max(1)))
 }
