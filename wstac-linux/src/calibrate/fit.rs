@@ -9,6 +9,9 @@ const NUMBERS: usize = 9;
 /// Most steps; ten are usual.
 const STEPS: usize = 60;
 
+/// A point of the lattice, and where it was seen.
+type Point = ([f64; 2], [f64; 2]);
+
 /// A lattice as a camera sees it, in any unit of length that is about half a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Fit([f64; NUMBERS]);
@@ -16,9 +19,9 @@ pub(super) struct Fit([f64; NUMBERS]);
 impl Fit {
     /// The lattice that is nearest to where some of its points were seen: (point, place). `right` and `down` are about
     /// where a step on the lattice goes.
-    pub(super) fn new(seen: &[([f64; 2], [f64; 2])], right: [f64; 2], down: [f64; 2]) -> Self {
+    pub(super) fn new(seen: &[Point], right: [f64; 2], down: [f64; 2]) -> Self {
         let count = seen.len().max(1) as f64;
-        let mean = |of: fn(&([f64; 2], [f64; 2])) -> [f64; 2]| {
+        let mean = |of: fn(&Point) -> [f64; 2]| {
             let sum = seen.iter().map(of).fold([0.0; 2], |sum, place| [sum[0] + place[0], sum[1] + place[1]]);
             sum.map(|sum| sum / count)
         };
@@ -61,7 +64,7 @@ impl Fit {
     }
 
     /// Sum of the squared distances.
-    fn error(&self, seen: &[([f64; 2], [f64; 2])]) -> f64 {
+    fn error(&self, seen: &[Point]) -> f64 {
         let squares = seen.iter().map(|(point, place)| {
             let found = self.place(*point);
             (found[0] - place[0]).powi(2) + (found[1] - place[1]).powi(2)
@@ -71,7 +74,7 @@ impl Fit {
     }
 
     /// One step down; more damping makes it shorter.
-    fn step(&self, seen: &[([f64; 2], [f64; 2])], damping: f64) -> Self {
+    fn step(&self, seen: &[Point], damping: f64) -> Self {
         const DIFFERENCE: f64 = 1e-6;
         let mut normal = [[0.0; NUMBERS + 1]; NUMBERS];
         for (point, place) in seen {
@@ -135,7 +138,7 @@ mod tests {
         let truth = Fit([0.39, 0.08, 0.02, -0.09, 0.37, -0.03, 0.03, -0.04, -0.06]);
         let points = (0..25).map(|k| [f64::from(k % 5) - 2.0, f64::from(k / 5) - 2.0]);
         let seen: Vec<_> =
-            points.map(|point| (point, truth.place(point))).filter(|(point, _)| *point != [2.0, -2.0]).collect();
+            points.enumerate().filter(|(k, _)| *k != 4).map(|(_, point)| (point, truth.place(point))).collect();
         let fit = Fit::new(&seen, [0.4, 0.0], [0.0, 0.4]);
         for point in [[2.0, -2.0], [0.0, 0.0], [-2.0, 1.0]] {
             let (found, expected) = (fit.place(point), truth.place(point));

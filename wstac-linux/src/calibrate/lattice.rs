@@ -49,19 +49,15 @@ pub(super) fn lattice(spots: &[Spot], size: [usize; 2]) -> Result<Lattice, Refus
         message,
         lattice: numbered.iter().map(|&(spot, _)| spot).collect(),
     };
-    if spots.len() < TAXELS - MISSING {
-        let found = spots.len();
-        return Err(refused(
-            &[],
-            format!("found {found} spot(s) of light, expected {TAXELS} whiskers, or all but one"),
-        ));
-    }
     let walks = (0..spots.len()).map(|start| walk(spots, start));
     // The first of the longest.
     let longest = walks.reduce(|best, walk| if walk.len() > best.len() { walk } else { best });
-    let Some(numbered) = longest.filter(|walk| walk.len() > 1) else {
-        return Err(refused(&[], "the spots of light are no lattice".into()));
-    };
+    let numbered = longest.unwrap_or_default();
+    if spots.len() < TAXELS - MISSING {
+        let found = spots.len();
+        let message = format!("found {found} spot(s) of light, expected {TAXELS} whiskers, or all but one");
+        return Err(refused(&numbered, message));
+    }
     let [columns, rows] = [0, 1].map(|axis| extent(&numbered, axis));
     let (count, found) = (numbered.len(), (columns.1, rows.1));
     if count < TAXELS - MISSING {
@@ -104,6 +100,8 @@ fn walk(spots: &[Spot], start: usize) -> Vec<Numbered> {
         return Vec::new();
     };
     let mut numbered: Vec<(usize, [i32; 2], [[f64; 2]; 2])> = vec![(start, [0, 0], [right, down])];
+    let mut used = vec![false; spots.len()];
+    used[start] = true;
     let mut next = 0;
     while let Some(&(from, [column, row], steps)) = numbered.get(next) {
         next += 1;
@@ -118,12 +116,13 @@ fn walk(spots: &[Spot], start: usize) -> Vec<Numbered> {
                 let way = step(&spots[from], &spots[spot]);
                 (way[0] - expected[0]).hypot(way[1] - expected[1])
             };
-            let free = (0..spots.len()).filter(|spot| numbered.iter().all(|(there, ..)| there != spot));
+            let free = (0..spots.len()).filter(|&spot| !used[spot]);
             let nearest = free.min_by(|&a, &b| off(a).total_cmp(&off(b)));
             let Some(spot) = nearest.filter(|&spot| off(spot) < WALK * length(expected)) else { continue };
             let way = step(&spots[from], &spots[spot]).map(|way| way * f64::from(sign));
             let mut steps = steps;
-            steps[axis] = [0, 1].map(|k| (steps[axis][k] + way[k]) / 2.0);
+            steps[axis] = [0, 1].map(|k| f64::midpoint(steps[axis][k], way[k]));
+            used[spot] = true;
             numbered.push((spot, place, steps));
         }
     }

@@ -50,10 +50,12 @@ impl Outcome {
             values.get((values.len() as f32 * BRIGHTEST) as usize).copied().unwrap_or(0.0).max(1e-6)
         };
         let most = brightest(&self.seen.light.values).max(4.0 * self.seen.noise as f32);
+        // A root makes much of little light: that of noise is left out.
+        let hidden = 2.5 * self.seen.noise as f32;
         let [columns, rows] = self.seen.light.size;
         let mut canvas = Canvas::new(columns * scale, rows * scale);
         for (k, (light, dark)) in self.seen.light.values.iter().zip(&self.seen.dark.values).enumerate() {
-            let glow = (light / most).clamp(0.0, 1.0).sqrt();
+            let glow = ((light - hidden) / (most - hidden)).clamp(0.0, 1.0).sqrt();
             let dark = 22.0 + 70.0 * dark.clamp(0.0, 1.0).sqrt();
             let colour = [dark + 30.0 * glow, dark + (235.0 - dark) * glow, dark * 1.25 + 40.0 * glow];
             canvas.fill([k % columns * scale, k / columns * scale], [scale; 2], colour.map(|part| part as u8));

@@ -99,10 +99,8 @@ fn summits(light: &Plane) -> Vec<Summit> {
             if a == b {
                 continue;
             }
-            let higher = |a: u32, b: u32| {
-                let (of_a, of_b) = (value(a as usize), value(b as usize));
-                of_a > of_b || (of_a == of_b && a < b)
-            };
+            // Of two as high, the one that was looked at first.
+            let higher = |a: u32, b: u32| value(a as usize).total_cmp(&value(b as usize)).then(b.cmp(&a)).is_gt();
             let (high, low) = if higher(a, b) { (a, b) } else { (b, a) };
             if low != cell {
                 found.push(Summit { cell: low as usize, peak: value(low as usize), meets: level });
@@ -129,7 +127,7 @@ fn root(parent: &mut [u32], mut cell: u32) -> u32 {
 /// What is connected with a summit and brighter than half of how far it stands out.
 fn spot(seen: &Seen, light: &Plane, summit: &Summit) -> Option<Spot> {
     let [columns, rows] = light.size;
-    let level = (summit.peak + summit.meets) / 2.0;
+    let level = f32::midpoint(summit.peak, summit.meets);
     let ramp = RAMP * (summit.peak - level);
     let mut inside = std::collections::HashSet::from([summit.cell]);
     let mut open = vec![summit.cell];
@@ -165,7 +163,8 @@ fn spot(seen: &Seen, light: &Plane, summit: &Summit) -> Option<Spot> {
         squares[2] / weights - mean[1] * mean[1],
     ];
     // The ratio of the axes of the ellipse with these moments; a cell is no point.
-    let (half, apart) = ((spread[0] + spread[2]) / 2.0 + 1.0 / 12.0, ((spread[0] - spread[2]) / 2.0).hypot(spread[1]));
+    let (half, apart) =
+        (f64::midpoint(spread[0], spread[2]) + 1.0 / 12.0, ((spread[0] - spread[2]) / 2.0).hypot(spread[1]));
     let stretch = ((half + apart) / (half - apart).max(1e-9)).sqrt();
     (weights > 0.0).then_some(Spot {
         centre: [start[0] + mean[0], start[1] + mean[1]],

@@ -50,12 +50,17 @@ impl Canvas {
 
     /// Points with a shade around them.
     fn strokes(&mut self, points: &[[f64; 2]], colour: Colour) {
-        points.iter().for_each(|&point| self.dot(point, PEN + 2, SHADE));
-        points.iter().for_each(|&point| self.dot(point, PEN, colour));
+        for (side, colour) in [(PEN + 2, SHADE), (PEN, colour)] {
+            for &point in points {
+                self.dot(point, side, colour);
+            }
+        }
     }
 
     pub(super) fn line(&mut self, from: [f64; 2], to: [f64; 2], colour: Colour) {
-        along(from, to).iter().for_each(|&point| self.dot(point, PEN, colour));
+        for point in along(from, to) {
+            self.dot(point, PEN, colour);
+        }
     }
 
     /// A rectangle's outline, within it.

@@ -68,7 +68,7 @@ enum Kind {
 #[derive(Clone, Debug)]
 enum Picture {
     Taxels(Renderer),
-    Whole(Box<WholeRenderer>),
+    Whole(WholeRenderer),
 }
 
 impl Picture {
@@ -115,7 +115,7 @@ impl Sensor {
             return Err(Error::new("scene", "[sensor] has a pose, expected one with fidelity = \"rendered\" only"));
         }
         let rendered = |rng| match &config.pose {
-            Some(pose) => Picture::Whole(Box::new(WholeRenderer::new(config, pose, &camera, &pixel, rng))),
+            Some(pose) => Picture::Whole(WholeRenderer::new(config, pose, &camera, &pixel, rng)),
             None => Picture::Taxels(Renderer::new(config, &camera, &pixel, &spot, rng)),
         };
         let kind = match fidelity {

@@ -147,7 +147,7 @@ impl View {
 
     /// The point of the sensor that a pixel sees; nothing where the lens or the tilt leaves none.
     pub(super) fn source(&self, pixel: [f64; 2]) -> Option<[f64; 2]> {
-        let [right, down] = self.from_middle(pixel);
+        let [right, down] = self.off_middle(pixel);
         let lens = self.straightened(sqrt(right * right + down * down))?;
         let [x, y, away] =
             self.back.map(|[of_right, of_down, of_one]| of_right * right * lens + of_down * down * lens + of_one);
@@ -156,12 +156,12 @@ impl View {
 
     /// Light of a pixel as a share of that at the brightest side.
     pub(super) fn brightness(&self, pixel: [f64; 2]) -> f64 {
-        let [right, down] = self.from_middle(pixel);
+        let [right, down] = self.off_middle(pixel);
         let towards = (right * self.towards[0] + down * self.towards[1]).clamp(-1.0, 1.0);
         1.0 - self.uneven * (1.0 - towards) / 2.0
     }
 
-    fn from_middle(&self, pixel: [f64; 2]) -> [f64; 2] {
+    fn off_middle(&self, pixel: [f64; 2]) -> [f64; 2] {
         [(pixel[0] - self.middle[0]) / self.half, (pixel[1] - self.middle[1]) / self.half]
     }
 
