@@ -6,9 +6,9 @@ use std::process::{Command, Output};
 use serde_json::Value;
 use wstac_tests::command::wstac;
 
-/// A camera that is turned, tilted, curved, uneven and not quite in the dark.
-const CAMERA: &str = "lead_in = 45\n[light]\nleak = 0.02\n[sensor]\nsize = [400, 400]\n[sensor.pose]\nrotation_degrees = 12\n\
-                      tilt_degrees = [8, -6]\ncurvature = -0.05\nscale = 0.85\nuneven = 3\n";
+/// A camera that is turned, tilted, curved, shifted, uneven and not quite in the dark.
+const CAMERA: &str = "lead_in = 45\n[light]\nleak = 0.02\n[sensor]\nsize = [400, 400]\n[sensor.pose]\nrotation_degrees = 15\n\
+                      tilt_degrees = [8, -6]\ncurvature = -0.05\nscale = 0.7\nshift = [0.08, -0.06]\nuneven = 3\n";
 
 fn folder(name: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(format!("wstac-calibrate-{}-{name}", std::process::id()));
@@ -33,15 +33,13 @@ fn text(bytes: &[u8]) -> String {
 }
 
 /// Directions that are wrong, and how far off speeds are, of five slides with a configuration.
-fn answers(folder: &Path, config: Option<&str>) -> (usize, Vec<f64>) {
+fn answers(folder: &Path, config: &str) -> (usize, Vec<f64>) {
     let slides = [(0_u16, 100.0), (90, 120.0), (180, 150.0), (270, 180.0), (0, 200.0)];
     let (mut wrong, mut errors) = (0, Vec::new());
     for (seed, (degrees, speed)) in slides.into_iter().enumerate() {
         let slide = format!("specimen = \"Saw3\"\nspeed = {speed}\ndirection = {degrees}\nseed = {seed}\n{CAMERA}");
         let source = scene(folder, "slide.toml", &slide);
-        let mut arguments = vec!["run", &source, "--json"];
-        arguments.extend(config.iter().flat_map(|config| ["--config", config]));
-        let output = run(&arguments);
+        let output = run(&["run", &source, "--json", "--config", config]);
         assert!(output.status.success(), "{}", text(&output.stderr));
         let records = text(&output.stdout);
         let event = records
@@ -66,17 +64,22 @@ fn a_calibrated_camera_tells_directions_and_speeds() {
     let record: Value = serde_json::from_str(&text(&output.stdout)).unwrap();
     assert_eq!((&record["kind"], &record["found"], &record["dead"]), (&"calibration".into(), &25.into(), &Value::Null));
     assert_eq!(record["centres"].as_array().unwrap().len(), 25);
-    assert!((record["rotation_degrees"].as_f64().unwrap() - 12.0).abs() < 2.0, "{record}");
+    assert!((record["rotation_degrees"].as_f64().unwrap() - 15.0).abs() < 2.0, "{record}");
     assert!(std::fs::read(folder.join("wstac.png")).unwrap().starts_with(b"\x89PNG"));
-    let (wrong, errors) = answers(&folder, Some(config));
-    let (wrong_as_published, as_published) = answers(&folder, None);
+    // All that it says but where the taxels are.
+    let written = std::fs::read_to_string(config).unwrap();
+    let published = folder.join("published.toml");
+    std::fs::write(&published, &written[written.find("[features]").unwrap()..]).unwrap();
+    let (wrong, errors) = answers(&folder, config);
+    let (wrong_as_published, as_published) = answers(&folder, published.to_str().unwrap());
     println!(
-        "calibrated: {wrong} of 5 directions wrong, speeds off by {errors:.3?}; the paper's layout: {wrong_as_published}, {as_published:.3?}"
+        "of 5 slides before a turned camera, directions wrong or none, and how far off speeds are: calibrated {wrong}, \
+         {errors:.3?}; with the paper's layout {wrong_as_published}, {as_published:.3?}"
     );
     assert_eq!(wrong, 0);
-    let most = |errors: &[f64]| errors.iter().copied().fold(0.0, f64::max);
-    assert!(most(&errors) < 0.1, "{errors:?}");
-    assert!(most(&as_published) > 2.0 * most(&errors), "the paper's layout would do: {as_published:?}");
+    assert!(wrong_as_published >= 2, "the paper's layout would do");
+    let mean = |errors: &[f64]| errors.iter().sum::<f64>() / errors.len() as f64;
+    assert!(mean(&errors) < 0.08 && mean(&as_published) > 1.5 * mean(&errors), "{errors:?} {as_published:?}");
     std::fs::remove_dir_all(&folder).unwrap();
 }
 

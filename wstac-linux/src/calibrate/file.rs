@@ -79,15 +79,18 @@ impl Calibration {
             "# Six deviations of a row or column would be {:.4}; the default is {VALID_THRESHOLD}.",
             6.0 * noise.sum
         )?;
-        writeln!(text, "threshold = {:.4}", noise.threshold)?;
+        if noise.above_baseline {
+            writeln!(
+                text,
+                "# Untouched there are {:.4} already, more than half of the default: it is measured above",
+                noise.dark_sum
+            )?;
+            writeln!(text, "# the baseline, and less by what one grey level in five taxels is.")?;
+        } else {
+            writeln!(text, "# Untouched there are {:.4}, less than half of the default.", noise.dark_sum)?;
+        }
         let on = if noise.above_baseline { "above_baseline" } else { "absolute" };
-        let than = if noise.above_baseline { "more" } else { "less" };
-        writeln!(
-            text,
-            "# Untouched there are {:.4} already: {than} than half of the default threshold.",
-            noise.dark_sum
-        )?;
-        writeln!(text, "threshold_on = \"{on}\"")?;
+        writeln!(text, "threshold = {:.4}\nthreshold_on = \"{on}\"", noise.threshold)?;
         if self.is_dim() {
             writeln!(text, "# No row or column was brighter than {:.4}: too dim for speeds.", self.brightest)?;
         }

@@ -10,6 +10,9 @@ use crate::source::StreamInfo;
 
 /// Deviations of the noise that a setting keeps away from it: once in 10^9 normal numbers.
 const DEVIATIONS: f64 = 6.0;
+/// What a row or column of the camera that the speed law was made with showed without a touch: not published; five taxels with a
+/// black level of one of 255, as the simulated sensor has it. Light above the baseline is compared with a threshold less by this.
+const PUBLISHED_DARK: f64 = 5.0 / 255.0;
 /// Share of the threshold from which what is there without a touch shifts durations too much.
 const MOST_DARK: f64 = 0.5;
 
@@ -68,6 +71,8 @@ impl Noise {
         }
         let to_levels = grey / 5.0;
         let up = |value: f64, unit: f64| (value / unit - 1e-9).ceil() * unit;
+        let above_baseline = dark_sum > MOST_DARK * VALID_THRESHOLD;
+        let threshold = if above_baseline { VALID_THRESHOLD - PUBLISHED_DARK } else { VALID_THRESHOLD };
         let window = f64::from(DEFAULT_WINDOW).sqrt();
         Self {
             dark_levels: dark_sum * to_levels,
@@ -75,8 +80,8 @@ impl Noise {
             feature,
             floor_levels: up(DEVIATIONS * sum * to_levels, 0.1).max(DEFAULT_FLOOR_LEVELS),
             margin: up(DEVIATIONS * feature / window, 0.01).max(DEFAULT_MARGIN),
-            threshold: up(DEVIATIONS * sum, 0.0005).max(VALID_THRESHOLD),
-            above_baseline: dark_sum > MOST_DARK * VALID_THRESHOLD,
+            threshold: up(DEVIATIONS * sum, 0.0005).max(threshold),
+            above_baseline,
             dark_sum,
             sum,
         }
