@@ -326,7 +326,9 @@ impl SpeedKeys {
     fn in_full(self) -> Self {
         let range_mm_s = Some(self.range());
         match self.law() {
-            Law::Paper { intercept, slope } => Self { intercept: Some(intercept), slope: Some(slope), range_mm_s, ..self },
+            Law::Paper { intercept, slope } => {
+                Self { intercept: Some(intercept), slope: Some(slope), range_mm_s, ..self }
+            }
             Law::Physical { track, afterglow } => {
                 Self { track_mm: Some(track), afterglow_frames: Some(afterglow), range_mm_s, ..self }
             }

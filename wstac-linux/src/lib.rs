@@ -1,5 +1,6 @@
 //! Host side of WSTac: sources of frames, a simulated sensor, and the `wstac` command.
 
+pub mod calibrate;
 pub mod camera;
 pub mod cli;
 pub mod config;

@@ -1,12 +1,13 @@
 //! The command line: arguments and output only, one file a command.
 
+mod calibrate;
 mod completions;
 mod dataset;
 mod demo;
 mod devices;
+mod doctor;
 mod fit_speed;
 mod loss_report;
-mod doctor;
 mod model;
 mod monitor;
 mod output;
@@ -44,6 +45,7 @@ Start here:
   wstac devices                        which cameras there are
   wstac doctor /dev/video0             what is right and wrong with a camera, and what to change
   wstac run /dev/video0                events from a USB camera
+  wstac calibrate /dev/video0 -o wstac.toml    find the whiskers in its picture: a configuration
   wstac run clip.y4m --json            events of a recording, as JSON Lines
   wstac record /dev/video0 -o a.mcap --label specimen=Saw3    frames and events into a file
   wstac view /dev/video0               picture, taxels, traces and events in the terminal
@@ -107,6 +109,7 @@ enum Command {
     Scene(scene::Arguments),
     Devices(devices::Arguments),
     Doctor(doctor::Arguments),
+    Calibrate(calibrate::Arguments),
     Dataset(dataset::Arguments),
     FitSpeed(fit_speed::Arguments),
     Model(model::Arguments),
@@ -128,6 +131,7 @@ pub fn main() -> ExitCode {
         Command::Scene(arguments) => scene::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Doctor(arguments) => doctor::run(&arguments),
+        Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Dataset(arguments) => dataset::run(&arguments),
         Command::FitSpeed(arguments) => fit_speed::run(&arguments),
         Command::Model(arguments) => model::run(&arguments),

@@ -9,8 +9,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use signal_hook::consts::SIGHUP;
 
-use super::output::{Form, Records, Stop, check_new, note, text_of};
 use super::loss_report::LossReport;
+use super::output::{Form, Records, Stop, check_new, note, text_of};
 use super::run::interruptions;
 use super::source_arguments::{SourceArguments, config_of};
 use crate::error::Error;

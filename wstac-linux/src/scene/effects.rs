@@ -1,9 +1,9 @@
 //! What a scene models, effect by effect: each can be left out, and then costs nothing.
 
 use super::beam::Beam;
-use super::light::LightConfig;
+use super::light::{Dead, LightConfig};
 use super::script::Script;
-use super::sensor::{Fidelity, SensorConfig, SensorFormat};
+use super::sensor::{Fidelity, Pose, SensorConfig, SensorFormat};
 use super::whisker::WhiskerConfig;
 
 /// An effect that a scene may have.
@@ -28,7 +28,7 @@ pub const NEVER: [&str; 8] = [
     "whiskers that touch each other or pull at the elastomer between them",
     "light that spreads through the elastomer from one base to the next",
     "fatigue and recovery of the phosphor, and its dependence on temperature",
-    "a rolling shutter, lens distortion, a sensor that is not mounted straight",
+    "a rolling shutter, a lens that is out of focus at its rim only",
     "slides that turn, tilt, or change their speed",
     "texture across the slide: a specimen's profile is the same over its width",
 ];
@@ -39,7 +39,7 @@ fn positive(value: f64, unit: &str) -> Option<String> {
 }
 
 /// All effects, in the order of the light's way.
-pub const EFFECTS: [Effect; 18] = [
+pub const EFFECTS: [Effect; 20] = [
     Effect {
         name: "large bends",
         what: "the elastica (Bisshopp and Drucker 1945) instead of the linear beam",
@@ -103,6 +103,13 @@ pub const EFFECTS: [Effect; 18] = [
         add: |script| script.light.run_deviation = LightConfig::default().run_deviation,
     },
     Effect {
+        name: "dead whiskers",
+        what: "bend, but give no light",
+        value: |script| (script.light.dead != Dead::default()).then(|| format!("{}", script.light.dead.count())),
+        remove: |script| script.light.dead = Dead::default(),
+        add: |script| script.light.dead = Dead::try_from(vec![[3, 3]]).unwrap_or_default(),
+    },
+    Effect {
         name: "leak",
         what: "ambient light on every pixel",
         value: |script| positive(script.light.leak, " of full scale"),
@@ -132,6 +139,17 @@ pub const EFFECTS: [Effect; 18] = [
         value: |script| (script.sensor.exposure < 1.0).then(|| format!("{}", script.sensor.exposure)),
         remove: |script| script.sensor.exposure = 1.0,
         add: |script| script.sensor.exposure = 0.5,
+    },
+    Effect {
+        name: "pose",
+        what: "a camera that is turned, tilted, bent by its lens or unevenly bright; all pixels are computed",
+        value: |script| script.sensor.pose.map(|pose| format!("turned by {}°", pose.rotation_degrees)),
+        remove: |script| script.sensor.pose = None,
+        add: |script| {
+            // Sums are only drawn straight on.
+            script.fidelity = Fidelity::Rendered;
+            script.sensor.pose = Some(Pose { rotation_degrees: 10.0, ..Pose::default() });
+        },
     },
     Effect {
         name: "noise of pixels",

@@ -68,9 +68,11 @@ impl Elastomer {
     pub fn with_fineness(script: &Script, finer: f64) -> Self {
         let (whisker, light) = (script.whisker, script.light);
         let mut gains = Rng::new(u64::from(light.unit), GAINS);
+        let mut taxel = 0..;
         let sites = whisker.whiskers().map(|there| {
             // Each taxel draws its gain, there or not, so that it does not depend on which others are.
             let gain = gain(light.gain_deviation, &mut gains);
+            let gain = if taxel.next().is_some_and(|taxel| light.dead.has(taxel)) { 0.0 } else { gain };
             let whisker = there?;
             let overlap_mm = whisker_overlap(&script.whisker, &whisker);
             let tip = Tip { overlap_mm, bent: Bent::default(), loose: false, fluctuation: Fluctuation::new(0) };

@@ -5,6 +5,7 @@
 
 use libm::{exp, fabs};
 use serde::Deserialize;
+use wstac_core::params::{COLUMNS, ROWS};
 
 use super::keys::{Keys, within};
 use super::rng::Rng;
@@ -39,6 +40,40 @@ pub struct LightConfig {
     pub leak_per_minute: f64,
     /// How much more light there is after a minute, as a share; less where it is negative.
     pub drift_per_minute: f64,
+    /// Whiskers that give no light.
+    pub dead: Dead,
+}
+
+/// Whiskers that give no light: read from a list of rows and columns, each 1 to 5.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "Vec<[i64; 2]>")]
+pub struct Dead(u32);
+
+impl Dead {
+    /// Whether the whisker of this taxel is one of them.
+    pub fn has(self, taxel: usize) -> bool {
+        self.0 >> taxel & 1 == 1
+    }
+
+    /// How many there are.
+    pub fn count(self) -> u32 {
+        self.0.count_ones()
+    }
+}
+
+impl TryFrom<Vec<[i64; 2]>> for Dead {
+    type Error = String;
+
+    /// Names the key, what was found and what was expected.
+    fn try_from(places: Vec<[i64; 2]>) -> Result<Self, String> {
+        places.into_iter().try_fold(Self(0), |Self(dead), [row, column]| {
+            let (rows, columns) = (ROWS as i64, COLUMNS as i64);
+            if !(1..=rows).contains(&row) || !(1..=columns).contains(&column) {
+                return Err(format!("dead has [{row}, {column}], expected a row and a column of 1 to {rows}"));
+            }
+            Ok(Self(dead | 1 << ((row - 1) * columns + column - 1)))
+        })
+    }
 }
 
 impl Default for LightConfig {
@@ -55,6 +90,7 @@ impl Default for LightConfig {
             leak: 0.0,
             leak_per_minute: 0.0,
             drift_per_minute: 0.0,
+            dead: Dead::default(),
         }
     }
 }

@@ -83,6 +83,8 @@ these are the defaults:
   leak_per_minute = 0    # how much more of it there is after a minute
   drift_per_minute = 0   # how much more light there is after a minute,
                          # as a share
+  dead = []              # whiskers without light, as [row, column],
+                         # each 1 to 5
   [sensor]
   size = [1280, 720]
   fps = 30
@@ -102,6 +104,17 @@ these are the defaults:
   dropped = 0            # share of frames that the driver loses
   auto_exposure = false  # a camera that slows down to a quarter of its
                          # rate in the dark
+  #[sensor.pose]         # a camera that does not look straight on;
+                         # with it all pixels of a frame are computed
+  #rotation_degrees = 0  # of the picture, counter-clockwise
+  #tilt_degrees = [0, 0] # right side, lower side further away
+  #curvature = 0         # of the lens: below 0 barrel, above
+                         # pincushion, -0.15 to 0.15
+  #shift = [0, 0]        # right, down, in shorter sides of the picture
+  #scale = 1
+  #uneven = 1            # times as bright the brightest side is as the
+                         # darkest
+  #uneven_degrees = 0    # where the brightest side is: 0 right, 90 up
 
 Several slides: any number of [[slide]] tables with the keys from
 specimen to radius.
@@ -141,6 +154,6 @@ mod tests {
         let expected = Script::parse_short("Saw3@150").unwrap();
         assert_eq!(Script::from_toml("help", &text).unwrap(), expected);
         // Every key is there, or this fails: what is left out of a table takes its default, so count them.
-        assert_eq!(text.lines().filter(|line| line.contains(" = ")).count(), 12 + 1 + 8 + 10 + 15);
+        assert_eq!(text.lines().filter(|line| line.contains(" = ")).count(), 12 + 1 + 8 + 11 + 15 + 7);
     }
 }

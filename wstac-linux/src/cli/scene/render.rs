@@ -16,9 +16,9 @@ use crate::source::{Item, Source};
 
 /// Write a scene's frames to a new file
 ///
-/// Only pixels under whiskers are computed; all others stay dark. Frames that the simulated driver loses leave no bytes, so
-/// what is read from the file is shorter by them. MJPG is written as it is decoded, as RGB. A file that is not whole is
-/// removed.
+/// Only pixels under whiskers are computed, unless there is a [sensor.pose]; all others stay dark. Frames that the
+/// simulated driver loses leave no bytes, so what is read from the file is shorter by them. MJPG is written as it is
+/// decoded, as RGB. A file that is not whole is removed.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// Saw3@150[,90deg][,seed=N], or FILE.toml

@@ -17,6 +17,8 @@
 //! dropped = 0.0          # share of frames that the driver drops
 //! auto_exposure = false  # whether the camera lengthens its exposure in the dark
 //! ```
+//!
+//! and a table `[sensor.pose]` where the camera does not look straight on: [`Pose`].
 
 use serde::Deserialize;
 use wstac_core::green::ycbcr::{Colour, Matrix, Range};
@@ -24,6 +26,7 @@ use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 
 use super::format::SensorFormat;
+use super::pose::Pose;
 use crate::scene::keys::within;
 
 /// A checked `[sensor]` table.
@@ -60,6 +63,8 @@ pub struct SensorConfig {
     pub dropped: f64,
     /// Whether the camera lengthens its exposure in the dark: [`AutoExposure`](super::auto_exposure::AutoExposure).
     pub auto_exposure: bool,
+    /// How the camera looks at the whiskers; nothing for straight on, with only the pixels under whiskers computed.
+    pub pose: Option<Pose>,
 }
 
 impl Default for SensorConfig {
@@ -79,6 +84,7 @@ impl Default for SensorConfig {
             noise: 1.0,
             dropped: 0.0,
             auto_exposure: false,
+            pose: None,
         }
     }
 }
@@ -108,6 +114,7 @@ struct Keys {
     noise: Option<f64>,
     dropped: Option<f64>,
     auto_exposure: Option<bool>,
+    pose: Option<Pose>,
 }
 
 impl TryFrom<Keys> for SensorConfig {
@@ -134,6 +141,7 @@ impl TryFrom<Keys> for SensorConfig {
             noise: keys.noise.unwrap_or(default.noise),
             dropped: keys.dropped.unwrap_or(default.dropped),
             auto_exposure: keys.auto_exposure.unwrap_or(default.auto_exposure),
+            pose: keys.pose,
         };
         config.check()?;
         Ok(config)
@@ -154,7 +162,8 @@ impl SensorConfig {
         within("gain", self.gain, 1.0, 1000.0)?;
         within("blur", self.blur, 0.0, 100.0)?;
         within("noise", self.noise, 0.0, 10_000.0)?;
-        within("dropped", self.dropped, 0.0, 0.9)
+        within("dropped", self.dropped, 0.0, 0.9)?;
+        self.pose.map_or(Ok(()), |pose| pose.check())
     }
 }
 
@@ -266,6 +275,8 @@ mod tests {
             ("noise = nan", ["noise is NaN", "0 to 100"]),
             ("dropped = 1", ["dropped is 1", "0 to 0.9"]),
             ("auto_exposure = 1", ["auto_exposure", "boolean"]),
+            ("[pose]\nscale = 0", ["pose scale is 0", "0.1 to 10"]),
+            ("[pose]\nroll = 0", ["roll", "rotation_degrees"]),
         ] {
             let message = read(text).unwrap_err();
             for part in parts {

@@ -9,10 +9,12 @@ mod format;
 mod mjpeg;
 mod noise;
 mod pixel;
+mod pose;
 mod quantised;
 mod render;
 mod spot;
 mod taxel;
+mod whole;
 
 use serde::Deserialize;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
@@ -27,9 +29,11 @@ use self::encode::Mosaic;
 pub use self::format::SensorFormat;
 use self::mjpeg::Compression;
 use self::pixel::Pixel;
+pub use self::pose::Pose;
 use self::render::Renderer;
 use self::spot::Spot;
 use self::taxel::TaxelSums;
+use self::whole::WholeRenderer;
 use super::rng::Rng;
 use crate::error::Error;
 
@@ -55,9 +59,32 @@ pub struct Sensor {
 
 #[derive(Clone, Debug)]
 enum Kind {
-    Rendered(Renderer),
-    Compressed(Renderer, Compression),
+    Rendered(Picture),
+    Compressed(Picture, Compression),
     Taxel(Box<TaxelSums>),
+}
+
+/// What makes frames: of a camera that looks straight on the pixels under whiskers, of another one all of them.
+#[derive(Clone, Debug)]
+enum Picture {
+    Taxels(Renderer),
+    Whole(WholeRenderer),
+}
+
+impl Picture {
+    /// The bytes of the next frame.
+    fn expose(&mut self, light: &[f64; TAXELS]) -> &[u8] {
+        match self {
+            Self::Taxels(renderer) => {
+                renderer.expose(light);
+                renderer.bytes()
+            }
+            Self::Whole(renderer) => {
+                renderer.expose(light);
+                renderer.bytes()
+            }
+        }
+    }
 }
 
 impl Sensor {
@@ -84,7 +111,13 @@ impl Sensor {
             .map_err(|error| Error::new("scene", format_args!("size is [{width}, {height}]: {error}")))?;
         let pixel = Pixel::new(config, camera.full_scale(), leak);
         let spot = Spot::new(camera.layout().taxel().map(usize::from), config.blur, Mosaic::of(format));
-        let rendered = |rng| Renderer::new(config, &camera, &pixel, &spot, rng);
+        if let (Fidelity::Taxel, Some(_)) = (fidelity, config.pose) {
+            return Err(Error::new("scene", "[sensor] has a pose, expected one with fidelity = \"rendered\" only"));
+        }
+        let rendered = |rng| match &config.pose {
+            Some(pose) => Picture::Whole(WholeRenderer::new(config, pose, &camera, &pixel, rng)),
+            None => Picture::Taxels(Renderer::new(config, &camera, &pixel, &spot, rng)),
+        };
         let kind = match fidelity {
             Fidelity::Taxel => Kind::Taxel(Box::new(TaxelSums::new(pixel, format, &spot.green, rng))),
             Fidelity::Rendered if config.format.is_jpeg() => {
@@ -97,8 +130,8 @@ impl Sensor {
 
     /// Takes a frame. `light` is each taxel's mean light over the exposure, as a share of full scale at a gain of 1.
     ///
-    /// Bytes outside of taxels stay as dark as a pixel without noise; those of JPEG pictures may differ a little. With
-    /// [`Fidelity::Taxel`] there are no bytes.
+    /// Bytes outside of taxels stay as dark as a pixel without noise, unless the camera has a [`Pose`]; those of JPEG
+    /// pictures may differ a little. With [`Fidelity::Taxel`] there are no bytes.
     pub fn expose(&mut self, light: &[f64; TAXELS]) -> &[u8] {
         self.expose_encoded(light).0
     }
@@ -106,15 +139,12 @@ impl Sensor {
     /// [`expose`](Self::expose), and the JPEG picture that was decoded, where the format is JPEG.
     pub fn expose_encoded(&mut self, light: &[f64; TAXELS]) -> (&[u8], Option<&[u8]>) {
         match &mut self.kind {
-            Kind::Rendered(renderer) => {
-                renderer.expose(light);
-                (renderer.bytes(), None)
-            }
-            Kind::Compressed(renderer, compression) => {
-                renderer.expose(light);
-                match compression.through(renderer.bytes()) {
+            Kind::Rendered(picture) => (picture.expose(light), None),
+            Kind::Compressed(picture, compression) => {
+                let bytes = picture.expose(light);
+                match compression.through(bytes) {
                     Some((decoded, jpeg)) => (decoded, Some(jpeg)),
-                    None => (renderer.bytes(), None),
+                    None => (bytes, None),
                 }
             }
             Kind::Taxel(_) => (&[], None),

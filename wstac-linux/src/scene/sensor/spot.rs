@@ -11,6 +11,18 @@ const RADIUS: f64 = 0.44;
 const SOFTNESS: f64 = 0.12;
 /// Half width of the point spread's kernel in deviations: 6e-5 of the light is further off.
 const KERNEL_DEVIATIONS: f64 = 4.0;
+/// Side of a taxel that a spot's mean is taken over where no taxel's own pixels are.
+const FINE: usize = 200;
+
+/// Light at this distance from a base, in shorter sides of a taxel, as a share of that in the middle.
+pub(super) fn profile(distance: f64) -> f64 {
+    ((RADIUS - distance) / SOFTNESS + 0.5).clamp(0.0, 1.0)
+}
+
+/// Light of a spot's middle, as a multiple of its taxel's mean light.
+pub(super) fn brightest() -> f64 {
+    disc(FINE, FINE).into_iter().fold(0.0, f64::max)
+}
 
 /// Where a taxel's light falls, as multiples of the taxel's mean light.
 #[derive(Clone, Debug)]
@@ -55,12 +67,7 @@ fn disc(width: usize, height: usize) -> Vec<f64> {
     let side = width.min(height) as f64;
     let (x0, y0) = ((width as f64 - 1.0) / 2.0, (height as f64 - 1.0) / 2.0);
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x as f64 - x0, y as f64 - y0)));
-    let mut disc: Vec<f64> = pixels
-        .map(|(x, y)| {
-            let distance = (x * x + y * y).sqrt() / side;
-            ((RADIUS - distance) / SOFTNESS + 0.5).clamp(0.0, 1.0)
-        })
-        .collect();
+    let mut disc: Vec<f64> = pixels.map(|(x, y)| profile((x * x + y * y).sqrt() / side)).collect();
     // At least one pixel is lit: the middle of a taxel is nearer than the radius, or half a pixel off.
     let mean = disc.iter().sum::<f64>() / disc.len() as f64;
     for light in &mut disc {
@@ -70,7 +77,7 @@ fn disc(width: usize, height: usize) -> Vec<f64> {
 }
 
 /// Rows, then columns, convolved with the kernel; beyond the taxel is no light.
-fn blurred(light: &[f64], width: usize, deviation: f64) -> Vec<f64> {
+pub(super) fn blurred(light: &[f64], width: usize, deviation: f64) -> Vec<f64> {
     let height = light.len() / width.max(1);
     let half = ceil(KERNEL_DEVIATIONS * deviation) as usize;
     let weight = |distance: usize| exp(-0.5 * (distance * distance) as f64 / (deviation * deviation));

@@ -1,0 +1,99 @@
+//! A calibration as the text of a configuration file, with what each number follows from.
+
+use std::fmt::Write;
+
+use wstac_core::params::{COLUMNS, DEFAULT_FLOOR_LEVELS, DEFAULT_MARGIN, VALID_THRESHOLD};
+
+use super::{Calibration, named};
+
+impl Calibration {
+    /// The configuration file. `source` says, in one line, what was seen.
+    pub fn to_toml(&self, source: &str) -> String {
+        let mut text = String::new();
+        // Writing to a string does not fail.
+        let _ = self.write(&mut text, source);
+        text
+    }
+
+    fn write(&self, text: &mut String, source: &str) -> std::fmt::Result {
+        let (noise, frame) = (&self.noise, self.layout.frame());
+        let source: String = source.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+        writeln!(text, "# Written by wstac calibrate, of {source}")?;
+        writeln!(text, "# For frames of {} x {} pixels.", frame.width(), frame.height())?;
+        let [right, down] = self.pitch;
+        writeln!(
+            text,
+            "# Whiskers: {right:.1} pixels apart across, {down:.1} down; the picture is turned by {:.1} degrees;",
+            self.rotation_degrees
+        )?;
+        writeln!(text, "# their bases are {:.2} pixels off a smooth lattice (root mean square).", self.off)?;
+        if let Some(dead) = self.dead {
+            writeln!(
+                text,
+                "# The whisker in {} gave no light: its taxel is where the others say that it is.",
+                named(dead)
+            )?;
+        }
+        if self.saturated > 0 {
+            writeln!(
+                text,
+                "# {} whisker(s) reached full scale: a shorter exposure or a lower gain would tell more.",
+                self.saturated
+            )?;
+        }
+        let [width, height] = self.layout.taxel();
+        writeln!(text, "[layout]\ntaxel = [{width}, {height}]\ncorners = [")?;
+        for row in self.layout.corners().chunks(COLUMNS) {
+            let corners: Vec<String> = row.iter().map(|[x, y]| format!("[{x}, {y}]")).collect();
+            writeln!(text, "    {},", corners.join(", "))?;
+        }
+        writeln!(text, "]\n")?;
+        writeln!(
+            text,
+            "# Untouched, the brightest row or column has {:.2} grey levels as a mean; the noisiest",
+            noise.dark_levels
+        )?;
+        writeln!(
+            text,
+            "# differs by {:.4} levels from frame to frame (standard deviation): the noise floor.",
+            noise.levels
+        )?;
+        writeln!(text, "\n[features]")?;
+        writeln!(
+            text,
+            "# Six deviations of the noise would be {:.3}; the default is {DEFAULT_FLOOR_LEVELS}.",
+            6.0 * noise.levels
+        )?;
+        writeln!(text, "floor_levels = {:.1}\n", noise.floor_levels)?;
+        writeln!(text, "[trigger]")?;
+        writeln!(
+            text,
+            "# The noise of a feature is {:.4} a frame; six deviations of a window of five frames",
+            noise.feature
+        )?;
+        writeln!(text, "# would be {:.3}; the default is {DEFAULT_MARGIN}.", 6.0 * noise.feature / 5.0_f64.sqrt())?;
+        writeln!(text, "margin = {:.2}\n", noise.margin)?;
+        writeln!(text, "[speed]")?;
+        writeln!(
+            text,
+            "# Six deviations of a row or column would be {:.4}; the default is {VALID_THRESHOLD}.",
+            6.0 * noise.sum
+        )?;
+        if noise.above_baseline {
+            writeln!(
+                text,
+                "# Untouched there are {:.4} already, more than half of the default: it is measured above",
+                noise.dark_sum
+            )?;
+            writeln!(text, "# the baseline, and less by what one grey level in five taxels is.")?;
+        } else {
+            writeln!(text, "# Untouched there are {:.4}, less than half of the default.", noise.dark_sum)?;
+        }
+        let on = if noise.above_baseline { "above_baseline" } else { "absolute" };
+        writeln!(text, "threshold = {:.4}\nthreshold_on = \"{on}\"", noise.threshold)?;
+        if self.is_dim() {
+            writeln!(text, "# No row or column was brighter than {:.4}: too dim for speeds.", self.brightest)?;
+        }
+        Ok(())
+    }
+}

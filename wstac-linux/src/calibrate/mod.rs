@@ -1,0 +1,225 @@
+//! Pin identification: from a press on, or a slide over, all whiskers to the layout of the taxels.
+//!
+//! [`Watch`] takes the frames: the first 25 untouched, then light above them is added up. [`Watch::calibrate`] makes of
+//! that [`spots`], of those a [`lattice`] of 5 × 5 bases, of those a [`layout`], and of the untouched frames with that
+//! layout the [`noise`]. Each of these refuses where it is not sure. What was seen becomes a [`picture`], sure or not,
+//! and the rest a configuration's [`file`].
+
+mod cells;
+mod file;
+mod fit;
+mod lattice;
+mod layout;
+mod noise;
+mod picture;
+mod plane;
+mod spots;
+mod watch;
+
+use wstac_core::layout::Layout;
+use wstac_core::params::{COLUMNS, TAXELS};
+
+use self::cells::Cells;
+use self::lattice::{Lattice, lattice};
+pub use self::noise::Noise;
+use self::spots::{Spot, spots};
+use self::watch::Seen;
+pub use self::watch::{UNTOUCHED, Watch};
+
+/// Frames with a touch that are needed at least: what a whisker takes to flash and fade.
+const LEAST_FRAMES: u32 = 5;
+/// Saturated share of a spot that makes its whisker saturated.
+const SATURATED: f64 = 0.5;
+/// Most whiskers that may be saturated.
+const MOST_SATURATED: usize = TAXELS / 4;
+/// Most times that a spot may be as large as they usually are …
+const LARGEST: f64 = 2.0;
+/// … and as long as it is wide.
+const LONGEST: f64 = 1.8;
+
+/// Where the whiskers are, and what the sensor's noise asks for.
+#[derive(Clone, Debug)]
+pub struct Calibration {
+    /// Where the taxels are.
+    pub layout: Layout,
+    /// The whiskers' bases in pixels of the frame, whole numbers in the middle of a pixel, row by row.
+    pub centres: [[f64; 2]; TAXELS],
+    /// The taxel whose whisker gave no light, where there is one: its base follows from the others'.
+    pub dead: Option<usize>,
+    /// Distance of the bases from a smooth lattice in pixels, root mean square.
+    pub off: f64,
+    /// Distances of neighbours in pixels, to the right and down: medians.
+    pub pitch: [f64; 2],
+    /// Rotation of the picture in degrees, counter-clockwise.
+    pub rotation_degrees: f64,
+    /// Whiskers that the camera could not tell the brightness of: they reached full scale.
+    pub saturated: usize,
+    /// The brightest row or column, of each cell the brightest frame, above the untouched picture: a share of full scale summed
+    /// over its five taxels. No frame had more.
+    pub brightest: f64,
+    /// The noise of the untouched sensor, and what follows from it.
+    pub noise: Noise,
+}
+
+impl Calibration {
+    /// Whether no row or column was ever as bright as the speed law's threshold.
+    pub fn is_dim(&self) -> bool {
+        let dark = if self.noise.above_baseline { 0.0 } else { self.noise.dark_sum };
+        self.brightest + dark < self.noise.threshold
+    }
+}
+
+/// Why there is no calibration.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Refusal {
+    /// What was found and what was expected.
+    pub message: String,
+    /// The spots, by their index, that seemed to be whiskers.
+    lattice: Vec<usize>,
+}
+
+impl Refusal {
+    fn new(message: impl std::fmt::Display) -> Self {
+        Self { message: message.to_string(), lattice: Vec::new() }
+    }
+}
+
+/// What a calibration came to, with what was seen.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The calibration, or why there is none.
+    pub result: Result<Calibration, Refusal>,
+    seen: Seen,
+    spots: Vec<Spot>,
+    cells: Cells,
+}
+
+impl Watch {
+    /// How many spots of light stand out so far, for a person who waits.
+    pub fn found(&self) -> usize {
+        spots(&self.seen()).len()
+    }
+
+    /// What all frames so far come to.
+    pub fn calibrate(&self) -> Outcome {
+        let seen = self.seen();
+        let spots = spots(&seen);
+        let result = self.calibrated(&seen, &spots);
+        Outcome { result, seen, spots, cells: self.cells }
+    }
+
+    fn calibrated(&self, seen: &Seen, spots: &[Spot]) -> Result<Calibration, Refusal> {
+        self.enough(spots).map_err(Refusal::new)?;
+        let lattice = lattice(spots, seen.light.size)?;
+        self.measured(seen, spots, &lattice).map_err(|message| {
+            let lattice = lattice.spots.iter().copied().flatten().collect();
+            Refusal { message, lattice }
+        })
+    }
+
+    /// Whether there were frames enough, and light at all.
+    fn enough(&self, spots: &[Spot]) -> Result<(), String> {
+        if !self.is_ready() || self.frames() < LEAST_FRAMES {
+            let found = self.untouched.len() + self.frames() as usize;
+            return Err(format!("found {found} frames, expected {UNTOUCHED} untouched ones and a touch after them"));
+        }
+        if let Some(change) = self.disturbed() {
+            let percent = 100.0 * change;
+            return Err(format!(
+                "the first {UNTOUCHED} frames were not untouched: a part of the picture changed by {percent:.1} % of full scale; \
+                 expected no touch, and the same light, until they are over"
+            ));
+        }
+        if spots.is_empty() {
+            return Err(format!(
+                "nothing glowed after the first {UNTOUCHED} frames, expected 25 whiskers: press on all of them"
+            ));
+        }
+        Ok(())
+    }
+
+    /// What follows from a lattice, unless it is not sure.
+    fn measured(&self, seen: &Seen, spots: &[Spot], lattice: &Lattice) -> Result<Calibration, String> {
+        let saturated = clear(spots, lattice)?;
+        let centres = lattice.centres.map(|centre| self.cells.pixel(centre));
+        let side = f64::from(self.cells.side);
+        let pitch = lattice.pitch.map(|pitch| pitch * side);
+        let layout = layout::layout(&self.info, &centres, pitch)?;
+        let noise = Noise::measured(&self.info, layout, &self.untouched)?;
+        Ok(Calibration {
+            layout,
+            centres,
+            dead: lattice.spots.iter().position(Option::is_none),
+            off: lattice.off * side,
+            pitch,
+            rotation_degrees: lattice.rotation_degrees,
+            saturated,
+            brightest: self.brightest(seen, &layout),
+            noise,
+        })
+    }
+
+    /// The brightest row or column through a layout.
+    fn brightest(&self, seen: &Seen, layout: &Layout) -> f64 {
+        let side = self.cells.side;
+        let [width, height] = layout.taxel();
+        let mean = |[left, top]: [u16; 2]| {
+            let cells = (top / side..(top + height) / side)
+                .flat_map(|y| (left / side..(left + width) / side).map(move |x| (x, y)));
+            let lights = cells.filter_map(|(x, y)| {
+                let (x, y) = (usize::from(x), usize::from(y));
+                Some(f64::from(seen.most.at(x, y)? - seen.dark.at(x, y)?))
+            });
+            let (sum, count) = lights.fold((0.0, 0_u32), |(sum, count), light| (sum + light, count + 1));
+            sum / f64::from(count.max(1))
+        };
+        let taxels = layout.corners().map(mean);
+        let lines = (0..COLUMNS).flat_map(|k| {
+            let row: f64 = taxels.iter().skip(k * COLUMNS).take(COLUMNS).sum();
+            [row, taxels.iter().skip(k).step_by(COLUMNS).sum()]
+        });
+        lines.fold(0.0, f64::max)
+    }
+}
+
+/// Whether each whisker's light is one round spot within the picture; how many reached full scale.
+fn clear(spots: &[Spot], lattice: &Lattice) -> Result<usize, String> {
+    let whiskers =
+        || lattice.spots.iter().enumerate().filter_map(|(taxel, &spot)| Some((named(taxel), spots.get(spot?)?)));
+    let mut areas: Vec<usize> = whiskers().map(|(_, spot)| spot.area).collect();
+    areas.sort_unstable();
+    let usual = areas.get(areas.len() / 2).copied().unwrap_or(0) as f64;
+    for (name, spot) in whiskers() {
+        if spot.cut {
+            return Err(format!(
+                "the picture's edge cuts the light of the whisker in {name}, expected all of it inside"
+            ));
+        }
+        let (times, stretch) = (spot.area as f64 / usual, spot.stretch);
+        if times > LARGEST {
+            return Err(format!(
+                "the light in {name} is {times:.1} times as large as usual, expected at most {LARGEST}: it may be of two"
+            ));
+        }
+        if stretch > LONGEST {
+            return Err(format!(
+                "the light in {name} is {stretch:.1} times as long as wide, expected at most {LONGEST}: it may be of two"
+            ));
+        }
+    }
+    let saturated = whiskers().filter(|(_, spot)| spot.saturated > SATURATED).count();
+    if saturated > MOST_SATURATED {
+        return Err(format!(
+            "{saturated} whiskers reach full scale, expected at most {MOST_SATURATED}: shorten the exposure or lower the gain"
+        ));
+    }
+    Ok(saturated)
+}
+
+/// What messages call a taxel.
+fn named(taxel: usize) -> String {
+    format!("row {}, column {}", taxel / COLUMNS + 1, taxel % COLUMNS + 1)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,100 @@
+//! What was seen, as a picture to look at: the light, and over it the taxels, or what was taken for whiskers.
+
+mod canvas;
+mod glyphs;
+
+use wstac_core::params::{COLUMNS, TAXELS};
+
+use self::canvas::{Canvas, Colour};
+use super::{Calibration, Outcome, Refusal};
+
+/// Shorter side of a picture at least, so that numbers can be read: smaller frames are enlarged.
+const READABLE: usize = 720;
+/// Light that is shown as brightest: what this share of cells is dimmer than.
+const BRIGHTEST: f32 = 0.985;
+
+const TAXEL: Colour = [255, 255, 255];
+const DEAD: Colour = [255, 150, 40];
+const BASE: Colour = [255, 70, 90];
+const LINK: Colour = [90, 110, 140];
+const ON_LATTICE: Colour = [255, 255, 255];
+const STRAY: Colour = [255, 150, 40];
+
+impl Outcome {
+    /// The picture as the bytes of a PNG file.
+    ///
+    /// With a calibration: each taxel's outline with its row and column, a cross on each base, lines between neighbours; a
+    /// whisker without light in orange, dashed. Without one: a ring and a number on every spot of light, white where it
+    /// seemed to be a whisker, orange elsewhere.
+    pub fn to_png(&self) -> Vec<u8> {
+        let mut canvas = self.light();
+        match &self.result {
+            Ok(calibration) => self.draw_taxels(&mut canvas, calibration),
+            Err(refusal) => self.draw_spots(&mut canvas, refusal),
+        }
+        canvas.to_png()
+    }
+
+    /// How many pixels of the picture a cell's side has.
+    fn scale(&self) -> usize {
+        let shorter = self.seen.light.size.into_iter().min().unwrap_or(0).max(1);
+        READABLE.div_ceil(shorter)
+    }
+
+    /// The light in green over the untouched picture in grey-blue, as an eye sees it: not in proportion.
+    fn light(&self) -> Canvas {
+        let scale = self.scale();
+        let brightest = |values: &[f32]| {
+            let mut values = values.to_vec();
+            values.sort_unstable_by(f32::total_cmp);
+            values.get((values.len() as f32 * BRIGHTEST) as usize).copied().unwrap_or(0.0).max(1e-6)
+        };
+        let most = brightest(&self.seen.light.values).max(4.0 * self.seen.noise as f32);
+        // A root makes much of little light: that of noise is left out.
+        let hidden = 2.5 * self.seen.noise as f32;
+        let [columns, rows] = self.seen.light.size;
+        let mut canvas = Canvas::new(columns * scale, rows * scale);
+        for (k, (light, dark)) in self.seen.light.values.iter().zip(&self.seen.dark.values).enumerate() {
+            let glow = ((light - hidden) / (most - hidden)).clamp(0.0, 1.0).sqrt();
+            let dark = 22.0 + 70.0 * dark.clamp(0.0, 1.0).sqrt();
+            let colour = [dark + 30.0 * glow, dark + (235.0 - dark) * glow, dark * 1.25 + 40.0 * glow];
+            canvas.fill([k % columns * scale, k / columns * scale], [scale; 2], colour.map(|part| part as u8));
+        }
+        canvas
+    }
+
+    fn draw_taxels(&self, canvas: &mut Canvas, calibration: &Calibration) {
+        let scale = self.scale() as f64;
+        // From pixels of the frame, whole numbers in their middle, to pixels of the picture.
+        let per_pixel = scale / f64::from(self.cells.side);
+        let seen = |at: f64| (at + 0.5) * per_pixel - 0.5;
+        let bases = calibration.centres.map(|centre| centre.map(seen));
+        let links = (0..TAXELS).flat_map(|k| {
+            let right = ((k + 1) % COLUMNS != 0).then_some([k, k + 1]);
+            right.into_iter().chain((k + COLUMNS < TAXELS).then_some([k, k + COLUMNS]))
+        });
+        for [from, to] in links {
+            canvas.line(bases[from], bases[to], LINK);
+        }
+        let size = calibration.layout.taxel().map(|side| f64::from(side) * per_pixel);
+        for (taxel, corner) in calibration.layout.corners().iter().enumerate() {
+            let dead = calibration.dead == Some(taxel);
+            let corner = corner.map(|at| f64::from(at) * per_pixel);
+            canvas.outline(corner, size, if dead { DEAD } else { TAXEL }, dead);
+            let label = format!("{},{}", taxel / COLUMNS + 1, taxel % COLUMNS + 1);
+            canvas.text([corner[0] + 5.0, corner[1] + 5.0], &label, if dead { DEAD } else { TAXEL });
+            canvas.cross(bases[taxel], 6.0, if dead { DEAD } else { BASE });
+        }
+    }
+
+    fn draw_spots(&self, canvas: &mut Canvas, refusal: &Refusal) {
+        let scale = self.scale() as f64;
+        for (k, spot) in self.spots.iter().enumerate() {
+            let colour = if refusal.lattice.contains(&k) { ON_LATTICE } else { STRAY };
+            let centre = spot.centre.map(|at| (at + 0.5) * scale - 0.5);
+            let radius = (spot.area as f64 / core::f64::consts::PI).sqrt() * 1.3 * scale + 3.0;
+            canvas.ring(centre, radius, colour);
+            canvas.text([centre[0] + radius * 0.75, centre[1] - radius * 0.75 - 14.0], &(k + 1).to_string(), colour);
+        }
+    }
+}
