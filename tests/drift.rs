@@ -74,7 +74,12 @@ fn an_hour_of_drift_makes_a_kept_baseline_fire_and_a_followed_one_not() {
         ("no drift, kept", &expected),
         ("no drift, followed", &followed_still),
     ] {
-        println!("{name}: {} events in {frames} frames, {} slides found, {} false", events.len(), found(events), false_ones(events));
+        println!(
+            "{name}: {} events in {frames} frames, {} slides found, {} false",
+            events.len(),
+            found(events),
+            false_ones(events)
+        );
     }
     assert_eq!((found(&expected), false_ones(&expected)), (30, 0));
     assert_eq!((found(&followed), false_ones(&followed)), (30, 0));
@@ -82,7 +87,9 @@ fn an_hour_of_drift_makes_a_kept_baseline_fire_and_a_followed_one_not() {
     assert!(false_ones(&kept) > 100, "{} false events", false_ones(&kept));
 
     let (mut same, mut off) = (0, 0);
-    for (drift, still) in of_slides(&truth, &followed).iter().flatten().zip(of_slides(&truth, &expected).iter().flatten()) {
+    for (drift, still) in
+        of_slides(&truth, &followed).iter().flatten().zip(of_slides(&truth, &expected).iter().flatten())
+    {
         assert_eq!(drift.direction.deg, still.direction.deg, "at frame {}", drift.frame);
         assert!(drift.direction.deg.is_some() && drift.reliable, "at frame {}", drift.frame);
         let (a, b) = (drift.duration_frames.unwrap(), still.duration_frames.unwrap());
@@ -95,7 +102,9 @@ fn an_hour_of_drift_makes_a_kept_baseline_fire_and_a_followed_one_not() {
 
 /// Pushes a level so often; whether anything fired.
 fn push<B: wstac_core::following::Following>(trigger: &mut Trigger<B>, level: i16, frames: u32) -> bool {
-    (0..frames).fold(false, |fired, _| trigger.push([level; 10], false).is_some() || trigger.end().incomplete.is_some() || fired)
+    (0..frames).fold(false, |fired, _| {
+        trigger.push([level; 10], false).is_some() || trigger.end().incomplete.is_some() || fired
+    })
 }
 
 #[test]

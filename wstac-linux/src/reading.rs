@@ -96,10 +96,8 @@ impl<'m> Reading<'m> {
             Kernel::Libm => boxed::<Libm>(camera, floor),
             Kernel::Micromath => boxed::<Micromath>(camera, floor),
         };
-        let (trigger, following) = config
-            .trigger()
-            .and_then(|trigger| Ok((trigger, config.following()?)))
-            .map_err(in_table("[trigger]"))?;
+        let (trigger, following) =
+            config.trigger().and_then(|trigger| Ok((trigger, config.following()?))).map_err(in_table("[trigger]"))?;
         Ok(Self {
             accumulators,
             taxels: None,

@@ -187,7 +187,9 @@ fn text(fit: &Fit, nominal_frames: f64) -> String {
         None => "  it has no speed for some of these durations: they are shorter than its afterglow\n".into(),
     };
     if let Some([slowest, fastest]) = fit.answers(nominal_frames) {
-        text += &format!("  it can answer {slowest:.0} to {fastest:.0} mm/s; outside what it was fitted on it is extrapolated\n");
+        text += &format!(
+            "  it can answer {slowest:.0} to {fastest:.0} mm/s; outside what it was fitted on it is extrapolated\n"
+        );
     }
     text
 }

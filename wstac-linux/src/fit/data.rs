@@ -49,9 +49,8 @@ impl Slides {
             }
         }
         for (k, ((&speed_mm_s, &duration), &reliable)) in speeds.iter().zip(&durations).zip(&reliable).enumerate() {
-            let wrong = |name, found, expected| {
-                npz.error(name, format_args!("element {k} is {found}, expected {expected}"))
-            };
+            let wrong =
+                |name, found, expected| npz.error(name, format_args!("element {k} is {found}, expected {expected}"));
             if !speed_mm_s.is_nan() && !(speed_mm_s > 0.0 && speed_mm_s.is_finite()) {
                 return Err(wrong("speed", speed_mm_s, "mm/s above 0, or NaN where it is not known"));
             }
@@ -127,7 +126,8 @@ mod tests {
         let path = std::env::temp_dir().join(format!("wstac-fit-{}-{name}.npz", std::process::id()));
         let mut npz = Writer::new(std::fs::File::create(&path).unwrap());
         for (array, numbers) in arrays {
-            let write = |out: &mut dyn Write| numbers.iter().try_for_each(|number| out.write_all(&number.to_le_bytes()));
+            let write =
+                |out: &mut dyn Write| numbers.iter().try_for_each(|number| out.write_all(&number.to_le_bytes()));
             npz.array(array, Dtype::Float64, &[numbers.len()], write).unwrap();
         }
         npz.finish().unwrap();
@@ -156,9 +156,21 @@ mod tests {
     fn what_is_wrong_is_named() {
         for (name, arrays, parts) in [
             ("no-speed", vec![("duration", &[1.0][..])], ["array speed", "missing, found duration"]),
-            ("short", vec![("speed", &[1.0, 2.0][..]), ("duration", &[1.0][..])], ["array duration", "has 1 elements, expected 2"]),
-            ("negative", vec![("speed", &[1.0, -2.0][..]), ("duration", &[1.0, 1.0][..])], ["array speed", "element 1 is -2"]),
-            ("infinite", vec![("speed", &[f64::INFINITY][..]), ("duration", &[1.0][..])], ["array speed", "element 0 is inf"]),
+            (
+                "short",
+                vec![("speed", &[1.0, 2.0][..]), ("duration", &[1.0][..])],
+                ["array duration", "has 1 elements, expected 2"],
+            ),
+            (
+                "negative",
+                vec![("speed", &[1.0, -2.0][..]), ("duration", &[1.0, 1.0][..])],
+                ["array speed", "element 1 is -2"],
+            ),
+            (
+                "infinite",
+                vec![("speed", &[f64::INFINITY][..]), ("duration", &[1.0][..])],
+                ["array speed", "element 0 is inf"],
+            ),
             ("nan", vec![("speed", &[1.0][..]), ("duration", &[f64::NAN][..])], ["array duration", "element 0 is NaN"]),
             ("minus", vec![("speed", &[1.0][..]), ("duration", &[-2.0][..])], ["array duration", "element 0 is -2"]),
         ] {

@@ -51,7 +51,8 @@ impl Panel {
 fn ticks([from, to]: [f64; 2]) -> Vec<(f64, String)> {
     let rough = (to - from) / 5.0;
     let power = 10_f64.powf(rough.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0].map(|digit| digit * power).into_iter().find(|step| *step >= rough).unwrap_or(power);
+    let step =
+        [1.0, 2.0, 5.0, 10.0].map(|digit| digit * power).into_iter().find(|step| *step >= rough).unwrap_or(power);
     let digits = usize::from(step < 1.0) * (-step.log10().floor()).max(0.0) as usize;
     let (first, last) = ((from / step).ceil() as i64, (to / step).floor() as i64);
     // No minus zero.
@@ -61,8 +62,8 @@ fn ticks([from, to]: [f64; 2]) -> Vec<(f64, String)> {
 
 /// From least to most with some room.
 fn span(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
-    let [least, most] = numbers
-        .fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], number| [least.min(number), most.max(number)]);
+    let [least, most] =
+        numbers.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], number| [least.min(number), most.max(number)]);
     let room = (0.06 * (most - least)).max(1e-3);
     [least - room, most + room]
 }

@@ -92,7 +92,8 @@ impl Fit {
 
     /// The law in words: frames at 30 a second, v in mm/s.
     pub fn words(&self) -> String {
-        let (sign, rest) = if self.line.intercept < 0.0 { ("−", -self.line.intercept) } else { ("+", self.line.intercept) };
+        let (sign, rest) =
+            if self.line.intercept < 0.0 { ("−", -self.line.intercept) } else { ("+", self.line.intercept) };
         match self.kind {
             Kind::Paper => format!("D = {:.2} − {:.2} log10 v", self.line.intercept, -self.line.slope),
             Kind::Physical => format!("D = 30 · {:.2} / v {sign} {rest:.2}", self.line.slope),
@@ -120,7 +121,8 @@ mod tests {
     use super::*;
 
     fn slides(of: impl Fn(f64) -> f64) -> Slides {
-        let used = (10..=20).map(|n| f64::from(10 * n)).map(|speed_mm_s| Labelled { speed_mm_s, frames: of(speed_mm_s) });
+        let used =
+            (10..=20).map(|n| f64::from(10 * n)).map(|speed_mm_s| Labelled { speed_mm_s, frames: of(speed_mm_s) });
         Slides { used: used.collect(), ..Slides::default() }
     }
 
