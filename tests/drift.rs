@@ -17,7 +17,7 @@ const HOUR: u64 = 108_000;
 
 /// An hour of 30 slides, of every direction and of 100 to 190 mm/s; light leaks in, as much more a minute.
 fn hour(leak_per_minute: f64) -> Script {
-    let mut text = format!("fidelity = \"taxel\"\ngap = 3527\n[light]\nleak_per_minute = {leak_per_minute}\n");
+    let mut text = format!("fidelity = \"taxel\"\ngap = 3575\n[light]\nleak_per_minute = {leak_per_minute}\n");
     for slide in 0..SLIDES {
         let specimen = ["Fla0", "Sin3", "Saw2", "Tri4"][slide as usize % 4];
         let (speed, direction) = (100 + 10 * (slide % 10), 90 * (slide % 4));

@@ -68,7 +68,7 @@ pub(crate) fn sent(scene: &str, models: &[ModelFile], all: bool) -> Sent {
                 }
                 None
             }
-            Item::Waiting => None,
+            Item::Fault(_) | Item::Waiting => None,
             Item::End => break,
         };
         if let Some(frame) = frame {

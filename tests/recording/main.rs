@@ -29,7 +29,7 @@ pub(crate) fn said(done: &Output) -> String {
 
 /// A slide that loses frames, in this format.
 fn scene(folder: &Folder, format: &str) -> String {
-    let path = folder.0.join(&format!("{format}.toml"));
+    let path = folder.0.join(format!("{format}.toml"));
     let text = format!(
         "specimen = \"Saw3\"\nspeed = 150\nseed = 5\n[sensor]\nsize = [240, 180]\nformat = \"{format}\"\ndropped = 0.03\n"
     );
@@ -42,7 +42,7 @@ fn scene(folder: &Folder, format: &str) -> String {
 fn every_kind_of_format_replays_to_the_byte() {
     let folder = Folder::new("recording-formats");
     for format in ["GREY", "YUYV", "NV12", "Y10", "Y16", "RGGB", "RGBP", "MJPG"] {
-        let (scene, file) = (scene(&folder, format), folder.0.join(&format!("{format}.mcap")));
+        let (scene, file) = (scene(&folder, format), folder.0.join(format!("{format}.mcap")));
         let file = file.to_str().unwrap();
         let model = ["--model", "builtin:svm", "--json"];
         let live = good(&[&["run", &scene, "--features"], &model[..]].concat());

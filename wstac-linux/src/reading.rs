@@ -104,7 +104,7 @@ impl<'m> Reading<'m> {
             accumulators,
             taxels: None,
             stage: stage.map_err(in_table("[features]"))?,
-            trigger: Trigger::with(trigger, 0, following.clone()),
+            trigger: Trigger::with(trigger, 0, following),
             following,
             speed: config.speed(info.rate).map_err(in_table("[speed]"))?,
             textures: Textures::default(),
@@ -187,7 +187,7 @@ impl<'m> Reading<'m> {
     /// Gathers a new baseline from the next frame on. The sample that was being captured, which ends here.
     pub fn rezero(&mut self) -> Option<IncompleteRecord> {
         let end = self.trigger.end();
-        self.trigger = Trigger::with(*self.trigger.config(), end.frames, self.following.clone());
+        self.trigger = Trigger::with(*self.trigger.config(), end.frames, self.following);
         self.baseline_reported = false;
         end.incomplete.map(IncompleteRecord::from)
     }

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::output::{Stop, note};
 use super::run::interruptions;
-use super::source_arguments::{SourceArguments, config_of};
+use super::source_arguments::SourceArguments;
 use crate::camera::controls::{ControlValue, controls};
 use crate::camera::{CameraState, device_at};
 use crate::config::Config;
@@ -96,8 +96,8 @@ What is measured, in grey levels of 255 whatever the format; with --json as one 
 "#;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
-    let (mut source, info) = arguments.options.open(&arguments.source, Delivery::Every)?;
-    let config = config_of(source.as_ref(), arguments.config.as_deref())?;
+    let (mut source, info, config) =
+        arguments.options.open_configured(&arguments.source, Delivery::Every, arguments.config.as_deref())?;
     note(&info.about);
     note(format_args!("measuring for {} s: nothing may touch the sensor", arguments.seconds));
     let interrupted = interruptions()?;

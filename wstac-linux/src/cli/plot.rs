@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::output::{Stop, check_new, note};
-use super::source_arguments::{SourceArguments, config_of};
+use super::source_arguments::SourceArguments;
 use crate::error::Error;
 use crate::model::file::ModelFile;
 use crate::plot::{draw, find};
@@ -63,8 +63,8 @@ Exit code: 1 where the source has no such event, too.
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     check_new(&arguments.output, arguments.force)?;
-    let (mut source, info) = arguments.options.open(&arguments.source, Delivery::Every)?;
-    let config = config_of(source.as_ref(), arguments.config.as_deref())?;
+    let (mut source, info, config) =
+        arguments.options.open_configured(&arguments.source, Delivery::Every, arguments.config.as_deref())?;
     let files = arguments.models.iter().map(|name| ModelFile::open(name)).collect::<Result<Vec<_>, _>>()?;
     let wanted = Wanted { features: false, samples: true };
     let mut reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);

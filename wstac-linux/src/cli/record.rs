@@ -12,7 +12,7 @@ use signal_hook::consts::SIGHUP;
 use super::loss_report::LossReport;
 use super::output::{Form, Records, Stop, check_new, note, text_of};
 use super::run::interruptions;
-use super::source_arguments::{SourceArguments, config_of};
+use super::source_arguments::SourceArguments;
 use crate::error::Error;
 use crate::model::file::ModelFile;
 use crate::reading::{BASELINE_DISTURBED, Reading, Record, Wanted};
@@ -123,8 +123,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     let labels = labels(&arguments.labels)?;
     check_new(&arguments.output, arguments.force)?;
-    let (mut source, info) = arguments.options.open(&arguments.source, Delivery::Every)?;
-    let config = config_of(source.as_ref(), arguments.config.as_deref())?;
+    let (mut source, info, config) =
+        arguments.options.open_configured(&arguments.source, Delivery::Every, arguments.config.as_deref())?;
     let files = arguments.models.iter().map(|name| ModelFile::open(name)).collect::<Result<Vec<_>, _>>()?;
     let wanted = Wanted { features: true, samples: false };
     let mut reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);

@@ -60,6 +60,25 @@ enum RangeName {
 }
 
 impl SourceArguments {
+    /// Opens a source; what its frames have in common, as the arguments have it; and the configuration: of the file that
+    /// the user names, else the source's own, else the default.
+    pub(super) fn open_configured(
+        &self,
+        source: &str,
+        delivery: Delivery,
+        file: Option<&Path>,
+    ) -> Result<(Box<dyn Source>, StreamInfo, Config), Error> {
+        // First: a camera, or standard input, is not asked for what could not be used.
+        let given = file.map(Config::read).transpose()?;
+        let (source, info) = self.open(source, delivery)?;
+        let own = || source.configuration().map(Config::parse).transpose();
+        let config = match given {
+            Some(given) => given,
+            None => own().map_err(|error| Error::new(&info.about, error))?.unwrap_or_default(),
+        };
+        Ok((source, info, config))
+    }
+
     /// Opens a source; what its frames have in common, as the arguments have it.
     pub(super) fn open(&self, source: &str, delivery: Delivery) -> Result<(Box<dyn Source>, StreamInfo), Error> {
         let Self { fps, format, size, keep_controls, .. } = *self;
@@ -102,15 +121,6 @@ impl SourceArguments {
         let scene = Scene::new(&script(scene, &options)?).map_err(|error| error.about(source))?;
         Ok(scene.truth().first().map(Truth::start_frame))
     }
-}
-
-/// The configuration: of the file that the user names, else the source's own, else the default.
-pub(super) fn config_of(source: &dyn Source, file: Option<&Path>) -> Result<Config, Error> {
-    if let Some(file) = file {
-        return Config::read(file);
-    }
-    let own = source.configuration().map(Config::parse).transpose();
-    Ok(own.map_err(|error| Error::new(&source.info().about, error))?.unwrap_or_default())
 }
 
 /// `30`, `29.97` or `30000/1001`.

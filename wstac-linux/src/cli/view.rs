@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use super::output::{Stop, note};
-use super::source_arguments::{SourceArguments, config_of};
+use super::source_arguments::SourceArguments;
 use crate::error::Error;
 use crate::model::file::ModelFile;
 use crate::reading::{Reading, Wanted};
@@ -69,8 +69,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         let message = "is no terminal, expected one to draw on; wstac run prints events to files and pipes";
         return Err(Error::new("standard output", message).into());
     }
-    let (mut source, info) = arguments.options.open(&arguments.source, Delivery::Newest)?;
-    let config = config_of(source.as_ref(), arguments.config.as_deref())?;
+    let (mut source, info, config) =
+        arguments.options.open_configured(&arguments.source, Delivery::Newest, arguments.config.as_deref())?;
     let files = arguments.models.iter().map(|name| ModelFile::open(name)).collect::<Result<Vec<_>, _>>()?;
     let wanted = Wanted { features: true, samples: false };
     let mut reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);

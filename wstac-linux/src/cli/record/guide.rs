@@ -10,7 +10,6 @@ use std::time::Duration;
 
 use super::{Arguments, Shown, labels, signals};
 use crate::cli::output::{Form, Records, Stop, note, text_of};
-use crate::cli::source_arguments::config_of;
 use crate::config::Config;
 use crate::error::Error;
 use crate::model::file::ModelFile;
@@ -60,8 +59,8 @@ struct Session<'a> {
 pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
     let slides = plan::read(plan_file)?;
     let labels = labels(&arguments.labels)?;
-    let (source, info) = arguments.options.open(&arguments.source, Delivery::Every)?;
-    let config = config_of(source.as_ref(), arguments.config.as_deref())?;
+    let (source, info, config) =
+        arguments.options.open_configured(&arguments.source, Delivery::Every, arguments.config.as_deref())?;
     let models = arguments.models.iter().map(|name| ModelFile::open(name)).collect::<Result<Vec<_>, _>>()?;
     let folder = &arguments.output;
     // What does not fit is said before a person waits.

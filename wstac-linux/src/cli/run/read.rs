@@ -9,7 +9,6 @@ use std::thread;
 
 use super::super::loss_report::LossReport;
 use super::super::output::{Form, Records, Stop, note};
-use super::super::source_arguments::config_of;
 use super::{Arguments, Sensor};
 use crate::error::Error;
 use crate::model::file::ModelFile;
@@ -46,8 +45,8 @@ impl<'a> Run<'a> {
         let form = if arguments.json { Form::Json } else { Form::Text };
         let records = Records::new(form).of_sensor(sensor.name);
         let delivery = if arguments.save_raw.is_some() { Delivery::Every } else { Delivery::Newest };
-        let (source, info) = arguments.options.open(sensor.source, delivery)?;
-        let config = config_of(source.as_ref(), arguments.config.as_deref())?;
+        let (source, info, config) =
+            arguments.options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
         let wanted = Wanted { features: arguments.features, samples: arguments.samples };
         let reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(files)?);
         records.note(&info.about);
