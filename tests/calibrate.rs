@@ -127,6 +127,6 @@ fn what_cannot_be_calibrated_is_said() {
     refused(&["scene:Saw3@150", "-o", config, "--overlay", config], 1, "expected two names");
     refused(&["scene:Saw3@150", "-o", config, "--frames", "40"], 1, "nothing glowed");
     let sums = scene(&folder, "sums.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"");
-    refused(&[&sums, "-o", config], 1, "taxel sums, expected frames");
+    refused(&[&sums, "-o", config, "--force"], 1, "taxel sums, expected frames");
     std::fs::remove_dir_all(&folder).unwrap();
 }

@@ -1,9 +1,9 @@
 //! Pin identification: from a press on, or a slide over, all whiskers to the layout of the taxels.
 //!
 //! [`Watch`] takes the frames: the first 25 untouched, then light above them is added up. [`Watch::calibrate`] makes of
-//! that [`spots`], of those a [`lattice`] of 5 × 5 bases, of those a [`layout`], and of the untouched frames with that
-//! layout the [`noise`]. Each of these refuses where it is not sure. What was seen becomes a [`picture`], sure or not,
-//! and the rest a configuration's [`file`].
+//! that `spots`, of those a `lattice` of 5 × 5 bases, of those a `layout`, and of the untouched frames with that
+//! layout the `noise`. Each of these refuses where it is not sure. What was seen becomes a `picture`, sure or not,
+//! and the rest a configuration's `file`.
 
 mod cells;
 mod file;
