@@ -150,16 +150,15 @@ fn range(slides: &Slides) -> [f64; 2] {
 
 fn in_words(slides: &Slides) -> String {
     let ([slowest, fastest], speeds) = (range(slides), slides.speeds().len());
-    let mut words = format!("{} slides at {speeds} speeds from {slowest} to {fastest} mm/s", slides.used.len());
+    let mut words = vec![format!("{} slides at {speeds} speeds from {slowest} to {fastest} mm/s", slides.used.len())];
     let reasons = [
         (slides.no_duration, "cut off or never lit"),
         (slides.unreliable, "not reliable"),
         (slides.no_speed, "without a speed"),
     ];
-    for (count, reason) in reasons.into_iter().filter(|(count, _)| *count > 0) {
-        words += &format!("; left out: {count} {reason}");
-    }
-    words
+    let there = reasons.into_iter().filter(|(count, _)| *count > 0);
+    words.extend(there.map(|(count, reason)| format!("{count} {reason}")));
+    words.join("; left out: ")
 }
 
 /// Names of the intercept and the slope, the latter's sign, and their digits.
@@ -173,8 +172,8 @@ fn parameters(kind: Kind) -> [(&'static str, f64); 2] {
 fn text(fit: &Fit, nominal_frames: f64) -> String {
     let line = &fit.line;
     let [(intercept, _), (slope, sign)] = parameters(fit.kind);
-    let mut text = format!("{}: {}, R² {:.4}\n", fit.kind.name(), fit.words(), line.r2);
-    text += &format!(
+    let law = format!("{}: {}, R² {:.4}\n", fit.kind.name(), fit.words(), line.r2);
+    let parameters = format!(
         "  {intercept} {:.3} ± {:.3}, {slope} {:.3} ± {:.3} (standard errors); durations deviate by {:.2} frames\n",
         line.intercept,
         line.intercept_error,
@@ -182,16 +181,14 @@ fn text(fit: &Fit, nominal_frames: f64) -> String {
         line.slope_error,
         line.deviation
     );
-    text += &match fit.speed_error {
+    let read = match fit.speed_error {
         Some(error) => format!("  speeds that it reads off these durations are off by {:.1} % (rms)\n", 100.0 * error),
         None => "  it has no speed for some of these durations: they are shorter than its afterglow\n".into(),
     };
-    if let Some([slowest, fastest]) = fit.answers(nominal_frames) {
-        text += &format!(
-            "  it can answer {slowest:.0} to {fastest:.0} mm/s; outside what it was fitted on it is extrapolated\n"
-        );
-    }
-    text
+    let answers = fit.answers(nominal_frames).map_or_else(String::new, |[slowest, fastest]| {
+        format!("  it can answer {slowest:.0} to {fastest:.0} mm/s; outside what it was fitted on it is extrapolated\n")
+    });
+    [law, parameters, read, answers].concat()
 }
 
 fn as_json(fit: &Fit, slides: &Slides, nominal_frames: f64) -> serde_json::Value {
@@ -226,7 +223,7 @@ fn table(fit: &Fit, slides: &Slides, names: &str, config: Option<&Config>) -> St
     // The range is rounded outwards, so that it holds every speed of the slides.
     let (slowest, fastest) = (below(slowest), -below(-fastest));
     let names = names.replace(|character: char| character.is_control(), " ");
-    let mut table = format!(
+    let table = format!(
         "# wstac fit-speed {names}: {}\n# R² {:.4}, durations deviate by {:.2} frames\n[speed]\nlaw = \"{}\"\n{intercept} = {}\n{slope} = {}\nrange_mm_s = [{slowest}, {fastest}]\n",
         in_words(slides),
         line.r2,
@@ -235,14 +232,14 @@ fn table(fit: &Fit, slides: &Slides, names: &str, config: Option<&Config>) -> St
         line.intercept as f32,
         (sign * line.slope) as f32,
     );
-    if let Some(config) = config {
+    let threshold = config.map_or_else(String::new, |config| {
         let on = match config.speed.threshold_on {
             ThresholdOn::Absolute => "absolute",
             ThresholdOn::AboveBaseline => "above_baseline",
         };
-        table += &format!("threshold = {}\nthreshold_on = \"{on}\"\n", config.speed.threshold);
-    }
-    table
+        format!("threshold = {}\nthreshold_on = \"{on}\"\n", config.speed.threshold)
+    });
+    table + &threshold
 }
 
 /// The highest number of 32 bits that is not above this one.

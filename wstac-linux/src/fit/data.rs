@@ -51,10 +51,11 @@ impl Slides {
         for (k, ((&speed_mm_s, &duration), &reliable)) in speeds.iter().zip(&durations).zip(&reliable).enumerate() {
             let wrong =
                 |name, found, expected| npz.error(name, format_args!("element {k} is {found}, expected {expected}"));
-            if !speed_mm_s.is_nan() && !(speed_mm_s > 0.0 && speed_mm_s.is_finite()) {
+            if speed_mm_s <= 0.0 || speed_mm_s.is_infinite() {
                 return Err(wrong("speed", speed_mm_s, "mm/s above 0, or NaN where it is not known"));
             }
-            if !(duration.is_finite() && (duration >= 0.0 || duration == -1.0)) {
+            let is_none = (duration + 1.0).abs() < f64::EPSILON;
+            if !(duration.is_finite() && (duration >= 0.0 || is_none)) {
                 return Err(wrong("duration", duration, "frames, or -1 where there is none"));
             }
             if speed_mm_s.is_nan() {
