@@ -1,5 +1,7 @@
 //! The configuration file: TOML, every key optional, defaults from the sensor's published or decided parameters.
 
+mod speed;
+
 use std::fmt;
 use std::path::Path;
 
@@ -11,9 +13,10 @@ use wstac_core::green::any::YcbcrMethod;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::params;
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::{Law, SpeedConfig, ThresholdOn};
+use wstac_core::speed::SpeedConfig;
 use wstac_core::trigger::{Rule, TriggerConfig};
 
+pub use self::speed::SpeedKeys;
 use crate::error::Error;
 
 /// Everything that a configuration file can say.
@@ -114,46 +117,6 @@ impl Default for TriggerKeys {
             rule: Rule::default(),
             margin: params::DEFAULT_MARGIN,
             follow: 0,
-        }
-    }
-}
-
-/// A speed law by name.
-#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
-#[serde(rename_all = "lowercase")]
-enum LawName {
-    #[default]
-    Paper,
-    Physical,
-}
-
-/// `[speed]`, before it is checked. A law's own parameters default to the published ones.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, default, expecting = "a table")]
-pub struct SpeedKeys {
-    law: LawName,
-    /// Above which a row or column is lit: a share of full scale, summed over its five taxels.
-    pub threshold: f64,
-    /// What the threshold is compared with.
-    pub threshold_on: ThresholdOn,
-    intercept: Option<f32>,
-    slope: Option<f32>,
-    track_mm: Option<f32>,
-    afterglow_frames: Option<f32>,
-    range_mm_s: Option<[f32; 2]>,
-}
-
-impl Default for SpeedKeys {
-    fn default() -> Self {
-        Self {
-            law: LawName::default(),
-            threshold: params::VALID_THRESHOLD,
-            threshold_on: ThresholdOn::default(),
-            intercept: None,
-            slope: None,
-            track_mm: None,
-            afterglow_frames: None,
-            range_mm_s: None,
         }
     }
 }
@@ -300,57 +263,6 @@ impl LayoutConfig {
 /// Two numbers, no more.
 fn pair(numbers: &[u16]) -> Option<[u16; 2]> {
     numbers.try_into().ok()
-}
-
-impl SpeedKeys {
-    /// The law with its parameters.
-    pub fn law(&self) -> Law {
-        match self.law {
-            LawName::Paper => Law::Paper {
-                intercept: self.intercept.unwrap_or(params::SPEED_INTERCEPT),
-                slope: self.slope.unwrap_or(params::SPEED_SLOPE),
-            },
-            LawName::Physical => Law::Physical {
-                track: self.track_mm.unwrap_or(params::TRACK_LENGTH),
-                afterglow: self.afterglow_frames.unwrap_or(params::AFTERGLOW_FRAMES),
-            },
-        }
-    }
-
-    /// Slowest and fastest speed that the law was fitted on, in mm/s.
-    pub fn range(&self) -> [f32; 2] {
-        self.range_mm_s.unwrap_or([params::SLOWEST_FITTED, params::FASTEST_FITTED])
-    }
-
-    /// With the law's parameters, those of its defaults included.
-    fn in_full(self) -> Self {
-        let range_mm_s = Some(self.range());
-        match self.law() {
-            Law::Paper { intercept, slope } => {
-                Self { intercept: Some(intercept), slope: Some(slope), range_mm_s, ..self }
-            }
-            Law::Physical { track, afterglow } => {
-                Self { track_mm: Some(track), afterglow_frames: Some(afterglow), range_mm_s, ..self }
-            }
-        }
-    }
-
-    /// A parameter of the law that is not in force would change nothing, in silence.
-    fn check(&self) -> Result<(), String> {
-        let (law, other, key) = match self.law {
-            LawName::Paper => (
-                "paper",
-                "physical",
-                self.track_mm.map(|_| "track_mm").or(self.afterglow_frames.map(|_| "afterglow_frames")),
-            ),
-            LawName::Physical => {
-                ("physical", "paper", self.intercept.map(|_| "intercept").or(self.slope.map(|_| "slope")))
-            }
-        };
-        key.map_or(Ok(()), |key| {
-            Err(format!("[speed] has {key} with law = \"{law}\", expected it with law = \"{other}\" only"))
-        })
-    }
 }
 
 #[cfg(test)]
