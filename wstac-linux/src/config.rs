@@ -1,5 +1,7 @@
 //! The configuration file: TOML, every key optional, defaults from the sensor's published or decided parameters.
 
+// By its path: the firmware reads this file, too, from where it stands.
+#[path = "config/speed.rs"]
 mod speed;
 
 use std::fmt;
