@@ -3,7 +3,7 @@
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
-use super::output::{Stop, check_new, note, text_of};
+use super::output::{Stop, note, text_of};
 use super::source_arguments::SourceArguments;
 use crate::error::Error;
 use crate::model::file::ModelFile;
@@ -63,11 +63,11 @@ What is shown:
   events    first frame, speed (* extrapolated, \u{2264} cut off), direction and its confidence,
             frames lit, texture where there is a model; faults
 
-Recordings are as those of wstac record, in new files, never over another; wstac run FILE.mcap gives
-their events again, as long as z is not asked for meanwhile (it is refused). Above stands the file,
-its frames, and how many wait for the disk. A camera's frames that were skipped for newer ones are lost
-in the recording, too; for every frame: wstac record. q, signals, the source's end and its failure
-end a recording properly; a full disk ends the recording, which the screen says, not the view.
+Recordings are as those of wstac record, in new files, never over another. wstac run FILE.mcap gives
+their events again, so z is refused meanwhile. The first line has the file, its frames, and how many
+wait for the disk. A camera's frames that were skipped for newer ones are lost in the recording, too;
+for every frame: wstac record. q, a signal, the source's end and its failure end a recording properly.
+A full disk ends the recording, not the view; the screen says so, and standard error at the end.
 
 From 20 x 5 characters up; a picture needs 60 x 20. Colours are what COLORTERM and TERM say: 24 bits,
 256, or 16; with NO_COLOR set there are none, and shades are characters.
@@ -81,8 +81,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         let message = "is no terminal, expected one to draw on; wstac run prints events to files and pipes";
         return Err(Error::new("standard output", message).into());
     }
-    if let Some(path) = &arguments.record {
-        check_new(path, false)?;
+    // There is no --force here: a key is pressed too easily.
+    if let Some(path) = arguments.record.as_ref().filter(|path| path.symlink_metadata().is_ok()) {
+        return Err(Error::new(path.display(), "exists already, expected a new file").into());
     }
     let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, Delivery::Newest, arguments.config.as_deref())?;

@@ -237,7 +237,11 @@ fn a_recording_starts_afresh_and_gives_the_same_events_again() {
 
 #[test]
 fn taxels_alone_are_not_recorded() {
-    let mut source = open("scene:Saw3@150,fidelity=taxel", &OpenOptions::default()).unwrap();
+    let path = std::env::temp_dir().join(format!("wstac-view-{}.toml", std::process::id()));
+    std::fs::write(&path, "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"\n").unwrap();
+    let source = open(&format!("scene:{}", path.display()), &OpenOptions::default());
+    std::fs::remove_file(&path).unwrap();
+    let mut source = source.unwrap();
     let info = source.info().clone();
     assert!(info.taxels_only);
     let mut reading = Reading::new(&info, &Config::default(), Wanted::default()).unwrap();
