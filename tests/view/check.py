@@ -5,11 +5,13 @@ check.py WSTAC --keep   writes the screens in docs/VIEW.md as well
 """
 
 import contextlib
+import json
 import os
 import pathlib
 import re
 import subprocess
 import sys
+import tempfile
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -136,6 +138,32 @@ def check_keys(wstac):
         terminal.left(0)
 
 
+def check_recording(wstac):
+    """r starts a recording and ends it, and so does q; both files can be read again."""
+    with tempfile.TemporaryDirectory() as folder:
+        named = pathlib.Path(folder) / "slide.mcap"
+        with view(wstac, SCENE, *SMALL, "--record", str(named), size=(160, 24)) as terminal:
+            terminal.until(r"baseline \d+/25|watching", "the baseline")
+            terminal.keys("r")
+            screen = terminal.until(r"^● REC .*slide\.mcap, [3-9]\d frames, \d+ behind", "r")
+            assert "r end recording" in screen, screen
+            terminal.keys("r")
+            terminal.until(r"slide\.mcap: \d+ frames recorded", "r again")
+            terminal.keys("r")
+            terminal.until(r"^● REC .*slide-2\.mcap, \d+ frames", "r once more")
+            terminal.keys("q")
+            screen = terminal.left(0)
+            said = [int(frames) for frames in re.findall(r"slide(?:-2)?\.mcap: (\d+) frames recorded", screen)]
+            assert len(said) == 2 and min(said) > 0, screen
+        for file, frames in zip([named, named.with_name("slide-2.mcap")], said, strict=True):
+            done = subprocess.run([wstac, "run", str(file), "--json"], capture_output=True, text=True, check=False, timeout=PATIENCE)
+            assert done.returncode == 0, done
+            end = json.loads(done.stdout.splitlines()[-1])
+            assert end["kind"] == "end" and end["frames"] == frames, (end, frames)
+        with view(wstac, SCENE, *SMALL, "--record", str(named)) as terminal:
+            assert "exists already" in terminal.left(1).replace("\n", "")
+
+
 def check_sizes(wstac):
     with view(wstac, SCENE, *SMALL, size=(20, 5)) as terminal:
         screen = terminal.until(r"^(baseline|watching|event)", "20 x 5")
@@ -246,7 +274,7 @@ def keep(wstac):
 
 def main():
     wstac = sys.argv[1]
-    checks = [check_no_terminal, check_a_wrong_source, check_a_slide, check_keys, check_sizes, check_signals, check_a_terminal_that_is_gone, check_colours, check_a_broken_file]
+    checks = [check_no_terminal, check_a_wrong_source, check_a_slide, check_keys, check_recording, check_sizes, check_signals, check_a_terminal_that_is_gone, check_colours, check_a_broken_file]
     for check in checks:
         check(wstac)
         print(f"ok: {check.__name__.removeprefix('check_').replace('_', ' ')}", flush=True)

@@ -54,6 +54,15 @@ fn boxed<L: Ln + 'static>(camera: Camera<Any>, floor_levels: f64) -> Result<Box<
     Ok(Box::new(FeatureStream::<_, L>::new(camera, floor_levels)?))
 }
 
+/// The stage with this kernel.
+fn stage(camera: Camera<Any>, kernel: Kernel, floor: f64) -> Result<Box<dyn Stage>, wstac_core::error::Error> {
+    match kernel {
+        Kernel::Fixed => boxed::<Fixed>(camera, floor),
+        Kernel::Libm => boxed::<Libm>(camera, floor),
+        Kernel::Micromath => boxed::<Micromath>(camera, floor),
+    }
+}
+
 /// What is said of a baseline that was not quiet.
 pub(crate) const BASELINE_DISTURBED: &str =
     "the baseline was not quiet: events are marked as not reliable; start again with nothing touching";
@@ -65,6 +74,8 @@ pub struct Reading<'m> {
     /// Taxel sums of the last frame.
     taxels: Option<[u32; TAXELS]>,
     stage: Box<dyn Stage>,
+    /// What the stage is made with.
+    kernel: (Kernel, f64),
     textures: Textures<'m>,
     trigger: Trigger<Option<Follow>>,
     /// How a new baseline would be followed: as the first was.
@@ -91,19 +102,15 @@ impl<'m> Reading<'m> {
         let camera = Camera::with_stride(green, layout, info.rate, config.green.stride)
             .and_then(|camera| camera.with_bytes_per_row(info.bytes_per_row))
             .map_err(in_table("[layout], [green]"))?;
-        let floor = config.features.floor_levels;
+        let kernel = (config.features.ln, config.features.floor_levels);
         let accumulators = Accumulators::new(camera);
-        let stage: Result<Box<dyn Stage>, _> = match config.features.ln {
-            Kernel::Fixed => boxed::<Fixed>(camera, floor),
-            Kernel::Libm => boxed::<Libm>(camera, floor),
-            Kernel::Micromath => boxed::<Micromath>(camera, floor),
-        };
         let (trigger, following) =
             config.trigger().and_then(|trigger| Ok((trigger, config.following()?))).map_err(in_table("[trigger]"))?;
         Ok(Self {
             accumulators,
             taxels: None,
-            stage: stage.map_err(in_table("[features]"))?,
+            stage: stage(camera, kernel.0, kernel.1).map_err(in_table("[features]"))?,
+            kernel,
             trigger: Trigger::with(trigger, 0, following),
             following,
             speed: config.speed(info.rate).map_err(in_table("[speed]"))?,
@@ -190,6 +197,18 @@ impl<'m> Reading<'m> {
         self.trigger = Trigger::with(*self.trigger.config(), end.frames, self.following);
         self.baseline_reported = false;
         end.incomplete.map(IncompleteRecord::from)
+    }
+
+    /// Reads the next camera frame as a stream's first: a new baseline, and no feature frame of which a part is there. What
+    /// follows is what a recording of the frames from here on gives, apart from frames' numbers. The sample that was being
+    /// captured, which ends here.
+    ///
+    /// # Errors
+    /// None where this was set up: the same once more.
+    pub fn restart(&mut self) -> Result<Option<IncompleteRecord>, Error> {
+        let stage = stage(*self.camera(), self.kernel.0, self.kernel.1);
+        self.stage = stage.map_err(|error| Error::new("[features]", error))?;
+        Ok(self.rezero())
     }
 
     /// Whether the baseline has just turned out not to be quiet; said once.

@@ -3,15 +3,16 @@
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
-use super::output::{Stop, note};
+use super::output::{Stop, note, text_of};
 use super::source_arguments::SourceArguments;
 use crate::error::Error;
 use crate::model::file::ModelFile;
 use crate::reading::{Reading, Wanted};
+use crate::record::about::{About, Labels};
 use crate::source::Delivery;
 use crate::source::open::is_live;
 use crate::texture::Textures;
-use crate::view;
+use crate::view::{self, Recordings};
 
 /// Watch a source in the terminal: picture, taxels, traces, events
 ///
@@ -35,6 +36,10 @@ pub(super) struct Arguments {
     #[arg(long)]
     fast: bool,
 
+    /// Name the recording that the key r starts; later ones are FILE-2.mcap and so on [default: wstac-1.mcap and so on]
+    #[arg(long, value_name = "FILE.mcap")]
+    record: Option<PathBuf>,
+
     #[command(flatten)]
     options: SourceArguments,
 }
@@ -43,6 +48,7 @@ const HELP: &str = "\
 Keys:
   q, Esc, Ctrl-C   quit
   z                re-zero: gather a new baseline (an event under way is given up)
+  r                record from the next frame on, with a new baseline; once more: end the recording
   space            pause; a camera is read on while the screen stands still
   ?                help
 
@@ -57,6 +63,12 @@ What is shown:
   events    first frame, speed (* extrapolated, \u{2264} cut off), direction and its confidence,
             frames lit, texture where there is a model; faults
 
+Recordings are as those of wstac record, in new files, never over another. wstac run FILE.mcap gives
+their events again, so z is refused meanwhile. The first line has the file, its frames, and how many
+wait for the disk. A camera's frames that were skipped for newer ones are lost in the recording, too;
+for every frame: wstac record. q, a signal, the source's end and its failure end a recording properly.
+A full disk ends the recording, not the view; the screen says so, and standard error at the end.
+
 From 20 x 5 characters up; a picture needs 60 x 20. Colours are what COLORTERM and TERM say: 24 bits,
 256, or 16; with NO_COLOR set there are none, and shades are characters.
 A file that is at its end stays on the screen until q. Records for programs: wstac run --json.
@@ -69,13 +81,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         let message = "is no terminal, expected one to draw on; wstac run prints events to files and pipes";
         return Err(Error::new("standard output", message).into());
     }
+    // There is no --force here: a key is pressed too easily.
+    if let Some(path) = arguments.record.as_ref().filter(|path| path.symlink_metadata().is_ok()) {
+        return Err(Error::new(path.display(), "exists already, expected a new file").into());
+    }
     let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, Delivery::Newest, arguments.config.as_deref())?;
     let files = arguments.models.iter().map(|name| ModelFile::open(name)).collect::<Result<Vec<_>, _>>()?;
     let wanted = Wanted { features: true, samples: false };
     let mut reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
     let options = view::Options { live: is_live(&arguments.source), fast: arguments.fast };
-    let ending = view::run(source.as_mut(), &info, &mut reading, options)?;
+    let models = files.iter().map(|file| file.about().to_owned()).collect();
+    let about = About::new(&info, &config, Labels::default(), models);
+    let mut recordings = Recordings::new(about, arguments.record.clone(), text_of);
+    let ending = view::run(source.as_mut(), &info, &mut reading, &mut recordings, options);
+    recordings.said().iter().for_each(note);
+    let ending = ending?;
     note(format_args!("{} frames, {} dropped, {} events", ending.frames, ending.dropped, ending.events));
     match ending.signal {
         Some(signal) => Err(Stop::Interrupted(signal)),

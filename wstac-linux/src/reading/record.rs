@@ -29,6 +29,28 @@ pub enum Record {
     End(EndRecord),
 }
 
+impl Record {
+    /// The same with frames counted from frame `zero` on.
+    #[must_use]
+    pub fn counted_from(mut self, zero: u64) -> Self {
+        let count = |frame: &mut u64| *frame = frame.saturating_sub(zero);
+        match &mut self {
+            Self::Features { frame, .. } => count(frame),
+            Self::Event(event) => count(&mut event.frame),
+            Self::Texture(texture) => count(&mut texture.frame),
+            Self::Incomplete(sample) => count(&mut sample.frame),
+            Self::Fault(fault) => count(&mut fault.frame),
+            Self::End(end) => {
+                count(&mut end.frames);
+                if let Some(sample) = &mut end.incomplete {
+                    count(&mut sample.frame);
+                }
+            }
+        }
+        self
+    }
+}
+
 /// An event and its answers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EventRecord {

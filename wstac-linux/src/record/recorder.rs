@@ -150,6 +150,11 @@ impl Recorder {
         self.messages.is_empty() || self.writer.give(std::mem::take(&mut self.messages))
     }
 
+    /// Frames that wait for the disk.
+    pub fn waiting(&self) -> u64 {
+        self.writer.waiting()
+    }
+
     /// Ends the recording and its file.
     ///
     /// # Errors

@@ -76,6 +76,11 @@ impl Writer {
         sent && !self.full.load(Ordering::Relaxed)
     }
 
+    /// Moments' messages that are not on their way to the disk yet.
+    pub(super) fn waiting(&self) -> u64 {
+        self.waiting.load(Ordering::Relaxed)
+    }
+
     /// Waits until everything is written and the file is finished.
     pub(super) fn finish(mut self) -> Result<Written, Error> {
         drop(self.queue.take());

@@ -9,6 +9,8 @@ pub(super) enum Key {
     Quit,
     /// A new baseline.
     Rezero,
+    /// A recording: to start, or to end it.
+    Record,
     /// To stop, or to go on.
     Pause,
     /// Help, or none.
@@ -26,8 +28,25 @@ pub(super) fn key(event: &Event) -> Option<Key> {
         KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => Key::Quit,
         KeyCode::Char('q' | 'Q') | KeyCode::Esc => Key::Quit,
         KeyCode::Char('z' | 'Z') => Key::Rezero,
+        KeyCode::Char('r' | 'R') => Key::Record,
         KeyCode::Char(' ') => Key::Pause,
         KeyCode::Char('?' | 'h') => Key::Help,
         _ => return None,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use ratatui::crossterm::event::KeyEvent;
+
+    use super::*;
+
+    #[test]
+    fn keys_with_and_without_capitals() {
+        let pressed = |code| key(&Event::Key(KeyEvent::new(code, KeyModifiers::NONE)));
+        for (code, expected) in [('r', Key::Record), ('R', Key::Record), ('z', Key::Rezero), ('q', Key::Quit)] {
+            assert_eq!(pressed(KeyCode::Char(code)), Some(expected));
+        }
+        assert_eq!(pressed(KeyCode::Char('x')), None);
+    }
 }

@@ -1,13 +1,15 @@
 //! A source on a terminal: picture, map, traces, events, as they come.
 //!
 //! One thread reads the source and keeps `state` up to date, another draws it at most 15 times a second and reads keys; a slow
-//! terminal never holds up the reading. `player` reads, `draw` draws, `screen` has the terminal, and `picture` makes a frame small.
+//! terminal never holds up the reading. `player` reads, `recording` has
+//! what a key starts, `draw` draws, `screen` has the terminal, and `picture` makes a frame small.
 
 mod clock;
 mod draw;
 mod keys;
 mod picture;
 mod player;
+mod recording;
 mod screen;
 mod state;
 
@@ -23,6 +25,7 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use self::clock::Pace;
 use self::keys::Key;
 use self::player::{Player, locked};
+pub use self::recording::Recordings;
 use self::screen::Screen;
 use self::state::State;
 use crate::error::Error;
@@ -89,6 +92,7 @@ pub fn run(
     source: &mut dyn Source,
     info: &StreamInfo,
     reading: &mut Reading<'_>,
+    recordings: &mut Recordings,
     options: Options,
 ) -> Result<Ending, Error> {
     let signal = Arc::new(AtomicUsize::new(0));
@@ -97,7 +101,7 @@ pub fn run(
             .map_err(|error| Error::new("signals", error))?;
     }
     let pace = (!options.live && !options.fast).then(|| Pace::new(info.rate));
-    let (player, state) = Player::new(source, info, reading, options.live);
+    let (player, state) = Player::new(source, info, reading, recordings, options.live);
     let shared =
         Shared { state: Mutex::new(state), quit: AtomicBool::new(false), picture: AtomicBool::new(true), signal };
     let screen = Screen::open()?;
@@ -134,6 +138,7 @@ fn read(mut player: Player<'_, '_>, shared: &Shared, keys: &Receiver<Key>, mut p
             Ok(key) => {
                 match key {
                     Key::Rezero => player.rezero(&shared.state),
+                    Key::Record => player.record(&shared.state),
                     Key::Pause => pause(shared, pace.as_mut()),
                     // The screen's own.
                     Key::Quit | Key::Help => {}
@@ -156,6 +161,8 @@ fn read(mut player: Player<'_, '_>, shared: &Shared, keys: &Receiver<Key>, mut p
             Err(error) => failure = Some(error),
         }
     }
+    // Key, signal or a terminal that is gone: a recording's file is whole.
+    player.end_recording(&shared.state);
     failure
 }
 

@@ -6,10 +6,11 @@ use wstac_core::params::FEATURE_ONE;
 
 use super::clock::RateMeter;
 use super::picture::Sampler;
+use super::recording::Recordings;
 use super::state::{About, HISTORY, Phase, State};
 use crate::camera::modes::fps;
 use crate::error::Error;
-use crate::reading::{BASELINE_DISTURBED, Reading, Record};
+use crate::reading::{BASELINE_DISTURBED, IncompleteRecord, Reading, Record};
 use crate::source::{Item, Source, StreamInfo};
 
 /// The state, whatever became of a thread that had it.
@@ -23,6 +24,7 @@ pub(super) struct Player<'p, 'm> {
     reading: &'p mut Reading<'m>,
     /// Nothing where the source makes no pixels.
     sampler: Option<Sampler>,
+    recordings: &'p mut Recordings,
     meter: RateMeter,
     /// Feature frame that the baseline starts with.
     zero: u64,
@@ -35,11 +37,12 @@ impl<'p, 'm> Player<'p, 'm> {
         source: &'p mut dyn Source,
         info: &StreamInfo,
         reading: &'p mut Reading<'m>,
+        recordings: &'p mut Recordings,
         live: bool,
     ) -> (Self, State) {
         let sampler = (!info.taxels_only).then(|| Sampler::new(info));
         let state = State::new(info.about.clone(), live, *reading.camera().layout(), fps(info.rate));
-        (Self { source, reading, sampler, meter: RateMeter::default(), zero: 0, ended: false }, state)
+        (Self { source, reading, sampler, recordings, meter: RateMeter::default(), zero: 0, ended: false }, state)
     }
 
     /// Whether there is more to come.
@@ -62,13 +65,26 @@ impl<'p, 'm> Player<'p, 'm> {
                 let mut state = locked(state);
                 // The source's error is what is shown, whatever the end of its stream was.
                 let _ = self.reading.finish(|record| {
+                    self.recordings.record(&record);
                     state.take(&record);
                     Ok::<(), Error>(())
                 });
                 state.phase = Phase::Failed(error.to_string());
+                say_ended(self.recordings, &mut state);
                 return Err(error);
             }
         };
+        let mut notes = Vec::new();
+        if self.recordings.asked && matches!(item, Item::Frame { .. }) {
+            self.recordings.asked = false;
+            let started = self.reading.restart().map_err(|error| error.to_string()).and_then(|sample| {
+                notes.extend(sample.map(given_up));
+                self.zero = self.reading.trigger().next_frame();
+                self.recordings.start(self.reading)
+            });
+            notes.extend(started.err());
+        }
+        self.recordings.item(&item);
         let mut passed = 1;
         let mut shown = None;
         match &item {
@@ -86,6 +102,7 @@ impl<'p, 'm> Player<'p, 'm> {
         let (before, mut features, mut records) = (self.reading.trigger().next_frame(), Vec::new(), Vec::new());
         let dropped = if let Item::Lost { frames, .. } = item { frames } else { 0 };
         let taken = self.reading.take(&item, |record| {
+            self.recordings.record(&record);
             match record {
                 Record::Features { f, .. } => features.push(f.map(|feature| feature as f32)),
                 record => records.push(record),
@@ -93,8 +110,12 @@ impl<'p, 'm> Player<'p, 'm> {
             Ok::<(), Error>(())
         });
         self.ended = !taken?;
+        let must_end = self.recordings.must_end(&item, self.reading);
         let now = self.reading.trigger().next_frame();
         let mut state = locked(state);
+        for note in notes {
+            state.say(About::Trouble, note);
+        }
         state.dropped = state.dropped.saturating_add(dropped);
         if !state.frozen() && passed > 0 {
             // Frames of which no features came.
@@ -113,6 +134,9 @@ impl<'p, 'm> Player<'p, 'm> {
         if self.reading.baseline_disturbed() {
             state.say(About::Trouble, format!("{now:>7}  {BASELINE_DISTURBED}"));
         }
+        if must_end {
+            say_ended(self.recordings, &mut state);
+        }
         Ok(passed)
     }
 
@@ -122,13 +146,40 @@ impl<'p, 'm> Player<'p, 'm> {
             return;
         }
         let mut state = locked(state);
+        if state.rec.is_some() {
+            // What is read again from its file has no such key.
+            return state
+                .say(About::Note, "no re-zero in a recording: r ends it, r starts one with a new baseline".into());
+        }
         if let Some(sample) = self.reading.rezero() {
-            let text = format!("{:>7}  given up after {} of 70 frames", sample.frame, sample.frames);
-            state.say(About::Trouble, text);
+            state.say(About::Trouble, given_up(sample));
         }
         self.zero = self.reading.trigger().next_frame();
         state.say(About::Note, format!("{:>7}  re-zero: a new baseline, keep everything off the sensor", self.zero));
         self.update(&mut state);
+    }
+
+    /// Starts a recording with the next frame, or ends the one under way.
+    pub(super) fn record(&mut self, state: &Mutex<State>) {
+        if locked(state).rec.is_some() {
+            return self.end_recording(state);
+        }
+        let mut state = locked(state);
+        let (about, text) = match self.recordings.why_not() {
+            Some(why) => (About::Trouble, format!("no recording: {why}")),
+            None if self.ended => (About::Trouble, "no recording: the source is at its end".into()),
+            None => {
+                self.recordings.asked = true;
+                (About::Note, "recording: a new baseline, keep everything off the sensor".into())
+            }
+        };
+        state.say(about, text);
+    }
+
+    /// Ends the recording under way, if there is one; its file is whole then.
+    pub(super) fn end_recording(&mut self, state: &Mutex<State>) {
+        self.recordings.asked = false;
+        say_ended(self.recordings, &mut locked(state));
     }
 
     /// What the trigger and the source say of themselves.
@@ -145,5 +196,19 @@ impl<'p, 'm> Player<'p, 'm> {
         };
         state.fps = self.meter.fps();
         state.behind = self.source.behind();
+        state.rec = self.recordings.shown();
     }
+}
+
+/// Ends the recording under way and says what became of it.
+fn say_ended(recordings: &mut Recordings, state: &mut State) {
+    if let Some((whole, text)) = recordings.end() {
+        state.say(if whole { About::Note } else { About::Trouble }, text);
+    }
+    state.rec = None;
+}
+
+/// What is said of an event that a new baseline ended.
+fn given_up(sample: IncompleteRecord) -> String {
+    format!("{:>7}  given up after {} of 70 frames", sample.frame, sample.frames)
 }

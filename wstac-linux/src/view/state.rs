@@ -44,6 +44,16 @@ pub(super) enum About {
     Note,
 }
 
+/// A recording under way.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Rec {
+    pub(super) name: String,
+    /// Frames so far.
+    pub(super) frames: u64,
+    /// Frames that wait for the disk.
+    pub(super) waiting: u64,
+}
+
 /// A line of the list of events.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Entry {
@@ -84,6 +94,7 @@ pub(super) struct State {
     pub(super) dropped: u64,
     pub(super) events: u64,
     pub(super) behind: Behind,
+    pub(super) rec: Option<Rec>,
 }
 
 impl State {
@@ -108,6 +119,7 @@ impl State {
             dropped: 0,
             events: 0,
             behind: Behind::default(),
+            rec: None,
         }
     }
 

@@ -9,6 +9,8 @@ use super::colours::Colours;
 const HELP: &str = "\
 q       quit (Ctrl-C, too)
 z       re-zero: gather a new baseline; nothing may touch
+r       record into a new file; once more: end the recording. It starts with
+        a baseline: nothing may touch
 space   pause; a camera is read on, the screen stands still
 ?       this, and back
 

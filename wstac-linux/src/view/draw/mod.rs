@@ -12,7 +12,7 @@ use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
 
 pub(super) use self::colours::Colours;
-use super::state::{About, State};
+use super::state::{About, Rec, State};
 
 /// From here on there is room for all panels.
 const ROOMY: (u16, u16) = (60, 20);
@@ -27,7 +27,14 @@ pub(super) fn draw(state: &State, colours: Colours, with_help: bool, area: Rect,
         return;
     }
     let about = format!("wstac view  {}", state.about);
-    buffer.set_stringn(area.x, area.y, &about, usize::from(area.width), colours.faint());
+    let (title, colour) = match &state.rec {
+        Some(rec) => {
+            let Rec { name, frames, waiting } = rec;
+            (format!("● REC {name}, {frames} frames, {waiting} behind"), colours.warning())
+        }
+        None => (about, colours.faint()),
+    };
+    buffer.set_stringn(area.x, area.y, &title, usize::from(area.width), colour);
     let mut body = Rect { y: area.y + 1, height: area.height - 1, ..area };
     if body.height >= 2 {
         body.height -= 1;
@@ -110,7 +117,8 @@ fn list(state: &State, colours: Colours, area: Rect, buffer: &mut Buffer) {
 /// What keys do.
 fn keys(state: &State, colours: Colours, row: Rect, buffer: &mut Buffer) {
     let pause = if state.paused { "space go on" } else { "space pause" };
-    let text = format!("q quit  z re-zero  {pause}  ? help");
+    let record = if state.rec.is_some() { "r end recording" } else { "r record" };
+    let text = format!("q quit  z re-zero  {record}  {pause}  ? help");
     let short = "q quit z zero ? help";
     let text = if text.len() > usize::from(row.width) { short } else { &text };
     buffer.set_stringn(row.x, row.y, text, usize::from(row.width), Style::new().fg(colours.faint()));

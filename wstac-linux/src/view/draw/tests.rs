@@ -1,5 +1,6 @@
 //! What is on the screen: a scene played into a terminal of a given size.
 
+use std::path::PathBuf;
 use std::sync::Mutex;
 
 use ratatui::Terminal;
@@ -10,7 +11,10 @@ use super::super::player::{Player, locked};
 use super::*;
 use crate::config::Config;
 use crate::reading::{Reading, Wanted};
+use crate::record;
+use crate::source::StreamInfo;
 use crate::source::open::{OpenOptions, open};
+use crate::view::recording::Recordings;
 use crate::view::state::Phase;
 
 /// The state after this many items of a scene of small frames.
@@ -20,12 +24,18 @@ fn after(scene: &str, items: u32) -> State {
     let info = source.info().clone();
     let wanted = Wanted { features: true, samples: false };
     let mut reading = Reading::new(&info, &Config::default(), wanted).unwrap();
-    let (mut player, state) = Player::new(source.as_mut(), &info, &mut reading, false);
+    let mut recordings = recordings(&info, None);
+    let (mut player, state) = Player::new(source.as_mut(), &info, &mut reading, &mut recordings, false);
     let state = Mutex::new(state);
     for _ in 0..items {
         player.step(&state, true).unwrap();
     }
     locked(&state).clone()
+}
+
+fn recordings(info: &StreamInfo, named: Option<PathBuf>) -> Recordings {
+    let about = record::about::About::new(info, &Config::default(), record::about::Labels::default(), Vec::new());
+    Recordings::new(about, named, |record| format!("{record:?}"))
 }
 
 /// What a terminal of this size shows, a line a row.
@@ -63,7 +73,7 @@ fn all_panels_of_a_slide_are_there() {
     }
     let event = lines.iter().find(|line| line.contains("mm/s  ")).unwrap();
     assert!(event.starts_with("     35  1") && event.contains(" ↑  90°  0.98  lit 27"), "{all}");
-    assert!(lines[23].starts_with("q quit  z re-zero  space pause  ? help"), "{all}");
+    assert!(lines[23].starts_with("q quit  z re-zero  r record  space pause  ? help"), "{all}");
 }
 
 #[test]
@@ -158,7 +168,8 @@ fn re_zero_gathers_a_new_baseline() {
     let info = source.info().clone();
     let wanted = Wanted { features: true, samples: false };
     let mut reading = Reading::new(&info, &Config::default(), wanted).unwrap();
-    let (mut player, state) = Player::new(source.as_mut(), &info, &mut reading, false);
+    let mut recordings = recordings(&info, None);
+    let (mut player, state) = Player::new(source.as_mut(), &info, &mut reading, &mut recordings, false);
     let state = Mutex::new(state);
     (0..50).for_each(|_| assert_eq!(player.step(&state, false).unwrap(), 1));
     assert!(matches!(locked(&state).phase, Phase::Capturing(_)));
@@ -175,4 +186,72 @@ fn re_zero_gathers_a_new_baseline() {
     let state = locked(&state);
     assert_eq!(state.phase, Phase::Watching);
     assert!(state.entries[0].text.contains("baseline was not quiet"), "{:?}", state.entries);
+}
+
+#[test]
+fn a_recording_starts_afresh_and_gives_the_same_events_again() {
+    let path = std::env::temp_dir().join(format!("wstac-view-{}.mcap", std::process::id()));
+    let options = OpenOptions { size: Some((320, 180)), ..OpenOptions::default() };
+    let wanted = Wanted { features: true, samples: false };
+    let mut source = open("scene:Saw3@150,90deg", &options).unwrap();
+    let info = source.info().clone();
+    let mut reading = Reading::new(&info, &Config::default(), wanted).unwrap();
+    let mut made = recordings(&info, Some(path.clone()));
+    let (mut player, state) = Player::new(source.as_mut(), &info, &mut reading, &mut made, false);
+    let state = Mutex::new(state);
+    (0..5).for_each(|_| assert_eq!(player.step(&state, false).unwrap(), 1));
+    player.record(&state);
+    (0..120).for_each(|_| assert_eq!(player.step(&state, false).unwrap(), 1));
+    {
+        let state = locked(&state);
+        assert_eq!(state.rec.as_ref().map(|rec| rec.frames), Some(120));
+        let (lines, _) = screen(&state, Colours::True, false, [200, 24]);
+        assert!(lines[0].starts_with("● REC ") && lines[0].contains(".mcap, 120 frames, "), "{lines:#?}");
+        assert_eq!(count(&lines, "r end recording"), 1, "{lines:#?}");
+    }
+    player.rezero(&state);
+    assert!(locked(&state).entries[0].text.starts_with("no re-zero in a recording"));
+    player.record(&state);
+    assert_eq!(locked(&state).rec, None);
+    assert!(locked(&state).entries[0].text.contains(": 120 frames recorded, "), "{:?}", locked(&state).entries);
+
+    let mut again = open(path.to_str().unwrap(), &OpenOptions::default()).unwrap();
+    let info = again.info().clone();
+    let mut reading = Reading::new(&info, &Config::default(), wanted).unwrap();
+    let mut none = recordings(&info, None);
+    let (mut player, replay) = Player::new(again.as_mut(), &info, &mut reading, &mut none, false);
+    let replay = Mutex::new(replay);
+    while player.goes_on() {
+        player.step(&replay, false).unwrap();
+    }
+    std::fs::remove_file(&path).unwrap();
+    let event = |state: &Mutex<State>, zero: u64| {
+        let entries = locked(state).entries.clone();
+        let text = entries.into_iter().find(|entry| entry.about == About::Event).unwrap().text;
+        let (frame, rest) = text.trim_start().split_once(' ').unwrap();
+        (frame.parse::<u64>().unwrap() - zero, rest.to_owned())
+    };
+    // The view had read five frames before.
+    assert_eq!(locked(&replay).frame, 120);
+    assert_eq!(event(&state, 5), event(&replay, 0));
+}
+
+#[test]
+fn taxels_alone_are_not_recorded() {
+    let path = std::env::temp_dir().join(format!("wstac-view-{}.toml", std::process::id()));
+    std::fs::write(&path, "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"\n").unwrap();
+    let source = open(&format!("scene:{}", path.display()), &OpenOptions::default());
+    std::fs::remove_file(&path).unwrap();
+    let mut source = source.unwrap();
+    let info = source.info().clone();
+    assert!(info.taxels_only);
+    let mut reading = Reading::new(&info, &Config::default(), Wanted::default()).unwrap();
+    let mut made = recordings(&info, None);
+    let (mut player, state) = Player::new(source.as_mut(), &info, &mut reading, &mut made, false);
+    let state = Mutex::new(state);
+    player.record(&state);
+    player.step(&state, false).unwrap();
+    let state = locked(&state);
+    assert_eq!(state.rec, None);
+    assert!(state.entries[0].text.contains("a recording is of frames"), "{:?}", state.entries);
 }
