@@ -72,8 +72,8 @@ pub struct Limit {
 /// Reads a source until a limit, its end, or until `stop`. `info` is the source's, as the user has it.
 ///
 /// # Errors
-/// Where layout, format and configuration do not fit each other, the source fails or is unplugged, or gives fewer than
-/// ten frames.
+/// Where layout, format and configuration do not fit each other, the source fails, is unplugged, falls silent or loses its
+/// signal, or gives fewer than ten frames.
 pub fn measure(
     source: &mut dyn Source,
     info: &StreamInfo,
@@ -100,6 +100,11 @@ pub fn measure(
     let (mut steps, mut first, mut follows) = (0_u64, None, false);
     while !stop.load(Ordering::Relaxed) && limit.frames.is_none_or(|most| steps < most) {
         let item = source.next()?;
+        // It may come back, but not as a camera that was watched all the time; and it may never.
+        if let Item::Fault(Fault { kind: "disconnected" | "no-signal", message }) = &item {
+            let why = message.split("; waiting for").next().unwrap_or_default();
+            return Err(Error::new(&info.about, format_args!("broke off while it was measured: {why}")));
+        }
         if settling > 0 && !matches!(item, Item::End) {
             settling -= u32::from(matches!(item, Item::Frame { .. } | Item::Lost { .. }));
             continue;
@@ -116,11 +121,6 @@ pub fn measure(
                 if steps as f64 * period >= 2.0 * limit.seconds {
                     break;
                 }
-            }
-            // It may come back, but not as a camera that was watched all the time.
-            Item::Fault(Fault { kind: "disconnected", message }) => {
-                let why = message.split("; waiting for").next().unwrap_or_default();
-                return Err(Error::new(&info.about, format_args!("broke off while it was measured: {why}")));
             }
             Item::Frame { bytes, timestamp, sequence, encoded } => {
                 steps += 1;

@@ -16,7 +16,7 @@ use crate::config::Config;
 use crate::reading::{Reading, Record, Wanted};
 use crate::scene::Script;
 use crate::source::scene::SceneSource;
-use crate::source::{Item, Source};
+use crate::source::{Fault, Item, Source};
 
 static RUNNING: AtomicBool = AtomicBool::new(false);
 const ALL: Limit = Limit { seconds: f64::INFINITY, frames: None };
@@ -137,6 +137,8 @@ enum Shown {
     Level(f64),
     Sums([u32; TAXELS]),
     Lost(u64),
+    Fault(&'static str, &'static str),
+    Waiting,
 }
 
 fn played(format: PixelFormat, items: Vec<Shown>, camera: bool) -> Played {
@@ -168,12 +170,18 @@ impl Source for Played {
 
     fn next(&mut self) -> Result<Item<'_>, Error> {
         let Some(item) = self.items.next() else { return Ok(Item::End) };
-        let steps = if let Shown::Lost(frames) = item { frames } else { 1 };
+        let steps = match item {
+            Shown::Lost(frames) => frames,
+            Shown::Level(_) | Shown::Sums(_) => 1,
+            Shown::Fault(..) | Shown::Waiting => 0,
+        };
         self.time += steps as f64 * self.step_s;
         self.sequence = self.sequence.wrapping_add(steps as u32);
         Ok(match item {
             Shown::Lost(frames) => Item::Lost { frames, why: "dropped by the driver" },
             Shown::Sums(sums) => Item::Taxels(sums),
+            Shown::Fault(kind, message) => Item::Fault(Fault { kind, message: message.into() }),
+            Shown::Waiting => Item::Waiting,
             Shown::Level(level) => {
                 for byte in &mut self.bytes {
                     self.random = self.random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -333,4 +341,25 @@ fn too_few_frames_are_an_error() {
     let limit = Limit { seconds: 10.0, frames: None };
     let error = measure(&mut source, &info, &Config::default(), limit, &RUNNING).unwrap_err().to_string();
     assert!(error.contains("gave 0 frames (600 dropped by the driver)") && source.items.len() > 60, "{error}");
+}
+
+#[test]
+fn a_camera_that_goes_away_is_an_error_however_early() {
+    let gone = "/dev/video0: no frame for 2 s: check the cable; waiting for the same camera, Ctrl-C ends";
+    for (kind, message, why) in [
+        ("disconnected", gone, "/dev/video0: no frame for 2 s: check the cable"),
+        ("no-signal", "/dev/video0: no signal; waiting for it", "/dev/video0: no signal"),
+    ] {
+        // Without a frame, while the camera settles, and later.
+        for frames in [0, 3, 40] {
+            let mut items: Vec<_> = (0..frames).map(|_| Shown::Level(1.4)).collect();
+            items.extend([Shown::Waiting, Shown::Fault("slow", "slow"), Shown::Fault(kind, message)]);
+            items.extend((0..100).map(|_| Shown::Waiting));
+            let mut source = played(PixelFormat::Grey, items, true);
+            let info = source.info.clone();
+            let error = measure(&mut source, &info, &Config::default(), ALL, &RUNNING).unwrap_err().to_string();
+            assert_eq!(error, format!("played: broke off while it was measured: {why}"), "{frames} frames");
+            assert_eq!(source.items.len(), 100, "it was waited for");
+        }
+    }
 }
