@@ -11,7 +11,7 @@ use clap::error::ErrorKind;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 use self::read::Run;
-use self::sensors::{Sensor, sensors};
+use self::sensors::sensors;
 use super::output::Stop;
 use super::source_arguments::SourceArguments;
 use crate::error::Error;
@@ -143,7 +143,7 @@ fn help() -> String {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let sensors = sensors(&arguments.sources)?;
-    if let [Sensor { name: None, .. }, _, ..] | [_, Sensor { name: None, .. }, ..] = &sensors[..] {
+    if sensors.len() > 1 && sensors.iter().any(|sensor| sensor.name.is_none()) {
         conflict("several sources need names, expected cam:NAME=SOURCE for each");
     }
     if sensors.len() > 1 && arguments.save_raw.is_some() {
