@@ -11,10 +11,11 @@ use crate::camera::controls::{ControlValue, controls};
 use crate::camera::{CameraState, device_at};
 use crate::config::Config;
 use crate::doctor::controls::{ControlReport, compare};
-use crate::doctor::measure::{Limit, Measured, measure};
+use crate::doctor::measure::{Limit, Measured, SETTLING, measure};
 use crate::doctor::mjpeg::{self, MjpegReport, counterpart};
 use crate::doctor::{CameraReport, Known, examine};
 use crate::error::Error;
+use crate::source::open::is_live;
 use crate::source::{Delivery, Source, StreamInfo};
 
 /// Measure a sensor that nothing touches, and say what to change
@@ -102,8 +103,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     note(format_args!("measuring for {} s: nothing may touch the sensor", arguments.seconds));
     let interrupted = interruptions()?;
     let frames = arguments.options.frames_before_touch(&arguments.source)?;
-    let limit = Limit { seconds: arguments.seconds, frames };
-    let path = info.camera.as_ref().filter(|_| is_camera(&arguments.source)).map(|camera| camera.path.clone());
+    // A recording may know its camera, which is not there now.
+    let live = is_live(&arguments.source);
+    let limit = Limit { settling: if live { SETTLING } else { 0 }, seconds: arguments.seconds, frames };
+    let path = info.camera.as_ref().filter(|_| live).map(|camera| camera.path.clone());
     let before = path.as_deref().map(controls).transpose()?;
     let measured = whole(source.as_mut(), &info, &config, limit, &interrupted)?;
     // Still open: what the camera does to its controls when it is closed is none of this.
@@ -126,14 +129,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         return Ok(writeln!(out, "{json}")?);
     }
     Ok(writeln!(out, "{report}")?)
-}
-
-/// A recording may know its camera, which is not there now.
-fn is_camera(source: &str) -> bool {
-    std::os::unix::fs::FileTypeExt::is_char_device(&match Path::new(source).metadata() {
-        Ok(metadata) => metadata.file_type(),
-        Err(_) => return false,
-    })
 }
 
 /// A measurement that no signal ended.

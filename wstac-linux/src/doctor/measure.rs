@@ -13,7 +13,7 @@ use crate::reading::{Reading, Record, Wanted};
 use crate::source::{Fault, Item, Source, StreamInfo};
 
 /// Frames that a camera takes to settle after its start; they are not measured.
-const SETTLING: u32 = 15;
+pub const SETTLING: u32 = 15;
 /// Fewest frames that say anything.
 const LEAST: usize = 10;
 
@@ -60,9 +60,11 @@ impl Measured {
     }
 }
 
-/// When to end.
+/// Which frames are measured.
 #[derive(Clone, Copy, Debug)]
 pub struct Limit {
+    /// None of this many first ones: [`SETTLING`] of a camera that has just been started, 0 of anything else.
+    pub settling: u32,
     /// After this many s, by the driver's timestamps or else by the frame rate.
     pub seconds: f64,
     /// After this many frames, lost ones included, if that is earlier.
@@ -83,7 +85,7 @@ pub fn measure(
 ) -> Result<Measured, Error> {
     let mut reading = Reading::new(info, config, Wanted::default())?;
     let mut grid = if info.taxels_only { None } else { Some(PixelGrid::new(info, reading.camera().layout())?) };
-    let mut settling = if info.camera.is_some() { SETTLING } else { 0 };
+    let mut settling = limit.settling;
     let mut measured = Measured {
         moments: Vec::new(),
         pixels: None,

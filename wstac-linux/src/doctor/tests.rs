@@ -9,7 +9,7 @@ use wstac_core::layout::FrameSize;
 use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
 
-use super::measure::{Limit, measure};
+use super::measure::{Limit, SETTLING, measure};
 use super::*;
 use crate::camera::CameraState;
 use crate::config::Config;
@@ -19,7 +19,8 @@ use crate::source::scene::SceneSource;
 use crate::source::{Fault, Item, Source};
 
 static RUNNING: AtomicBool = AtomicBool::new(false);
-const ALL: Limit = Limit { seconds: f64::INFINITY, frames: None };
+const ALL: Limit = Limit { settling: 0, seconds: f64::INFINITY, frames: None };
+const OF_A_CAMERA: Limit = Limit { settling: SETTLING, ..ALL };
 
 /// A scene of 300 dark frames, and what was measured of them.
 fn scene(sensor: &str, leak: f64) -> (StreamInfo, Measured) {
@@ -201,6 +202,16 @@ fn read(mut source: Played) -> (StreamInfo, Measured) {
 }
 
 #[test]
+fn the_first_frames_of_a_camera_are_left_out_and_all_of_its_recording_are_measured() {
+    for (limit, frames) in [(OF_A_CAMERA, 35), (ALL, 50)] {
+        let mut source = played(PixelFormat::Grey, (0..50).map(|_| Shown::Level(1.4)).collect(), true);
+        let info = source.info.clone();
+        let measured = measure(&mut source, &info, &Config::default(), limit, &RUNNING).unwrap();
+        assert_eq!(measured.moments.len(), frames);
+    }
+}
+
+#[test]
 fn a_sensor_in_order_has_nothing_to_change() {
     let frames = (0..150).map(|_| Shown::Level(1.4)).collect();
     let (info, measured) = read(played(PixelFormat::Grey, frames, false));
@@ -230,7 +241,8 @@ fn a_slow_camera_losses_and_a_touch_are_told() {
     items.insert(30, Shown::Lost(4));
     let mut source = played(PixelFormat::Grey, items, true);
     source.step_s = 1.0 / 7.5;
-    let (info, measured) = read(source);
+    let info = source.info.clone();
+    let measured = measure(&mut source, &info, &Config::default(), OF_A_CAMERA, &RUNNING).unwrap();
     let report = report(&info, &measured, None);
     assert_near("rate", report.rate.measured.unwrap(), 7.5, 1e-3);
     assert_eq!(report.rate.lost["dropped by the driver"], 4);
@@ -338,7 +350,7 @@ fn too_few_frames_are_an_error() {
     assert_eq!(error, "played: gave 9 frames, expected at least 10 to measure");
     let nothing: Vec<_> = (0..100).map(|_| Shown::Lost(30)).collect();
     let mut source = played(PixelFormat::Grey, nothing, true);
-    let limit = Limit { seconds: 10.0, frames: None };
+    let limit = Limit { seconds: 10.0, ..OF_A_CAMERA };
     let error = measure(&mut source, &info, &Config::default(), limit, &RUNNING).unwrap_err().to_string();
     assert!(error.contains("gave 0 frames (600 dropped by the driver)") && source.items.len() > 60, "{error}");
 }
@@ -357,7 +369,8 @@ fn a_camera_that_goes_away_is_an_error_however_early() {
             items.extend((0..100).map(|_| Shown::Waiting));
             let mut source = played(PixelFormat::Grey, items, true);
             let info = source.info.clone();
-            let error = measure(&mut source, &info, &Config::default(), ALL, &RUNNING).unwrap_err().to_string();
+            let measured = measure(&mut source, &info, &Config::default(), OF_A_CAMERA, &RUNNING);
+            let error = measured.unwrap_err().to_string();
             assert_eq!(error, format!("played: broke off while it was measured: {why}"), "{frames} frames");
             assert_eq!(source.items.len(), 100, "it was waited for");
         }
