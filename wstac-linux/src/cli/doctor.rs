@@ -88,7 +88,7 @@ What is measured, in grey levels of 255 whatever the format; with --json as one 
              "pixel_noise"; "worst_taxel_off": the worst difference of a taxel's mean;
              "dc_step": the smallest step of a block's mean; "corrupt" pictures; "error": the
              worst of the first and half the second, against "lit". null where the source is
-             no camera, or offers only one kind at this size
+             no camera, offers only one kind at this size, or the other cannot be measured
   verdict    what to change, the worst first: "kind", "found", "advice". Kinds: touched, frozen,
              unlocked, drifting_control, slow, rate, jitter, lost, saturated, clipped, leak,
              always_lit, noisy, insensitive, drift, mjpeg. "healthy": there is none
@@ -168,7 +168,8 @@ fn compression(
 ) -> Result<Option<MjpegReport>, Stop> {
     let size = info.size.into();
     let Some(other) = counterpart(&camera.device.modes, &camera.format, size) else { return Ok(None) };
-    let (mut source, other) = arguments.options.with_format(other, size).open(&arguments.source, Delivery::Every)?;
+    let opened = arguments.options.with_format(other, size).open(&arguments.source, Delivery::Every);
+    let Some((mut source, other)) = compared(opened.map_err(Stop::from))? else { return Ok(None) };
     let format = other.camera.as_ref().map_or("", |camera| &camera.format).to_owned();
     if other.size != info.size || format == camera.format {
         note(format_args!("MJPEG is not compared: the camera gives {} instead", other.about));
@@ -176,10 +177,23 @@ fn compression(
     }
     note(&other.about);
     note(format_args!("measuring for {} s more, in {format}", arguments.seconds));
-    let second = whole(source.as_mut(), &other, config, limit, interrupted)?;
+    let second = whole(source.as_mut(), &other, config, limit, interrupted);
+    let Some(second) = compared(second)? else { return Ok(None) };
     let (this, that) = ((&*camera.format, measured), (&*format, &second));
     let is_jpeg = this.0 == "MJPG" || this.0 == "JPEG";
     Ok(Some(if is_jpeg { mjpeg::compare(that, this, config) } else { mjpeg::compare(this, that, config) }))
+}
+
+/// What is needed to compare; where it failed, why, on standard error: the report of the first format is finished.
+fn compared<T>(result: Result<T, Stop>) -> Result<Option<T>, Stop> {
+    match result {
+        Ok(there) => Ok(Some(there)),
+        Err(Stop::Failed(error)) => {
+            note(format_args!("MJPEG is not compared: {error}"));
+            Ok(None)
+        }
+        Err(stop) => Err(stop),
+    }
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
@@ -190,4 +204,17 @@ fn seconds(text: &str) -> Result<f64, String> {
 fn level(text: &str) -> Result<f64, String> {
     let level = text.parse().ok().filter(|level| (0.0..=255.0).contains(level));
     level.ok_or_else(|| format!("{text:?} is no level, expected 0 to 255"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_second_format_that_fails_ends_nothing_and_a_signal_does() {
+        assert!(matches!(compared(Ok(7)), Ok(Some(7))));
+        assert!(matches!(compared::<u8>(Err(Error::new("/dev/video0", "busy").into())), Ok(None)));
+        assert!(matches!(compared::<u8>(Err(Stop::Interrupted(15))), Err(Stop::Interrupted(15))));
+        assert!(matches!(compared::<u8>(Err(Stop::OutputClosed)), Err(Stop::OutputClosed)));
+    }
 }
