@@ -5,14 +5,11 @@ mod recorded;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-
-use signal_hook::consts::{SIGINT, SIGTERM};
 
 use self::progress::Progress;
 use super::output::{Stop, check_new, note};
-use super::run::interruptions;
+use super::run::signals;
 use crate::config::Config;
 use crate::dataset::part::{Part, fingerprint};
 use crate::dataset::sweep::Sweep;
@@ -203,17 +200,6 @@ fn make(
             },
         )
     })
-}
-
-/// The first SIGINT or SIGTERM, 0 before; a second one ends the process at once.
-fn signals() -> Result<Arc<AtomicUsize>, Error> {
-    interruptions()?;
-    let number = Arc::new(AtomicUsize::new(0));
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register_usize(signal, Arc::clone(&number), signal as usize)
-            .map_err(|error| Error::new("signals", error))?;
-    }
-    Ok(number)
 }
 
 /// The path with something more at its end.

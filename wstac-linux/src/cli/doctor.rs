@@ -2,10 +2,10 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::output::{Stop, note};
-use super::run::interruptions;
+use super::run::signals;
 use super::source_arguments::SourceArguments;
 use crate::camera::controls::{ControlValue, controls};
 use crate::camera::{CameraState, device_at};
@@ -49,8 +49,8 @@ pub(super) struct Arguments {
     options: SourceArguments,
 }
 
-const HELP: &str = r#"Exit code: 1 where the source or configuration cannot be used, 2 for wrong arguments, otherwise
-0: a verdict is an answer, whatever it says.
+const HELP: &str = r#"Exit code: 1 where the source or configuration cannot be used, 2 for wrong arguments, 130
+after Ctrl-C, 143 after SIGTERM, otherwise 0: a verdict is an answer, whatever it says.
 
 What is measured, in grey levels of 255 whatever the format; with --json as one object:
   {"source":"/dev/video0: …","camera":{…},"rate":{…},"levels":{…},"noise":{…},"signal":{…},
@@ -101,14 +101,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         arguments.options.open_configured(&arguments.source, Delivery::Every, arguments.config.as_deref())?;
     note(&info.about);
     note(format_args!("measuring for {} s: nothing may touch the sensor", arguments.seconds));
-    let interrupted = interruptions()?;
+    let signal = signals()?;
     let frames = arguments.options.frames_before_touch(&arguments.source)?;
     // A recording may know its camera, which is not there now.
     let live = is_live(&arguments.source);
     let limit = Limit { settling: if live { SETTLING } else { 0 }, seconds: arguments.seconds, frames };
     let path = info.camera.as_ref().filter(|_| live).map(|camera| camera.path.clone());
     let before = path.as_deref().map(controls).transpose()?;
-    let measured = whole(source.as_mut(), &info, &config, limit, &interrupted)?;
+    let measured = whole(source.as_mut(), &info, &config, limit, &signal)?;
     // Still open: what the camera does to its controls when it is closed is none of this.
     let camera = match (&path, before, source.info().camera.as_deref()) {
         (Some(path), Some(before), Some(state)) => Some(examined(path, state, &before)?),
@@ -116,7 +116,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     };
     drop(source);
     let mjpeg = match &camera {
-        Some((camera, _)) => compression(arguments, &info, &config, (camera, &measured), limit, &interrupted)?,
+        Some((camera, _)) => compression(arguments, &info, &config, (camera, &measured), limit, &signal)?,
         None => None,
     };
     let asked_fps = camera.is_some().then(|| arguments.options.asked_fps());
@@ -137,13 +137,13 @@ fn whole(
     info: &StreamInfo,
     config: &Config,
     limit: Limit,
-    interrupted: &AtomicBool,
+    signal: &AtomicUsize,
 ) -> Result<Measured, Stop> {
-    let measured = measure(source, info, config, limit, interrupted)?;
-    if interrupted.load(Ordering::Relaxed) {
-        return Err(Stop::Interrupted(signal_hook::consts::SIGINT as u8));
+    let measured = measure(source, info, config, limit, signal)?;
+    match signal.load(Ordering::Relaxed) {
+        0 => Ok(measured),
+        signal => Err(Stop::Interrupted(signal as u8)),
     }
-    Ok(measured)
 }
 
 /// Who the camera is and what its controls did.
@@ -164,7 +164,7 @@ fn compression(
     config: &Config,
     (camera, measured): (&CameraReport, &Measured),
     limit: Limit,
-    interrupted: &AtomicBool,
+    signal: &AtomicUsize,
 ) -> Result<Option<MjpegReport>, Stop> {
     let size = info.size.into();
     let Some(other) = counterpart(&camera.device.modes, &camera.format, size) else { return Ok(None) };
@@ -177,7 +177,7 @@ fn compression(
     }
     note(&other.about);
     note(format_args!("measuring for {} s more, in {format}", arguments.seconds));
-    let second = whole(source.as_mut(), &other, config, limit, interrupted);
+    let second = whole(source.as_mut(), &other, config, limit, signal);
     let Some(second) = compared(second)? else { return Ok(None) };
     let (this, that) = ((&*camera.format, measured), (&*format, &second));
     let is_jpeg = this.0 == "MJPG" || this.0 == "JPEG";

@@ -5,7 +5,7 @@ mod sensors;
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicUsize};
 
 use clap::error::ErrorKind;
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -172,6 +172,17 @@ pub(super) fn interruptions() -> Result<Arc<AtomicBool>, Error> {
     let flag = Arc::new(AtomicBool::new(false));
     on_interruption(&flag)?;
     Ok(flag)
+}
+
+/// The number of the first SIGINT or SIGTERM, 0 before; a second one ends the process at once.
+pub(super) fn signals() -> Result<Arc<AtomicUsize>, Error> {
+    interruptions()?;
+    let number = Arc::new(AtomicUsize::new(0));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register_usize(signal, Arc::clone(&number), signal as usize)
+            .map_err(|error| Error::new("signals", error))?;
+    }
+    Ok(number)
 }
 
 fn on_interruption(flag: &Arc<AtomicBool>) -> Result<(), Error> {

@@ -1,7 +1,7 @@
 //! A source read while nothing touches it: what all numbers come from.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use wstac_core::params::TAXELS;
 
@@ -71,7 +71,7 @@ pub struct Limit {
     pub frames: Option<u64>,
 }
 
-/// Reads a source until a limit, its end, or until `stop`. `info` is the source's, as the user has it.
+/// Reads a source until a limit, its end, or until `stop` has a signal's number. `info` is the source's, as the user has it.
 ///
 /// # Errors
 /// Where layout, format and configuration do not fit each other, the source fails, is unplugged, falls silent or loses its
@@ -81,7 +81,7 @@ pub fn measure(
     info: &StreamInfo,
     config: &Config,
     limit: Limit,
-    stop: &AtomicBool,
+    stop: &AtomicUsize,
 ) -> Result<Measured, Error> {
     let mut reading = Reading::new(info, config, Wanted::default())?;
     let mut grid = if info.taxels_only { None } else { Some(PixelGrid::new(info, reading.camera().layout())?) };
@@ -100,7 +100,7 @@ pub fn measure(
     };
     let period = f64::from(info.rate.denominator()) / f64::from(info.rate.numerator());
     let (mut steps, mut first, mut follows) = (0_u64, None, false);
-    while !stop.load(Ordering::Relaxed) && limit.frames.is_none_or(|most| steps < most) {
+    while stop.load(Ordering::Relaxed) == 0 && limit.frames.is_none_or(|most| steps < most) {
         let item = source.next()?;
         // It may come back, but not as a camera that was watched all the time; and it may never.
         if let Item::Fault(Fault { kind: "disconnected" | "no-signal", message }) = &item {
@@ -164,7 +164,7 @@ pub fn measure(
     measured.fps = measured.pace.summary().map_or(1.0 / period, |pace| pace.fps);
     measured.pixels = grid.and_then(|grid| grid.summary());
     let frames = measured.moments.len();
-    if frames < LEAST && !stop.load(Ordering::Relaxed) {
+    if frames < LEAST && stop.load(Ordering::Relaxed) == 0 {
         let lost: Vec<_> = measured.lost.iter().map(|(why, frames)| format!(" ({frames} {why})")).collect();
         let message = format!("gave {frames} frames{}, expected at least {LEAST} to measure", lost.concat());
         return Err(Error::new(&info.about, message));

@@ -1,6 +1,6 @@
 //! Numbers against the truth: simulated sensors of known noise, black level and leak, and made-up streams.
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::AtomicUsize;
 use std::time::Duration;
 
 use wstac_core::green::any::PixelFormat;
@@ -18,7 +18,7 @@ use crate::scene::Script;
 use crate::source::scene::SceneSource;
 use crate::source::{Fault, Item, Source};
 
-static RUNNING: AtomicBool = AtomicBool::new(false);
+static RUNNING: AtomicUsize = AtomicUsize::new(0);
 const ALL: Limit = Limit { settling: 0, seconds: f64::INFINITY, frames: None };
 const OF_A_CAMERA: Limit = Limit { settling: SETTLING, ..ALL };
 
