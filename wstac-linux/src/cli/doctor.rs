@@ -80,7 +80,7 @@ What is measured, in grey levels of 255 whatever the format; with --json as one 
              taxels; "rest_of_lit": the brightest line at rest as a share of it
   drift      "levels_per_minute" of the mean of all taxels with its standard "error", of the
              "worst_taxel"; "minutes_to_trigger" until it is as much as five_taxels, null
-             where it is less than four standard errors
+             where it is less than four standard errors, or gets darker, which never fires
   controls   those that change what grey levels mean, and others that changed: "name", "value",
              "value_at_end", "locked" (null for the others), "why" not, whether it "drifts": it
              changed meanwhile, or the driver says that the hardware changes it

@@ -236,6 +236,17 @@ fn drift_is_measured_and_told_in_minutes() {
 }
 
 #[test]
+fn falling_light_never_fires_and_is_told_all_the_same() {
+    let frames = (0..300).map(|t| Shown::Level(23.0 - 18.0 / 1800.0 * f64::from(t))).collect();
+    let (info, measured) = read(played(PixelFormat::Grey, frames, false));
+    let report = report(&info, &measured, None);
+    assert_near("drift", report.drift.levels_per_minute, -18.0, 0.1);
+    assert_eq!(report.drift.minutes_to_trigger, None);
+    let found = report.verdict.iter().find(|finding| finding.kind == "drift").map(|finding| finding.found.as_str());
+    assert!(found.unwrap().contains("gets darker by 1") && !report.to_string().contains("none that shows"), "{report}");
+}
+
+#[test]
 fn a_slow_camera_losses_and_a_touch_are_told() {
     let mut items: Vec<_> = (0..120).map(|t| Shown::Level(if t < 80 { 1.4 } else { 40.4 })).collect();
     items.insert(30, Shown::Lost(4));
