@@ -87,7 +87,8 @@ What is printed, for each law:
 What is written (-o):
   [speed] with law, its parameters and range_mm_s, the speeds it was fitted on: wstac run marks
   answers outside as extrapolated. With --config also threshold and threshold_on: durations
-  depend on them, so wstac run must have the same. Put the table into your configuration.
+  depend on them, so wstac run must have the same; without it they are not in the table, and a
+  note says so. The table replaces [speed] in your configuration (wstac.toml), all of it.
 
 From a simulated sensor to its law (the published protocol: 11 speeds, 5 slides each):
   printf 'specimens = ["Saw3"]\nspeeds = [100,110,120,130,140,150,160,170,180,190,200]
@@ -123,6 +124,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if let (Some(path), Some(best)) = (&arguments.output, best) {
         write(path, &table(best, &slides, &names, config.as_ref()))?;
         note(format_args!("law \"{}\" written to {}", best.kind.name(), path.display()));
+        if config.is_none() {
+            note(format_args!(
+                "{}: has no threshold: it holds with that of the configuration that the durations are of, which --config names",
+                path.display()
+            ));
+        }
     }
     let mut out = std::io::stdout().lock();
     if !arguments.json {
