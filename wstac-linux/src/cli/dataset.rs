@@ -82,6 +82,7 @@ The arrays of FILE.npz, n samples in the order of their slides:
   reliable    bool     (n,)         baseline quiet and at most 7 frames filled, as wstac run says
   duration    int64    (n,)         of the event in frames; -1 where it is cut off or never lights up
   source      str      (n,)         "scene: Saw3 at 150 mm/s, 90 degrees, seed 7"
+  fps         float64  ()           frames a second of the camera (of recordings: of the first)
   Of recordings there is no seed; speed is nan and direction -1 where there is no such label,
   y_depth nan where the name has none, and there are also:
   recording   str      (n,)         "saw3.mcap": group by it where you split on your own
