@@ -261,6 +261,7 @@ fn a_sensor_that_fails_leaves_the_others_to_their_ends() {
     for (sources, code) in [
         (&["scene:Saw3@150", "scene:Saw3@150"][..], 2),
         (&["cam:a=scene:Saw3@150", "scene:Saw3@150"], 2),
+        (&["cam:a=scene:Saw3@150", "cam:b=scene:Saw3@150", "scene:Saw3@150"], 2),
         (&["cam:a=scene:Saw3@150", "cam:b=scene:Saw3@150", "--save-raw", "never-made"], 2),
         (&["cam:a=scene:Saw3@150", "cam:a=scene:Saw3@150"], 1),
         (&["cam:a b=scene:Saw3@150"], 1),

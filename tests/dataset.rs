@@ -104,7 +104,9 @@ fn the_arrays_are_as_documented_whatever_the_number_of_threads() {
         assert_eq!(array.0, format!("{name}.npy"));
         assert_eq!(array.1, format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}"));
     }
-    assert_eq!((arrays.len(), arrays[0].2.len()), (11, 10 * 10 * 70 * 2));
+    assert_eq!((arrays.len(), arrays[0].2.len()), (12, 10 * 10 * 70 * 2));
+    assert_eq!((&*arrays[11].0, &arrays[11].2[..]), ("fps.npy", &30.0_f64.to_le_bytes()[..]));
+    assert!(arrays[11].1.contains("'<f8'") && arrays[11].1.contains("'shape': ()"), "{}", arrays[11].1);
     let source = strings(&arrays[10].2, 10);
     assert_eq!(source[0], "scene: Fla0 at 100 mm/s, 0 degrees, seed 7");
     assert_eq!(source[8], "scene: Saw3 at 150.5 mm/s, 270 degrees, seed 15");

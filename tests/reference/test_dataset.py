@@ -41,7 +41,8 @@ class DatasetTest(unittest.TestCase):
         self.assertEqual(n, 16)
         names = ["X", "scale", "y_specimen", "y_pattern", "y_depth", "speed", "direction", "seed"]
         names += ["reliable", "duration", "source"]
-        self.assertEqual(list(arrays), names)
+        self.assertEqual(list(arrays), [*names, "fps"])
+        self.assertEqual((arrays["fps"].dtype.str, arrays["fps"].shape, float(arrays["fps"])), ("<f8", (), 30.0))
         dtypes = {name: arrays[name].dtype.str for name in ("X", "scale", "y_depth", "speed", "direction", "seed")}
         expected = {"X": "<i2", "scale": "<f8", "y_depth": "<f8", "speed": "<f8", "direction": "<i8", "seed": "<u8"}
         self.assertEqual(dtypes, expected)

@@ -297,6 +297,7 @@ mod tests {
             "[green]\nyuv = \"linear\"\nstride = 3\n[features]\nln = \"libm\"\nfloor_levels = 0.1",
             "[trigger]\nrule = \"literal\"\nmultiplier = 0.7\nwindow = 7\n[speed]\nlaw = \"physical\"\ntrack_mm = 101.3",
             "[speed]\nslope = 56.123\nthreshold_on = \"above_baseline\"",
+            "[trigger]\nfollow = 64\n[speed]\nrange_mm_s = [80.1, 212.5]",
         ] {
             let config = Config::parse(text).unwrap();
             let full = config.to_toml().unwrap();
@@ -305,6 +306,8 @@ mod tests {
             let frame = FrameSize::new(1280, 720).unwrap();
             assert_eq!(again.layout(frame), config.layout(frame), "{full}");
             assert_eq!(again.trigger(), config.trigger(), "{full}");
+            assert_eq!(format!("{:?}", again.following()), format!("{:?}", config.following()), "{full}");
+            assert_eq!(config.following().unwrap().is_some(), text.contains("follow"), "{full}");
             assert_eq!(again.speed(FrameRate::NOMINAL), config.speed(FrameRate::NOMINAL), "{full}");
             let rest = |config: &Config| format!("{:?} {:?} {:?}", config.green, config.features, config.direction);
             assert_eq!(rest(&again), rest(&config), "{full}");

@@ -5,14 +5,11 @@ mod recorded;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-
-use signal_hook::consts::{SIGINT, SIGTERM};
 
 use self::progress::Progress;
 use super::output::{Stop, check_new, note};
-use super::run::interruptions;
+use super::run::signals;
 use crate::config::Config;
 use crate::dataset::part::{Part, fingerprint};
 use crate::dataset::sweep::Sweep;
@@ -85,6 +82,7 @@ The arrays of FILE.npz, n samples in the order of their slides:
   reliable    bool     (n,)         baseline quiet and at most 7 frames filled, as wstac run says
   duration    int64    (n,)         of the event in frames; -1 where it is cut off or never lights up
   source      str      (n,)         "scene: Saw3 at 150 mm/s, 90 degrees, seed 7"
+  fps         float64  ()           frames a second of the camera (of recordings: of the first)
   Of recordings there is no seed; speed is nan and direction -1 where there is no such label,
   y_depth nan where the name has none, and there are also:
   recording   str      (n,)         "saw3.mcap": group by it where you split on your own
@@ -203,17 +201,6 @@ fn make(
             },
         )
     })
-}
-
-/// The first SIGINT or SIGTERM, 0 before; a second one ends the process at once.
-fn signals() -> Result<Arc<AtomicUsize>, Error> {
-    interruptions()?;
-    let number = Arc::new(AtomicUsize::new(0));
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register_usize(signal, Arc::clone(&number), signal as usize)
-            .map_err(|error| Error::new("signals", error))?;
-    }
-    Ok(number)
 }
 
 /// The path with something more at its end.

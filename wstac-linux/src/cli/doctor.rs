@@ -2,19 +2,20 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::output::{Stop, note};
-use super::run::interruptions;
+use super::run::signals;
 use super::source_arguments::SourceArguments;
 use crate::camera::controls::{ControlValue, controls};
 use crate::camera::{CameraState, device_at};
 use crate::config::Config;
 use crate::doctor::controls::{ControlReport, compare};
-use crate::doctor::measure::{Limit, Measured, measure};
+use crate::doctor::measure::{Limit, Measured, SETTLING, measure};
 use crate::doctor::mjpeg::{self, MjpegReport, counterpart};
 use crate::doctor::{CameraReport, Known, examine};
 use crate::error::Error;
+use crate::source::open::is_live;
 use crate::source::{Delivery, Source, StreamInfo};
 
 /// Measure a sensor that nothing touches, and say what to change
@@ -48,8 +49,8 @@ pub(super) struct Arguments {
     options: SourceArguments,
 }
 
-const HELP: &str = r#"Exit code: 1 where the source or configuration cannot be used, 2 for wrong arguments, otherwise
-0: a verdict is an answer, whatever it says.
+const HELP: &str = r#"Exit code: 1 where the source or configuration cannot be used, 2 for wrong arguments, 130
+after Ctrl-C, 143 after SIGTERM, otherwise 0: a verdict is an answer, whatever it says.
 
 What is measured, in grey levels of 255 whatever the format; with --json as one object:
   {"source":"/dev/video0: …","camera":{…},"rate":{…},"levels":{…},"noise":{…},"signal":{…},
@@ -79,7 +80,7 @@ What is measured, in grey levels of 255 whatever the format; with --json as one 
              taxels; "rest_of_lit": the brightest line at rest as a share of it
   drift      "levels_per_minute" of the mean of all taxels with its standard "error", of the
              "worst_taxel"; "minutes_to_trigger" until it is as much as five_taxels, null
-             where it is less than four standard errors
+             where it is less than four standard errors, or gets darker, which never fires
   controls   those that change what grey levels mean, and others that changed: "name", "value",
              "value_at_end", "locked" (null for the others), "why" not, whether it "drifts": it
              changed meanwhile, or the driver says that the hardware changes it
@@ -87,7 +88,7 @@ What is measured, in grey levels of 255 whatever the format; with --json as one 
              "pixel_noise"; "worst_taxel_off": the worst difference of a taxel's mean;
              "dc_step": the smallest step of a block's mean; "corrupt" pictures; "error": the
              worst of the first and half the second, against "lit". null where the source is
-             no camera, or offers only one kind at this size
+             no camera, offers only one kind at this size, or the other cannot be measured
   verdict    what to change, the worst first: "kind", "found", "advice". Kinds: touched, frozen,
              unlocked, drifting_control, slow, rate, jitter, lost, saturated, clipped, leak,
              always_lit, noisy, insensitive, drift, mjpeg. "healthy": there is none
@@ -100,12 +101,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         arguments.options.open_configured(&arguments.source, Delivery::Every, arguments.config.as_deref())?;
     note(&info.about);
     note(format_args!("measuring for {} s: nothing may touch the sensor", arguments.seconds));
-    let interrupted = interruptions()?;
+    let signal = signals()?;
     let frames = arguments.options.frames_before_touch(&arguments.source)?;
-    let limit = Limit { seconds: arguments.seconds, frames };
-    let path = info.camera.as_ref().filter(|_| is_camera(&arguments.source)).map(|camera| camera.path.clone());
+    // A recording may know its camera, which is not there now.
+    let live = is_live(&arguments.source);
+    let limit = Limit { settling: if live { SETTLING } else { 0 }, seconds: arguments.seconds, frames };
+    let path = info.camera.as_ref().filter(|_| live).map(|camera| camera.path.clone());
     let before = path.as_deref().map(controls).transpose()?;
-    let measured = whole(source.as_mut(), &info, &config, limit, &interrupted)?;
+    let measured = whole(source.as_mut(), &info, &config, limit, &signal)?;
     // Still open: what the camera does to its controls when it is closed is none of this.
     let camera = match (&path, before, source.info().camera.as_deref()) {
         (Some(path), Some(before), Some(state)) => Some(examined(path, state, &before)?),
@@ -113,7 +116,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     };
     drop(source);
     let mjpeg = match &camera {
-        Some((camera, _)) => compression(arguments, &info, &config, (camera, &measured), limit, &interrupted)?,
+        Some((camera, _)) => compression(arguments, &info, &config, (camera, &measured), limit, &signal)?,
         None => None,
     };
     let asked_fps = camera.is_some().then(|| arguments.options.asked_fps());
@@ -128,27 +131,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     Ok(writeln!(out, "{report}")?)
 }
 
-/// A recording may know its camera, which is not there now.
-fn is_camera(source: &str) -> bool {
-    std::os::unix::fs::FileTypeExt::is_char_device(&match Path::new(source).metadata() {
-        Ok(metadata) => metadata.file_type(),
-        Err(_) => return false,
-    })
-}
-
 /// A measurement that no signal ended.
 fn whole(
     source: &mut dyn Source,
     info: &StreamInfo,
     config: &Config,
     limit: Limit,
-    interrupted: &AtomicBool,
+    signal: &AtomicUsize,
 ) -> Result<Measured, Stop> {
-    let measured = measure(source, info, config, limit, interrupted)?;
-    if interrupted.load(Ordering::Relaxed) {
-        return Err(Stop::Interrupted(signal_hook::consts::SIGINT as u8));
+    let measured = measure(source, info, config, limit, signal)?;
+    match signal.load(Ordering::Relaxed) {
+        0 => Ok(measured),
+        signal => Err(Stop::Interrupted(signal as u8)),
     }
-    Ok(measured)
 }
 
 /// Who the camera is and what its controls did.
@@ -169,11 +164,12 @@ fn compression(
     config: &Config,
     (camera, measured): (&CameraReport, &Measured),
     limit: Limit,
-    interrupted: &AtomicBool,
+    signal: &AtomicUsize,
 ) -> Result<Option<MjpegReport>, Stop> {
     let size = info.size.into();
     let Some(other) = counterpart(&camera.device.modes, &camera.format, size) else { return Ok(None) };
-    let (mut source, other) = arguments.options.with_format(other, size).open(&arguments.source, Delivery::Every)?;
+    let opened = arguments.options.with_format(other, size).open(&arguments.source, Delivery::Every);
+    let Some((mut source, other)) = compared(opened.map_err(Stop::from))? else { return Ok(None) };
     let format = other.camera.as_ref().map_or("", |camera| &camera.format).to_owned();
     if other.size != info.size || format == camera.format {
         note(format_args!("MJPEG is not compared: the camera gives {} instead", other.about));
@@ -181,10 +177,23 @@ fn compression(
     }
     note(&other.about);
     note(format_args!("measuring for {} s more, in {format}", arguments.seconds));
-    let second = whole(source.as_mut(), &other, config, limit, interrupted)?;
+    let second = whole(source.as_mut(), &other, config, limit, signal);
+    let Some(second) = compared(second)? else { return Ok(None) };
     let (this, that) = ((&*camera.format, measured), (&*format, &second));
     let is_jpeg = this.0 == "MJPG" || this.0 == "JPEG";
     Ok(Some(if is_jpeg { mjpeg::compare(that, this, config) } else { mjpeg::compare(this, that, config) }))
+}
+
+/// What is needed to compare; where it failed, why, on standard error: the report of the first format is finished.
+fn compared<T>(result: Result<T, Stop>) -> Result<Option<T>, Stop> {
+    match result {
+        Ok(there) => Ok(Some(there)),
+        Err(Stop::Failed(error)) => {
+            note(format_args!("MJPEG is not compared: {error}"));
+            Ok(None)
+        }
+        Err(stop) => Err(stop),
+    }
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
@@ -195,4 +204,17 @@ fn seconds(text: &str) -> Result<f64, String> {
 fn level(text: &str) -> Result<f64, String> {
     let level = text.parse().ok().filter(|level| (0.0..=255.0).contains(level));
     level.ok_or_else(|| format!("{text:?} is no level, expected 0 to 255"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_second_format_that_fails_ends_nothing_and_a_signal_does() {
+        assert!(matches!(compared(Ok(7)), Ok(Some(7))));
+        assert!(matches!(compared::<u8>(Err(Error::new("/dev/video0", "busy").into())), Ok(None)));
+        assert!(matches!(compared::<u8>(Err(Stop::Interrupted(15))), Err(Stop::Interrupted(15))));
+        assert!(matches!(compared::<u8>(Err(Stop::OutputClosed)), Err(Stop::OutputClosed)));
+    }
 }

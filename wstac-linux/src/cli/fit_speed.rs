@@ -40,9 +40,9 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
 
-    /// Frames a second of the slides' camera, such as 30 or 30000/1001
-    #[arg(long, value_name = "RATE", default_value = "30", value_parser = frame_rate)]
-    fps: FrameRate,
+    /// Frames a second of the slides' camera, such as 30 or 30000/1001, where a data set does not say: 30 unless given
+    #[arg(long, value_name = "RATE", value_parser = frame_rate)]
+    fps: Option<FrameRate>,
 
     /// The configuration that the data set was made with: its speed threshold is written beside the law
     #[arg(long, value_name = "FILE")]
@@ -69,6 +69,8 @@ const HELP: &str = r#"What is read:
   speed      mm/s of each slide, NaN where it is not known
   duration   its event's lit frames, -1 where it is cut off or never lit
   reliable   optional: slides that are not reliable are left out
+  fps        optional: frames a second of their camera; --fps must not contradict it, nor may
+             those of several data sets
   Slides that are left out are counted by their reason. At least three different speeds.
 
 What is printed, for each law:
@@ -87,7 +89,8 @@ What is printed, for each law:
 What is written (-o):
   [speed] with law, its parameters and range_mm_s, the speeds it was fitted on: wstac run marks
   answers outside as extrapolated. With --config also threshold and threshold_on: durations
-  depend on them, so wstac run must have the same. Put the table into your configuration.
+  depend on them, so wstac run must have the same; without it they are not in the table, and a
+  note says so. The table replaces [speed] in your configuration (wstac.toml), all of it.
 
 From a simulated sensor to its law (the published protocol: 11 speeds, 5 slides each):
   printf 'specimens = ["Saw3"]\nspeeds = [100,110,120,130,140,150,160,170,180,190,200]
@@ -102,11 +105,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         check_new(path, arguments.force)?;
     }
     let config = arguments.config.as_deref().map(Config::read).transpose()?;
-    let nominal_frames = f64::from(arguments.fps.nominal_frames());
     let mut slides = Slides::default();
     for path in &arguments.data {
-        slides.add(path, nominal_frames)?;
+        slides.add(path, arguments.fps)?;
     }
+    let nominal_frames = f64::from(slides.rate.unwrap_or(FrameRate::NOMINAL).nominal_frames());
     let names: Vec<String> = arguments.data.iter().map(|path| path.display().to_string()).collect();
     let names = names.join(", ");
     let kinds = match arguments.law {
@@ -123,6 +126,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if let (Some(path), Some(best)) = (&arguments.output, best) {
         write(path, &table(best, &slides, &names, config.as_ref()))?;
         note(format_args!("law \"{}\" written to {}", best.kind.name(), path.display()));
+        if config.is_none() {
+            note(format_args!(
+                "{}: has no threshold: it holds with that of the configuration that the durations are of, which --config names",
+                path.display()
+            ));
+        }
     }
     let mut out = std::io::stdout().lock();
     if !arguments.json {

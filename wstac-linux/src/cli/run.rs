@@ -5,13 +5,13 @@ mod sensors;
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicUsize};
 
 use clap::error::ErrorKind;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 use self::read::Run;
-use self::sensors::{Sensor, sensors};
+use self::sensors::sensors;
 use super::output::Stop;
 use super::source_arguments::SourceArguments;
 use crate::error::Error;
@@ -143,7 +143,7 @@ fn help() -> String {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let sensors = sensors(&arguments.sources)?;
-    if let [Sensor { name: None, .. }, _, ..] | [_, Sensor { name: None, .. }, ..] = &sensors[..] {
+    if sensors.len() > 1 && sensors.iter().any(|sensor| sensor.name.is_none()) {
         conflict("several sources need names, expected cam:NAME=SOURCE for each");
     }
     if sensors.len() > 1 && arguments.save_raw.is_some() {
@@ -172,6 +172,17 @@ pub(super) fn interruptions() -> Result<Arc<AtomicBool>, Error> {
     let flag = Arc::new(AtomicBool::new(false));
     on_interruption(&flag)?;
     Ok(flag)
+}
+
+/// The number of the first SIGINT or SIGTERM, 0 before; a second one ends the process at once.
+pub(super) fn signals() -> Result<Arc<AtomicUsize>, Error> {
+    interruptions()?;
+    let number = Arc::new(AtomicUsize::new(0));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register_usize(signal, Arc::clone(&number), signal as usize)
+            .map_err(|error| Error::new("signals", error))?;
+    }
+    Ok(number)
 }
 
 fn on_interruption(flag: &Arc<AtomicBool>) -> Result<(), Error> {

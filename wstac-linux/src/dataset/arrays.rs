@@ -5,6 +5,7 @@ use std::io::{self, BufWriter};
 use std::path::Path;
 
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
+use wstac_core::rate::FrameRate;
 
 use super::npz::{Dtype, Npz};
 use super::part::Part;
@@ -13,7 +14,7 @@ use crate::scene::Slide;
 use crate::scene::specimen::{Pattern, Specimen};
 
 /// Writes all samples with their labels, in the order of their slides: an element for each sample in every array but
-/// `scale`, which has no dimension.
+/// `scale` and `fps`, which have no dimension.
 ///
 /// # Errors
 /// Where the part cannot be read or the file cannot be written.
@@ -49,6 +50,7 @@ pub fn write(path: &Path, sweep: &Sweep, part: &Part) -> io::Result<()> {
         durations.into_iter().try_for_each(|duration| out.write_all(&duration.to_le_bytes()))
     })?;
     npz.strings("source", slides().map(|(slide, seed)| source(&slide, seed)))?;
+    fps(&mut npz, sweep.rate())?;
     let file = npz.finish()?.into_inner().map_err(io::IntoInnerError::into_error)?;
     file.sync_all()
 }
@@ -61,6 +63,12 @@ pub(super) fn numbers_of(
     mut numbers: impl ExactSizeIterator<Item = [u8; 8]>,
 ) -> io::Result<()> {
     npz.array(name, dtype, &[numbers.len()], |out| numbers.try_for_each(|number| out.write_all(&number)))
+}
+
+/// Frames a second of the camera, an array without dimension.
+pub(super) fn fps(npz: &mut Npz<BufWriter<File>>, rate: FrameRate) -> io::Result<()> {
+    let fps = f64::from(rate.numerator()) / f64::from(rate.denominator());
+    npz.array("fps", Dtype::Float64, &[], |out| out.write_all(&fps.to_le_bytes()))
 }
 
 /// The name alone, whatever else is unusual: `Saw3`, `Saw3.5`, `Sphere`.

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 
-use super::arrays::numbers_of;
+use super::arrays::{fps, numbers_of};
 use super::npz::{Dtype, Npz};
 use super::recordings::Recording;
 
@@ -67,6 +67,10 @@ pub fn write(path: &Path, recordings: &[Recording], tests: &[bool]) -> io::Resul
     npz.strings("recording", all.iter().map(|(recording, ..)| recording.name.clone()))?;
     npz.strings("split", all.iter().map(|(_, test, _)| if *test { "test" } else { "train" }.into()))?;
     npz.strings("source", all.iter().map(|(recording, _, (frame, ..))| format!("{}, frame {frame}", recording.name)))?;
+    // The others' are as long to the percent (`comparable`).
+    if let Some(first) = recordings.first() {
+        fps(&mut npz, first.rate())?;
+    }
     let file = npz.finish()?.into_inner().map_err(io::IntoInnerError::into_error)?;
     file.sync_all()
 }

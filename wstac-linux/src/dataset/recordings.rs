@@ -4,6 +4,8 @@
 
 use std::path::{Path, PathBuf};
 
+use wstac_core::rate::FrameRate;
+
 use super::{Facts, Sample, quantised};
 use crate::config::Config;
 use crate::error::Error;
@@ -34,6 +36,13 @@ pub struct Recording {
     pub incomplete: u64,
     about: About,
     config: Config,
+}
+
+impl Recording {
+    /// Frames a second of its camera.
+    pub fn rate(&self) -> FrameRate {
+        self.about.info.rate
+    }
 }
 
 /// Recordings by name: files as they are, and of folders every `.mcap` in them, in order, each once.
@@ -145,7 +154,7 @@ pub fn comparable(recordings: &[Recording]) -> Result<Vec<String>, Error> {
         let Config { green, features, trigger, .. } = &recording.config;
         format!("{green:?} {features:?} {trigger:?}")
     };
-    let nominal = |recording: &Recording| recording.about.info.rate.nominal_frames();
+    let nominal = |recording: &Recording| recording.rate().nominal_frames();
     let mut kinds = [
         ("their layouts differ", 0),
         ("their pixel formats or sizes differ", 0),
@@ -232,7 +241,7 @@ mod tests {
         assert_eq!(doubts(plain()).unwrap(), [""; 0]);
         let error = doubts(recording("b", "Saw3", "[trigger]\nwindow = 6", |_| {})).unwrap_err().to_string();
         assert!(error.starts_with("b: its [green]") && error.contains("that of a"), "{error}");
-        let fast = |about: &mut About| about.info.rate = wstac_core::rate::FrameRate::new(40, 1).unwrap();
+        let fast = |about: &mut About| about.info.rate = FrameRate::new(40, 1).unwrap();
         assert!(doubts(recording("b", "Saw3", "", fast)).unwrap_err().to_string().contains("rate of frames"));
         let unlocked = |about: &mut About| {
             let control = LockedControl { name: "Gain".into(), ..LockedControl::default() };

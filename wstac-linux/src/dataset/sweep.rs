@@ -15,6 +15,7 @@ use std::path::Path;
 use serde::Deserialize;
 use toml::{Table, Value};
 use wstac_core::direction::Heading;
+use wstac_core::rate::FrameRate;
 
 use crate::error::Error;
 use crate::scene::specimen::Specimen;
@@ -122,6 +123,11 @@ impl Sweep {
     /// What slides.
     pub fn specimens(&self) -> &[Specimen] {
         &self.specimens
+    }
+
+    /// Frames a second of their camera.
+    pub fn rate(&self) -> FrameRate {
+        self.base.sensor.rate
     }
 
     /// How many slides there are.

@@ -1,7 +1,7 @@
 //! A source read while nothing touches it: what all numbers come from.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use wstac_core::params::TAXELS;
 
@@ -13,7 +13,7 @@ use crate::reading::{Reading, Record, Wanted};
 use crate::source::{Fault, Item, Source, StreamInfo};
 
 /// Frames that a camera takes to settle after its start; they are not measured.
-const SETTLING: u32 = 15;
+pub const SETTLING: u32 = 15;
 /// Fewest frames that say anything.
 const LEAST: usize = 10;
 
@@ -60,30 +60,32 @@ impl Measured {
     }
 }
 
-/// When to end.
+/// Which frames are measured.
 #[derive(Clone, Copy, Debug)]
 pub struct Limit {
+    /// None of this many first ones: [`SETTLING`] of a camera that has just been started, 0 of anything else.
+    pub settling: u32,
     /// After this many s, by the driver's timestamps or else by the frame rate.
     pub seconds: f64,
     /// After this many frames, lost ones included, if that is earlier.
     pub frames: Option<u64>,
 }
 
-/// Reads a source until a limit, its end, or until `stop`. `info` is the source's, as the user has it.
+/// Reads a source until a limit, its end, or until `stop` has a signal's number. `info` is the source's, as the user has it.
 ///
 /// # Errors
-/// Where layout, format and configuration do not fit each other, the source fails or is unplugged, or gives fewer than
-/// ten frames.
+/// Where layout, format and configuration do not fit each other, the source fails, is unplugged, falls silent or loses its
+/// signal, or gives fewer than ten frames.
 pub fn measure(
     source: &mut dyn Source,
     info: &StreamInfo,
     config: &Config,
     limit: Limit,
-    stop: &AtomicBool,
+    stop: &AtomicUsize,
 ) -> Result<Measured, Error> {
     let mut reading = Reading::new(info, config, Wanted::default())?;
     let mut grid = if info.taxels_only { None } else { Some(PixelGrid::new(info, reading.camera().layout())?) };
-    let mut settling = if info.camera.is_some() { SETTLING } else { 0 };
+    let mut settling = limit.settling;
     let mut measured = Measured {
         moments: Vec::new(),
         pixels: None,
@@ -98,8 +100,13 @@ pub fn measure(
     };
     let period = f64::from(info.rate.denominator()) / f64::from(info.rate.numerator());
     let (mut steps, mut first, mut follows) = (0_u64, None, false);
-    while !stop.load(Ordering::Relaxed) && limit.frames.is_none_or(|most| steps < most) {
+    while stop.load(Ordering::Relaxed) == 0 && limit.frames.is_none_or(|most| steps < most) {
         let item = source.next()?;
+        // It may come back, but not as a camera that was watched all the time; and it may never.
+        if let Item::Fault(Fault { kind: "disconnected" | "no-signal", message }) = &item {
+            let why = message.split("; waiting for").next().unwrap_or_default();
+            return Err(Error::new(&info.about, format_args!("broke off while it was measured: {why}")));
+        }
         if settling > 0 && !matches!(item, Item::End) {
             settling -= u32::from(matches!(item, Item::Frame { .. } | Item::Lost { .. }));
             continue;
@@ -116,11 +123,6 @@ pub fn measure(
                 if steps as f64 * period >= 2.0 * limit.seconds {
                     break;
                 }
-            }
-            // It may come back, but not as a camera that was watched all the time.
-            Item::Fault(Fault { kind: "disconnected", message }) => {
-                let why = message.split("; waiting for").next().unwrap_or_default();
-                return Err(Error::new(&info.about, format_args!("broke off while it was measured: {why}")));
             }
             Item::Frame { bytes, timestamp, sequence, encoded } => {
                 steps += 1;
@@ -162,7 +164,7 @@ pub fn measure(
     measured.fps = measured.pace.summary().map_or(1.0 / period, |pace| pace.fps);
     measured.pixels = grid.and_then(|grid| grid.summary());
     let frames = measured.moments.len();
-    if frames < LEAST && !stop.load(Ordering::Relaxed) {
+    if frames < LEAST && stop.load(Ordering::Relaxed) == 0 {
         let lost: Vec<_> = measured.lost.iter().map(|(why, frames)| format!(" ({frames} {why})")).collect();
         let message = format!("gave {frames} frames{}, expected at least {LEAST} to measure", lost.concat());
         return Err(Error::new(&info.about, message));

@@ -132,8 +132,18 @@ pub struct DriftReport {
     pub error: f64,
     /// Slope of the taxel that changes most.
     pub worst_taxel: f64,
-    /// Minutes until the drift alone makes the trigger fire; nothing where it is too small to tell from noise.
+    /// Minutes until the drift alone makes the trigger fire; nothing where it is too small to tell from noise, and of light
+    /// that falls, which never does.
     pub minutes_to_trigger: Option<f64>,
+}
+
+impl DriftReport {
+    /// Minutes until the mean of all taxels is this many levels off, either way; nothing where the drift is too small to
+    /// tell from noise.
+    fn minutes_to(&self, levels: f64) -> Option<f64> {
+        let slope = self.levels_per_minute.abs();
+        (slope > 0.0 && slope > SIGNIFICANT * self.error).then(|| tidy(levels / slope))
+    }
 }
 
 /// What the user says beside the source.
@@ -212,15 +222,15 @@ pub fn examine(
 fn drift(still: &Still, signal: &SignalReport) -> DriftReport {
     let whole = still.trend();
     let worst = still.worst_trend();
-    let significant = |trend: &still::Trend| trend.slope.abs() > SIGNIFICANT * trend.error && trend.slope != 0.0;
-    // Only what gets brighter fires; what gets darker hides light until it is as far.
-    let minutes = significant(&whole).then(|| signal.five_taxels / (60.0 * whole.slope.abs()));
-    DriftReport {
+    let mut report = DriftReport {
         levels_per_minute: tidy(60.0 * whole.slope),
         error: tidy(60.0 * whole.error),
         worst_taxel: tidy(60.0 * worst.slope),
-        minutes_to_trigger: minutes.map(tidy),
-    }
+        minutes_to_trigger: None,
+    };
+    // Only what gets brighter fires; what gets darker hides as much light instead.
+    report.minutes_to_trigger = report.minutes_to(signal.five_taxels).filter(|_| report.levels_per_minute > 0.0);
+    report
 }
 
 /// To five decimals: more is noise.

@@ -1,6 +1,6 @@
 //! Numbers against the truth: simulated sensors of known noise, black level and leak, and made-up streams.
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::AtomicUsize;
 use std::time::Duration;
 
 use wstac_core::green::any::PixelFormat;
@@ -9,17 +9,18 @@ use wstac_core::layout::FrameSize;
 use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
 
-use super::measure::{Limit, measure};
+use super::measure::{Limit, SETTLING, measure};
 use super::*;
 use crate::camera::CameraState;
 use crate::config::Config;
 use crate::reading::{Reading, Record, Wanted};
 use crate::scene::Script;
 use crate::source::scene::SceneSource;
-use crate::source::{Item, Source};
+use crate::source::{Fault, Item, Source};
 
-static RUNNING: AtomicBool = AtomicBool::new(false);
-const ALL: Limit = Limit { seconds: f64::INFINITY, frames: None };
+static RUNNING: AtomicUsize = AtomicUsize::new(0);
+const ALL: Limit = Limit { settling: 0, seconds: f64::INFINITY, frames: None };
+const OF_A_CAMERA: Limit = Limit { settling: SETTLING, ..ALL };
 
 /// A scene of 300 dark frames, and what was measured of them.
 fn scene(sensor: &str, leak: f64) -> (StreamInfo, Measured) {
@@ -137,6 +138,8 @@ enum Shown {
     Level(f64),
     Sums([u32; TAXELS]),
     Lost(u64),
+    Fault(&'static str, &'static str),
+    Waiting,
 }
 
 fn played(format: PixelFormat, items: Vec<Shown>, camera: bool) -> Played {
@@ -168,12 +171,18 @@ impl Source for Played {
 
     fn next(&mut self) -> Result<Item<'_>, Error> {
         let Some(item) = self.items.next() else { return Ok(Item::End) };
-        let steps = if let Shown::Lost(frames) = item { frames } else { 1 };
+        let steps = match item {
+            Shown::Lost(frames) => frames,
+            Shown::Level(_) | Shown::Sums(_) => 1,
+            Shown::Fault(..) | Shown::Waiting => 0,
+        };
         self.time += steps as f64 * self.step_s;
         self.sequence = self.sequence.wrapping_add(steps as u32);
         Ok(match item {
             Shown::Lost(frames) => Item::Lost { frames, why: "dropped by the driver" },
             Shown::Sums(sums) => Item::Taxels(sums),
+            Shown::Fault(kind, message) => Item::Fault(Fault { kind, message: message.into() }),
+            Shown::Waiting => Item::Waiting,
             Shown::Level(level) => {
                 for byte in &mut self.bytes {
                     self.random = self.random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -190,6 +199,16 @@ fn read(mut source: Played) -> (StreamInfo, Measured) {
     let info = source.info.clone();
     let measured = measure(&mut source, &info, &Config::default(), ALL, &RUNNING).unwrap();
     (info, measured)
+}
+
+#[test]
+fn the_first_frames_of_a_camera_are_left_out_and_all_of_its_recording_are_measured() {
+    for (limit, frames) in [(OF_A_CAMERA, 35), (ALL, 50)] {
+        let mut source = played(PixelFormat::Grey, (0..50).map(|_| Shown::Level(1.4)).collect(), true);
+        let info = source.info.clone();
+        let measured = measure(&mut source, &info, &Config::default(), limit, &RUNNING).unwrap();
+        assert_eq!(measured.moments.len(), frames);
+    }
 }
 
 #[test]
@@ -217,12 +236,24 @@ fn drift_is_measured_and_told_in_minutes() {
 }
 
 #[test]
+fn falling_light_never_fires_and_is_told_all_the_same() {
+    let frames = (0..300).map(|t| Shown::Level(23.0 - 18.0 / 1800.0 * f64::from(t))).collect();
+    let (info, measured) = read(played(PixelFormat::Grey, frames, false));
+    let report = report(&info, &measured, None);
+    assert_near("drift", report.drift.levels_per_minute, -18.0, 0.1);
+    assert_eq!(report.drift.minutes_to_trigger, None);
+    let found = report.verdict.iter().find(|finding| finding.kind == "drift").map(|finding| finding.found.as_str());
+    assert!(found.unwrap().contains("gets darker by 1") && !report.to_string().contains("none that shows"), "{report}");
+}
+
+#[test]
 fn a_slow_camera_losses_and_a_touch_are_told() {
     let mut items: Vec<_> = (0..120).map(|t| Shown::Level(if t < 80 { 1.4 } else { 40.4 })).collect();
     items.insert(30, Shown::Lost(4));
     let mut source = played(PixelFormat::Grey, items, true);
     source.step_s = 1.0 / 7.5;
-    let (info, measured) = read(source);
+    let info = source.info.clone();
+    let measured = measure(&mut source, &info, &Config::default(), OF_A_CAMERA, &RUNNING).unwrap();
     let report = report(&info, &measured, None);
     assert_near("rate", report.rate.measured.unwrap(), 7.5, 1e-3);
     assert_eq!(report.rate.lost["dropped by the driver"], 4);
@@ -330,7 +361,29 @@ fn too_few_frames_are_an_error() {
     assert_eq!(error, "played: gave 9 frames, expected at least 10 to measure");
     let nothing: Vec<_> = (0..100).map(|_| Shown::Lost(30)).collect();
     let mut source = played(PixelFormat::Grey, nothing, true);
-    let limit = Limit { seconds: 10.0, frames: None };
+    let limit = Limit { seconds: 10.0, ..OF_A_CAMERA };
     let error = measure(&mut source, &info, &Config::default(), limit, &RUNNING).unwrap_err().to_string();
     assert!(error.contains("gave 0 frames (600 dropped by the driver)") && source.items.len() > 60, "{error}");
+}
+
+#[test]
+fn a_camera_that_goes_away_is_an_error_however_early() {
+    let gone = "/dev/video0: no frame for 2 s: check the cable; waiting for the same camera, Ctrl-C ends";
+    for (kind, message, why) in [
+        ("disconnected", gone, "/dev/video0: no frame for 2 s: check the cable"),
+        ("no-signal", "/dev/video0: no signal; waiting for it", "/dev/video0: no signal"),
+    ] {
+        // Without a frame, while the camera settles, and later.
+        for frames in [0, 3, 40] {
+            let mut items: Vec<_> = (0..frames).map(|_| Shown::Level(1.4)).collect();
+            items.extend([Shown::Waiting, Shown::Fault("slow", "slow"), Shown::Fault(kind, message)]);
+            items.extend((0..100).map(|_| Shown::Waiting));
+            let mut source = played(PixelFormat::Grey, items, true);
+            let info = source.info.clone();
+            let measured = measure(&mut source, &info, &Config::default(), OF_A_CAMERA, &RUNNING);
+            let error = measured.unwrap_err().to_string();
+            assert_eq!(error, format!("played: broke off while it was measured: {why}"), "{frames} frames");
+            assert_eq!(source.items.len(), 100, "it was waited for");
+        }
+    }
 }

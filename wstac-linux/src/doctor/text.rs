@@ -23,7 +23,7 @@ impl fmt::Display for Report {
         signal(f, &self.signal)?;
         let drift = &self.drift;
         write!(f, "drift      {:+.3} ± {:.3} levels a minute", drift.levels_per_minute, drift.error)?;
-        match drift.minutes_to_trigger {
+        match drift.minutes_to(self.signal.five_taxels) {
             Some(minutes) => writeln!(f, ", a trigger's worth in {minutes:.0} minutes")?,
             None => writeln!(f, ", none that shows")?,
         }

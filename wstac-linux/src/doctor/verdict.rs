@@ -177,10 +177,13 @@ fn trigger(findings: &mut Findings, report: &Report) {
             "lower [trigger] margin, or the light at rest (cover, black level, brightness)",
         );
     }
-    if let Some(minutes) = report.drift.minutes_to_trigger.filter(|minutes| *minutes < 60.0) {
+    let drift = &report.drift;
+    if let Some(minutes) = drift.minutes_to(report.signal.five_taxels).filter(|minutes| *minutes < 60.0) {
+        let levels = drift.levels_per_minute;
+        let (how, what) = if levels > 0.0 { ("brighter", "fires the trigger") } else { ("darker", "hides light") };
         let found = format!(
-            "the picture changes by {:.2} grey levels a minute: a trigger's worth in {minutes:.0} minutes",
-            report.drift.levels_per_minute
+            "the picture gets {how} by {:.2} grey levels a minute: a trigger's worth, which {what}, in {minutes:.0} minutes",
+            levels.abs()
         );
         findings.add("drift", found, "let the camera warm up, lock its controls, and keep the light around it steady");
     }

@@ -9,7 +9,8 @@ use std::thread;
 
 use super::super::loss_report::LossReport;
 use super::super::output::{Form, Records, Stop, note};
-use super::{Arguments, Sensor};
+use super::Arguments;
+use super::sensors::Sensor;
 use crate::error::Error;
 use crate::model::file::ModelFile;
 use crate::reading::{BASELINE_DISTURBED, Reading, Wanted};
