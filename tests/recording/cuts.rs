@@ -33,16 +33,20 @@ fn recording(folder: &Folder) -> (Vec<u8>, Vec<Vec<u8>>, Vec<usize>) {
     (bytes, frames, ends)
 }
 
-/// Recovers these bytes: the frames that come back, and how many are lost among them. Nothing where it is refused.
+/// Recovers these bytes: the frames that come back, and how many are lost among them. Nothing where it is refused, and,
+/// where it says that a part cannot be read, not all.
 fn recovered(folder: &Folder, bytes: &[u8]) -> Option<(Vec<Vec<u8>>, u64)> {
+    let _ = fs::remove_file(folder.0.join("new.mcap"));
     let (cut, new) = (folder.0.join("cut.mcap"), folder.0.join("new.mcap"));
     fs::write(&cut, bytes).unwrap();
     let done = run(&["recover", cut.to_str().unwrap(), "-o", new.to_str().unwrap(), "--force"]);
     let code = done.status.code();
     assert!(code == Some(0) || code == Some(1), "{code:?}: {}", said(&done));
-    if code == Some(1) {
+    assert!(!folder.0.join("new.mcap.part").exists());
+    if code == Some(1) && !new.exists() {
         return None;
     }
+    assert_eq!(code == Some(1), said(&done).contains("could not be read; "), "{}", said(&done));
     frames_of(&new)
 }
 
@@ -100,4 +104,56 @@ fn damage_never_becomes_a_wrong_frame() {
         whole += u32::from(found.len() as u64 + lost == total);
     }
     assert!(whole > 50, "frames that are damaged keep their place: {whole} of 60");
+}
+
+/// One wrong letter in what says what a channel is, and every frame behind it is still there: the index says it, too.
+#[test]
+fn a_wrong_letter_of_a_channel_loses_no_chunk_but_its_own() {
+    let folder = Folder::new("recording-letter");
+    let (bytes, frames, ends) = recording(&folder);
+    let at = bytes.windows(7).position(|window| window == b"/camera").unwrap();
+    assert!(at < ends[0], "the channel stands before its first frame");
+    let mut damaged = bytes.clone();
+    damaged[at + 3] ^= 1;
+    let (found, lost) = recovered(&folder, &damaged).unwrap();
+    assert!(!found.is_empty() && frames.ends_with(&found), "{} of {} frames", found.len(), frames.len());
+    let (_, gaps) = recovered(&folder, &bytes).unwrap();
+    assert_eq!(found.len() as u64 + lost, frames.len() as u64 + gaps);
+}
+
+/// Behind a damaged length nobody can read on: that is said.
+#[test]
+fn a_damaged_length_is_said() {
+    let folder = Folder::new("recording-length");
+    let (bytes, frames, ends) = recording(&folder);
+    // The header of the second chunk: after the code 6, a length that ends where another record starts.
+    let is_chunk = |at: usize| {
+        let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize;
+        bytes[at] == 6 && bytes.get(at + 9 + length) == Some(&7) && bytes[at + 37..at + 41] == [0; 4]
+    };
+    let second = (ends[0]..bytes.len() - 60).find(|&at| is_chunk(at)).unwrap();
+    let mut damaged = bytes.clone();
+    // Shorter by 4 KiB: behind it is the middle of a frame.
+    let length = u64::from_le_bytes(bytes[second + 1..second + 9].try_into().unwrap()) - 4096;
+    damaged[second + 1..second + 9].copy_from_slice(&length.to_le_bytes());
+    let (cut, new) = (folder.0.join("cut.mcap"), folder.0.join("new.mcap"));
+    fs::write(&cut, damaged).unwrap();
+    fs::write(&new, "mine").unwrap();
+    let (old, name) = (cut.to_str().unwrap(), new.to_str().unwrap());
+    let done = run(&["recover", old, "-o", name, "--force"]);
+    assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+    assert!(said(&done).contains("is damaged: ") && said(&done).contains("could not be read; "), "{}", said(&done));
+    let (found, _) = frames_of(&new).unwrap();
+    let before = ends.iter().filter(|&&end| end <= second).count();
+    assert!(found.len() == before && found == frames[..before], "{} frames, expected {before}", found.len());
+    // What cannot be read at all leaves the file of that name as it is.
+    let mut compressed = bytes.clone();
+    compressed[second + 37] = 4;
+    fs::write(&cut, compressed).unwrap();
+    fs::write(&new, "mine").unwrap();
+    let done = run(&["recover", old, "-o", name, "--force"]);
+    assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+    assert!(said(&done).contains("compressed chunk"), "{}", said(&done));
+    assert_eq!(fs::read(&new).unwrap(), b"mine");
+    assert!(!folder.0.join("new.mcap.part").exists());
 }

@@ -9,6 +9,20 @@ use wstac_tests::folder::Folder;
 
 use super::{run, said};
 
+#[test]
+fn what_the_plan_gives_is_no_label() {
+    let folder = folder("recording-guide-labels");
+    let plan = folder.0.join("plan.toml").display().to_string();
+    let files = folder.0.join("files");
+    for label in ["specimen=Fla0", "speed=100"] {
+        let files = files.to_str().unwrap();
+        let done = run(&["record", "scene:Saw3@150", "--guide", &plan, "-o", files, "--label", label]);
+        assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+        assert!(said(&done).contains("expected none: "), "{}", said(&done));
+    }
+    assert!(!files.exists());
+}
+
 /// A session with these lines as keys; standard input ends after them.
 fn guided(folder: &Folder, keys: &str) -> Output {
     let path = |name: &str| folder.0.join(name).display().to_string();

@@ -9,6 +9,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Output, Stdio};
 
+use rustix::process::{Pid, Signal, kill_process};
 use wstac_tests::command::wstac;
 use wstac_tests::folder::Folder;
 
@@ -103,7 +104,38 @@ fn nothing_is_written_over_and_nothing_useless_is_written() {
     assert_eq!(run(&["record", scene, "-o", name, "--label", "speed"]).status.code(), Some(2));
     good(&["record", scene, "-o", name, "--force", "--frames", "10"]);
     assert!(good(&["run", name, "--json"]).contains(r#""frames":10,"#));
+    // Nor is what is read written over, by whatever name.
+    let before = fs::read(&file).unwrap();
+    let link = folder.0.join("link.mcap");
+    fs::hard_link(&file, &link).unwrap();
+    let clip = folder.0.join("clip.y4m");
+    fs::write(&clip, [&b"YUV4MPEG2 W100 H80 F30:1 Cmono\nFRAME\n"[..], &[7; 8000]].concat()).unwrap();
+    let pictures = Folder::new("recording-new-pictures");
+    let picture = pictures.0.join("1.png");
+    fs::write(&picture, "a picture").unwrap();
+    let (link, clip, picture) = (link.to_str().unwrap(), clip.to_str().unwrap(), picture.to_str().unwrap());
+    for (source, new) in [(name, name), (name, link), (clip, clip), (pictures.0.to_str().unwrap(), picture)] {
+        bad(&["record", source, "-o", new, "--force"], "is the source itself");
+    }
+    assert_eq!(fs::read(&file).unwrap(), before);
+    assert_eq!((fs::read(clip).unwrap().len(), fs::read(picture).unwrap().len()), (8037, 9));
     bad(&["recover", name, "-o", name, "--force"], "is the recording itself");
+}
+
+/// Textures need the models once more: it is said which.
+#[test]
+fn models_of_a_recording_are_named_where_none_is_given() {
+    let folder = Folder::new("recording-models");
+    let file = folder.0.join("a.mcap");
+    let name = file.to_str().unwrap();
+    good(&["record", "scene:Saw3@150", "-o", name, "--model", "builtin:svm"]);
+    let without = run(&["run", name, "--json"]);
+    assert!(said(&without).contains("recorded with model "), "{}", said(&without));
+    assert!(said(&without).contains(": --model gives its textures"), "{}", said(&without));
+    assert!(!String::from_utf8_lossy(&without.stdout).contains("Saw"));
+    let with = run(&["run", name, "--json", "--model", "builtin:svm"]);
+    assert!(!said(&with).contains("recorded with model"), "{}", said(&with));
+    assert!(String::from_utf8_lossy(&with.stdout).contains("Saw"));
 }
 
 #[test]
@@ -168,11 +200,10 @@ fn a_killed_recording_comes_back_and_a_stopped_one_is_whole() {
     assert_eq!(done.status.code(), Some(0), "{}", said(&done));
     assert!(said(&done).contains("whole.mcap: 40 frames, 0 events"), "{}", said(&done));
     assert!(good(&["run", new, "--json"]).contains(r#"{"kind":"end","frames":40,"dropped":0,"#));
-    for signal in [libc::SIGINT, libc::SIGTERM, libc::SIGHUP] {
+    for signal in [Signal::INT, Signal::TERM, Signal::HUP] {
         fs::remove_file(&file).unwrap();
         let (mut child, _open) = piped(&file, 3);
-        // SAFETY: sends a signal to the child, which has not been waited for.
-        assert_eq!(unsafe { libc::kill(child.id() as i32, signal) }, 0);
+        kill_process(Pid::from_child(&child), signal).unwrap();
         assert_eq!(child.wait().unwrap().code(), Some(0));
         assert!(good(&["run", name, "--json"]).contains(r#"{"kind":"end","frames":3,"#));
     }

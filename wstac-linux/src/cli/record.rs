@@ -2,7 +2,8 @@
 
 mod guide;
 
-use std::fs::File;
+use std::fs::{self, File};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,7 +13,7 @@ use signal_hook::consts::SIGHUP;
 use super::loss_report::LossReport;
 use super::output::{Form, Records, Stop, check_new, note, text_of};
 use super::run::interruptions;
-use super::source_arguments::SourceArguments;
+use super::source_arguments::{SourceArguments, models_left_out};
 use crate::error::Error;
 use crate::model::file::ModelFile;
 use crate::reading::{BASELINE_DISTURBED, Reading, Record, Wanted};
@@ -75,7 +76,7 @@ pub(super) struct Arguments {
     force: bool,
 }
 
-const HELP: &str = r#"The file is MCAP, uncompressed, and opens in Foxglove and Rerun as it is:
+const HELP: &str = r#"The file is MCAP, uncompressed. Rerun opens it as it is; its schemas are Foxglove's:
   /camera       every frame: foxglove.RawImage, or foxglove.CompressedImage with the JPEG as
                 the camera sent it. The bytes are the camera's own; of formats that viewers have
                 no name for, planes and numbers of 10 to 16 bits are shown as grey
@@ -88,15 +89,20 @@ const HELP: &str = r#"The file is MCAP, uncompressed, and opens in Foxglove and 
                 (TOML, in full), wstac.labels
   Times are the driver's time stamps, of a file frames / rate; a frame's number is the driver's.
   wstac run FILE.mcap gives the very events of the recorded run, with its configuration unless
-  --config gives another. Taxel-only scenes (fidelity = "taxel") have no frames to record.
+  --config gives another. Textures are named by the models that --model gives there: without,
+  events have none, and it is said which models the recording was made with.
+  Taxel-only scenes (fidelity = "taxel") have no frames to record.
 
 Guided (--guide PLAN.toml -o FOLDER):
   specimens = ["Saw3", "Fla0"]    # what is slid over the sensor
   speeds = [100, 150]             # mm/s; left out: no label speed
   directions = [0, 90]            # degrees; left out: no label direction
   count = 10                      # slides of every combination
+  Labels that the plan gives cannot be given by --label, too.
   For every slide it says which, and waits for a line on standard input: Enter starts, r takes
-  the last one once more (its file is replaced when the new one is whole), s skips, q quits. A
+  the last one once more (its file is replaced when the new one is whole), s skips, q quits.
+  Where standard input ends, a camera's session ends; of a file or a scene, which waits for
+  nobody, the slides that are left are taken at once. A
   baseline that is not quiet is taken again; then it says to slide, and the event goes to
   FOLDER/Saw3-150mm_s-90deg-01.mcap with its labels. Slides that have a file are left out, so
   the same command goes on after a stop. wstac dataset FOLDER -o set.npz makes a training set.
@@ -123,6 +129,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     let labels = labels(&arguments.labels)?;
     check_new(&arguments.output, arguments.force)?;
+    refuse_own(&arguments.source, &arguments.output)?;
     let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, Delivery::Every, arguments.config.as_deref())?;
     let files = arguments.models.iter().map(|name| ModelFile::open(name)).collect::<Result<Vec<_>, _>>()?;
@@ -131,6 +138,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let models = files.iter().map(|file| file.about().to_owned()).collect();
     let about = About::new(&info, &config, labels, models)?;
     note(&info.about);
+    if let Some(models) = models_left_out(source.as_ref(), &files) {
+        note(models);
+    }
     let interrupted = signals()?;
     let file = create(&arguments.output, arguments.force)?;
     let mut recorder = Recorder::new(file, &arguments.output, &about, &reading)?;
@@ -261,6 +271,24 @@ fn frame_limit(arguments: &Arguments, info: &StreamInfo) -> Option<u64> {
     let rate = f64::from(info.rate.numerator()) / f64::from(info.rate.denominator());
     let of_time = arguments.duration.map(|seconds| (seconds * rate).ceil() as u64);
     arguments.frames.into_iter().chain(of_time).min()
+}
+
+/// Refuses to write over what is read: a file by any of its names, standard input, a scene's file, a picture of a folder.
+fn refuse_own(source: &str, new: &Path) -> Result<(), Error> {
+    let refused = || Err(Error::new(new.display(), "is the source itself, expected a new file"));
+    let source = Path::new(if source == "-" { "/dev/stdin" } else { source.strip_prefix("scene:").unwrap_or(source) });
+    if is_same(source, new) {
+        return refused();
+    }
+    let is_picture = new.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
+    let folder = new.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if is_picture && new.exists() && is_same(source, folder) { refused() } else { Ok(()) }
+}
+
+/// Whether two paths lead to the same file or folder.
+pub(super) fn is_same(one: &Path, other: &Path) -> bool {
+    let of = |path: &Path| fs::metadata(path).ok().map(|metadata| (metadata.dev(), metadata.ino()));
+    of(one).is_some_and(|one| of(other) == Some(one))
 }
 
 /// The new file.

@@ -74,7 +74,8 @@ const HELP: &str = r#"Sources:
   FILE.y4m, -      Y4M; for other videos:
                    ffmpeg -i FILE -pix_fmt yuv420p -f yuv4mpegpipe - | wstac run -
   FILE.mcap        a recording (wstac record): the very events of the recorded run, with its
-                   configuration unless --config gives another
+                   configuration unless --config gives another; textures only with --model, also
+                   where it was recorded with models (which is said then)
   FOLDER           its PNGs, 2.png before 10.png; 30 frames a second unless --fps says otherwise
   cam:NAME=SOURCE  any of these under a name, several at once (a name has letters, digits, - and
                    _): wstac run cam:left=/dev/video0 cam:right=/dev/video2

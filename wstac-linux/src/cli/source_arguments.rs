@@ -9,6 +9,7 @@ use wstac_core::rate::FrameRate;
 use crate::camera::ControlSetting;
 use crate::config::Config;
 use crate::error::Error;
+use crate::model::file::ModelFile;
 use crate::scene::{Scene, Truth};
 use crate::source::open::{OpenOptions, open, script};
 use crate::source::{Delivery, Source, StreamInfo};
@@ -121,6 +122,13 @@ impl SourceArguments {
         let scene = Scene::new(&script(scene, &options)?).map_err(|error| error.about(source))?;
         Ok(scene.truth().first().map(Truth::start_frame))
     }
+}
+
+/// What is to be said where a recording's events had textures and no model is given to name them again.
+pub(super) fn models_left_out(source: &dyn Source, given: &[ModelFile]) -> Option<String> {
+    let recorded = source.models();
+    let missing = given.is_empty() && !recorded.is_empty();
+    missing.then(|| format!("recorded with model {}: --model gives its textures", recorded.join("; ")))
 }
 
 /// `30`, `29.97` or `30000/1001`.

@@ -18,6 +18,7 @@ mod writer;
 
 pub use recorder::Recorder;
 pub use recover::{Recovered, recover};
+pub use scan::Unread;
 pub use writer::Written;
 
 /// Topic of the frames.

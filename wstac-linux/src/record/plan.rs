@@ -67,6 +67,16 @@ fn parse(text: &str) -> Result<Vec<PlannedSlide>, String> {
     if let Some(direction) = file.directions.iter().find(|direction| ![0, 90, 180, 270].contains(*direction)) {
         return Err(format!("directions has {direction}, expected 0, 90, 180 or 270"));
     }
+    // Twice the same would be twice the same file.
+    if let Some(name) = twice(&file.specimens) {
+        return Err(format!("specimens has {name:?} twice, expected each once"));
+    }
+    if let Some(speed) = twice(&file.speeds) {
+        return Err(format!("speeds has {speed} twice, expected each once"));
+    }
+    if let Some(direction) = twice(&file.directions) {
+        return Err(format!("directions has {direction} twice, expected each once"));
+    }
     let some = |count: usize| count.max(1);
     let all = [file.specimens.len(), some(file.speeds.len()), some(file.directions.len()), file.count];
     let total = all.iter().try_fold(1_usize, |product, &factor| product.checked_mul(factor));
@@ -87,6 +97,11 @@ fn parse(text: &str) -> Result<Vec<PlannedSlide>, String> {
         }
     }
     Ok(slides)
+}
+
+/// What a list has more than once.
+fn twice<T: PartialEq>(values: &[T]) -> Option<&T> {
+    values.iter().enumerate().find(|(at, value)| values[..*at].contains(value)).map(|(_, value)| value)
 }
 
 fn options<T: Copy>(values: &[T]) -> Vec<Option<T>> {
@@ -138,6 +153,9 @@ mod tests {
             ("specimens = [\"a/b\"]", "a/b"),
             ("specimens = [\"a\"]\nspeeds = [0]", "speeds has 0"),
             ("specimens = [\"a\"]\ndirections = [45]", "directions has 45"),
+            ("specimens = [\"a\", \"b\", \"a\"]", "specimens has \"a\" twice"),
+            ("specimens = [\"a\"]\nspeeds = [100, 100.0]", "speeds has 100 twice"),
+            ("specimens = [\"a\"]\ndirections = [90, 0, 90]", "directions has 90 twice"),
             ("specimens = [\"a\"]\ncount = 0", "expected 1 to"),
             ("specimens = [\"a\"]\nslides = 3", "slides"),
         ] {

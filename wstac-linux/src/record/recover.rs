@@ -11,8 +11,8 @@ use mcap::records::{Channel, MessageHeader, Record, op};
 use mcap::write::Metadata;
 use mcap::{McapError, Schema};
 
-use super::file::{Message, RecordingFile, Topic, in_words};
-use super::scan::{MessageBody, Scan, Step};
+use super::file::{Message, RecordingFile, Topic};
+use super::scan::{MessageBody, Scan, Step, Unread, index};
 use super::{CAMERA, EVENTS, FAULTS};
 use crate::error::Error;
 
@@ -29,14 +29,19 @@ pub struct Recovered {
     pub whole: bool,
     /// Bytes of the new file.
     pub bytes: u64,
+    /// What could not be read.
+    pub unread: Option<Unread>,
+    /// Messages of channels that only a damaged part describes: they may be under a wrong name.
+    pub doubtful: u64,
 }
 
 /// A file that is being brought back.
 struct Recovery<'a> {
     out: RecordingFile,
     path: &'a Path,
-    schemas: BTreeMap<u16, Schema<'static>>,
-    channels: BTreeMap<u16, Channel>,
+    /// By their numbers, and whether where they stand is as it was written.
+    schemas: BTreeMap<u16, (Schema<'static>, bool)>,
+    channels: BTreeMap<u16, (Channel, bool)>,
     /// Numbers of channels in the new file.
     numbers: BTreeMap<u16, u16>,
     /// Time of the last message.
@@ -52,22 +57,43 @@ struct Recovery<'a> {
 /// Where the old file is no MCAP file or cannot be read, or the new one cannot be written.
 pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
     let mut scan = Scan::open(old)?;
-    let out = RecordingFile::new(new, &[]).map_err(|error| in_words(path, error))?;
+    let out = RecordingFile::new(new, &[]).map_err(|error| not_written(path, error))?;
     let (schemas, channels, numbers) = Default::default();
     let found = Recovered::default();
     let mut recovery = Recovery { out, path, schemas, channels, numbers, time: 0, damaged: 0, found };
+    // First what the index says of channels: in chunks they stand only once.
+    for (op, body) in index(old).map_err(|error| Error::new(old.display(), error))? {
+        if [op::SCHEMA, op::CHANNEL].contains(&op) {
+            recovery.record(op, &body, true).map_err(|error| not_written(path, error))?;
+        }
+    }
     loop {
         match scan.next().map_err(|error| Error::new(old.display(), error))? {
             Step::Record { op, sound } => {
-                recovery.record(op, scan.body(), sound).map_err(|error| in_words(recovery.path, error))?;
+                recovery.record(op, scan.body(), sound).map_err(|error| not_written(recovery.path, error))?;
             }
             Step::End { whole } => {
                 recovery.found.whole = whole;
+                recovery.found.unread = scan.unread();
                 break;
             }
         }
     }
     recovery.finish()
+}
+
+/// Whether what is found replaces what is there: the first does, unless it stands where bytes are wrong.
+fn is_better<T>(there: Option<&(T, bool)>, sound: bool) -> bool {
+    there.is_none_or(|(_, was)| sound && !was)
+}
+
+/// An error of writing the new file, in words.
+fn not_written(path: &Path, error: McapError) -> Error {
+    let why = match error {
+        McapError::Io(error) => error.to_string(),
+        error => error.to_string(),
+    };
+    Error::new(path.display(), format_args!("{why}: it was not written, and the recording is as it was"))
 }
 
 impl Recovery<'_> {
@@ -82,9 +108,17 @@ impl Recovery<'_> {
             Ok(Record::Schema { header, data }) => {
                 let schema = Schema { id: header.id, name: header.name, encoding: header.encoding, data };
                 let data = schema.data.into_owned().into();
-                self.schemas.entry(schema.id).or_insert(Schema { data, ..schema });
+                let schema = Schema { data, ..schema };
+                if is_better(self.schemas.get(&schema.id), sound) {
+                    // Channels of the old one are written anew.
+                    self.numbers.retain(|id, _| self.channels.get(id).is_none_or(|(of, _)| of.schema_id != schema.id));
+                    self.schemas.insert(schema.id, (schema, sound));
+                }
             }
-            Ok(Record::Channel(channel)) => drop(self.channels.entry(channel.id).or_insert(channel)),
+            Ok(Record::Channel(channel)) if is_better(self.channels.get(&channel.id), sound) => {
+                self.numbers.remove(&channel.id);
+                self.channels.insert(channel.id, (channel, sound));
+            }
             Ok(Record::Metadata(metadata)) => self.metadata(&metadata)?,
             _ => {}
         }
@@ -97,7 +131,7 @@ impl Recovery<'_> {
 
     fn message(&mut self, body: &[u8], sound: bool) -> Result<(), McapError> {
         let Some(message) = MessageBody::parse(body) else { return Ok(()) };
-        let Some(channel) = self.channels.get(&message.channel) else { return Ok(()) };
+        let Some((channel, known)) = self.channels.get(&message.channel) else { return Ok(()) };
         let is_frame = channel.topic == CAMERA;
         if !sound {
             let gap = if channel.topic == FAULTS { super::recorder::lost_frames(message.data) } else { 0 };
@@ -107,10 +141,13 @@ impl Recovery<'_> {
         let number = if let Some(&number) = self.numbers.get(&message.channel) {
             number
         } else {
-            let number = self.out.add_channel(channel, self.schemas.get(&channel.schema_id))?;
+            let number =
+                self.out.add_channel(channel, self.schemas.get(&channel.schema_id).map(|(schema, _)| schema))?;
             self.numbers.insert(message.channel, number);
             number
         };
+        let is_certain = *known && self.schemas.get(&channel.schema_id).is_none_or(|(_, sound)| *sound);
+        self.found.doubtful += u64::from(!is_certain);
         self.found.frames += u64::from(is_frame);
         self.found.events += u64::from(channel.topic == EVENTS && message.data.starts_with(br#"{"kind":"event""#));
         self.enter_damaged()?;
@@ -134,7 +171,7 @@ impl Recovery<'_> {
 
     fn finish(mut self) -> Result<Recovered, Error> {
         let ended = self.enter_damaged().and_then(|()| self.out.finish());
-        self.found.bytes = ended.map_err(|error| in_words(self.path, error))?;
+        self.found.bytes = ended.map_err(|error| not_written(self.path, error))?;
         Ok(self.found)
     }
 }

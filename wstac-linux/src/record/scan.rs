@@ -4,7 +4,7 @@
 //! it is not there, but its records are.
 
 use std::fs::File;
-use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use mcap::records::{Record, op};
@@ -16,6 +16,10 @@ use crate::error::Error;
 const HEAD: u64 = 9;
 /// Bytes of a chunk's header whose compression has an empty name.
 const CHUNK_HEADER: usize = 40;
+/// Bytes of the footer and of the magic at the end.
+const END: u64 = HEAD + 20 + mcap::MAGIC.len() as u64;
+/// Most bytes of an index that is read.
+const LONGEST_INDEX: u64 = 256 << 20;
 /// Bytes of a message before its data.
 const MESSAGE_HEADER: usize = 22;
 
@@ -56,6 +60,17 @@ impl<'a> MessageBody<'a> {
     }
 }
 
+/// Bytes that could not be read as records.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unread {
+    /// Where the first of them is in the file.
+    pub at: u64,
+    /// How many.
+    pub bytes: u64,
+    /// Whether a damaged length hides them; otherwise they are a record that was not completely written.
+    pub damaged: bool,
+}
+
 /// A file that is being read.
 pub(crate) struct Scan {
     file: BufReader<File>,
@@ -72,6 +87,9 @@ pub(crate) struct Scan {
     in_chunk: Option<(usize, usize)>,
     /// Whether bodies of chunks and of other large records are left out.
     outline: bool,
+    /// Bytes of the longest record outside chunks, or of a chunk's.
+    longest: u64,
+    unread: Option<Unread>,
 }
 
 impl Scan {
@@ -96,6 +114,8 @@ impl Scan {
             chunk_sound: true,
             in_chunk: None,
             outline: false,
+            longest: 0,
+            unread: None,
         };
         let mut magic = Vec::new();
         (&mut scan.file).take(mcap::MAGIC.len() as u64).read_to_end(&mut magic).map_err(failed)?;
@@ -118,6 +138,11 @@ impl Scan {
         }
     }
 
+    /// What could not be read so far.
+    pub(crate) fn unread(&self) -> Option<Unread> {
+        self.unread
+    }
+
     /// The next record; those of a chunk come one by one, the chunk itself does not.
     ///
     /// # Errors
@@ -127,19 +152,41 @@ impl Scan {
             if let Some(op) = self.next_in_chunk() {
                 return Ok(Step::Record { op, sound: self.chunk_sound });
             }
-            let Some((op, length)) = self.head()? else { return Ok(Step::End { whole: false }) };
+            self.leave_chunk();
+            let start = self.at;
+            let Some((op, length)) = self.head()? else {
+                self.leave(start, self.length - start, false);
+                return Ok(Step::End { whole: false });
+            };
             let left = self.length - self.at;
             match op {
                 op::CHUNK => self.start_chunk(length, left)?,
                 // Nothing has this code: what follows is no record.
-                0 => return Ok(Step::End { whole: false }),
-                _ if length > left => return Ok(Step::End { whole: false }),
+                0 => {
+                    if !self.rest_is_empty()? {
+                        self.leave(start, self.length - start, true);
+                    }
+                    return Ok(Step::End { whole: false });
+                }
+                _ if length > left => {
+                    // A file that was cut off lacks its end, and has less than a record of what it breaks off in.
+                    let damaged =
+                        op > op::DATA_END || left > 2 * self.longest.max(1 << 20) || self.ends_with_magic()?;
+                    self.leave(start, self.length - start, damaged);
+                    return Ok(Step::End { whole: false });
+                }
                 op::DATA_END => return Ok(Step::End { whole: self.has_proper_end()? }),
                 op::MESSAGE | op::SCHEMA | op::CHANNEL | op::METADATA if !(self.outline && op == op::MESSAGE) => {
                     self.at += length;
+                    self.longest = self.longest.max(length);
                     self.in_chunk = None;
                     read_exactly(&mut self.file, &mut self.record, length)?;
                     return Ok(Step::Record { op, sound: true });
+                }
+                // Codes that nobody has given a meaning, unlike those from 0x80 on, which are everybody's own.
+                _ if op > op::DATA_END && op < 0x80 => {
+                    self.leave(start, HEAD + length, true);
+                    self.skip(length)?;
                 }
                 _ => self.skip(length)?,
             }
@@ -204,14 +251,52 @@ impl Scan {
         let (length, rest) = rest.split_first_chunk()?;
         let length = usize::try_from(u64::from_le_bytes(*length)).ok().filter(|&length| length <= rest.len())?;
         let start = self.chunk_at + HEAD as usize;
+        self.longest = self.longest.max(length as u64);
         self.in_chunk = Some((start, start + length));
         self.chunk_at = start + length;
         Some(op)
     }
 
+    /// What is left of the chunk is no record: its length is damaged.
+    fn leave_chunk(&mut self) {
+        let left = self.chunk.len().saturating_sub(self.chunk_at) as u64;
+        if left > 0 {
+            self.leave(self.at.saturating_sub(left), left, true);
+        }
+        self.chunk.clear();
+        self.chunk_at = 0;
+    }
+
+    /// Notes bytes that cannot be read.
+    fn leave(&mut self, at: u64, bytes: u64, damaged: bool) {
+        let Unread { at, bytes: before, damaged: was } = self.unread.unwrap_or(Unread { at, bytes: 0, damaged: false });
+        if bytes > 0 {
+            self.unread = Some(Unread { at, bytes: before.saturating_add(bytes), damaged: was || damaged });
+        }
+    }
+
+    /// Whether only zeros follow: room that was reserved.
+    fn rest_is_empty(&mut self) -> io::Result<bool> {
+        loop {
+            let bytes = self.file.fill_buf()?;
+            let (count, is_empty) = (bytes.len(), bytes.iter().all(|&byte| byte == 0));
+            if count == 0 || !is_empty {
+                return Ok(is_empty);
+            }
+            self.file.consume(count);
+        }
+    }
+
+    fn ends_with_magic(&mut self) -> io::Result<bool> {
+        self.file.seek(SeekFrom::Start(self.length.saturating_sub(mcap::MAGIC.len() as u64)))?;
+        let mut tail = Vec::new();
+        self.file.read_to_end(&mut tail)?;
+        Ok(tail == mcap::MAGIC)
+    }
+
     /// Whether the file ends as it should: with a footer and the magic bytes once more.
     fn has_proper_end(&mut self) -> io::Result<bool> {
-        let end = 20 + HEAD + mcap::MAGIC.len() as u64;
+        let end = END;
         if self.length < self.at + end {
             return Ok(false);
         }
@@ -221,6 +306,47 @@ impl Scan {
         (&mut self.file).take(end).read_to_end(&mut tail)?;
         Ok(tail.first() == Some(&op::FOOTER) && tail.ends_with(mcap::MAGIC))
     }
+}
+
+/// The records of the index at a file's end, with their operation codes; none where it is not as it was written, or not
+/// there.
+///
+/// # Errors
+/// Where the file cannot be read.
+pub(crate) fn index(path: &Path) -> io::Result<Vec<(u8, Vec<u8>)>> {
+    let mut file = File::open(path)?;
+    let length = file.metadata()?.len();
+    let Some(footer) = length.checked_sub(END) else { return Ok(Vec::new()) };
+    file.seek(SeekFrom::Start(footer))?;
+    let mut tail = Vec::new();
+    read_exactly(&mut file, &mut tail, END)?;
+    let start = tail.get(HEAD as usize..).and_then(<[u8]>::first_chunk).map_or(0, |start| u64::from_le_bytes(*start));
+    let bytes = footer.saturating_sub(start);
+    if tail.first() != Some(&op::FOOTER) || !tail.ends_with(mcap::MAGIC) || start == 0 || bytes > LONGEST_INDEX {
+        return Ok(Vec::new());
+    }
+    file.seek(SeekFrom::Start(start.min(footer)))?;
+    let mut all = Vec::new();
+    read_exactly(&mut file, &mut all, bytes)?;
+    // The check is of the index and of the footer up to itself.
+    let (of_footer, crc) = tail.split_at(END as usize - mcap::MAGIC.len() - 4);
+    let mut hasher = crc32fast::Hasher::new();
+    hasher.update(&all);
+    hasher.update(of_footer);
+    let crc = crc.first_chunk().map_or(0, |crc| u32::from_le_bytes(*crc));
+    if crc != 0 && hasher.finalize() != crc {
+        return Ok(Vec::new());
+    }
+    let mut records = Vec::new();
+    let mut rest = &all[..];
+    while let Some((op, after)) = rest.split_first() {
+        let Some((length, after)) = after.split_first_chunk() else { break };
+        let length = usize::try_from(u64::from_le_bytes(*length)).unwrap_or(usize::MAX);
+        let Some((body, after)) = after.split_at_checked(length) else { break };
+        records.push((*op, body.to_vec()));
+        rest = after;
+    }
+    Ok(records)
 }
 
 /// What a file is about, without its messages.

@@ -214,6 +214,10 @@ impl Source for McapSource {
     fn configuration(&self) -> Option<&str> {
         Some(&self.about.configuration)
     }
+
+    fn models(&self) -> &[String] {
+        &self.about.models
+    }
 }
 
 /// Labels for a person.

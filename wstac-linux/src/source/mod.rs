@@ -122,4 +122,9 @@ pub trait Source {
     fn configuration(&self) -> Option<&str> {
         None
     }
+
+    /// The texture models that the source was recorded with, each as its file says it.
+    fn models(&self) -> &[String] {
+        &[]
+    }
 }

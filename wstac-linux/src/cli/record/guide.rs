@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use super::{Arguments, Shown, labels, signals};
 use crate::cli::output::{Form, Records, Stop, note, text_of};
+use crate::cli::source_arguments::models_left_out;
 use crate::config::Config;
 use crate::error::Error;
 use crate::model::file::ModelFile;
@@ -17,6 +18,7 @@ use crate::reading::{Reading, Record, Wanted};
 use crate::record::Recorder;
 use crate::record::about::{About, Labels};
 use crate::record::plan::{self, PlannedSlide};
+use crate::source::open::is_live;
 use crate::source::{Delivery, Item, Source, StreamInfo};
 use crate::texture::Textures;
 
@@ -49,6 +51,8 @@ struct Session<'a> {
     config: Config,
     models: &'a [ModelFile],
     labels: Labels,
+    /// Whether the source makes its frames now: a camera.
+    is_live: bool,
     /// Lines of standard input.
     keys: Receiver<String>,
     shown: Shown,
@@ -59,6 +63,11 @@ struct Session<'a> {
 pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
     let slides = plan::read(plan_file)?;
     let labels = labels(&arguments.labels)?;
+    let planned = slides.first().map(|slide| &slide.labels);
+    if let Some((name, value)) = labels.iter().find(|(name, _)| planned.is_some_and(|own| own.contains_key(*name))) {
+        let plan = plan_file.display();
+        return Err(Error::new("--label", format_args!("{name} is {value:?}, expected none: {plan} gives it")).into());
+    }
     let (source, info, config) =
         arguments.options.open_configured(&arguments.source, Delivery::Every, arguments.config.as_deref())?;
     let models = arguments.models.iter().map(|name| ModelFile::open(name)).collect::<Result<Vec<_>, _>>()?;
@@ -71,7 +80,11 @@ pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
     let form = if arguments.json { Form::Json } else { Form::Text };
     let shown = Shown { records: Some(Records::new(form)), events: 0 };
     let (keys, interrupted) = (keys(), signals()?);
-    let mut session = Session { source, info, config, models: &models, labels, keys, shown, interrupted };
+    if let Some(models) = models_left_out(source.as_ref(), &models) {
+        note(models);
+    }
+    let is_live = is_live(&arguments.source);
+    let mut session = Session { is_live, source, info, config, models: &models, labels, keys, shown, interrupted };
     let recorded = session.lead(&slides, folder)?;
     let there = slides.iter().filter(|slide| file_of(folder, slide).exists()).count();
     let rest = if there < slides.len() { "; the same command goes on with the others" } else { "" };
@@ -138,14 +151,13 @@ impl Session<'_> {
     }
 
     /// What a person wants; nothing where the source ends or a signal comes. A camera is read meanwhile, and its frames are
-    /// left out. Where nobody says anything any more, every slide starts at once.
+    /// left out. Where nobody says anything any more, a camera's session ends: nobody slides. Slides of a file start at once.
     fn key(&mut self) -> Result<Option<Key>, Error> {
-        let is_live = self.info.camera.is_some();
         loop {
             if self.interrupted.load(Ordering::Relaxed) {
                 return Ok(None);
             }
-            let line = if is_live {
+            let line = if self.is_live {
                 match self.source.next()? {
                     Item::End => return Ok(None),
                     Item::Fault(fault) => note(format_args!("{}: {}", fault.kind, fault.message)),
@@ -162,6 +174,10 @@ impl Session<'_> {
                 Ok("s") => return Ok(Some(Key::Skip)),
                 Ok("q") => return Ok(Some(Key::Quit)),
                 Ok(other) => note(format_args!("{other:?} is no key, expected Enter, r, s or q")),
+                Err(_) if ended && self.is_live => {
+                    note("standard input ended, and with it the session");
+                    return Ok(None);
+                }
                 Err(_) if ended => return Ok(Some(Key::Start)),
                 Err(_) => {}
             }
@@ -201,10 +217,31 @@ impl Session<'_> {
         let about = About::new(&self.info, &self.config, labels, models)?;
         let file = File::create(part).map_err(|error| Error::new(part.display(), error))?;
         let mut recorder = Recorder::new(file, part, &about, &reading)?;
+        let outcome = self.watch(slide, &mut reading, &mut recorder);
+        // Whatever became of the source, what came before is in a whole file.
+        let written = recorder.finish();
+        if outcome.is_err() && written.is_ok() {
+            note(format_args!("{} has what came before", part.display()));
+        }
+        // Both matter; a file that is not whole matters most.
+        if let (Err(error), Err(_)) = (&outcome, &written) {
+            note(error);
+        }
+        written?;
+        outcome
+    }
+
+    /// Reads until there is an outcome; nothing where the baseline was not quiet.
+    fn watch(
+        &mut self,
+        slide: &PlannedSlide,
+        reading: &mut Reading<'_>,
+        recorder: &mut Recorder,
+    ) -> Result<Option<Outcome>, Error> {
         let mut asked = false;
-        let outcome = loop {
+        loop {
             if self.interrupted.load(Ordering::Relaxed) {
-                break Some(Outcome::Ended);
+                return Ok(Some(Outcome::Ended));
             }
             let item = self.source.next()?;
             recorder.item(&item);
@@ -222,25 +259,91 @@ impl Session<'_> {
                 }
                 Ok::<(), Error>(())
             })?;
-            let has_room = recorder.end_of_item(&item, &reading);
+            let has_room = recorder.end_of_item(&item, reading);
             if reading.baseline_disturbed() {
-                break None;
+                return Ok(None);
             }
             if !asked && reading.trigger().baseline().is_some() {
                 asked = true;
                 note(format_args!("slide now: {}", slide.about));
             }
             match found {
-                Some(outcome) => break Some(outcome),
-                None if !goes_on || !has_room => break Some(Outcome::Ended),
+                Some(outcome) => return Ok(Some(outcome)),
+                None if !goes_on || !has_room => return Ok(Some(Outcome::Ended)),
                 None => {}
             }
-        };
-        recorder.finish()?;
-        Ok(outcome)
+        }
     }
 }
 
 fn remove(path: &Path) -> Result<(), Error> {
     fs::remove_file(path).map_err(|error| Error::new(path.display(), error))
+}
+
+#[cfg(test)]
+mod tests {
+    use wstac_core::green::any::PixelFormat;
+    use wstac_core::green::ycbcr::Colour;
+    use wstac_core::layout::FrameSize;
+    use wstac_core::rate::FrameRate;
+
+    use super::*;
+    use crate::source::mcap::McapSource;
+
+    /// A camera that fails after some frames.
+    struct Failing {
+        info: StreamInfo,
+        left: u32,
+        bytes: Vec<u8>,
+    }
+
+    impl Source for Failing {
+        fn info(&self) -> &StreamInfo {
+            &self.info
+        }
+
+        fn next(&mut self) -> Result<Item<'_>, Error> {
+            self.left = self.left.checked_sub(1).ok_or_else(|| Error::new("camera", "unplugged"))?;
+            Ok(Item::Frame { bytes: &self.bytes, timestamp: None, sequence: None, encoded: None })
+        }
+    }
+
+    /// A session with a camera that gives three frames and fails, and nobody at standard input.
+    fn session() -> Session<'static> {
+        let info = StreamInfo {
+            size: FrameSize::new(100, 100).unwrap(),
+            format: PixelFormat::Grey,
+            colour: Colour::default(),
+            bytes_per_row: 100,
+            rate: FrameRate::NOMINAL,
+            taxels_only: false,
+            about: "a camera".into(),
+            camera: None,
+        };
+        let source = Box::new(Failing { info: info.clone(), left: 3, bytes: vec![9; 10_000] });
+        let (config, labels, interrupted) = Default::default();
+        let shown = Shown { records: None, events: 0 };
+        Session { source, info, config, models: &[], labels, is_live: true, keys: channel().1, shown, interrupted }
+    }
+
+    #[test]
+    fn where_a_camera_fails_what_came_before_is_in_a_whole_file() {
+        let part = std::env::temp_dir().join(format!("wstac-guide-{}.mcap", std::process::id()));
+        let slide = PlannedSlide { labels: Labels::new(), about: String::new(), name: String::new() };
+        let failed = session().attempt(&slide, &part).err().unwrap();
+        assert_eq!(failed.to_string(), "camera: unplugged");
+        let mut source = McapSource::open(&part, None).unwrap();
+        for _ in 0..3 {
+            assert!(matches!(source.next(), Ok(Item::Frame { .. })));
+        }
+        assert!(matches!(source.next(), Ok(Item::End)));
+        fs::remove_file(&part).unwrap();
+    }
+
+    #[test]
+    fn a_cameras_session_ends_with_standard_input() {
+        assert_eq!(session().key().unwrap(), None);
+        let mut of_a_file = Session { is_live: false, ..session() };
+        assert_eq!(of_a_file.key().unwrap(), Some(Key::Start));
+    }
 }
