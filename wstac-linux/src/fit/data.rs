@@ -238,7 +238,9 @@ mod tests {
         let mut slides = Slides::default();
         slides.add(&slow, None).unwrap();
         let error = slides.add(&fast, None).unwrap_err().to_string();
-        [slow, fast].into_iter().for_each(|path| std::fs::remove_file(path).unwrap());
+        for path in [slow, fast] {
+            std::fs::remove_file(path).unwrap();
+        }
         assert!(error.contains("30 frames a second, expected 20, as the files before have"), "{error}");
     }
 
