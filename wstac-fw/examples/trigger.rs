@@ -29,7 +29,8 @@ fn main() -> ! {
 
 fn run() -> Result<(), Error> {
     let camera = Camera::with_stride(setup::GREEN, LAYOUT, FrameRate::NOMINAL, setup::STRIDE)?;
-    let mut pipeline = Pipeline::<_, setup::Ln, _>::with_following(camera, setup::FLOOR, setup::TRIGGER, setup::FOLLOWING)?;
+    let mut pipeline =
+        Pipeline::<_, setup::Ln, _>::with_following(camera, setup::FLOOR, setup::TRIGGER, setup::FOLLOWING)?;
     loop {
         if let Some(event) = pipeline.push_stripe(bench::stripe())? {
             bench::show(event.frame);
