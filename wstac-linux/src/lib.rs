@@ -12,6 +12,7 @@ pub mod model;
 pub mod monitor;
 pub mod plot;
 mod protobuf;
+mod rate;
 pub mod reading;
 pub mod record;
 pub mod scene;

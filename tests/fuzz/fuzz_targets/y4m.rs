@@ -32,7 +32,7 @@ fuzz_target!(|data: &[u8]| {
                     pipeline.push_frame(bytes).expect("a frame of the size that the header says");
                 }
             }
-            Ok(Item::Taxels(_) | Item::Lost { .. } | Item::Waiting) => {}
+            Ok(Item::Taxels(_) | Item::Lost { .. } | Item::Fault(_) | Item::Waiting) => {}
             Ok(Item::End) | Err(_) => return,
         }
     }

@@ -4,6 +4,7 @@ use wstac_core::rate::FrameRate;
 
 use super::formats::{self, FourCc};
 use super::modes::{Mode, RateRange, Sizes};
+use crate::rate::per_second;
 
 /// Rates that differ by less than this share are the same: 30000/1001 is 30.
 const SAME: f64 = 0.002;
@@ -49,7 +50,7 @@ fn distance(sizes: &Sizes, size: (u32, u32), rate: FrameRate, preference: usize)
 
 /// How far a rate is from the nearest of an offer: 0 where it is among them.
 fn apart(offer: RateRange, rate: FrameRate) -> f64 {
-    let ratio = |a: FrameRate, b: FrameRate| (value(a) / value(b)).ln();
+    let ratio = |a: FrameRate, b: FrameRate| (per_second(a) / per_second(b)).ln();
     let off = ratio(offer.slowest, rate).max(ratio(rate, offer.fastest)).max(0.0);
     if off < SAME { 0.0 } else { off }
 }
@@ -57,10 +58,6 @@ fn apart(offer: RateRange, rate: FrameRate) -> f64 {
 /// Whether two rates are the same but for rounding.
 pub(crate) fn same(a: FrameRate, b: FrameRate) -> bool {
     apart(RateRange { slowest: a, fastest: a }, b) == 0.0
-}
-
-fn value(rate: FrameRate) -> f64 {
-    f64::from(rate.numerator()) / f64::from(rate.denominator())
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use wstac_core::rate::FrameRate;
 
 use super::device::Device;
 use super::formats::{self, FourCc};
+use crate::rate::per_second;
 
 /// Frame sizes from `smallest` to `largest` in steps; both are the same where there is one size only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -109,7 +110,7 @@ pub(super) fn modes(device: &Device, size: (u32, u32)) -> Vec<Mode> {
 
 /// A rate for a person: `30`, `29.97`, `7.5`.
 pub fn fps(rate: FrameRate) -> String {
-    let value = f64::from(rate.numerator()) / f64::from(rate.denominator());
+    let value = per_second(rate);
     let digits = if value < 1.0 { 4 } else { 2 };
     let text = format!("{value:.digits$}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()

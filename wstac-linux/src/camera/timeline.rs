@@ -16,6 +16,8 @@ use std::time::Duration;
 
 use wstac_core::rate::FrameRate;
 
+use crate::rate::per_second;
+
 /// Periods behind the grid from which frames are missing: more than jitter of ±0.6 reaches, less than one.
 const LATE: f64 = 0.75;
 /// What is added to `LATE` for the second frame; it falls with the square root of the frames that the grid rests on.
@@ -48,7 +50,7 @@ pub struct Timeline {
 impl Timeline {
     /// A time line of frames at this rate.
     pub fn new(rate: FrameRate) -> Self {
-        let rate = f64::from(rate.numerator()) / f64::from(rate.denominator());
+        let rate = per_second(rate);
         Self { rate, last: None, late: 0.0, frames: 1.0, reported: 0, guessed: 0.0 }
     }
 

@@ -65,7 +65,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     check_new(&arguments.output, arguments.force)?;
     let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, Delivery::Every, arguments.config.as_deref())?;
-    let files = arguments.models.iter().map(|name| ModelFile::open(name)).collect::<Result<Vec<_>, _>>()?;
+    let files = ModelFile::open_all(&arguments.models)?;
     let wanted = Wanted { features: false, samples: true };
     let mut reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
     let found = find(source.as_mut(), &info, &mut reading, &config, arguments.event)?;

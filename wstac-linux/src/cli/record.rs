@@ -16,6 +16,7 @@ use super::run::interruptions;
 use super::source_arguments::{SourceArguments, models_left_out};
 use crate::error::Error;
 use crate::model::file::ModelFile;
+use crate::rate::per_second;
 use crate::reading::{BASELINE_DISTURBED, Reading, Record, Wanted};
 use crate::record::about::{About, Labels};
 use crate::record::{Recorder, Written};
@@ -132,7 +133,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     refuse_own(&arguments.source, &arguments.output)?;
     let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, Delivery::Every, arguments.config.as_deref())?;
-    let files = arguments.models.iter().map(|name| ModelFile::open(name)).collect::<Result<Vec<_>, _>>()?;
+    let files = ModelFile::open_all(&arguments.models)?;
     let wanted = Wanted { features: true, samples: false };
     let mut reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
     let models = files.iter().map(|file| file.about().to_owned()).collect();
@@ -268,7 +269,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 
 /// The frames after which a recording ends.
 fn frame_limit(arguments: &Arguments, info: &StreamInfo) -> Option<u64> {
-    let rate = f64::from(info.rate.numerator()) / f64::from(info.rate.denominator());
+    let rate = per_second(info.rate);
     let of_time = arguments.duration.map(|seconds| (seconds * rate).ceil() as u64);
     arguments.frames.into_iter().chain(of_time).min()
 }

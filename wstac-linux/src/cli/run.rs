@@ -150,7 +150,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if sensors.len() > 1 && arguments.save_raw.is_some() {
         conflict("--save-raw is for one source");
     }
-    let files = arguments.models.iter().map(|name| ModelFile::open(name)).collect::<Result<Vec<_>, _>>()?;
+    let files = ModelFile::open_all(&arguments.models)?;
     let interrupted = Arc::new(AtomicBool::new(false));
     let run = Run { arguments, files: &files, interrupted: &interrupted };
     if let [only] = &sensors[..] {

@@ -10,6 +10,7 @@ use crate::camera::ControlSetting;
 use crate::config::Config;
 use crate::error::Error;
 use crate::model::file::ModelFile;
+use crate::rate::per_second;
 use crate::scene::{Scene, Truth};
 use crate::source::open::{OpenOptions, open, script};
 use crate::source::{Delivery, Source, StreamInfo};
@@ -111,8 +112,7 @@ impl SourceArguments {
 
     /// Frames a second that a camera is asked for.
     pub(super) fn asked_fps(&self) -> f64 {
-        let rate = self.fps.unwrap_or(FrameRate::NOMINAL);
-        f64::from(rate.numerator()) / f64::from(rate.denominator())
+        per_second(self.fps.unwrap_or(FrameRate::NOMINAL))
     }
 
     /// Camera frames of a scene before its first slide; nothing of other sources.

@@ -87,7 +87,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, Delivery::Newest, arguments.config.as_deref())?;
-    let files = arguments.models.iter().map(|name| ModelFile::open(name)).collect::<Result<Vec<_>, _>>()?;
+    let files = ModelFile::open_all(&arguments.models)?;
     let wanted = Wanted { features: true, samples: false };
     let mut reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
     let options = view::Options { live: is_live(&arguments.source), fast: arguments.fast };

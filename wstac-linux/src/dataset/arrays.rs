@@ -10,6 +10,7 @@ use wstac_core::rate::FrameRate;
 use super::npz::{Dtype, Npz};
 use super::part::Part;
 use super::sweep::Sweep;
+use crate::rate::per_second;
 use crate::scene::Slide;
 use crate::scene::specimen::{Pattern, Specimen};
 
@@ -67,7 +68,7 @@ pub(super) fn numbers_of(
 
 /// Frames a second of the camera, an array without dimension.
 pub(super) fn fps(npz: &mut Npz<BufWriter<File>>, rate: FrameRate) -> io::Result<()> {
-    let fps = f64::from(rate.numerator()) / f64::from(rate.denominator());
+    let fps = per_second(rate);
     npz.array("fps", Dtype::Float64, &[], |out| out.write_all(&fps.to_le_bytes()))
 }
 

@@ -22,6 +22,7 @@ use crate::camera::DeviceInfo;
 use crate::camera::modes::fps;
 use crate::config::Config;
 use crate::error::Error;
+use crate::rate::per_second;
 use crate::source::StreamInfo;
 use controls::ControlReport;
 use measure::Measured;
@@ -183,7 +184,7 @@ pub fn examine(
         camera,
         rate: RateReport {
             asked: known.asked_fps,
-            stated: f64::from(info.rate.numerator()) / f64::from(info.rate.denominator()),
+            stated: per_second(info.rate),
             measured: pace.map(|pace| tidy(pace.fps)),
             jitter_ms: pace.map(|pace| tidy(1e3 * pace.jitter)),
             longest_ms: pace.map(|pace| tidy(1e3 * pace.longest)),

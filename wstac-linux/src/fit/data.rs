@@ -6,6 +6,7 @@ use wstac_core::rate::FrameRate;
 
 use crate::error::Error;
 use crate::model::npz::{Array, Npz};
+use crate::rate::per_second;
 
 /// Most slides of a file.
 const MOST: u64 = 1 << 24;
@@ -99,10 +100,6 @@ impl Slides {
     pub fn left_out(&self) -> usize {
         self.no_speed + self.no_duration + self.unreliable
     }
-}
-
-fn per_second(rate: FrameRate) -> f64 {
-    f64::from(rate.numerator()) / f64::from(rate.denominator())
 }
 
 /// Frames a second of a file's camera.

@@ -1,6 +1,6 @@
 //! Model files: those of a user, and those that come with the program.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use wstac_core::model::Model;
 use wstac_core::model::file::ModelError;
@@ -30,6 +30,14 @@ pub struct ModelFile {
 }
 
 impl ModelFile {
+    /// [`ModelFile::open`] of each name.
+    ///
+    /// # Errors
+    /// Those of the first that cannot be opened.
+    pub fn open_all(names: &[PathBuf]) -> Result<Vec<Self>, Error> {
+        names.iter().map(|name| Self::open(name)).collect()
+    }
+
     /// Reads `builtin:NAME`, or the file of that name; what is in it is checked by [`ModelFile::model`].
     ///
     /// # Errors

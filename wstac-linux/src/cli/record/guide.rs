@@ -70,7 +70,7 @@ pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
     }
     let (source, info, config) =
         arguments.options.open_configured(&arguments.source, Delivery::Every, arguments.config.as_deref())?;
-    let models = arguments.models.iter().map(|name| ModelFile::open(name)).collect::<Result<Vec<_>, _>>()?;
+    let models = ModelFile::open_all(&arguments.models)?;
     let folder = &arguments.output;
     // What does not fit is said before a person waits.
     drop(Reading::new(&info, &config, Wanted::default())?.with_textures(Textures::new(&models)?));

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use super::super::output::Stop;
 use super::named;
 use crate::error::Error;
+use crate::rate::per_second;
 use crate::scene::effects::{EFFECTS, Effect, NEVER};
 use crate::scene::sensor::Fidelity;
 use crate::scene::{Scene, Script, Truth};
@@ -29,7 +30,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let scene = Scene::new(&script).map_err(|error| error.about(&arguments.scene))?;
     let mut out = std::io::stdout().lock();
     let (width, height) = script.sensor.size.into();
-    let rate = f64::from(script.sensor.rate.numerator()) / f64::from(script.sensor.rate.denominator());
+    let rate = per_second(script.sensor.rate);
     writeln!(out, "{} frames of {width}x{height} at {rate} a second, {}", scene.frames(), described(script.fidelity))?;
     for truth in scene.truth() {
         let slide = &truth.slide;

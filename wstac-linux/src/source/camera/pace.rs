@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use wstac_core::rate::FrameRate;
 
+use crate::rate::per_second;
 use crate::source::Fault;
 
 /// What is measured at a time, at least.
@@ -33,7 +34,7 @@ pub(super) struct Pace {
 
 impl Pace {
     pub(super) fn new(rate: FrameRate) -> Self {
-        let rate = f64::from(rate.numerator()) / f64::from(rate.denominator());
+        let rate = per_second(rate);
         Self { rate, start: None, last: 0, slow: false }
     }
 
