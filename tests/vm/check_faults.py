@@ -223,7 +223,7 @@ def main(directory: Path) -> None:
         except Exception:
             told = ""
         counted = ["–", "–"] if seen.counted is None else [str(seen.counted), between(seen.kernel)]
-        rows.append(f"| {title} | {told} | {' | '.join(counted)} | {'FAILED' if seen.problems else 'survived'} |")
+        rows.append(f"| {title} | {told} | {' | '.join(counted)} | {'FAILED' if seen.problems else 'told' if run.exit else 'survived'} |")
     table = "\n".join(rows) + "\n"
     (directory / "table.md").write_text(table)
     print(table, end="")

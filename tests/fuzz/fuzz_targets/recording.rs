@@ -1,0 +1,80 @@
+//! Any bytes as a recording: an error that names the file, or its items, never a panic; and what `recover` makes of them can be read
+//! as far as it goes.
+#![no_main]
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+
+use libfuzzer_sys::fuzz_target;
+use mcap::records::op;
+use wstac_linux::config::Config;
+use wstac_linux::reading::{Reading, Wanted};
+use wstac_linux::record::recover;
+use wstac_linux::source::{Item, Source};
+use wstac_linux::source::mcap::McapSource;
+
+/// Recordings are files: each process of the fuzzer has its own.
+static PATHS: LazyLock<[PathBuf; 2]> = LazyLock::new(|| {
+    let name = |what: &str| std::env::temp_dir().join(format!("wstac-fuzz-{}-{what}.mcap", std::process::id()));
+    [name("old"), name("new")]
+});
+/// Where the checksum is in a chunk: behind operation code, length, two times and a size.
+const CHECKSUM: usize = 9 + 24;
+
+fuzz_target!(|data: &[u8]| {
+    let Some((&first, data)) = data.split_first() else { return };
+    let mut bytes = data.to_vec();
+    if first & 1 == 1 {
+        forget_checksums(&mut bytes);
+    }
+    let [old, new] = &*PATHS;
+    std::fs::write(old, &bytes).expect("a temporary file");
+    read(old, bytes.len());
+    let out = File::create(new).expect("a temporary file");
+    match recover(old, out, new) {
+        Err(error) => assert!(error.to_string().contains("wstac-fuzz-")),
+        Ok(found) => read(new, found.bytes as usize),
+    }
+});
+
+/// Reads a recording as `wstac run` does.
+fn read(path: &Path, bytes: usize) {
+    let mut source = match McapSource::open(path, None) {
+        Ok(source) => source,
+        Err(error) => return assert!(error.to_string().contains("wstac-fuzz-")),
+    };
+    let mut reading = Reading::new(source.info(), &Config::default(), Wanted::default()).ok();
+    for _ in 0..=bytes {
+        match source.next() {
+            Err(_) => return,
+            Ok(item) => {
+                if let Some(reading) = &mut reading {
+                    let Ok(goes_on) = reading.take(&item, |_| Ok::<(), ()>(())) else { return };
+                    if !goes_on {
+                        return;
+                    }
+                } else if matches!(item, Item::End) {
+                    return;
+                }
+            }
+        }
+    }
+    panic!("more items than bytes");
+}
+
+/// A checksum of 0 is none: so that changed bytes get past it.
+fn forget_checksums(bytes: &mut [u8]) {
+    let mut at = mcap::MAGIC.len();
+    while let Some(&code) = bytes.get(at) {
+        let length = bytes.get(at + 1..at + 9).and_then(<[u8]>::first_chunk).map(|length| u64::from_le_bytes(*length));
+        if code == op::CHUNK
+            && let Some(checksum) = bytes.get_mut(at + CHECKSUM..at + CHECKSUM + 4)
+        {
+            checksum.fill(0);
+        }
+        let next = length.and_then(|length| usize::try_from(length).ok()).and_then(|length| (at + 9).checked_add(length));
+        let Some(next) = next else { return };
+        at = next;
+    }
+}

@@ -1,0 +1,98 @@
+"""Checks what guest/record.sh left: check_record.py RESULTS WSTAC."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from results import Run, verdict
+
+FRAME, RATE = 320 * 180, 30
+
+
+def read(wstac: str, *arguments: str | Path) -> tuple[str, list[dict]]:
+    """What `wstac run` prints of a recording: as it is, and as records."""
+    done = subprocess.run([wstac, "run", *arguments, "--json"], check=True, capture_output=True, text=True)
+    return done.stdout, [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def frames_of(records: list[dict]) -> int:
+    """Frames that came, of the records of a run with features."""
+    return sum(record["kind"] == "features" for record in records)
+
+
+def recorded(run: Run, wstac: str) -> tuple[list[str], str]:
+    """A camera that went away and came back: what is read from the file is what was said live, and no frame is missing."""
+    path = run.directory / "recorded.mcap"
+    text, _ = read(wstac, path)
+    problems = [] if text == run.stdout else [f"live {run.stdout!r}, of the file {text!r}"]
+    kinds = [record.get("fault", record["kind"]) for record in run.records]
+    if not {"disconnected", "reconnected", "event"} <= set(kinds):
+        problems.append(f"the run shows {kinds}, which proves little")
+    _, all_records = read(wstac, path, "--features")
+    frames = frames_of(all_records)
+    kernel, counted = run.lost_by_time(frames, RATE), run.end["dropped"]
+    if counted not in kernel:
+        problems.append(f"dropped {counted}, but the kernel's times say {kernel}")
+    return problems, f"{frames} frames, {counted} lost, {kinds.count('event')} event(s)"
+
+
+def killed(run: Run, wstac: str) -> tuple[list[str], str]:
+    """A program that was killed: what it had written comes back."""
+    whole = run.directory / "whole.mcap"
+    done = subprocess.run([wstac, "recover", run.directory / "killed.mcap", "-o", whole], capture_output=True, text=True)
+    if done.returncode:
+        return [f"recover: exit code {done.returncode}: {done.stderr}"], ""
+    frames, taken = frames_of(read(wstac, whole, "--features")[1]), len(run.buffers)
+    problems = [] if run.exit == 137 else [f"exit code {run.exit}, not that of a killed program"]
+    # Not those that it had just taken: half a second of them.
+    if not max(90, taken - RATE // 2) <= frames <= taken:
+        problems.append(f"{frames} frames came back of {taken} that the kernel handed out")
+    return problems, f"{frames} of {taken} frames came back"
+
+
+def full(run: Run, wstac: str) -> tuple[list[str], str]:
+    """A disk that fills up ends a recording in words, and the file is whole."""
+    problems = [] if run.exit == 1 and "full.mcap: the disk is full" in run.stderr else [f"exit code {run.exit}: {run.stderr}"]
+    path = run.directory / "full.mcap"
+    records = read(wstac, path, "--features")[1]
+    size, frames = path.stat().st_size, frames_of(records)
+    if frames * FRAME < 0.8 * size or frames < 30:
+        problems.append(f"{frames} frames in {size} bytes")
+    done = subprocess.run([wstac, "recover", path, "-o", run.directory / "again.mcap"], capture_output=True, text=True)
+    if "the recording was finished properly" not in done.stderr:
+        problems.append(f"recover: {done.stderr}")
+    return problems, f"{frames} frames in {size} bytes, finished properly"
+
+
+def sensors(run: Run, _: str) -> tuple[list[str], str]:
+    """Two cameras, of which one goes away for a moment: each has its frames and its faults."""
+    of = {name: [record for record in run.records if record["sensor"] == name] for name in ("left", "right")}
+    told = {name: [record["fault"] for record in records if record["kind"] == "fault"] for name, records in of.items()}
+    problems = []
+    if told != {"left": ["disconnected", "reconnected"], "right": []}:
+        problems.append(f"told {told}")
+    for name, records in of.items():
+        end = records[-1]
+        if end["kind"] != "end" or frames_of(records) + end["dropped"] != 120:
+            problems.append(f"{name}: {frames_of(records)} frames, then {end}")
+    return problems, ", ".join(f"{name} {frames_of(records)} frames" for name, records in of.items())
+
+
+def main(directory: Path, wstac: str) -> None:
+    """Judges all runs; a broken record must cost one check, not the rest."""
+    checks: list[Callable[[Run, str], tuple[list[str], str]]] = [recorded, killed, full, sensors]
+    for check in checks:
+        try:
+            run = Run(directory, check.__name__)
+            crash = [] if check is killed else run.crash()
+            problems, note = (crash, "") if crash else check(run, wstac)
+        except Exception as error:
+            problems, note = [f"{type(error).__name__}: {error}"], ""
+        verdict(f"record {check.__name__}", problems, note)
+
+
+main(Path(sys.argv[1]), sys.argv[2])

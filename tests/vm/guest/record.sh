@@ -1,0 +1,44 @@
+# Recordings: of a camera that goes away meanwhile, by a program that is killed, to a disk that fills up. And two cameras in one run.
+. /guest/vivid.sh
+. /guest/watched.sh
+vivid n_devs=2 node_types=0x1,0x1 num_inputs=1,1 input_types=0x0,0x0
+# A picture that stands still is a sensor that nothing touches; one that moves is an event.
+control test_pattern=4,horizontal_movement=3,vertical_movement=3,osd_text_mode=2
+asked="--format GREY --size 320x180"
+frame=57600
+
+# grown FILE FRAMES: waits until a recording holds as many frames, a minute at most.
+grown() {
+    local tries=0
+    until [ "$(stat -c %s "$1" 2> /dev/null || echo 0)" -ge $(($2 * frame)) ] || [ $tries -ge 600 ]; do
+        usleep 100000
+        tries=$((tries + 1))
+    done
+}
+
+watched recorded wstac record /dev/video0 $asked --json -o /out/recorded.mcap --label specimen=Saw3 &
+grown /out/recorded.mcap 60
+control disconnect=1
+grown /out/recorded.mcap 90
+control horizontal_movement=6
+grown /out/recorded.mcap 190
+killall -INT wstac
+wait
+control horizontal_movement=3
+
+watched killed wstac record /dev/video0 $asked --json -o /out/killed.mcap &
+grown /out/killed.mcap 90
+killall -KILL wstac
+wait
+
+mkdir /small
+mount -t tmpfs -o size=4m small /small
+watched full wstac record /dev/video0 $asked --json -o /small/full.mcap
+cp /small/full.mcap /out
+
+# One of two cameras goes away; the other must not notice.
+watched sensors wstac run cam:left=/dev/video0 cam:right=/dev/video1 --features --json $asked --frames 120 &
+tries=0
+until [ "$(grep -c left /out/sensors.out)" -ge 30 ] || [ $tries -ge 300 ]; do usleep 100000; tries=$((tries + 1)); done
+control disconnect=1
+wait
