@@ -77,6 +77,16 @@ fn a_calibrated_camera_tells_directions_and_speeds() {
          {errors:.3?}; with the paper's layout {wrong_as_published}, {as_published:.3?}"
     );
     assert_eq!(wrong, 0);
+    // It is for frames of this size alone.
+    let other = scene(
+        &folder,
+        "other.toml",
+        &format!("specimen = \"Fla0\"\nspeed = 150\n{CAMERA}").replace("400, 400", "500, 500"),
+    );
+    let refused = run(&["run", &other, "--config", config]);
+    let message = text(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(1), "{message}");
+    assert!(message.contains("wstac.toml: [layout] frame is [400, 400], but frames are 500 x 500 pixels"), "{message}");
     assert!(wrong_as_published >= 2, "the paper's layout would do");
     let mean = |errors: &[f64]| errors.iter().sum::<f64>() / errors.len() as f64;
     assert!(mean(&errors) < 0.08 && mean(&as_published) > 1.5 * mean(&errors), "{errors:?} {as_published:?}");
@@ -103,7 +113,11 @@ fn a_refusal_leaves_a_picture_and_no_configuration() {
     );
     assert!(output.stdout.is_empty() && !Path::new(config).exists());
     assert!(std::fs::read(picture).unwrap().starts_with(b"\x89PNG"));
-    // Nothing is written over unasked.
+    // Nothing is written over unasked, but the picture of a refusal that nobody named.
+    for _ in 0..2 {
+        let unnamed = run(&["calibrate", &source, "-o", config]);
+        assert!(text(&unnamed.stderr).contains("found 22") && folder.join("wstac.refused.png").exists());
+    }
     let again = text(&run(&arguments).stderr);
     assert!(again.contains("seen.png: exists already"), "{again}");
     assert!(text(&run(&[&arguments[..], &["--force"]].concat()).stderr).contains("found 22"));

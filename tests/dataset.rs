@@ -188,7 +188,7 @@ fn what_cannot_be_used_is_refused_and_nothing_is_written_over() {
     assert!(fs::read(&output).unwrap().starts_with(b"PK"));
     let new = folder.0.join("b.npz");
     bad(&sweep, &folder.0, &["--force"], &["is a folder"]);
-    bad(&sweep, &folder.0.join("no/b.npz"), &[], &["no/b.npz.part: No such file"]);
+    bad(&sweep, &folder.0.join("no/b.npz"), &[], &["no/b.npz: is in no folder that is there"]);
     bad(&folder.0.join("no.toml"), &new, &[], &["no.toml: No such file"]);
     let config = folder.file("c.toml", "[green]\nstride = 2\n");
     bad(&sweep, &new, &["--config", config.to_str().unwrap()], &["c.toml", "taxel sums"]);

@@ -92,6 +92,9 @@ fn nothing_is_written_over_and_nothing_useless_is_written() {
     };
     let twice = ["--label", "speed=1", "--label", "speed=2"];
     bad(&[&["record", scene, "-o", name][..], &twice].concat(), "speed is \"1\" and \"2\"");
+    // Labels that a data set would refuse, as long as there is nothing to lose.
+    bad(&["record", scene, "-o", name, "--label", "speed=fast"], "--label: label speed is \"fast\", expected mm/s");
+    bad(&["record", scene, "-o", name, "--label", "direction=45"], "expected 0, 90, 180 or 270");
     let taxels = folder.0.join("t.toml");
     fs::write(&taxels, "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"\n").unwrap();
     let taxels = format!("scene:{}", taxels.display());

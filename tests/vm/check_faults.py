@@ -22,6 +22,8 @@ class Seen:
     # Frames lost as wstac counts them, and as the kernel's trace has it.
     counted: int | None = None
     kernel: range | None = None
+    # Frames that came.
+    came: int | None = None
 
 
 def faults(run: Run) -> list[str]:
@@ -45,7 +47,7 @@ def by_sequence(run: Run, at_least: int = 0) -> Seen:
         problems.append(f"no features near frames {off[:8]}")
     if faults(run):
         problems.append(f"faults were told: {faults(run)}")
-    return Seen(problems, f"{frames} frames", counted, gaps)
+    return Seen(problems, f"{frames} frames", counted, gaps, frames)
 
 
 def by_time(run: Run, *expected: str) -> Seen:
@@ -64,7 +66,7 @@ def by_time(run: Run, *expected: str) -> Seen:
     kinds = [record["kind"] for record in run.records]
     if told and "features" not in kinds[len(kinds) - kinds[::-1].index("fault") :]:
         problems.append("no frames after the last fault")
-    return Seen(problems, f"{frames} frames", counted, kernel)
+    return Seen(problems, f"{frames} frames", counted, kernel, frames)
 
 
 def wrapped(run: Run) -> Seen:
@@ -124,7 +126,7 @@ def newest(run: Run) -> Seen:
     problems += [] if least <= said <= all_frames + 1 else [f"{said} frames, by the kernel's times {least} to {all_frames}"]
     problems += [] if re.search(r"up to \d+ frame\(s\) behind the camera", run.stderr) else ["not said how far behind"]
     printed = len(run.of_kind("features"))
-    return Seen(problems, f"{skipped[1] if skipped else 0} skipped", run.end["dropped"], range(least - printed, all_frames - printed + 2))
+    return Seen(problems, f"{skipped[1] if skipped else 0} skipped", run.end["dropped"], range(least - printed, all_frames - printed + 2), printed)
 
 
 def slow(run: Run) -> Seen:
@@ -215,14 +217,14 @@ def main(directory: Path) -> None:
     """Judges all runs and writes the table."""
     for name, check in OTHERS:
         judge(directory, name, check)
-    rows = ["| fault | what `wstac run` said | frames lost, counted | by the kernel's trace | verdict |", "| --- | --- | --- | --- | --- |"]
+    rows = ["| fault | what `wstac run` said | frames that came | lost, counted | by the kernel's trace | verdict |", "| --- | --- | --- | --- | --- | --- |"]
     for name, title, check in FAULTS:
         run, seen = judge(directory, name, check)
         try:
             told = ", ".join(f"`{kind}`" for kind in faults(run)) or (seen.note if run.exit or check in (newest, slow) else "nothing") if run else ""
         except Exception:
             told = ""
-        counted = ["–", "–"] if seen.counted is None else [str(seen.counted), between(seen.kernel)]
+        counted = ["–", "–", "–"] if seen.counted is None else [str(seen.came), str(seen.counted), between(seen.kernel)]
         rows.append(f"| {title} | {told} | {' | '.join(counted)} | {'FAILED' if seen.problems else 'told' if run.exit else 'survived'} |")
     table = "\n".join(rows) + "\n"
     (directory / "table.md").write_text(table)

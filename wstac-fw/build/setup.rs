@@ -60,6 +60,9 @@ fn configuration(config: &Config, pixels: &Pixels) -> Result<String, String> {
         Some((taxel, corners)) => format!("Layout::new(frame, {taxel:?}, {corners:?})"),
         None => "Layout::paper(frame)".to_owned(),
     };
+    let frame = config.layout.frame().map_or_else(String::new, |[width, height]| {
+        format!("assert!(frame.width() == {width} && frame.height() == {height}, \"[layout] frame is [{width}, {height}]\");\n    ")
+    });
     let mut source = String::new();
     write!(
         source,
@@ -86,7 +89,7 @@ pub const FOLLOWING: Following = {follow};
 /// # Errors
 /// As [`Layout::new`] and [`Layout::paper`].
 pub const fn layout(frame: FrameSize) -> Result<Layout, Error> {{
-    {layout}
+    {frame}{layout}
 }}
 /// How speed is worked out for a camera of this rate.
 ///

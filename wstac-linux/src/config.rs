@@ -47,6 +47,8 @@ pub struct Config {
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct LayoutConfig {
     preset: Option<Preset>,
+    /// Width and height of the frames that the layout is for; of any where it is not given.
+    frame: Option<[u16; 2]>,
     taxel: Option<Vec<u16>>,
     corners: Option<Vec<Vec<u16>>>,
 }
@@ -231,6 +233,27 @@ impl Config {
 }
 
 impl LayoutConfig {
+    /// Width and height of the frames that the layout is for, where it says so.
+    pub fn frame(&self) -> Option<[u16; 2]> {
+        self.frame
+    }
+
+    /// Refuses frames of another size than the layout is for: its taxels would lie beside the whiskers.
+    ///
+    /// # Errors
+    /// Names the key, what was found and what was expected.
+    pub fn check_frame(&self, frame: FrameSize) -> Result<(), String> {
+        let found = [frame.width(), frame.height()];
+        match self.frame {
+            Some([width, height]) if found != [width, height] => Err(format!(
+                "frame is [{width}, {height}], but frames are {} x {} pixels: expected frames of {width} x {height}, or \
+                 another calibration",
+                found[0], found[1]
+            )),
+            _ => Ok(()),
+        }
+    }
+
     /// The taxel size and the corners, where the layout is no preset.
     pub fn explicit(&self) -> Option<([u16; 2], [[u16; 2]; params::TAXELS])> {
         let mut corners = [[0; 2]; params::TAXELS];
@@ -290,7 +313,7 @@ mod tests {
     #[test]
     fn a_configuration_in_full_is_the_same_again() {
         let corners: Vec<String> = (0..25).map(|k| format!("[{}, {}]", 10 + 6 * (k % 5), 20 + 7 * (k / 5))).collect();
-        let explicit = format!("[layout]\ntaxel = [5, 6]\ncorners = [{}]", corners.join(", "));
+        let explicit = format!("[layout]\nframe = [1280, 720]\ntaxel = [5, 6]\ncorners = [{}]", corners.join(", "));
         for text in [
             "",
             &explicit,
@@ -305,6 +328,7 @@ mod tests {
             assert_eq!((again.to_toml().unwrap().as_str(), full.contains("floor_levels = ")), (full.as_str(), true));
             let frame = FrameSize::new(1280, 720).unwrap();
             assert_eq!(again.layout(frame), config.layout(frame), "{full}");
+            assert_eq!(again.layout.frame, config.layout.frame, "{full}");
             assert_eq!(again.trigger(), config.trigger(), "{full}");
             assert_eq!(format!("{:?}", again.following()), format!("{:?}", config.following()), "{full}");
             assert_eq!(config.following().unwrap().is_some(), text.contains("follow"), "{full}");
@@ -341,6 +365,7 @@ mod tests {
             ("[layout]\ntaxel = [5, 5, 9]\ncorners = []", vec!["taxel has 3", "width and height"]),
             ("[layout]\ntaxel = 5", vec!["taxel", "sequence"]),
             ("layout = 5", vec!["layout", "a table"]),
+            ("[layout]\nframe = [5]", vec!["frame", "length 1"]),
             ("[layout", vec!["TOML"]),
         ] {
             let message = Config::parse(text).unwrap_err();

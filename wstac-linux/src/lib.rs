@@ -21,3 +21,4 @@ mod svg;
 pub mod texture;
 pub mod trade;
 pub mod view;
+mod whole_file;

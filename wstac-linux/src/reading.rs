@@ -93,6 +93,7 @@ impl<'m> Reading<'m> {
     /// Where layout, format and configuration do not fit each other.
     pub fn new(info: &StreamInfo, config: &Config, wanted: Wanted) -> Result<Self, Error> {
         let in_table = |table| move |error| config.does_not_fit(&info.about, table, error);
+        config.layout.check_frame(info.size).map_err(|error| config.does_not_fit(&info.about, "[layout]", error))?;
         let layout = config.layout(info.size).map_err(in_table("[layout]"))?;
         if info.taxels_only && (Ok(layout) != Layout::paper(info.size) || config.green.stride != Stride::One) {
             let expected = "taxel sums are of the paper's layout and every pixel, expected no other layout or stride";

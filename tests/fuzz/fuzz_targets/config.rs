@@ -16,6 +16,9 @@ fuzz_target!(|text: &str| {
     if let Err(error) = config.layout(size) {
         assert!(!error.to_string().is_empty());
     }
+    if let Err(error) = config.layout.check_frame(size) {
+        assert!(!error.is_empty());
+    }
     if let Err(error) = config.trigger() {
         assert!(!error.to_string().is_empty());
     }

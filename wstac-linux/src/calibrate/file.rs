@@ -19,7 +19,6 @@ impl Calibration {
         let (noise, frame) = (&self.noise, self.layout.frame());
         let source: String = source.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
         writeln!(text, "# Written by wstac calibrate, of {source}")?;
-        writeln!(text, "# For frames of {} x {} pixels.", frame.width(), frame.height())?;
         let [right, down] = self.pitch;
         writeln!(
             text,
@@ -42,7 +41,8 @@ impl Calibration {
             )?;
         }
         let [width, height] = self.layout.taxel();
-        writeln!(text, "[layout]\ntaxel = [{width}, {height}]\ncorners = [")?;
+        writeln!(text, "[layout]\nframe = [{}, {}] # of frames of this size alone", frame.width(), frame.height())?;
+        writeln!(text, "taxel = [{width}, {height}]\ncorners = [")?;
         for row in self.layout.corners().chunks(COLUMNS) {
             let corners: Vec<String> = row.iter().map(|[x, y]| format!("[{x}, {y}]")).collect();
             writeln!(text, "    {},", corners.join(", "))?;

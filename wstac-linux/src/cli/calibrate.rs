@@ -1,8 +1,7 @@
 //! `wstac calibrate`: where the whiskers are in the picture, as a configuration file.
 
-use std::fs;
 use std::io::{IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 use serde::Serialize;
@@ -14,6 +13,7 @@ use crate::calibrate::{Calibration, UNTOUCHED, Watch};
 use crate::config::Config;
 use crate::error::Error;
 use crate::source::{Delivery, Item, Source};
+use crate::whole_file;
 
 /// Find the 25 whiskers in the picture and write the configuration for them
 ///
@@ -56,14 +56,14 @@ The row that is on top in the picture is row 1, the leftmost column column 1.
 
 Where it is not sure it writes no configuration, says why, and ends with exit code 1: fewer than 24
 whiskers, spots that are no lattice of 5 x 5, that the picture's edge cuts, that run into each other
-or reach full scale, a sensor that was touched too early. The picture is written all the same: look
-at it. White rings are spots that seemed to be whiskers, orange ones others. In a picture of a
+or reach full scale, a sensor that was touched too early. Look at the picture all the same: it is
+FILE.refused.png then, which the next try replaces, or what --overlay names. White rings are spots that seemed to be whiskers, orange ones others. In a picture of a
 calibration each taxel has its row and column; one in orange, dashed, is the whisker without light.
 
 The configuration has the layout, and what follows from the noise of the untouched frames, each with
 a comment that says how: [features] floor_levels, [trigger] margin, [speed] threshold and
 threshold_on. All other keys keep their defaults; add to it what you like. It holds for frames of the
-same size, and for as long as neither the camera nor the sensor is moved.
+same size (others are refused), and for as long as neither the camera nor the sensor is moved.
 
 Output with --json:
   {\"kind\":\"calibration\",\"found\":25,\"dead\":null,\"off_px\":0.21,\"pitch_px\":[144.0,143.9],
@@ -71,7 +71,8 @@ Output with --json:
    \"saturated\":0,\"noise_levels\":0.005,\"dark_levels\":1.0}
   dead is null or [row, column]; off_px is how far bases are off a smooth lattice, root mean square.
 
-Try it:
+Try it (a scene that is turned needs room at its edges: [sensor.pose] rotation_degrees = 8 and
+scale = 0.75, wstac scene --help):
   wstac calibrate scene:Fla0@100 -o wstac.toml
   wstac calibrate /dev/video0 -o wstac.toml && wstac run /dev/video0 --config wstac.toml
 ";
@@ -105,24 +106,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let mut watch = Watch::new(&info)?;
     read(source.as_mut(), &mut watch, arguments.frames)?;
     let outcome = watch.calibrate();
-    write(&overlay, &outcome.to_png())?;
     let calibration = match &outcome.result {
         Ok(calibration) => calibration,
         Err(refusal) => {
-            let seen = format_args!("{}; {} shows what was seen", refusal.message, overlay.display());
+            // The next try replaces it.
+            let picture = arguments.overlay.clone().unwrap_or_else(|| output.with_extension("refused.png"));
+            whole_file::write(&picture, outcome.to_png())?;
+            let seen = format_args!("{}; {} shows what was seen", refusal.message, picture.display());
             return Err(Error::new(&arguments.source, seen).into());
         }
     };
+    whole_file::write(&overlay, outcome.to_png())?;
     let text = calibration.to_toml(&info.about);
     // What is written can be read again, or it is not written.
     Config::parse(&text).map_err(|message| Error::new(output.display(), message))?;
-    write(output, text.as_bytes())?;
+    whole_file::write(output, text)?;
     note(format_args!("wrote {} and {}: look at the picture", output.display(), overlay.display()));
     print(calibration, arguments.json)
-}
-
-fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    fs::write(path, bytes).map_err(|error| Error::new(path.display(), error))
 }
 
 /// Reads until the source ends, `limit` frames have passed or a signal asks for the end.

@@ -100,6 +100,10 @@ wrong arguments, 130 after Ctrl-C, 143 after SIGTERM.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     match &arguments.sources[..] {
         [one] if !one.is_dir() && !one.extension().is_some_and(|end| end.eq_ignore_ascii_case("mcap")) => {
+            if !one.extension().is_some_and(|end| end.eq_ignore_ascii_case("toml")) {
+                let message = "is no sweep, expected a .toml file, recordings (.mcap) or a folder of them";
+                return Err(Error::new(one.display(), message).into());
+            }
             simulated(arguments, one)
         }
         _ => recorded::run(arguments),

@@ -1,8 +1,7 @@
 //! `wstac fit-speed`: a sensor's own speed law.
 
-use std::fs;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::ValueEnum;
 use serde_json::json;
@@ -12,9 +11,9 @@ use wstac_core::speed::ThresholdOn;
 use super::output::{Stop, check_new, note};
 use super::source_arguments::frame_rate;
 use crate::config::Config;
-use crate::error::Error;
 use crate::fit::data::Slides;
 use crate::fit::{Fit, Kind, figure};
+use crate::whole_file;
 
 /// Fit the speed law to slides of known speeds
 ///
@@ -119,12 +118,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     };
     let fits = kinds.into_iter().map(|kind| Fit::new(kind, &slides, &names)).collect::<Result<Vec<_>, _>>()?;
     if let Some(path) = &arguments.plot {
-        write(path, &figure::draw(&fits, &slides))?;
+        whole_file::write(path, figure::draw(&fits, &slides))?;
         note(format_args!("drawn to {}", path.display()));
     }
     let best = fits.iter().min_by(|a, b| a.line.deviation.total_cmp(&b.line.deviation));
     if let (Some(path), Some(best)) = (&arguments.output, best) {
-        write(path, &table(best, &slides, &names, config.as_ref()))?;
+        whole_file::write(path, table(best, &slides, &names, config.as_ref()))?;
         note(format_args!("law \"{}\" written to {}", best.kind.name(), path.display()));
         if config.is_none() {
             note(format_args!(
@@ -145,10 +144,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         }
     }
     Ok(out.flush()?)
-}
-
-fn write(path: &Path, text: &str) -> Result<(), Error> {
-    fs::write(path, text).map_err(|error| Error::new(path.display(), error))
 }
 
 /// Slowest and fastest of the slides' speeds.

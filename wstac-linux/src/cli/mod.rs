@@ -61,7 +61,8 @@ Start here:
 pub(crate) const DEFAULT_CONFIGURATION: &str = r#"[layout]
 preset = "paper"        # or, in pixels of the frame: taxel = [width,
                         # height] and corners = [[x, y], … 25 of them,
-                        # row by row]
+                        # row by row]; frame = [width, height] refuses
+                        # frames of another size
 [green]
 yuv = "exact"           # YCbCr to green: "exact" per pixel, "linear"
                         # once per taxel (faster)

@@ -37,9 +37,13 @@ impl From<io::Error> for Stop {
     }
 }
 
-/// Refuses to write over a file, unless forced to; and over what is no file, always.
+/// Refuses to write over a file, unless forced to; and over what is no file, or into no folder, always.
 pub(super) fn check_new(path: &Path, force: bool) -> Result<(), Error> {
     let refused = |message: &str| Err(Error::new(path.display(), message));
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    if folder.is_some_and(|folder| !folder.is_dir()) {
+        return refused("is in no folder that is there, expected one");
+    }
     // Of the path itself: a link is none to write to, wherever it leads.
     match path.symlink_metadata() {
         Err(_) => Ok(()),

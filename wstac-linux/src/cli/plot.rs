@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use super::output::{Stop, check_new, note};
 use super::source_arguments::SourceArguments;
-use crate::error::Error;
 use crate::model::file::ModelFile;
 use crate::plot::{draw, find};
 use crate::reading::{Reading, Wanted};
 use crate::source::Delivery;
 use crate::texture::Textures;
+use crate::whole_file;
 
 /// Draw one event as a figure for a paper
 ///
@@ -69,8 +69,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let wanted = Wanted { features: false, samples: true };
     let mut reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
     let found = find(source.as_mut(), &info, &mut reading, &config, arguments.event)?;
-    let written = std::fs::write(&arguments.output, draw(&found));
-    written.map_err(|error| Error::new(arguments.output.display(), error))?;
+    whole_file::write(&arguments.output, draw(&found))?;
     note(format_args!("{} has event {} of {}", arguments.output.display(), arguments.event, info.about));
     Ok(())
 }

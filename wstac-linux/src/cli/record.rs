@@ -13,7 +13,8 @@ use signal_hook::consts::SIGHUP;
 use super::loss_report::LossReport;
 use super::output::{Form, Records, Stop, check_new, note, text_of};
 use super::run::interruptions;
-use super::source_arguments::{SourceArguments, models_left_out};
+use super::source_arguments::{SourceArguments, doubts_of_textures};
+use crate::dataset::recordings::{NAMES, check};
 use crate::error::Error;
 use crate::model::file::ModelFile;
 use crate::rate::per_second;
@@ -61,7 +62,7 @@ pub(super) struct Arguments {
     options: SourceArguments,
 
     /// End after this many frames, lost ones included
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     frames: Option<u64>,
 
     /// End after this many seconds of frames
@@ -69,7 +70,7 @@ pub(super) struct Arguments {
     duration: Option<f64>,
 
     /// End after this many events
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     events: Option<u64>,
 
     /// Write over FILE.mcap
@@ -139,8 +140,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let models = files.iter().map(|file| file.about().to_owned()).collect();
     let about = About::new(&info, &config, labels, models)?;
     note(&info.about);
-    if let Some(models) = models_left_out(source.as_ref(), &files) {
-        note(models);
+    if let Some(doubt) = doubts_of_textures(source.as_ref(), &info, &files) {
+        note(doubt);
     }
     let interrupted = signals()?;
     let file = create(&arguments.output, arguments.force)?;
@@ -259,11 +260,15 @@ fn labels(given: &[(String, String)]) -> Result<Labels, Error> {
             return Err(Error::new("--label", message));
         }
     }
+    check(&labels).map_err(|message| Error::new("--label", message))?;
+    for name in labels.keys().filter(|name| !NAMES.contains(&name.as_str())) {
+        note(format_args!("label {name} is kept; wstac dataset reads {} alone", NAMES.join(", ")));
+    }
     Ok(labels)
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
-    let seconds = text.parse().ok().filter(|seconds| (0.0..=1e9).contains(seconds));
+    let seconds = text.parse().ok().filter(|seconds| *seconds > 0.0 && *seconds <= 1e9);
     seconds.ok_or_else(|| format!("{text:?} is no duration, expected seconds such as 2.5"))
 }
 

@@ -39,8 +39,9 @@ be read (the exit code is 1, and the new file has all the rest); frames in them 
 Until it is whole, the new file is NEW.mcap.part.
 The recording must not be compressed (mcap decompress undoes that). Other programs' recordings
 come back, too, but without their attachments.
-Exit code: 0 where there is a new file, however little is in it; 1 where a part of the recording,
-or all of it, cannot be read, or the new file not be written; 2 for wrong arguments.
+Exit code: 0 where there is a new file, however little is in it, and only the end, which was not
+completely written, is missing; 1 where a damaged part of the recording, or all of it, cannot be
+read, or the new file not be written; 2 for wrong arguments.
 ";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
@@ -73,12 +74,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         note(format_args!("{doubtful} messages may have a wrong name: only a damaged part says what they are"));
     }
     if let Some(Unread { at, bytes, damaged }) = unread {
-        let what = format!("{bytes} bytes from {at} on could not be read");
         if damaged {
-            let message = format_args!("is damaged: {what}; {} has the rest", new.display());
+            let message = format_args!(
+                "is damaged: {bytes} bytes from {at} on could not be read; {} has the rest",
+                new.display()
+            );
             return Err(Error::new(old.display(), message).into());
         }
-        note(format_args!("{what}: a record that was not completely written"));
+        note(format_args!("the last {bytes} bytes, from {at} on, are a record that was not completely written"));
     }
     note(if whole { "the recording was finished properly" } else { "the recording was not finished" });
     Ok(())

@@ -55,7 +55,7 @@ pub(super) struct Arguments {
     options: SourceArguments,
 
     /// End after this many frames, lost ones included; of several sources, after as many of each
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     frames: Option<u64>,
 
     /// Write the bytes of every frame, as they are summed (JPEG and PNG decoded), to a new file; lost frames leave no

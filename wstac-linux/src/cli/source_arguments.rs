@@ -124,12 +124,28 @@ impl SourceArguments {
     }
 }
 
-/// What is to be said where a recording's events had textures and no model is given to name them again.
-pub(super) fn models_left_out(source: &dyn Source, given: &[ModelFile]) -> Option<String> {
+/// What is to be said of textures: where a recording's events had some and no model is given to name them again; where
+/// frames come at another rate than models are trained at.
+pub(super) fn doubts_of_textures(source: &dyn Source, info: &StreamInfo, given: &[ModelFile]) -> Option<String> {
     let recorded = source.models();
-    let missing = given.is_empty() && !recorded.is_empty();
-    missing.then(|| format!("recorded with model {}: --model gives its textures", recorded.join("; ")))
+    let ratio = per_second(info.rate) / f64::from(info.rate.frames_added()) / per_second(FrameRate::NOMINAL);
+    if given.is_empty() {
+        let missing = !recorded.is_empty();
+        missing.then(|| format!("recorded with model {}: --model gives its textures", recorded.join("; ")))
+    } else {
+        (!(1.0 - RATE_OFF..=1.0 + RATE_OFF).contains(&ratio)).then(|| {
+            format!(
+                "textures may be wrong: features come {:.2} times a second, and models are trained at {} unless their \
+                 maker says otherwise",
+                ratio * per_second(FrameRate::NOMINAL),
+                per_second(FrameRate::NOMINAL)
+            )
+        })
+    }
 }
+
+/// Share of the nominal rate by which frames may come faster or slower without harm to textures.
+const RATE_OFF: f64 = 0.1;
 
 /// `30`, `29.97` or `30000/1001`.
 pub(super) fn frame_rate(text: &str) -> Result<FrameRate, String> {
@@ -140,7 +156,9 @@ pub(super) fn frame_rate(text: &str) -> Result<FrameRate, String> {
     };
     let rate =
         numerator.zip(denominator).and_then(|(numerator, denominator)| FrameRate::new(numerator, denominator).ok());
-    rate.ok_or_else(|| format!("{text:?} is no frame rate, expected a number above 0 such as 30, 29.97 or 30000/1001"))
+    rate.ok_or_else(|| {
+        format!("{text:?} is no frame rate, expected a number from 0.001 to 4294967 such as 30, 29.97 or 30000/1001")
+    })
 }
 
 /// A decimal number in thousandths.

@@ -16,6 +16,7 @@ use crate::trade::row::{Row, rows};
 use crate::trade::slides::{MOST_SLIDES, QUICK_SLIDES, SENSORS, SLIDES, slides};
 use crate::trade::sweep::{self, Plan};
 use crate::trade::{host, map, plot, table, turned};
+use crate::whole_file;
 
 /// Show what speed costs in accuracy, and choose a configuration by what may be spent
 ///
@@ -193,6 +194,9 @@ fn check_folder(folder: &Path) -> Result<(), Error> {
 fn check_new_all(arguments: &Arguments, names: &[&str]) -> Result<(), Error> {
     let Some(folder) = &arguments.output else { return Ok(()) };
     check_folder(folder)?;
+    if !folder.exists() {
+        return Ok(());
+    }
     names.iter().try_for_each(|name| check_new(&folder.join(name), arguments.force))
 }
 
@@ -257,8 +261,7 @@ fn models(named: &[PathBuf]) -> Result<Vec<Candidate>, Error> {
 }
 
 fn write(folder: &Path, name: &str, text: &str) -> Result<(), Error> {
-    let path = folder.join(name);
-    std::fs::write(&path, text).map_err(|error| Error::new(path.display(), error))
+    whole_file::write(&folder.join(name), text)
 }
 
 fn print(text: &str) -> Result<(), Stop> {

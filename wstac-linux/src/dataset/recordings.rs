@@ -114,12 +114,14 @@ pub fn read(path: &Path, config: Option<&Config>) -> Result<Recording, Error> {
     }
 }
 
-/// A recording without its samples.
-fn labelled(name: &str, labels: &Labels, about: &About, config: Config) -> Result<Recording, String> {
-    let found = || labels.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(", ");
-    let Some(specimen) = labels.get("specimen") else {
-        return Err(format!("has no label specimen (labels: {}), expected one such as specimen=Saw3", found()));
-    };
+/// Label names that a data set is made of.
+pub const NAMES: [&str; 3] = ["specimen", "speed", "direction"];
+
+/// Checks labels that a data set is made of, where they are there: their speed in mm/s and their direction in degrees.
+///
+/// # Errors
+/// Names the label, what was found and what was expected.
+pub fn check(labels: &Labels) -> Result<(Option<f64>, Option<u16>), String> {
     let speed = labels.get("speed").map(|speed| {
         let number = speed.parse().ok().filter(|speed: &f64| *speed > 0.0 && speed.is_finite());
         number.ok_or_else(|| format!("label speed is {speed:?}, expected mm/s such as 150"))
@@ -128,14 +130,24 @@ fn labelled(name: &str, labels: &Labels, about: &About, config: Config) -> Resul
         let number = direction.parse().ok().filter(|direction| [0, 90, 180, 270].contains(direction));
         number.ok_or_else(|| format!("label direction is {direction:?}, expected 0, 90, 180 or 270"))
     });
+    Ok((speed.transpose()?, direction.transpose()?))
+}
+
+/// A recording without its samples.
+fn labelled(name: &str, labels: &Labels, about: &About, config: Config) -> Result<Recording, String> {
+    let found = || labels.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(", ");
+    let Some(specimen) = labels.get("specimen") else {
+        return Err(format!("has no label specimen (labels: {}), expected one such as specimen=Saw3", found()));
+    };
+    let (speed_mm_s, direction) = check(labels)?;
     let (pattern, depth_mm) = pattern_and_depth(specimen);
     Ok(Recording {
         name: name.into(),
         specimen: specimen.clone(),
         pattern: pattern.unwrap_or_default(),
         depth_mm,
-        speed_mm_s: speed.transpose()?,
-        direction: direction.transpose()?,
+        speed_mm_s,
+        direction,
         samples: Vec::new(),
         incomplete: 0,
         about: about.clone(),

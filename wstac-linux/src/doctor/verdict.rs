@@ -34,7 +34,12 @@ const LEAK: f64 = 0.5;
 /// The findings, the worst first: what makes all other numbers doubtful, then what changes by itself, then the rest.
 pub(super) fn verdict(report: &Report, info: &StreamInfo, measured: &Measured) -> Vec<Finding> {
     let mut findings = Findings(Vec::new());
-    stillness(&mut findings, report, measured);
+    if stillness(&mut findings, report, measured) {
+        // Of light that came and went no threshold follows.
+        controls(&mut findings, &report.controls);
+        rate(&mut findings, report, info);
+        return findings.0;
+    }
     controls(&mut findings, &report.controls);
     rate(&mut findings, report, info);
     light(&mut findings, report);
@@ -51,7 +56,8 @@ impl Findings {
     }
 }
 
-fn stillness(findings: &mut Findings, report: &Report, measured: &Measured) {
+/// Whether the sensor was touched, or the light changed.
+fn stillness(findings: &mut Findings, report: &Report, measured: &Measured) -> bool {
     if let Some(frame) = measured.touched {
         let found =
             format!("an event starts at frame {frame} of the measurement: it was touched, or the light changed");
@@ -65,6 +71,7 @@ fn stillness(findings: &mut Findings, report: &Report, measured: &Measured) {
         let found = "no pixel changes from frame to frame, as no camera's do".into();
         findings.add("frozen", found, "look whether the camera sends one picture again and again, or a test pattern");
     }
+    measured.touched.is_some() || !measured.quiet
 }
 
 fn controls(findings: &mut Findings, controls: &[ControlReport]) {
@@ -121,11 +128,12 @@ fn rate(findings: &mut Findings, report: &Report, info: &StreamInfo) {
         let reasons: Vec<_> = rate.lost.iter().map(|(why, frames)| format!("{frames} {why}")).collect();
         let share = 100.0 * lost as f64 / (lost + rate.frames) as f64;
         let found = format!("{share:.1} % of frames were lost: {}", reasons.join(", "));
-        findings.add(
-            "lost",
-            found,
-            "use a shorter cable, another port or a smaller format, and no other program meanwhile",
-        );
+        let advice = if rate.lost.keys().all(|why| why.contains("exposure")) {
+            "lock the exposure"
+        } else {
+            "use a shorter cable, another port or a smaller format, and no other program meanwhile"
+        };
+        findings.add("lost", found, advice);
     }
 }
 
@@ -182,8 +190,9 @@ fn trigger(findings: &mut Findings, report: &Report) {
         let levels = drift.levels_per_minute;
         let (how, what) = if levels > 0.0 { ("brighter", "fires the trigger") } else { ("darker", "hides light") };
         let found = format!(
-            "the picture gets {how} by {:.2} grey levels a minute: a trigger's worth, which {what}, in {minutes:.0} minutes",
-            levels.abs()
+            "the picture gets {how} by {:.2} grey levels a minute: a trigger's worth, which {what}, in {}",
+            levels.abs(),
+            if minutes < 1.0 { "less than a minute".to_owned() } else { format!("{minutes:.0} minutes") }
         );
         findings.add("drift", found, "let the camera warm up, lock its controls, and keep the light around it steady");
     }

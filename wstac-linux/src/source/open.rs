@@ -64,6 +64,9 @@ pub fn open(spec: &str, options: &OpenOptions) -> Result<Box<dyn Source>, Error>
         Err(error) if error.kind() == std::io::ErrorKind::NotFound && spec.starts_with("/dev/video") => {
             return Err(Error::new(spec, "no such camera; wstac devices lists those that there are"));
         }
+        Err(_) if spec.starts_with("cam:") => {
+            return Err(none_of_these("several sources, each with a name, are for wstac run; here "));
+        }
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Err(none_of_these("no such file; ")),
         Err(error) => return Err(Error::new(spec, error)),
     };

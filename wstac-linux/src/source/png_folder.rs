@@ -36,7 +36,8 @@ impl PngFolder {
     pub fn open(path: &Path, fps: Option<FrameRate>) -> Result<Self, Error> {
         let files = list(path).map_err(|error| Error::new(path.display(), error))?;
         if files.is_empty() {
-            return Err(Error::new(path.display(), "has no .png file, expected at least one"));
+            let message = "has no .png file, expected at least one; a recording is named by itself, FILE.mcap";
+            return Err(Error::new(path.display(), message));
         }
         let (first, shape) = first_picture(path, &files)?;
         let rate = fps.unwrap_or(FrameRate::NOMINAL);

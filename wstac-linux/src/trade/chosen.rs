@@ -15,6 +15,7 @@ use super::sweep::{self, Plan};
 use crate::config::Config;
 use crate::error::Error;
 use crate::model::file::ModelFile;
+use crate::whole_file;
 use wstac_core::green::any::YcbcrMethod;
 
 /// The configuration for a board's build and for `wstac run`.
@@ -93,10 +94,7 @@ pub fn write(
     cores: &[Core],
     config: &str,
 ) -> Result<String, Error> {
-    let put = |name: &str, bytes: &[u8]| {
-        let path = folder.join(name);
-        fs::write(&path, bytes).map_err(|error| Error::new(path.display(), error))
-    };
+    let put = |name: &str, bytes: &[u8]| whole_file::write(&folder.join(name), bytes);
     fs::create_dir_all(folder).map_err(|error| Error::new(folder.display(), error))?;
     put(CONFIG, config.as_bytes())?;
     let path = folder.join(MODEL);

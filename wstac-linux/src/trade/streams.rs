@@ -174,7 +174,9 @@ impl JudgedCamera {
 /// How one setting sums a simulated camera's frames.
 pub(super) fn camera(sensor: &Sensor, format: Format, stride: Stride, config: &Config) -> Result<Camera<Any>, Error> {
     let about = format_args!("frames of {}", format.name()).to_string();
-    let layout = config.layout(sensor.layout().frame());
+    let frame = sensor.layout().frame();
+    config.layout.check_frame(frame).map_err(|error| config.does_not_fit(&about, "[layout]", error))?;
+    let layout = config.layout(frame);
     let layout = layout.map_err(|error| config.does_not_fit(&about, "[layout]", error))?;
     let green = Any::new(sensor.format(), sensor.colour(), format.method());
     Camera::with_stride(green, layout, sensor.rate(), stride)

@@ -9,11 +9,11 @@ use clap::error::ErrorKind;
 use wstac_core::model::file::Task;
 
 use super::super::output::{Stop, check_new, note};
-use crate::error::Error;
 use crate::model::inspect::task_name;
 use crate::model::trained::Kind;
 use crate::model::write::{self, Options};
 use crate::model::{Import, import, import_inline};
+use crate::whole_file;
 
 /// Make a model file of a trained model
 ///
@@ -111,7 +111,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         (model, written.bytes(), written.exactness)
     };
     check_options(arguments, &model.kind, backend).unwrap_or_else(|idle| idle.exit());
-    std::fs::write(output, &bytes).map_err(|error| Error::new(output.display(), error))?;
+    whole_file::write(output, &bytes)?;
     let (path, classes, task) = (output.display(), model.labels.len(), task_name(model.task));
     let what = if backend == Backend::Inline { "bytes of Rust" } else { "bytes" };
     note(format_args!("{path}: {} {what}, {classes} classes, task {task}; {}", bytes.len(), exactness));

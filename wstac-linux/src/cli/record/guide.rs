@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use super::{Arguments, Shown, labels, signals};
 use crate::cli::output::{Form, Records, Stop, note, text_of};
-use crate::cli::source_arguments::models_left_out;
+use crate::cli::source_arguments::doubts_of_textures;
 use crate::config::Config;
 use crate::error::Error;
 use crate::model::file::ModelFile;
@@ -75,13 +75,16 @@ pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
     // What does not fit is said before a person waits.
     drop(Reading::new(&info, &config, Wanted::default())?.with_textures(Textures::new(&models)?));
     About::new(&info, &config, labels.clone(), Vec::new())?;
+    if folder.exists() && !folder.is_dir() {
+        return Err(Error::new(folder.display(), "is a file, expected a folder for the recordings of --guide").into());
+    }
     fs::create_dir_all(folder).map_err(|error| Error::new(folder.display(), error))?;
     note(&info.about);
     let form = if arguments.json { Form::Json } else { Form::Text };
     let shown = Shown { records: Some(Records::new(form)), events: 0 };
     let (keys, interrupted) = (keys(), signals()?);
-    if let Some(models) = models_left_out(source.as_ref(), &models) {
-        note(models);
+    if let Some(doubt) = doubts_of_textures(source.as_ref(), &info, &models) {
+        note(doubt);
     }
     let is_live = is_live(&arguments.source);
     let mut session = Session { is_live, source, info, config, models: &models, labels, keys, shown, interrupted };
@@ -269,7 +272,10 @@ impl Session<'_> {
             }
             match found {
                 Some(outcome) => return Ok(Some(outcome)),
-                None if !goes_on || !has_room => return Ok(Some(Outcome::Ended)),
+                None if !goes_on || !has_room => {
+                    note(if has_room { "the source ended before a slide came" } else { "the disk is full" });
+                    return Ok(Some(Outcome::Ended));
+                }
                 None => {}
             }
         }

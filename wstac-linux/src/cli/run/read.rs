@@ -9,7 +9,7 @@ use std::thread;
 
 use super::super::loss_report::LossReport;
 use super::super::output::{Form, Records, Stop, note};
-use super::super::source_arguments::models_left_out;
+use super::super::source_arguments::doubts_of_textures;
 use super::Arguments;
 use super::sensors::Sensor;
 use crate::error::Error;
@@ -52,8 +52,8 @@ impl<'a> Run<'a> {
         let wanted = Wanted { features: arguments.features, samples: arguments.samples };
         let reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(files)?);
         records.note(&info.about);
-        if let Some(models) = models_left_out(source.as_ref(), files) {
-            records.note(models);
+        if let Some(doubt) = doubts_of_textures(source.as_ref(), &info, files) {
+            records.note(doubt);
         }
         if info.rate.frames_added() > 1 {
             records.note(format_args!("{} camera frames are added up to one feature frame", info.rate.frames_added()));
