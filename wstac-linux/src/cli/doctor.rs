@@ -100,7 +100,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, Delivery::Every, arguments.config.as_deref())?;
     note(&info.about);
-    note(format_args!("measuring for {} s: nothing may touch the sensor", arguments.seconds));
+    note(format_args!("measuring for {} s at most: nothing may touch the sensor", arguments.seconds));
     let signal = signals()?;
     let frames = arguments.options.frames_before_touch(&arguments.source)?;
     // A recording may know its camera, which is not there now.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::output::{Stop, check_new, note};
 use super::source_arguments::SourceArguments;
+use crate::error::Error;
 use crate::model::file::ModelFile;
 use crate::plot::{draw, find};
 use crate::reading::{Reading, Wanted};
@@ -62,6 +63,11 @@ Exit code: 1 where the source has no such event, too.
 ";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    let name = arguments.output.extension();
+    if name.is_some_and(|name| !name.eq_ignore_ascii_case("svg")) {
+        let message = "is to be a figure, expected a name that ends in .svg; rsvg-convert makes PDF and PNG of it";
+        return Err(Error::new(arguments.output.display(), message).into());
+    }
     check_new(&arguments.output, arguments.force)?;
     let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, Delivery::Every, arguments.config.as_deref())?;

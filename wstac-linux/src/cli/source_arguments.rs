@@ -157,7 +157,9 @@ pub(super) fn frame_rate(text: &str) -> Result<FrameRate, String> {
     let rate =
         numerator.zip(denominator).and_then(|(numerator, denominator)| FrameRate::new(numerator, denominator).ok());
     rate.ok_or_else(|| {
-        format!("{text:?} is no frame rate, expected a number above 0 and below 4294967 such as 30, 29.97 or 30000/1001")
+        format!(
+            "{text:?} is no frame rate, expected a number above 0 and below 4294967 such as 30, 29.97 or 30000/1001"
+        )
     })
 }
 

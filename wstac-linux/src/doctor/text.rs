@@ -57,6 +57,8 @@ fn levels(f: &mut fmt::Formatter<'_>, levels: &LevelsReport) -> fmt::Result {
     write!(f, "light      {mean:.2} at rest (taxels {darkest:.2} to {brightest:.2})")?;
     if let (Some(black), Some(leak)) = (levels.black, levels.leak) {
         let which = if levels.black_is_given { "as given" } else { "the darkest 1 % of pixels" };
+        // No "-0.00".
+        let leak = (100.0 * leak).round() / 100.0 + 0.0;
         write!(f, ", black {black:.2} ({which}), leak {leak:.2}")?;
     }
     if let Some(saturated) = levels.saturated {

@@ -119,13 +119,14 @@ impl Y4m {
         // 2^14 · 2^15 bytes at most, or three planes of 2^28.
         let frame_bytes = bytes_per_row * usize::from(rows) + green.chroma_bytes(bytes_per_row, rows).unwrap_or(0);
         let about = format!(
-            "{}: Y4M, {}x{} {}, {}:{} frames a second",
+            "{}: Y4M, {}x{} {}, {}:{} frames a second{}",
             reader.subject,
             header.size.width(),
             header.size.height(),
             header.name,
             header.rate.numerator(),
-            header.rate.denominator()
+            header.rate.denominator(),
+            if header.is_range_assumed { "; no range is stated: limited, unless --range says full" } else { "" }
         );
         let info = StreamInfo {
             size: header.size,

@@ -13,6 +13,8 @@ pub(super) struct Header {
     pub(super) rate: FrameRate,
     pub(super) format: PixelFormat,
     pub(super) colour: Colour,
+    /// Whether the range of Y, Cb and Cr is not stated, though it matters.
+    pub(super) is_range_assumed: bool,
     /// The format as Y4M calls it.
     pub(super) name: String,
 }
@@ -49,6 +51,7 @@ impl Header {
             rate,
             format,
             colour: Colour { matrix: Matrix::Bt601, range: tags.range.unwrap_or(Range::Limited) },
+            is_range_assumed: tags.range.is_none() && format.is_ycbcr(),
             name,
         })
     }
