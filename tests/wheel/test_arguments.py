@@ -63,10 +63,10 @@ WRONG = [
     (lambda: wstac.open("scene:Saw3@150", controls={"gain": 1 << 40}), wstac.Error, "control gain is 1099511627776"),
     (lambda: wstac.open("scene:Saw3@150", matrix="bt709"), wstac.Error, "are for YCbCr sources, expected neither"),
     (lambda: wstac.read("/dev/null"), wstac.Error, "a camera has no end"),
-    (lambda: wstac.read("a\0b"), wstac.Error, "a\\u{0}b"),
+    (lambda: wstac.read("a\0b"), wstac.Error, "a\0b: file name contained an unexpected NUL byte"),
     (lambda: wstac.dataset({"slides": 0}), wstac.Error, "sweep: slides is 0"),
     (lambda: wstac.dataset({}, threads=0), wstac.Error, "threads is 0, expected 1 to 1024"),
-    (lambda: wstac.dataset({"slides": 1, "scene": {"gap": 70, "sensor": {"gain": 0.001}}}), wstac.Error, "no slide became a sample"),
+    (lambda: wstac.dataset({"slides": 1, "scene": {"sensor": {"dropped": 0.9}}}), wstac.Error, "no slide became a sample"),
 ]
 
 
@@ -120,20 +120,23 @@ def test_padded_rows_and_pictures_are_the_same() -> None:
 
 
 def test_arguments_by_chance_give_an_answer_or_words() -> None:
-    """Whatever the shape, type and format: an array, or one of two exceptions."""
+    """Whatever the shape, type and format: an array, or words."""
     chance = random.Random(8)
     codes = [None, "GREY", "YUYV", "Y10", "RGB3", "NV12", "422P", "444P", "RG10", "XR24", "BA81", "RGBP", "JPEG", "", "Y10 ", "é"]
+    shapes = [(2, 8, 8), (2, 8, 8, 2), (2, 8, 8, 3), (2, 8, 8, 4), (2, 64), (2, 96), (2, 128), (2, 192), (), (8,)]
     answered = 0
-    for _ in range(3000):
-        shape = [chance.choice([0, 1, 2, 3, 4, 8, 9, 96, 144]) for _ in range(chance.randrange(5))]
-        frames = np.zeros(shape, chance.choice([np.uint8, np.uint8, np.uint16, np.int16, np.float32, bool, "S1", object]))
-        size = chance.choice([None, (8, 8), (9, 9), (4, 96), (16384, 1), (1, 1)])
-        more = {"bytes_per_row": chance.choice([None, None, 8, 9, 16, 1 << 31]), "fps": chance.choice([30, 60, 1e9, 0.01])}
+    for _ in range(20_000):
+        shape = list(chance.choice(shapes))
+        if shape and chance.random() < 0.3:
+            shape[chance.randrange(len(shape))] = chance.choice([0, 1, 2, 3, 9, 63, 97])
+        frames = np.zeros(shape, chance.choice([np.uint8, np.uint8, np.uint8, np.uint16, np.uint16, np.int16, np.float32, bool, "S1", object]))
+        size = chance.choice([None, (8, 8), (8, 8), (9, 9), (16384, 1), (1, 1)])
+        more = {"bytes_per_row": chance.choice([None, None, None, 8, 9, 16, 1 << 31]), "fps": chance.choice([30, 60, 1e9, 0.01])}
         try:
             answered += wstac.features(frames, chance.choice(codes), size=size, **more).shape[1] == 10
-        except (wstac.Error, TypeError) as refused:
+        except wstac.Error as refused:
             assert str(refused)
-    assert answered > 30
+    assert answered > 100
 
 
 def test_threads_get_the_same_answers() -> None:

@@ -14,7 +14,7 @@ use crate::{Error, refused};
 /// >>> import wstac
 /// >>> "window = 7" in wstac.Config("[trigger]\nwindow = 7").toml
 /// True
-#[pyclass(frozen, module = "wstac", from_py_object)]
+#[pyclass(frozen, module = "wstac._wstac", from_py_object)]
 #[derive(Clone)]
 pub(crate) struct Config(pub(crate) Parsed);
 

@@ -15,7 +15,7 @@ use wstac_linux::texture::Textures;
 use crate::refused;
 
 /// A texture model: what slid, by the sample of an event.
-#[pyclass(frozen, module = "wstac", from_py_object)]
+#[pyclass(frozen, module = "wstac._wstac", from_py_object)]
 #[derive(Clone)]
 pub(crate) struct Model {
     file: &'static ModelFile,

@@ -4,12 +4,12 @@ The arithmetic is that of the command `wstac` and of the firmware, bit for bit: 
 natural logarithm, and a model says of a sample here what it says on a board.
 
 >>> import wstac
->>> scene = wstac.simulate("Saw3@150,90deg,seed=7", models="builtin:svm")
+>>> scene = wstac.simulate("Saw3@150,90deg,seed=7", size=(400, 400), models="builtin:svm")
 >>> scene.frames.shape, scene.frames.dtype, scene.features.shape
-((145, 400, 400), dtype('uint8'), (145, 10))
+((141, 400, 400), dtype('uint8'), (141, 10))
 >>> [event] = scene.events
 >>> event.speed.mm_s, event.direction.deg, event.texture.specimen, event.sample.shape
-(151.8, 90, 'Saw3', (10, 70))
+(153.5, 90, 'Saw3', (10, 70))
 
 Frames of your own go through `features`, or, one at a time, through a `Pipeline`. `open` reads any source of the command as it
 comes, cameras too; `read` all of a recording. `dataset` simulates training sets; `Model` names textures; `Config` says how

@@ -10,6 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 
+Given = tuple[str, Optional[NDArray[np.int16]]]
+"""What the extension gives: a line of `wstac run --json`, and an event's sample."""
+
+
 @dataclass(frozen=True)
 class Speed:
     """A sliding speed."""
@@ -184,7 +188,7 @@ class Records:
     lost: list[Lost] = field(default_factory=list)
     end: Optional[End] = None
 
-    def take(self, given: list[tuple[str, Optional[NDArray[np.int16]]]]) -> list[Event]:
+    def take(self, given: list[Given]) -> list[Event]:
         """Takes records; the events among them."""
         events = []
         for line, sample in given:

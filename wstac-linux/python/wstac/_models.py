@@ -82,7 +82,7 @@ class Model:
     >>> import wstac
     >>> model = wstac.Model.load("builtin:svm")
     >>> model.labels[:3], model.task, model.frames
-    (['Fla0', 'Sin2', 'Sin3'], 'specimen', 70)
+    (['Fla0', 'Saw2', 'Saw3'], 'specimen', 70)
     >>> [event] = wstac.simulate("Saw3@150", frames=False).events
     >>> model.predict(event.sample[None])
     array(['Saw3'], dtype='<U4')

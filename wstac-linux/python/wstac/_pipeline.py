@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _frames, _wstac
-from ._answers import EarlyTexture, End, Event, Incomplete, Records
+from ._answers import EarlyTexture, End, Event, Given, Incomplete, Records
 from ._frames import Fps, Frames
 from ._models import Config, Models, native_config, native_models
 
@@ -67,16 +67,16 @@ class Pipeline:
     The first 25 frames (0.8 s) are the baseline: nothing may touch the sensor during them. One thread at a time may push.
 
     >>> import wstac
-    >>> scene = wstac.simulate("Saw3@150,90deg,seed=7")
+    >>> scene = wstac.simulate("Saw3@150,90deg,seed=7", size=(400, 400))
     >>> pipeline = wstac.Pipeline()
     >>> for frame in scene.frames:
     ...     event = pipeline.push(frame)
     ...     if event:
     ...         print(event.frame, event.speed.mm_s, event.direction.deg)
-    46 151.8 90
+    35 153.5 90
     >>> pipeline.finish()
     >>> pipeline.end.frames
-    145
+    141
     """
 
     def __init__(
@@ -163,7 +163,7 @@ class Pipeline:
         """How the stream ended; None before `finish`."""
         return self._records.end
 
-    def _take(self, pushed: tuple[list[_wstac.Given], NDArray[np.int16], NDArray[np.int64]]) -> Optional[Event]:
+    def _take(self, pushed: tuple[list[Given], NDArray[np.int16], NDArray[np.int64]]) -> Optional[Event]:
         records, values, _ = pushed
         self._features = values[-1] if len(values) else None
         events = self._records.take(records)

@@ -265,7 +265,7 @@ def simulate(
     >>> import wstac
     >>> scene = wstac.simulate({"specimen": "Tri3", "speed": 120, "fidelity": "taxel", "sensor": {"size": [640, 480]}})
     >>> scene.truth[0].speed, scene.events[0].speed.mm_s, scene.frames is None
-    (120.0, 123.5, True)
+    (120.0, 120.1, True)
     """
     asked = _asked(config, models, fps, format, size, None, None, True, False, None)
     if isinstance(scene, Mapping):
@@ -292,7 +292,7 @@ def dataset(
 
     >>> import wstac
     >>> data = wstac.dataset({"specimens": ["Saw3", "Fla0"], "slides": 3})
-    >>> data["X"].shape, data["X"].dtype, list(data["y_specimen"])
+    >>> data["X"].shape, data["X"].dtype, data["y_specimen"].tolist()
     ((6, 10, 70), dtype('int16'), ['Saw3', 'Saw3', 'Saw3', 'Fla0', 'Fla0', 'Fla0'])
     """
     is_table = isinstance(sweep, Mapping)

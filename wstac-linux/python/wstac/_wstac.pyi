@@ -1,17 +1,30 @@
 """The extension module: conversions only. What a program uses is in `wstac`."""
 
 import os
-from typing import Any, Optional, Union
+from typing import Any, Optional, Union, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-Given = tuple[str, Optional[NDArray[np.int16]]]
-"""A line of `wstac run --json`, and the sample of an event."""
+from ._answers import Given
+
+__all__ = [
+    "Config",
+    "Error",
+    "Model",
+    "Pipeline",
+    "Source",
+    "dataset",
+    "is_camera",
+    "open_scene",
+    "open_source",
+    "row_bytes",
+]
 
 class Error(ValueError):
     """What cannot be used, which part of it, what was found and what was expected: the text that the command wstac prints."""
 
+@final
 class Config:
     def __new__(cls, toml: str = "") -> Config: ...
     @staticmethod
@@ -21,6 +34,7 @@ class Config:
     @property
     def toml(self) -> str: ...
 
+@final
 class Model:
     @staticmethod
     def load(path: Union[str, os.PathLike[str]]) -> Model: ...
@@ -34,6 +48,7 @@ class Model:
     def frames(self) -> int: ...
     def classes(self, samples: NDArray[np.int16]) -> NDArray[np.uint8]: ...
 
+@final
 class Pipeline:
     def __new__(
         cls,
@@ -52,6 +67,7 @@ class Pipeline:
     def taxels(self) -> Optional[NDArray[np.float32]]: ...
     def next_frame(self) -> int: ...
 
+@final
 class Source:
     @property
     def about(self) -> str: ...
