@@ -102,6 +102,20 @@ def test_data_sets(tmp_path: Path) -> None:
                     assert np.array_equal(made[name], arrays[name]), name
 
 
+def test_training_gets_the_commands_slides(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(REPOSITORY / "tests" / "reference")
+    from slides import Sweep, made
+
+    toml, npz = tmp_path / "sweep.toml", tmp_path / "set.npz"
+    toml.write_text('speeds = [100.0, 200.0]\ndirections = [90, 0]\nslides = 3\nseed = 9\n[scene]\nfidelity = "taxel"\n[scene.light]\nunit = 2\n')
+    subprocess.run([WSTAC, "dataset", str(toml), "-o", str(npz)], check=True, capture_output=True)
+    slides = made(Sweep(9, 3, [100, 200], [90, 0], unit=2))
+    with np.load(npz) as arrays:
+        assert np.array_equal(slides.x.reshape(-1, 10, 70), arrays["X"])
+        assert np.array_equal(slides.specimen, arrays["y_specimen"]) and np.array_equal(slides.speed, arrays["speed"])
+        assert np.array_equal(slides.direction, arrays["direction"]) and np.array_equal(slides.seed, arrays["seed"])
+
+
 def test_models_answer_as_the_command(tmp_path: Path) -> None:
     made = wstac.dataset({"slides": 4, "seed": 11})
     np.savez(tmp_path / "set.npz", X=made["X"])
