@@ -3,9 +3,11 @@
 //! Here are conversions only. Frames come in as rows of bytes, records go out as the very lines of `wstac run --json`, numbers as
 //! NumPy arrays; what a Python program sees of them is in `wstac/`. Long work gives up the interpreter's lock.
 
+mod asked;
 mod config;
 mod dataset;
 mod gathered;
+mod kept;
 mod model;
 mod pipeline;
 mod source;

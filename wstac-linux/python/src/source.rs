@@ -7,62 +7,24 @@ use numpy::PyArray1;
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use wstac_core::params::{COLUMNS, FEATURES, ROWS, TAXELS};
-use wstac_core::rate::FrameRate;
-use wstac_linux::camera::ControlSetting;
+use wstac_core::params::{COLUMNS, FEATURES, ROWS};
 use wstac_linux::config::Config as Parsed;
 use wstac_linux::error::Error;
 use wstac_linux::reading::{Reading, Wanted};
 use wstac_linux::scene::Script;
-use wstac_linux::source::open::{OpenOptions, is_live, open, script};
+use wstac_linux::source::open::{is_live, open, script};
 use wstac_linux::source::scene::SceneSource;
-use wstac_linux::source::{Delivery, Item, Source as Frames};
+use wstac_linux::source::{Item, Source as Frames};
 
+use crate::asked::Asked;
 use crate::config::{Config, table};
 use crate::dataset::name;
 use crate::gathered::{Gathered, Given, shaped};
-use crate::model::{Model, textures};
+use crate::kept::{Kept, NoMemory};
+use crate::model::textures;
 use crate::pipeline::whole_frame;
 use crate::refused;
 use crate::stream::{self, Rate};
-
-/// What Python asks of a source; `None` asks nothing.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub(crate) struct Asked {
-    rate: Option<Rate>,
-    format: Option<String>,
-    size: Option<(u32, u32)>,
-    matrix: Option<String>,
-    range: Option<String>,
-    every: bool,
-    keep_controls: bool,
-    controls: BTreeMap<String, i32>,
-    config: Option<Config>,
-    models: Vec<Model>,
-}
-
-impl Asked {
-    fn options(&self) -> PyResult<OpenOptions> {
-        let rate = self.rate.map(|(numerator, denominator)| FrameRate::new(numerator, denominator));
-        let format = self.format.as_deref().map(|format| {
-            let padded = format!("{format:<4}");
-            let code = <[u8; 4]>::try_from(padded.as_bytes()).ok().filter(|code| code.is_ascii());
-            code.ok_or_else(|| {
-                refused(format_args!("format is {format:?}, expected a four-character code such as YUYV"))
-            })
-        });
-        let controls = self.controls.iter().map(|(name, &value)| ControlSetting { name: name.clone(), value });
-        Ok(OpenOptions {
-            fps: rate.transpose().map_err(refused)?,
-            format: format.transpose()?,
-            size: self.size,
-            delivery: if self.every { Delivery::Every } else { Delivery::Newest },
-            keep_controls: self.keep_controls,
-            controls: controls.collect(),
-        })
-    }
-}
 
 /// A source under way.
 #[pyclass(frozen, module = "wstac._wstac")]
@@ -88,15 +50,6 @@ struct State {
     error: Option<Error>,
     /// Camera frames so far, lost ones included.
     frames: u64,
-}
-
-/// Frames and what became of them.
-#[derive(Default)]
-struct Kept {
-    bytes: Vec<u8>,
-    numbers: Vec<i64>,
-    timestamps: Vec<f64>,
-    taxels: Vec<f32>,
 }
 
 /// Opens a source, as `wstac run` would.
@@ -291,6 +244,12 @@ impl From<Error> for Failure {
     }
 }
 
+impl From<NoMemory> for Failure {
+    fn from(_: NoMemory) -> Self {
+        Self::NoMemory
+    }
+}
+
 impl State {
     /// Takes one item. Whether the source goes on.
     fn step(&mut self, keep: Option<(&mut Kept, Option<usize>)>) -> Result<bool, Failure> {
@@ -319,34 +278,5 @@ impl State {
             Item::End => *source = None,
         }
         Ok(goes_on)
-    }
-}
-
-impl Kept {
-    /// Keeps a frame that could be read, and its taxels.
-    fn take(
-        &mut self,
-        item: &Item<'_>,
-        taxels: Option<[f32; TAXELS]>,
-        frame_bytes: Option<usize>,
-        number: u64,
-    ) -> Result<(), Failure> {
-        let (bytes, timestamp) = match item {
-            Item::Frame { bytes, timestamp, .. } => (*bytes, *timestamp),
-            Item::Taxels(_) => (&[][..], None),
-            _ => return Ok(()),
-        };
-        let Some(taxels) = taxels else { return Ok(()) };
-        self.numbers.push(number as i64);
-        self.timestamps.push(timestamp.map_or(f64::NAN, |time| time.as_secs_f64()));
-        self.taxels.extend(taxels);
-        if let (Some(whole), false) = (frame_bytes, bytes.is_empty()) {
-            self.bytes.try_reserve(whole).map_err(|_| Failure::NoMemory)?;
-            // What a driver adds is no part of a frame; the last row's padding may be missing.
-            let part = bytes.get(..whole).unwrap_or(bytes);
-            self.bytes.extend_from_slice(part);
-            self.bytes.resize(self.bytes.len() + whole - part.len(), 0);
-        }
-        Ok(())
     }
 }

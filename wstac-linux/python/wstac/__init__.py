@@ -19,9 +19,11 @@ everything is done. What cannot be used raises `Error`, a `ValueError` with the 
 from __future__ import annotations
 
 from ._answers import Direction, EarlyTexture, End, Event, Fault, Incomplete, Lost, Speed, Texture
+from ._dataset import dataset
 from ._models import Config, Model
 from ._pipeline import Pipeline, features
-from ._sources import Recording, Stream, Truth, dataset, open, read, simulate
+from ._recording import Recording, Truth, read, simulate
+from ._stream import Stream, open
 from ._wstac import Error
 
 __all__ = [

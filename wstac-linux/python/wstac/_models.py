@@ -144,7 +144,11 @@ Models = Union[Path, Model, Sequence[Union[Path, Model]]]
 """A model, or several of which each tells something else apart; a path or name is loaded."""
 
 
-def native_config(config: Union[Config, str, Mapping[str, Any], None]) -> Optional[_wstac.Config]:
+Configuration = Union[Config, str, Mapping[str, Any], None]
+"""A configuration, or what makes one; None for the source's own or the default."""
+
+
+def native_config(config: Configuration) -> Optional[_wstac.Config]:
     """What an argument says; None where it says nothing."""
     if config is None:
         return None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, Optional, Union
 
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 from . import _frames, _wstac
 from ._answers import EarlyTexture, End, Event, Given, Incomplete, Records
 from ._frames import Fps, Frames
-from ._models import Config, Models, native_config, native_models
+from ._models import Configuration, Models, native_config, native_models
 
 
 def features(
@@ -20,7 +19,7 @@ def features(
     *,
     size: Optional[tuple[int, int]] = None,
     fps: Fps = 30,
-    config: Union[Config, str, Mapping[str, Any], None] = None,
+    config: Configuration = None,
     bytes_per_row: Optional[int] = None,
     matrix: Optional[str] = None,
     range: Optional[str] = None,
@@ -85,7 +84,7 @@ class Pipeline:
         *,
         size: Optional[tuple[int, int]] = None,
         fps: Fps = 30,
-        config: Union[Config, str, Mapping[str, Any], None] = None,
+        config: Configuration = None,
         models: Models = (),
         bytes_per_row: Optional[int] = None,
         matrix: Optional[str] = None,
