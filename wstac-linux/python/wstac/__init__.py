@@ -18,7 +18,17 @@ everything is done. What cannot be used raises `Error`, a `ValueError` with the 
 
 from __future__ import annotations
 
-from ._answers import Direction, EarlyTexture, End, Event, Fault, Incomplete, Lost, Speed, Texture
+from ._answers import (
+    Direction,
+    EarlyTexture,
+    End,
+    Event,
+    Fault,
+    Incomplete,
+    Lost,
+    Speed,
+    Texture,
+)
 from ._dataset import dataset
 from ._models import Config, Model
 from ._pipeline import Pipeline, features

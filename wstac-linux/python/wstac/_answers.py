@@ -9,7 +9,6 @@ from typing import Any, Optional, Union
 import numpy as np
 from numpy.typing import NDArray
 
-
 Given = tuple[str, Optional[NDArray[np.int16]]]
 """What the extension gives: a line of `wstac run --json`, and an event's sample."""
 
