@@ -50,7 +50,10 @@ impl<L: Ln + Send> Stage for FeatureStream<Any, L> {
     }
 }
 
-fn boxed<L: Ln + Send + 'static>(camera: Camera<Any>, floor_levels: f64) -> Result<Box<dyn Stage>, wstac_core::error::Error> {
+fn boxed<L: Ln + Send + 'static>(
+    camera: Camera<Any>,
+    floor_levels: f64,
+) -> Result<Box<dyn Stage>, wstac_core::error::Error> {
     Ok(Box::new(FeatureStream::<_, L>::new(camera, floor_levels)?))
 }
 
