@@ -1,15 +1,14 @@
-"""Slides for training: sweeps of `wstac dataset` and the samples that it makes of them. Needs NumPy only."""
+"""Slides for training: sweeps and the samples of them. Needs NumPy; `made` the Python package (`ci/wheel into PYTHON`)."""
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from scenes import DEFAULTS, SPECIMENS, Changes, constant, run_wstac
+from scenes import DEFAULTS, SPECIMENS, Changes, constant
 
 
 @dataclass(frozen=True)
@@ -30,24 +29,28 @@ class Sweep:
     unit: int = 0
     changes: Changes = DEFAULTS
 
-    def text(self) -> str:
-        """The TOML text for `wstac dataset`."""
-        names = ", ".join(f'"{name}"' for name in SPECIMENS)
-        speeds = [float(speed) for speed in self.speeds]
-        lines = [f"specimens = [{names}]", f"speeds = {speeds}", f"directions = {list(self.directions)}"]
-        lines += [f"slides = {self.slides}", f"seed = {self.seed}", "[scene]", 'fidelity = "taxel"']
+    def keys(self) -> dict[str, Any]:
+        """The keys of a sweep, as `wstac dataset` reads them from a file."""
+        scene: dict[str, Any] = {"fidelity": "taxel"}
         if self.changes.noise is not None:
-            lines.append(f"noise = {self.changes.noise}")
+            scene["noise"] = self.changes.noise
         if self.changes.length_mm is not None:
-            lines.append(f"length = {self.changes.length_mm}")
-        light = []
+            scene["length"] = self.changes.length_mm
+        light = {}
         if self.changes.afterglow_ms is not None:
-            light.append(f"afterglow_ms = {self.changes.afterglow_ms}")
+            light["afterglow_ms"] = self.changes.afterglow_ms
         if self.gain != 1:
-            light += [f"{key} = {self.gain * constant('light.rs', key + ': ')!r}" for key in ("flash_ms", "rubbing_ms")]
+            light.update({key: self.gain * constant("light.rs", key + ": ") for key in ("flash_ms", "rubbing_ms")})
         if self.unit:
-            light.append(f"unit = {self.unit}")
-        return "\n".join(lines + (["[scene.light]", *light] if light else [])) + "\n"
+            light["unit"] = self.unit
+        return {
+            "specimens": list(SPECIMENS),
+            "speeds": [float(speed) for speed in self.speeds],
+            "directions": [int(direction) for direction in self.directions],
+            "slides": self.slides,
+            "seed": self.seed,
+            "scene": {**scene, "light": light} if light else scene,
+        }
 
 
 @dataclass(frozen=True)
@@ -86,20 +89,19 @@ ARRAYS = {"specimen": "y_specimen", "pattern": "y_pattern", "depth": "y_depth"}
 
 
 def made(sweep: Sweep) -> Slides:
-    """The samples of a sweep; fails where a slide did not become one."""
-    with tempfile.TemporaryDirectory() as folder:
-        toml, file = Path(folder, "sweep.toml"), Path(folder, "samples.npz")
-        toml.write_text(sweep.text())
-        run_wstac(["dataset", str(toml), "-o", str(file), "--threads", "1"])
-        with np.load(file) as arrays:
-            if float(arrays["scale"]) != SCALE:
-                raise SystemExit(f"wstac dataset: scale is {arrays['scale']}, expected {SCALE}")
-            names = [field.name for field in fields(Slides)][1:]
-            rest = [np.array(arrays[ARRAYS.get(name, name)]) for name in names]
-            slides = Slides(arrays["X"].reshape(len(arrays["X"]), -1), *rest)
+    """The samples of a sweep, simulated by the Python package; fails where a slide did not become one."""
+    # Here: all else works without the package.
+    import wstac
+
+    arrays = wstac.dataset(sweep.keys(), threads=1)
+    if float(arrays["scale"]) != SCALE:
+        raise SystemExit(f"wstac.dataset: scale is {arrays['scale']}, expected {SCALE}")
+    names = [field.name for field in fields(Slides)][1:]
+    rest = [arrays[ARRAYS.get(name, name)] for name in names]
+    slides = Slides(arrays["X"].reshape(len(arrays["X"]), -1), *rest)
     expected = sweep.slides * len(SPECIMENS)
     if len(slides) != expected:
-        raise SystemExit(f"wstac dataset made {len(slides)} samples, expected {expected}, seed {sweep.seed}")
+        raise SystemExit(f"wstac.dataset made {len(slides)} samples, expected {expected}, seed {sweep.seed}")
     return slides
 
 

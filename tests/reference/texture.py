@@ -1,6 +1,6 @@
-"""The paper's texture task on simulated slides: data from `wstac dataset`, and how often a linear SVM is right.
+"""The paper's texture task on simulated slides: data from `wstac.dataset`, and how often a linear SVM is right.
 
-Needs scikit-learn (requirements-train.txt).
+Needs scikit-learn (requirements-train.txt) and the Python package (`ci/wheel into PYTHON`).
 """
 
 from __future__ import annotations

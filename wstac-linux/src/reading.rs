@@ -34,13 +34,13 @@ pub struct Wanted {
     pub samples: bool,
 }
 
-/// [`FeatureStream`] with its kernel chosen at run time.
-trait Stage {
+/// [`FeatureStream`] with its kernel chosen at run time; a reading may go to another thread.
+trait Stage: Send {
     fn push_taxels(&mut self, taxels: &[u32; TAXELS]) -> Option<FeatureFrame>;
     fn push_lost(&mut self, frames: u64) -> Loss;
 }
 
-impl<L: Ln> Stage for FeatureStream<Any, L> {
+impl<L: Ln + Send> Stage for FeatureStream<Any, L> {
     fn push_taxels(&mut self, taxels: &[u32; TAXELS]) -> Option<FeatureFrame> {
         Self::push_taxels(self, taxels)
     }
@@ -50,7 +50,10 @@ impl<L: Ln> Stage for FeatureStream<Any, L> {
     }
 }
 
-fn boxed<L: Ln + 'static>(camera: Camera<Any>, floor_levels: f64) -> Result<Box<dyn Stage>, wstac_core::error::Error> {
+fn boxed<L: Ln + Send + 'static>(
+    camera: Camera<Any>,
+    floor_levels: f64,
+) -> Result<Box<dyn Stage>, wstac_core::error::Error> {
     Ok(Box::new(FeatureStream::<_, L>::new(camera, floor_levels)?))
 }
 

@@ -13,7 +13,7 @@ use self::words::Words;
 use super::{Fault, Item, Source, StreamInfo};
 use crate::camera::mjpeg::Decoder;
 use crate::error::Error;
-use crate::record::about::About;
+use crate::record::about::{About, Labels};
 use crate::record::foxglove::{Schema, image_data};
 use crate::record::scan::{MessageBody, Scan, Step, outline};
 use crate::record::{CAMERA, FAULTS};
@@ -217,6 +217,10 @@ impl Source for McapSource {
 
     fn models(&self) -> &[String] {
         &self.about.models
+    }
+
+    fn labels(&self) -> Option<&Labels> {
+        Some(&self.about.labels)
     }
 }
 

@@ -17,6 +17,7 @@ use wstac_core::rate::FrameRate;
 
 use crate::camera::CameraState;
 use crate::error::Error;
+use crate::record::about::Labels;
 
 /// What all frames of a stream have in common.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,8 +103,8 @@ pub enum Item<'a> {
     End,
 }
 
-/// A source of frames.
-pub trait Source {
+/// A source of frames, which may be read in another thread than the one that opened it.
+pub trait Source: Send {
     /// What all its frames have in common.
     fn info(&self) -> &StreamInfo;
 
@@ -126,5 +127,10 @@ pub trait Source {
     /// The texture models that the source was recorded with, each as its file says it.
     fn models(&self) -> &[String] {
         &[]
+    }
+
+    /// What a person said of the source when it was recorded, such as `specimen` `Saw3`; nothing where it is no recording.
+    fn labels(&self) -> Option<&Labels> {
+        None
     }
 }

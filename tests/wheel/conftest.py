@@ -1,0 +1,54 @@
+"""What the tests of the Python package share: the command, and recordings that it makes."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+WSTAC = os.environ["WSTAC"]
+REPOSITORY = Path(__file__).parents[2]
+
+
+def command(*arguments: str) -> list[Any]:
+    """The objects that the command prints."""
+    done = subprocess.run([WSTAC, *arguments], check=True, capture_output=True, text=True)
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def refusal(*arguments: str) -> str:
+    """What the command says when it cannot use something."""
+    done = subprocess.run([WSTAC, *arguments], capture_output=True, text=True)
+    assert done.returncode == 1, done
+    return done.stderr.removeprefix("wstac: ").rstrip("\n")
+
+
+SCENE = """
+seed = 5
+[[slide]]
+specimen = "Saw3"
+speed = 150
+direction = 90
+[[slide]]
+specimen = "Fla0"
+speed = 110
+[[slide]]
+specimen = "Tri4"
+speed = 40
+direction = 180
+"""
+"""Three slides; the last is longer than an event, so that it has no speed."""
+
+
+@pytest.fixture(scope="session")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recording with labels and lost frames."""
+    folder = tmp_path_factory.mktemp("recording")
+    scene, file = folder / "scene.toml", folder / "a.mcap"
+    scene.write_text(SCENE + "[sensor]\nsize = [200, 200]\ndropped = 0.02\n")
+    command("record", f"scene:{scene}", "-o", str(file), "--json", "--label", "specimen=Saw3", "--label", "who=me")
+    return file

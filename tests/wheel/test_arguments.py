@@ -1,0 +1,175 @@
+"""What the package is given: every wrong thing is refused with words, and none of them is a panic."""
+
+from __future__ import annotations
+
+import random
+import re
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import wstac
+
+GREY = np.zeros((2, 80, 80), np.uint8)
+SAMPLE = np.zeros((1, 10, 70), np.int16)
+WRONG = [
+    (lambda: wstac.features([[1, 2]]), TypeError, "frames is a list, expected a NumPy array"),
+    (lambda: wstac.features(GREY.astype(float)), wstac.Error, "type float64, expected uint8, or uint16"),
+    (lambda: wstac.features(GREY.astype(">u2"), "Y16"), wstac.Error, "type >u2, expected uint8, or uint16"),
+    (lambda: wstac.features(GREY.astype(np.int8)), wstac.Error, "type int8, expected uint8"),
+    (lambda: wstac.features(GREY[0]), wstac.Error, "(80, 80) has no format of its own"),
+    (lambda: wstac.features(GREY.astype("<u2")), wstac.Error, "expected format = Y10, Y12 or Y16"),
+    (lambda: wstac.features(np.zeros((2, 80, 80, 2), np.uint8)), wstac.Error, "expected format = one such as YUYV"),
+    (lambda: wstac.features(GREY, "YUYV"), wstac.Error, "uint8 (2, 80, 80), expected uint8 (n, height, width, 2) for YUYV"),
+    (lambda: wstac.features(GREY, "Y16"), wstac.Error, "expected uint16 (n, height, width) for Y16"),
+    (lambda: wstac.features(GREY, "NV12"), wstac.Error, "format NV12 has planes, expected raw bytes"),
+    (lambda: wstac.features(GREY, "MJPG"), wstac.Error, "format MJPG has planes, expected raw bytes"),
+    (lambda: wstac.features(GREY[:, 0], "MJPG", size=(80, 80)), wstac.Error, "format is MJPG, expected pixels"),
+    (lambda: wstac.features(GREY[:, 0], "H264", size=(80, 80)), wstac.Error, 'format is "H264", expected one of GREY, YUYV'),
+    (lambda: wstac.features(np.zeros((1, 80, 79, 2), np.uint8), "YUYV"), wstac.Error, "width is 79, expected an even one"),
+    (lambda: wstac.features(GREY[:, 0], "GREY", size=(80, 80)), wstac.Error, "frame has 80 bytes, expected 6400"),
+    (lambda: wstac.features(GREY.reshape(1, -1), "GREY", size=(80, 80)), wstac.Error, "has 12800 bytes, expected 6400"),
+    (lambda: wstac.features(GREY, size=(81, 80)), wstac.Error, "80x80, expected 81x80"),
+    (lambda: wstac.features(GREY, size=3), wstac.Error, "size is 3, expected (width, height)"),
+    (lambda: wstac.features(GREY, size=(0, 80)), wstac.Error, "width is 0, expected 1 to 16384"),
+    (lambda: wstac.features(GREY[:, :3, :3]), wstac.Error, "taxel size is 0x0"),
+    (lambda: wstac.features(GREY, fps=0), wstac.Error, "fps is 0, expected a number above 0"),
+    (lambda: wstac.features(GREY, fps="fast"), wstac.Error, "fps is 'fast'"),
+    (lambda: wstac.features(GREY, fps=float("nan")), wstac.Error, "fps is nan"),
+    (lambda: wstac.features(GREY, bytes_per_row=79), wstac.Error, "bytes per row are 79, expected at least 80"),
+    (lambda: wstac.features(GREY, bytes_per_row=-1), wstac.Error, "bytes_per_row is -1, expected 1 to"),
+    (lambda: wstac.features(GREY, matrix="bt2020"), wstac.Error, 'matrix is "bt2020", expected "bt601" or "bt709"'),
+    (lambda: wstac.features(GREY, range="wide"), wstac.Error, 'range is "wide", expected "limited" or "full"'),
+    (lambda: wstac.features(GREY, config="[trigger]\nwindw = 5"), wstac.Error, "windw"),
+    (lambda: wstac.Config({"trigger": {"window": None}}), wstac.Error, "configuration: "),
+    (lambda: wstac.Config({"trigger": {"multiplier": float("nan")}}), wstac.Error, "configuration: "),
+    (lambda: wstac.Config({"layout": object()}), wstac.Error, "expected numbers, text, lists and tables"),
+    (lambda: wstac.Pipeline().finish(), wstac.Error, "no frame was pushed"),
+    (lambda: wstac.Pipeline(models="builtin:x"), wstac.Error, "builtin:x: is no model that comes with wstac"),
+    (lambda: wstac.Pipeline().lose(-1), wstac.Error, "frames is -1"),
+    (lambda: wstac.Model.load("builtin:svm").predict(SAMPLE.astype(float)), wstac.Error, "type float64, expected int16"),
+    (lambda: wstac.Model.load("builtin:svm").predict(SAMPLE[0]), wstac.Error, "shape (10, 70), expected (n, 10, 70)"),
+    (lambda: wstac.Model.load("builtin:svm").predict([1]), TypeError, "X is a list"),
+    (lambda: wstac.Model(), TypeError, "wstac.Model.load"),
+    (lambda: wstac.simulate({"specimen": "Saw3"}), wstac.Error, "scene: speed is missing"),
+    (lambda: wstac.simulate({"specimen": "Saw3", "speed": 9, "a": 1}), wstac.Error, "unknown field `a`"),
+    (lambda: wstac.simulate({"specimen": "Saw3", "speed": 9}, fps=9), wstac.Error, "expected it in the scene's table"),
+    (lambda: wstac.simulate("Saw3@150", format="YUYVV"), wstac.Error, "expected a four-character code"),
+    (lambda: wstac.open("scene:Saw3@150", controls={"gain": 1}), wstac.Error, "control gain=1 is set, expected only with a camera"),
+    (lambda: wstac.open("scene:Saw3@150", controls={"gain": 1 << 40}), wstac.Error, "control gain is 1099511627776"),
+    (lambda: wstac.open("scene:Saw3@150", matrix="bt709"), wstac.Error, "are for YCbCr sources, expected neither"),
+    (lambda: wstac.read("/dev/null"), wstac.Error, "a camera has no end"),
+    (lambda: wstac.read("a\0b"), wstac.Error, "a\0b: file name contained an unexpected NUL byte"),
+    (lambda: wstac.dataset({"slides": 0}), wstac.Error, "sweep: slides is 0"),
+    (lambda: wstac.dataset({}, threads=0), wstac.Error, "threads is 0, expected 1 to 1024"),
+    (lambda: wstac.dataset({"slides": 1, "scene": {"sensor": {"dropped": 0.9}}}), wstac.Error, "no slide became a sample"),
+]
+
+
+@pytest.mark.parametrize(("call", "error", "words"), WRONG, ids=range(len(WRONG)))
+def test_wrong_things_are_refused_with_words(call: Any, error: type[Exception], words: str) -> None:
+    with pytest.raises(error, match=re.escape(words)):
+        call()
+
+
+def test_a_refused_frame_was_not_taken() -> None:
+    pipeline = wstac.Pipeline()
+    assert (pipeline.next_frame, pipeline.features, pipeline.taxels) == (0, None, None)
+    pipeline.push(GREY[0])
+    for other in (GREY[0, :40], GREY[0].astype("<u2"), GREY):
+        with pytest.raises(wstac.Error):
+            pipeline.push(other)
+    assert pipeline.next_frame == 1
+    assert pipeline.lose(3) is None and pipeline.next_frame == 4
+    assert pipeline.features is None and pipeline.taxels is None
+    assert pipeline.finish() is None
+    assert pipeline.end == wstac.End(4, 3, "incomplete", None)
+    for call in (lambda: pipeline.push(GREY[0]), lambda: pipeline.lose(), pipeline.finish):
+        with pytest.raises(wstac.Error, match="the pipeline is finished"):
+            call()
+
+
+def test_arrays_of_any_order_are_read_as_they_look() -> None:
+    some = np.random.default_rng(1)
+    colour = some.integers(0, 256, (3, 81, 80, 3), np.uint8)
+    expected = wstac.features(colour)
+    assert np.array_equal(wstac.features(colour[..., ::-1]), expected), "green is in the middle"
+    assert np.array_equal(wstac.features(np.asfortranarray(colour)), expected)
+    assert np.array_equal(wstac.features(colour[::-1])[::-1], expected)
+    assert not np.array_equal(wstac.features(colour[:, ::-1]), expected)
+    assert np.array_equal(wstac.features(np.ascontiguousarray(colour[..., 1])), expected)
+    words = (some.integers(0, 1024, (2, 80, 80))).astype("<u2")
+    assert not np.array_equal(wstac.features(words, "Y10"), wstac.features(words, "Y16"))
+    assert wstac.features(GREY[:0]).shape == (0, 10)
+    frozen = GREY.copy()
+    frozen.flags.writeable = False
+    assert np.array_equal(wstac.features(frozen), wstac.features(GREY))
+
+
+def test_padded_rows_and_pictures_are_the_same() -> None:
+    some = np.random.default_rng(2)
+    padded = some.integers(0, 256, (4, 60, 90), np.uint8)
+    raw = {"format": "GREY", "size": (80, 60), "bytes_per_row": 90}
+    expected = wstac.features(padded[:, :, :80])
+    assert np.array_equal(wstac.features(padded.reshape(4, -1), **raw), expected)
+    assert np.array_equal(wstac.features(padded.reshape(4, -1)[:, :-10], **raw), expected), "without the last row's padding"
+
+
+def test_arguments_by_chance_give_an_answer_or_words() -> None:
+    """Whatever the shape, type and format: an array, or words."""
+    chance = random.Random(8)
+    codes = [None, "GREY", "YUYV", "Y10", "RGB3", "NV12", "422P", "444P", "RG10", "XR24", "BA81", "RGBP", "JPEG", "", "Y10 ", "é"]
+    shapes = [(2, 8, 8), (2, 8, 8, 2), (2, 8, 8, 3), (2, 8, 8, 4), (2, 64), (2, 96), (2, 128), (2, 192), (), (8,)]
+    answered = 0
+    for _ in range(20_000):
+        shape = list(chance.choice(shapes))
+        if shape and chance.random() < 0.3:
+            shape[chance.randrange(len(shape))] = chance.choice([0, 1, 2, 3, 9, 63, 97])
+        frames = np.zeros(shape, chance.choice([np.uint8, np.uint8, np.uint8, np.uint16, np.uint16, np.int16, np.float32, bool, "S1", object]))
+        size = chance.choice([None, (8, 8), (8, 8), (9, 9), (16384, 1), (1, 1)])
+        more = {"bytes_per_row": chance.choice([None, None, None, 8, 9, 16, 1 << 31]), "fps": chance.choice([30, 60, 1e9, 0.01])}
+        try:
+            answered += wstac.features(frames, chance.choice(codes), size=size, **more).shape[1] == 10
+        except wstac.Error as refused:
+            assert str(refused)
+    assert answered > 100
+
+
+def test_threads_get_the_same_answers() -> None:
+    scenes = [f"Saw3@150,seed={seed}" for seed in range(4)]
+    one_by_one = [wstac.simulate(scene, size=(80, 80), models="builtin:forest") for scene in scenes]
+    with ThreadPoolExecutor(4) as pool:
+        at_once = list(pool.map(lambda scene: wstac.simulate(scene, size=(80, 80), models="builtin:forest"), scenes))
+    for one, other in zip(one_by_one, at_once):
+        assert one.events == other.events and np.array_equal(one.frames, other.frames)
+
+
+WRITER = """
+import os, sys, threading, wstac
+pipe, clip = sys.argv[1:]
+os.mkfifo(pipe)
+found = []
+reader = threading.Thread(target=lambda: found.extend(wstac.open(pipe)))
+reader.start()
+# Opening a pipe for reading ends when it is opened for writing: here, while the reader waits.
+with open(pipe, "wb") as out:
+    out.write(open(clip, "rb").read())
+reader.join()
+print(len(found))
+"""
+
+
+def test_a_long_call_does_not_keep_others_waiting(tmp_path: Path) -> None:
+    """A thread that waits for a pipe, and the one that writes to it: neither could go on with the lock kept."""
+    header, frame = b"YUV4MPEG2 W80 H80 F30:1 Cmono\n", b"FRAME\n" + bytes(6400)
+    bright = b"FRAME\n" + bytes([200]) * 6400
+    clip = tmp_path / "clip.y4m"
+    clip.write_bytes(header + frame * 40 + bright + frame * 80)
+    call = [sys.executable, "-c", WRITER, str(tmp_path / "pipe"), str(clip)]
+    # The limit ends a test that hangs, no more.
+    done = subprocess.run(call, check=True, capture_output=True, text=True, timeout=120)
+    assert done.stdout == "1\n"

@@ -1,0 +1,187 @@
+"""The package beside the command: the same numbers, events and words."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import wstac
+from conftest import REPOSITORY, SCENE, WSTAC, command, refusal
+
+MODELS = ["builtin:svm", "builtin:forest", "builtin:boosted"]
+
+
+def check(source: str, found: wstac.Recording, *options: str) -> int:
+    """Compares a recording with what `wstac run` prints; how many events there were."""
+    lines = command("run", source, "--json", "--features", "--samples", "--model", "builtin:svm", *options)
+    kinds: dict[str, list[Any]] = {kind: [line for line in lines if line["kind"] == kind] for kind in ("features", "event", "end")}
+    assert found.feature_frames.tolist() == [line["frame"] for line in kinds["features"]]
+    assert (found.features / 2048).tolist() == [line["f"] for line in kinds["features"]]
+    assert found.features.dtype == np.int16
+    for event, line in zip(found.events, kinds["event"]):
+        assert (event.sample / 2048).tolist() == line.pop("sample")
+        assert event.record == line
+    assert len(found.events) == len(kinds["event"])
+    [end] = kinds["end"]
+    assert (found.end.frames, found.end.dropped, found.end.baseline) == (end["frames"], end["dropped"], end["baseline"])
+    return len(found.events)
+
+
+def test_a_recording(recording: Path) -> None:
+    found = wstac.read(recording, models="builtin:svm")
+    assert check(str(recording), found) >= 3
+    assert any(event.speed is None and event.speed_at_most and "speed" in event.why for event in found.events)
+    assert found.labels == {"specimen": "Saw3", "who": "me"}
+    assert found.frames is not None and found.frames.shape[1:] == (200, 200) and found.frames.dtype == np.uint8
+    lost = sum(one.frames for one in found.lost)
+    assert lost == found.end.dropped > 0
+    assert len(found.frames) == len(found.taxels) == len(found.frame_numbers) == found.end.frames - lost
+    gaps = sorted(number for one in found.lost for number in range(one.at, one.at + one.frames))
+    assert sorted([*found.frame_numbers.tolist(), *gaps]) == list(range(found.end.frames))
+    # The way round: its frames, as they arrived, through a pipeline.
+    pipeline = wstac.Pipeline(models="builtin:svm")
+    events, before = [], -1
+    for number, frame, taxels in zip(found.frame_numbers, found.frames, found.taxels):
+        events += [event for event in [pipeline.lose(int(number) - before - 1)] if event]
+        events += [event for event in [pipeline.push(frame)] if event]
+        assert np.array_equal(pipeline.taxels, taxels)
+        before = int(number)
+    assert events == found.events
+    assert all(np.array_equal(one.sample, two.sample) for one, two in zip(events, found.events))
+    without = wstac.read(recording, models=[wstac.Model.load("builtin:svm")], frames=False)
+    assert without.frames is None and without.events == events
+    with wstac.open(recording, models="builtin:svm") as stream:
+        assert list(stream) == events and stream.end == found.end and stream.labels == found.labels
+
+
+@pytest.mark.parametrize("format", ["GREY", "Y16", "Y10", "RGB3", "YUYV", "UYVY", "RG10", "RGGB", "XR24", "RGBP", "NV12", "422P", "MJPG"])
+def test_every_kind_of_format(format: str, tmp_path: Path) -> None:
+    scene = tmp_path / "scene.toml"
+    scene.write_text(SCENE + f'[sensor]\nsize = [80, 80]\nformat = "{format}"\n')
+    found = wstac.simulate(scene, models="builtin:svm")
+    assert check(f"scene:{scene}", found) >= len(found.truth) == 3
+    assert found.frames is not None
+    size = None if found.frames.ndim > 2 else found.size
+    features = wstac.features(found.frames, found.format, size=size)
+    assert np.array_equal(features, found.features)
+
+
+def test_rates_and_configurations(tmp_path: Path) -> None:
+    keys = {"trigger": {"window": 4, "follow": 32}, "features": {"ln": "libm"}, "green": {"stride": 2}}
+    file = tmp_path / "c.toml"
+    file.write_text(wstac.Config(keys).toml)
+    for fps in ("60", "30000/1001"):
+        found = wstac.simulate("Saw3@150", fps=fps, size=(80, 80), config=wstac.Config.read(file), models="builtin:svm")
+        options = ["--fps", fps, "--size", "80x80", "--config", str(file)]
+        assert check("scene:Saw3@150", found, *options) == 1
+        assert found.frames is not None
+        assert np.array_equal(wstac.features(found.frames, fps=fps, config=keys), found.features)
+
+
+def test_data_sets(tmp_path: Path) -> None:
+    for number, sweep in enumerate(
+        (
+            {"specimens": ["Saw3", "Fla0", "Tri2"], "speeds": [100, 150.5], "directions": [0, 90], "slides": 5, "seed": 3},
+            {"specimens": ["Saw3"], "slides": 3, "scene": {"depth": 2.5, "sensor": {"dropped": 0.3}}},
+        )
+    ):
+        head = [f"{key} = {value!r}" for key, value in sweep.items() if key != "scene"]
+        scene = ["[scene]", "depth = 2.5", "[scene.sensor]", "dropped = 0.3"] if "scene" in sweep else []
+        toml, npz = tmp_path / f"{number}.toml", tmp_path / f"{number}.npz"
+        toml.write_text("\n".join(head + scene).replace("'", '"'))
+        subprocess.run([WSTAC, "dataset", str(toml), "-o", str(npz)], check=True, capture_output=True)
+        for made in (wstac.dataset(sweep, threads=2), wstac.dataset(toml)):
+            with np.load(npz) as arrays:
+                assert set(arrays) == set(made)
+                for name in arrays:
+                    assert made[name].dtype == arrays[name].dtype, name
+                    assert np.array_equal(made[name], arrays[name]), name
+
+
+def test_training_gets_the_commands_slides(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(REPOSITORY / "tests" / "reference")
+    from slides import Sweep, made
+
+    toml, npz = tmp_path / "sweep.toml", tmp_path / "set.npz"
+    toml.write_text('speeds = [100.0, 200.0]\ndirections = [90, 0]\nslides = 3\nseed = 9\n[scene]\nfidelity = "taxel"\n[scene.light]\nunit = 2\n')
+    subprocess.run([WSTAC, "dataset", str(toml), "-o", str(npz)], check=True, capture_output=True)
+    slides = made(Sweep(9, 3, [100, 200], [90, 0], unit=2))
+    with np.load(npz) as arrays:
+        assert np.array_equal(slides.x.reshape(-1, 10, 70), arrays["X"])
+        assert np.array_equal(slides.specimen, arrays["y_specimen"]) and np.array_equal(slides.speed, arrays["speed"])
+        assert np.array_equal(slides.direction, arrays["direction"]) and np.array_equal(slides.seed, arrays["seed"])
+
+
+def test_models_answer_as_the_command(tmp_path: Path) -> None:
+    made = wstac.dataset({"slides": 4, "seed": 11})
+    np.savez(tmp_path / "set.npz", X=made["X"])
+    for name in MODELS:
+        [expected] = command("model", "eval", name, str(tmp_path / "set.npz"), "--json")
+        model = wstac.Model.load(name)
+        assert model.predict(made["X"]).tolist() == expected["predictions"]
+        flat = made["X"].reshape(len(made["X"]), 700)
+        assert model.predict(flat[::2]).tolist() == expected["predictions"][::2]
+        assert len(set(expected["predictions"])) > 5
+    assert wstac.Model.load(MODELS[0]).predict(made["X"][:0]).shape == (0,)
+
+
+def test_refusals_have_the_commands_words(recording: Path, tmp_path: Path) -> None:
+    bad, damaged = tmp_path / "bad.toml", tmp_path / "damaged.mcap"
+    bad.write_text("[trigger]\nwindow = 0\n")
+    damaged.write_bytes(recording.read_bytes()[:100_000])
+    for source in ("nothing", "/dev/video99", "scene:Saw7@150", "scene:Saw3@0", str(bad), str(tmp_path), str(damaged)):
+        with pytest.raises(wstac.Error) as refused:
+            wstac.open(source)
+        assert str(refused.value) == refusal("run", source)
+    with pytest.raises(ValueError) as refused_value:
+        wstac.Config.read(bad)
+    assert str(refused_value.value) == refusal("run", "scene:Saw3@150", "--config", str(bad))
+    for model in ("builtin:none", str(bad), "no.wsm"):
+        with pytest.raises(wstac.Error) as refused:
+            wstac.Model.load(model)
+        assert str(refused.value) == refusal("run", "scene:Saw3@150", "--model", model)
+    with pytest.raises(wstac.Error) as refused:
+        wstac.open("scene:Saw3@150", models=["builtin:svm", "builtin:forest"])
+    two = ["--model", "builtin:svm", "--model", "builtin:forest"]
+    assert str(refused.value) == refusal("run", "scene:Saw3@150", *two)
+    # A corner of which the layout's file is to blame, and a sweep without slides.
+    outside = tmp_path / "outside.toml"
+    outside.write_text("[layout]\ntaxel = [9, 9]\ncorners = [" + "[9999, 0], " * 25 + "]\n")
+    with pytest.raises(wstac.Error) as refused:
+        wstac.simulate("Saw3@150", config=wstac.Config.read(outside))
+    assert str(refused.value) == refusal("run", "scene:Saw3@150", "--config", str(outside))
+    with pytest.raises(wstac.Error) as refused:
+        wstac.dataset(bad)
+    assert str(refused.value) == refusal("dataset", str(bad), "-o", str(tmp_path / "x.npz"))
+
+
+def test_events_before_a_fault_in_the_file_are_given(tmp_path: Path) -> None:
+    scene, clip = tmp_path / "scene.toml", tmp_path / "clip.y4m"
+    scene.write_text('specimen = "Saw3"\nspeed = 150\n[sensor]\nsize = [80, 80]\n')
+    command("scene", "render", str(scene), "-o", str(clip))
+    clip.write_bytes(clip.read_bytes() + b"FRAMX\n")
+    stream, events = wstac.open(clip), []
+    with pytest.raises(wstac.Error, match="FRAM"):
+        for event in stream:
+            events.append(event)
+    assert len(events) == 1 and stream.end is not None
+    assert list(stream) == []
+
+
+def test_the_example_prints_what_the_command_says(recording: Path) -> None:
+    example = REPOSITORY / "wstac-linux" / "python" / "examples" / "events.py"
+    assert len(example.read_text().splitlines()) < 30
+    done = subprocess.run([sys.executable, str(example), str(recording)], check=True, capture_output=True, text=True)
+    expected = []
+    for line in command("run", str(recording), "--json", "--model", "builtin:svm"):
+        if line["kind"] == "event":
+            speed = f"{line['speed']['mm_s']:.2f}" if line["speed"] else "-"
+            deg = line["direction"]["deg"]
+            direction = "-" if deg is None else f"{deg:.1f}"
+            expected.append(f"frame={line['frame']} speed={speed} direction={direction} texture={line['texture']['specimen']}")
+    print(done.stdout)
+    assert done.stdout.splitlines() == expected and len(expected) >= 3

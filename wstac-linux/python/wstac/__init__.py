@@ -1,0 +1,61 @@
+"""Tactile events from the camera frames of a WSTac sensor.
+
+The arithmetic is that of the command `wstac` and of the firmware, bit for bit: features are int16 in units of 1/2048 of a
+natural logarithm, and a model says of a sample here what it says on a board.
+
+>>> import wstac
+>>> scene = wstac.simulate("Saw3@150,90deg,seed=7", size=(400, 400), models="builtin:svm")
+>>> scene.frames.shape, scene.frames.dtype, scene.features.shape
+((141, 400, 400), dtype('uint8'), (141, 10))
+>>> [event] = scene.events
+>>> event.speed.mm_s, event.direction.deg, event.texture.specimen, event.sample.shape
+(153.5, 90, 'Saw3', (10, 70))
+
+Frames of your own go through `features`, or, one at a time, through a `Pipeline`. `open` reads any source of the command as it
+comes, cameras too; `read` all of a recording. `dataset` simulates training sets; `Model` names textures; `Config` says how
+everything is done. What cannot be used raises `Error`, a `ValueError` with the command's words.
+"""
+
+from __future__ import annotations
+
+from ._answers import (
+    Direction,
+    EarlyTexture,
+    End,
+    Event,
+    Fault,
+    Incomplete,
+    Lost,
+    Speed,
+    Texture,
+)
+from ._dataset import dataset
+from ._models import Config, Model
+from ._pipeline import Pipeline, features
+from ._recording import Recording, Truth, read, simulate
+from ._stream import Stream, open
+from ._wstac import Error
+
+__all__ = [
+    "Config",
+    "Direction",
+    "EarlyTexture",
+    "End",
+    "Error",
+    "Event",
+    "Fault",
+    "Incomplete",
+    "Lost",
+    "Model",
+    "Pipeline",
+    "Recording",
+    "Speed",
+    "Stream",
+    "Texture",
+    "Truth",
+    "dataset",
+    "features",
+    "open",
+    "read",
+    "simulate",
+]

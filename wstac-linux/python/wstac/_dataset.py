@@ -1,0 +1,57 @@
+"""Training sets of simulated slides."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any, Optional, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _frames, _wstac
+from ._models import Configuration, Path, as_json, native_config
+from ._wstac import Error
+
+
+def dataset(
+    sweep: Union[Path, Mapping[str, Any]],
+    *,
+    config: Configuration = None,
+    threads: Optional[int] = None,
+) -> dict[str, NDArray[Any]]:
+    """A training set of simulated slides: the arrays that `wstac dataset` writes, in memory.
+
+    `sweep` is a path, SWEEP.toml, or its keys (`wstac dataset --help` lists them); {} is 1000 slides of the paper's ten specimens. Of n samples: X int16
+    (n, 10, 70), y_specimen, y_pattern, y_depth, speed, direction, seed, reliable, duration, source; and scale, fps. `threads` is the number
+    of slides that are made at a time, by default that of processors. The same sweep gives the same arrays. Slides without a whole sample are left out.
+
+    >>> import wstac
+    >>> data = wstac.dataset({"specimens": ["Saw3", "Fla0"], "slides": 3})
+    >>> data["X"].shape, data["X"].dtype, data["y_specimen"].tolist()
+    ((6, 10, 70), dtype('int16'), ['Saw3', 'Saw3', 'Saw3', 'Fla0', 'Fla0', 'Fla0'])
+    """
+    is_table = isinstance(sweep, Mapping)
+    text = as_json("sweep", sweep) if isinstance(sweep, Mapping) else os.fspath(sweep)
+    if threads is not None:
+        threads = _frames.count("threads", threads, 1, 1024)
+    made = _wstac.dataset(text, is_table, native_config(config), threads)
+    if not len(made["X"]):
+        counts = f"{made['no_event']} had no event and {made['incomplete']} an incomplete sample"
+        raise Error(f"sweep: no slide became a sample ({counts}), expected one at least")
+    numerator, denominator = made["rate"]
+    depth = made["y_depth"].astype(np.int64) if made["whole_depths"] else made["y_depth"]
+    return {
+        "X": made["X"],
+        "scale": np.array(1 / 2048),
+        "y_specimen": np.array(made["y_specimen"]),
+        "y_pattern": np.array(made["y_pattern"]),
+        "y_depth": depth,
+        "speed": made["speed"],
+        "direction": made["direction"],
+        "seed": made["seed"],
+        "reliable": made["reliable"],
+        "duration": made["duration"],
+        "source": np.array(made["source"]),
+        "fps": np.array(numerator / denominator),
+    }

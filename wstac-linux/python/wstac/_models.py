@@ -1,0 +1,161 @@
+"""The configuration and texture models, and what arguments say of them."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any, Optional, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _wstac
+from ._wstac import Error
+
+Path = Union[str, "os.PathLike[str]"]
+
+
+def as_json(what: str, table: Mapping[str, Any]) -> str:
+    """Tables of keys as JSON; NumPy's numbers and arrays are numbers and lists."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, (np.ndarray, np.generic)):
+            return value.tolist()
+        if isinstance(value, Mapping):
+            return dict(value)
+        raise Error(f"{what}: {value!r} is a {type(value).__name__}, expected numbers, text, lists and tables")
+
+    return json.dumps(dict(table), default=plain)
+
+
+class Config:
+    """How frames become features and events: the configuration of `wstac run --config`.
+
+    A text in TOML, or tables of keys; all of them have defaults, and unknown ones are errors. `wstac run --help` describes them.
+
+    >>> import wstac
+    >>> wstac.Config({"trigger": {"window": 7}}) == wstac.Config("[trigger]\\nwindow = 7")
+    True
+    >>> wstac.Config({"trigger": {"window": 71}})
+    Traceback (most recent call last):
+    wstac.Error: configuration: [trigger] window is 71 frames, expected 1 to 70
+    """
+
+    _native: _wstac.Config
+
+    def __init__(self, keys: Union[str, Mapping[str, Any]] = "") -> None:
+        if isinstance(keys, Mapping):
+            self._native = _wstac.Config.from_json(as_json("configuration", keys))
+        else:
+            self._native = _wstac.Config(keys)
+
+    @classmethod
+    def read(cls, path: Path) -> Config:
+        """The configuration in a file, such as `wstac calibrate` writes."""
+        return cls._of(_wstac.Config.read(path))
+
+    @classmethod
+    def _of(cls, native: _wstac.Config) -> Config:
+        config = cls.__new__(cls)
+        config._native = native
+        return config
+
+    @property
+    def toml(self) -> str:
+        """All of it as TOML, defaults included."""
+        return self._native.toml
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Config) and self.toml == other.toml
+
+    def __hash__(self) -> int:
+        return hash(self.toml)
+
+    def __repr__(self) -> str:
+        return f"wstac.Config({self.toml!r})"
+
+
+class Model:
+    """A texture model: what slid, by the sample of an event.
+
+    >>> import wstac
+    >>> model = wstac.Model.load("builtin:svm")
+    >>> model.labels[:3], model.task, model.frames
+    (['Fla0', 'Saw2', 'Saw3'], 'specimen', 70)
+    >>> [event] = wstac.simulate("Saw3@150", frames=False).events
+    >>> model.predict(event.sample[None])
+    array(['Saw3'], dtype='<U4')
+    """
+
+    def __init__(self) -> None:
+        raise TypeError("a model is made by wstac.Model.load")
+
+    _native: _wstac.Model
+
+    @classmethod
+    def load(cls, path: Path) -> Model:
+        """A model file (`wstac model import` makes one of what scikit-learn or XGBoost trained), or one that comes with wstac:
+        "builtin:svm", "builtin:forest", "builtin:boosted"."""
+        model = cls.__new__(cls)
+        model._native = _wstac.Model.load(path)
+        return model
+
+    @property
+    def name(self) -> str:
+        """What it was loaded from."""
+        return self._native.name
+
+    @property
+    def labels(self) -> list[str]:
+        """Names of its classes."""
+        return self._native.labels
+
+    @property
+    def task(self) -> str:
+        """What it tells apart: "specimen", "pattern", "depth" or "other"."""
+        return self._native.task
+
+    @property
+    def frames(self) -> int:
+        """Frames of a sample that it looks at, from the first on: 1 to 70."""
+        return self._native.frames
+
+    def predict(self, X: NDArray[np.int16]) -> NDArray[np.str_]:
+        """The label of each sample: of X, int16 (n, 10, 70) or (n, 700) feature by feature, in units of 1/2048, the labels (n,).
+
+        The answer is a board's for the same sample. Samples in natural logarithms are X * scale of a data set: give X.
+        """
+        if not isinstance(X, np.ndarray):
+            raise TypeError(f"X is a {type(X).__name__}, expected a NumPy array")
+        if X.ndim not in (2, 3) or X.shape[1:] not in ((10, 70), (700,)):
+            raise Error(f"X: shape {X.shape}, expected (n, 10, 70) or (n, 700)")
+        if X.dtype != np.int16:
+            raise Error(f"X: type {X.dtype}, expected int16 in units of 1/2048, as wstac.dataset gives")
+        flat = np.ascontiguousarray(X.reshape(len(X), 700))
+        labels: NDArray[np.str_] = np.array(self.labels)[self._native.classes(flat)]
+        return labels
+
+    def __repr__(self) -> str:
+        return repr(self._native)
+
+
+Models = Union[Path, Model, Sequence[Union[Path, Model]]]
+"""A model, or several of which each tells something else apart; a path or name is loaded."""
+
+
+Configuration = Union[Config, str, Mapping[str, Any], None]
+"""A configuration, or what makes one; None for the source's own or the default."""
+
+
+def native_config(config: Configuration) -> Optional[_wstac.Config]:
+    """What an argument says; None where it says nothing."""
+    if config is None:
+        return None
+    return config._native if isinstance(config, Config) else Config(config)._native
+
+
+def native_models(models: Models) -> list[_wstac.Model]:
+    """Models that an argument names."""
+    several = [models] if isinstance(models, (str, os.PathLike, Model)) else models
+    return [model._native if isinstance(model, Model) else Model.load(model)._native for model in several]

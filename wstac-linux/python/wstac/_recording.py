@@ -1,0 +1,174 @@
+"""Recordings and simulated scenes as arrays."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Optional, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _frames, _wstac
+from ._answers import EarlyTexture, End, Event, Fault, Incomplete, Lost, Records
+from ._frames import Fps, Frames
+from ._models import Config, Configuration, Models, Path, as_json
+from ._stream import asked
+from ._wstac import Error
+
+
+@dataclass(frozen=True)
+class Truth:
+    """A slide of a simulated scene as it truly is."""
+
+    specimen: str
+    """Such as "Saw3"."""
+    speed: float
+    """mm/s."""
+    direction: int
+    """Degrees, counter-clockwise in the picture."""
+    start_frame: int
+    """Camera frame of the first touch."""
+    start_s: float
+    """First touch in s."""
+    end_s: float
+    """Last touch in s."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Recording:
+    """All of a recording or of a simulated scene, n camera frames and m feature frames."""
+
+    about: str
+    """What it is, for a person."""
+    format: str
+    """Four-character code of its frames; of JPEG pictures, as they are decoded."""
+    size: tuple[int, int]
+    """Width and height of its frames in pixels."""
+    fps: float
+    """Camera frames a second."""
+    config: Config
+    """The configuration that it was read with."""
+    labels: dict[str, str]
+    """What a person said of it, such as {"specimen": "Saw3"}."""
+    models: list[str]
+    """Texture models that it was recorded with."""
+    frames: Optional[Frames]
+    """The frames that arrived, in the shape that `wstac.features` takes for their format, (n, …); None where they were not asked for, and of
+    scenes with fidelity "taxel"."""
+    frame_numbers: NDArray[np.int64]
+    """Number of each among all of the camera's frames, lost ones included, (n,)."""
+    timestamps: NDArray[np.float64]
+    """When the driver took each, in s of its own clock, (n,); nan where that is not known."""
+    taxels: NDArray[np.float32]
+    """Taxels of each, a share of full scale, (n, 5, 5)."""
+    features: NDArray[np.int16]
+    """Features, five rows, then five columns, in units of 1/2048 of a natural logarithm, (m, 10)."""
+    feature_frames: NDArray[np.int64]
+    """Number of each feature frame, lost ones included, (m,)."""
+    events: list[Event]
+    """The very events that `wstac run` prints."""
+    early_textures: list[EarlyTexture]
+    """What models that need fewer than 70 frames said before the event was complete."""
+    incomplete: list[Incomplete]
+    """Events that a gap of lost frames interrupted."""
+    faults: list[Fault]
+    """What happened to the source."""
+    lost: list[Lost]
+    """Camera frames that were lost."""
+    end: End
+    """How it ended."""
+    truth: list[Truth]
+    """Of a simulated scene, what truly happens in it."""
+
+    def __repr__(self) -> str:
+        return f"<wstac.Recording {self.about}: {len(self.events)} events>"
+
+
+def read(
+    source: Path,
+    *,
+    config: Configuration = None,
+    models: Models = (),
+    fps: Optional[Fps] = None,
+    matrix: Optional[str] = None,
+    range: Optional[str] = None,
+    frames: bool = True,
+) -> Recording:
+    """Reads all of a recording (FILE.mcap), or of any other source that ends, as arrays.
+
+    Features and events are worked out of its frames again, with the recording's own configuration unless `config` gives another: they are
+    those of the recorded run, and what `wstac run FILE.mcap` prints. Without `frames` the pixels are left out; with them
+    they are all in memory. Raises `Error` where it cannot be read, or not to its end: `wstac recover` makes it whole.
+    """
+    name = os.fspath(source)
+    if _wstac.is_camera(name):
+        raise Error(f"{name}: a camera has no end, expected a file; wstac.open gives its events as they come")
+    asking = asked(config, models, fps, None, None, matrix, range, True, False, None)
+    return _recording(_wstac.open_source(name, asking, True), frames, [])
+
+
+def simulate(
+    scene: Union[Path, Mapping[str, Any]],
+    *,
+    config: Configuration = None,
+    models: Models = (),
+    fps: Optional[Fps] = None,
+    format: Optional[str] = None,
+    size: Optional[tuple[int, int]] = None,
+    frames: bool = True,
+) -> Recording:
+    """Simulates a scene: frames, features, events, and the truth about them.
+
+    `scene` is "Saw3@150", then any of ",90deg" and ",seed=7"; a path, FILE.toml; or a scene's keys and tables (`wstac scene --help` lists them).
+    The same scene gives the same bytes on every machine. Without `frames` pixels are made and left out; the key fidelity = "taxel" makes none,
+    which is much faster.
+
+    >>> import wstac
+    >>> scene = wstac.simulate({"specimen": "Tri3", "speed": 120, "fidelity": "taxel", "sensor": {"size": [640, 480]}})
+    >>> scene.truth[0].speed, scene.events[0].speed.mm_s, scene.frames is None
+    (120.0, 120.1, True)
+    """
+    asking = asked(config, models, fps, format, size, None, None, True, False, None)
+    if isinstance(scene, Mapping):
+        for name, value in (("fps", fps), ("format", format), ("size", size)):
+            if value is not None:
+                raise Error(f'scene: {name} is {value!r}, expected it in the scene\'s table "sensor"')
+        native, truth = _wstac.open_scene(as_json("scene", scene), True, asking)
+    else:
+        native, truth = _wstac.open_scene(os.fspath(scene).removeprefix("scene:"), False, asking)
+    return _recording(native, frames, [Truth(**one) for one in json.loads(truth)])
+
+
+def _recording(native: _wstac.Source, with_frames: bool, truth: list[Truth]) -> Recording:
+    """Reads a source to its end."""
+    all_of_it = native.gather(with_frames)
+    records = Records()
+    records.take(all_of_it["records"])
+    code, width, height, bytes_per_row = native.shape
+    raw = all_of_it.get("frames")
+    assert records.end is not None
+    return Recording(
+        about=native.about,
+        format=code,
+        size=(width, height),
+        fps=native.rate[0] / native.rate[1],
+        config=Config._of(native.config),
+        labels=native.labels,
+        models=native.models,
+        frames=None if raw is None else _frames.pictures(raw, code, (width, height), bytes_per_row),
+        frame_numbers=all_of_it["frame_numbers"],
+        timestamps=all_of_it["timestamps"],
+        taxels=all_of_it["taxels"],
+        features=all_of_it["features"],
+        feature_frames=all_of_it["feature_frames"],
+        events=records.events,
+        early_textures=records.early_textures,
+        incomplete=records.incomplete,
+        faults=records.faults,
+        lost=records.lost,
+        end=records.end,
+        truth=truth,
+    )
