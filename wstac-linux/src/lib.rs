@@ -40,8 +40,8 @@
 //!
 //! # What is stable
 //! The modules listed here, by [Semantic Versioning](https://semver.org/): `tests/interface` of the repository has every item.
-//! The machinery of single commands (`calibrate`, `doctor`, `trade` and the like) is public for the command and for tests
-//! alone; it is hidden here and may change at any time.
+//! What is hidden here is public for the `wstac` command and for tests alone, such as the machinery of single commands, and may
+//! change at any time.
 
 #[doc(hidden)]
 pub mod calibrate;
