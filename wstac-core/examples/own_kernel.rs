@@ -33,10 +33,10 @@ impl Ln for Parabola {
         let exponent = x.max(1).ilog2();
         // The mantissa without its leading one, 0 to 1 in units of 2^-16.
         let m = ((u64::from(x) << 16) >> exponent) as u32 & 0xFFFF;
-        let bow = (m * (0x1_0000 - m) >> 16) * 11 >> 5;
-        let log2 = u64::from(exponent << 16 | m) + u64::from(bow);
+        let bow = (((m * (0x1_0000 - m)) >> 16) * 11) >> 5;
+        let log2 = u64::from((exponent << 16) + m + bow);
         // Units of 2^-32, then of 2^-26.
-        (log2 * LN_2 >> (32 - LN_FRACTION_BITS)) as i32
+        ((log2 * LN_2) >> (32 - LN_FRACTION_BITS)) as i32
     }
 }
 
