@@ -12,7 +12,7 @@ use crate::taxels::{Accumulators, Camera};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FeatureFrame {
-    /// The ten features.
+    /// The ten features, five rows, then five columns, in units of 2^-11.
     pub features: Features,
     /// Some, but not all, of its camera frames were lost; the others stand for them.
     pub patched: bool,

@@ -16,7 +16,7 @@ pub use crate::trigger_config::{Rule, TriggerConfig};
 pub struct Event<'a> {
     /// Number of the first frame of the sample: t − c.
     pub frame: u64,
-    /// The sample X.
+    /// The sample X: 70 frames of ten features in units of 2^-11, borrowed from the ring until the next push.
     pub sample: Sample<'a>,
     /// The baseline that the trigger compared with.
     pub baseline: &'a Baseline,

@@ -3,7 +3,6 @@
 use std::fmt;
 
 /// Why a source, a file or a configuration cannot be used.
-#[derive(Debug)]
 pub struct Error {
     subject: String,
     message: String,
@@ -25,6 +24,13 @@ impl Error {
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.subject, self.message)
+    }
+}
+
+/// As for a person: it is what a `main` that returns it, and `unwrap`, print.
+impl fmt::Debug for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
     }
 }
 

@@ -111,7 +111,10 @@ impl<'m> Textures<'m> {
         Ok(Self { models: models.into_iter().map(|(model, _)| (model, Early::new(model.frames()))).collect() })
     }
 
-    /// What all models say of a whole sample; nothing where there is none.
+    /// What all models say of a whole sample, 70 frames of ten features each in units of 1/2048 ([`Sample::flat`]); nothing where
+    /// there is no model.
+    ///
+    /// [`Sample::flat`]: wstac_core::sample::Sample::flat
     pub fn of_sample(&self, sample: &[i16; INPUTS]) -> Option<TextureRecord> {
         TextureRecord::merged(self.models.iter().map(|(model, _)| answer(model, sample)))
     }

@@ -15,27 +15,42 @@ use crate::frame::{Rows, Run};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[expect(missing_docs, reason = "each name is described by the type of its file")]
 pub enum PixelFormat {
+    /// One byte a pixel, taken as green.
     Grey,
+    /// One little-endian word of 16 bits a pixel, of which 10 count.
     Y10,
+    /// One little-endian word of 16 bits a pixel, of which 12 count.
     Y12,
+    /// One little-endian word of 16 bits a pixel.
     Y16,
+    /// R G B in memory.
     Rgb24,
+    /// B G R in memory.
     Bgr24,
     /// R G B X or B G R X in memory.
     Rgbx32,
     /// X R G B or X B G R in memory.
     Xrgb32,
+    /// One little-endian word of 16 bits a pixel, with 6 bits of green.
     Rgb565,
+    /// One byte a site.
     Bayer8(BayerOrder),
+    /// One little-endian word of 16 bits a site, of which 10 count.
     Bayer10(BayerOrder),
+    /// One little-endian word of 16 bits a site, of which 12 count.
     Bayer12(BayerOrder),
+    /// Y₀ Cb Y₁ Cr in memory, for two pixels.
     Yuyv,
+    /// Cb Y₀ Cr Y₁ in memory, for two pixels.
     Uyvy,
+    /// A plane of Y, then one of Cb Cr pairs, each for 2 × 2 pixels.
     Nv12,
+    /// Planes of Y, Cb and Cr; chroma for 2 × 2 pixels.
     Yu12,
+    /// Planes of Y, Cb and Cr; chroma for 2 × 1 pixels.
     Yuv422p,
+    /// Planes of Y, Cb and Cr of the same size.
     Yuv444p,
 }
 

@@ -100,7 +100,8 @@ impl<'a> Boosted<'a> {
         Ok(Self { words, labels: Labels::new(words, &header), header, scores: scores as u8, trees, floats })
     }
 
-    /// The class of a sample; the lowest of those with the highest score.
+    /// The class of a sample, 700 features in units of 2^-11, frame by frame ([`crate::sample::Sample::flat`]); the lowest of those
+    /// with the highest score.
     #[inline(always)]
     pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
         self.decide::<true>(sample)

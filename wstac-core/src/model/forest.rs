@@ -78,7 +78,8 @@ impl<'a> Forest<'a> {
         Ok(Self { words, labels: Labels::new(words, &header), header, unit, table, trees })
     }
 
-    /// The class of a sample; the lowest of those with most votes.
+    /// The class of a sample, 700 features in units of 2^-11, frame by frame ([`crate::sample::Sample::flat`]); the lowest of those
+    /// with most votes.
     #[inline(always)]
     pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
         self.decide::<true>(sample)

@@ -85,7 +85,8 @@ impl<'a> LinearSvm<'a> {
         Ok(Self { labels: Labels::new(words, &header), header, biases, weights, fits_32_bits })
     }
 
-    /// The class of a sample.
+    /// The class of a sample, 700 features in units of 2^-11, frame by frame ([`crate::sample::Sample::flat`]): 0 to the number of
+    /// [`labels`](Self::labels) less one.
     #[inline(always)]
     pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
         self.decide::<true>(sample)

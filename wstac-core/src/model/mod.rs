@@ -104,7 +104,7 @@ impl<'a> Model<'a> {
         Self::from_words(bytes::words(bytes)?)
     }
 
-    /// The class of a sample: 700 numbers, frame by frame ([`crate::sample::Sample::flat`]).
+    /// The class of a sample: 700 features in units of 2^-11, frame by frame ([`crate::sample::Sample::flat`]).
     pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
         match self {
             Self::LinearSvm(model) => model.classify(sample),

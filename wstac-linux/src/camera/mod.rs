@@ -5,19 +5,24 @@
 
 pub(crate) mod buffers;
 pub(crate) mod choose;
+#[doc(hidden)]
 pub mod colour;
 pub mod controls;
 mod device;
 pub mod devices;
+#[doc(hidden)]
 pub mod formats;
 mod jpeg_data;
 mod jpeg_headers;
 mod jpeg_tables;
+#[doc(hidden)]
 pub mod mjpeg;
+#[doc(hidden)]
 pub mod modes;
 mod negotiate;
 pub(crate) mod same;
 mod state;
+#[doc(hidden)]
 pub mod timeline;
 
 use std::path::PathBuf;

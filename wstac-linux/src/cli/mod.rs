@@ -8,6 +8,7 @@ mod devices;
 mod doctor;
 mod fit_speed;
 mod loss_report;
+mod man;
 mod model;
 mod monitor;
 mod output;
@@ -119,6 +120,7 @@ enum Command {
     Plot(plot::Arguments),
     Trade(trade::Arguments),
     Completions(completions::Arguments),
+    Man(man::Arguments),
 }
 
 /// Runs the command line of this process. Exit code 2 for wrong arguments, 1 for a source, file or configuration that
@@ -141,6 +143,7 @@ pub fn main() -> ExitCode {
         Command::Plot(arguments) => plot::run(&arguments),
         Command::Trade(arguments) => trade::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
+        Command::Man(arguments) => man::run(&arguments),
     };
     match result {
         // Whoever read the output has seen enough.

@@ -84,7 +84,7 @@ impl ModelFile {
         &self.about
     }
 
-    /// Its words.
+    /// All of it, as 32-bit words that are little-endian in the file: what [`Model::from_words`] takes.
     pub fn words(&self) -> &[u32] {
         &self.words
     }

@@ -1,17 +1,23 @@
 //! Texture models from their trainers' files to the model file that the core reads, what is in one, and how good it is.
 //!
-//! [`trained`] is what every reader makes, [`mod@write`] makes a model file of it, [`inspect`] and [`eval`] read one.
+//! [`mod@file`] is what other programs need. Hidden beside it: `trained` is what every reader makes, `write` makes a model file of it,
+//! `inspect` and `eval` read one.
 
+#[doc(hidden)]
 pub mod eval;
 mod exact;
 pub mod file;
+#[doc(hidden)]
 pub mod inline;
+#[doc(hidden)]
 pub mod inspect;
 mod integers;
 pub(crate) mod npz;
 mod onnx;
+#[doc(hidden)]
 pub mod trained;
 mod ubjson;
+#[doc(hidden)]
 pub mod write;
 mod xgboost;
 
@@ -28,10 +34,12 @@ use trained::Trained;
 use write::{Options, Written, write};
 
 /// Largest file that is read.
+#[doc(hidden)]
 pub const MOST_BYTES: u64 = 256 << 20;
 
 /// What a user may say about a model beyond its file.
 #[derive(Clone, Debug, Default)]
+#[doc(hidden)]
 pub struct Import {
     /// Names of classes, for files that have none.
     pub labels: Option<Vec<String>>,
@@ -47,6 +55,7 @@ pub struct Import {
 ///
 /// # Errors
 /// What of the file cannot be used.
+#[doc(hidden)]
 pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error> {
     let bytes = bytes(path)?;
     import_bytes(&name(path), bytes, wanted).map_err(|why| Error::new(path.display(), why))
@@ -56,6 +65,7 @@ pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error>
 ///
 /// # Errors
 /// What cannot be used, without the name.
+#[doc(hidden)]
 pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, Written), String> {
     let (model, tool) = trained(bytes, wanted)?;
     let mut facts = serde_json::json!({ "file": name, "trainer": tool });
@@ -70,6 +80,7 @@ pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trai
 ///
 /// # Errors
 /// What of the file cannot be used.
+#[doc(hidden)]
 pub fn import_inline(path: &Path, wanted: &Import) -> Result<(Trained, Source), Error> {
     let made = trained(bytes(path)?, wanted).and_then(|(model, tool)| {
         let mut source = inline::source(&model, &name(path), &tool, wanted.options)?;

@@ -3,18 +3,25 @@
 //! Data flows one way: [`script`] says what there is, [`elastomer`] makes it light at 25 bases over time ([`surface`],
 //! [`contact`], [`whisker`], [`light`]), [`sensor`] makes that the bytes of frames.
 
+#[doc(hidden)]
 pub mod along;
+#[doc(hidden)]
 pub mod beam;
+#[doc(hidden)]
 pub mod contact;
 pub mod effects;
+#[doc(hidden)]
 pub mod elastomer;
 mod elliptic;
+#[doc(hidden)]
 pub mod keys;
 pub mod light;
+#[doc(hidden)]
 pub mod rng;
 pub mod script;
 pub mod sensor;
 pub mod specimen;
+#[doc(hidden)]
 pub mod surface;
 pub mod whisker;
 

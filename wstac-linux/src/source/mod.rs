@@ -86,7 +86,8 @@ pub enum Item<'a> {
         /// The picture as the camera sent it, where that was JPEG: `bytes` is what it decodes to.
         encoded: Option<&'a [u8]>,
     },
-    /// A frame's taxel sums, of the paper's layout and every pixel: a simulated sensor that makes no pixels.
+    /// A frame's taxel sums, row by row, each 0 to a taxel's pixels times their full scale; of the paper's layout and every
+    /// pixel: a simulated sensor that makes no pixels.
     Taxels([u32; TAXELS]),
     /// Frames that were lost (or unusable) here; why, for a person.
     Lost {

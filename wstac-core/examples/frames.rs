@@ -1,0 +1,113 @@
+//! Your own frames in, events out: `cargo run -p wstac-core --example frames`.
+//!
+//! `Grabber` stands for whatever gives you frames: a camera's library, a video decoder, a DMA. Everything else is what a
+//! program does with them. The core allocates nothing and needs no `std`; only this example prints.
+
+use wstac_core::direction::direction;
+use wstac_core::error::Error;
+use wstac_core::green::packed_rgb::Rgb24;
+use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::pipeline::Pipeline;
+use wstac_core::rate::FrameRate;
+use wstac_core::speed::{SpeedConfig, duration, speed};
+use wstac_core::taxels::Camera;
+use wstac_core::trigger::{Event, TriggerConfig};
+
+/// Frames of 640 × 480 RGB, whose rows take 2048 bytes each because the driver likes powers of two.
+const SIZE: (u32, u32) = (640, 480);
+const BYTES_PER_ROW: u32 = 2048;
+/// Width and height of a taxel, and the distance from one to the next, in pixels.
+const TAXEL: [u16; 2] = [48, 48];
+const PITCH: u16 = 80;
+
+fn main() -> Result<(), Error> {
+    // Where the whiskers' bases are in your picture, row by row. `wstac calibrate` finds them; `Layout::paper` has the
+    // published ones.
+    let corners = core::array::from_fn(|taxel| [130 + taxel as u16 % 5 * PITCH, 50 + taxel as u16 / 5 * PITCH]);
+    let layout = Layout::new(FrameSize::new(SIZE.0, SIZE.1)?, TAXEL, corners)?;
+    let rate = FrameRate::NOMINAL;
+    let camera = Camera::new(Rgb24::default(), layout, rate)?.with_bytes_per_row(BYTES_PER_ROW)?;
+    let mut pipeline: Pipeline<Rgb24> = Pipeline::new(camera, 0.5, TriggerConfig::default())?;
+    let speed_config = SpeedConfig::paper(rate);
+
+    let mut grabber = Grabber::new();
+    loop {
+        let event = match grabber.grab() {
+            // Fails on bytes that are no frame, which the grabber could have told before: count it, and go on.
+            Grabbed::Frame(bytes) => match pipeline.push_frame(bytes) {
+                Ok(event) => event,
+                Err(error) => {
+                    println!("a frame is lost: {error}");
+                    continue;
+                }
+            },
+            // Time is frames: what is lost keeps its place, or every later speed would be wrong.
+            Grabbed::Lost(frames) => pipeline.push_lost(frames),
+            Grabbed::End => break,
+        };
+        if let Some(event) = event {
+            print(&event, &speed_config);
+        }
+    }
+    // The last frames may complete an event, too.
+    if let Some(event) = pipeline.finish() {
+        print(&event, &speed_config);
+    }
+    println!("{} frames", pipeline.end().frames);
+    Ok(())
+}
+
+fn print(event: &Event<'_>, config: &SpeedConfig) {
+    print!("event from frame {}", event.frame);
+    if let Some(duration) = duration(event, config) {
+        print!(", lit for {} frames", duration.frames());
+    }
+    match speed(event, config) {
+        Ok(speed) => print!(", {:.1} mm/s", speed.mm_s),
+        Err(why) => print!(", no speed: {why:?}"),
+    }
+    match direction(event).heading {
+        Ok(heading) => print!(", towards {}°", heading.degrees()),
+        Err(why) => print!(", no direction: {why:?}"),
+    }
+    println!(", {} frames filled", event.frames_filled);
+}
+
+/// What comes out of a camera.
+enum Grabbed<'a> {
+    Frame(&'a [u8]),
+    Lost(u64),
+    End,
+}
+
+/// A camera over whose picture a stripe of light moves upwards, from frame 40 on; it loses two frames.
+struct Grabber {
+    frame: u32,
+    bytes: Vec<u8>,
+}
+
+impl Grabber {
+    fn new() -> Self {
+        Self { frame: 0, bytes: vec![0; (BYTES_PER_ROW * SIZE.1) as usize] }
+    }
+
+    fn grab(&mut self) -> Grabbed<'_> {
+        let frame = self.frame;
+        self.frame += 1;
+        match frame {
+            50 => {
+                self.frame += 1;
+                return Grabbed::Lost(2);
+            }
+            140.. => return Grabbed::End,
+            _ => {}
+        }
+        self.bytes.fill(2);
+        if let Some(bottom) = frame.checked_sub(40).and_then(|frames| SIZE.1.checked_sub(18 * frames)) {
+            let top = bottom.saturating_sub(40);
+            let rows = (top * BYTES_PER_ROW) as usize..(bottom * BYTES_PER_ROW) as usize;
+            self.bytes[rows].fill(200);
+        }
+        Grabbed::Frame(&self.bytes)
+    }
+}
