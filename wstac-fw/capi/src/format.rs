@@ -185,7 +185,8 @@ impl Green for Chosen {
     }
 
     fn cell(&self) -> u16 {
-        (self.format.cell)()
+        // Never 0, which is divided by: the compiler knows so only here.
+        (self.format.cell)().max(1)
     }
 
     fn chroma_bytes(&self, bytes_per_row: usize, rows: u16) -> Option<usize> {
