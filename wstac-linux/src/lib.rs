@@ -7,6 +7,8 @@ pub mod config;
 pub mod dataset;
 pub mod doctor;
 pub mod error;
+#[cfg(feature = "capi")]
+pub mod ffi;
 pub mod fit;
 pub mod model;
 pub mod monitor;
