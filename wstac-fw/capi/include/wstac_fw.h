@@ -243,6 +243,14 @@ typedef struct WstacFwTexture {
   char label[WSTAC_FW_LABEL_BYTES];
 } WstacFwTexture;
 
+// A taxel's corner in a frame, in pixels.
+typedef struct WstacFwCorner {
+  // Its first column.
+  uint16_t left;
+  // Its first row.
+  uint16_t top;
+} WstacFwCorner;
+
 // A camera's frames. All zeros but format, width and height are the defaults.
 typedef struct WstacFwOptions {
   // Pixel format, such as &WSTAC_FW_GREY.
@@ -265,8 +273,8 @@ typedef struct WstacFwOptions {
   bool full_range;
   // Width and height of every taxel in pixels; with corners only.
   uint16_t taxel[2];
-  // Left and top of 25 taxels in pixels, row by row; null for the paper's layout in the centred largest square.
-  const uint16_t (*corners)[2];
+  // Corners of 25 taxels, row by row; null for the paper's layout in the centred largest square.
+  const struct WstacFwCorner *corners;
 } WstacFwOptions;
 
 // When an event starts: `[trigger]` of a configuration file.

@@ -8,6 +8,7 @@ use wstac_core::frame::Stride;
 use wstac_core::green::ycbcr::{Colour, Matrix, Range};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::fixed::Fixed;
+use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::SpeedConfig;
 use wstac_core::stream::{FeatureFrame, FeatureStream};
@@ -83,8 +84,8 @@ impl State {
             Layout::paper(size)?
         } else {
             // SAFETY: the caller's 25 corners.
-            let corners = unsafe { borrowed(options.corners.cast()) }?;
-            Layout::new(size, options.taxel, *corners)?
+            let corners = unsafe { borrowed(options.corners.cast::<[WstacFwCorner; TAXELS]>()) }?;
+            Layout::new(size, options.taxel, corners.each_ref().map(|corner| [corner.left, corner.top]))?
         };
         let rate = match (options.fps_numerator, options.fps_denominator) {
             (0, 0) => FrameRate::NOMINAL,
@@ -143,6 +144,15 @@ impl State {
     }
 }
 
+/// A taxel's corner in a frame, in pixels.
+#[repr(C)]
+pub struct WstacFwCorner {
+    /// Its first column.
+    pub left: u16,
+    /// Its first row.
+    pub top: u16,
+}
+
 /// A camera's frames. All zeros but format, width and height are the defaults.
 #[repr(C)]
 pub struct WstacFwOptions {
@@ -166,8 +176,8 @@ pub struct WstacFwOptions {
     pub full_range: bool,
     /// Width and height of every taxel in pixels; with corners only.
     pub taxel: [u16; 2],
-    /// Left and top of 25 taxels in pixels, row by row; null for the paper's layout in the centred largest square.
-    pub corners: *const [u16; 2],
+    /// Corners of 25 taxels, row by row; null for the paper's layout in the centred largest square.
+    pub corners: *const WstacFwCorner,
 }
 
 /// Sets a pipeline up, with the default trigger and speed law, in `size` bytes of memory: sizeof(WstacFwPipeline). It may have been in use
