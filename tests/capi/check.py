@@ -28,8 +28,8 @@ FORMATS = "GREY Y10 Y12 Y16 RGB3 BGR3 XB24 RX24 RGBP RGGB GRBG RG10 BA10 RG12 BA
 LINEAR = ["YUYV", "UYVY"]
 PLANAR = ["NV12", "YU12"]
 SIZE = (100, 80)
-# Bytes of stack that a call may take on a Cortex-M4F: what wstac-fw/capi/README.md says.
-STACK = {"init": 6144, "push": 1024, "speed": 512, "direction": 1024, "sample": 256, "model_init": 1024, "classify": 2048}
+# Bytes of stack that a call may take on a Cortex-M4F: what docs/C.md says.
+STACK = {"init": 5120, "push": 1024, "speed": 256, "direction": 640, "sample": 160, "model_init": 512, "classify": 1024}
 SLIDES = """
 seed = 5
 gap = 100

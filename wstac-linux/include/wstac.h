@@ -1,7 +1,7 @@
 /*
  * WSTac for hosts: tactile events of cameras, recordings and scenes, or of frames that a program pushes.
  *
- * The library is libwstac.so, which ci/libwstac builds and installs. The header for firmware is wstac_fw.h.
+ * The library is libwstac.so, which ci/libwstac builds and installs; docs/C.md says how to use it. The header for firmware is wstac_fw.h.
  * Made of wstac-linux/src/ffi by cbindgen: change it there.
  */
 
@@ -70,7 +70,7 @@ enum WstacKind
   WSTAC_KIND_EVENT = 2,
   // What a model that needs fewer than 70 frames says before the event is complete, which will say the same: frame and texture.
   WSTAC_KIND_TEXTURE = 3,
-  // A sample that a long gap interrupted: frame and incomplete_frames.
+  // A sample that a long gap interrupted: frame, and frames of it that had arrived.
   WSTAC_KIND_INCOMPLETE = 4,
   // Something happened to the source, which goes on: fault and message.
   WSTAC_KIND_FAULT = 5,

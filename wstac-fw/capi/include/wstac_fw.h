@@ -1,7 +1,7 @@
 /*
  * WSTac for firmware: frames or stripes of a camera in, tactile events out, in memory that the program gives.
  *
- * The library is libwstac_fw.a; how to build it is said in README.md beside it. The header for hosts is wstac.h.
+ * The library is libwstac_fw.a; docs/C.md says how to build and to use it. The header for hosts is wstac.h.
  * Made of wstac-fw/capi/src by cbindgen: change it there.
  */
 
