@@ -47,6 +47,7 @@ static void memory_is_checked(void)
     WstacFwSpeed speed;
     WstacFwDirection direction;
     WstacFwEnd end;
+    WstacFwIncomplete incomplete;
     WstacFwTexture texture;
     int16_t features[WSTAC_FW_FEATURES];
     EXPECT(wstac_fw_init(NULL, sizeof pipeline, &tiny) == WSTAC_FW_STATUS_NULL);
@@ -72,6 +73,7 @@ static void memory_is_checked(void)
     EXPECT(wstac_fw_push_lost(NULL, 1) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_abandon_frame(NULL) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_finish(NULL) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_take_interrupted(NULL, &incomplete) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_classify(NULL, sample, &texture) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_trigger_defaults(NULL) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_speed_law_defaults(NULL, false) == WSTAC_FW_STATUS_NULL);
@@ -90,6 +92,7 @@ static void memory_is_checked(void)
     EXPECT(wstac_fw_speed(&pipeline, NULL) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_direction(&pipeline, NULL) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_end(&pipeline, NULL) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_take_interrupted(&pipeline, NULL) == WSTAC_FW_STATUS_NULL);
     /* No event, no features. */
     EXPECT(wstac_fw_event(&pipeline, &event) == WSTAC_FW_STATUS_STATE);
     EXPECT(wstac_fw_speed(&pipeline, &speed) == WSTAC_FW_STATUS_STATE);
@@ -176,6 +179,7 @@ static void streams_are_checked(void)
 {
     WstacFwOptions planar = {.format = &WSTAC_FW_NV12, .width = 10, .height = 10};
     WstacFwEnd end;
+    WstacFwIncomplete incomplete;
     WstacFwEvent event;
     int16_t features[WSTAC_FW_FEATURES];
     uint64_t number = 99;
@@ -209,10 +213,19 @@ static void streams_are_checked(void)
     EXPECT(wstac_fw_sample(&pipeline, sample) == WSTAC_FW_STATUS_OK && sample[0] < sample[100]);
     EXPECT(wstac_fw_push_frame(&pipeline, dark, sizeof dark) == WSTAC_FW_STATUS_OK);
     EXPECT(wstac_fw_event(&pipeline, &event) == WSTAC_FW_STATUS_STATE);
+    /* A gap of more than seven frames ends the next sample. */
+    for (int i = 101; i < 115; i++)
+        EXPECT(wstac_fw_push_frame(&pipeline, i < 110 ? dark : bright, sizeof dark) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_push_lost(&pipeline, 8) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_take_interrupted(&pipeline, &incomplete) == WSTAC_FW_STATUS_NONE);
+    EXPECT(wstac_fw_push_frame(&pipeline, dark, sizeof dark) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_take_interrupted(&pipeline, &incomplete) == WSTAC_FW_STATUS_OK);
+    EXPECT(incomplete.frame == 100 && incomplete.frames == 15);
+    EXPECT(wstac_fw_take_interrupted(&pipeline, &incomplete) == WSTAC_FW_STATUS_NONE);
     EXPECT(wstac_fw_finish(&pipeline) == WSTAC_FW_STATUS_OK);
     EXPECT(wstac_fw_finish(&pipeline) == WSTAC_FW_STATUS_STATE);
     EXPECT(wstac_fw_push_frame(&pipeline, dark, sizeof dark) == WSTAC_FW_STATUS_STATE);
-    EXPECT(wstac_fw_end(&pipeline, &end) == WSTAC_FW_STATUS_OK && end.frames == 101 && end.incomplete_frames == 0);
+    EXPECT(wstac_fw_end(&pipeline, &end) == WSTAC_FW_STATUS_OK && end.frames == 124 && end.incomplete_frames == 0);
 }
 
 static void models_are_checked(size_t bytes)

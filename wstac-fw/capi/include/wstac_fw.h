@@ -212,6 +212,14 @@ typedef struct WstacFwDirection {
   uint16_t confidence;
 } WstacFwDirection;
 
+// A sample that a long gap has interrupted.
+typedef struct WstacFwIncomplete {
+  // Number of its first frame.
+  uint64_t frame;
+  // Frames of it that had arrived: 1 to 69.
+  uint8_t frames;
+} WstacFwIncomplete;
+
 // How a stream stands, or has ended.
 typedef struct WstacFwEnd {
   // Feature frames on the time line, lost ones included.
@@ -407,6 +415,13 @@ WstacFwStatus wstac_fw_speed(const struct WstacFwPipeline *pipeline, struct Wsta
 // # Safety
 // `pipeline` is null or a pipeline's memory; `to` is null or memory for one.
 WstacFwStatus wstac_fw_direction(const struct WstacFwPipeline *pipeline, struct WstacFwDirection *to);
+
+// The sample that a long gap has interrupted, once: WSTAC_FW_STATUS_NONE where there is none. A gap is known to be long by the frame behind it.
+//
+// # Safety
+// `pipeline` is null or a pipeline's memory; `incomplete` is null or memory for one.
+WstacFwStatus wstac_fw_take_interrupted(struct WstacFwPipeline *pipeline,
+                                        struct WstacFwIncomplete *incomplete);
 
 // How the stream stands; after wstac_fw_finish, how it ended.
 //

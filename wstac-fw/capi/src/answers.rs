@@ -5,7 +5,7 @@ use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::speed::{self, NoSpeed};
 use wstac_core::trigger::Event;
 
-use crate::memory::{give, place, value};
+use crate::memory::{give, place, value, value_mut};
 use crate::pipeline::WstacFwPipeline;
 use crate::status::{WstacFwStatus, status};
 
@@ -72,6 +72,15 @@ pub struct WstacFwDirection {
     pub degrees: i16,
     /// 0 to 32768: 0 to 1 in units of 2^-15.
     pub confidence: u16,
+}
+
+/// A sample that a long gap has interrupted.
+#[repr(C)]
+pub struct WstacFwIncomplete {
+    /// Number of its first frame.
+    pub frame: u64,
+    /// Frames of it that had arrived: 1 to 69.
+    pub frames: u8,
 }
 
 /// How a stream stands, or has ended.
@@ -223,6 +232,26 @@ pub unsafe extern "C" fn wstac_fw_direction(
     };
     // SAFETY: the caller's.
     unsafe { answer(pipeline, to, of) }
+}
+
+/// The sample that a long gap has interrupted, once: WSTAC_FW_STATUS_NONE where there is none. A gap is known to be long by the frame behind it.
+///
+/// # Safety
+/// `pipeline` is null or a pipeline's memory; `incomplete` is null or memory for one.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_take_interrupted(
+    pipeline: *mut WstacFwPipeline,
+    incomplete: *mut WstacFwIncomplete,
+) -> WstacFwStatus {
+    let take = || {
+        // SAFETY: the caller's.
+        let state = unsafe { value_mut(pipeline) }?;
+        let to = place(incomplete)?;
+        let Some(sample) = state.trigger.take_interrupted() else { return Ok(WstacFwStatus::None) };
+        // SAFETY: the caller's.
+        unsafe { give(to, WstacFwIncomplete { frame: sample.frame, frames: sample.frames }) }
+    };
+    status(take())
 }
 
 /// How the stream stands; after wstac_fw_finish, how it ended.
