@@ -54,6 +54,9 @@ pub mod dataset;
 #[doc(hidden)]
 pub mod doctor;
 pub mod error;
+#[cfg(feature = "capi")]
+#[doc(hidden)]
+pub mod ffi;
 #[doc(hidden)]
 pub mod fit;
 pub mod model;

@@ -1,0 +1,275 @@
+#!/usr/bin/env python3
+"""The C interfaces: built with every warning an error, run at their edges and on streams, and compared with `wstac run`.
+
+    check.py WSTAC HOST FIRMWARE BOARD    HOST: where ci/libwstac has installed; FIRMWARE, BOARD: libwstac_fw.a of this machine and of a Cortex-M4F
+"""
+
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+TESTS = ROOT / "tests/capi"
+EXAMPLES = ROOT / "wstac-fw/capi/examples"
+BOARD = EXAMPLES / "mps2-an386"
+MODEL = ROOT / "wstac-linux/models/svm.wsm"
+STRICT = ["-std=c11", "-pedantic", "-Wall", "-Wextra", "-Werror", "-g"]
+SANITIZED = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+# A table that is made once and stays is no leak.
+VALGRIND = ["valgrind", "--quiet", "--leak-check=full", "--errors-for-leak-kinds=definite,indirect,possible", "--error-exitcode=9"]
+ARM = "-mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard -O2 -ffunction-sections -fdata-sections".split()
+QEMU = "qemu-system-arm -M mps2-an386 -nographic -monitor none -serial none -kernel".split()
+# Formats of the firmware library by what wstac calls them, and the YUYV and UYVY whose green is worked out once a taxel.
+FORMATS = "GREY Y10 Y12 Y16 RGB3 BGR3 XB24 RX24 RGBP RGGB GRBG RG10 BA10 RG12 BA12 YUYV UYVY NV12 YU12".split()
+LINEAR = ["YUYV", "UYVY"]
+PLANAR = ["NV12", "YU12"]
+SIZE = (100, 80)
+# Bytes of stack that a call may take on a Cortex-M4F: what docs/C.md says.
+STACK = {"init": 5120, "push": 1024, "speed": 256, "direction": 640, "sample": 160, "model_init": 512, "classify": 1024}
+SLIDES = """
+seed = 5
+gap = 100
+[sensor]
+size = [400, 400]
+"""
+SLIDE = """
+[[slide]]
+specimen = "{}"
+speed = {}
+direction = {}
+"""
+
+
+def fail(message):
+    sys.exit(f"check.py: {message}")
+
+
+def run(command, **more):
+    """What a command prints; an error where it fails."""
+    done = subprocess.run([str(part) for part in command], capture_output=True, text=True, check=False, timeout=1200, **more)
+    if done.returncode:
+        fail(f"{' '.join(map(str, command))[:300]} ended with {done.returncode}: {done.stderr[-2000:]}{done.stdout[-500:]}")
+    return done.stdout
+
+
+class Wstac:
+    """The command, and what it says of a source."""
+
+    def __init__(self, command, folder):
+        self.command, self.folder = command, folder
+
+    def run(self, source, *arguments):
+        lines = run([self.command, "run", source, "--json", "--model", "builtin:svm", *arguments], cwd=self.folder)
+        return [json.loads(line) for line in lines.splitlines()]
+
+    def record(self):
+        """A recording of several slides, one of them too slow, and its frames; their size."""
+        slides = [("Saw3", 150, 90), ("Tri2", 45, 0), ("Fla0", 180, 270), ("Sin4", 120, 180)]
+        (self.folder / "slides.toml").write_text(SLIDES + "".join(SLIDE.format(*slide) for slide in slides))
+        run([self.command, "record", "scene:slides.toml", "-o", "slides.mcap"], cwd=self.folder)
+        return self.run("slides.mcap", "--save-raw", "slides.raw")
+
+
+def line(event, speed_decimals=2):
+    """An event as the examples print it."""
+    speed, direction, texture = event["speed"], event["direction"]["deg"], event["texture"]
+    speed = "-" if speed is None else f"{speed['mm_s']:.{speed_decimals}f}"
+    direction = "-" if direction is None else f"{direction:.1f}"
+    return f"frame={event['frame']} speed={speed} direction={direction} texture={texture['specimen'] if texture else '-'}"
+
+
+def nearest(lines):
+    """The lines of a firmware example with speeds to one decimal, as a record has them."""
+    return re.sub(r"speed=([\d.]+)", lambda found: f"speed={float(found[1]):.1f}", lines)
+
+
+def units(number):
+    """A feature in units of 1/2048."""
+    scaled = number * 2048
+    if scaled != int(scaled):
+        fail(f"{number} is no multiple of 1/2048")
+    return int(scaled)
+
+
+def firmware_lines(records):
+    """What tests/capi/firmware.c prints of these records; speeds are compared apart."""
+    lines, speeds = [], []
+    for record in records:
+        if record["kind"] == "features":
+            lines.append("features " + " ".join(str(units(f)) for f in record["f"]))
+        if record["kind"] == "event":
+            speed, at_most, direction = record["speed"], record.get("speed_at_most"), record["direction"]
+            speeds += [speed["mm_s"] if speed else 0, at_most["mm_s"] if at_most else 0]
+            duration = record["duration_frames"]
+            numbers = [record["frame"], -1 if duration is None else duration, bool(speed and speed["extrapolated"])]
+            numbers += [-1 if direction["deg"] is None else direction["deg"], direction["confidence"]]
+            numbers += [record["frames_filled"], record["reliable"]]
+            sample = [units(record["sample"][k][t]) for t in range(70) for k in range(10)]
+            lines.append(("event", [float(number) for number in numbers], record["texture"]["specimen"], sample))
+    return lines, speeds
+
+
+def parsed(output):
+    """The same from what it printed."""
+    lines, speeds = [], []
+    for text in output.splitlines():
+        if not text.startswith("event "):
+            lines.append(text)
+            continue
+        word = text.split()
+        speeds += [float(word[3]), float(word[4])]
+        confidence = round(int(word[7]) / 32768, 4)
+        numbers = [float(word[1]), float(word[2]), float(word[5]), float(word[6]), confidence, float(word[8]), float(word[9])]
+        lines.append(("event", numbers, word[10], [int(number) for number in word[11:]]))
+    return lines, speeds
+
+
+class Programs:
+    """Programs in C: compiled for this machine, with and without sanitizers, and for the board."""
+
+    def __init__(self, folder, host, firmware, board):
+        self.folder, self.host, self.libraries = folder, host, (firmware, board)
+        self.environment = os.environ | {"LD_LIBRARY_PATH": str(host / "lib"), "PKG_CONFIG_PATH": str(host / "lib/pkgconfig")}
+
+    def build_host(self, source):
+        flags = run(["pkg-config", "--cflags", "--libs", "wstac"], env=self.environment).split()
+        return self.build(source, [*flags, "-lm", "-pthread"])
+
+    def build_firmware(self, source):
+        include = ["-I", ROOT / "wstac-fw/capi/include"]
+        programs = self.build(source, [*include, self.libraries[0], "-lm"])
+        elf = self.build_board(source)
+        return *programs, elf
+
+    def build_board(self, source):
+        elf = self.folder / f"{source.stem}.elf"
+        link = ["--specs=rdimon.specs", "-nostartfiles", "-T", BOARD / "board.ld", "-Wl,--gc-sections", "-Wl,--no-warn-rwx-segments"]
+        command = ["arm-none-eabi-gcc", *STRICT, *ARM, "-I", ROOT / "wstac-fw/capi/include", *link, source, BOARD / "startup.c"]
+        run([*command, self.libraries[1], "-lm", "-o", elf])
+        return elf
+
+    def build(self, source, more):
+        """The program, and the program with sanitizers."""
+        plain, sanitized = self.folder / source.stem, self.folder / f"{source.stem}-sanitized"
+        run(["gcc", *STRICT, "-O2", source, *more, "-o", plain])
+        run(["gcc", *STRICT, "-O1", *SANITIZED, source, *more, "-o", sanitized])
+        return plain, sanitized
+
+    def run(self, *command):
+        return run(command, cwd=self.folder, env=self.environment)
+
+    def on_board(self, elf, *arguments):
+        named = ",".join(f"arg={argument}" for argument in [elf.stem, *arguments])
+        return self.run(*QEMU, elf, "-semihosting-config", f"enable=on,target=native,{named}")
+
+
+def same(found, expected, what):
+    if found != expected:
+        fail(f"{what}: found\n{str(found)[:2000]}\nexpected\n{str(expected)[:2000]}")
+
+
+def check_headers(host):
+    """Both headers alone, together and in C++."""
+    includes = ["-I", host / "include", "-I", ROOT / "wstac-fw/capi/include"]
+    for text in ('#include "wstac.h"\n', '#include "wstac_fw.h"\n', '#include "wstac.h"\n#include "wstac_fw.h"\n'):
+        for language in (["gcc", "-x", "c", "-std=c99"], ["gcc", "-x", "c", "-std=c11"], ["g++", "-x", "c++", "-std=c++11"]):
+            run([*language, "-pedantic", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", *includes, "-"], input=text)
+    print("headers: alone and together, in C99, C11 and C++11")
+
+
+def check_symbols(host, elf):
+    """The host library gives its own names alone; no panic is in a program that calls all of the firmware's."""
+    given = run(["nm", "-D", "--defined-only", host / "lib/libwstac.so"]).split()[2::3]
+    header = (host / "include/wstac.h").read_text()
+    same(sorted(given), sorted(set(re.findall(r"\b(wstac_\w+)\(", header))), "names that libwstac.so gives")
+    names = run(["arm-none-eabi-nm", elf])
+    declared = set(re.findall(r"\b(wstac_fw_\w+)\(", (ROOT / "wstac-fw/capi/include/wstac_fw.h").read_text()))
+    missing = [name for name in declared if f" {name}\n" not in names]
+    panics = [name for name in names.splitlines() if re.search(r"panic|unwrap_failed|rust_begin_unwind", name)]
+    if missing or panics:
+        fail(f"{elf.name}: misses {missing}, expected all calls; has {panics}, expected no panic")
+    print(f"names: {len(given)} of the host library, {len(declared)} of the firmware's, and no panic with these")
+
+
+def check_host(programs, records):
+    expected = "".join(line(record) + "\n" for record in records if record["kind"] == "event")
+    plain, sanitized = programs.build_host(ROOT / "wstac-linux/examples/events.c")
+    for how in ([sanitized], [*VALGRIND, plain]):
+        same(programs.run(*how, "slides.mcap"), expected, f"{how[0]} events.c")
+    print(f"host example: the events of wstac run, with sanitizers and in valgrind\n{expected}", end="")
+    plain, sanitized = programs.build_host(TESTS / "host.c")
+    for how in ([sanitized], [*VALGRIND, plain]):
+        said = programs.run(*how, "slides.mcap", "slides.raw", 400, 400, "GREY")
+    print(f"host library: {said}", end="")
+
+
+def check_firmware_example(programs, records):
+    expected = "".join(line(record, 1) + "\n" for record in records if record["kind"] == "event")
+    plain, sanitized, elf = programs.build_firmware(EXAMPLES / "events.c")
+    arguments = ["slides.raw", 400, 400, MODEL]
+    for how in ([sanitized], [*VALGRIND, plain]):
+        same(nearest(programs.run(*how, *arguments)), expected, f"{how[0]} events.c")
+    same(nearest(programs.on_board(elf, *arguments)), expected, "events.c on the board")
+    print("firmware example: the same events, with sanitizers, in valgrind and on the emulated Cortex-M4F")
+
+
+def check_firmware(programs, wstac):
+    """Every format: features, samples and answers are those of `wstac run` to the bit, speeds to what it prints."""
+    plain, sanitized, elf = programs.build_firmware(TESTS / "firmware.c")
+    check_symbols(programs.host, elf)
+    (programs.folder / "linear.toml").write_text('[green]\nyuv = "linear"\n')
+    width, height = SIZE
+    for number, name in enumerate([*FORMATS, *(f"{name}-linear" for name in LINEAR)]):
+        fourcc, _, linear = name.partition("-")
+        raw = f"{name}.raw"
+        more = ["--config", "linear.toml"] if linear else []
+        asked = ["--format", fourcc, "--size", f"{width}x{height}", "--features", "--samples", "--save-raw", raw, *more]
+        records = wstac.run("scene:Saw3@150,90deg", *asked)
+        lines, speeds = firmware_lines(records)
+        if not any(record["kind"] == "event" for record in records):
+            fail(f"{name}: no event")
+        frame_bytes = (programs.folder / raw).stat().st_size // records[-1]["frames"]
+        rows = 0 if fourcc in PLANAR else 1 + number % 9
+        arguments = [name, raw, width, height, MODEL, rows, frame_bytes]
+        outputs = [programs.run(sanitized, *arguments), programs.on_board(elf, *arguments)]
+        if number == 0:
+            outputs.append(programs.run(*VALGRIND, plain, *arguments))
+        for output in outputs:
+            found, found_speeds = parsed(output)
+            same(found, lines, name)
+            if any(abs(a - b) > 0.0501 for a, b in zip(found_speeds, speeds, strict=True)):
+                fail(f"{name}: speeds are {found_speeds}, expected {speeds}")
+    print(f"firmware library: {len(FORMATS) + len(LINEAR)} formats to the bit, with sanitizers and on the board; GREY in valgrind")
+
+
+def check_stack(programs):
+    said = programs.on_board(programs.build_board(TESTS / "stack.c"), "slides.raw", 400, 400, MODEL).split()
+    taken = dict(zip(said[::2], map(int, said[1::2]), strict=True))
+    same(list(taken), list(STACK), "calls whose stack is measured")
+    over = {call: taken[call] for call in STACK if taken[call] > STACK[call]}
+    if over:
+        fail(f"stack: {over} bytes, expected at most {STACK}")
+    print(f"stack on the board, in bytes: {', '.join(f'{call} {taken[call]}' for call in taken)}")
+
+
+def main():
+    if len(sys.argv) != 5:
+        sys.exit(__doc__)
+    command, host, firmware, board = (Path(argument).resolve() for argument in sys.argv[1:])
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        wstac, programs = Wstac(command, folder), Programs(folder, host, firmware, board)
+        check_headers(host)
+        records = wstac.record()
+        check_host(programs, records)
+        check_firmware_example(programs, records)
+        check_firmware(programs, wstac)
+        check_stack(programs)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,334 @@
+/*
+ * The firmware library at its edges, then every number that it makes of a stream.
+ *
+ *     firmware FORMAT FRAMES WIDTH HEIGHT MODEL.wsm STRIPE_ROWS FRAME_BYTES
+ *
+ * Frames are pushed in stripes of STRIPE_ROWS rows, or whole for 0. Prints a line of ten features a frame, and of an event its frame, speed,
+ * direction, texture and 700 numbers.
+ */
+#include <math.h>
+#include <stdint.h>
+
+#include "expect.h"
+#include "wstac_fw.h"
+
+static const struct {
+    const char *name;
+    const WstacFwFormat *format;
+} formats[] = {
+    {"GREY", &WSTAC_FW_GREY}, {"Y10", &WSTAC_FW_Y10}, {"Y12", &WSTAC_FW_Y12}, {"Y16", &WSTAC_FW_Y16},
+    {"RGB3", &WSTAC_FW_RGB24}, {"BGR3", &WSTAC_FW_RGB24}, {"XB24", &WSTAC_FW_RGBX32}, {"RX24", &WSTAC_FW_XRGB32},
+    {"RGBP", &WSTAC_FW_RGB565}, {"RGGB", &WSTAC_FW_RGGB8}, {"GRBG", &WSTAC_FW_GRBG8}, {"RG10", &WSTAC_FW_RGGB10},
+    {"BA10", &WSTAC_FW_GRBG10}, {"RG12", &WSTAC_FW_RGGB12}, {"BA12", &WSTAC_FW_GRBG12}, {"YUYV", &WSTAC_FW_YUYV},
+    {"YUYV-linear", &WSTAC_FW_YUYV_LINEAR}, {"UYVY", &WSTAC_FW_UYVY}, {"UYVY-linear", &WSTAC_FW_UYVY_LINEAR},
+    {"NV12", &WSTAC_FW_NV12}, {"YU12", &WSTAC_FW_YU12},
+};
+
+static WstacFwPipeline pipeline;
+static WstacFwModel model;
+static uint32_t model_words[24 * 1024];
+static uint8_t frame[512 * 1024];
+static int16_t sample[WSTAC_FW_SAMPLE_NUMBERS];
+
+static const WstacFwOptions tiny = {.format = &WSTAC_FW_GREY, .width = 10, .height = 10};
+static uint8_t dark[100], bright[100];
+
+static WstacFwStatus init(const WstacFwOptions *options)
+{
+    return wstac_fw_init(&pipeline, sizeof pipeline, options);
+}
+
+static void memory_is_checked(void)
+{
+    /* Larger than both, and at an address that fits neither. */
+    static uint64_t memory[WSTAC_PIPELINE_SIZE / 8 + 1];
+    WstacFwPipeline *odd = (WstacFwPipeline *)(void *)((char *)memory + 4);
+    WstacFwEvent event;
+    WstacFwSpeed speed;
+    WstacFwDirection direction;
+    WstacFwEnd end;
+    WstacFwIncomplete incomplete;
+    WstacFwTexture texture;
+    int16_t features[WSTAC_FW_FEATURES];
+    EXPECT(wstac_fw_init(NULL, sizeof pipeline, &tiny) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_init(&pipeline, sizeof pipeline, NULL) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_init(&pipeline, sizeof pipeline - 1, &tiny) == WSTAC_FW_STATUS_MEMORY);
+    EXPECT(wstac_fw_init(odd, sizeof pipeline, &tiny) == WSTAC_FW_STATUS_MEMORY);
+    EXPECT(wstac_fw_model_init(NULL, sizeof model, frame, 4) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_model_init(&model, sizeof model, NULL, 4) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_model_init(&model, sizeof model - 1, frame, 4) == WSTAC_FW_STATUS_MEMORY);
+    /* Nothing has been set up. */
+    EXPECT(wstac_fw_push_frame(&pipeline, dark, sizeof dark) == WSTAC_FW_STATUS_STATE);
+    EXPECT(wstac_fw_push_stripe(&pipeline, dark, sizeof dark) == WSTAC_FW_STATUS_STATE);
+    EXPECT(wstac_fw_push_lost(&pipeline, 1) == WSTAC_FW_STATUS_STATE);
+    EXPECT(wstac_fw_abandon_frame(&pipeline) == WSTAC_FW_STATUS_STATE);
+    EXPECT(wstac_fw_finish(&pipeline) == WSTAC_FW_STATUS_STATE);
+    EXPECT(wstac_fw_features(&pipeline, features, NULL) == WSTAC_FW_STATUS_STATE);
+    EXPECT(wstac_fw_event(&pipeline, &event) == WSTAC_FW_STATUS_STATE);
+    EXPECT(wstac_fw_end(&pipeline, &end) == WSTAC_FW_STATUS_STATE);
+    EXPECT(wstac_fw_classify(&model, sample, &texture) == WSTAC_FW_STATUS_STATE);
+    /* No memory. */
+    EXPECT(wstac_fw_push_frame(NULL, dark, sizeof dark) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_push_stripe(NULL, dark, sizeof dark) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_push_lost(NULL, 1) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_abandon_frame(NULL) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_finish(NULL) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_take_interrupted(NULL, &incomplete) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_classify(NULL, sample, &texture) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_trigger_defaults(NULL) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_speed_law_defaults(NULL, false) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_set_trigger(NULL, NULL) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_set_speed_law(NULL, NULL) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_set_floor(NULL, 0.5) == WSTAC_FW_STATUS_NULL);
+    EXPECT(init(&tiny) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_push_frame(&pipeline, NULL, 100) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_push_stripe(&pipeline, NULL, 100) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_push_frame(&pipeline, dark, SIZE_MAX) == WSTAC_FW_STATUS_MEMORY);
+    EXPECT(wstac_fw_set_trigger(&pipeline, NULL) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_set_speed_law(&pipeline, NULL) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_features(&pipeline, NULL, NULL) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_event(&pipeline, NULL) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_sample(&pipeline, NULL) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_speed(&pipeline, NULL) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_direction(&pipeline, NULL) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_end(&pipeline, NULL) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_take_interrupted(&pipeline, NULL) == WSTAC_FW_STATUS_NULL);
+    /* No event, no features. */
+    EXPECT(wstac_fw_event(&pipeline, &event) == WSTAC_FW_STATUS_STATE);
+    EXPECT(wstac_fw_speed(&pipeline, &speed) == WSTAC_FW_STATUS_STATE);
+    EXPECT(wstac_fw_direction(&pipeline, &direction) == WSTAC_FW_STATUS_STATE);
+    EXPECT(wstac_fw_sample(&pipeline, sample) == WSTAC_FW_STATUS_STATE);
+    EXPECT(wstac_fw_features(&pipeline, features, NULL) == WSTAC_FW_STATUS_NONE);
+}
+
+static void options_are_checked(void)
+{
+    static const WstacFwCorner corners[25];
+    WstacFwOptions options = tiny;
+    options.format = NULL;
+    EXPECT(init(&options) == WSTAC_FW_STATUS_NULL);
+    options.format = (const WstacFwFormat *)(const void *)model_words;
+    EXPECT(init(&options) == WSTAC_FW_STATUS_FORMAT);
+    options = tiny, options.width = 0;
+    EXPECT(init(&options) == WSTAC_FW_STATUS_FRAME_SIZE);
+    options = tiny, options.height = 16385;
+    EXPECT(init(&options) == WSTAC_FW_STATUS_FRAME_SIZE);
+    options = tiny, options.width = 3;
+    EXPECT(init(&options) == WSTAC_FW_STATUS_EMPTY_TAXEL);
+    options = tiny, options.corners = corners;
+    EXPECT(init(&options) == WSTAC_FW_STATUS_EMPTY_TAXEL);
+    options.taxel[0] = options.taxel[1] = 11;
+    EXPECT(init(&options) == WSTAC_FW_STATUS_TAXEL_OUTSIDE);
+    options.taxel[0] = options.taxel[1] = 10;
+    EXPECT(init(&options) == WSTAC_FW_STATUS_OK);
+    options = tiny, options.format = &WSTAC_FW_Y16, options.width = options.height = 4000;
+    EXPECT(init(&options) == WSTAC_FW_STATUS_SUM_TOO_LARGE);
+    options = tiny, options.stride = 4;
+    EXPECT(init(&options) == WSTAC_FW_STATUS_STRIDE);
+    options = tiny, options.bytes_per_row = 9;
+    EXPECT(init(&options) == WSTAC_FW_STATUS_BYTES_PER_ROW);
+    options = tiny, options.fps_numerator = 30;
+    EXPECT(init(&options) == WSTAC_FW_STATUS_FRAME_RATE);
+    for (size_t i = 0; i < sizeof formats / sizeof *formats; i++) {
+        options = tiny, options.width = options.height = 40;
+        options.format = formats[i].format, options.bt709 = options.full_range = true;
+        EXPECT(init(&options) == WSTAC_FW_STATUS_OK);
+    }
+}
+
+static void settings_are_checked(void)
+{
+    WstacFwTrigger trigger;
+    WstacFwSpeedLaw law;
+    EXPECT(init(&tiny) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_trigger_defaults(&trigger) == WSTAC_FW_STATUS_OK && trigger.window == 5);
+    EXPECT(wstac_fw_set_trigger(&pipeline, &trigger) == WSTAC_FW_STATUS_OK);
+    trigger.follow = 17;
+    EXPECT(wstac_fw_set_trigger(&pipeline, &trigger) == WSTAC_FW_STATUS_FOLLOW);
+    trigger.follow = 64;
+    EXPECT(wstac_fw_set_trigger(&pipeline, &trigger) == WSTAC_FW_STATUS_OK);
+    trigger.margin = -1;
+    EXPECT(wstac_fw_set_trigger(&pipeline, &trigger) == WSTAC_FW_STATUS_MARGIN);
+    trigger.multiplier = NAN;
+    EXPECT(wstac_fw_set_trigger(&pipeline, &trigger) == WSTAC_FW_STATUS_MULTIPLIER);
+    trigger.backtrack = 26;
+    EXPECT(wstac_fw_set_trigger(&pipeline, &trigger) == WSTAC_FW_STATUS_BACKTRACK);
+    trigger.window = 71;
+    EXPECT(wstac_fw_set_trigger(&pipeline, &trigger) == WSTAC_FW_STATUS_WINDOW);
+    for (int physical = 0; physical < 2; physical++) {
+        EXPECT(wstac_fw_speed_law_defaults(&law, physical) == WSTAC_FW_STATUS_OK);
+        EXPECT(wstac_fw_set_speed_law(&pipeline, &law) == WSTAC_FW_STATUS_OK);
+    }
+    law.slowest_mm_s = 300;
+    EXPECT(wstac_fw_set_speed_law(&pipeline, &law) == WSTAC_FW_STATUS_FITTED_RANGE);
+    law.intercept_or_track = INFINITY;
+    EXPECT(wstac_fw_set_speed_law(&pipeline, &law) == WSTAC_FW_STATUS_SPEED_LAW);
+    law.threshold = 0;
+    EXPECT(wstac_fw_set_speed_law(&pipeline, &law) == WSTAC_FW_STATUS_SPEED_THRESHOLD);
+    EXPECT(wstac_fw_set_floor(&pipeline, 256) == WSTAC_FW_STATUS_FLOOR_LEVELS);
+    EXPECT(wstac_fw_set_floor(&pipeline, 2) == WSTAC_FW_STATUS_OK);
+    /* Not once the stream has started. */
+    EXPECT(wstac_fw_push_frame(&pipeline, dark, sizeof dark) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_trigger_defaults(&trigger) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_set_trigger(&pipeline, &trigger) == WSTAC_FW_STATUS_STATE);
+    EXPECT(wstac_fw_set_speed_law(&pipeline, &law) == WSTAC_FW_STATUS_STATE);
+    EXPECT(wstac_fw_set_floor(&pipeline, 2) == WSTAC_FW_STATUS_STATE);
+}
+
+static void streams_are_checked(void)
+{
+    WstacFwOptions planar = {.format = &WSTAC_FW_NV12, .width = 10, .height = 10};
+    WstacFwEnd end;
+    WstacFwIncomplete incomplete;
+    WstacFwEvent event;
+    int16_t features[WSTAC_FW_FEATURES];
+    uint64_t number = 99;
+    EXPECT(init(&planar) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_push_stripe(&pipeline, dark, 10) == WSTAC_FW_STATUS_STRIPE_OF_PLANAR);
+    EXPECT(init(&tiny) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_push_frame(&pipeline, dark, 99) == WSTAC_FW_STATUS_FRAME_TOO_SHORT);
+    EXPECT(wstac_fw_push_stripe(&pipeline, dark, 15) == WSTAC_FW_STATUS_STRIPE_NOT_WHOLE_ROWS);
+    EXPECT(wstac_fw_push_stripe(&pipeline, dark, 60) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_features(&pipeline, features, &number) == WSTAC_FW_STATUS_NONE && number == 99);
+    EXPECT(wstac_fw_push_stripe(&pipeline, dark, 60) == WSTAC_FW_STATUS_STRIPE_TOO_LONG);
+    EXPECT(wstac_fw_push_frame(&pipeline, dark, 100) == WSTAC_FW_STATUS_FRAME_UNDER_WAY);
+    EXPECT(wstac_fw_push_stripe(&pipeline, dark, 40) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_features(&pipeline, features, &number) == WSTAC_FW_STATUS_OK && number == 0);
+    EXPECT(wstac_fw_features(&pipeline, features, NULL) == WSTAC_FW_STATUS_OK);
+    /* A second frame is given up and filled, then a baseline, a touch, and frames lost within its sample. */
+    EXPECT(wstac_fw_push_stripe(&pipeline, bright, 50) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_abandon_frame(&pipeline) == WSTAC_FW_STATUS_OK);
+    for (int i = 2; i < 40; i++)
+        EXPECT(wstac_fw_push_frame(&pipeline, dark, sizeof dark) == WSTAC_FW_STATUS_OK);
+    for (int i = 40; i < 60; i++)
+        EXPECT(wstac_fw_push_frame(&pipeline, bright, sizeof bright) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_end(&pipeline, &end) == WSTAC_FW_STATUS_OK && end.baseline_complete && end.baseline_quiet);
+    EXPECT(end.frames == 60 && end.incomplete_frame == 30 && end.incomplete_frames == 30);
+    EXPECT(wstac_fw_push_lost(&pipeline, 5) == WSTAC_FW_STATUS_OK);
+    for (int i = 65; i < 99; i++)
+        EXPECT(wstac_fw_push_frame(&pipeline, dark, sizeof dark) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_push_frame(&pipeline, dark, sizeof dark) == WSTAC_FW_STATUS_EVENT);
+    EXPECT(wstac_fw_event(&pipeline, &event) == WSTAC_FW_STATUS_OK);
+    EXPECT(event.frame == 30 && event.frames_filled == 5 && event.reliable);
+    EXPECT(wstac_fw_sample(&pipeline, sample) == WSTAC_FW_STATUS_OK && sample[0] < sample[100]);
+    EXPECT(wstac_fw_push_frame(&pipeline, dark, sizeof dark) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_event(&pipeline, &event) == WSTAC_FW_STATUS_STATE);
+    /* A gap of more than seven frames ends the next sample. */
+    for (int i = 101; i < 115; i++)
+        EXPECT(wstac_fw_push_frame(&pipeline, i < 110 ? dark : bright, sizeof dark) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_push_lost(&pipeline, 8) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_take_interrupted(&pipeline, &incomplete) == WSTAC_FW_STATUS_NONE);
+    EXPECT(wstac_fw_push_frame(&pipeline, dark, sizeof dark) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_take_interrupted(&pipeline, &incomplete) == WSTAC_FW_STATUS_OK);
+    EXPECT(incomplete.frame == 100 && incomplete.frames == 15);
+    EXPECT(wstac_fw_take_interrupted(&pipeline, &incomplete) == WSTAC_FW_STATUS_NONE);
+    EXPECT(wstac_fw_finish(&pipeline) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_finish(&pipeline) == WSTAC_FW_STATUS_STATE);
+    EXPECT(wstac_fw_push_frame(&pipeline, dark, sizeof dark) == WSTAC_FW_STATUS_STATE);
+    EXPECT(wstac_fw_end(&pipeline, &end) == WSTAC_FW_STATUS_OK && end.frames == 124 && end.incomplete_frames == 0);
+}
+
+static void models_are_checked(size_t bytes)
+{
+    uint8_t *file = (uint8_t *)model_words;
+    WstacFwTexture texture;
+    EXPECT(wstac_fw_model_init(&model, sizeof model, file, 0) == WSTAC_FW_STATUS_MODEL_MAGIC);
+    EXPECT(wstac_fw_model_init(&model, sizeof model, file, bytes - 4) == WSTAC_FW_STATUS_MODEL_LENGTH);
+    EXPECT(wstac_fw_model_init(&model, sizeof model, file, bytes - 1) == WSTAC_FW_STATUS_MODEL_ALIGNMENT);
+    EXPECT(wstac_fw_model_init(&model, sizeof model, file + 1, bytes - 4) == WSTAC_FW_STATUS_MODEL_ALIGNMENT);
+    file[3] = '2';
+    EXPECT(wstac_fw_model_init(&model, sizeof model, file, bytes) == WSTAC_FW_STATUS_MODEL_VERSION);
+    file[3] = '1', file[bytes / 2] ^= 1;
+    EXPECT(wstac_fw_model_init(&model, sizeof model, file, bytes) == WSTAC_FW_STATUS_MODEL_CHECKSUM);
+    file[bytes / 2] ^= 1;
+    EXPECT(wstac_fw_classify(&model, sample, &texture) == WSTAC_FW_STATUS_STATE);
+    EXPECT(wstac_fw_model_init(&model, sizeof model, file, bytes) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_classify(&model, NULL, &texture) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_classify(&model, sample, NULL) == WSTAC_FW_STATUS_NULL);
+}
+
+static void texts_are_there(void)
+{
+    const char *unknown = wstac_fw_status_text(3);
+    for (WstacFwStatus status = WSTAC_FW_STATUS_OTHER; status <= WSTAC_FW_STATUS_NONE; status++)
+        EXPECT(strlen(wstac_fw_status_text(status)) > 3 && wstac_fw_status_text(status) != unknown);
+    EXPECT(wstac_fw_status_text(WSTAC_FW_STATUS_OTHER - 1) == unknown && wstac_fw_status_text(INT32_MIN) == unknown);
+}
+
+static void print_event(void)
+{
+    WstacFwEvent event;
+    WstacFwSpeed speed;
+    WstacFwDirection direction;
+    WstacFwTexture texture;
+    EXPECT(wstac_fw_event(&pipeline, &event) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_speed(&pipeline, &speed) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_direction(&pipeline, &direction) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_sample(&pipeline, sample) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_classify(&model, sample, &texture) == WSTAC_FW_STATUS_OK && texture.task == WSTAC_FW_TASK_SPECIMEN);
+    printf("event %lu %d %.3f %.3f %d %d %d %d %d %s", (unsigned long)event.frame, speed.duration_frames, (double)speed.mm_s,
+           (double)speed.at_most_mm_s, speed.extrapolated, direction.degrees, direction.confidence, event.frames_filled,
+           event.reliable, texture.label);
+    for (int i = 0; i < WSTAC_FW_SAMPLE_NUMBERS; i++)
+        printf(" %d", sample[i]);
+    printf("\n");
+}
+
+static void push(const uint8_t *bytes, size_t length, bool whole)
+{
+    int16_t f[WSTAC_FW_FEATURES];
+    WstacFwStatus (*take)(WstacFwPipeline *, const uint8_t *, size_t) = whole ? wstac_fw_push_frame : wstac_fw_push_stripe;
+    WstacFwStatus status = take(&pipeline, bytes, length);
+    EXPECT(status == WSTAC_FW_STATUS_OK || status == WSTAC_FW_STATUS_EVENT);
+    if (wstac_fw_features(&pipeline, f, NULL) == WSTAC_FW_STATUS_OK)
+        printf("features %d %d %d %d %d %d %d %d %d %d\n", f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8], f[9]);
+    if (status == WSTAC_FW_STATUS_EVENT)
+        print_event();
+}
+
+/* Frames of the format until the file ends; bytes a row and a frame are those of the format, which the caller knows. */
+static void stream(const WstacFwOptions *options, FILE *file, size_t row_bytes, size_t frame_bytes, size_t stripe_rows)
+{
+    EXPECT(frame_bytes <= sizeof frame);
+    EXPECT(init(options) == WSTAC_FW_STATUS_OK);
+    while (fread(frame, 1, frame_bytes, file) == frame_bytes) {
+        if (stripe_rows == 0) {
+            push(frame, frame_bytes, true);
+            continue;
+        }
+        for (size_t at = 0; at < frame_bytes; at += stripe_rows * row_bytes) {
+            size_t left = frame_bytes - at;
+            push(frame + at, left < stripe_rows * row_bytes ? left : stripe_rows * row_bytes, false);
+        }
+    }
+    if (wstac_fw_finish(&pipeline) == WSTAC_FW_STATUS_EVENT)
+        print_event();
+}
+
+int main(int argc, char **argv)
+{
+    memset(dark, 3, sizeof dark);
+    memset(bright, 200, sizeof bright);
+    EXPECT(argc == 8);
+    memory_is_checked();
+    options_are_checked();
+    settings_are_checked();
+    streams_are_checked();
+    texts_are_there();
+    FILE *file = fopen(argv[5], "rb");
+    EXPECT(file != NULL);
+    size_t bytes = fread(model_words, 1, sizeof model_words, file);
+    fclose(file);
+    models_are_checked(bytes);
+    fprintf(stderr, "%d expectations\n", expectations);
+    WstacFwOptions options = {.width = (uint32_t)atoi(argv[3]), .height = (uint32_t)atoi(argv[4])};
+    for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
+        if (strcmp(formats[i].name, argv[1]) == 0)
+            options.format = formats[i].format;
+    size_t frame_bytes = (size_t)atoi(argv[7]);
+    file = fopen(argv[2], "rb");
+    EXPECT(file != NULL);
+    stream(&options, file, frame_bytes / options.height, frame_bytes, (size_t)atoi(argv[6]));
+    fclose(file);
+    return 0;
+}

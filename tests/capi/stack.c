@@ -1,0 +1,98 @@
+/*
+ * How much stack each call of the firmware library takes on the board, the largest of a whole stream: found by painting what lies below.
+ *
+ *     stack FRAMES WIDTH HEIGHT MODEL.wsm
+ */
+#include <stdint.h>
+
+#include "expect.h"
+#include "wstac_fw.h"
+
+#define PAINTED 16384
+#define PAINT 0xA5A5A5A5u
+
+static WstacFwPipeline pipeline;
+static WstacFwModel model;
+static uint32_t model_words[24 * 1024];
+static uint8_t frame[512 * 1024];
+static int16_t sample[WSTAC_FW_SAMPLE_NUMBERS];
+static WstacFwOptions options = {.format = &WSTAC_FW_GREY};
+static size_t model_bytes, frame_bytes;
+static WstacFwStatus status;
+
+static void call_init(void) { status = wstac_fw_init(&pipeline, sizeof pipeline, &options); }
+static void call_model_init(void) { status = wstac_fw_model_init(&model, sizeof model, (uint8_t *)model_words, model_bytes); }
+static void call_push(void) { status = wstac_fw_push_stripe(&pipeline, frame, frame_bytes); }
+static void call_sample(void) { status = wstac_fw_sample(&pipeline, sample); }
+
+static void call_speed(void)
+{
+    WstacFwSpeed speed;
+    status = wstac_fw_speed(&pipeline, &speed);
+}
+
+static void call_direction(void)
+{
+    WstacFwDirection direction;
+    status = wstac_fw_direction(&pipeline, &direction);
+}
+
+static void call_classify(void)
+{
+    WstacFwTexture texture;
+    status = wstac_fw_classify(&model, sample, &texture);
+}
+
+/* Bytes that a call takes below this function's own frame. */
+static __attribute__((noinline)) uint32_t taken(void (*call)(void))
+{
+    uint32_t top;
+    __asm__ volatile("mov %0, sp" : "=r"(top));
+    volatile uint32_t *bottom = (volatile uint32_t *)(uintptr_t)(top - PAINTED);
+    for (uint32_t i = 0; i < PAINTED / 4; i++)
+        bottom[i] = PAINT;
+    call();
+    uint32_t unused = 0;
+    while (unused < PAINTED / 4 && bottom[unused] == PAINT)
+        unused++;
+    EXPECT(unused > 0);
+    return PAINTED - 4 * unused;
+}
+
+static void keep(uint32_t *most, void (*call)(void))
+{
+    uint32_t bytes = taken(call);
+    EXPECT(status >= 0);
+    *most = bytes > *most ? bytes : *most;
+}
+
+int main(int argc, char **argv)
+{
+    uint32_t init = 0, push = 0, speed = 0, direction = 0, take_sample = 0, model_init = 0, classify = 0;
+    EXPECT(argc == 5);
+    FILE *file = fopen(argv[4], "rb");
+    EXPECT(file != NULL);
+    model_bytes = fread(model_words, 1, sizeof model_words, file);
+    fclose(file);
+    options.width = (uint32_t)atoi(argv[2]), options.height = (uint32_t)atoi(argv[3]);
+    frame_bytes = (size_t)options.width * options.height;
+    EXPECT(frame_bytes <= sizeof frame);
+    keep(&init, call_init);
+    keep(&model_init, call_model_init);
+    file = fopen(argv[1], "rb");
+    EXPECT(file != NULL);
+    while (fread(frame, 1, frame_bytes, file) == frame_bytes) {
+        keep(&push, call_push);
+        if (status == WSTAC_FW_STATUS_EVENT) {
+            keep(&speed, call_speed);
+            keep(&direction, call_direction);
+            keep(&take_sample, call_sample);
+            keep(&classify, call_classify);
+        }
+    }
+    fclose(file);
+    printf("init %lu push %lu speed %lu direction %lu sample %lu model_init %lu classify %lu\n", (unsigned long)init,
+           (unsigned long)push, (unsigned long)speed, (unsigned long)direction, (unsigned long)take_sample,
+           (unsigned long)model_init, (unsigned long)classify);
+    return 0;
+}

@@ -1,0 +1,122 @@
+//! A texture model, from the bytes of its file.
+
+use core::ffi::c_char;
+use core::slice;
+
+use wstac_core::model::Model;
+use wstac_core::model::file::{INPUTS, Task};
+use wstac_core::model::labels::LONGEST_LABEL;
+use wstac_core::texture::texture;
+
+use crate::memory::{Memory, borrowed, fits, give, place, set_up, value};
+use crate::status::{WstacFwStatus, status};
+
+/// Bytes of a model.
+pub const WSTAC_FW_MODEL_SIZE: usize = 112;
+/// Bytes of a class's name, with the 0 behind it.
+pub const WSTAC_FW_LABEL_BYTES: usize = 64;
+
+const _: () = assert!(WSTAC_FW_LABEL_BYTES == LONGEST_LABEL + 1);
+
+/// A texture model, in memory that the program gives. Set up by wstac_fw_model_init; it reads the file's bytes where they lie. Nothing has to
+/// be freed.
+#[repr(C)]
+pub struct WstacFwModel {
+    /// The library's own.
+    opaque: [u64; 14],
+}
+
+const _: () = assert!(size_of::<WstacFwModel>() == WSTAC_FW_MODEL_SIZE);
+const _: () = assert!(fits::<WstacFwModel, Model<'static>>(if cfg!(target_pointer_width = "32") { 52 } else { 0 }));
+
+// SAFETY: numbers, as large and aligned as asserted above.
+unsafe impl Memory for WstacFwModel {
+    type Value = Model<'static>;
+    const MARK: u32 = u32::from_le_bytes(*b"WSmd");
+}
+
+/// What a model tells apart.
+#[repr(i32)]
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum WstacFwTask {
+    /// Unstated.
+    Other = 0,
+    /// Specimens: pattern and depth.
+    Specimen = 1,
+    /// Patterns.
+    Pattern = 2,
+    /// Depths in mm.
+    Depth = 3,
+}
+
+/// What a model says of a sample.
+#[repr(C)]
+pub struct WstacFwTexture {
+    /// What the model tells apart.
+    pub task: WstacFwTask,
+    /// Number of the class, from 0.
+    pub class_number: u8,
+    /// Its name in UTF-8, such as Saw3, that ends in 0.
+    pub label: [c_char; WSTAC_FW_LABEL_BYTES],
+}
+
+/// Checks all of a model file's bytes, which are aligned to four, and sets the model up in `size` bytes of memory: sizeof(WstacFwModel). The
+/// bytes are not copied: they stay where and as they are as long as the model is used, in flash as a rule.
+///
+/// # Safety
+/// `model` is null or that memory; `bytes` is null or `length` bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_model_init(
+    model: *mut WstacFwModel,
+    size: usize,
+    bytes: *const u8,
+    length: usize,
+) -> WstacFwStatus {
+    let make = || {
+        if bytes.is_null() {
+            return Err(WstacFwStatus::Null);
+        }
+        if isize::try_from(length).is_err() {
+            return Err(WstacFwStatus::Memory);
+        }
+        // SAFETY: not null, `length` bytes that stay (the caller).
+        let bytes = unsafe { slice::from_raw_parts(bytes, length) };
+        Ok(Model::from_bytes(bytes)?)
+    };
+    // SAFETY: the caller's.
+    status(unsafe { set_up(model, size, make) })
+}
+
+/// What a model says of a sample, as wstac_fw_sample gives it: 700 numbers.
+///
+/// # Safety
+/// `model` is null or a model's memory, `sample` null or 700 numbers, `to` null or memory for a texture.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_classify(
+    model: *const WstacFwModel,
+    sample: *const i16,
+    to: *mut WstacFwTexture,
+) -> WstacFwStatus {
+    let classify = || {
+        // SAFETY: the caller's.
+        let model = unsafe { value(model) }?;
+        // SAFETY: the caller's; an array is aligned as its numbers.
+        let sample = unsafe { borrowed(sample.cast::<[i16; INPUTS]>()) }?;
+        let to = place(to)?;
+        let found = texture(sample, model);
+        let mut label = [0; WSTAC_FW_LABEL_BYTES];
+        // The 0 at the end stays: a name is shorter.
+        for (to, byte) in label.iter_mut().zip(found.label.bytes()).take(LONGEST_LABEL) {
+            *to = byte as c_char;
+        }
+        let task = match found.task {
+            Task::Other => WstacFwTask::Other,
+            Task::Specimen => WstacFwTask::Specimen,
+            Task::Pattern => WstacFwTask::Pattern,
+            Task::Depth => WstacFwTask::Depth,
+        };
+        // SAFETY: the caller's.
+        unsafe { give(to, WstacFwTexture { task, class_number: found.class, label }) }
+    };
+    status(classify())
+}

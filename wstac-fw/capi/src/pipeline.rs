@@ -1,0 +1,315 @@
+//! A pipeline in the caller's memory: frames or stripes in.
+
+use core::slice;
+
+use wstac_core::features::Features;
+use wstac_core::following::Follow;
+use wstac_core::frame::Stride;
+use wstac_core::green::ycbcr::{Colour, Matrix, Range};
+use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::ln::fixed::Fixed;
+use wstac_core::params::TAXELS;
+use wstac_core::rate::FrameRate;
+use wstac_core::speed::SpeedConfig;
+use wstac_core::stream::{FeatureFrame, FeatureStream};
+use wstac_core::taxels::Camera;
+use wstac_core::trigger::{Event, Trigger, TriggerConfig};
+
+use crate::format::{Chosen, WstacFwFormat};
+use crate::memory::{Memory, borrowed, fits, set_up, value_mut};
+use crate::status::{WstacFwStatus, status};
+
+/// Bytes of a pipeline.
+pub const WSTAC_PIPELINE_SIZE: usize = 2384;
+/// What a pipeline's address is a multiple of.
+pub const WSTAC_PIPELINE_ALIGN: usize = 8;
+
+/// A pipeline, in memory that the program gives: `static WstacFwPipeline pipeline;`. Set up by wstac_fw_init; copied or moved it is another
+/// pipeline in the same state. Nothing has to be freed.
+#[repr(C)]
+pub struct WstacFwPipeline {
+    /// The library's own.
+    opaque: [u64; 298],
+}
+
+const _: () = assert!(size_of::<WstacFwPipeline>() == WSTAC_PIPELINE_SIZE);
+const _: () = assert!(align_of::<WstacFwPipeline>() == WSTAC_PIPELINE_ALIGN);
+// On a 64-bit machine, where tests run, pointers are larger.
+const _: () = assert!(fits::<WstacFwPipeline, State>(if cfg!(target_pointer_width = "32") { 24 } else { 0 }));
+
+// SAFETY: numbers, as large and aligned as asserted above.
+unsafe impl Memory for WstacFwPipeline {
+    type Value = State;
+    const MARK: u32 = u32::from_le_bytes(*b"WSpl");
+}
+
+/// What a pipeline is.
+pub(crate) struct State {
+    pub(crate) stream: FeatureStream<Chosen, Fixed>,
+    pub(crate) trigger: Trigger<Option<Follow>>,
+    pub(crate) speed: SpeedConfig,
+    /// Those of the feature frame that the last call completed, and its number.
+    pub(crate) features: Option<(u64, Features)>,
+    /// The event that the last call completed, whose sample the trigger still holds.
+    seen: Option<Seen>,
+    phase: Phase,
+}
+
+/// How far a stream has come.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    SetUp,
+    Started,
+    Ended,
+}
+
+/// Of an event what the trigger does not keep.
+#[derive(Clone, Copy)]
+struct Seen {
+    frame: u64,
+    frames_filled: u8,
+    reliable: bool,
+}
+
+impl From<Event<'_>> for Seen {
+    fn from(event: Event<'_>) -> Self {
+        Self { frame: event.frame, frames_filled: event.frames_filled, reliable: event.reliable }
+    }
+}
+
+impl State {
+    fn new(options: &WstacFwOptions, format: &'static WstacFwFormat) -> Result<Self, WstacFwStatus> {
+        let size = FrameSize::new(options.width, options.height)?;
+        let layout = if options.corners.is_null() {
+            Layout::paper(size)?
+        } else {
+            // SAFETY: the caller's 25 corners.
+            let corners = unsafe { borrowed(options.corners.cast::<[WstacFwCorner; TAXELS]>()) }?;
+            Layout::new(size, options.taxel, corners.each_ref().map(|corner| [corner.left, corner.top]))?
+        };
+        let rate = match (options.fps_numerator, options.fps_denominator) {
+            (0, 0) => FrameRate::NOMINAL,
+            (numerator, denominator) => FrameRate::new(numerator, denominator)?,
+        };
+        let colour = Colour {
+            matrix: if options.bt709 { Matrix::Bt709 } else { Matrix::Bt601 },
+            range: if options.full_range { Range::Full } else { Range::Limited },
+        };
+        let stride = Stride::try_from(options.stride.max(1))?;
+        let mut camera = Camera::with_stride(Chosen { format, colour }, layout, rate, stride)?;
+        if options.bytes_per_row != 0 {
+            camera = camera.with_bytes_per_row(options.bytes_per_row)?;
+        }
+        Ok(Self {
+            stream: FeatureStream::with_floor(camera, format.default_floor())?,
+            trigger: Trigger::with(TriggerConfig::default(), 0, None),
+            speed: SpeedConfig::paper(rate),
+            features: None,
+            seen: None,
+            phase: Phase::SetUp,
+        })
+    }
+
+    /// Whether parameters can still be changed.
+    pub(crate) fn is_fresh(&self) -> bool {
+        self.phase == Phase::SetUp
+    }
+
+    /// The event that the last call completed.
+    pub(crate) fn event(&self) -> Option<Event<'_>> {
+        let Seen { frame, frames_filled, reliable } = self.seen?;
+        let (_, sample) = self.trigger.recent();
+        Some(Event { frame, sample, baseline: self.trigger.baseline()?, frames_filled, reliable })
+    }
+
+    /// What the stream made of what came in, and `lost` feature frames behind it.
+    fn step(&mut self, frame: Option<FeatureFrame>, lost: u64) -> WstacFwStatus {
+        self.features = frame.map(|frame| (self.trigger.next_frame(), frame.features));
+        self.seen = if let Some(frame) = frame {
+            self.trigger.push_then_lose(frame.features, frame.patched, lost).map(Seen::from)
+        } else {
+            self.trigger.push_lost(lost);
+            None
+        };
+        if self.seen.is_some() { WstacFwStatus::Event } else { WstacFwStatus::Ok }
+    }
+
+    /// Notes that the stream has started.
+    fn start(&mut self) -> Result<&mut FeatureStream<Chosen, Fixed>, WstacFwStatus> {
+        if self.phase == Phase::Ended {
+            return Err(WstacFwStatus::State);
+        }
+        self.phase = Phase::Started;
+        Ok(&mut self.stream)
+    }
+}
+
+/// A taxel's corner in a frame, in pixels.
+#[repr(C)]
+pub struct WstacFwCorner {
+    /// Its first column.
+    pub left: u16,
+    /// Its first row.
+    pub top: u16,
+}
+
+/// A camera's frames. All zeros but format, width and height are the defaults.
+#[repr(C)]
+pub struct WstacFwOptions {
+    /// Pixel format, such as &WSTAC_FW_GREY.
+    pub format: *const WstacFwFormat,
+    /// Pixels of a row, 1 to 16384.
+    pub width: u32,
+    /// Rows of a frame, 1 to 16384.
+    pub height: u32,
+    /// Bytes from row to row; 0 for rows without padding.
+    pub bytes_per_row: u32,
+    /// Frames a second, numerator; with a denominator of 0, too, 30 a second. Above 45 a second frames are added up to about 30.
+    pub fps_numerator: u32,
+    /// Frames a second, denominator.
+    pub fps_denominator: u32,
+    /// Every such pixel of a taxel, either way, is counted: 1, 2, 3 or 5; 0 is 1.
+    pub stride: u32,
+    /// Y Cb Cr are of ITU-R BT.709 instead of BT.601.
+    pub bt709: bool,
+    /// Y Cb Cr are of full range instead of limited.
+    pub full_range: bool,
+    /// Width and height of every taxel in pixels; with corners only.
+    pub taxel: [u16; 2],
+    /// Corners of 25 taxels, row by row; null for the paper's layout in the centred largest square.
+    pub corners: *const WstacFwCorner,
+}
+
+/// Sets a pipeline up, with the default trigger and speed law, in `size` bytes of memory: sizeof(WstacFwPipeline). It may have been in use
+/// before. The baseline is the first 25 feature frames: nothing may touch the sensor then.
+///
+/// # Safety
+/// `pipeline` is null or that memory; `options` is null or options, whose corners are null or 25.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_init(
+    pipeline: *mut WstacFwPipeline,
+    size: usize,
+    options: *const WstacFwOptions,
+) -> WstacFwStatus {
+    let make = || {
+        // SAFETY: the caller's.
+        let options = unsafe { borrowed(options) }?;
+        // SAFETY: the caller's; formats are constants of this library, which its mark confirms.
+        let format = unsafe { borrowed(options.format) }?;
+        if !format.is_valid() {
+            return Err(WstacFwStatus::Format);
+        }
+        State::new(options, format)
+    };
+    // SAFETY: the caller's.
+    status(unsafe { set_up(pipeline, size, make) })
+}
+
+/// Bytes that a caller gives.
+///
+/// # Safety
+/// Null, or `length` bytes that nobody changes meanwhile.
+unsafe fn bytes<'a>(bytes: *const u8, length: usize) -> Result<&'a [u8], WstacFwStatus> {
+    if bytes.is_null() {
+        return Err(WstacFwStatus::Null);
+    }
+    if isize::try_from(length).is_err() {
+        return Err(WstacFwStatus::Memory);
+    }
+    // SAFETY: not null, `length` bytes (the caller), which no more than half of all addresses can be.
+    Ok(unsafe { slice::from_raw_parts(bytes, length) })
+}
+
+/// Takes a whole frame. WSTAC_FW_STATUS_EVENT if it completes an event. A frame that is refused has not been taken: wstac_fw_push_lost keeps
+/// its place in time.
+///
+/// # Safety
+/// `pipeline` is null or a pipeline's memory; `frame` is null or `length` bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_push_frame(
+    pipeline: *mut WstacFwPipeline,
+    frame: *const u8,
+    length: usize,
+) -> WstacFwStatus {
+    let push = || {
+        // SAFETY: the caller's.
+        let state = unsafe { value_mut(pipeline) }?;
+        // SAFETY: the caller's.
+        let frame = unsafe { bytes(frame, length) }?;
+        let features = state.start()?.push_frame(frame)?;
+        Ok(state.step(features, 0))
+    };
+    status(push())
+}
+
+/// Takes the next rows of a frame, as a DMA delivers them. WSTAC_FW_STATUS_EVENT if they complete an event, which is that of the whole frame
+/// bit for bit. A stripe that is refused has not been taken.
+///
+/// # Safety
+/// `pipeline` is null or a pipeline's memory; `rows` is null or `length` bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_push_stripe(
+    pipeline: *mut WstacFwPipeline,
+    rows: *const u8,
+    length: usize,
+) -> WstacFwStatus {
+    let push = || {
+        // SAFETY: the caller's.
+        let state = unsafe { value_mut(pipeline) }?;
+        // SAFETY: the caller's.
+        let rows = unsafe { bytes(rows, length) }?;
+        let features = state.start()?.push_stripe(rows)?;
+        Ok(state.step(features, 0))
+    };
+    status(push())
+}
+
+/// Forgets the rows of a frame whose rest will not arrive, and counts it as lost.
+///
+/// # Safety
+/// `pipeline` is null or a pipeline's memory.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_abandon_frame(pipeline: *mut WstacFwPipeline) -> WstacFwStatus {
+    let abandon = || {
+        // SAFETY: the caller's.
+        let state = unsafe { value_mut(pipeline) }?;
+        let loss = state.start()?.abandon_frame();
+        Ok(state.step(loss.patched, loss.frames))
+    };
+    status(abandon())
+}
+
+/// Keeps the place of lost camera frames in time: a short gap is filled, one of more than 7 feature frames ends what was under way. A frame
+/// that is under way in stripes stays so.
+///
+/// # Safety
+/// `pipeline` is null or a pipeline's memory.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_push_lost(pipeline: *mut WstacFwPipeline, frames: u64) -> WstacFwStatus {
+    let lose = || {
+        // SAFETY: the caller's.
+        let state = unsafe { value_mut(pipeline) }?;
+        let loss = state.start()?.push_lost(frames);
+        Ok(state.step(loss.patched, loss.frames))
+    };
+    status(lose())
+}
+
+/// Ends the stream. WSTAC_FW_STATUS_EVENT if frames that were lost at its very end complete an event. Nothing can be pushed after it until
+/// wstac_fw_init.
+///
+/// # Safety
+/// `pipeline` is null or a pipeline's memory.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_finish(pipeline: *mut WstacFwPipeline) -> WstacFwStatus {
+    let finish = || {
+        // SAFETY: the caller's.
+        let state = unsafe { value_mut(pipeline) }?;
+        state.start()?;
+        state.phase = Phase::Ended;
+        state.features = None;
+        state.seen = state.trigger.finish().map(Seen::from);
+        Ok(if state.seen.is_some() { WstacFwStatus::Event } else { WstacFwStatus::Ok })
+    };
+    status(finish())
+}

@@ -1,0 +1,178 @@
+//! What a call comes back with, and what that means in words.
+
+use core::ffi::{CStr, c_char};
+
+use wstac_core::error::Error;
+use wstac_core::model::file::ModelError;
+
+/// What a call comes back with. Errors are below 0: nothing has changed then, and nothing was written.
+#[repr(i32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WstacFwStatus {
+    /// Done.
+    Ok = 0,
+    /// Done, and an event is complete: ask for it before the next push.
+    Event = 1,
+    /// Done, and there is nothing to give.
+    None = 2,
+    /// A pointer is null.
+    Null = -1,
+    /// The memory is too small, or not aligned.
+    Memory = -2,
+    /// The pipeline or model has not been set up, or the call does not fit what it has done.
+    State = -3,
+    /// The format is none of this library's.
+    Format = -4,
+    /// Width or height is out of range.
+    FrameSize = -5,
+    /// A taxel holds no pixel.
+    EmptyTaxel = -6,
+    /// A taxel reaches outside the frame.
+    TaxelOutside = -7,
+    /// Sums do not fit 32 bits: taxels are too large.
+    SumTooLarge = -8,
+    /// The stride is unknown.
+    Stride = -9,
+    /// Bytes per row are too few.
+    BytesPerRow = -10,
+    /// The frame rate is zero.
+    FrameRate = -11,
+    /// A frame has too few bytes.
+    FrameTooShort = -12,
+    /// A stripe is not whole rows.
+    StripeNotWholeRows = -13,
+    /// A stripe has more rows than the frame has left.
+    StripeTooLong = -14,
+    /// A stripe of a planar format.
+    StripeOfPlanar = -15,
+    /// A whole frame while one is under way in stripes.
+    FrameUnderWay = -16,
+    /// The window is out of range.
+    Window = -17,
+    /// The backtrack is too long.
+    Backtrack = -18,
+    /// The multiplier is out of range.
+    Multiplier = -19,
+    /// The margin is out of range.
+    Margin = -20,
+    /// The time constant of a baseline that follows is out of range.
+    Follow = -21,
+    /// Floor levels are out of range.
+    FloorLevels = -22,
+    /// The speed threshold is out of range.
+    SpeedThreshold = -23,
+    /// The range of speeds is none.
+    FittedRange = -24,
+    /// A parameter of the speed law is out of range.
+    SpeedLaw = -25,
+    /// The bytes are no model file.
+    ModelMagic = -26,
+    /// The model file is of another version.
+    ModelVersion = -27,
+    /// The model file is cut off, or has bytes too many.
+    ModelLength = -28,
+    /// The model file is damaged.
+    ModelChecksum = -29,
+    /// The model file's bytes are not aligned to four.
+    ModelAlignment = -30,
+    /// The model file says something impossible.
+    ModelContent = -31,
+    /// Something else is wrong with the parameters.
+    Other = -32,
+}
+
+/// Every status in words.
+const TEXTS: [(WstacFwStatus, &CStr); 35] = {
+    use WstacFwStatus as S;
+    [
+        (S::Ok, c"done"),
+        (S::Event, c"done, and an event is complete"),
+        (S::None, c"done, and there is nothing to give"),
+        (S::Null, c"a pointer is null, expected memory"),
+        (S::Memory, c"the memory is too small or not aligned, expected the size and alignment of its type in wstac_fw.h"),
+        (S::State, c"the call does not fit: not set up yet, started or ended already, or no event to ask for"),
+        (S::Format, c"format is none of this library's, expected the address of a WSTAC_FW_ format"),
+        (S::FrameSize, c"width or height is out of range, expected 1 to 16384 pixels"),
+        (S::EmptyTaxel, c"a taxel holds no pixel, expected at least one pixel (for Bayer formats two) each way"),
+        (S::TaxelOutside, c"a taxel reaches outside the frame, expected all 25 inside"),
+        (S::SumTooLarge, c"5 taxels at full scale over the frames added up do not fit 32 bits, expected smaller taxels or a larger stride"),
+        (S::Stride, c"stride is unknown, expected 1, 2, 3 or 5"),
+        (S::BytesPerRow, c"bytes per row are too few, expected at least those of a row of pixels"),
+        (S::FrameRate, c"frame rate is zero, expected numerator and denominator above 0"),
+        (S::FrameTooShort, c"the frame has too few bytes, expected all of its rows"),
+        (S::StripeNotWholeRows, c"the stripe ends within a row, expected whole rows"),
+        (S::StripeTooLong, c"the stripe has more rows than the frame has left, expected at most those"),
+        (S::StripeOfPlanar, c"stripe of a planar format, expected whole frames"),
+        (S::FrameUnderWay, c"whole frame while one is under way in stripes, expected the rest of it"),
+        (S::Window, c"window is out of range, expected 1 to 70 frames"),
+        (S::Backtrack, c"backtrack is too long, expected at most 5 windows, and with a window at most 70 frames"),
+        (S::Multiplier, c"multiplier is out of range, expected 0 to below 65536, and at least 1 with the signed rule"),
+        (S::Margin, c"margin is out of range, expected 0 to below 65536"),
+        (S::Follow, c"follow is out of range, expected 0, or a power of two from 16 to 32768 windows"),
+        (S::FloorLevels, c"floor levels are out of range, expected 0 to the full scale of the format"),
+        (S::SpeedThreshold, c"speed threshold is out of range, expected above 0 and at most 5"),
+        (S::FittedRange, c"fitted speeds are no range, expected the slowest, above 0, then the fastest"),
+        (S::SpeedLaw, c"a parameter of the speed law is out of range, expected finite numbers, slope and track above 0"),
+        (S::ModelMagic, c"the model does not start with WSM1, expected the bytes of a .wsm file"),
+        (S::ModelVersion, c"the model is of another version, expected WSM1: import it again"),
+        (S::ModelLength, c"the model is cut off or has bytes too many, expected the length that its header says"),
+        (S::ModelChecksum, c"the model's checksum is wrong: it is damaged"),
+        (S::ModelAlignment, c"the model's bytes are not whole words aligned to four, or this machine is not little-endian"),
+        (S::ModelContent, c"the model says something impossible: it was not made by wstac model import"),
+        (S::Other, c"the parameters do not fit each other"),
+    ]
+};
+
+impl From<Error> for WstacFwStatus {
+    fn from(error: Error) -> Self {
+        match error {
+            Error::FrameSize { .. } => Self::FrameSize,
+            Error::EmptyTaxel { .. } => Self::EmptyTaxel,
+            Error::TaxelOutside { .. } => Self::TaxelOutside,
+            Error::SumTooLarge { .. } => Self::SumTooLarge,
+            Error::Stride(_) => Self::Stride,
+            Error::BytesPerRow { .. } => Self::BytesPerRow,
+            Error::FrameRate { .. } => Self::FrameRate,
+            Error::FrameTooShort { .. } => Self::FrameTooShort,
+            Error::StripeNotWholeRows { .. } => Self::StripeNotWholeRows,
+            Error::StripeTooLong { .. } => Self::StripeTooLong,
+            Error::StripeOfPlanar => Self::StripeOfPlanar,
+            Error::FrameUnderWay { .. } => Self::FrameUnderWay,
+            Error::Window(_) => Self::Window,
+            Error::Backtrack { .. } => Self::Backtrack,
+            Error::Multiplier(_) => Self::Multiplier,
+            Error::Margin(_) => Self::Margin,
+            Error::Follow(_) => Self::Follow,
+            Error::FloorLevels(_) => Self::FloorLevels,
+            Error::SpeedThreshold(_) => Self::SpeedThreshold,
+            Error::FittedRange { .. } => Self::FittedRange,
+            Error::SpeedLaw { .. } => Self::SpeedLaw,
+            _ => Self::Other,
+        }
+    }
+}
+
+impl From<ModelError> for WstacFwStatus {
+    fn from(error: ModelError) -> Self {
+        match error {
+            ModelError::Magic => Self::ModelMagic,
+            ModelError::Version(_) => Self::ModelVersion,
+            ModelError::Length { .. } => Self::ModelLength,
+            ModelError::Checksum { .. } => Self::ModelChecksum,
+            ModelError::Alignment => Self::ModelAlignment,
+            _ => Self::ModelContent,
+        }
+    }
+}
+
+/// A call's status from what it did.
+pub(crate) fn status(result: Result<WstacFwStatus, WstacFwStatus>) -> WstacFwStatus {
+    result.unwrap_or_else(|error| error)
+}
+
+/// A status in words: text in English that ends in 0 and stays. Of a number that is no status it says so.
+#[unsafe(no_mangle)]
+pub extern "C" fn wstac_fw_status_text(status: i32) -> *const c_char {
+    let known = TEXTS.iter().find(|(known, _)| *known as i32 == status);
+    known.map_or(c"no status of this library", |(_, text)| text).as_ptr()
+}

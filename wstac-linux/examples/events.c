@@ -1,0 +1,29 @@
+/* The events of a source: cc events.c -o events $(pkg-config --cflags --libs wstac) && ./events FILE.mcap */
+#include <math.h>
+#include <stdio.h>
+#include <wstac.h>
+
+static void print(const char *name, int decimals, double number)
+{
+    isnan(number) ? printf("%s=- ", name) : printf("%s=%.*f ", name, decimals, number);
+}
+
+int main(int argc, char **argv)
+{
+    const char *models[] = {"builtin:svm", NULL};
+    WstacOptions options = {.models = models};
+    Wstac *sensor;
+    WstacRecord record = {0};
+    WstacStatus status = wstac_open(argc == 2 ? argv[1] : "", &options, &sensor);
+    while (status == WSTAC_STATUS_OK && record.kind != WSTAC_KIND_END)
+        if ((status = wstac_next(sensor, &record)) == WSTAC_STATUS_OK && record.kind == WSTAC_KIND_EVENT) {
+            print("frame", 0, (double)record.frame);
+            print("speed", 2, record.event.speed_mm_s);
+            print("direction", 1, record.event.direction_deg);
+            printf("texture=%s\n", record.texture.specimen ? record.texture.specimen : "-");
+        }
+    if (status != WSTAC_STATUS_OK)
+        fprintf(stderr, "%s: %s\n", wstac_error_text(status), wstac_error_message(sensor));
+    wstac_close(sensor);
+    return status != WSTAC_STATUS_OK;
+}
