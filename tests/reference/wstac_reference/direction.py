@@ -12,6 +12,9 @@ from .trigger import Baseline, Sample
 CLEAR = 0.2
 """Smallest confidence of a clear direction."""
 
+ROUNDING = 1e-12
+"""Slopes in frames a line below this are 0: what is left where all lines light up in the same frame, and (3 x) / x is not 3."""
+
 
 @dataclass(frozen=True)
 class DirectionAnswer:
@@ -47,7 +50,8 @@ def slope(centroids: Sequence[float | None]) -> float:
     mean_index = sum(index for index, _ in points) / len(points)
     mean_value = sum(value for _, value in points) / len(points)
     above = sum((index - mean_index) * (value - mean_value) for index, value in points)
-    return above / sum((index - mean_index) ** 2 for index, _ in points)
+    found = above / sum((index - mean_index) ** 2 for index, _ in points)
+    return found if abs(found) > ROUNDING else 0.0
 
 
 def measure_direction(baseline: Baseline, sample: Sample) -> DirectionAnswer:

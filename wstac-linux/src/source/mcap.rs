@@ -9,7 +9,7 @@ use mcap::records::{Record, op};
 use serde::Deserialize;
 use wstac_core::rate::FrameRate;
 
-use self::words::Words;
+use self::words::keep;
 use super::{Fault, Item, Source, StreamInfo};
 use crate::camera::mjpeg::Decoder;
 use crate::error::Error;
@@ -52,7 +52,6 @@ pub struct McapSource {
     channels: Vec<(u16, Content)>,
     jpeg_schemas: Vec<u16>,
     decoder: Option<Decoder>,
-    words: Words,
     ended: bool,
 }
 
@@ -91,7 +90,6 @@ impl McapSource {
             channels: Vec::new(),
             jpeg_schemas: Vec::new(),
             decoder: None,
-            words: Words::default(),
             ended: false,
             subject,
         })
@@ -131,9 +129,9 @@ impl McapSource {
                 Some(Content::Faults) => {
                     let line = serde_json::from_slice(message.data);
                     match line.map_err(|error| self.damaged(format_args!("{FAULTS}: {error}")))? {
-                        Line::Lost { frames, why } => return Ok(Next::Lost(frames, self.words.keep(&why))),
+                        Line::Lost { frames, why } => return Ok(Next::Lost(frames, keep(&why))),
                         Line::Fault { fault, message } => {
-                            return Ok(Next::Fault(Fault { kind: self.words.keep(&fault), message }));
+                            return Ok(Next::Fault(Fault { kind: keep(&fault), message }));
                         }
                         Line::Other => {}
                     }

@@ -1,25 +1,28 @@
-//! Reasons and kinds of faults of a recording, kept as long as the program runs: a few words, the same again and again.
+//! Reasons and kinds of faults of recordings, kept as long as the program runs: a few words, the same again and again.
 
-/// Most different words of a recording.
-const MOST: usize = 64;
+use std::sync::{Mutex, PoisonError};
 
-/// Words that are kept.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Words(Vec<&'static str>);
+/// Most different words, of all recordings together.
+const MOST: usize = 1024;
 
-impl Words {
-    /// A word for good. A file with more of them than any recording has gets one for all the rest.
-    pub(super) fn keep(&mut self, word: &str) -> &'static str {
-        if let Some(kept) = self.0.iter().find(|kept| **kept == word) {
-            return kept;
-        }
-        if self.0.len() >= MOST {
-            return "other";
-        }
-        let kept: &'static str = Box::leak(word.into());
-        self.0.push(kept);
-        kept
+/// Words that are kept: once each, however many recordings are opened.
+static WORDS: Mutex<Vec<&'static str>> = Mutex::new(Vec::new());
+
+/// A word for good. Where there are more of them than recordings have, all the rest are one.
+pub(super) fn keep(word: &str) -> &'static str {
+    keep_in(&mut WORDS.lock().unwrap_or_else(PoisonError::into_inner), word)
+}
+
+fn keep_in(words: &mut Vec<&'static str>, word: &str) -> &'static str {
+    if let Some(kept) = words.iter().find(|kept| **kept == word) {
+        return kept;
     }
+    if words.len() >= MOST {
+        return "other";
+    }
+    let kept: &'static str = Box::leak(word.into());
+    words.push(kept);
+    kept
 }
 
 #[cfg(test)]
@@ -28,11 +31,13 @@ mod tests {
 
     #[test]
     fn words_are_kept_once_and_not_without_end() {
-        let mut words = Words::default();
-        assert!(std::ptr::eq(words.keep("slow"), words.keep(&String::from("slow"))));
+        let mut words = Vec::new();
+        assert!(std::ptr::eq(keep_in(&mut words, "slow"), keep_in(&mut words, &String::from("slow"))));
         for k in 1..MOST {
-            assert_eq!(words.keep(&k.to_string()), k.to_string());
+            assert_eq!(keep_in(&mut words, &k.to_string()), k.to_string());
         }
-        assert_eq!((words.keep("one too many"), words.keep("slow"), words.0.len()), ("other", "slow", MOST));
+        assert_eq!((keep_in(&mut words, "one too many"), keep_in(&mut words, "slow")), ("other", "slow"));
+        assert_eq!(words.len(), MOST);
+        assert!(std::ptr::eq(keep("slow"), keep("slow")));
     }
 }
