@@ -167,6 +167,10 @@ static void settings_are_checked(void)
     EXPECT(wstac_fw_set_speed_law(&pipeline, &law) == WSTAC_FW_STATUS_SPEED_THRESHOLD);
     EXPECT(wstac_fw_set_floor(&pipeline, 256) == WSTAC_FW_STATUS_FLOOR_LEVELS);
     EXPECT(wstac_fw_set_floor(&pipeline, 2) == WSTAC_FW_STATUS_OK);
+    /* A frame that is refused has not started the stream. */
+    EXPECT(wstac_fw_push_frame(&pipeline, dark, sizeof dark - 1) == WSTAC_FW_STATUS_FRAME_TOO_SHORT);
+    EXPECT(wstac_fw_push_stripe(&pipeline, dark, 1) == WSTAC_FW_STATUS_STRIPE_NOT_WHOLE_ROWS);
+    EXPECT(wstac_fw_set_floor(&pipeline, 2) == WSTAC_FW_STATUS_OK);
     /* Not once the stream has started. */
     EXPECT(wstac_fw_push_frame(&pipeline, dark, sizeof dark) == WSTAC_FW_STATUS_OK);
     EXPECT(wstac_fw_trigger_defaults(&trigger) == WSTAC_FW_STATUS_OK);

@@ -147,7 +147,8 @@ class Interface:
                 self.item({**target, "name": inner["name"]}, path)
             return
         path = f"{path}::{item['name']}"
-        marks = "".join(f"#[{mark}] " for mark in item["attrs"] if mark in ("non_exhaustive", "must_use"))
+        names = [next(iter(mark)) if isinstance(mark, dict) else mark for mark in item["attrs"]]
+        marks = "".join(f"#[{name}] " for name in names if name in ("non_exhaustive", "must_use"))
         generics, where = self.generics(inner["generics"]) if isinstance(inner, dict) and "generics" in inner else ("", "")
         line = f"{path}{generics}: {marks}{self.what(kind, inner)}{where}"
         self.lines.add(line)

@@ -1,5 +1,7 @@
 //! Pixel formats as a C program names them: by address, so that a program has the code of those alone that it names.
 
+use core::mem::offset_of;
+
 use wstac_core::features::Floor;
 use wstac_core::frame::{Rows, Run};
 use wstac_core::green::Green;
@@ -12,6 +14,8 @@ use wstac_core::green::rgb565::Rgb565;
 use wstac_core::green::words::{Y10, Y12, Y16};
 use wstac_core::green::ycbcr::{Colour, Exact, Linear};
 use wstac_core::params::DEFAULT_FLOOR_LEVELS;
+
+use crate::status::WstacFwStatus;
 
 /// What a taxel is gathered in; most formats use the first number alone.
 type Sum = [u32; 3];
@@ -155,9 +159,25 @@ pub static WSTAC_FW_NV12: WstacFwFormat = format!(255, one, |colour| Nv12::new(E
 pub static WSTAC_FW_YU12: WstacFwFormat = format!(255, one, |colour| Yu12::new(Exact::new(colour)));
 
 impl WstacFwFormat {
-    /// Whether it is one.
-    pub(crate) fn is_valid(&self) -> bool {
-        self.mark == MARK
+    /// The format that a program names: one of this library's constants, which its mark confirms before the rest of it is looked at.
+    ///
+    /// # Errors
+    /// Where it is null, not aligned, or none.
+    ///
+    /// # Safety
+    /// Null, or as many readable bytes as a format has.
+    pub(crate) unsafe fn checked<'a>(format: *const Self) -> Result<&'a Self, WstacFwStatus> {
+        if format.is_null() {
+            return Err(WstacFwStatus::Null);
+        }
+        let mark = format.wrapping_byte_add(offset_of!(Self, mark)).cast::<u32>();
+        // What is not aligned is none. The mark alone is read: anything else need not be what its type says.
+        // SAFETY: not null, aligned, and readable (the caller); any number is a mark.
+        if !format.is_aligned() || unsafe { mark.read_volatile() } != MARK {
+            return Err(WstacFwStatus::Format);
+        }
+        // SAFETY: its mark says that it is a constant of this library.
+        Ok(unsafe { &*format })
     }
 
     /// The default floor of its pixels.

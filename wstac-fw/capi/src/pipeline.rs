@@ -122,8 +122,9 @@ impl State {
         Some(Event { frame, sample, baseline: self.trigger.baseline()?, frames_filled, reliable })
     }
 
-    /// What the stream made of what came in, and `lost` feature frames behind it.
+    /// What the stream made of what it has taken, and `lost` feature frames behind it: from now on it has started.
     fn step(&mut self, frame: Option<FeatureFrame>, lost: u64) -> WstacFwStatus {
+        self.phase = Phase::Started;
         self.features = frame.map(|frame| (self.trigger.next_frame(), frame.features));
         self.seen = if let Some(frame) = frame {
             self.trigger.push_then_lose(frame.features, frame.patched, lost).map(Seen::from)
@@ -134,13 +135,9 @@ impl State {
         if self.seen.is_some() { WstacFwStatus::Event } else { WstacFwStatus::Ok }
     }
 
-    /// Notes that the stream has started.
-    fn start(&mut self) -> Result<&mut FeatureStream<Chosen, Fixed>, WstacFwStatus> {
-        if self.phase == Phase::Ended {
-            return Err(WstacFwStatus::State);
-        }
-        self.phase = Phase::Started;
-        Ok(&mut self.stream)
+    /// The stream, as long as it has not ended.
+    fn stream(&mut self) -> Result<&mut FeatureStream<Chosen, Fixed>, WstacFwStatus> {
+        if self.phase == Phase::Ended { Err(WstacFwStatus::State) } else { Ok(&mut self.stream) }
     }
 }
 
@@ -184,7 +181,8 @@ pub struct WstacFwOptions {
 /// before. The baseline is the first 25 feature frames: nothing may touch the sensor then.
 ///
 /// # Safety
-/// `pipeline` is null or that memory; `options` is null or options, whose corners are null or 25.
+/// `pipeline` is null or that memory; `options` is null or options, whose format is null or one of the WSTAC_FW_ constants, and whose corners
+/// are null or 25.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_fw_init(
     pipeline: *mut WstacFwPipeline,
@@ -194,11 +192,8 @@ pub unsafe extern "C" fn wstac_fw_init(
     let make = || {
         // SAFETY: the caller's.
         let options = unsafe { borrowed(options) }?;
-        // SAFETY: the caller's; formats are constants of this library, which its mark confirms.
-        let format = unsafe { borrowed(options.format) }?;
-        if !format.is_valid() {
-            return Err(WstacFwStatus::Format);
-        }
+        // SAFETY: the caller's.
+        let format = unsafe { WstacFwFormat::checked(options.format) }?;
         State::new(options, format)
     };
     // SAFETY: the caller's.
@@ -236,7 +231,7 @@ pub unsafe extern "C" fn wstac_fw_push_frame(
         let state = unsafe { value_mut(pipeline) }?;
         // SAFETY: the caller's.
         let frame = unsafe { bytes(frame, length) }?;
-        let features = state.start()?.push_frame(frame)?;
+        let features = state.stream()?.push_frame(frame)?;
         Ok(state.step(features, 0))
     };
     status(push())
@@ -258,7 +253,7 @@ pub unsafe extern "C" fn wstac_fw_push_stripe(
         let state = unsafe { value_mut(pipeline) }?;
         // SAFETY: the caller's.
         let rows = unsafe { bytes(rows, length) }?;
-        let features = state.start()?.push_stripe(rows)?;
+        let features = state.stream()?.push_stripe(rows)?;
         Ok(state.step(features, 0))
     };
     status(push())
@@ -273,7 +268,7 @@ pub unsafe extern "C" fn wstac_fw_abandon_frame(pipeline: *mut WstacFwPipeline) 
     let abandon = || {
         // SAFETY: the caller's.
         let state = unsafe { value_mut(pipeline) }?;
-        let loss = state.start()?.abandon_frame();
+        let loss = state.stream()?.abandon_frame();
         Ok(state.step(loss.patched, loss.frames))
     };
     status(abandon())
@@ -289,7 +284,7 @@ pub unsafe extern "C" fn wstac_fw_push_lost(pipeline: *mut WstacFwPipeline, fram
     let lose = || {
         // SAFETY: the caller's.
         let state = unsafe { value_mut(pipeline) }?;
-        let loss = state.start()?.push_lost(frames);
+        let loss = state.stream()?.push_lost(frames);
         Ok(state.step(loss.patched, loss.frames))
     };
     status(lose())
@@ -305,7 +300,7 @@ pub unsafe extern "C" fn wstac_fw_finish(pipeline: *mut WstacFwPipeline) -> Wsta
     let finish = || {
         // SAFETY: the caller's.
         let state = unsafe { value_mut(pipeline) }?;
-        state.start()?;
+        state.stream()?;
         state.phase = Phase::Ended;
         state.features = None;
         state.seen = state.trigger.finish().map(Seen::from);
