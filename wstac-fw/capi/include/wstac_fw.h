@@ -449,7 +449,8 @@ WstacFwStatus wstac_fw_classify(const struct WstacFwModel *model, const int16_t 
 // before. The baseline is the first 25 feature frames: nothing may touch the sensor then.
 //
 // # Safety
-// `pipeline` is null or that memory; `options` is null or options, whose corners are null or 25.
+// `pipeline` is null or that memory; `options` is null or options, whose format is null or one of the WSTAC_FW_ constants, and whose corners
+// are null or 25.
 WstacFwStatus wstac_fw_init(struct WstacFwPipeline *pipeline,
                             size_t size,
                             const struct WstacFwOptions *options);
