@@ -173,3 +173,14 @@ def test_a_long_call_does_not_keep_others_waiting(tmp_path: Path) -> None:
     # The limit ends a test that hangs, no more.
     done = subprocess.run(call, check=True, capture_output=True, text=True, timeout=120)
     assert done.stdout == "1\n"
+
+
+def test_a_stream_of_weeks_keeps_the_last_of_everything(monkeypatch: pytest.MonkeyPatch) -> None:
+    from wstac import _answers
+
+    monkeypatch.setattr(_answers, "MOST", 3)
+    records = _answers.Records()
+    for frame in range(10):
+        records.take([(f'{{"kind":"fault","frame":{frame},"fault":"slow","message":"x"}}', None)])
+        records.forget()
+    assert [fault.frame for fault in records.faults] == [7, 8, 9]

@@ -176,6 +176,10 @@ def record(line: str, sample: Optional[NDArray[np.int16]]) -> Record:
     return found_record
 
 
+MOST = 10_000
+"""Most records of a kind that a stream under way keeps."""
+
+
 @dataclass
 class Records:
     """Records by kind, as they come."""
@@ -206,3 +210,11 @@ class Records:
                 self.end = one
         self.events += events
         return events
+
+    def forget(self) -> None:
+        """Lets go of events, which have been given, and of all but the last of the rest: a stream may last for weeks."""
+        self.events.clear()
+        del self.early_textures[:-MOST]
+        del self.incomplete[:-MOST]
+        del self.faults[:-MOST]
+        del self.lost[:-MOST]

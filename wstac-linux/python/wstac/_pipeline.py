@@ -149,12 +149,12 @@ class Pipeline:
 
     @property
     def early_textures(self) -> list[EarlyTexture]:
-        """What models that need fewer than 70 frames said before the event was complete, so far."""
+        """What models that need fewer than 70 frames said before the event was complete, so far; the last 10 000."""
         return self._records.early_textures
 
     @property
     def incomplete(self) -> list[Incomplete]:
-        """Events that a gap of lost frames interrupted, so far."""
+        """Events that a gap of lost frames interrupted, so far; the last 10 000."""
         return self._records.incomplete
 
     @property
@@ -167,7 +167,7 @@ class Pipeline:
         self._features = values[-1] if len(values) else None
         events = self._records.take(records)
         # Nobody asks for those of long ago; a stream may last for weeks.
-        self._records.events.clear()
+        self._records.forget()
         return events[0] if events else None
 
 

@@ -61,22 +61,22 @@ class Stream:
 
     @property
     def early_textures(self) -> list[EarlyTexture]:
-        """What models that need fewer than 70 frames said before the event was complete, so far."""
+        """What models that need fewer than 70 frames said before the event was complete, so far; the last 10 000."""
         return self._records.early_textures
 
     @property
     def incomplete(self) -> list[Incomplete]:
-        """Events that a gap of lost frames interrupted, so far."""
+        """Events that a gap of lost frames interrupted, so far; the last 10 000."""
         return self._records.incomplete
 
     @property
     def faults(self) -> list[Fault]:
-        """What happened to the source, so far."""
+        """What happened to the source, so far; the last 10 000."""
         return self._records.faults
 
     @property
     def lost(self) -> list[Lost]:
-        """Camera frames that were lost, so far."""
+        """Camera frames that were lost, so far; the last 10 000."""
         return self._records.lost
 
     @property
@@ -94,7 +94,7 @@ class Stream:
             if not given:
                 raise StopIteration
             self._waiting += self._records.take(given)
-            self._records.events.clear()
+            self._records.forget()
         return self._waiting.pop(0)
 
     def close(self) -> None:
