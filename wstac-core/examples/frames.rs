@@ -33,12 +33,12 @@ fn main() -> Result<(), Error> {
     let mut grabber = Grabber::new();
     loop {
         let event = match grabber.grab() {
-            // Fails on bytes that are no frame, which the grabber could have told before: count it, and go on.
+            // Fails on bytes that are no frame, which the grabber could have told before: that is a lost frame, too.
             Grabbed::Frame(bytes) => match pipeline.push_frame(bytes) {
                 Ok(event) => event,
                 Err(error) => {
                     println!("a frame is lost: {error}");
-                    continue;
+                    pipeline.push_lost(1)
                 }
             },
             // Time is frames: what is lost keeps its place, or every later speed would be wrong.

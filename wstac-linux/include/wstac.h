@@ -134,7 +134,7 @@ typedef struct WstacFrames {
 
 // A tactile event: what `wstac run --json` prints.
 typedef struct WstacEvent {
-  // Sliding speed in mm/s; NAN where there is none.
+  // Sliding speed in mm/s, to a tenth, as `wstac run` prints it; NAN where there is none.
   double speed_mm_s;
   // The speed is outside the range that the law was fitted on.
   bool speed_extrapolated;

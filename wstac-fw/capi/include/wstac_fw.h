@@ -473,7 +473,7 @@ WstacFwStatus wstac_fw_push_stripe(struct WstacFwPipeline *pipeline,
                                    const uint8_t *rows,
                                    size_t length);
 
-// Forgets the rows of a frame whose rest will not arrive, and counts it as lost.
+// Forgets the rows of a frame whose rest will not arrive, and counts it as lost: one frame, whether or not any of its rows had arrived.
 //
 // # Safety
 // `pipeline` is null or a pipeline's memory.

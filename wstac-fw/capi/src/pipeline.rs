@@ -259,7 +259,7 @@ pub unsafe extern "C" fn wstac_fw_push_stripe(
     status(push())
 }
 
-/// Forgets the rows of a frame whose rest will not arrive, and counts it as lost.
+/// Forgets the rows of a frame whose rest will not arrive, and counts it as lost: one frame, whether or not any of its rows had arrived.
 ///
 /// # Safety
 /// `pipeline` is null or a pipeline's memory.

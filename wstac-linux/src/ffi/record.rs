@@ -57,7 +57,7 @@ pub struct WstacTexture {
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct WstacEvent {
-    /// Sliding speed in mm/s; NAN where there is none.
+    /// Sliding speed in mm/s, to a tenth, as `wstac run` prints it; NAN where there is none.
     pub speed_mm_s: f64,
     /// The speed is outside the range that the law was fitted on.
     pub speed_extrapolated: bool,
