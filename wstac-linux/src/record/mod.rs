@@ -8,6 +8,7 @@
 pub mod about;
 mod file;
 pub(crate) mod foxglove;
+pub(crate) mod parse;
 mod picture;
 pub mod plan;
 mod recorder;

@@ -12,6 +12,7 @@ use mcap::write::Metadata;
 use mcap::{McapError, Schema};
 
 use super::file::{Message, RecordingFile, Topic};
+use super::parse::parse_record;
 use super::scan::{MessageBody, Scan, Step, Unread, index};
 use super::{CAMERA, EVENTS, FAULTS};
 use crate::error::Error;
@@ -104,7 +105,7 @@ impl Recovery<'_> {
             _ => return Ok(()),
         }
         // One that cannot be read is damaged, and what needs it is left out.
-        match mcap::parse_record(op, body) {
+        match parse_record(op, body) {
             Ok(Record::Schema { header, data }) => {
                 let schema = Schema { id: header.id, name: header.name, encoding: header.encoding, data };
                 let data = schema.data.into_owned().into();

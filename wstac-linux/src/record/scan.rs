@@ -10,6 +10,7 @@ use std::path::Path;
 use mcap::records::{Record, op};
 use mcap::write::Metadata;
 
+use super::parse::parse_record;
 use crate::error::Error;
 
 /// Bytes of an operation code and a length.
@@ -367,7 +368,7 @@ pub(crate) fn outline(path: &Path) -> Result<Outline, Error> {
     loop {
         match scan.next().map_err(|error| Error::new(path.display(), error))? {
             Step::Record { op: op::METADATA, .. } => {
-                if let Ok(Record::Metadata(record)) = mcap::parse_record(op::METADATA, scan.body()) {
+                if let Ok(Record::Metadata(record)) = parse_record(op::METADATA, scan.body()) {
                     metadata.push(record);
                 }
             }

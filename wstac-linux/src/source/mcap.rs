@@ -15,6 +15,7 @@ use crate::camera::mjpeg::Decoder;
 use crate::error::Error;
 use crate::record::about::{About, Labels};
 use crate::record::foxglove::{Schema, image_data};
+use crate::record::parse::parse_record;
 use crate::record::scan::{MessageBody, Scan, Step, outline};
 use crate::record::{CAMERA, FAULTS};
 
@@ -147,7 +148,7 @@ impl McapSource {
         if op != op::SCHEMA && op != op::CHANNEL {
             return Ok(());
         }
-        match mcap::parse_record(op, self.scan.body()) {
+        match parse_record(op, self.scan.body()) {
             Ok(Record::Schema { header, .. }) if header.name == Schema::CompressedImage.name() => {
                 self.jpeg_schemas.push(header.id);
             }
