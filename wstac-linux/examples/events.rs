@@ -2,15 +2,15 @@
 use std::path::Path;
 
 use wstac_linux::reading::{Reading, Record, Wanted, read_all};
+use wstac_linux::source::config_of;
 use wstac_linux::source::open::{OpenOptions, open};
-use wstac_linux::{config::Config, error::Error, model::file::ModelFile, texture::Textures};
+use wstac_linux::{error::Error, model::file::ModelFile, texture::Textures};
 
 fn main() -> Result<(), Error> {
     let file = std::env::args().nth(1).ok_or_else(|| Error::new("events", "no argument, expected FILE.mcap"))?;
     let mut source = open(&file, &OpenOptions::default())?;
     // A recording holds the configuration that it was made with.
-    let recorded = source.configuration().map(Config::parse).transpose();
-    let config = recorded.map_err(|error| Error::new(&file, error))?.unwrap_or_default();
+    let config = config_of(source.as_ref(), None)?;
     let models = [ModelFile::open(Path::new("builtin:svm"))?];
     let mut reading = Reading::new(source.info(), &config, Wanted::default())?.with_textures(Textures::new(&models)?);
     read_all(source.as_mut(), &mut reading, |record| {

@@ -16,6 +16,7 @@ use wstac_core::trigger::Trigger;
 
 use self::answers::answers;
 pub(crate) use self::answers::real;
+pub use self::answers::units;
 pub use self::record::{
     Completeness, DirectionRecord, EarlyTextureRecord, EndRecord, EventRecord, FaultRecord, IncompleteRecord, Record,
     SpeedRecord, Why,

@@ -2,9 +2,9 @@
 
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
-use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
+use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_linux::error::Error;
-use wstac_linux::reading::Record;
+use wstac_linux::reading::{Record, units};
 
 use crate::refused;
 
@@ -27,7 +27,7 @@ impl Gathered {
     pub(crate) fn take(&mut self, record: Record) -> Result<(), Error> {
         let sample = match record {
             Record::Features { frame, f } => {
-                self.features.extend(f.map(unit));
+                self.features.extend(f.map(units));
                 self.numbers.push(frame as i64);
                 return Ok(());
             }
@@ -39,7 +39,7 @@ impl Gathered {
             other => return self.line(&other),
         };
         if let Some((_, last)) = self.records.last_mut() {
-            *last = sample.map(|features| features.iter().flatten().copied().map(unit).collect());
+            *last = sample.map(|features| features.iter().flatten().copied().map(units).collect());
         }
         Ok(())
     }
@@ -69,11 +69,6 @@ impl Gathered {
         });
         records.collect()
     }
-}
-
-/// A feature in its own unit: the numbers of a record are exact multiples of it.
-fn unit(real: f64) -> i16 {
-    (real * f64::from(FEATURE_ONE)) as i16
 }
 
 /// An array of another shape with as many numbers.

@@ -98,12 +98,16 @@ fn kept(files: Vec<ModelFile>) -> &'static [ModelFile] {
     if files.is_empty() {
         return &[];
     }
-    let content = |files: &[ModelFile]| -> Vec<(String, Vec<u32>)> {
-        files.iter().map(|file| (file.about().to_owned(), file.words().to_owned())).collect()
+    let same = |before: &[ModelFile]| {
+        before.len() == files.len()
+            && before
+                .iter()
+                .zip(&files)
+                .all(|(one, other)| one.about() == other.about() && one.words() == other.words())
     };
     // Nothing in here panics, so the lock is never poisoned.
     let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(before) = kept.iter().find(|before| content(before) == content(&files)) {
+    if let Some(before) = kept.iter().find(|before| same(before)) {
         return before;
     }
     let files: &'static [ModelFile] = Box::leak(files.into_boxed_slice());

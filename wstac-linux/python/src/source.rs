@@ -14,7 +14,7 @@ use wstac_linux::reading::{Reading, Wanted};
 use wstac_linux::scene::Script;
 use wstac_linux::source::open::{is_live, open, script};
 use wstac_linux::source::scene::SceneSource;
-use wstac_linux::source::{Item, Source as Frames};
+use wstac_linux::source::{Item, Source as Frames, config_of};
 
 use crate::asked::Asked;
 use crate::config::{Config, table};
@@ -191,11 +191,8 @@ impl Source {
             return Err(refused(format_args!("{about}: matrix and range are for YCbCr sources, expected neither")));
         }
         info.colour = stream::colour(info.colour, asked.matrix.as_deref(), asked.range.as_deref())?;
-        let own = || source.configuration().map(Parsed::parse).transpose();
-        let config = match &asked.config {
-            Some(given) => given.0.clone(),
-            None => own().map_err(|error| refused(format_args!("{}: {error}", info.about)))?.unwrap_or_default(),
-        };
+        let given = asked.config.as_ref().map(|given| given.0.clone());
+        let config = config_of(source.as_ref(), given).map_err(refused)?;
         let wanted = Wanted { features, samples: true };
         let reading = Reading::new(&info, &config, wanted).map_err(refused)?.with_textures(textures(&asked.models)?);
         let (width, height) = info.size.into();

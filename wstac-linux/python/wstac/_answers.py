@@ -218,3 +218,24 @@ class Records:
         del self.incomplete[:-MOST]
         del self.faults[:-MOST]
         del self.lost[:-MOST]
+
+
+class Recorded:
+    """What anything that gives events has, beside them: records so far, the last 10 000 of a kind."""
+
+    _records: Records
+
+    @property
+    def early_textures(self) -> list[EarlyTexture]:
+        """What models that need fewer than 70 frames said before the event was complete, so far; the last 10 000."""
+        return self._records.early_textures
+
+    @property
+    def incomplete(self) -> list[Incomplete]:
+        """Events that a gap of lost frames interrupted, so far; the last 10 000."""
+        return self._records.incomplete
+
+    @property
+    def end(self) -> Optional[End]:
+        """How the stream ended; None before its end."""
+        return self._records.end

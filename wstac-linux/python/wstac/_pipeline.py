@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _frames, _wstac
-from ._answers import EarlyTexture, End, Event, Given, Incomplete, Records
+from ._answers import Event, Given, Recorded, Records
 from ._frames import Fps, Frames
 from ._models import Configuration, Models, native_config, native_models
 
@@ -59,7 +59,7 @@ def features(
     return values
 
 
-class Pipeline:
+class Pipeline(Recorded):
     """Frames of your own in, events out, as they come.
 
     Formats, shapes and arguments are those of `features`; `size` and `format` are those of the first frame unless they are given.
@@ -147,26 +147,10 @@ class Pipeline:
         """Number of the feature frame that comes next; lost ones are counted."""
         return 0 if self._native is None else self._native.next_frame()
 
-    @property
-    def early_textures(self) -> list[EarlyTexture]:
-        """What models that need fewer than 70 frames said before the event was complete, so far; the last 10 000."""
-        return self._records.early_textures
-
-    @property
-    def incomplete(self) -> list[Incomplete]:
-        """Events that a gap of lost frames interrupted, so far; the last 10 000."""
-        return self._records.incomplete
-
-    @property
-    def end(self) -> Optional[End]:
-        """How the stream ended; None before `finish`."""
-        return self._records.end
-
     def _take(self, pushed: tuple[list[Given], NDArray[np.int16], NDArray[np.int64]]) -> Optional[Event]:
         records, values, _ = pushed
         self._features = values[-1] if len(values) else None
         events = self._records.take(records)
-        # Nobody asks for those of long ago; a stream may last for weeks.
         self._records.forget()
         return events[0] if events else None
 

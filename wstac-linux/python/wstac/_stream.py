@@ -8,12 +8,12 @@ from types import TracebackType
 from typing import Any, Optional
 
 from . import _frames, _wstac
-from ._answers import EarlyTexture, End, Event, Fault, Incomplete, Lost, Records
+from ._answers import Event, Fault, Lost, Recorded, Records
 from ._frames import Fps
 from ._models import Config, Configuration, Models, Path, native_config, native_models
 
 
-class Stream:
+class Stream(Recorded):
     """Events of a source as they come: an iterator, made by `wstac.open`.
 
     Ctrl-C ends the wait for a camera. `with` lets go of a camera or file at the end; so does `close`.
@@ -60,16 +60,6 @@ class Stream:
         return self._native.models
 
     @property
-    def early_textures(self) -> list[EarlyTexture]:
-        """What models that need fewer than 70 frames said before the event was complete, so far; the last 10 000."""
-        return self._records.early_textures
-
-    @property
-    def incomplete(self) -> list[Incomplete]:
-        """Events that a gap of lost frames interrupted, so far; the last 10 000."""
-        return self._records.incomplete
-
-    @property
     def faults(self) -> list[Fault]:
         """What happened to the source, so far; the last 10 000."""
         return self._records.faults
@@ -78,11 +68,6 @@ class Stream:
     def lost(self) -> list[Lost]:
         """Camera frames that were lost, so far; the last 10 000."""
         return self._records.lost
-
-    @property
-    def end(self) -> Optional[End]:
-        """How the stream ended; None before its end."""
-        return self._records.end
 
     def __iter__(self) -> Iterator[Event]:
         return self

@@ -57,8 +57,9 @@ The row that is on top in the picture is row 1, the leftmost column column 1.
 Where it is not sure it writes no configuration, says why, and ends with exit code 1: fewer than 24
 whiskers, spots that are no lattice of 5 x 5, that the picture's edge cuts, that run into each other
 or reach full scale, a sensor that was touched too early. Look at the picture all the same: it is
-FILE.refused.png then, which the next try replaces, or what --overlay names. White rings are spots that seemed to be whiskers, orange ones others. In a picture of a
-calibration each taxel has its row and column; one in orange, dashed, is the whisker without light.
+FILE.refused.png then, which the next try replaces, or what --overlay names. White rings are spots
+that seemed to be whiskers, orange ones others. In a picture of a calibration each taxel has its row
+and column; one in orange, dashed, is the whisker without light.
 
 The configuration has the layout, and what follows from the noise of the untouched frames, each with
 a comment that says how: [features] floor_levels, [trigger] margin, [speed] threshold and

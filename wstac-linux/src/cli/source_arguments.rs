@@ -13,7 +13,7 @@ use crate::model::file::ModelFile;
 use crate::rate::per_second;
 use crate::scene::{Scene, Truth};
 use crate::source::open::{OpenOptions, open, script};
-use crate::source::{Delivery, Source, StreamInfo};
+use crate::source::{Delivery, Source, StreamInfo, config_of};
 
 /// How a source is opened and read.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -73,11 +73,7 @@ impl SourceArguments {
         // First: a camera, or standard input, is not asked for what could not be used.
         let given = file.map(Config::read).transpose()?;
         let (source, info) = self.open(source, delivery)?;
-        let own = || source.configuration().map(Config::parse).transpose();
-        let config = match given {
-            Some(given) => given,
-            None => own().map_err(|error| Error::new(&info.about, error))?.unwrap_or_default(),
-        };
+        let config = config_of(source.as_ref(), given)?;
         Ok((source, info, config))
     }
 

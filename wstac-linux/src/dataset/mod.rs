@@ -11,11 +11,11 @@ pub mod recordings;
 pub mod sweep;
 
 use rayon::prelude::*;
-use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
+use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 
 use crate::config::Config;
 use crate::error::Error;
-use crate::reading::{Reading, Record, Wanted};
+use crate::reading::{Reading, Record, Wanted, units};
 use crate::scene::Script;
 use crate::source::Source;
 use crate::source::scene::SceneSource;
@@ -96,7 +96,7 @@ fn quantised(features: &[Vec<f64>]) -> Box<Sample> {
     let mut sample = Box::new([[0; SAMPLE_FRAMES]; FEATURES]);
     for (row, feature) in sample.iter_mut().zip(features) {
         for (value, real) in row.iter_mut().zip(feature) {
-            *value = (real * f64::from(FEATURE_ONE)) as i16;
+            *value = units(*real);
         }
     }
     sample

@@ -34,17 +34,15 @@ const LEAK: f64 = 0.5;
 /// The findings, the worst first: what makes all other numbers doubtful, then what changes by itself, then the rest.
 pub(super) fn verdict(report: &Report, info: &StreamInfo, measured: &Measured) -> Vec<Finding> {
     let mut findings = Findings(Vec::new());
-    if stillness(&mut findings, report, measured) {
-        // Of light that came and went no threshold follows.
-        controls(&mut findings, &report.controls);
-        rate(&mut findings, report, info);
-        return findings.0;
-    }
+    let was_still = stillness(&mut findings, report, measured);
     controls(&mut findings, &report.controls);
     rate(&mut findings, report, info);
-    light(&mut findings, report);
-    trigger(&mut findings, report);
-    mjpeg(&mut findings, report);
+    // Of light that came and went no threshold follows.
+    if was_still {
+        light(&mut findings, report);
+        trigger(&mut findings, report);
+        mjpeg(&mut findings, report);
+    }
     findings.0
 }
 
@@ -56,7 +54,7 @@ impl Findings {
     }
 }
 
-/// Whether the sensor was touched, or the light changed.
+/// Whether nothing touched the sensor and the light stayed.
 fn stillness(findings: &mut Findings, report: &Report, measured: &Measured) -> bool {
     if let Some(frame) = measured.touched {
         let found =
@@ -71,7 +69,7 @@ fn stillness(findings: &mut Findings, report: &Report, measured: &Measured) -> b
         let found = "no pixel changes from frame to frame, as no camera's do".into();
         findings.add("frozen", found, "look whether the camera sends one picture again and again, or a test pattern");
     }
-    measured.touched.is_some() || !measured.quiet
+    measured.touched.is_none() && measured.quiet
 }
 
 fn controls(findings: &mut Findings, controls: &[ControlReport]) {

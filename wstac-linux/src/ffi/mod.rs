@@ -125,7 +125,7 @@ pub unsafe extern "C" fn wstac_open_frames(
         // SAFETY: the caller's.
         let options = unsafe { options::read(options) }?;
         // SAFETY: the caller's.
-        let info = unsafe { frames.info(options.config.green.yuv) }?;
+        let info = unsafe { frames.info(options.config.as_ref().map(|config| config.green.yuv).unwrap_or_default()) }?;
         Sensor::of_frames(&info, options)
     };
     // SAFETY: the caller's.

@@ -64,10 +64,8 @@ pub struct WstacFrames {
 
 /// Options that have been read.
 pub(super) struct Options {
-    /// The configuration that is asked for; the default where none is.
-    pub(super) config: Config,
-    /// Whether one is asked for.
-    pub(super) has_config: bool,
+    /// The configuration that is asked for.
+    pub(super) config: Option<Config>,
     pub(super) models: Vec<ModelFile>,
     pub(super) open: OpenOptions,
     pub(super) features: bool,
@@ -84,15 +82,14 @@ pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failu
     // SAFETY: null or options (the caller).
     let Some(options) = (unsafe { options.as_ref() }) else {
         let open = OpenOptions { delivery: Delivery::Newest, ..OpenOptions::default() };
-        return Ok(Options { config: Config::default(), has_config: false, models: Vec::new(), open, features: false });
+        return Ok(Options { config: None, models: Vec::new(), open, features: false });
     };
-    let has_config = !options.config.is_null();
-    let config = if has_config {
+    let config = if options.config.is_null() {
+        None
+    } else {
         // SAFETY: the caller's.
         let path = unsafe { text("config", options.config) }?;
-        Config::read(Path::new(path)).map_err(|error| failed(WstacStatus::Config, error))?
-    } else {
-        Config::default()
+        Some(Config::read(Path::new(path)).map_err(|error| failed(WstacStatus::Config, error))?)
     };
     // SAFETY: the caller's.
     let names = unsafe { names(options.models) }?;
@@ -120,7 +117,7 @@ pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failu
         keep_controls: options.keep_controls,
         controls: Vec::new(),
     };
-    Ok(Options { config, has_config, models, open, features: options.features })
+    Ok(Options { config, models, open, features: options.features })
 }
 
 impl Options {

@@ -6,7 +6,7 @@ use std::ptr;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 
 use super::status::c_string;
-use crate::reading::{Completeness, EventRecord, FaultRecord, IncompleteRecord, Record};
+use crate::reading::{Completeness, EventRecord, FaultRecord, IncompleteRecord, Record, units};
 use crate::texture::TextureRecord;
 
 /// Features of a frame: five rows, then five columns.
@@ -246,9 +246,4 @@ impl Given {
     fn keep_any(&mut self, text: Option<&str>) -> *const c_char {
         text.map_or(ptr::null(), |text| self.keep(text))
     }
-}
-
-/// A feature in units of 1/2048, which a record's numbers are exact multiples of.
-fn units(feature: f64) -> i16 {
-    (feature * f64::from(FEATURE_ONE)) as i16
 }

@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::model::file::ModelFile;
 use crate::reading::{Reading, Record, Wanted};
 use crate::source::open::open;
-use crate::source::{Item, Source, StreamInfo};
+use crate::source::{Item, Source, StreamInfo, config_of};
 use crate::texture::Textures;
 
 /// Model files at a place that does not move, so that a reading may borrow them from beside it.
@@ -70,20 +70,15 @@ impl Sensor {
     pub(super) fn open(source: &str, options: Options) -> Result<Self, Failure> {
         let source = open(source, &options.open).map_err(|error| failed(WstacStatus::Source, error))?;
         let info = source.info().clone();
-        let config = match source.configuration().filter(|_| !options.has_config) {
-            Some(own) => {
-                let wrong = |error| failed(WstacStatus::Config, Error::new(&info.about, error));
-                Config::parse(own).map_err(wrong)?
-            }
-            None => options.config.clone(),
-        };
+        let config = config_of(source.as_ref(), options.config.clone());
+        let config = config.map_err(|error| failed(WstacStatus::Config, error))?;
         Self::new(&info, &config, options, Some(source))
     }
 
     /// A sensor whose frames are pushed.
     pub(super) fn of_frames(info: &StreamInfo, options: Options) -> Result<Self, Failure> {
         options.without_source()?;
-        let config = options.config.clone();
+        let config = options.config.clone().unwrap_or_default();
         Self::new(info, &config, options, None)
     }
 

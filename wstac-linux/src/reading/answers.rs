@@ -94,6 +94,11 @@ pub(crate) fn real(feature: i16) -> f64 {
     f64::from(feature) / f64::from(FEATURE_ONE)
 }
 
+/// A record's feature, a real number, in units of 1/2048 again, without loss: it is an exact multiple of that.
+pub fn units(real: f64) -> i16 {
+    (real * f64::from(FEATURE_ONE)) as i16
+}
+
 /// A speed for output: one decimal, or four significant digits where that is finer.
 fn rounded(mm_s: f32) -> f64 {
     let tenths = (f64::from(mm_s) * 10.0).round() / 10.0;

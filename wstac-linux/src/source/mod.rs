@@ -16,6 +16,7 @@ use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
 
 use crate::camera::CameraState;
+use crate::config::Config;
 use crate::error::Error;
 use crate::record::about::Labels;
 
@@ -133,5 +134,17 @@ pub trait Source: Send {
     /// What a person said of the source when it was recorded, such as `specimen` `Saw3`; nothing where it is no recording.
     fn labels(&self) -> Option<&Labels> {
         None
+    }
+}
+
+/// The configuration to read a source with: the one that is given, else the source's own, else the default.
+///
+/// # Errors
+/// Where the source's own cannot be used: names the source.
+pub fn config_of(source: &dyn Source, given: Option<Config>) -> Result<Config, Error> {
+    match (given, source.configuration()) {
+        (Some(given), _) => Ok(given),
+        (None, Some(own)) => Config::parse(own).map_err(|error| Error::new(&source.info().about, error)),
+        (None, None) => Ok(Config::default()),
     }
 }
