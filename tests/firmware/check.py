@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""The firmware on emulated boards: its events are the host's, and what it costs is no more than was kept.
+"""Checks the firmware on emulated boards: its events are the host's, and its costs are within their budgets (budgets.toml).
 
-    check.py WSTAC            checks; what is worse than the kept numbers fails, what is better asks for an update
-    check.py WSTAC --keep     keeps the numbers (kept.json) and writes the table of docs/FIRMWARE.md
+    check.py WSTAC            checks; published numbers that are more than 2 % off fail as well
+    check.py WSTAC --write    checks, and writes the table of docs/FIRMWARE.md
 """
 
 import json
@@ -12,9 +12,9 @@ import tempfile
 from pathlib import Path
 
 import boards
+import budget
 import golden
 import images
-import kept
 import link
 from boards import BOARDS, ROOT
 from counter import Counter, Setting, formats, write_samples
@@ -88,18 +88,17 @@ def formats_too(wstac, folder):
 
 
 def main():
-    if len(sys.argv) not in (2, 3) or sys.argv[2:] not in ([], ["--keep"]):
+    if len(sys.argv) not in (2, 3) or sys.argv[2:] not in ([], ["--write"]):
         sys.exit(__doc__)
     with tempfile.TemporaryDirectory() as folder:
         numbers = measure(sys.argv[1], Path(folder))
         formats_too(sys.argv[1], Path(folder))
     for target in boards.TARGETS:
         images.measure(target, numbers)
-    print("\n".join(kept.table(numbers)))
+    print("\n".join(budget.table(numbers)))
     if sys.argv[2:]:
-        kept.keep(numbers)
-    elif not kept.compare(numbers):
-        sys.exit(1)
+        budget.write(numbers)
+    sys.exit(not budget.check(numbers))
 
 
 if __name__ == "__main__":

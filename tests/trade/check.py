@@ -30,8 +30,8 @@ POINTS = (
 )
 # Models that fade in the default setting; the first of them in all others.
 FADING = ("svm", "svm-int8", "svm-20f", "ovr", "forest", "forest-10", "forest-depth6", "boosted", "boosted-10")
-# As a share: how far a sum of prices may be from a count.
-SLACK = 0.01
+# As a fraction: how far a published sum of prices may be from a count. A compiler's output differs a little between two paths.
+SLACK = 0.02
 
 
 def run(*command):
