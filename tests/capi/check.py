@@ -7,6 +7,8 @@
 import json
 import os
 import re
+import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -16,7 +18,9 @@ ROOT = Path(__file__).resolve().parents[2]
 TESTS = ROOT / "tests/capi"
 EXAMPLES = ROOT / "wstac-fw/capi/examples"
 BOARD = EXAMPLES / "mps2-an386"
-MODEL = ROOT / "wstac-linux/models/svm.wsm"
+# A board gets its arguments as one line that it cuts at spaces, so the model is copied to where the programs run.
+MODEL = "svm.wsm"
+MODEL_FILE = ROOT / "wstac-linux/models/svm.wsm"
 STRICT = ["-std=c11", "-pedantic", "-Wall", "-Wextra", "-Werror", "-g"]
 SANITIZED = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 # A table that is made once and stays is no leak.
@@ -136,7 +140,7 @@ class Programs:
         self.environment = os.environ | {"LD_LIBRARY_PATH": str(host / "lib"), "PKG_CONFIG_PATH": str(host / "lib/pkgconfig")}
 
     def build_host(self, source):
-        flags = run(["pkg-config", "--cflags", "--libs", "wstac"], env=self.environment).split()
+        flags = shlex.split(run(["pkg-config", "--cflags", "--libs", "wstac"], env=self.environment))
         return self.build(source, [*flags, "-lm", "-pthread"])
 
     def build_firmware(self, source):
@@ -262,6 +266,7 @@ def main():
     command, host, firmware, board = (Path(argument).resolve() for argument in sys.argv[1:])
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
+        shutil.copy(MODEL_FILE, folder / MODEL)
         wstac, programs = Wstac(command, folder), Programs(folder, host, firmware, board)
         check_headers(host)
         records = wstac.record()
