@@ -43,6 +43,13 @@ class Published(unittest.TestCase):
         self.assertFalse(fine)
         self.assertEqual(text.count("\n"), 2)
 
+    def test_other_keys_are_not_asked_for(self):
+        base = {core: {key: of[key] for key in of.keys() & {"stripes", "flash"}} for core, of in self.numbers.items()}
+        self.assertEqual(self.said(budget.within, base, ("stripes", "flash")), (True, ""))
+        self.assertFalse(self.said(budget.within, base, ("stripes", "flash", "ram"))[0])
+        self.assertEqual(budget.differences(base, self.numbers, ("stripes", "flash")), [])
+        self.assertEqual(len(budget.differences(base, self.numbers, ("stripes", "flash", "ram"))), 4)
+
     def test_published_numbers_may_be_two_percent_off(self):
         for factor, count in ((1.0, 0), (1.015, 0), (0.985, 0), (1.025, 1), (0.975, 1)):
             numbers = copy.deepcopy(self.numbers)
