@@ -21,7 +21,7 @@ from counter import Counter, Setting, formats, write_samples
 from host import features, host, same
 
 HERE = Path(__file__).resolve().parent
-MODELS = {None: None} | {name: ROOT / f"wstac-linux/models/{name}.wsm" for name in ("svm", "forest", "boosted")}
+MODELS = {None: None} | {name: ROOT / f"wstac-host/models/{name}.wsm" for name in ("svm", "forest", "boosted")}
 FRAME = 400 * 400
 STRIPE = 8 * 400
 

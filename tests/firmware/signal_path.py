@@ -73,7 +73,7 @@ def measure(board, cmsis, folder):
 
 def forest(trees):
     """The shipped forest with so many trees, its own ones again and again."""
-    data = (ROOT / "wstac-linux/models/forest.wsm").read_bytes()
+    data = (ROOT / "wstac-host/models/forest.wsm").read_bytes()
     half = lambda at: struct.unpack_from("<H", data, 2 * at)[0]
     begin, shift, end = 20 + half(18), half(14), half(12) | half(13) << 16
     every, at = [], begin

@@ -19,7 +19,7 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-TRADE = ROOT / "wstac-linux/trade"
+TRADE = ROOT / "wstac-tradeoff/data"
 EXTREMES = ROOT / "docs/EXTREMES.md"
 PICTURE, PAGE, README = ROOT / "docs/plots/trade.svg", ROOT / "docs/TRADE.md", ROOT / "README.md"
 # Name, the core that it is for, and what may be spent.
