@@ -7,7 +7,12 @@ use wstac_host::source::open::{OpenOptions, open};
 
 /// The first event of a source, and its figure.
 fn figure(source: &str, config: &str) -> (Found, String) {
-    let mut source = open(source, &OpenOptions { size: Some((320, 180)), ..OpenOptions::default() }).unwrap();
+    let mut source = open(
+        source,
+        &OpenOptions { size: Some((320, 180)), ..OpenOptions::default() },
+        &[&wstac_scene::source::Scenes],
+    )
+    .unwrap();
     let (info, config) = (source.info().clone(), Config::parse(config).unwrap());
     let mut reading = Reading::new(&info, &config, Wanted { features: false, samples: true }).unwrap();
     let found = find(source.as_mut(), &info, &mut reading, &config, 1).unwrap();
@@ -161,8 +166,12 @@ fn very_slow_and_very_fast_stay_on_the_page() {
 #[test]
 fn a_source_without_the_event_says_how_many_it_has() {
     let failed = |number| {
-        let mut source =
-            open("scene:Saw3@150", &OpenOptions { size: Some((320, 180)), ..OpenOptions::default() }).unwrap();
+        let mut source = open(
+            "scene:Saw3@150",
+            &OpenOptions { size: Some((320, 180)), ..OpenOptions::default() },
+            &[&wstac_scene::source::Scenes],
+        )
+        .unwrap();
         let (info, config) = (source.info().clone(), Config::default());
         let mut reading = Reading::new(&info, &config, Wanted { features: false, samples: true }).unwrap();
         find(source.as_mut(), &info, &mut reading, &config, number).unwrap_err().to_string()
