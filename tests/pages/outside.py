@@ -73,9 +73,15 @@ class Book:
         """Returns a page's text with the links of the book; code stays as it is."""
         lines = text.split("\n")
         for number, line in pages.prose(text):
-            # Spans of code are put aside, unless they are the text of a link.
+            # What looks like a link in a span of code is put aside.
+            aside = [found[0] for found in pages.CODE.finditer(line) if "](" in found[0]]
+            for place, span in enumerate(aside):
+                line = line.replace(span, f"\0{place}\0", 1)
             line = IMAGE.sub(lambda found: self.image(found[1], found[2], base, chapter), line)
-            lines[number - 1] = WHOLE.sub(lambda found: self.link(found[1], found[2], base, chapter), line)
+            line = WHOLE.sub(lambda found: self.link(found[1], found[2], base, chapter), line)
+            for place, span in enumerate(aside):
+                line = line.replace(f"\0{place}\0", span, 1)
+            lines[number - 1] = line
         return "\n".join(lines)
 
 
