@@ -173,8 +173,8 @@ fn a_model_without_a_price_keeps_what_is_known() {
     let folder = std::env::temp_dir().join(format!("wstac-own-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let [map, model] = ["map.csv", "own.wsm"].map(|name| folder.join(name).to_str().unwrap().to_owned());
-    std::fs::copy(concat!(env!("CARGO_MANIFEST_DIR"), "/../wstac-linux/trade/models/svm-20f.wsm"), &model).unwrap();
-    let kept = include_str!("../wstac-linux/trade/map.csv").lines();
+    std::fs::copy(concat!(env!("CARGO_MANIFEST_DIR"), "/../wstac-host/models/tradeoff/svm-20f.wsm"), &model).unwrap();
+    let kept = include_str!("../wstac-tradeoff/data/map.csv").lines();
     let own = kept.filter(|line| !line.contains("builtin:") || line.contains("builtin:svm-20f,"));
     std::fs::write(&map, own.map(|line| line.replace("builtin:svm-20f", &model) + "\n").collect::<String>()).unwrap();
     std::fs::write(folder.join("base.toml"), "").unwrap();
@@ -193,7 +193,7 @@ fn a_maps_own_configuration_and_models_are_chosen() {
     let folder = std::env::temp_dir().join(format!("wstac-map-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let [map, chosen] = ["map.csv", "chosen"].map(|name| folder.join(name).to_str().unwrap().to_owned());
-    std::fs::write(&map, include_str!("../wstac-linux/trade/map.csv")).unwrap();
+    std::fs::write(&map, include_str!("../wstac-tradeoff/data/map.csv")).unwrap();
     let arguments = ["trade", "--budget", "M4F<60k", "--map", &map, "-o", &chosen];
     let ended = Command::new(wstac()).args(arguments).output().unwrap();
     assert_eq!(ended.status.code(), Some(1));

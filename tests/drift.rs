@@ -4,11 +4,11 @@ use std::fmt::Write;
 
 use wstac_core::following::{Follow, Kept};
 use wstac_core::trigger::{Rule, Trigger, TriggerConfig};
-use wstac_linux::config::Config;
-use wstac_linux::reading::{EventRecord, Reading, Record, Wanted, read_all};
-use wstac_linux::scene::{Script, Truth};
-use wstac_linux::source::Source;
-use wstac_linux::source::scene::SceneSource;
+use wstac_host::config::Config;
+use wstac_host::reading::{EventRecord, Reading, Record, Wanted, read_all};
+use wstac_host::source::Source;
+use wstac_scene::source::SceneSource;
+use wstac_scene::{Script, Truth};
 
 /// Slides within the hour.
 const SLIDES: u32 = 30;
@@ -32,7 +32,7 @@ fn read(script: &Script, config: &str) -> (Vec<Truth>, Vec<EventRecord>, u64) {
     let config = Config::parse(config).unwrap();
     let mut reading = Reading::new(source.info(), &config, Wanted::default()).unwrap();
     let (mut events, mut frames) = (Vec::new(), 0);
-    let result = read_all::<wstac_linux::error::Error>(&mut source, &mut reading, |record| {
+    let result = read_all::<wstac_host::error::Error>(&mut source, &mut reading, |record| {
         match record {
             Record::Event(event) => events.push(*event),
             Record::End(end) => frames = end.frames,

@@ -7,13 +7,13 @@ use std::process::{Command, Output, Stdio};
 
 use wstac_core::model::Model;
 use wstac_core::model::file::{INPUTS, Task};
-use wstac_linux::model::inline::source;
-use wstac_linux::model::trained::{Boosted, Kind, Linear, Node, Row, Score, Trained, Tree, file_order};
-use wstac_linux::model::write::{Leaves, Options, write};
 use wstac_tests::command::wstac;
 use wstac_tests::folder::Folder;
 use wstac_tests::random::Random;
 use wstac_tests::trained::XGBOOST;
+use wstac_train::model::inline::source;
+use wstac_train::model::trained::{Boosted, Kind, Linear, Node, Row, Score, Trained, Tree, file_order};
+use wstac_train::model::write::{Leaves, Options, write};
 
 /// Runs rustc in a folder; what it says is an error.
 fn rustc(folder: &Folder, arguments: &[&str]) {

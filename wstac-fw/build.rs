@@ -9,13 +9,6 @@
 // Modules of another crate and of this program alike.
 #![allow(unreachable_pub)]
 
-// The configuration is read by the host's own code: what it takes, a board takes.
-#[allow(dead_code)]
-#[path = "../wstac-linux/src/config.rs"]
-mod config;
-#[allow(dead_code)]
-#[path = "../wstac-linux/src/error.rs"]
-mod error;
 #[path = "build/link.rs"]
 mod link;
 #[path = "build/pixels.rs"]
@@ -30,7 +23,7 @@ use std::{env, fs};
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-changed=build");
-    println!("cargo:rerun-if-changed=../wstac-linux/src/config.rs");
+    println!("cargo:rerun-if-changed=../wstac-host/src/config.rs");
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     link::emulated(&out);
     link::h743();

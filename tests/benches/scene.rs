@@ -7,9 +7,9 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use wstac_linux::scene::effects::{EFFECTS, bare};
-use wstac_linux::scene::sensor::Fidelity;
-use wstac_linux::scene::{Scene, Script};
+use wstac_scene::effects::{EFFECTS, bare};
+use wstac_scene::sensor::Fidelity;
+use wstac_scene::{Scene, Script};
 
 /// Frames from the first touch of a slide at 150 mm/s to its last light, about.
 const FRAMES: u64 = 30;

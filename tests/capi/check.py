@@ -20,7 +20,7 @@ EXAMPLES = ROOT / "wstac-fw/capi/examples"
 BOARD = EXAMPLES / "mps2-an386"
 # A board gets its arguments as one line that it cuts at spaces, so the model is copied to where the programs run.
 MODEL = "svm.wsm"
-MODEL_FILE = ROOT / "wstac-linux/models/svm.wsm"
+MODEL_FILE = ROOT / "wstac-host/models/svm.wsm"
 STRICT = ["-std=c11", "-pedantic", "-Wall", "-Wextra", "-Werror", "-g"]
 SANITIZED = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 # A table that is made once and stays is no leak.
@@ -202,7 +202,7 @@ def check_symbols(host, elf):
 
 def check_host(programs, records):
     expected = "".join(line(record) + "\n" for record in records if record["kind"] == "event")
-    plain, sanitized = programs.build_host(ROOT / "wstac-linux/examples/events.c")
+    plain, sanitized = programs.build_host(ROOT / "wstac-c/examples/events.c")
     for how in ([sanitized], [*VALGRIND, plain]):
         same(programs.run(*how, "slides.mcap"), expected, f"{how[0]} events.c")
     print(f"host example: the events of wstac run, with sanitizers and in valgrind\n{expected}", end="")

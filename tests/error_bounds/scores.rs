@@ -2,9 +2,9 @@
 
 use wstac_core::model::file::{HEADER_HALVES, INPUTS, Task};
 use wstac_core::model::linear_svm::BLOCK;
-use wstac_linux::model::trained::{Kind, Linear, Row, Trained, file_order};
-use wstac_linux::model::write::{Options, write};
 use wstac_tests::random::Random;
+use wstac_train::model::trained::{Kind, Linear, Row, Trained, file_order};
+use wstac_train::model::write::{Options, write};
 
 use crate::{FEATURE, Largest, ONE};
 

@@ -15,31 +15,31 @@ SLACK = 0.02
 
 ROWS = {
     "whole": "whole frame → features, instructions",
-    "stripes": "the same in 50 stripes of 8 rows",
-    "trigger": "trigger, instructions a frame",
-    "speed": "speed, instructions an event",
-    "direction": "direction, instructions an event",
-    "svm": "texture by the shipped SVM",
-    "forest": "by the shipped forest",
-    "boosted": "by the shipped boosted trees",
+    "stripes": "frame → features in 50 stripes of 8 rows, instructions",
+    "trigger": "trigger, instructions per frame",
+    "speed": "speed, instructions per event",
+    "direction": "direction, instructions per event",
+    "svm": "texture by the shipped SVM, instructions per event",
+    "forest": "texture by the shipped forest, instructions per event",
+    "boosted": "texture by the shipped boosted trees, instructions per event",
     "flash": "flash of the whole firmware with its link, without a model, bytes",
-    "svm, flash": "what the SVM adds",
-    "forest, flash": "what the forest adds",
-    "boosted, flash": "what the boosted trees add",
-    "ram": "RAM without a model, the painted stack included, the stripe not, bytes",
-    "svm, ram": "with the SVM",
-    "forest, ram": "with the forest",
-    "boosted, ram": "with the boosted trees",
+    "svm, flash": "flash that the SVM adds, bytes",
+    "forest, flash": "flash that the forest adds, bytes",
+    "boosted, flash": "flash that the boosted trees add, bytes",
+    "ram": "RAM without a model, with the measured stack, without the stripe, bytes",
+    "svm, ram": "RAM with the SVM, bytes",
+    "forest, ram": "RAM with the forest, bytes",
+    "boosted, ram": "RAM with the boosted trees, bytes",
 } | {
     f"image {name}": f"image: {what}, bytes"
     for name, what in {
-        "features": "features alone",
-        "trigger": "+ trigger",
-        "speed": "+ speed",
-        "direction": "+ direction",
-        "linear_svm": "trigger + SVM, the model included",
-        "forest": "trigger + forest, the model included",
-        "boosted": "trigger + boosted trees, the model included",
+        "features": "only features",
+        "trigger": "features and trigger",
+        "speed": "features, trigger and speed",
+        "direction": "features, trigger, speed and direction",
+        "linear_svm": "trigger and SVM, model included",
+        "forest": "trigger and forest, model included",
+        "boosted": "trigger and boosted trees, model included",
     }.items()
 }
 FRAMES_A_SECOND = 30
@@ -62,7 +62,7 @@ def table(numbers):
         for core in cores:
             frame = numbers[core]["stripes"] + numbers[core]["trigger"]
             cells.append(f"{100 * frame * CYCLES * FRAMES_A_SECOND / (clock * 1e6):.2g} %")
-        lines.append(f"| share of the time at {FRAMES_A_SECOND} frames a second and {clock} MHz | " + " | ".join(cells) + " |")
+        lines.append(f"| fraction of the time at {FRAMES_A_SECOND} frames per second and {clock} MHz | " + " | ".join(cells) + " |")
     return lines
 
 

@@ -22,7 +22,7 @@ from counter import Counter, Setting, formats, write_samples
 from host import features, host, same
 
 HERE = Path(__file__).resolve().parent
-MODELS = {None: None} | {name: ROOT / f"wstac-linux/models/{name}.wsm" for name in ("svm", "forest", "boosted")}
+MODELS = {None: None} | {name: ROOT / f"wstac-host/models/{name}.wsm" for name in ("svm", "forest", "boosted")}
 # The numbers of an image without a model.
 BASE = ("whole", "stripes", "trigger", "speed", "direction", "flash", "ram")
 FRAME = 400 * 400

@@ -2,7 +2,7 @@
 """What every setting costs on emulated boards, for `wstac trade`: instructions, flash and RAM.
 
     prices.py WSTAC                                       counts everything anew; a price that is over 2 % off the published one fails
-    prices.py WSTAC --keep [MODEL.wsm …]                  keeps it in wstac-linux/trade/prices.json; of models, all or those that are named
+    prices.py WSTAC --keep [MODEL.wsm …]                  keeps it in wstac-tradeoff/data/prices.json; of models, all or those that are named
     prices.py WSTAC --check CONFIG.toml MODEL PIXELS CORE     one configuration, whole frames and parts of events; "-" for no file
 
 A setting's price is what it adds: formats (with their stride) hold the firmware without a model, with the fixed-point logarithm; others hold
@@ -20,7 +20,7 @@ import boards
 from boards import BOARDS, ROOT
 from counter import FORMATS, Counter, Setting, formats
 
-KEPT = ROOT / "wstac-linux/trade/prices.json"
+KEPT = ROOT / "wstac-tradeoff/data/prices.json"
 STRIDES = (1, 2, 3, 5)
 KERNELS = ("fixed", "libm", "micromath")
 # Of a count of so many instructions, how far a sum may be off. A tick of the boards' timers is 40 or 63 instructions.
@@ -33,7 +33,7 @@ MIXED = (("RGB565", 2, "libm", "svm.wsm"), ("YUYV linear", 3, "micromath", "fore
 
 def models():
     """The models that there are, by name."""
-    files = [*ROOT.glob("wstac-linux/models/*.wsm"), *ROOT.glob("wstac-linux/trade/models/*.wsm")]
+    files = [*ROOT.glob("wstac-host/models/*.wsm"), *ROOT.glob("wstac-host/models/tradeoff/*.wsm")]
     return {file.name: file for file in sorted(files)}
 
 

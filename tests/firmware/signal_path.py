@@ -28,11 +28,11 @@ NUMBERS = 4096  # integers that every kernel takes the logarithm of
 GROWTH = (1, 4, 16, 64)
 # What an exponent should be, and why.
 SCALING = {
-    "frame pixels with the paper's taxels": "0.5 to 1: every row of a taxel has a beginning and an end, and rows grow as the square root",
-    "frame pixels, taxels of 16 × 16": "pixels outside of taxels are not read: what grows is the number of stripes",
-    "taxel area, frames of 400 × 400": "the same, and stripes, as many as before, cost what they did",
-    "frames": "1: nothing is remembered but 70 frames of features",
-    "trees": "towards 1: what an answer takes without trees counts less and less",
+    "frame pixels with the paper's taxels": "0.5 to 1: every taxel row has a fixed cost, and the number of rows grows as the square root",
+    "frame pixels, taxels of 16 × 16": "pixels outside of taxels are not read: only the number of stripes grows",
+    "taxel area, frames of 400 × 400": "lower: the same fixed cost per row, and stripes add a constant cost",
+    "frames": "1: only 70 frames of features are stored",
+    "trees": "toward 1: the fixed cost of an answer matters less and less",
 }
 
 
@@ -73,7 +73,7 @@ def measure(board, cmsis, folder):
 
 def forest(trees):
     """The shipped forest with so many trees, its own ones again and again."""
-    data = (ROOT / "wstac-linux/models/forest.wsm").read_bytes()
+    data = (ROOT / "wstac-host/models/forest.wsm").read_bytes()
     half = lambda at: struct.unpack_from("<H", data, 2 * at)[0]
     begin, shift, end = 20 + half(18), half(14), half(12) | half(13) << 16
     every, at = [], begin
@@ -106,18 +106,18 @@ def tables(said):
     """Lines of Markdown from what the boards said, by core."""
     cores = list(said)
     rows = lambda what: [[line for line in said[core] if line["what"] == what] for core in cores]
-    lines = ["| a natural logarithm of an integer below 2^31 | " + " | ".join(f"{core}, instructions" for core in cores) + " | largest error, 1/2048 |"]
+    lines = ["| natural logarithm of an integer below 2^31 | " + " | ".join(f"{core}, instructions" for core in cores) + " | largest error, 1/2048 |"]
     lines.append("| --- |" + " ---: |" * (len(cores) + 1))
     for each in zip(*rows("ln"), strict=True):
         # Nothing is measured of what is not linked.
         if all(line["instructions"] for line in each):
             cells = [f"{line['instructions']:,.0f}" for line in each] + [f"{max(line['error'] for line in each):.2g}"]
             lines.append(f"| {each[0]['of']} | " + " | ".join(cells) + " |")
-    lines += ["", "| taxel sums of 400 × 400 GREY, instructions a frame in stripes of 8 rows | " + " | ".join(cores) + " |"]
+    lines += ["", "| taxel sums of 400 × 400 GREY in stripes of 8 rows, instructions per frame | " + " | ".join(cores) + " |"]
     lines.append("| --- |" + " ---: |" * len(cores))
     for each in zip(*rows("sums"), strict=True):
         lines.append(f"| {each[0]['of']} | " + " | ".join(f"{line['instructions']:,.0f}" for line in each) + " |")
-    lines += ["", "| what grows 1, 4, 16, 64 times | core | instructions | exponent, of the last step | what is expected |", "| --- | --- | ---: | ---: | --- |"]
+    lines += ["", "| what grows 1, 4, 16, 64 times | core | instructions | exponent: all steps, last step | expected |", "| --- | --- | ---: | ---: | --- |"]
     for what, why in SCALING.items():
         for core, each in zip(cores, rows(what), strict=True):
             costs = [line["instructions"] for line in each]

@@ -12,9 +12,9 @@ use wstac_core::speed::{self, NoSpeed, Speed, SpeedConfig};
 use wstac_core::stream::FeatureStream;
 use wstac_core::taxels::Camera;
 use wstac_core::trigger::{Trigger, TriggerConfig};
-use wstac_linux::scene::Script;
-use wstac_linux::source::scene::SceneSource;
-use wstac_linux::source::{Item, Source, StreamInfo};
+use wstac_host::source::{Item, Source, StreamInfo};
+use wstac_scene::Script;
+use wstac_scene::source::SceneSource;
 use wstac_tests::OwnedEvent;
 
 use wstac_tests::how_many;

@@ -11,9 +11,10 @@ use wstac_core::taxels::Camera;
 use wstac_core::texture::texture;
 use wstac_core::trigger::{Event, Trigger, TriggerConfig};
 use wstac_core::wire::{Answers, Hello, LONGEST, Message, ModelFacts, Text, encode, sample_parts};
-use wstac_linux::model::file::ModelFile;
-use wstac_linux::source::open::{OpenOptions, open};
-use wstac_linux::source::{Item, StreamInfo};
+use wstac_host::model_file::ModelFile;
+use wstac_host::source::open::{OpenOptions, open};
+use wstac_host::source::{Item, StreamInfo};
+use wstac_scene::source::Scenes;
 
 /// What a board sends: a frame of the link each.
 pub(crate) struct Sent {
@@ -39,7 +40,7 @@ struct Board<'m> {
 
 /// Everything that a board sends of a scene, from its hello to its end; `all`: with features and samples.
 pub(crate) fn sent(scene: &str, models: &[ModelFile], all: bool) -> Sent {
-    let mut source = open(scene, &OpenOptions::default()).unwrap();
+    let mut source = open(scene, &OpenOptions::default(), &[&Scenes]).unwrap();
     let info = source.info().clone();
     let green = Any::new(info.format, info.colour, YcbcrMethod::Exact);
     let camera = Camera::new(green, Layout::paper(info.size).unwrap(), info.rate).unwrap();

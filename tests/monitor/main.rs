@@ -12,7 +12,7 @@ use std::process::{Child, Command, Output, Stdio};
 
 use wstac_core::trigger::{Incomplete, StreamEnd};
 use wstac_core::wire::{Decoder, Fault, LONGEST, Message, Request, Text};
-use wstac_linux::model::file::ModelFile;
+use wstac_host::model_file::ModelFile;
 use wstac_tests::command::wstac;
 use wstac_tests::folder::Folder;
 use wstac_tests::trained::model;

@@ -63,7 +63,7 @@ def ours(wstac: str, trained: Trained, folder: Path) -> list[Row]:
     """Our backends: the model file, and generated Rust where import writes it."""
     rows = []
     for setting, suffix in (("table (the model file)", ".wsm"), ("inline (generated Rust)", ".rs")):
-        row = Row("Wstac", setting, by_frame=True)
+        row = Row("WSTac", setting, by_frame=True)
         file = folder / f"{trained.kind}{suffix}"
         done = subprocess.run([wstac, "model", "import", trained.file, "-o", file, "--force"], capture_output=True, text=True)
         print(done.stderr.strip())
@@ -190,17 +190,17 @@ def compare(wstac: str, trained: Trained, folder: Path) -> str:
 def tables(trained: Trained, rows: list[Row], runtimes: list[Row]) -> str:
     """Markdown: the board's table, then the host's."""
     lines = [f"## {trained.kind.capitalize()}", "", f"{trained.facts}.", ""]
-    lines += ["| Cortex-M4 | setting | instructions, mean | most | flash, bytes | agreement, % |", "| --- | --- | --: | --: | --: | --: |"]
+    lines += ["| Cortex-M4 | setting | instructions, mean | maximum | flash, bytes | agreement, % |", "| --- | --- | --: | --: | --: | --: |"]
     for row in rows:
         if row.cost:
             cost = row.cost
             lines.append(f"| {row.name} | {row.setting} | {cost.mean:,.0f} | {cost.most:,} | {cost.flash:,} | {row.agreement:.2f} |")
-    lines += ["", "| host | setting | ns | times Wstac's table |", "| --- | --- | --: | --: |"]
+    lines += ["", "| host | setting | ns | relative to WSTac's table |", "| --- | --- | --: | --: |"]
     base = rows[0].ns
     for row in sorted((row for row in rows + runtimes if row.ns), key=lambda row: row.ns):
         lines.append(f"| {row.name} | {row.setting} | {row.ns:,.0f} | {row.ns / base:.2f} |")
     cannot = [f"- {row.name}, {row.setting}: {row.why}" for row in rows if row.why]
-    return "\n".join([*lines, *(["", "Not there:", "", *cannot] if cannot else []), ""])
+    return "\n".join([*lines, *(["", "Not available:", "", *cannot] if cannot else []), ""])
 
 
 def main() -> None:

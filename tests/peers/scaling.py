@@ -41,10 +41,10 @@ def rows(library, measure):
     native = Native(library, "GREY", 1280, 720, 90, spread(1280, 720, 90))
     made = rng.integers(0, 256, native.frame_bytes, dtype=np.uint8)
     contestants = {step: (lambda s=step: native.features(made, 1, s), 1) for step in STEPS}
-    yield row("GREY: frames, of one call from Python", 1, measure(contestants, 200))
+    yield row("GREY: frames in one call from Python", 1, measure(contestants, 200))
     # What making the forest takes is taken off again.
     fewer, more = (measure({s: (lambda s=s: Native.forest(library, s, n), 1) for s in STEPS}, 100) for n in (100, 1100))
-    yield row("trees of seven splits a way, from 1", 1, {step: (more[step] - fewer[step]) / 1000 for step in STEPS})
+    yield row("trees with paths of seven splits, from 1", 1, {step: (more[step] - fewer[step]) / 1000 for step in STEPS})
 
 
 def row(what, expected, least):

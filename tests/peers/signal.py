@@ -113,7 +113,7 @@ def peers(library, plain, sizes):
                 sys.exit(f"{native.name}: {off[native.name]:.2f} units off, expected at most 1")
         pictures = made.reshape(number, HEIGHT, WIDTH, -1)
         cached, turn = {}, {}
-        read = f"read of {pixel} byte{'s' * (pixel > 1)} a pixel"
+        read = f"plain read of {pixel} byte{'s' * (pixel > 1)} per pixel"
         for label, ahead in ((read, False), (AHEAD, True)):
             cached[label] = (lambda n=natives[0], a=ahead: n.read(made, 1, CACHED, pixel, a), CACHED)
             turn[label] = (lambda n=natives[0], a=ahead, f=number: n.read(made, f, f, pixel, a), number)
@@ -152,8 +152,8 @@ def others(library):
 
 def table(library, plain):
     """Lines of Markdown."""
-    head = "µs | of the read | × published | × fastest OpenCV"
-    yield f"| frames of | by | units off | one, cached: {head} | all in turn: {head} |"
+    head = "µs | of the read's speed | × published steps | × fastest OpenCV"
+    yield f"| format | method | units off | one frame, cached: {head} | all frames in turn: {head} |"
     yield "| --- | --- |" + " ---: |" * 9
     sizes = []
     for name, label, off, *pair in peers(library, plain, sizes):
@@ -161,18 +161,18 @@ def table(library, plain):
         units = "" if off is None else f"{off:.2g}"
         yield f"| {name} | {label} | {units} | {' | '.join(cells)} |"
     yield ""
-    yield f"All in turn: {'; '.join(sizes)}; the farthest cache has {farthest_cache() / 1e6:.0f} MB."
+    yield f"All frames in turn: {'; '.join(sizes)}; the largest cache has {farthest_cache() / 1e6:.0f} MB."
     yield ""
     yield "Other formats, one frame in the cache, µs: " + ", ".join(f"{name} {least:.3g}" for name, least in others(library).items()) + "."
     yield ""
-    yield "| what grows by 1, 4, 16, 64 | µs | exponent | of the last step | expected |"
+    yield "| what grows 1, 4, 16, 64 times | µs | exponent | exponent of the last step | expected |"
     yield "| --- | --- | ---: | ---: | ---: |"
     for what, costs, exponent, last, expected in scaling.rows(library, measure):
         yield f"| {what} | {', '.join(f'{cost:.3g}' for cost in costs)} | {exponent:.2f} | {last:.2f} | {expected} |"
     yield ""
     yield (
         f"Instruction set: {Native.instruction_set(library)}; {cpu()}. Python {platform.python_version()}, OpenCV {cv2.__version__}, "
-        f"NumPy {np.__version__}, one thread each, on CPU {next(iter(os.sched_getaffinity(0)))} alone; load of the machine at the end {os.getloadavg()[0]:.1f}."
+        f"NumPy {np.__version__}, one thread each, on CPU {next(iter(os.sched_getaffinity(0)))} only; load of the machine at the end {os.getloadavg()[0]:.1f}."
     )
 
 

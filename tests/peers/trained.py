@@ -77,7 +77,7 @@ def all_trained(wstac: str, folder: Path) -> list[Trained]:
             raise SystemExit(f"{kind}: the model for integers is not the same")
         file, onnx = save(kind, model, folder)
         right = 100 * float((answers == truth).mean())
-        facts = f"{describe(kind, model, test_logs)}; {right:.1f} % of the test samples right"
+        facts = f"{describe(kind, model, test_logs)}; {right:.1f} % of the test samples correct"
         frames = np.ascontiguousarray(test.transpose(0, 2, 1)).astype("<i2").tobytes()
         found.append(Trained(kind, model, in_units, file, onnx, answers, facts, frames, flat.astype("<i2").tobytes()))
     return found
@@ -152,7 +152,7 @@ def describe(kind: str, model, test) -> str:
         trees = [tree.tree_ for tree in model.estimators_]
         splits = sum(int((tree.children_left >= 0).sum()) for tree in trees)
         visits = sum(tree.decision_path(test).sum() - len(test) for tree in trees) / len(test)
-        return f"`RandomForestClassifier`, {len(trees)} trees, {splits:,} splits, {visits:,.0f} of them visited a sample"
+        return f"`RandomForestClassifier`, {len(trees)} trees, {splits:,} splits, {visits:,.0f} of them visited per sample"
     booster = model.get_booster()
     raw = json.loads(bytes(booster.save_raw("json")))["learner"]["gradient_booster"]["model"]["trees"]
     leaves = booster.predict(xgboost.DMatrix(test), pred_leaf=True).astype(int).reshape(len(test), -1)
@@ -165,4 +165,4 @@ def describe(kind: str, model, test) -> str:
             if child >= 0:
                 depth[child] = depth[right[node]] = depth[node] + 1
         visits += depth[leaves[:, k]].mean()
-    return f"`XGBClassifier`, 100 rounds of 10 trees, {splits:,} splits, {visits:,.0f} of them visited a sample"
+    return f"`XGBClassifier`, 100 rounds of 10 trees, {splits:,} splits, {visits:,.0f} of them visited per sample"

@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use wstac_linux::source::mcap::McapSource;
-use wstac_linux::source::{Item, Source};
+use wstac_host::source::mcap::McapSource;
+use wstac_host::source::{Item, Source};
 use wstac_tests::folder::Folder;
 use wstac_tests::random::Random;
 

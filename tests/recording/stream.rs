@@ -6,14 +6,14 @@ use std::time::Duration;
 use wstac_core::green::any::PixelFormat;
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
-use wstac_linux::camera::{CameraState, LockedControl};
-use wstac_linux::config::Config;
-use wstac_linux::error::Error;
-use wstac_linux::reading::{Reading, Wanted};
-use wstac_linux::record::Recorder;
-use wstac_linux::record::about::About;
-use wstac_linux::source::mcap::McapSource;
-use wstac_linux::source::{Fault, Item, Source, StreamInfo};
+use wstac_host::camera::{CameraState, LockedControl};
+use wstac_host::config::Config;
+use wstac_host::error::Error;
+use wstac_host::reading::{Reading, Wanted};
+use wstac_host::record::Recorder;
+use wstac_host::record::about::About;
+use wstac_host::source::mcap::McapSource;
+use wstac_host::source::{Fault, Item, Source, StreamInfo};
 use wstac_tests::folder::Folder;
 
 /// An item that does not borrow its source.
@@ -146,7 +146,7 @@ fn a_camera_comes_again_with_its_times_gaps_and_faults() {
 fn pictures_stay_as_the_camera_sent_them() {
     let folder = Folder::new("recording-jpeg");
     let info = info(PixelFormat::Rgb24, 192);
-    let mut decoder = wstac_linux::camera::mjpeg::Decoder::new(info.size);
+    let mut decoder = wstac_host::camera::mjpeg::Decoder::new(info.size);
     let mut items = Vec::new();
     for frame in 0..5_u32 {
         let rgb: Vec<u8> = (0..192 * 48_u32).map(|at| (at / 90 + 20 * frame) as u8).collect();

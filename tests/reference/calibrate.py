@@ -41,9 +41,9 @@ NOISE_RANGE = (0.4, 2.0)
 NOISE_PRECISION = 0.04
 """Bisection ends at this share."""
 
-LENGTH_AT = "LENGTH_MM in wstac-linux/src/scene/specimen.rs"
-AFTERGLOW_AT = "LightConfig's afterglow_ms in wstac-linux/src/scene/light.rs"
-NOISE_AT = "NOISE in wstac-linux/src/scene/script.rs"
+LENGTH_AT = "LENGTH_MM in wstac-scene/src/specimen.rs"
+AFTERGLOW_AT = "LightConfig's afterglow_ms in wstac-scene/src/light.rs"
+NOISE_AT = "NOISE in wstac-scene/src/script.rs"
 
 
 def rounded(value: float, step: float) -> float:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import statistics
-import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -37,7 +36,7 @@ def fixed(value: float, digits: int, sign: bool = False) -> str:
 
 
 def percent(share: float, digits: int = 1, sign: bool = False) -> str:
-    """A share as a percentage."""
+    """Formats a fraction as a percentage."""
     return fixed(100 * share, digits, sign) + " %"
 
 
@@ -72,9 +71,8 @@ def all_of(count: int, total: int) -> str:
 
 
 def paragraph(*sentences: str) -> str:
-    """Sentences as lines of even length."""
-    text = " ".join(" ".join(sentences).split())
-    return textwrap.fill(text, 118, break_long_words=False, break_on_hyphens=False)
+    """A paragraph with one sentence per line; empty sentences are left out."""
+    return "\n".join(" ".join(sentence.split()) for sentence in sentences if sentence)
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[int] = ()) -> str:
@@ -87,5 +85,5 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[
 def summary(goals: Sequence[tuple[str, str]]) -> str:
     """A sentence on what meets its goal: pairs of what it is and its verdict, `met` or not."""
     missed = [what for what, verdict in goals if verdict != "met"]
-    text = f"{len(goals) - len(missed)} of {len(goals)} figures that have a goal meet it."
+    text = f"{len(goals) - len(missed)} of {len(goals)} numbers that have a goal meet it."
     return f"{text} Missed: {'; '.join(missed)}." if missed else text

@@ -66,23 +66,26 @@ def fitted_section(done: Sequence[Protocol]) -> Section:
     noise = constant("script.rs", r"NOISE: f64 = ")
     rows, goals = [], []
     for name, what, found, wanted in (
-        ("slope, frames a decade", "slope", interval_of([line.slope for line in lines]), PAPER_SLOPE),
+        ("slope, frames per decade", "slope", interval_of([line.slope for line in lines]), PAPER_SLOPE),
         ("intercept, frames", "intercept", interval_of([line.intercept for line in lines]), PAPER_INTERCEPT),
     ):
         verdict = within(found.mean, wanted, GOAL_ERROR)
         goals.append((what, verdict))
         error = percent(relative_error(found.mean, wanted), 2, sign=True)
         rows.append([name, fixed(wanted, 2), fixed(found.mean, 2), interval_words(found, 2), error, verdict])
-    head = ["published number", "paper", "reached", "95 % interval", "error", "goal: 3 % at most"]
+    head = ["published number", "paper", "simulated", "95 % interval", "error", "goal: at most 3 %"]
     how = paragraph(
-        "Two numbers of the simulator were fitted to two published numbers, together: the length of the specimens,",
-        f"now {length:g} mm, and the afterglow, now {afterglow:g} ms. `tests/reference/calibrate.py speed` does it.",
-        "The published speed law is D = 151.06 − 56.29 log10 v: D the duration in frames of 1/30 s, v the speed in mm/s.",
+        "Two numbers of the simulator were fitted together to two published numbers.",
+        f"They are the length of the specimens, {length:g} mm, and the afterglow, {afterglow:g} ms.",
+        "`tests/reference/calibrate.py speed` fits them.",
+        "The published speed law is D = 151.06 − 56.29 log10 v.",
+        "D is the duration in frames of 1/30 s, and v is the speed in mm/s.",
     )
     what = paragraph(
-        "The seeds are not those of the fit. So the table says that the fit holds, and no more than that.",
-        f"A third number, the scale of all noise, now {noise:g}, is fitted to one cell of the paper's table 2: a linear",
-        "SVM tells 83 % of specimens. `tests/reference/calibrate.py noise` does it and prints what is reached.",
+        "The seeds differ from those of the fit, so the table only shows that the fit holds.",
+        f"A third number, the scale of all noise, is {noise:g}.",
+        "It was fitted to one cell of the paper's table 2: a linear SVM names 83 % of specimens correctly.",
+        "`tests/reference/calibrate.py noise` fits it and prints the result.",
     )
     return Section(f"## Fitted\n\n{how}\n\n{table(head, rows, range(1, 5))}\n\n{what}", goals)
 
@@ -96,9 +99,12 @@ def predicted_law(done: Sequence[Protocol]) -> Section:
         ["R² of 55 slides", fixed(PAPER_R2, 2), fixed(r2.mean, 4), interval_words(r2, 4), verdict],
         ["R² of 11 means of five slides", "", fixed(means.mean, 4), interval_words(means, 4), ""],
     ]
-    text = table(["", "paper", "simulated", "95 % interval", f"goal: {GOAL_R2} at least"], rows, range(1, 4))
-    rounded = f"With two decimals, as in the paper, these are {fixed(r2.mean, 2)} and {fixed(means.mean, 2)}."
-    text += f"\n\nThe paper does not say which of the two its R² is. {rounded}"
+    text = table(["", "paper", "simulated", "95 % interval", f"goal: at least {GOAL_R2}"], rows, range(1, 4))
+    said = paragraph(
+        "The paper does not say which of the two its R² is.",
+        f"With two decimals, as in the paper, these are {fixed(r2.mean, 2)} and {fixed(means.mean, 2)}.",
+    )
+    text += f"\n\n{said}"
     return Section(f"{text}\n\n{missing_r2(done, r2)}\n\n{specimens_table(done)}", [("R²", verdict)])
 
 
@@ -127,14 +133,15 @@ def missing_r2(done: Sequence[Protocol], r2: Interval) -> str:
     # A duration of n + f frames, its start anywhere in a frame, counts as n or n + 1: f (1 - f), 1/6 on average.
     return paragraph(
         f"R² is {fixed(abs(r2.mean - PAPER_R2), 4)} {side} the paper's.",
-        f"What is missing to 1, {fixed(1 - r2.mean, 4)}, has two parts.",
-        f"{fixed(shape, 4)} are missing where {REPEATS} repeats are averaged, so that only the shape is left:",
-        "a length over v is no straight line over log10 v.",
-        f"And slides of one specimen at one speed scatter, by a variance of {fixed(scatter, 3)} frames²:",
-        f"{fixed(scatter / variance, 4)} of the variance over all speeds.",
-        f"Whole frames and a start anywhere within a frame alone would make that variance 1/6, {fixed(1 / 6, 3)},",
-        f"and cost {fixed(1 / 6 / variance, 4)}.",
-    )
+        f"The difference from 1 is {fixed(1 - r2.mean, 4)}, and it has two parts.",
+    ) + "\n\n" + "\n".join((
+        f"- The shape of the law: {fixed(shape, 4)} remain if {REPEATS} repeats are averaged.",
+        "  A length over v is not a straight line over log10 v.",
+        "- Scatter: slides of one specimen at one speed scatter with a variance of"
+        f" {fixed(scatter, 3)} frames², {fixed(scatter / variance, 4)} of the variance over all speeds.",
+        "  Durations are whole frames, and a slide starts anywhere within a frame.",
+        f"  These two facts alone make a variance of 1/6 ({fixed(1 / 6, 3)}), and cost {fixed(1 / 6 / variance, 4)}.",
+    ))
 
 
 def specimens_table(done: Sequence[Protocol]) -> str:
@@ -146,7 +153,7 @@ def specimens_table(done: Sequence[Protocol]) -> str:
         near += abs(error) <= GOAL_ERROR
         cells = [fixed(line.slope, 2), percent(error, 1, sign=True), fixed(line.intercept, 2), fixed(line.r2, 4)]
         rows.append([name, *cells])
-    head = ["specimen", "slope", "of the paper's", "intercept", "R²"]
+    head = ["specimen", "slope", "difference from the paper", "intercept", "R²"]
     said = paragraph(
         "Only the mean over specimens was fitted.",
         f"The slopes of {near} of {len(SPECIMENS)} specimens are within 3 % of the paper's.",
@@ -190,14 +197,16 @@ def speed_section(done: Sequence[Protocol]) -> Section:
         rows.append([str(speed), *durations, *error_cells(speed_errors(at_speed))])
     rows.append(["all", "", "", *error_cells(speed_errors(answers))])
     none = sum(event.speed_mm_s is None for _, event in answers)
-    head = ["mm/s", "duration", "paper's law", "mean error", "mean size of the error", "19 of 20 are below"]
+    head = ["mm/s", "duration", "paper's law", "mean error", "mean absolute error", "95th percentile"]
     said = paragraph(
-        "Durations are in frames. Errors are those of the speed that `wstac run` answers, as shares of the true one.",
-        f"{none} of {len(answers)} slides got no speed." if none else "",
-        f"A slide at 150 mm/s lasts about {mean_duration(answers, 150):.0f} frames, and one frame is",
-        f"{percent(10 ** (1 / -PAPER_SLOPE) - 1)} of the speed: durations are whole frames, so the error of a single",
-        "slide cannot be much smaller.",
-        "The mean over all speeds follows from the fit; how errors go with the speed does not.",
+        "Durations are in frames.",
+        "Errors are those of the speed that `wstac run` prints, as fractions of the true speed.",
+        f"{none} of {len(answers)} slides have no speed." if none else "",
+    ) + "\n\n" + paragraph(
+        f"A slide at 150 mm/s lasts about {mean_duration(answers, 150):.0f} frames, and one frame is"
+        f" {percent(10 ** (1 / -PAPER_SLOPE) - 1)} of the speed.",
+        "Durations are whole frames, so the error of a single slide cannot be much smaller.",
+        "The mean over all speeds follows from the fit, but how errors depend on the speed does not.",
     )
     return Section(f"{table(head, rows, range(6))}\n\n{said}", [])
 
@@ -223,25 +232,28 @@ def report(done: Sequence[Protocol]) -> str:
     predicted = [goal for part in (law, direction, speed) for goal in part.goals]
     intro = paragraph(
         "Every slide on this page is simulated: taxel sums of `wstac run scene:FILE.toml` at `fidelity = \"taxel\"`.",
-        "It shows what the simulator shares with the published sensor, and where not.",
+        "The page shows where the simulator agrees with the published sensor, and where it does not.",
         "It says nothing about a real sensor.",
     )
     protocol = paragraph(
-        "The protocol is the paper's: a specimen slides at 100, 110 … 200 mm/s, five times each, and a line is fitted",
-        "to the durations over log10 v.",
-        f"Here all ten specimens do so, directions take turns, and everything is repeated {REPEATS} times:",
-        f"{sum(len(p.slides) for p in done)} slides.",
-        "A 95 % interval is Student's, of the mean over the repeats.",
-        "Repeats differ by chance only; specimens and sensor are the same.",
+        "The protocol is the paper's: a specimen slides at 100, 110 … 200 mm/s, five times each.",
+        "Then a line is fitted to the durations over log10 v.",
+        f"Here all ten specimens slide, directions take turns, and everything is repeated {REPEATS} times:"
+        f" {sum(len(p.slides) for p in done)} slides.",
+    ) + "\n\n" + paragraph(
+        "A 95 % interval is a Student interval of the mean over the repeats.",
+        "Repeats differ only by chance; specimens and sensor are the same.",
     )
     picture = paragraph(
-        f"{PICTURE.specimen} at {PICTURE.speed_mm_s} mm/s in four directions.",
-        "Each lane is a row or a column: its light above the first five frames, all lanes of a panel to one scale.",
-        "The dots are the centroids over time, from whose order the direction is told.",
+        f"The figure shows {PICTURE.specimen} at {PICTURE.speed_mm_s} mm/s in four directions.",
+        "Each lane is a row or a column, and shows its light above the first five frames.",
+        "All lanes of a panel have one scale.",
+        "The dots are the centroids over time, and their order gives the direction.",
     )
     text = f"""# The simulated sensor and the paper's numbers
 
-`ci/reproduce` writes this page and its plots; `ci/reproduce --check` compares them with what it makes. Do not edit.
+`ci/reproduce` writes this page and its plots, and `ci/reproduce --check` checks them.
+Do not edit this page.
 
 {intro}
 
@@ -257,8 +269,9 @@ Predicted: {summary(predicted)}
 
 ## Predicted
 
-No number below was fitted to by itself. R² and the speeds follow in part from the two fitted numbers: they say that the
-law's shape and scatter come out, too.
+No number below was fitted directly.
+R² and the speeds follow in part from the two fitted numbers.
+They show that the simulator also reproduces the law's shape and scatter.
 
 ### The speed law's straightness
 

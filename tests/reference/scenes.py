@@ -26,7 +26,7 @@ DIRECTIONS = (0, 90, 180, 270)
 WORKERS = 2
 """Commands that run at the same time."""
 
-SOURCES = Path(__file__).parents[2] / "wstac-linux" / "src" / "scene"
+SOURCES = Path(__file__).parents[2] / "wstac-scene" / "src"
 
 
 @dataclass(frozen=True)

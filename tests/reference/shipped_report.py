@@ -39,7 +39,7 @@ def derived(specimens: np.ndarray, labels: str) -> np.ndarray:
 
 
 def by_run(right: np.ndarray, run: np.ndarray) -> str:
-    """Mean over runs and its 95 % interval, in per cent."""
+    """Mean over runs and its 95 % interval, in percent."""
     interval = interval_of([100 * float(np.mean(right[run == number])) for number in np.unique(run)])
     return f"{fixed(interval.mean, 1)} ({interval_words(interval, 1)})"
 
@@ -51,7 +51,7 @@ def models_table(models: Sequence[Judged], test: Runs) -> str:
         right = [derived(model.specimens, labels) == getattr(test.slides, labels) for labels in LABELS]
         row = [f"`{model.kind}.wsm`", options_words(model.words, model.options), str(model.inspected["bytes"])]
         rows.append([*row, *(by_run(one, test.run) for one in right), f"{model.alike} of {len(test.run)}"])
-    head = ["file", "model", "bytes", *(f"{labels}s, %" for labels in LABELS), "as the trained model"]
+    head = ["file", "model", "bytes", *(f"{labels} accuracy, %" for labels in LABELS), "equal to the trained model"]
     return table(head, rows, range(2, 7))
 
 
@@ -76,7 +76,7 @@ def trade_table(trade: Sequence[tuple[str, Sequence[str], dict[str, Any], float]
     rows = [
         [options_words(words, options), str(said["bytes"]), percent(right)] for words, options, said, right in trade
     ]
-    return table(["model", "bytes", "specimens"], rows, (1, 2))
+    return table(["model", "bytes", "specimen accuracy"], rows, (1, 2))
 
 
 def page(
@@ -89,24 +89,30 @@ def page(
     """The page's text; `slides` and `runs`, each of another sensor, are those that trained."""
     speeds = np.unique(test.slides.speed)
     intro = paragraph(
-        "Models that name the ten specimens of the simulated sensor. They show the way from data to answers and are a",
-        "start for a sensor of your own; of a real sensor they know nothing.",
+        "These models name the ten specimens of the simulated sensor.",
+        "They show the path from data to answers, and are a starting point for your own sensor.",
+        "They know nothing of a real sensor.",
         "`tests/reference/candidates.py` has all of their hyperparameters.",
     )
     trained = paragraph(
-        f"Trained on {slides} simulated slides of {runs} sensors: the whiskers of each have gains of their own, and all",
-        f"of its light another gain, 0.5 to 1.5; speeds of {speeds[0]:g} to {speeds[-1]:g} mm/s; four directions.",
-        f"Judged on {len(test.run)} slides of {len(np.unique(test.run))} other sensors with other gains, 1 ± 0.2, and",
-        "other seeds. Patterns and depths are those of the specimen that is named.",
-        "Per cent, with Student's 95 % interval of the mean over sensors:",
+        f"They were trained on {slides} simulated slides of {runs} sensors.",
+        "Each sensor has its own gains of whiskers, and its own gain of all light, 0.5 to 1.5.",
+        f"Speeds are {speeds[0]:g} to {speeds[-1]:g} mm/s, and there are four directions.",
+    ) + "\n\n" + paragraph(
+        f"They were evaluated on {len(test.run)} slides of {len(np.unique(test.run))} other sensors"
+        " with other gains, 1 ± 0.2, and other seeds.",
+        "Patterns and depths are those of the specimen that the model names.",
+        "Numbers are percentages with the 95 % Student interval of the mean over sensors:",
     )
     chosen = paragraph(
-        "Of each kind the most accurate was chosen, on sensors that neither train nor judge, of at most 64 kB for the",
-        "linear model and 100 kB for trees:",
+        "For each kind, the most accurate model was chosen.",
+        "The choice used sensors that are neither in the training set nor in the test set.",
+        "A linear model may have at most 64 kB, and trees at most 100 kB.",
     )
     return f"""# Texture models
 
-`ci/train models` writes these files and this page. Do not edit.
+`ci/train models` writes these files and this page.
+Do not edit them.
 
 {intro}
 
@@ -116,13 +122,13 @@ def page(
 
 ## By speed and direction
 
-Specimens that are named rightly.
+The tables show specimen accuracy.
 
 {groups_table(models, test, "speed", " mm/s")}
 
 {groups_table(models, test, "direction", "°")}
 
-## What was compared
+## Candidates
 
 {chosen}
 

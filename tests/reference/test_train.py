@@ -35,7 +35,7 @@ class TradeModelsTest(unittest.TestCase):
         forest = {"kind": "forest", "numbers": "votes", "rows": None, "trees": trees, "frames": 70, "bytes": 8}
         text = trade_models_report.page([("one", "A(1)", linear), ("two", "B(2)", forest)], "5 slides", "0123abcd")
         self.assertIn("| `one.wsm` | `A(1)` | 20 | 9 | linear, one against one, int8, 45 sums |", text)
-        self.assertIn("| `two.wsm` | `B(2)` | 70 | 8 | forest, 10 trees of depth 6 at most, 99 splits |", text)
+        self.assertIn("| `two.wsm` | `B(2)` | 70 | 8 | forest, 10 trees of depth at most 6, 99 splits |", text)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, "README.md")
             self.assertIsNone(trade_models_report.made_by(path))
@@ -240,13 +240,13 @@ class PageTest(unittest.TestCase):
         self.paper["specimen", "Linear-SVM"] = [0.5] * 20
         self.paper["pattern", "random forest"] = [0.9] * 20
         said = " ".join(texture_report.sizes(self.paper).split())
-        self.assertIn("off by 1.0 points on average, the most by −8.0: random forest, patterns", said)
+        self.assertIn("off by 1.0 points on average. The largest difference is −8.0: random forest, patterns.", said)
 
     def test_order(self) -> None:
         self.assertNotIn("not", texture_report.orders(self.paper))
         self.paper["depth", "XGBoost"] = [0.91] * 20
         said = texture_report.orders(self.paper)
-        self.assertEqual((said.count("**here they are not**"), said.count("here, too")), (2, 0))
+        self.assertEqual((said.count("**This does not hold here.**"), said.count("The same holds here.")), (2, 0))
 
     def test_page(self) -> None:
         self.deployed["unit", "depth", "XGBoost"] = [0.123] * 20
@@ -254,7 +254,7 @@ class PageTest(unittest.TestCase):
         # Deviation 25.65 of 20 numbers: 2.093 · 25.65 / √20 = 12.0
         self.assertIn("| depth | 25.0 (13.0 … 37.0) | 25.0 (13.0 … 37.0) | 12.3 (12.3 … 12.3) |", page)
         self.assertIn("\nHOW\n", page)
-        self.assertIn("do not scale.\n\n## Fair to use\n\nA sensor", page)
+        self.assertIn("do not scale.\n\n## New speeds, runs and sensors\n\nA sensor", page)
         self.assertIn("repeated 20 times", page.replace("\n", " "))
 
 

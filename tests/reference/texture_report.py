@@ -1,4 +1,4 @@
-"""The report on texture models: table 2 beside the paper's, and the tests that are fair to use. No scikit-learn."""
+"""The report on texture models: table 2 beside the paper's, and the tests with new speeds, runs and sensors. No scikit-learn."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ PAPER = {
     ("depth", "random forest"): 99,
     ("depth", "XGBoost"): 98,
 }
-"""Table 2 of the paper: test accuracy in per cent."""
+"""Table 2 of the paper: test accuracy in percent."""
 
 MODELS = tuple(dict.fromkeys(model for _, model in PAPER))
 """Its models."""
@@ -31,10 +31,10 @@ FITTED = ("specimen", "Linear-SVM")
 """The cell that the simulator's noise was fitted to."""
 
 DEPLOYED_TESTS = {
-    "seen": "none: other slides of the same runs and speeds",
-    "speeds": "their speeds",
-    "runs": "their runs",
-    "both": "their speeds and runs",
+    "seen": "nothing: other slides of the same runs and speeds",
+    "speeds": "the speeds",
+    "runs": "the runs",
+    "both": "the speeds and runs",
     "unit": "the sensor",
 }
 """What training never saw of the slides of a test."""
@@ -49,7 +49,7 @@ class Results:
 
 
 def results_of(lines: Sequence[str]) -> Results:
-    """From the lines of `record`; fails where a repeat of table 2 lacks its tests that are fair to use.
+    """From the lines of `record`; fails where a repeat of table 2 lacks its tests with new speeds, runs and sensors.
 
     There may be none of those at all.
     """
@@ -95,8 +95,8 @@ def sizes(found: dict[tuple[str, str], list[float]]) -> str:
     key = [key for key in PAPER if key != FITTED][off.index(most)]
     mean = sum(abs(value) for value in off) / len(off)
     return paragraph(
-        f"The eight predicted cells are off by {fixed(mean, 1)} points on average, the most by",
-        f"{fixed(most, 1, sign=True)}: {key[1]}, {key[0]}s.",
+        f"The eight predicted cells are off by {fixed(mean, 1)} points on average.",
+        f"The largest difference is {fixed(most, 1, sign=True)}: {key[1]}, {key[0]}s.",
     )
 
 
@@ -107,10 +107,11 @@ def orders(found: dict[tuple[str, str], list[float]]) -> str:
     better = all(mean[labels, tree] > mean[labels, svm] for labels in LABELS for tree in trees)
     harder = all(mean["specimen", model] < min(mean["pattern", model], mean["depth", model]) for model in MODELS)
     return paragraph(
-        "In the paper trees are better than the linear SVM with all label sets;",
-        "here, too." if better else "**here they are not**.",
-        "In the paper specimens are harder to tell than patterns and depths for all models;",
-        "here, too." if harder else "**here they are not**.",
+        "In the paper, trees are better than the linear SVM for all label sets.",
+        "The same holds here." if better else "**This does not hold here.**",
+    ) + "\n\n" + paragraph(
+        "In the paper, all models name specimens less accurately than patterns and depths.",
+        "The same holds here." if harder else "**This does not hold here.**",
     )
 
 
@@ -134,35 +135,46 @@ def deployed_table(found: dict[tuple[str, str, str], list[float]]) -> str:
 def page(results: Results, how: str) -> str:
     """The report's text; `how` states hyperparameters and versions."""
     intro = paragraph(
-        "Every slide on this page is simulated. The page says how far the simulated sensor's textures are those of the",
-        "published one, and what models that were trained on it can do. It says nothing about a real sensor.",
+        "Every slide on this page is simulated.",
+        "The page shows how well the textures of the simulated sensor agree with those of the published sensor.",
+        "It also shows what models that were trained on the simulated sensor can do.",
+        "It says nothing about a real sensor.",
     )
     protocol = paragraph(
-        "The paper's protocol: 100 slides of each of ten specimens, nine tenths of which train a model and one tenth tests",
-        f"it. Here it is repeated {len(next(iter(results.paper.values())))} times with new slides and a new split.",
-        "Intervals are Student's, of the mean over the repeats. Slides differ by chance only: their start within a frame,",
-        "a gain of the light, rubbing, and the camera's noise.",
-        "All are at 150 mm/s in one direction, which the paper does not state.",
+        "The protocol is the paper's: 100 slides of each of ten specimens, of which 90 % train a model and 10 % test it.",
+        f"Here it is repeated {len(next(iter(results.paper.values())))} times with new slides and a new split.",
+        "Intervals are Student intervals of the mean over the repeats.",
+    ) + "\n\n" + paragraph(
+        "Slides differ only by chance: their start within a frame, a gain of the light, rubbing, and the camera's noise.",
+        "All slides are at 150 mm/s in one direction, which the paper does not state.",
     )
     fitted = paragraph(
-        "One cell is no prediction: the scale of the simulator's noise was fitted to it",
-        "(`tests/reference/calibrate.py noise`), with other slides and splits than here.",
-        "All others are as they come out; nothing was fitted to them.",
+        "One cell is not a prediction.",
+        "The scale of the simulator's noise was fitted to it, with other slides and splits than here"
+        " (`tests/reference/calibrate.py noise`).",
+        "Nothing was fitted to the other cells.",
     )
     unscaled = paragraph(
-        "The paper says no more than \"Linear-SVM\". Here it is scikit-learn's `SVC(kernel=\"linear\", C=1)` behind a",
-        "`StandardScaler`, with which the noise was fitted. Other readings, with the same noise: with the scaler, but",
-        "without the features that deviate less than 0.02 from slide to slide, those of frames without light; without a",
-        "scaler; and the one-against-rest `LinearSVC` without a scaler.",
-    )
+        "The paper says only \"Linear-SVM\".",
+        "Here it is scikit-learn's `SVC(kernel=\"linear\", C=1)` behind a `StandardScaler`.",
+        "The noise was fitted with this model.",
+        "The table shows three other readings with the same noise:",
+    ) + "\n\n" + "\n".join((
+        "- with the scaler, but without the features of frames without light, which deviate less than 0.02 between slides;",
+        "- without a scaler;",
+        "- the one-vs-rest `LinearSVC` without a scaler.",
+    ))
     advice = paragraph(
-        "What makes the fitted cell hard is the scaler: it makes the noise of frames without light as large as what other",
-        "frames show. With another reading the fit would have found much more noise. So the linear row of the table, and",
-        "with it the size of the noise, hang on this reading. For a model of your own: do not scale.",
+        "The scaler makes the fitted cell hard.",
+        "It makes the noise of frames without light as large as the signal of other frames.",
+        "With another reading, the fit would have found much more noise.",
+        "So the linear row of the table, and the scale of the noise, depend on this reading.",
+        "If you train your own model, do not scale.",
     )
     return f"""# Textures
 
-`ci/train table` writes this page. Do not edit.
+`ci/train table` writes this page.
+Do not edit it.
 
 {intro}
 
@@ -191,16 +203,23 @@ def page(results: Results, how: str) -> str:
 
 
 def fair_section(found: dict[tuple[str, str, str], list[float]]) -> str:
-    """The tests that are fair to use."""
+    """The tests with new speeds, runs and sensors."""
     said = paragraph(
-        "A sensor in use slides at speeds that it was not trained at; its light has another gain after it is mounted again",
-        "(a *run*); and it is another sensor than the one that was trained with. Here eleven speeds, 100 to 200 mm/s, in",
-        "four directions; ten runs of one sensor with gains of 1 ± 0.2; two speeds and two runs, drawn anew in every",
-        "repeat, are kept from training, and so is a tenth of what is left. The last test is a run of another sensor, whose",
-        "whiskers have other gains. One model, of specimens, answers all three label sets. Per cent, with 95 % intervals:",
+        "A sensor in use differs from the training data in three ways.",
+        "It slides at speeds that were not trained.",
+        "Its light has another gain after it is mounted again (a *run*).",
+        "It is not the sensor that was trained with.",
+    ) + "\n\n" + paragraph(
+        "These tests have eleven speeds, 100 to 200 mm/s, in four directions.",
+        "There are ten runs of one sensor with gains of 1 ± 0.2.",
+        "Training leaves out two speeds and two runs, drawn anew in every repeat, and 10 % of the rest.",
+        "The last test is a run of another sensor, whose whiskers have other gains.",
+    ) + "\n\n" + paragraph(
+        "One model of specimens answers all three label sets.",
+        "Numbers are percentages with 95 % intervals:",
     )
     return f"""
-## Fair to use
+## New speeds, runs and sensors
 
 {said}
 

@@ -27,17 +27,21 @@ from report import STUDENT, paragraph
 def how() -> str:
     """Versions and hyperparameters."""
     return paragraph(
-        f"Trained by scikit-learn {version('scikit-learn')} and XGBoost {version('xgboost')} on natural logarithms,",
-        "700 a slide: `make_pipeline(StandardScaler(), SVC(kernel=\"linear\", C=1))`, `RandomForestClassifier(100)`,",
-        "`XGBClassifier(n_estimators=100, tree_method=\"hist\", max_bin=64)`; everything else is the libraries' default.",
-    )
+        f"The models were trained by scikit-learn {version('scikit-learn')} and XGBoost {version('xgboost')}"
+        " on natural logarithms, 700 per slide.",
+        "Hyperparameters that are not listed here have the libraries' defaults:",
+    ) + "\n\n" + "\n".join((
+        "- Linear-SVM: `make_pipeline(StandardScaler(), SVC(kernel=\"linear\", C=1))`",
+        "- random forest: `RandomForestClassifier(100)`",
+        "- XGBoost: `XGBClassifier(n_estimators=100, tree_method=\"hist\", max_bin=64)`",
+    ))
 
 
 def main() -> int:
     """Command line."""
     parser = argparse.ArgumentParser(description="train texture models on simulated slides")
     commands = parser.add_subparsers(dest="what", required=True)
-    measure = commands.add_parser("measure", help="the paper's table 2, and tests that are fair to use")
+    measure = commands.add_parser("measure", help="the paper's table 2, and tests with new speeds, runs and sensors")
     measure.add_argument("results", type=Path, help="file to write, or to go on with")
     measure.add_argument("--only", choices=list(table2.JOBS), help="one of the two, paper or deployed; both by default")
     measure.add_argument("--repeats", type=int, choices=sorted(STUDENT), default=20, help="default 20")

@@ -16,7 +16,7 @@ pub fn wstac() -> &'static PathBuf {
 fn build() -> PathBuf {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let built = Command::new(cargo)
-        .args(["build", "--release", "-p", "wstac-linux", "--message-format=json"])
+        .args(["build", "--release", "-p", "wstac-cli", "--message-format=json"])
         .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
         .output()
         .expect("cargo runs");

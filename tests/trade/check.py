@@ -3,7 +3,7 @@
 
     check.py WSTAC            checks the three recommended points, and that the pages show the kept map
     check.py WSTAC --pages    checks only that the pages show the kept map, and that its models are those that were counted
-    check.py WSTAC --write    writes the kept map's pages: docs/TRADE.md, docs/plots/trade.svg, the points in README.md
+    check.py WSTAC --write    writes the kept map's pages: docs/TRADE.md and docs/plots/trade.svg
     check.py WSTAC --sweep    sweeps, and keeps the map; then the command must be built again
     check.py WSTAC --times    times the settings of the kept map on this machine anew; then the command must be built again
     check.py WSTAC --fade     lets the light fade, and writes the tables of that in docs/EXTREMES.md
@@ -20,9 +20,9 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-TRADE = ROOT / "wstac-linux/trade"
+TRADE = ROOT / "wstac-tradeoff/data"
 EXTREMES = ROOT / "docs/EXTREMES.md"
-PICTURE, PAGE, README = ROOT / "docs/plots/trade.svg", ROOT / "docs/TRADE.md", ROOT / "README.md"
+PICTURE, PAGE = ROOT / "docs/plots/trade.svg", ROOT / "docs/TRADE.md"
 # Name, the core that it is for, and what may be spent.
 POINTS = (
     ("smallest", "M0", "M0<160k,flash<32K"),
@@ -71,19 +71,19 @@ def points_table(wstac):
             "format, stride, logarithm": f"{row['format']}, {row['stride']}, {row['ln']}",
             "model": about[1],
             "what it is": about[2] or "–",
-            "specimens right, % (95 % interval)": share("specimen"),
-            "patterns right, %": share("pattern"),
-            "depths right, %": share("depth"),
+            "specimen accuracy, % (95 % interval)": share("specimen"),
+            "pattern accuracy, %": share("pattern"),
+            "depth accuracy, %": share("depth"),
             "speed error, 100 to 200 mm/s, mean; 95th percentile, %": f"{row['speed_error']}; {row['speed_error_p95']}",
             "slides without a speed": f"{row['speed_missing']} of {row['speed_slides']}",
-            "directions wrong or none": f"{row['direction_errors']} of {row['slides']}",
-            "feature error, lit: root mean square; most (natural logarithms)": f"{float(row['feature_rms_lit']):.4f}; {float(row['feature_max_lit']):.4f}",
+            "directions wrong or missing": f"{row['direction_errors']} of {row['slides']}",
+            "feature error where lit, natural logarithms: root mean square; maximum": f"{float(row['feature_rms_lit']):.4f}; {float(row['feature_max_lit']):.4f}",
             "frames from first touch to answer": row["latency"],
             "core": f"Cortex-{core}",
-            "instructions a frame": f"{frame:,}",
-            "instructions an event": f"{event:,}",
+            "instructions per frame": f"{frame:,}",
+            "instructions per event": f"{event:,}",
             "flash; RAM, bytes": f"{price['flash']:,}; {price['ram']:,}",
-            "a frame; an event on the host that made the map, ns": f"{float(row['host_frame_ns']):,.0f}; {float(row['host_event_ns']):,.0f}",
+            "host that made the map, ns: per frame; per event": f"{float(row['host_frame_ns']):,.0f}; {float(row['host_event_ns']):,.0f}",
         })
     lines = ["| " + " | ".join([key, *(column[key] for column in columns)]) + " |" for key in columns[0]]
     lines.insert(1, "| --- |" + " ---: |" * len(columns))
@@ -96,10 +96,10 @@ def pages(wstac):
         run(wstac, "trade", "--map", "kept", "-o", folder)
         table, picture = Path(folder, "trade.md").read_text(), Path(folder, "trade.svg").read_text()
     points = points_table(wstac)
-    table, knobs = table.split("One knob at a time, ")
+    table, parameters = re.split(r"One (?:knob|parameter) at a time, ", table)
     page = between(between(PAGE.read_text(), "table", table), "points", points)
-    page = between(page, "knobs", knobs[0].upper() + knobs[1:])
-    return {PICTURE: picture, PAGE: page, README: between(README.read_text(), "points", points)}
+    page = between(page, "parameters", parameters[0].upper() + parameters[1:])
+    return {PICTURE: picture, PAGE: page}
 
 
 def warn_of_times(text):

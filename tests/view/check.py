@@ -252,7 +252,7 @@ def check_a_broken_file(wstac):
 
 
 def keep(wstac):
-    """docs/VIEW.md: two screens as text."""
+    """Writes docs/VIEW.md: two screens as text."""
     screens = []
     for size in [(80, 24), (120, 40)]:
         with view(wstac, SCENE, "--model", "builtin:svm", size=size, variables=["env", "NO_COLOR=1"]) as terminal:
@@ -265,7 +265,12 @@ def keep(wstac):
             screens.append((size, first))
             terminal.keys("q")
             terminal.left(0)
-    text = "# What `wstac view` shows\n\nMade by `ci/view --keep`: a simulated slide, paused while it is captured, in tmux without colours (with them the\npicture has two pixels a character and the map's cells are filled).\n"
+    text = """# The screens of `wstac view`
+
+These screens show a simulated slide, paused while it is captured, in two sizes of a terminal without colors.
+With colors, the picture has two pixels per character, and the cells of the taxel map are filled.
+`ci/view --keep` writes this page.
+"""
     for (width, height), screen in screens:
         lines = [line.rstrip() for line in screen.splitlines()]
         text += f"\n## {width} × {height}\n\n```text\n" + "\n".join(lines).rstrip() + "\n```\n"

@@ -27,7 +27,7 @@ class Seen:
 
 
 def faults(run: Run) -> list[str]:
-    """The faults that were told, in order."""
+    """Returns the reported faults in order."""
     return [record["fault"] for record in run.of_kind("fault")]
 
 
@@ -46,17 +46,17 @@ def by_sequence(run: Run, at_least: int = 0) -> Seen:
     if off:
         problems.append(f"no features near frames {off[:8]}")
     if faults(run):
-        problems.append(f"faults were told: {faults(run)}")
+        problems.append(f"faults were reported: {faults(run)}")
     return Seen(problems, f"{frames} frames", counted, gaps, frames)
 
 
 def by_time(run: Run, *expected: str) -> Seen:
-    """The faults are told, each once, and the frames that came after keep their time."""
+    """Each fault is reported once, and the frames after it keep their time."""
     frames = run.saved(FRAME)
     refused = re.search(r"(\d+) frame\(s\) lost: no signal", run.stderr)
     kernel = run.lost_by_time(frames, RATE, int(refused[1]) if refused else 0)
     counted, told = run.end["dropped"], faults(run)
-    problems = [] if told == list(expected) else [f"told {told}, expected {list(expected)}"]
+    problems = [] if told == list(expected) else [f"reported {told}, expected {list(expected)}"]
     if counted not in kernel:
         problems.append(f"dropped {counted}, but the kernel's times say {kernel}")
     # The last frame that came has its place in time; one may be held back for what comes after it.
@@ -130,7 +130,7 @@ def newest(run: Run) -> Seen:
 
 
 def slow(run: Run) -> Seen:
-    """A camera slower than asked is used as it is, and the user is told."""
+    """A camera slower than asked is used as it is, and the program says so."""
     rate = re.search(r"([\d.]+) fps|Frames per second: ([\d.]+)", (run.directory / "slow.format").read_text())
     rate = float(rate[1] or rate[2])
     problems = [] if rate < 30 else [f"the driver grants {rate} fps, so this proves nothing"]
@@ -173,23 +173,23 @@ FAULTS: list[tuple[str, str, Callable[[Run], Seen]]] = [
     ("dropped-1", "1 % of the buffers dropped", by_sequence),
     ("dropped-30", "30 % of the buffers dropped", lambda run: by_sequence(run, 30)),
     ("dropped-90", "90 % of the buffers dropped", lambda run: by_sequence(run, 150)),
-    ("flagged", "buffers marked as damaged", flagged),
+    ("flagged", "the driver marks buffers as damaged", flagged),
     ("wrapped", "30 % dropped while the sequence number wraps", wrapped),
     ("timewrap", "the timestamp wraps", time_wrapped),
-    ("qbuf", "a buffer is not taken back (QBUF)", by_time),
-    ("streamon", "the stream does not start (STREAMON), at first start", refused),
-    ("reqbufs", "no buffers (REQBUFS), at first start", refused),
+    ("qbuf", "the driver refuses to take a buffer back (QBUF)", by_time),
+    ("streamon", "the stream does not start (STREAMON) when the program starts", refused),
+    ("reqbufs", "the driver gives no buffers (REQBUFS) when the program starts", refused),
     ("fatal", "fatal streaming error", lambda run: by_time(run, "disconnected", "reconnected")),
-    ("restart", "the same, then STREAMON, REQBUFS and QBUF fail", restarted),
+    ("restart", "fatal streaming error, then STREAMON, REQBUFS and QBUF fail", restarted),
     ("disconnected", "disconnected", lambda run: by_time(run, "disconnected", "reconnected")),
-    ("unplugged", "unplugged and plugged in after 2 s", lambda run: by_time(run, "disconnected", "reconnected")),
-    ("replaced", "the same, another camera takes its number", lambda run: found(run, "another node")),
-    ("moved", "the same under another number, with a link by serial number", lambda run: found(run, "another node")),
+    ("unplugged", "unplugged, and plugged in again after 2 s", lambda run: by_time(run, "disconnected", "reconnected")),
+    ("replaced", "unplugged, and another camera takes its number", lambda run: found(run, "another node")),
+    ("moved", "unplugged, and returns under another number, opened by a link with its serial number", lambda run: found(run, "another node")),
     ("signal", "no signal for 2 s", lambda run: by_time(run, "no-signal", "signal")),
-    ("slow", "fewer frames a second offered than asked for", slow),
-    ("slower", "10 frames a second instead of 30 for a while", lambda run: by_time(run, "slow", "in-time")),
-    ("reduced", "29.97 frames a second instead of 30", by_time),
-    ("newest", "the program stands still for a second", newest),
+    ("slow", "the driver offers fewer frames per second than requested", slow),
+    ("slower", "10 frames per second instead of 30 for a while", lambda run: by_time(run, "slow", "in-time")),
+    ("reduced", "29.97 frames per second instead of 30", by_time),
+    ("newest", "the program stops for one second", newest),
 ]  # fmt: skip
 OTHERS: list[tuple[str, Callable[[Run], Seen]]] = [("devices", devices), ("interrupted", stopped), ("terminated", stopped)]
 
@@ -217,7 +217,7 @@ def main(directory: Path) -> None:
     """Judges all runs and writes the table."""
     for name, check in OTHERS:
         judge(directory, name, check)
-    rows = ["| fault | what `wstac run` said | frames that came | lost, counted | by the kernel's trace | verdict |", "| --- | --- | --- | --- | --- | --- |"]
+    rows = ["| fault | what `wstac run` reported | frames received | lost, as counted | lost, by the kernel's trace | result |", "| --- | --- | --- | --- | --- | --- |"]
     for name, title, check in FAULTS:
         run, seen = judge(directory, name, check)
         try:
@@ -225,7 +225,7 @@ def main(directory: Path) -> None:
         except Exception:
             told = ""
         counted = ["–", "–", "–"] if seen.counted is None else [str(seen.came), str(seen.counted), between(seen.kernel)]
-        rows.append(f"| {title} | {told} | {' | '.join(counted)} | {'FAILED' if seen.problems else 'told' if run.exit else 'survived'} |")
+        rows.append(f"| {title} | {told} | {' | '.join(counted)} | {'FAILED' if seen.problems else 'error reported' if run.exit else 'recovered'} |")
     table = "\n".join(rows) + "\n"
     (directory / "table.md").write_text(table)
     print(table, end="")

@@ -7,9 +7,9 @@ use std::time::Instant;
 
 use v4l::Device;
 use v4l::control::{Control, Value};
-use wstac_linux::camera::CameraRequest;
-use wstac_linux::source::camera::CameraSource;
-use wstac_linux::source::{Item, Source};
+use wstac_host::source::{Item, Source};
+use wstac_linux::CameraRequest;
+use wstac_linux::source::CameraSource;
 
 /// What one process holds.
 #[derive(Clone, Copy)]
@@ -65,8 +65,8 @@ fn cycles(what: &str, count: usize, mut once: impl FnMut()) -> bool {
     // An allocator keeps what it likes: a tenth of a frame's worth a cycle would be far more than this.
     let sound = after.files == before.files && after.mappings <= before.mappings + 2 && after.kib <= before.kib + 512;
     let seconds = start.elapsed().as_secs();
-    let verdict = if sound { "sound" } else { "GREW" };
-    println!("{what}, {count} times in {seconds} s: {before}; then {after}: {verdict}");
+    let verdict = if sound { "no growth" } else { "GREW" };
+    println!("{what}, {count} times in {seconds} s: {before}, and at the end {after}: {verdict}");
     sound
 }
 
@@ -78,7 +78,7 @@ fn main() -> ExitCode {
     };
     let count = count.parse().expect("CYCLES is a whole number");
     let request = CameraRequest { format: Some(*b"GREY"), size: Some((320, 180)), ..CameraRequest::new(path) };
-    let mut sound = cycles("open, a frame, close", count, || {
+    let mut sound = cycles("open, one frame, close", count, || {
         frame(&mut CameraSource::open(&request).expect("the camera opens"));
     });
     let mut source = CameraSource::open(&request).expect("the camera opens");
@@ -86,7 +86,7 @@ fn main() -> ExitCode {
     for button in buttons {
         let (name, id) = button.split_once("=0x").expect("a button is NAME=0xNUMBER");
         let id = u32::from_str_radix(id, 16).expect("a control's number");
-        sound &= cycles(&format!("{name}, back, a frame"), count, || {
+        sound &= cycles(&format!("{name}, reconnect, one frame"), count, || {
             press(path, id);
             let mut faults = Vec::new();
             while faults.last() != Some(&"reconnected") {

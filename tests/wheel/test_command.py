@@ -173,7 +173,7 @@ def test_events_before_a_fault_in_the_file_are_given(tmp_path: Path) -> None:
 
 
 def test_the_example_prints_what_the_command_says(recording: Path) -> None:
-    example = REPOSITORY / "wstac-linux" / "python" / "examples" / "events.py"
+    example = REPOSITORY / "wstac-python" / "examples" / "events.py"
     assert len(example.read_text().splitlines()) < 30
     done = subprocess.run([sys.executable, str(example), str(recording)], check=True, capture_output=True, text=True)
     expected = []

@@ -23,6 +23,7 @@
 //! None. Sizes, sums and indices are proven when a [`taxels::Camera`], a [`trigger::TriggerConfig`] or a
 //! [`speed::SpeedConfig`] is built, trees and weights when a [`model::Model`] is; slices are taken with checked access whose other branch reads nothing.
 #![no_std]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 #![deny(unsafe_code)]
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use wstac_core::model::Model;
 
-use crate::config::{Config, Kernel};
+use wstac_host::config::{Config, Kernel};
 use crate::pixels::Pixels;
 
 /// The source; or what is wrong with a file or the name of a pixel format.

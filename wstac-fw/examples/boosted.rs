@@ -22,7 +22,7 @@ const LAYOUT: Layout = match FrameSize::new(400, 400) {
     Err(_) => panic!("400 x 400 is a size of frames"),
 };
 
-static MODEL: Boosted = include_model!(Boosted, "../../wstac-linux/models/boosted.wsm");
+static MODEL: Boosted = include_model!(Boosted, "../../wstac-host/models/boosted.wsm");
 
 #[entry]
 fn main() -> ! {

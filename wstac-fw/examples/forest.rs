@@ -22,7 +22,7 @@ const LAYOUT: Layout = match FrameSize::new(400, 400) {
     Err(_) => panic!("400 x 400 is a size of frames"),
 };
 
-static MODEL: Forest = include_model!(Forest, "../../wstac-linux/models/forest.wsm");
+static MODEL: Forest = include_model!(Forest, "../../wstac-host/models/forest.wsm");
 
 #[entry]
 fn main() -> ! {

@@ -22,7 +22,7 @@ const LAYOUT: Layout = match FrameSize::new(400, 400) {
     Err(_) => panic!("400 x 400 is a size of frames"),
 };
 
-static MODEL: LinearSvm = include_model!(LinearSvm, "../../wstac-linux/models/svm.wsm");
+static MODEL: LinearSvm = include_model!(LinearSvm, "../../wstac-host/models/svm.wsm");
 
 #[entry]
 fn main() -> ! {

@@ -1,79 +1,141 @@
-//! Host side of WSTac: sources of frames, a simulated sensor, what is read of them, and the `wstac` command.
+//! Cameras through V4L2: find, negotiate, lock controls, stream.
 //!
-//! | to | module |
-//! | --- | --- |
-//! | open a camera, a recording, a video, a folder or a simulated sensor | [`source`], [`source::open`] |
-//! | read its events, features and faults | [`reading`], set up by a [`config`] |
-//! | name textures | [`texture`], with models of [`model::file`]; [`model`] makes them of trainers' files |
-//! | record | [`record`] |
-//! | simulate | [`scene`] |
-//! | find cameras, lock their controls | [`camera`] |
-//!
-//! The arithmetic is that of [`wstac_core`]: one event of a source is what a board would have said of the same frames.
-//!
-//! ```
-//! use wstac_linux::config::Config;
-//! use wstac_linux::error::Error;
-//! use wstac_linux::reading::{Reading, Record, Wanted, read_all};
-//! use wstac_linux::source::open::{OpenOptions, open};
-//!
-//! // As on the command line: /dev/video0, a file, a folder, or a simulated slide.
-//! let mut source = open("scene:Saw3@150,90deg", &OpenOptions::default())?;
-//! let mut reading = Reading::new(source.info(), &Config::default(), Wanted::default())?;
-//! let mut events = Vec::new();
-//! read_all::<Error>(source.as_mut(), &mut reading, |record| {
-//!     if let Record::Event(event) = record {
-//!         events.push(event);
-//!     }
-//!     Ok(())
-//! })?;
-//! assert_eq!(events.len(), 1);
-//! assert_eq!(events[0].direction.deg, Some(90));
-//! # Ok::<(), Error>(())
-//! ```
-//!
-//! `examples/` has the same of a recording (`events`) and of two cameras with a thread each (`two_cameras`).
-//!
-//! # Errors
-//! Every [`error::Error`] names the file, device or option, the field in it, what was found and what was expected. Input of any
-//! kind gives an error or a counted loss, never a panic.
-//!
-//! # What is stable
-//! The modules listed here, by [Semantic Versioning](https://semver.org/): `tests/interface` of the repository has every item.
-//! What is hidden here is public for the `wstac` command and for tests alone, such as the machinery of single commands, and may
-//! change at any time.
+//! The `v4l` crate gives the kernel's structures and the raw calls; the capture stream is this module's own
+//! (`buffers`), because it has to end its waits, survive faults and tell damaged buffers from good ones.
 
+pub(crate) mod buffers;
+pub(crate) mod choose;
 #[doc(hidden)]
-pub mod calibrate;
-pub mod camera;
-#[doc(hidden)]
-pub mod cli;
-pub mod config;
-#[doc(hidden)]
-pub mod dataset;
-#[doc(hidden)]
-pub mod doctor;
-pub mod error;
-#[cfg(feature = "capi")]
-#[doc(hidden)]
-pub mod ffi;
-#[doc(hidden)]
-pub mod fit;
-pub mod model;
-#[doc(hidden)]
-pub mod monitor;
-#[doc(hidden)]
-pub mod plot;
-mod protobuf;
-mod rate;
-pub mod reading;
-pub mod record;
-pub mod scene;
+pub mod colour;
+pub mod controls;
+mod device;
+pub mod devices;
+mod negotiate;
+pub(crate) mod same;
 pub mod source;
-mod svg;
-pub mod texture;
 #[doc(hidden)]
-pub mod trade;
-#[doc(hidden)]
-pub mod view;
-mod whole_file;
+pub mod timeline;
+
+use std::path::PathBuf;
+
+use v4l::v4l_sys as sys;
+use wstac_core::rate::FrameRate;
+
+use buffers::Buffers;
+use device::Device;
+pub use devices::{device_at, devices};
+pub use negotiate::Negotiated;
+use wstac_host::camera::formats::{self, FourCc};
+use wstac_host::camera::{CameraState, ControlSetting};
+use wstac_host::error::Error;
+use wstac_host::source::Delivery;
+
+/// Which camera, and what is wanted of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CameraRequest {
+    /// Its device node, such as `/dev/video0`.
+    pub path: PathBuf,
+    /// Four-character code of the pixel format; nothing for the one that suits size and rate best.
+    pub format: Option<FourCc>,
+    /// Width and height in pixels; nothing for the paper's 1280x720.
+    pub size: Option<(u32, u32)>,
+    /// Frames a second; nothing for the paper's 30.
+    pub rate: Option<FrameRate>,
+    /// Which frames are handed out where the program is slower.
+    pub delivery: Delivery,
+    /// Leave the controls as they are, instead of locking them.
+    pub keep_controls: bool,
+    /// Values of controls that are to be set, whether the others are locked or not.
+    pub controls: Vec<ControlSetting>,
+}
+
+impl CameraRequest {
+    /// This camera with all defaults.
+    pub fn new(path: impl Into<PathBuf>) -> Self {
+        let (format, size, rate, delivery) = (None, None, None, Delivery::default());
+        Self { path: path.into(), format, size, rate, delivery, keep_controls: false, controls: Vec::new() }
+    }
+}
+
+/// A camera that streams.
+#[derive(Debug)]
+pub struct Camera {
+    /// Who it is, and how its controls stand.
+    pub state: CameraState,
+    /// What its frames are like.
+    pub negotiated: Negotiated,
+    /// The stream.
+    pub(crate) buffers: Buffers,
+}
+
+impl Camera {
+    /// Opens a camera, agrees with its driver on format, size and rate, locks its controls, and starts the stream.
+    ///
+    /// # Errors
+    /// Where there is no such camera, it may not be opened, another program uses it, it offers nothing that is read,
+    /// a control that is to be set is not there or out of range, or the driver refuses. A control that cannot be locked
+    /// is no error: the state says so.
+    pub fn open(request: &CameraRequest) -> Result<Self, Error> {
+        let device = Device::open(&request.path)?;
+        let identity = device.identity().map_err(|error| device.error("cannot be used", &error))?;
+        if let Some(reason) = unusable(identity.capabilities) {
+            return Err(Error::new(request.path.display(), reason));
+        }
+        let negotiated = negotiate::negotiate(&device, request)?;
+        let controls = controls::lock(&device, &request.controls, request.keep_controls);
+        let mut controls = controls.map_err(|message| Error::new(request.path.display(), message))?;
+        let buffers = Buffers::start(device)?;
+        controls::hold(buffers.device(), &mut controls);
+        let state = CameraState {
+            path: request.path.clone(),
+            links: devices::links_to(&request.path),
+            card: identity.card,
+            driver: identity.driver,
+            bus: identity.bus,
+            format: formats::name(negotiated.fourcc),
+            controls,
+        };
+        Ok(Self { state, negotiated, buffers })
+    }
+}
+
+/// Why a node with these capabilities gives no frames.
+fn unusable(capabilities: u32) -> Option<&'static str> {
+    if capabilities & sys::V4L2_CAP_VIDEO_CAPTURE == 0 {
+        return Some(if capabilities & sys::V4L2_CAP_VIDEO_CAPTURE_MPLANE != 0 {
+            "a multi-planar capture device, which is not supported"
+        } else {
+            "does not capture video (an output, metadata or other node); wstac devices lists the cameras"
+        });
+    }
+    if capabilities & sys::V4L2_CAP_STREAMING == 0 {
+        return Some("the driver cannot stream");
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error_of(path: &str) -> String {
+        Camera::open(&CameraRequest::new(path)).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn what_is_no_camera_is_said_so() {
+        assert!(error_of("/dev/video-none").contains("no such file"));
+        assert!(error_of("/dev").contains("not a camera"));
+        assert!(error_of("/dev/null").contains("not a video device"), "{}", error_of("/dev/null"));
+        assert!(error_of("/proc/self/exe").contains("not a camera"));
+    }
+
+    #[test]
+    fn nodes_that_do_not_capture_are_named() {
+        let streaming = sys::V4L2_CAP_STREAMING;
+        assert_eq!(unusable(streaming | sys::V4L2_CAP_VIDEO_CAPTURE), None);
+        assert!(unusable(streaming | sys::V4L2_CAP_VIDEO_OUTPUT).unwrap().contains("does not capture"));
+        assert!(unusable(streaming | sys::V4L2_CAP_VIDEO_CAPTURE_MPLANE).unwrap().contains("multi-planar"));
+        assert!(unusable(sys::V4L2_CAP_VIDEO_CAPTURE).unwrap().contains("cannot stream"));
+    }
+}

@@ -4,7 +4,7 @@
 use libfuzzer_sys::fuzz_target;
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
-use wstac_linux::config::Config;
+use wstac_host::config::Config;
 
 fuzz_target!(|text: &str| {
     let config = match Config::parse(text) {

@@ -4,7 +4,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use wstac_core::model::Model;
-use wstac_linux::model::{Import, import_bytes};
+use wstac_train::model::{Import, import_bytes};
 
 fuzz_target!(|data: &[u8]| {
     match import_bytes("fuzz", data.to_vec(), &Import::default()) {

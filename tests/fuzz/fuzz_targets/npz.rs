@@ -6,8 +6,8 @@ use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
 use wstac_core::model::Model;
-use wstac_linux::model::eval::answers;
-use wstac_linux::model::{Import, import_bytes};
+use wstac_train::model::eval::answers;
+use wstac_train::model::{Import, import_bytes};
 
 /// A tree of one split.
 const TRAINED: &[u8] = include_bytes!("../seeds/model_import/xgboost.json");

@@ -8,11 +8,11 @@ use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
 use mcap::records::op;
-use wstac_linux::config::Config;
-use wstac_linux::reading::{Reading, Wanted};
-use wstac_linux::record::recover;
-use wstac_linux::source::{Item, Source};
-use wstac_linux::source::mcap::McapSource;
+use wstac_host::config::Config;
+use wstac_host::reading::{Reading, Wanted};
+use wstac_host::record::recover;
+use wstac_host::source::{Item, Source};
+use wstac_host::source::mcap::McapSource;
 
 /// Recordings are files: each process of the fuzzer has its own.
 static PATHS: LazyLock<[PathBuf; 2]> = LazyLock::new(|| {

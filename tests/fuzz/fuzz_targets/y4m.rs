@@ -10,8 +10,8 @@ use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::Camera;
 use wstac_core::trigger::TriggerConfig;
-use wstac_linux::source::y4m::Y4m;
-use wstac_linux::source::{Item, Source};
+use wstac_host::source::y4m::Y4m;
+use wstac_host::source::{Item, Source};
 
 fuzz_target!(|data: &[u8]| {
     let Some((&first, data)) = data.split_first() else { return };

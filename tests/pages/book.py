@@ -1,0 +1,57 @@
+"""Checks that every link and every picture of a book as it was built leads to something in it.
+
+    book.py FOLDER
+"""
+
+from __future__ import annotations
+
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+
+class Page(HTMLParser):
+    """The links and the anchors of one page."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.targets: list[str] = []
+        self.anchors: set[str] = set()
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        """Takes what an element points to, and what it is called."""
+        for name, value in attributes:
+            if name in ("href", "src") and value:
+                self.targets.append(value)
+            elif name in ("id", "name") and value:
+                self.anchors.add(value)
+
+
+def main() -> None:
+    """Prints what is wrong with a book."""
+    folder = Path(sys.argv[1]).resolve()
+    # These are made for other sites or for no reader.
+    found = {path: Page(path.read_text(encoding="utf-8")) for path in folder.rglob("*.html") if path.name not in ("404.html", "toc.html")}
+    problems, count = [], 0
+    for path, page in sorted(found.items()):
+        for target in page.targets:
+            url = urlsplit(target)
+            if url.scheme or url.netloc:
+                continue
+            count += 1
+            to = (path.parent / unquote(url.path)).resolve() if url.path else path
+            if to.is_dir():
+                to /= "index.html"
+            if not to.is_file():
+                problems.append(f"{path.relative_to(folder)}: there is no {target}")
+            elif url.fragment and to in found and unquote(url.fragment) not in found[to].anchors:
+                problems.append(f"{path.relative_to(folder)}: there is no heading for {target}")
+    print("\n".join(problems), file=sys.stderr, end="\n" if problems else "")
+    print(f"book: {len(found)} pages, {count} links, {len(problems)} wrong")
+    sys.exit(bool(problems) or len(found) < 10)
+
+
+if __name__ == "__main__":
+    main()

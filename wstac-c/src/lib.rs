@@ -1,0 +1,247 @@
+//! WSTac for hosts in C: `libwstac.so`, whose header is `include/wstac.h`, made of this module by cbindgen (`ci/capi`).
+//!
+//! A sensor is a handle: [`wstac_open`] makes one of what `wstac run` reads, [`wstac_open_frames`] one that the program pushes its own
+//! frames into; [`wstac_next`] gives what follows from them, [`wstac_close`] frees it. Every call checks its pointers and the handle's
+//! state; no panic leaves it, and what is wrong is a status with a text, and a message that names what was found and what was expected.
+//!
+//! | what | file |
+//! | --- | --- |
+//! | statuses, messages | `status.rs` |
+//! | options of a program | `options.rs` |
+//! | a handle: source, core, models | `sensor.rs` |
+//! | records of a program | `record.rs` |
+#![warn(clippy::undocumented_unsafe_blocks)]
+
+pub mod options;
+pub mod record;
+mod sensor;
+pub mod status;
+
+use std::ffi::c_char;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::ptr;
+use wstac_host::source::Source;
+use wstac_host::source::open::{OpenOptions, SourceKind};
+
+use self::options::{WstacFrames, WstacOptions};
+use self::record::WstacRecord;
+pub use self::sensor::Sensor;
+use self::status::{Failure, WstacStatus, failed, message, remember, text};
+
+/// A sensor: what wstac_open and wstac_open_frames make. It belongs to the thread that opened it; several sensors share nothing.
+pub struct Wstac {
+    /// Nothing once something inside has panicked: then the handle can only be closed.
+    sensor: Option<Sensor>,
+    /// What the last call that failed said.
+    message: std::ffi::CString,
+}
+
+/// Runs a call that makes a handle; what fails is remembered for the thread, as there is no handle.
+///
+/// # Safety
+/// `handle` is null or memory for a pointer.
+unsafe fn open(handle: *mut *mut Wstac, make: impl FnOnce() -> Result<Sensor, Failure>) -> WstacStatus {
+    if handle.is_null() {
+        return remember(failed(WstacStatus::Null, "handle is null, expected the address of a pointer"));
+    }
+    // SAFETY: not null, memory for a pointer (the caller).
+    unsafe { handle.write(ptr::null_mut()) };
+    match catch_unwind(AssertUnwindSafe(make)) {
+        Ok(Ok(sensor)) => {
+            let made = Box::new(Wstac { sensor: Some(sensor), message: c"".to_owned() });
+            // SAFETY: as above.
+            unsafe { handle.write(Box::into_raw(made)) };
+            WstacStatus::Ok
+        }
+        Ok(Err(failure)) => remember(failure),
+        Err(_) => remember(failed(WstacStatus::Panic, PANICKED)),
+    }
+}
+
+/// What is said of a call that has panicked.
+const PANICKED: &str = "something inside has failed, which is a fault of this library: the handle can only be closed";
+
+/// Runs a call on a handle.
+///
+/// # Safety
+/// `handle` is null or a handle that is open, and that no other thread uses.
+unsafe fn with(handle: *mut Wstac, call: impl FnOnce(&mut Sensor) -> Result<(), Failure>) -> WstacStatus {
+    if handle.is_null() {
+        return remember(failed(WstacStatus::Null, "handle is null, expected one that is open"));
+    }
+    // SAFETY: not null, an open handle that nobody else uses (the caller).
+    let wstac = unsafe { &mut *handle };
+    let result = match &mut wstac.sensor {
+        Some(sensor) => catch_unwind(AssertUnwindSafe(|| call(sensor))),
+        None => Ok(Err(failed(WstacStatus::Panic, PANICKED))),
+    };
+    let result = result.unwrap_or_else(|_| {
+        // What was half done is not looked at again, and dropping it could panic once more.
+        std::mem::forget(wstac.sensor.take());
+        Err(failed(WstacStatus::Panic, PANICKED))
+    });
+    match result {
+        Ok(()) => WstacStatus::Ok,
+        Err(failure) => {
+            wstac.message = failure.message;
+            failure.status
+        }
+    }
+}
+
+/// Opens a source, as `wstac run SOURCE` does: "/dev/videoN", "scene:Saw3@150,90deg", a Y4M file, a folder of PNGs, a recording (.mcap), or
+/// "-". `source` is UTF-8; `options` may be null. Where it fails, the handle is null, and wstac_error_message(NULL) says why.
+///
+/// # Safety
+/// `source` is null or text that ends in 0; `options` is null or options; `handle` is null or memory for a pointer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_open(
+    source: *const c_char,
+    options: *const WstacOptions,
+    handle: *mut *mut Wstac,
+) -> WstacStatus {
+    let make = || {
+        // SAFETY: the caller's.
+        let source = unsafe { text("source", source) }?;
+        // SAFETY: the caller's.
+        let options = unsafe { options::read(options) }?;
+        Sensor::open(source, options)
+    };
+    // SAFETY: the caller's.
+    unsafe { open(handle, make) }
+}
+
+/// Opens a sensor whose frames the program pushes. Of `options`, which may be null, those that choose a source are refused.
+///
+/// # Safety
+/// `frames` is null or a description; `options` is null or options; `handle` is null or memory for a pointer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_open_frames(
+    frames: *const WstacFrames,
+    options: *const WstacOptions,
+    handle: *mut *mut Wstac,
+) -> WstacStatus {
+    let make = || {
+        // SAFETY: the caller's.
+        let frames = unsafe { frames.as_ref() }.ok_or_else(|| failed(WstacStatus::Null, "frames is null"))?;
+        // SAFETY: the caller's.
+        let options = unsafe { options::read(options) }?;
+        // SAFETY: the caller's.
+        let info = unsafe { frames.info(options.config.as_ref().map(|config| config.green.yuv).unwrap_or_default()) }?;
+        Sensor::of_frames(&info, options)
+    };
+    // SAFETY: the caller's.
+    unsafe { open(handle, make) }
+}
+
+/// The next record. Of a source it reads until there is one; a camera gives WSTAC_KIND_WAITING at least once a second where there is none.
+/// Of frames that are pushed it gives WSTAC_KIND_WAITING where all records are out: push more. After WSTAC_KIND_END there is no more.
+/// A source that cannot be read any further comes back with WSTAC_STATUS_SOURCE, and the record is the end record. Otherwise the record is
+/// written only with WSTAC_STATUS_OK. What a record points to stays until the next call of wstac_next or wstac_close.
+///
+/// # Safety
+/// `handle` is null or an open handle; `record` is null or memory for one.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_next(handle: *mut Wstac, record: *mut WstacRecord) -> WstacStatus {
+    let next = |sensor: &mut Sensor| {
+        if record.is_null() {
+            return Err(failed(WstacStatus::Null, "record is null, expected memory for one"));
+        }
+        let (given, error) = sensor.next()?;
+        // SAFETY: not null, memory for a record (the caller).
+        unsafe { record.write(given) };
+        error.map_or(Ok(()), Err)
+    };
+    // SAFETY: the caller's.
+    unsafe { with(handle, next) }
+}
+
+/// Takes the bytes of a frame, laid out as wstac_open_frames was told. wstac_next gives what follows. A frame with too few bytes is refused,
+/// and has not been taken: wstac_push_lost keeps its place in time.
+///
+/// # Safety
+/// `handle` is null or an open handle; `bytes` is null or `length` bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_push_frame(handle: *mut Wstac, bytes: *const u8, length: usize) -> WstacStatus {
+    let push = |sensor: &mut Sensor| {
+        if bytes.is_null() {
+            return Err(failed(WstacStatus::Null, "bytes is null, expected a frame's"));
+        }
+        if isize::try_from(length).is_err() {
+            return Err(failed(WstacStatus::Frame, format_args!("length is {length}, expected what memory can hold")));
+        }
+        // SAFETY: not null, `length` bytes (the caller).
+        sensor.push_frame(unsafe { std::slice::from_raw_parts(bytes, length) })
+    };
+    // SAFETY: the caller's.
+    unsafe { with(handle, push) }
+}
+
+/// Keeps the place of lost frames in time: a short gap is filled, a long one ends what was under way.
+///
+/// # Safety
+/// `handle` is null or an open handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_push_lost(handle: *mut Wstac, frames: u64) -> WstacStatus {
+    // SAFETY: the caller's.
+    unsafe { with(handle, |sensor| sensor.push_lost(frames)) }
+}
+
+/// Ends a stream of frames that are pushed, or stops a source early: wstac_next gives what is pending, then the end record.
+///
+/// # Safety
+/// `handle` is null or an open handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_finish(handle: *mut Wstac) -> WstacStatus {
+    // SAFETY: the caller's.
+    unsafe { with(handle, Sensor::finish) }
+}
+
+/// Closes a handle and frees all that belongs to it, records' texts included. Null is allowed, as in free.
+///
+/// # Safety
+/// `handle` is null or an open handle, which is not used again.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_close(handle: *mut Wstac) {
+    if handle.is_null() {
+        return;
+    }
+    // SAFETY: `open` made it of a box, and nobody uses it again (the caller).
+    let wstac = unsafe { Box::from_raw(handle) };
+    // A panic must not leave; what it leaves behind is leaked.
+    let _ = catch_unwind(AssertUnwindSafe(|| drop(wstac)));
+}
+
+/// What the last call on this handle that failed said: what, what was found and what was expected. Of null, what the last call of this thread
+/// said that failed without a handle. UTF-8; it stays until the next call on the handle (of null: of this thread). Never null.
+///
+/// # Safety
+/// `handle` is null or an open handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_error_message(handle: *const Wstac) -> *const c_char {
+    // SAFETY: null, or an open handle (the caller).
+    unsafe { handle.as_ref() }.map_or_else(message, |wstac| wstac.message.as_ptr())
+}
+
+/// A status in words: text in English that ends in 0 and stays. Of a number that is no status it says so.
+#[unsafe(no_mangle)]
+pub extern "C" fn wstac_error_text(status: i32) -> *const c_char {
+    status::in_words(status).as_ptr()
+}
+
+/// The version of the library, such as "0.1.0".
+#[unsafe(no_mangle)]
+pub extern "C" fn wstac_version() -> *const c_char {
+    concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()
+}
+
+#[cfg(test)]
+mod tests;
+
+/// The kinds of sources of this library beside files: a line for each.
+const SOURCE_KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];
+
+/// Opens a source of any kind by its name.
+fn open_source(name: &str, options: &OpenOptions) -> Result<Box<dyn Source>, wstac_host::error::Error> {
+    wstac_host::source::open::open(name, options, SOURCE_KINDS)
+}

@@ -1,0 +1,212 @@
+//! What a program in C asks for, read and checked.
+
+use std::ffi::c_char;
+use std::path::{Path, PathBuf};
+
+use wstac_core::green::Green;
+use wstac_core::green::any::{Any, YcbcrMethod};
+use wstac_core::green::ycbcr::{Colour, Matrix, Range};
+use wstac_core::layout::FrameSize;
+use wstac_core::rate::FrameRate;
+
+use super::status::{Failure, WstacStatus, failed, text};
+use wstac_host::config::Config;
+use wstac_host::model_file::ModelFile;
+use wstac_host::source::open::OpenOptions;
+use wstac_host::source::{Delivery, StreamInfo};
+use wstac_scene::sensor::SensorFormat;
+
+/// How a sensor is opened. All zeros, `WstacOptions options = {0};`, are the defaults.
+#[repr(C)]
+pub struct WstacOptions {
+    /// Path of a configuration file (TOML); null for the source's own, else the default.
+    pub config: *const c_char,
+    /// Texture models, each a path of a .wsm file or such as "builtin:svm"; the last is null. Null for none.
+    pub models: *const *const c_char,
+    /// Frames a second, numerator: of a recording, instead of what it says; of a camera, to ask for. 0 and 0 ask nothing.
+    pub fps_numerator: u32,
+    /// Frames a second, denominator.
+    pub fps_denominator: u32,
+    /// Pixel format to ask a camera for, by its four-character code, such as "YUYV"; null asks nothing.
+    pub format: *const c_char,
+    /// Pixels of a row to ask a camera for; 0 and 0 ask nothing.
+    pub width: u32,
+    /// Rows of a frame to ask a camera for.
+    pub height: u32,
+    /// Give a record of every frame's features.
+    pub features: bool,
+    /// Give every frame of a camera, the oldest first, as long as the driver has room; otherwise the newest, where the program is slower.
+    pub every_frame: bool,
+    /// Leave a camera's controls automatic instead of locking them.
+    pub keep_controls: bool,
+}
+
+/// Frames that a program pushes.
+#[repr(C)]
+pub struct WstacFrames {
+    /// Pixels of a row, 1 to 16384.
+    pub width: u32,
+    /// Rows of a frame, 1 to 16384.
+    pub height: u32,
+    /// Pixel format by its four-character code, such as "GREY", "YUYV" or "RGB3".
+    pub format: *const c_char,
+    /// Bytes from row to row; 0 for rows without padding.
+    pub bytes_per_row: u32,
+    /// Frames a second, numerator; 0 and 0 are 30 a second. Above 45 a second frames are added up to about 30.
+    pub fps_numerator: u32,
+    /// Frames a second, denominator.
+    pub fps_denominator: u32,
+    /// Y Cb Cr are of ITU-R BT.709 instead of BT.601.
+    pub bt709: bool,
+    /// Y Cb Cr are of full range instead of limited.
+    pub full_range: bool,
+}
+
+/// Options that have been read.
+pub(super) struct Options {
+    /// The configuration that is asked for.
+    pub(super) config: Option<Config>,
+    pub(super) models: Vec<ModelFile>,
+    pub(super) open: OpenOptions,
+    pub(super) features: bool,
+}
+
+/// Reads a program's options.
+///
+/// # Errors
+/// What is wrong with one, or with a file that it names.
+///
+/// # Safety
+/// Null, or options whose texts end in 0, as does their list of models with null.
+pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failure> {
+    // SAFETY: null or options (the caller).
+    let Some(options) = (unsafe { options.as_ref() }) else {
+        let open = OpenOptions { delivery: Delivery::Newest, ..OpenOptions::default() };
+        return Ok(Options { config: None, models: Vec::new(), open, features: false });
+    };
+    let config = if options.config.is_null() {
+        None
+    } else {
+        // SAFETY: the caller's.
+        let path = unsafe { text("config", options.config) }?;
+        Some(Config::read(Path::new(path)).map_err(|error| failed(WstacStatus::Config, error))?)
+    };
+    // SAFETY: the caller's.
+    let names = unsafe { names(options.models) }?;
+    let models = ModelFile::open_all(&names).map_err(|error| failed(WstacStatus::Model, error))?;
+    let format = if options.format.is_null() {
+        None
+    } else {
+        // SAFETY: the caller's.
+        Some(sensor_format(unsafe { text("format", options.format) }?)?.code())
+    };
+    let size = match (options.width, options.height) {
+        (0, 0) => None,
+        (0, _) | (_, 0) => {
+            let message =
+                format_args!("size is {}x{}, expected both above 0, or neither", options.width, options.height);
+            return Err(failed(WstacStatus::Option, message));
+        }
+        size => Some(size),
+    };
+    let open = OpenOptions {
+        fps: rate(options.fps_numerator, options.fps_denominator)?,
+        format,
+        size,
+        delivery: if options.every_frame { Delivery::Every } else { Delivery::Newest },
+        keep_controls: options.keep_controls,
+        controls: Vec::new(),
+    };
+    Ok(Options { config, models, open, features: options.features })
+}
+
+impl Options {
+    /// Refuses what chooses a source.
+    ///
+    /// # Errors
+    /// Names what is asked for.
+    pub(super) fn without_source(&self) -> Result<(), Failure> {
+        let OpenOptions { fps, format, size, delivery, keep_controls, .. } = &self.open;
+        let asked = [
+            ("fps", fps.is_some()),
+            ("format", format.is_some()),
+            ("width and height", size.is_some()),
+            ("every_frame", *delivery == Delivery::Every),
+            ("keep_controls", *keep_controls),
+        ];
+        asked.iter().find(|(_, asked)| *asked).map_or(Ok(()), |(name, _)| {
+            let message = format_args!("options: {name} is set, expected only with wstac_open");
+            Err(failed(WstacStatus::Option, message))
+        })
+    }
+}
+
+impl WstacFrames {
+    /// The same as a source says it.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    ///
+    /// # Safety
+    /// `format` is null or text that ends in 0.
+    pub(super) unsafe fn info(&self, yuv: YcbcrMethod) -> Result<StreamInfo, Failure> {
+        let wrong = |error| failed(WstacStatus::Option, format_args!("frames: {error}"));
+        let size = FrameSize::new(self.width, self.height).map_err(wrong)?;
+        // SAFETY: the caller's.
+        let format = sensor_format(unsafe { text("frames: format", self.format) }?)?;
+        if format.is_jpeg() {
+            return Err(failed(WstacStatus::Option, format_args!("frames: format is {format}, expected pixels")));
+        }
+        let colour = Colour {
+            matrix: if self.bt709 { Matrix::Bt709 } else { Matrix::Bt601 },
+            range: if self.full_range { Range::Full } else { Range::Limited },
+        };
+        let least = Any::new(format.pixels(), colour, yuv).row_bytes(size.width());
+        Ok(StreamInfo {
+            size,
+            format: format.pixels(),
+            colour,
+            // 16384 pixels have at most 65536 bytes.
+            bytes_per_row: if self.bytes_per_row == 0 { least as u32 } else { self.bytes_per_row },
+            rate: rate(self.fps_numerator, self.fps_denominator)?.unwrap_or(FrameRate::NOMINAL),
+            taxels_only: false,
+            about: format!("frames of {}x{} {format}", self.width, self.height),
+            camera: None,
+        })
+    }
+}
+
+/// A frame rate; nothing of 0 and 0.
+fn rate(numerator: u32, denominator: u32) -> Result<Option<FrameRate>, Failure> {
+    if (numerator, denominator) == (0, 0) {
+        return Ok(None);
+    }
+    FrameRate::new(numerator, denominator).map(Some).map_err(|error| failed(WstacStatus::Option, error))
+}
+
+/// A pixel format by its four-character code.
+fn sensor_format(code: &str) -> Result<SensorFormat, Failure> {
+    code.parse().map_err(|error: String| failed(WstacStatus::Option, error))
+}
+
+/// Names of a list that ends in null.
+///
+/// # Safety
+/// Null, or such a list of texts that end in 0.
+unsafe fn names(list: *const *const c_char) -> Result<Vec<PathBuf>, Failure> {
+    let mut names = Vec::new();
+    if list.is_null() {
+        return Ok(names);
+    }
+    loop {
+        // SAFETY: the list has not ended before (the caller).
+        let at = unsafe { list.add(names.len()) };
+        // SAFETY: as above.
+        let name = unsafe { at.read() };
+        if name.is_null() {
+            return Ok(names);
+        }
+        // SAFETY: the caller's.
+        names.push(PathBuf::from(unsafe { text("models", name) }?));
+    }
+}

@@ -1,0 +1,239 @@
+//! `wstac calibrate`: where the whiskers are in the picture, as a configuration file.
+
+use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+
+use serde::Serialize;
+
+use super::output::{Stop, check_new, note};
+use super::run::interruptions;
+use super::source_arguments::SourceArguments;
+use wstac_host::config::Config;
+use wstac_host::error::Error;
+use wstac_host::source::{Delivery, Item, Source};
+use wstac_host::whole_file;
+use wstac_setup::calibrate::{Calibration, UNTOUCHED, Watch};
+
+/// Find the 25 whiskers in the picture and write the configuration for them
+///
+/// Leave the sensor alone for the first 25 frames (0.8 s), then press on all whiskers, or slide something over all of
+/// them: each base that glows becomes a taxel. Ctrl-C ends a camera earlier.
+#[derive(Debug, clap::Args)]
+#[command(after_long_help = HELP)]
+pub(super) struct Arguments {
+    /// A camera, a recording or a scene, as wstac run --help lists them
+    source: String,
+
+    /// The configuration file to write, for --config of the other commands
+    #[arg(short, long, value_name = "FILE.toml")]
+    output: PathBuf,
+
+    /// The picture to write: what glowed, and the taxels on it; unless given, the configuration's name with .png
+    #[arg(long, value_name = "FILE.png")]
+    overlay: Option<PathBuf>,
+
+    /// End after this many frames
+    #[arg(long, value_name = "N", default_value_t = 600, value_parser = clap::value_parser!(u64).range(30..))]
+    frames: u64,
+
+    /// Write over files that are there already
+    #[arg(long)]
+    force: bool,
+
+    /// Print one JSON object instead of text
+    #[arg(long)]
+    json: bool,
+
+    #[command(flatten)]
+    options: SourceArguments,
+}
+
+const HELP: &str = "\
+What it tolerates: a picture that is turned by up to 15 degrees, perspective, a curved lens, light
+that is uneven, ambient light, and one whisker without light, whose place follows from the others'.
+The row that is on top in the picture is row 1, the leftmost column column 1.
+
+Where it is not sure it writes no configuration, says why, and ends with exit code 1: fewer than 24
+whiskers, spots that are no lattice of 5 x 5, that the picture's edge cuts, that run into each other
+or reach full scale, a sensor that was touched too early. Look at the picture all the same: it is
+FILE.refused.png then, which the next try replaces, or what --overlay names. White rings are spots
+that seemed to be whiskers, orange ones others. In a picture of a calibration each taxel has its row
+and column; one in orange, dashed, is the whisker without light.
+
+The configuration has the layout, and what follows from the noise of the untouched frames, each with
+a comment that says how: [features] floor_levels, [trigger] margin, [speed] threshold and
+threshold_on. All other keys keep their defaults; add to it what you like. It holds for frames of the
+same size (others are refused), and for as long as neither the camera nor the sensor is moved.
+
+Output with --json:
+  {\"kind\":\"calibration\",\"found\":25,\"dead\":null,\"off_px\":0.21,\"pitch_px\":[144.0,143.9],
+   \"rotation_degrees\":0.1,\"taxel\":[90,90],\"centres\":[[351.4,71.5], … 25, row by row],
+   \"saturated\":0,\"noise_levels\":0.005,\"dark_levels\":1.0}
+  dead is null or [row, column]; off_px is how far bases are off a smooth lattice, root mean square.
+
+Try it (a scene that is turned needs room at its edges: [sensor.pose] rotation_degrees = 8 and
+scale = 0.75, wstac scene --help):
+  wstac calibrate scene:Fla0@100 -o wstac.toml
+  wstac calibrate /dev/video0 -o wstac.toml && wstac run /dev/video0 --config wstac.toml
+";
+
+/// What is printed with `--json`.
+#[derive(Serialize)]
+struct Record<'a> {
+    kind: &'static str,
+    found: usize,
+    dead: Option<[usize; 2]>,
+    off_px: f64,
+    pitch_px: [f64; 2],
+    rotation_degrees: f64,
+    taxel: [u16; 2],
+    centres: &'a [[f64; 2]],
+    saturated: usize,
+    noise_levels: f64,
+    dark_levels: f64,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    let (output, force) = (arguments.output.as_path(), arguments.force);
+    let overlay = arguments.overlay.clone().unwrap_or_else(|| output.with_extension("png"));
+    if overlay == output {
+        return Err(Error::new(output.display(), "is to be configuration and picture, expected two names").into());
+    }
+    check_new(output, force)?;
+    check_new(&overlay, force)?;
+    let (mut source, info) = arguments.options.open(&arguments.source, Delivery::Every)?;
+    note(&info.about);
+    let mut watch = Watch::new(&info)?;
+    read(source.as_mut(), &mut watch, arguments.frames)?;
+    let outcome = watch.calibrate();
+    let calibration = match &outcome.result {
+        Ok(calibration) => calibration,
+        Err(refusal) => {
+            // The next try replaces it.
+            let picture = arguments.overlay.clone().unwrap_or_else(|| output.with_extension("refused.png"));
+            whole_file::write(&picture, outcome.to_png())?;
+            let seen = format_args!("{}; {} shows what was seen", refusal.message, picture.display());
+            return Err(Error::new(&arguments.source, seen).into());
+        }
+    };
+    whole_file::write(&overlay, outcome.to_png())?;
+    let text = calibration.to_toml(&info.about);
+    // What is written can be read again, or it is not written.
+    Config::parse(&text).map_err(|message| Error::new(output.display(), message))?;
+    whole_file::write(output, text)?;
+    note(format_args!("wrote {} and {}: look at the picture", output.display(), overlay.display()));
+    print(calibration, arguments.json)
+}
+
+/// Reads until the source ends, `limit` frames have passed or a signal asks for the end.
+fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64) -> Result<(), Stop> {
+    let interrupted = interruptions()?;
+    let mut progress = Progress { shown: std::io::stderr().is_terminal() };
+    let (mut frames, mut lost) = (0_u64, 0);
+    while frames < limit && !interrupted.load(Ordering::Relaxed) {
+        match source.next()? {
+            Item::Frame { bytes, .. } => {
+                watch.take(bytes);
+                frames += 1;
+                progress.say(watch, frames);
+            }
+            Item::Lost { frames: more, .. } => lost += more,
+            Item::Fault(fault) => note(format_args!("{}: {}", fault.kind, fault.message)),
+            Item::Taxels(_) | Item::Waiting => {}
+            Item::End => break,
+        }
+    }
+    drop(progress);
+    if lost > 0 {
+        note(format_args!("{lost} frame(s) were lost"));
+    }
+    Ok(())
+}
+
+/// What to do now, and what glowed so far: a line on a terminal that is written over and over.
+struct Progress {
+    shown: bool,
+}
+
+impl Progress {
+    fn say(&mut self, watch: &Watch, frames: u64) {
+        if !self.shown || !frames.is_multiple_of(15) {
+            return;
+        }
+        let line = if watch.is_ready() {
+            format!("press on all whiskers: {} spots of light so far; Ctrl-C when all 25 have glowed", watch.found())
+        } else {
+            format!("do not touch the sensor: {frames} of {UNTOUCHED} frames")
+        };
+        let _ = write!(std::io::stderr(), "\r{line}\x1b[K");
+    }
+}
+
+impl Drop for Progress {
+    /// The line makes room for what is said next.
+    fn drop(&mut self) {
+        if self.shown {
+            let _ = write!(std::io::stderr(), "\r\x1b[K");
+        }
+    }
+}
+
+fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
+    let dead = calibration.dead.map(|taxel| [taxel / 5 + 1, taxel % 5 + 1]);
+    let rounded = |value: f64| (value * 1000.0).round() / 1000.0;
+    let mut out = std::io::stdout().lock();
+    if json {
+        let centres = calibration.centres.map(|centre| centre.map(rounded));
+        let record = Record {
+            kind: "calibration",
+            found: 25 - usize::from(dead.is_some()),
+            dead,
+            off_px: rounded(calibration.off),
+            pitch_px: calibration.pitch.map(rounded),
+            rotation_degrees: rounded(calibration.rotation_degrees),
+            taxel: calibration.layout.taxel(),
+            centres: &centres,
+            saturated: calibration.saturated,
+            noise_levels: calibration.noise.levels,
+            dark_levels: calibration.noise.dark_levels,
+        };
+        let line = serde_json::to_string(&record).map_err(|error| Error::new("standard output", error))?;
+        return Ok(writeln!(out, "{line}")?);
+    }
+    let [right, down] = calibration.pitch;
+    let [width, height] = calibration.layout.taxel();
+    match dead {
+        Some([row, column]) => {
+            writeln!(
+                out,
+                "24 whiskers found; the one in row {row}, column {column} gave no light, its place follows from the others'"
+            )?;
+        }
+        None => writeln!(out, "25 whiskers found")?,
+    }
+    writeln!(
+        out,
+        "{right:.1} pixels apart across, {down:.1} down, turned by {:.1} degrees, {:.2} pixels off a smooth lattice",
+        calibration.rotation_degrees, calibration.off
+    )?;
+    if calibration.saturated > 0 {
+        writeln!(
+            out,
+            "{} of them reached full scale: a shorter exposure or a lower gain would tell more",
+            calibration.saturated
+        )?;
+    }
+    if calibration.is_dim() {
+        note(
+            "no row or column was as bright as the speed law's threshold: there will be no speeds; open the exposure or press harder",
+        );
+    }
+    let noise = &calibration.noise;
+    writeln!(
+        out,
+        "taxels of {width} x {height} pixels; untouched {:.2} grey levels, noise {:.4}",
+        noise.dark_levels, noise.levels
+    )?;
+    Ok(())
+}

@@ -1,0 +1,78 @@
+//! `wstac dataset` of recordings.
+
+use std::sync::atomic::Ordering;
+
+use rayon::prelude::*;
+
+use super::progress::Progress;
+use super::{Arguments, check_new, note, signals, write_all};
+use crate::commands::output::Stop;
+use wstac_host::config::Config;
+use wstac_host::error::Error;
+use wstac_train::dataset::recorded_arrays;
+use wstac_train::dataset::recordings::{Recording, comparable, find, for_tests, read};
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    let config = arguments.config.as_deref().map(Config::read).transpose()?;
+    if let Some(sweep) = arguments.sources.iter().find(|source| source.extension().is_some_and(|end| end == "toml")) {
+        return Err(Error::new(
+            sweep.display(),
+            "is a sweep beside other sources, expected one sweep alone, or recordings",
+        )
+        .into());
+    }
+    check_new(&arguments.output, arguments.force)?;
+    let files = find(&arguments.sources)?;
+    let signal = signals()?;
+    let threads = arguments.threads.map_or(0, usize::from);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|error| Error::new("--threads", error))?;
+    let progress = std::sync::Mutex::new((Progress::new("recordings", 0, files.len() as u32), 0));
+    let recordings = pool.install(|| {
+        let each = files.par_iter().with_max_len(1).map(|file| {
+            if signal.load(Ordering::Relaxed) != 0 {
+                return Ok(None);
+            }
+            let recording = read(file, config.as_ref())?;
+            if let Ok(mut progress) = progress.lock() {
+                progress.1 += 1;
+                let done = progress.1;
+                progress.0.say(done);
+            }
+            Ok(Some(recording))
+        });
+        each.collect::<Result<Option<Vec<Recording>>, Error>>()
+    })?;
+    drop(progress);
+    let Some(recordings) = recordings else { return Err(Stop::Interrupted(signal.load(Ordering::Relaxed) as u8)) };
+    for doubt in comparable(&recordings)? {
+        note(doubt);
+    }
+    for recording in recordings.iter().filter(|recording| recording.samples.is_empty()) {
+        note(format_args!("{}: no event, and so no sample", recording.name));
+    }
+    let incomplete: u64 = recordings.iter().map(|recording| recording.incomplete).sum();
+    if incomplete > 0 {
+        note(format_args!("{incomplete} events were incomplete and are left out"));
+    }
+    let samples = recordings.iter().map(|recording| recording.samples.len()).sum::<usize>();
+    if samples == 0 {
+        let message = "none of the recordings has an event, expected one at least";
+        return Err(Error::new(arguments.output.display(), message).into());
+    }
+    let facts = || recordings.iter().flat_map(|recording| &recording.samples).map(|(.., facts)| facts);
+    let unreliable = facts().filter(|facts| !facts.reliable).count();
+    if unreliable > 0 {
+        note(format_args!("{unreliable} of {samples} samples are not reliable (array reliable)"));
+    }
+    let cut_off = facts().filter(|facts| facts.duration.is_none()).count();
+    if cut_off > 0 {
+        note(format_args!("{cut_off} of {samples} samples have no duration: cut off, or never lit (array duration)"));
+    }
+    let tests = for_tests(&recordings, arguments.test);
+    write_all(arguments, |temporary| recorded_arrays::write(temporary, &recordings, &tests))?;
+    let for_tests = tests.iter().filter(|test| **test).count();
+    let (count, output) = (recordings.len(), arguments.output.display());
+    note(format_args!("{output}: {samples} samples of {count} recordings, {for_tests} of these for tests"));
+    Ok(())
+}

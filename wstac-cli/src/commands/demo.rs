@@ -1,0 +1,130 @@
+//! `wstac demo`: simulated slides through the whole program, the truth beside the answers.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use wstac_core::model::file::Task;
+
+use super::output::Stop;
+use crate::open;
+use wstac_host::config::Config;
+use wstac_host::error::Error;
+use wstac_host::model_file::ModelFile;
+use wstac_host::reading::{EventRecord, Reading, Record, Wanted, read_all};
+use wstac_host::source::open::OpenOptions;
+use wstac_host::texture::task_name;
+use wstac_host::texture::{TextureRecord, Textures, pattern_and_depth};
+
+/// Slide every specimen over a simulated sensor and print the truth beside the answers
+///
+/// Frames are rendered, 1280 × 720, and go the same way as a camera's. No camera and no sensor are needed.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Seed of the simulation: another one starts every slide at another phase and with other noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+
+    /// Name textures with this model, of specimens, patterns or depths
+    #[arg(long, value_name = "FILE.wsm", default_value = "builtin:svm")]
+    model: PathBuf,
+}
+
+/// What slides: every specimen, all four directions, the range of speeds that the speed law was fitted on.
+const SLIDES: [(&str, u32, u32); 12] = [
+    ("Fla0", 100, 0),
+    ("Sin2", 110, 90),
+    ("Sin3", 120, 180),
+    ("Sin4", 130, 270),
+    ("Saw2", 140, 0),
+    ("Saw3", 150, 90),
+    ("Saw4", 160, 180),
+    ("Tri2", 170, 270),
+    ("Tri3", 180, 0),
+    ("Tri4", 190, 90),
+    ("Saw3", 200, 180),
+    ("Saw3", 100, 270),
+];
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    let files = [ModelFile::open(&arguments.model)?];
+    let (textures, task) = (Textures::new(&files)?, files[0].model()?.task());
+    let title = if task == Task::Other { "class" } else { task_name(task) };
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "truth                          answer")?;
+    writeln!(out, "specimen    mm/s  direction    {title:8}    mm/s  direction  confidence")?;
+    let (mut errors, mut right, mut named) = (Vec::new(), 0, 0);
+    for (number, (specimen, speed, direction)) in (0..).zip(SLIDES) {
+        let seed = arguments.seed.wrapping_add(number);
+        let event = slide(&format!("scene:{specimen}@{speed},{direction}deg,seed={seed}"), &textures)?;
+        write!(out, "{specimen:8}   {speed:5}  {direction:8}°")?;
+        let Some(event) = event else {
+            writeln!(out, "  no event")?;
+            continue;
+        };
+        let texture = event.texture.and_then(|texture| told(task, texture));
+        named += usize::from(texture.is_some() && texture == truth(task, specimen));
+        write!(out, "    {:8}", texture.as_deref().unwrap_or("none"))?;
+        match event.speed {
+            Some(answer) => {
+                errors.push((answer.mm_s - f64::from(speed)).abs() / f64::from(speed));
+                write!(out, "  {:6.0}", answer.mm_s)?;
+            }
+            None => write!(out, "  {:>6}", "none")?,
+        }
+        right += usize::from(event.direction.deg.map(u32::from) == Some(direction));
+        match event.direction.deg {
+            Some(degrees) => write!(out, "  {degrees:8}°")?,
+            None => write!(out, "  {:>9}", "unclear")?,
+        }
+        writeln!(out, "  {:10.2}", event.direction.confidence)?;
+        out.flush()?;
+    }
+    let mean = 100.0 * errors.iter().sum::<f64>() / errors.len().max(1) as f64;
+    let all = SLIDES.len();
+    write!(out, "{right} of {all} directions right; {} speeds, off by {mean:.1} % on average; ", errors.len())?;
+    match task {
+        Task::Other => writeln!(out, "of the model's classes nothing is known")?,
+        _ => writeln!(out, "{named} of {all} {title}s right")?,
+    }
+    Ok(())
+}
+
+/// What a model of a task says.
+fn told(task: Task, texture: TextureRecord) -> Option<String> {
+    match task {
+        Task::Specimen => texture.specimen,
+        Task::Pattern => texture.pattern,
+        Task::Depth => texture.depth_mm.map(in_mm),
+        Task::Other => texture.class,
+    }
+}
+
+/// What it should say of a specimen, as far as that is known.
+fn truth(task: Task, specimen: &str) -> Option<String> {
+    let (pattern, depth) = pattern_and_depth(specimen);
+    match task {
+        Task::Specimen => Some(specimen.to_owned()),
+        Task::Pattern => pattern,
+        Task::Depth => depth.map(in_mm),
+        Task::Other => None,
+    }
+}
+
+fn in_mm(depth: f64) -> String {
+    format!("{depth} mm")
+}
+
+/// The first event of a scene, if there is one.
+fn slide(source: &str, textures: &Textures) -> Result<Option<EventRecord>, Error> {
+    let mut source = open(source, &OpenOptions::default())?;
+    let reading = Reading::new(source.info(), &Config::default(), Wanted::default())?;
+    let mut reading = reading.with_textures(textures.clone());
+    let mut first = None;
+    read_all(source.as_mut(), &mut reading, |record| {
+        if let Record::Event(event) = record {
+            first.get_or_insert(*event);
+        }
+        Ok::<(), Error>(())
+    })?;
+    Ok(first)
+}

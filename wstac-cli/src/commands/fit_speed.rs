@@ -1,0 +1,282 @@
+//! `wstac fit-speed`: a sensor's own speed law.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use crate::fit_figure as figure;
+use clap::ValueEnum;
+use serde_json::json;
+use wstac_core::rate::FrameRate;
+use wstac_core::speed::ThresholdOn;
+
+use super::output::{Stop, check_new, note};
+use super::source_arguments::frame_rate;
+use wstac_host::config::Config;
+use wstac_host::whole_file;
+use wstac_train::fit::data::Slides;
+use wstac_train::fit::{Fit, Kind};
+
+/// Fit the speed law to slides of known speeds
+///
+/// A slide is lit the longer the slower it is. Two laws make a speed of that: the paper's, D = intercept − slope · log10 v, and the
+/// physical one, D = 30 · track / v + afterglow (D in frames at 30 a second, v in mm/s). Both are least-squares lines through the durations. What
+/// comes out is that of one sensor, one length of specimen and one threshold.
+#[derive(Debug, clap::Args)]
+#[command(after_long_help = HELP)]
+pub(super) struct Arguments {
+    /// Data sets of labelled slides, as wstac dataset writes them
+    #[arg(required = true, value_name = "DATA.npz")]
+    data: Vec<PathBuf>,
+
+    /// Which law to fit
+    #[arg(long, value_enum, default_value_t = Laws::Both)]
+    law: Laws,
+
+    /// Write the law as a [speed] table for wstac run --config to this new file; of both laws the one that leaves less
+    #[arg(short, long, value_name = "FILE.toml")]
+    output: Option<PathBuf>,
+
+    /// Draw the durations, the laws and what they leave to this new file
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
+
+    /// Frames a second of the slides' camera, such as 30 or 30000/1001, where a data set does not say: 30 unless given
+    #[arg(long, value_name = "RATE", value_parser = frame_rate)]
+    fps: Option<FrameRate>,
+
+    /// The configuration that the data set was made with: its speed threshold is written beside the law
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+
+    /// Print a line of JSON a law instead of text
+    #[arg(long)]
+    json: bool,
+
+    /// Write over the files
+    #[arg(long)]
+    force: bool,
+}
+
+/// Laws to fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Laws {
+    Paper,
+    Physical,
+    Both,
+}
+
+const HELP: &str = r#"What is read:
+  speed      mm/s of each slide, NaN where it is not known
+  duration   its event's lit frames, -1 where it is cut off or never lit
+  reliable   optional: slides that are not reliable are left out
+  fps        optional: frames a second of their camera; --fps must not contradict it, nor may
+             those of several data sets
+  Slides that are left out are counted by their reason. At least three different speeds.
+
+What is printed, for each law:
+  its parameters with their standard errors; R²; the deviation of the durations from it; by how
+  much speeds that it reads off the durations are off; the speeds it was fitted on; and the speeds
+  that it can answer at all: slower slides are cut off by the sample of 70 frames, faster ones last
+  a frame or less (physical law: less than the afterglow). Both laws fall all the way in between,
+  so each duration has one speed.
+  --json: {"kind":"fit","law":"paper","intercept":151.06,"intercept_error":1.2,"slope":56.29,
+           "slope_error":0.55,"r2":0.9951,"deviation_frames":0.41,"speed_error":0.017,
+           "range_mm_s":[100,200],"answers_mm_s":[31.1,463.7],"slides":55,"speeds":11,
+           "left_out":{"no_speed":0,"no_duration":0,"unreliable":0}}
+           "physical" has track_mm and afterglow_frames, each with its _error. speed_error is the
+           root mean square of shares, null where the law has no speed for one of the slides.
+
+What is written (-o):
+  [speed] with law, its parameters and range_mm_s, the speeds it was fitted on: wstac run marks
+  answers outside as extrapolated. With --config also threshold and threshold_on: durations
+  depend on them, so wstac run must have the same; without it they are not in the table, and a
+  note says so. The table replaces [speed] in your configuration (wstac.toml), all of it.
+
+From a simulated sensor to its law (the published protocol: 11 speeds, 5 slides each):
+  printf 'specimens = ["Saw3"]\nspeeds = [100,110,120,130,140,150,160,170,180,190,200]
+  slides = 55\n' > sweep.toml
+  wstac dataset sweep.toml -o slides.npz
+  wstac fit-speed slides.npz -o speed.toml --plot residuals.svg
+  wstac run scene:Saw3@150 --config speed.toml
+"#;
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    for path in arguments.output.iter().chain(&arguments.plot) {
+        check_new(path, arguments.force)?;
+    }
+    let config = arguments.config.as_deref().map(Config::read).transpose()?;
+    let mut slides = Slides::default();
+    for path in &arguments.data {
+        slides.add(path, arguments.fps)?;
+    }
+    let nominal_frames = f64::from(slides.rate.unwrap_or(FrameRate::NOMINAL).nominal_frames());
+    let names: Vec<String> = arguments.data.iter().map(|path| path.display().to_string()).collect();
+    let names = names.join(", ");
+    let kinds = match arguments.law {
+        Laws::Paper => vec![Kind::Paper],
+        Laws::Physical => vec![Kind::Physical],
+        Laws::Both => vec![Kind::Paper, Kind::Physical],
+    };
+    let fits = kinds.into_iter().map(|kind| Fit::new(kind, &slides, &names)).collect::<Result<Vec<_>, _>>()?;
+    if let Some(path) = &arguments.plot {
+        whole_file::write(path, figure::draw(&fits, &slides))?;
+        note(format_args!("drawn to {}", path.display()));
+    }
+    let best = fits.iter().min_by(|a, b| a.line.deviation.total_cmp(&b.line.deviation));
+    if let (Some(path), Some(best)) = (&arguments.output, best) {
+        whole_file::write(path, table(best, &slides, &names, config.as_ref()))?;
+        note(format_args!("law \"{}\" written to {}", best.kind.name(), path.display()));
+        if config.is_none() {
+            note(format_args!(
+                "{}: has no threshold: it holds with that of the configuration that the durations are of, which --config names",
+                path.display()
+            ));
+        }
+    }
+    let mut out = std::io::stdout().lock();
+    if !arguments.json {
+        writeln!(out, "{}", in_words(&slides))?;
+    }
+    for fit in &fits {
+        if arguments.json {
+            writeln!(out, "{}", as_json(fit, &slides, nominal_frames))?;
+        } else {
+            write!(out, "{}", text(fit, nominal_frames))?;
+        }
+    }
+    Ok(out.flush()?)
+}
+
+/// Slowest and fastest of the slides' speeds.
+fn range(slides: &Slides) -> [f64; 2] {
+    let speeds = slides.speeds();
+    [speeds.first(), speeds.last()].map(|speed| speed.copied().unwrap_or(f64::NAN))
+}
+
+fn in_words(slides: &Slides) -> String {
+    let ([slowest, fastest], speeds) = (range(slides), slides.speeds().len());
+    let mut words = vec![format!("{} slides at {speeds} speeds from {slowest} to {fastest} mm/s", slides.used.len())];
+    let reasons = [
+        (slides.no_duration, "cut off or never lit"),
+        (slides.unreliable, "not reliable"),
+        (slides.no_speed, "without a speed"),
+    ];
+    let there = reasons.into_iter().filter(|(count, _)| *count > 0);
+    words.extend(there.map(|(count, reason)| format!("{count} {reason}")));
+    words.join("; left out: ")
+}
+
+/// Names of the intercept and the slope, the latter's sign, and their digits.
+fn parameters(kind: Kind) -> [(&'static str, f64); 2] {
+    match kind {
+        Kind::Paper => [("intercept", 1.0), ("slope", -1.0)],
+        Kind::Physical => [("afterglow_frames", 1.0), ("track_mm", 1.0)],
+    }
+}
+
+fn text(fit: &Fit, nominal_frames: f64) -> String {
+    let line = &fit.line;
+    let [(intercept, _), (slope, sign)] = parameters(fit.kind);
+    let law = format!("{}: {}, R² {:.4}\n", fit.kind.name(), fit.words(), line.r2);
+    let parameters = format!(
+        "  {intercept} {:.3} ± {:.3}, {slope} {:.3} ± {:.3} (standard errors); durations deviate by {:.2} frames\n",
+        line.intercept,
+        line.intercept_error,
+        sign * line.slope,
+        line.slope_error,
+        line.deviation
+    );
+    let read = match fit.speed_error {
+        Some(error) => format!("  speeds that it reads off these durations are off by {:.1} % (rms)\n", 100.0 * error),
+        None => "  it has no speed for some of these durations: they are shorter than its afterglow\n".into(),
+    };
+    let answers = fit.answers(nominal_frames).map_or_else(String::new, |[slowest, fastest]| {
+        format!("  it can answer {slowest:.0} to {fastest:.0} mm/s; outside what it was fitted on it is extrapolated\n")
+    });
+    [law, parameters, read, answers].concat()
+}
+
+fn as_json(fit: &Fit, slides: &Slides, nominal_frames: f64) -> serde_json::Value {
+    let line = &fit.line;
+    let [(intercept, _), (slope, sign)] = parameters(fit.kind);
+    let mut value = json!({
+        "kind": "fit",
+        "law": fit.kind.name(),
+        "r2": line.r2,
+        "deviation_frames": line.deviation,
+        "speed_error": fit.speed_error,
+        "range_mm_s": range(slides),
+        "answers_mm_s": fit.answers(nominal_frames),
+        "slides": slides.used.len(),
+        "speeds": slides.speeds().len(),
+        "left_out": {
+            "no_speed": slides.no_speed, "no_duration": slides.no_duration, "unreliable": slides.unreliable,
+        },
+    });
+    value[intercept] = line.intercept.into();
+    value[format!("{intercept}_error")] = line.intercept_error.into();
+    value[slope] = (sign * line.slope).into();
+    value[format!("{slope}_error")] = line.slope_error.into();
+    value
+}
+
+/// The configuration's table, in the 32 bits that the core works with.
+fn table(fit: &Fit, slides: &Slides, names: &str, config: Option<&Config>) -> String {
+    let [slowest, fastest] = range(slides);
+    let line = &fit.line;
+    let [(intercept, _), (slope, sign)] = parameters(fit.kind);
+    // The range is rounded outwards, so that it holds every speed of the slides.
+    let (slowest, fastest) = (below(slowest), -below(-fastest));
+    let names = names.replace(|character: char| character.is_control(), " ");
+    let table = format!(
+        "# wstac fit-speed {names}: {}\n# R² {:.4}, durations deviate by {:.2} frames\n[speed]\nlaw = \"{}\"\n{intercept} = {}\n{slope} = {}\nrange_mm_s = [{slowest}, {fastest}]\n",
+        in_words(slides),
+        line.r2,
+        line.deviation,
+        fit.kind.name(),
+        line.intercept as f32,
+        (sign * line.slope) as f32,
+    );
+    let threshold = config.map_or_else(String::new, |config| {
+        let on = match config.speed.threshold_on {
+            ThresholdOn::Absolute => "absolute",
+            ThresholdOn::AboveBaseline => "above_baseline",
+        };
+        format!("threshold = {}\nthreshold_on = \"{on}\"\n", config.speed.threshold)
+    });
+    table + &threshold
+}
+
+/// The highest number of 32 bits that is not above this one.
+fn below(number: f64) -> f32 {
+    let near = number as f32;
+    if f64::from(near) > number { near.next_down() } else { near }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wstac_train::fit::data::Labelled;
+
+    #[test]
+    fn what_is_written_is_what_wstac_run_reads() {
+        let slide = |n: u32| {
+            let speed_mm_s = 80.1 + 13.3 * f64::from(n);
+            Labelled { speed_mm_s, frames: 3000.0 / speed_mm_s + 4.2 + 0.1 * f64::from(n % 2) }
+        };
+        let slides = Slides { used: (0..9).map(slide).collect(), no_duration: 2, ..Slides::default() };
+        let with = Config::parse("[speed]\nthreshold = 0.03\nthreshold_on = \"above_baseline\"").unwrap();
+        for kind in [Kind::Paper, Kind::Physical] {
+            let fit = Fit::new(kind, &slides, "it").unwrap();
+            let text = table(&fit, &slides, "a.npz\n[trigger]", Some(&with));
+            let config = Config::parse(&text).unwrap_or_else(|error| panic!("{text}: {error}"));
+            assert_eq!(config.speed.law(), fit.law, "{text}");
+            assert!((config.speed.threshold - 0.03).abs() < 1e-12, "{text}");
+            assert_eq!(config.speed.threshold_on, ThresholdOn::AboveBaseline, "{text}");
+            let speed = config.speed(FrameRate::NOMINAL).unwrap();
+            for (mm_s, extrapolated) in [(80.0, true), (80.1, false), (186.5, false), (186.6, true)] {
+                assert_eq!(speed.marked(mm_s).extrapolated, extrapolated, "{mm_s}: {text}");
+            }
+        }
+    }
+}

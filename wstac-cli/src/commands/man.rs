@@ -1,0 +1,101 @@
+//! `wstac man`: the help of every command as man pages.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use clap::{Command, CommandFactory};
+use clap_mangen::Man;
+use clap_mangen::roff::{Roff, roman};
+
+use super::output::Stop;
+use wstac_host::error::Error;
+
+/// Write the man pages, one for each command, into a folder
+///
+/// To read one: man FOLDER/wstac-run.1. A package has them already.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The folder; it is made where there is none, and pages in it are written anew
+    folder: PathBuf,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    let mut command = super::Arguments::command().disable_help_subcommand(true);
+    command.build();
+    write_pages(command, &arguments.folder).map_err(|error| Error::new(arguments.folder.display(), error).into())
+}
+
+/// Writes the pages of a command and of those below it.
+fn write_pages(command: Command, folder: &Path) -> io::Result<()> {
+    fs::create_dir_all(folder)?;
+    for below in command.get_subcommands().filter(|below| !below.is_hide_set()) {
+        write_pages(below.clone(), folder)?;
+    }
+    let (name, page) = page(command)?;
+    fs::write(folder.join(name), page)
+}
+
+/// A command's page, and the name of its file.
+fn page(mut command: Command) -> io::Result<(String, Vec<u8>)> {
+    // Tables and examples stand in lines of their own, which the generator would run together.
+    let more = command.get_after_long_help().map(|help| as_it_stands(&help.to_string()));
+    command = command.after_help(None::<&str>).after_long_help(None::<&str>);
+    let man = Man::new(command).source(concat!("wstac ", env!("CARGO_PKG_VERSION"))).manual("WSTac");
+    let mut page = Vec::new();
+    man.render(&mut page)?;
+    if let Some(more) = more {
+        more.to_writer(&mut page)?;
+    }
+    Ok((man.get_filename(), page))
+}
+
+/// Text whose lines stay as they are; a line at the margin with a colon at its end is a heading.
+fn as_it_stands(text: &str) -> Roff {
+    let mut roff = Roff::new();
+    roff.control("nf", []);
+    for line in text.lines() {
+        match line.strip_suffix(':') {
+            Some(heading) if !heading.is_empty() && !heading.starts_with(' ') => {
+                roff.control("fi", []).control("SH", [heading.to_uppercase().as_str()]).control("nf", []);
+            }
+            _ => {
+                roff.text([roman(line.strip_prefix("  ").unwrap_or(line))]);
+            }
+        }
+    }
+    roff.control("fi", []);
+    roff
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_stay_lines_and_no_text_is_a_request() {
+        let roff = as_it_stands("Sources:\n  a   b\n\n  .TH x\n  'x' \\n - …\nNot a heading").render();
+        let body = roff.split_once(".nf").unwrap().1;
+        let lines: Vec<&str> = body.lines().collect();
+        assert_eq!(lines[..6], ["", ".fi", ".SH SOURCES", ".nf", "a   b", ""]);
+        assert!(lines[6].starts_with("\\&.TH"), "{roff}");
+        assert!(!lines[7].starts_with('\'') && lines[7].contains("\\\\n"), "{roff}");
+        assert_eq!(lines[8..], ["Not a heading", ".fi"]);
+    }
+
+    #[test]
+    fn every_command_has_a_page_with_its_name() {
+        let mut command = super::super::Arguments::command().disable_help_subcommand(true);
+        command.build();
+        let folder = std::env::temp_dir().join(format!("wstac-man-{}", std::process::id()));
+        write_pages(command.clone(), &folder).unwrap();
+        for name in command.get_subcommands().map(Command::get_name) {
+            let page = fs::read_to_string(folder.join(format!("wstac-{name}.1"))).unwrap();
+            assert!(page.contains(&format!("wstac\\-{}", name.replace('-', "\\-"))), "{page}");
+        }
+        assert!(folder.join("wstac-model-import.1").is_file());
+        let run = fs::read_to_string(folder.join("wstac-run.1")).unwrap();
+        assert!(run.contains("\n.SH SOURCES\n.nf\n/dev/videoN "), "{run}");
+        fs::remove_dir_all(&folder).unwrap();
+    }
+}

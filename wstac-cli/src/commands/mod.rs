@@ -1,0 +1,116 @@
+//! The command line: arguments and output only, one file a command.
+
+mod calibrate;
+mod completions;
+mod dataset;
+mod demo;
+mod devices;
+mod doctor;
+mod fit_speed;
+mod loss_report;
+mod man;
+mod model;
+mod monitor;
+mod output;
+mod plot;
+mod record;
+mod recover;
+mod run;
+mod scene;
+mod source_arguments;
+mod trade;
+mod view;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use output::Stop;
+use wstac_host::error::Error;
+
+/// Tactile events from a WSTac sensor: sliding speed, direction and texture, from a camera, a recording or a simulation.
+///
+/// WSTac is an elastomer with 5 × 5 whiskers that glow where they bend, and a camera behind them. This program turns
+/// the camera's frames into tactile events.
+#[derive(Debug, Parser)]
+#[command(name = "wstac", version, max_term_width = 100, after_long_help = EXAMPLES)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXAMPLES: &str = "\
+Start here:
+  wstac demo                           simulated slides, the truth beside the answers
+  wstac run scene:Saw3@150,90deg       one simulated slide
+  wstac devices                        which cameras there are
+  wstac doctor /dev/video0             what is right and wrong with a camera, and what to change
+  wstac run /dev/video0                events from a USB camera
+  wstac calibrate /dev/video0 -o wstac.toml    find the whiskers in its picture: a configuration
+  wstac run clip.y4m --json            events of a recording, as JSON Lines
+  wstac record /dev/video0 -o a.mcap --label specimen=Saw3    frames and events into a file
+  wstac view /dev/video0               picture, taxels, traces and events in the terminal
+  wstac plot clip.y4m -o event.svg     one event as a figure for a paper
+  wstac monitor /dev/ttyACM0           events that a board finds
+  wstac run /dev/video0 --model builtin:svm    with textures; wstac model makes models of your own
+  wstac fit-speed slides.npz -o speed.toml     the speed law of your own sensor
+  wstac trade --budget 'M4F<60000,flash<64K'   the most accurate configuration that a board can afford
+  ffmpeg -i clip.mp4 -pix_fmt yuv420p -f yuv4mpegpipe - | wstac run -
+";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Run(run::Arguments),
+    Record(record::Arguments),
+    Recover(recover::Arguments),
+    Demo(demo::Arguments),
+    Scene(scene::Arguments),
+    Devices(devices::Arguments),
+    Doctor(doctor::Arguments),
+    Calibrate(calibrate::Arguments),
+    Dataset(dataset::Arguments),
+    FitSpeed(fit_speed::Arguments),
+    Model(model::Arguments),
+    Monitor(monitor::Arguments),
+    View(view::Arguments),
+    Plot(plot::Arguments),
+    Trade(trade::Arguments),
+    Completions(completions::Arguments),
+    Man(man::Arguments),
+}
+
+/// Runs the command line of this process. Exit code 2 for wrong arguments, 1 for a source, file or configuration that
+/// cannot be used, 0 otherwise.
+pub fn main() -> ExitCode {
+    let result = match Arguments::parse().command {
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Record(arguments) => record::run(&arguments),
+        Command::Recover(arguments) => recover::run(&arguments),
+        Command::Demo(arguments) => demo::run(&arguments),
+        Command::Scene(arguments) => scene::run(&arguments),
+        Command::Devices(arguments) => devices::run(&arguments),
+        Command::Doctor(arguments) => doctor::run(&arguments),
+        Command::Calibrate(arguments) => calibrate::run(&arguments),
+        Command::Dataset(arguments) => dataset::run(&arguments),
+        Command::FitSpeed(arguments) => fit_speed::run(&arguments),
+        Command::Model(arguments) => model::run(&arguments),
+        Command::Monitor(arguments) => monitor::run(&arguments),
+        Command::View(arguments) => view::run(&arguments),
+        Command::Plot(arguments) => plot::run(&arguments),
+        Command::Trade(arguments) => trade::run(&arguments),
+        Command::Completions(arguments) => completions::run(&arguments),
+        Command::Man(arguments) => man::run(&arguments),
+    };
+    match result {
+        // Whoever read the output has seen enough.
+        Ok(()) | Err(Stop::OutputClosed) => ExitCode::SUCCESS,
+        Err(Stop::Failed(error)) => fail(&error),
+        Err(Stop::Interrupted(signal)) => ExitCode::from(128 + signal),
+    }
+}
+
+fn fail(error: &Error) -> ExitCode {
+    // Standard error may be closed; the exit code still tells.
+    let _ = std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("wstac: {error}\n"));
+    ExitCode::FAILURE
+}

@@ -1,0 +1,94 @@
+//! `wstac model eval`.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use super::super::output::{Stop, note};
+use wstac_host::model_file::ModelFile;
+use wstac_train::model::eval::{Answers, Truth, answers};
+
+/// Answers of a model for the samples of a data set; accuracy and confusions where the truth is there
+///
+/// The data set is an .npz file with X, int16 of shape (n, 10, 70) or (n, 700), as wstac dataset writes it. The truth is
+/// array y, or y_specimen, y_pattern or y_depth, whichever is of the model's task; a specimen's pattern or depth is
+/// compared where only these are there.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The model: a file, or builtin:NAME
+    #[arg(value_name = "FILE.wsm")]
+    model: PathBuf,
+
+    /// The data set
+    #[arg(value_name = "DATA.npz")]
+    data: PathBuf,
+
+    /// Print one JSON object: n, accuracy (null without truth), predictions (a label each)
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    let file = ModelFile::open(&arguments.model)?;
+    let model = file.model()?;
+    let answers = answers(&model, &arguments.data)?;
+    let n = answers.predictions.len();
+    let accuracy = answers.right().filter(|_| n > 0).map(|right| right as f64 / n as f64);
+    if let Some(truth) = answers.truth.as_ref().filter(|truth| truth.is_of_others()) {
+        let (model, data) = (arguments.model.display(), arguments.data.display());
+        let (known, from) = (some(&answers.labels), &truth.from);
+        let found: Vec<&str> = truth.found().collect();
+        let found = some(&found);
+        note(format_args!(
+            "{model} names {known}; {from} of {data} has {found}: no label is in both, so none is right"
+        ));
+    }
+    let mut out = std::io::BufWriter::new(std::io::stdout().lock());
+    if arguments.json {
+        let label = |class: &u8| answers.labels.get(usize::from(*class)).map_or("", String::as_str);
+        let predictions: Vec<&str> = answers.predictions.iter().map(label).collect();
+        let json = serde_json::json!({ "n": n, "accuracy": accuracy, "predictions": predictions });
+        writeln!(out, "{json}")?;
+        return Ok(out.flush()?);
+    }
+    if let (Some(truth), Some(accuracy), Some(right)) = (&answers.truth, accuracy, answers.right()) {
+        writeln!(out, "{:.2} % right: {right} of {n} samples, by {}", 100.0 * accuracy, truth.from)?;
+        confusions(&mut out, &answers, truth)?;
+    } else {
+        writeln!(out, "{n} samples, without truth")?;
+        for (class, label) in answers.labels.iter().enumerate() {
+            let count = answers.predictions.iter().filter(|&&answer| usize::from(answer) == class).count();
+            writeln!(out, "{label:>12} {count:6}")?;
+        }
+    }
+    Ok(out.flush()?)
+}
+
+/// The first of some labels.
+fn some(labels: &[impl AsRef<str>]) -> String {
+    const MOST: usize = 12;
+    let first: Vec<&str> = labels.iter().take(MOST).map(AsRef::as_ref).collect();
+    first.join(", ") + if labels.len() > MOST { ", …" } else { "" }
+}
+
+/// How often each label got each answer.
+fn confusions(out: &mut impl Write, answers: &Answers, truth: &Truth) -> Result<(), Stop> {
+    writeln!(out, "\n{:>12}  answers", "truth")?;
+    write!(out, "{:12}", "")?;
+    answers.labels.iter().try_for_each(|label| write!(out, " {label:>6}"))?;
+    writeln!(out)?;
+    let classes = answers.labels.len();
+    let mut counts = vec![0_u32; truth.labels.len() * classes];
+    for (answer, number) in answers.predictions.iter().zip(&truth.numbers) {
+        if let Some(count) = counts.get_mut(usize::from(*number) * classes + usize::from(*answer)) {
+            *count += 1;
+        }
+    }
+    for (label, counts) in truth.labels.iter().zip(counts.chunks(classes.max(1))) {
+        if counts.iter().any(|&count| count > 0) {
+            write!(out, "{label:>12}")?;
+            counts.iter().try_for_each(|count| write!(out, " {count:6}"))?;
+            writeln!(out)?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,164 @@
+//! `wstac model import`.
+
+use std::ffi::OsStr;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use clap::error::ErrorKind;
+use wstac_core::model::file::Task;
+
+use super::super::output::{Stop, check_new, note};
+use wstac_host::texture::task_name;
+use wstac_host::whole_file;
+use wstac_train::model::trained::Kind;
+use wstac_train::model::write::{self, Options};
+use wstac_train::model::{Import, import, import_inline};
+
+/// Make a model file of a trained model
+///
+/// What kind of file it is shows in what it holds, not in its name. wstac model --help says which models are understood. The
+/// same file gives the same bytes.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// What the trainer saved: XGBoost's JSON or UBJSON, or ONNX
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+
+    /// Write the model to this file: a model file, or Rust where its name ends in .rs
+    #[arg(short, long, value_name = "OUT.wsm")]
+    output: PathBuf,
+
+    /// What to write: a table (the model file, the smallest), or inline (Rust that answers in fewer instructions and takes more
+    /// bytes; not of linear models); by default what the name of the output says
+    #[arg(long, value_enum)]
+    backend: Option<Backend>,
+
+    /// Names of the classes in their order, for files without (XGBoost), such as Fla0,Saw2; numbers by default
+    #[arg(long, value_name = "A,B,…", value_delimiter = ',')]
+    labels: Option<Vec<String>>,
+
+    /// What the classes are; guessed from their labels by default
+    #[arg(long, value_enum)]
+    task: Option<Classes>,
+
+    /// Weights of a linear model: int16 by default; int8 is half as large and less exact
+    #[arg(long, value_enum)]
+    weights: Option<Weights>,
+
+    /// Leaves of boosted trees: float32 is exact, int16 smaller; auto, the default, is int16 where that is proven to be exact
+    #[arg(long, value_enum)]
+    leaves: Option<Leaves>,
+
+    /// What to say about the training, which inspect prints; in model files alone
+    #[arg(long, value_name = "TEXT")]
+    note: Option<String>,
+
+    /// Write over OUT.wsm
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Backend {
+    Table,
+    Inline,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Classes {
+    Specimen,
+    Pattern,
+    Depth,
+    Other,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Weights {
+    Int16,
+    Int8,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Leaves {
+    Auto,
+    Int16,
+    Float32,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    let output = &arguments.output;
+    let backend = backend(arguments.backend, output).unwrap_or_else(|contradiction| contradiction.exit());
+    check_new(output, arguments.force)?;
+    let task = arguments.task.map(|task| match task {
+        Classes::Specimen => Task::Specimen,
+        Classes::Pattern => Task::Pattern,
+        Classes::Depth => Task::Depth,
+        Classes::Other => Task::Other,
+    });
+    let leaves = match arguments.leaves {
+        None | Some(Leaves::Auto) => write::Leaves::Auto,
+        Some(Leaves::Int16) => write::Leaves::Int16,
+        Some(Leaves::Float32) => write::Leaves::Float32,
+    };
+    let options = Options { narrow_weights: arguments.weights == Some(Weights::Int8), leaves };
+    let wanted = Import { labels: arguments.labels.clone(), task, note: arguments.note.clone(), options };
+    let (model, bytes, exactness) = if backend == Backend::Inline {
+        let (model, source) = import_inline(&arguments.file, &wanted)?;
+        (model, source.text.into_bytes(), source.exactness)
+    } else {
+        let (model, written) = import(&arguments.file, &wanted)?;
+        (model, written.bytes(), written.exactness)
+    };
+    check_options(arguments, &model.kind, backend).unwrap_or_else(|idle| idle.exit());
+    whole_file::write(output, &bytes)?;
+    let (path, classes, task) = (output.display(), model.labels.len(), task_name(model.task));
+    let what = if backend == Backend::Inline { "bytes of Rust" } else { "bytes" };
+    note(format_args!("{path}: {} {what}, {classes} classes, task {task}; {}", bytes.len(), exactness));
+    Ok(())
+}
+
+/// What to write: what is asked for, or what the output's name says. Where these contradict each other, nothing.
+fn backend(asked: Option<Backend>, output: &Path) -> Result<Backend, clap::Error> {
+    let named = match output.extension().and_then(OsStr::to_str) {
+        Some("rs") => Some((Backend::Inline, "Rust", "inline")),
+        Some("wsm") => Some((Backend::Table, "a model file", "table")),
+        _ => None,
+    };
+    match (asked, named) {
+        (Some(asked), Some((named, what, name))) if asked != named => Err(conflict(format_args!(
+            "{}: is named as {what} is, expected --backend {name} or another name",
+            output.display()
+        ))),
+        (Some(backend), _) | (None, Some((backend, ..))) => Ok(backend),
+        (None, None) => Ok(Backend::Table),
+    }
+}
+
+/// Refuses options that say nothing of what is made.
+fn check_options(arguments: &Arguments, kind: &Kind, backend: Backend) -> Result<(), clap::Error> {
+    let model = match kind {
+        Kind::Linear(_) => "a linear model",
+        Kind::Forest(_) => "a forest",
+        Kind::Boosted(_) => "boosted trees",
+    };
+    let (is_linear, is_boosted) = (matches!(kind, Kind::Linear(_)), matches!(kind, Kind::Boosted(_)));
+    let refused = |option, of| {
+        let file = arguments.file.display();
+        Err(conflict(format_args!("{option} is for {of}, and {file} holds {model}: expected no {option}")))
+    };
+    if arguments.weights.is_some() && !is_linear {
+        return refused("--weights", "linear models");
+    }
+    if arguments.leaves.is_some() && !is_boosted {
+        return refused("--leaves", "boosted trees");
+    }
+    if arguments.note.is_some() && backend == Backend::Inline {
+        return Err(conflict("--note is for model files, and Rust has no place for it: expected no --note"));
+    }
+    Ok(())
+}
+
+fn conflict(message: impl Display) -> clap::Error {
+    clap::Error::raw(ErrorKind::ArgumentConflict, format_args!("{message}\n"))
+}

@@ -1,0 +1,46 @@
+//! `wstac model inspect`.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use super::super::output::Stop;
+use wstac_host::error::Error;
+use wstac_host::model_file::ModelFile;
+use wstac_train::model::inspect::inspect;
+
+/// Print what is in a model file: kind, classes, size, and what a classification costs
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The model: a file, or builtin:NAME
+    #[arg(value_name = "FILE.wsm")]
+    model: PathBuf,
+
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    let file = ModelFile::open(&arguments.model)?;
+    let model = file.model()?;
+    let found = inspect(&model, file.words());
+    let mut out = std::io::stdout().lock();
+    if arguments.json {
+        let json = serde_json::to_string(&found).map_err(|error| Error::new("standard output", error))?;
+        return Ok(writeln!(out, "{json}")?);
+    }
+    writeln!(out, "kind      {}, {}", found.kind, found.numbers)?;
+    writeln!(out, "task      {}", found.task)?;
+    writeln!(out, "classes   {}: {}", found.labels.len(), found.labels.join(", "))?;
+    writeln!(out, "frames    {} of a sample", found.frames)?;
+    writeln!(out, "size      {} bytes of flash", found.bytes)?;
+    if let Some(rows) = found.rows {
+        writeln!(out, "sums      {rows} of {} products", 10 * u32::from(found.frames))?;
+    }
+    if let Some(trees) = found.trees {
+        writeln!(out, "trees     {}, {} splits, depth {}", trees.count, trees.splits, trees.depth)?;
+        let (mean, worst) = (trees.visits_mean, trees.visits_worst);
+        writeln!(out, "visits    {mean:.0} splits a sample if all leaves of a tree are alike, {worst} at most")?;
+    }
+    Ok(writeln!(out, "training  {}", found.training)?)
+}

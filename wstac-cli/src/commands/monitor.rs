@@ -1,0 +1,143 @@
+//! `wstac monitor`: a board's events.
+
+use std::sync::atomic::Ordering;
+
+use wstac_core::wire::{LONGEST, Request, encode};
+
+use super::output::{Form, Records, Stop, note};
+use super::run::interruptions;
+use wstac_host::error::Error;
+use wstac_host::monitor::port::{self, Got, Port};
+use wstac_host::monitor::{Monitor, Report};
+use wstac_host::reading::Wanted;
+
+/// Waits of a port without a byte after which the board is called silent: it sends its state about once a second.
+const SILENT: u32 = 15;
+
+/// Print the tactile events that a board finds
+///
+/// A board that runs WSTac's firmware sends its events over a serial line. They are printed as wstac run prints those of a
+/// camera here; what the board is and what it missed is said on standard error. Ctrl-C ends.
+#[derive(Debug, clap::Args)]
+#[command(after_long_help = HELP)]
+pub(super) struct Arguments {
+    /// /dev/ttyACM0 or another serial device, tcp:HOST:PORT, - (standard input), or a file of bytes that were recorded
+    port: String,
+
+    /// Print JSON Lines instead of text
+    #[arg(long)]
+    json: bool,
+
+    /// Ask for the ten features of every frame, and print them, too
+    #[arg(long)]
+    features: bool,
+
+    /// Ask for every event's sample, 10 × 70 numbers, and print it, too (with --json)
+    #[arg(long, requires = "json")]
+    samples: bool,
+
+    /// Bits a second of a serial device; 115200 unless given
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    baud: Option<u32>,
+}
+
+const HELP: &str = "\
+Records are those of wstac run (wstac run --help describes them), to the letter. Standard error
+tells what the board is, gaps (\"3 messages lost\"), damaged messages, silence, and the state of its
+camera. A serial device that is gone is waited for; anything else ends when it is at its end.
+The last record is \"end\": the board's own, or else what is known of it here.
+Requests for features and samples need a way back to the board. To record what a board sends:
+  stty -F /dev/ttyACM0 raw 115200; cat /dev/ttyACM0 > board.bin
+";
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    let wanted = Wanted { features: arguments.features, samples: arguments.samples };
+    let mut line = Port::open(&arguments.port, arguments.baud)?;
+    let interrupted = interruptions()?;
+    let mut records = Records::new(if arguments.json { Form::Json } else { Form::Text });
+    let mut monitor = Monitor::new(wanted);
+    let mut requests = Requests::default();
+    requests.send(&mut line, &[Request::Hello]);
+    requests.send(&mut line, &requests_for(wanted));
+    let mut room = [0; 4096];
+    let mut waits = 0;
+    while !interrupted.load(Ordering::Relaxed) {
+        let bytes = match line.read(&mut room) {
+            Ok(Got::Bytes(count)) => {
+                waits = 0;
+                &room[..count]
+            }
+            Ok(Got::Nothing) => {
+                waits = u32::saturating_add(waits, 1);
+                if waits == SILENT {
+                    note(format_args!("nothing has arrived for {} s", (port::WAIT * SILENT).as_secs()));
+                }
+                continue;
+            }
+            Ok(Got::Gone) => {
+                // That it is silent goes without saying.
+                waits = SILENT;
+                note(format_args!("{} is gone, and is waited for", line.name()));
+                continue;
+            }
+            Ok(Got::Back) => {
+                waits = 0;
+                note(format_args!("{} is there again", line.name()));
+                requests.send(&mut line, &[Request::Hello]);
+                requests.send(&mut line, &requests_for(wanted));
+                continue;
+            }
+            Ok(Got::Ended) => {
+                records.write(&monitor.finish())?;
+                let silent = || Error::new(line.name(), "has no message, expected those of a board").into();
+                return if monitor.heard() { Ok(()) } else { Err(silent()) };
+            }
+            Err(error) => {
+                // The port's error is the one that matters, whatever becomes of the end record.
+                let _ = records.write(&monitor.finish());
+                return Err(error.into());
+            }
+        };
+        let mut started = false;
+        let goes_on = monitor.take(bytes, |report| match report {
+            Report::Record(record) => records.write(&record),
+            Report::Note(text) => {
+                note(text);
+                Ok(())
+            }
+            Report::Started => {
+                started = true;
+                Ok(())
+            }
+        });
+        match goes_on {
+            Ok(true) => {}
+            Ok(false) => return Ok(()),
+            Err(stop) => {
+                let _ = records.write(&monitor.finish());
+                return Err(stop);
+            }
+        }
+        if started {
+            requests.send(&mut line, &requests_for(wanted));
+        }
+    }
+    records.write(&monitor.finish())
+}
+
+fn requests_for(wanted: Wanted) -> [Request; 2] {
+    [Request::Features(wanted.features), Request::Samples(wanted.samples)]
+}
+
+/// Requests that were sent: their number in the sequence.
+#[derive(Default)]
+struct Requests(u16);
+
+impl Requests {
+    fn send(&mut self, port: &mut Port, requests: &[Request]) {
+        for request in requests {
+            port.send(encode(request, self.0, &mut [0; LONGEST]));
+            self.0 = self.0.wrapping_add(1);
+        }
+    }
+}

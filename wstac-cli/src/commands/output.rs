@@ -1,0 +1,210 @@
+//! Standard output and standard error that may be closed, full or a terminal.
+
+use std::fmt::{self, Write as _};
+use std::io::{self, ErrorKind, Stdout, Write};
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use wstac_host::error::Error;
+use wstac_host::reading::{EventRecord, Record};
+use wstac_host::texture::{TextureRecord, pattern_and_depth};
+
+/// Why a command ends early.
+#[derive(Debug)]
+pub(super) enum Stop {
+    /// Nobody reads the output any more: no error.
+    OutputClosed,
+    /// Something cannot be used.
+    Failed(Error),
+    /// A signal of this number asked for the end before there was a result.
+    Interrupted(u8),
+}
+
+impl From<Error> for Stop {
+    fn from(error: Error) -> Self {
+        Self::Failed(error)
+    }
+}
+
+impl From<io::Error> for Stop {
+    fn from(error: io::Error) -> Self {
+        match error.kind() {
+            ErrorKind::BrokenPipe => Self::OutputClosed,
+            _ => Self::Failed(Error::new("standard output", error)),
+        }
+    }
+}
+
+/// Refuses to write over a file, unless forced to; and over what is no file, or into no folder, always.
+pub(super) fn check_new(path: &Path, force: bool) -> Result<(), Error> {
+    let refused = |message: &str| Err(Error::new(path.display(), message));
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    if folder.is_some_and(|folder| !folder.is_dir()) {
+        return refused("is in no folder that is there, expected one");
+    }
+    // Of the path itself: a link is none to write to, wherever it leads.
+    match path.symlink_metadata() {
+        Err(_) => Ok(()),
+        Ok(there) if there.is_dir() => refused("is a folder, expected a new file"),
+        Ok(there) if !there.is_file() => refused("is a device, a pipe or a link, expected a new file"),
+        Ok(_) if force => Ok(()),
+        Ok(_) => refused("exists already, expected a new file, or --force to write over it"),
+    }
+}
+
+/// How records are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Form {
+    /// For a person.
+    Text,
+    /// JSON Lines.
+    Json,
+}
+
+/// Records on standard output; a line is out as soon as it is written, and whole, whoever else writes there.
+pub(super) struct Records {
+    out: Stdout,
+    form: Form,
+    /// The sensor that they are of, where it has a name.
+    sensor: Option<String>,
+    line: String,
+}
+
+/// A record and the sensor that it is of.
+#[derive(Serialize)]
+struct OfSensor<'a> {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sensor: Option<&'a str>,
+    #[serde(flatten)]
+    record: &'a Record,
+}
+
+impl Records {
+    pub(super) fn new(form: Form) -> Self {
+        Self { out: io::stdout(), form, sensor: None, line: String::new() }
+    }
+
+    /// The same, each named by its sensor.
+    pub(super) fn of_sensor(self, sensor: Option<&str>) -> Self {
+        Self { sensor: sensor.map(str::to_owned), ..self }
+    }
+
+    pub(super) fn write(&mut self, record: &Record) -> Result<(), Stop> {
+        self.line.clear();
+        let sensor = self.sensor.as_deref();
+        match self.form {
+            Form::Json => {
+                self.line = serde_json::to_string(&OfSensor { sensor, record })
+                    .map_err(|error| Error::new("standard output", error))?;
+            }
+            // Writing to a string does not fail.
+            Form::Text => {
+                if let Some(sensor) = sensor {
+                    let _ = write!(self.line, "{sensor}: ");
+                }
+                let _ = text(&mut self.line, record);
+            }
+        }
+        self.line.push('\n');
+        // One lock for the line and its way out.
+        let mut out = self.out.lock();
+        out.write_all(self.line.as_bytes())?;
+        Ok(out.flush()?)
+    }
+
+    /// Says something of this sensor on standard error.
+    pub(super) fn note(&self, message: impl fmt::Display) {
+        match &self.sensor {
+            Some(sensor) => note(format_args!("{sensor}: {message}")),
+            None => note(message),
+        }
+    }
+}
+
+/// Says something on standard error, which may be closed.
+pub(super) fn note(message: impl fmt::Display) {
+    // In one piece: several threads may have something to say.
+    let _ = io::stderr().write_all(format!("wstac: {message}\n").as_bytes());
+}
+
+/// A record for a person, on one line.
+pub(super) fn text_of(record: &Record) -> String {
+    let mut line = String::new();
+    // Writing to a string does not fail.
+    let _ = text(&mut line, record);
+    line
+}
+
+fn text(line: &mut String, record: &Record) -> fmt::Result {
+    match record {
+        Record::Features { frame, f } => {
+            write!(line, "frame {frame}  features")?;
+            f.iter().try_for_each(|feature| write!(line, " {feature:8.4}"))
+        }
+        Record::Event(event) => text_of_event(line, event),
+        Record::Texture(early) => {
+            write!(line, "at frame {}: texture ", early.frame.saturating_add(early.frames.into()))?;
+            text_of_texture(line, &early.texture)?;
+            write!(line, ", from the first {} frames of the event at frame {}", early.frames, early.frame)
+        }
+        Record::Incomplete(sample) => write!(
+            line,
+            "incomplete event at frame {}: a gap ended it after {} of 70 frames",
+            sample.frame, sample.frames
+        ),
+        Record::Fault(fault) => write!(line, "at frame {}: {}: {}", fault.frame, fault.fault, fault.message),
+        Record::End(end) => {
+            write!(line, "end after {} frames, {} dropped", end.frames, end.dropped)?;
+            if end.baseline == wstac_host::reading::Completeness::Incomplete {
+                line.write_str("; too short for the baseline")?;
+            }
+            end.incomplete.map_or(Ok(()), |sample| {
+                write!(line, "; an event at frame {} was incomplete: {} of 70 frames", sample.frame, sample.frames)
+            })
+        }
+    }
+}
+
+fn text_of_event(line: &mut String, event: &EventRecord) -> fmt::Result {
+    write!(line, "event at frame {}: ", event.frame)?;
+    match (&event.speed, &event.speed_at_most, event.why.speed) {
+        (Some(speed), ..) => {
+            write!(line, "speed {:.0} mm/s", speed.mm_s)?;
+            if speed.extrapolated {
+                line.write_str(" (extrapolated)")?;
+            }
+        }
+        (None, Some(most), why) => {
+            let extrapolated = if most.extrapolated { "extrapolated; " } else { "" };
+            write!(line, "speed at most {:.0} mm/s ({extrapolated}{})", most.mm_s, why.unwrap_or("cut off"))?;
+        }
+        (None, None, why) => write!(line, "no speed ({})", why.unwrap_or("unknown"))?,
+    }
+    match (event.direction.deg, event.why.direction) {
+        (Some(deg), _) => write!(line, ", direction {deg}° (confidence {:.2})", event.direction.confidence)?,
+        (None, why) => write!(line, ", no direction ({})", why.unwrap_or("unclear"))?,
+    }
+    if let Some(texture) = &event.texture {
+        line.write_str(", texture ")?;
+        text_of_texture(line, texture)?;
+    }
+    if event.frames_filled > 0 {
+        write!(line, ", {} of 70 frames filled", event.frames_filled)?;
+    }
+    if !event.reliable {
+        line.write_str(", not reliable")?;
+    }
+    Ok(())
+}
+
+fn text_of_texture(line: &mut String, texture: &TextureRecord) -> fmt::Result {
+    // A specimen's name has both; another model may disagree with it.
+    let of_name = texture.specimen.as_deref().map(pattern_and_depth);
+    let (pattern, depth) = of_name.unwrap_or_default();
+    let mut words: Vec<String> = texture.specimen.iter().chain(&texture.class).cloned().collect();
+    words.extend(texture.pattern.clone().filter(|_| texture.pattern != pattern));
+    words.extend(texture.depth_mm.filter(|_| texture.depth_mm != depth).map(|depth| format!("{depth} mm deep")));
+    line.write_str(&words.join(", "))
+}

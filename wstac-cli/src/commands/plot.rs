@@ -1,0 +1,81 @@
+//! `wstac plot`: one event as a figure.
+
+use std::path::PathBuf;
+
+use super::output::{Stop, check_new, note};
+use super::source_arguments::SourceArguments;
+use wstac_host::error::Error;
+use wstac_host::model_file::ModelFile;
+use wstac_host::reading::{Reading, Wanted};
+use wstac_host::source::Delivery;
+use wstac_host::texture::Textures;
+use wstac_host::whole_file;
+use wstac_plot::{draw, find};
+
+/// Draw one event as a figure for a paper
+///
+/// An SVG, 170 mm wide: ten features over the event's 70 frames, when the light arrives at each taxel, direction and speed,
+/// and a caption with the numbers.
+#[derive(Debug, clap::Args)]
+#[command(after_long_help = HELP)]
+pub(super) struct Arguments {
+    /// What the event is in: as for wstac run
+    source: String,
+
+    /// The figure, a new file
+    #[arg(short, long, value_name = "FILE.svg")]
+    output: PathBuf,
+
+    /// Which event, counted from 1
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    event: u64,
+
+    /// Read the configuration from this TOML file
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+
+    /// Name textures with this model, as wstac run does; once for each model
+    #[arg(long = "model", value_name = "FILE.wsm")]
+    models: Vec<PathBuf>,
+
+    #[command(flatten)]
+    options: SourceArguments,
+
+    /// Write over a file that is there
+    #[arg(long)]
+    force: bool,
+}
+
+const HELP: &str = "\
+The figure has four panels, words of 7.5 pt or more at 170 mm (two columns of a journal), and
+colours that differ in brightness, too:
+  a, b   rows and columns: natural logarithms of their light; numbers stand at the centroids that
+         the direction is worked out from; thresholds of trigger and speed, the window that fired,
+         first and last lit frame
+  c      when the light arrives at each of the 25 taxels (centroid), with the direction's arrow;
+         a dash where it stays below a tenth of the brightest
+  d      the speed law, thick where it was fitted, and the event on it; a hollow point is the bound
+         that a cut-off event gives
+The numbers are those of wstac run --json --samples. The same source gives the same bytes.
+  wstac plot scene:Saw3@150,90deg --model builtin:svm -o event.svg
+  rsvg-convert -f pdf -o event.pdf event.svg
+Exit code: 1 where the source has no such event, too.
+";
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    let name = arguments.output.extension();
+    if name.is_some_and(|name| !name.eq_ignore_ascii_case("svg")) {
+        let message = "is to be a figure, expected a name that ends in .svg; rsvg-convert makes PDF and PNG of it";
+        return Err(Error::new(arguments.output.display(), message).into());
+    }
+    check_new(&arguments.output, arguments.force)?;
+    let (mut source, info, config) =
+        arguments.options.open_configured(&arguments.source, Delivery::Every, arguments.config.as_deref())?;
+    let files = ModelFile::open_all(&arguments.models)?;
+    let wanted = Wanted { features: false, samples: true };
+    let mut reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
+    let found = find(source.as_mut(), &info, &mut reading, &config, arguments.event)?;
+    whole_file::write(&arguments.output, draw(&found))?;
+    note(format_args!("{} has event {} of {}", arguments.output.display(), arguments.event, info.about));
+    Ok(())
+}

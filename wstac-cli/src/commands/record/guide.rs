@@ -1,0 +1,355 @@
+//! `wstac record --guide`: a person is led through a plan, a slide a file.
+
+use std::fs::{self, File};
+use std::io::BufRead;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, channel};
+use std::time::Duration;
+
+use super::{Arguments, Shown, labels, signals};
+use crate::commands::output::{Form, Records, Stop, note, text_of};
+use crate::commands::source_arguments::doubts_of_textures;
+use wstac_host::config::Config;
+use wstac_host::error::Error;
+use wstac_host::model_file::ModelFile;
+use wstac_host::reading::{Reading, Record, Wanted};
+use wstac_host::record::Recorder;
+use wstac_host::record::about::{About, Labels};
+use wstac_host::record::plan::{self, PlannedSlide};
+use wstac_host::source::{Delivery, Item, Source, StreamInfo};
+use wstac_host::texture::Textures;
+use wstac_linux::source::is_camera;
+
+/// How long a wait for a key may last before signals are looked for.
+const WAIT: Duration = Duration::from_millis(200);
+
+/// What a person wants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Key {
+    Start,
+    Redo,
+    Skip,
+    Quit,
+}
+
+/// What became of a slide.
+enum Outcome {
+    /// It has its file.
+    Recorded,
+    /// It did not work, and why.
+    Again(&'static str),
+    /// The source ended, or a signal came.
+    Ended,
+}
+
+/// A session.
+struct Session<'a> {
+    source: Box<dyn Source>,
+    info: StreamInfo,
+    config: Config,
+    models: &'a [ModelFile],
+    labels: Labels,
+    /// Whether the source makes its frames now: a camera.
+    is_live: bool,
+    /// Lines of standard input.
+    keys: Receiver<String>,
+    shown: Shown,
+    interrupted: Arc<AtomicBool>,
+}
+
+/// Leads through the plan of a file.
+pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
+    let slides = plan::read(plan_file)?;
+    let labels = labels(&arguments.labels)?;
+    let planned = slides.first().map(|slide| &slide.labels);
+    if let Some((name, value)) = labels.iter().find(|(name, _)| planned.is_some_and(|own| own.contains_key(*name))) {
+        let plan = plan_file.display();
+        return Err(Error::new("--label", format_args!("{name} is {value:?}, expected none: {plan} gives it")).into());
+    }
+    let (source, info, config) =
+        arguments.options.open_configured(&arguments.source, Delivery::Every, arguments.config.as_deref())?;
+    let models = ModelFile::open_all(&arguments.models)?;
+    let folder = &arguments.output;
+    // What does not fit is said before a person waits.
+    drop(Reading::new(&info, &config, Wanted::default())?.with_textures(Textures::new(&models)?));
+    About::new(&info, &config, labels.clone(), Vec::new())?;
+    if folder.exists() && !folder.is_dir() {
+        return Err(Error::new(folder.display(), "is a file, expected a folder for the recordings of --guide").into());
+    }
+    fs::create_dir_all(folder).map_err(|error| Error::new(folder.display(), error))?;
+    note(&info.about);
+    let form = if arguments.json { Form::Json } else { Form::Text };
+    let shown = Shown { records: Some(Records::new(form)), events: 0 };
+    let (keys, interrupted) = (keys(), signals()?);
+    if let Some(doubt) = doubts_of_textures(source.as_ref(), &info, &models) {
+        note(doubt);
+    }
+    let is_live = is_camera(&arguments.source);
+    let mut session = Session { is_live, source, info, config, models: &models, labels, keys, shown, interrupted };
+    let recorded = session.lead(&slides, folder)?;
+    let there = slides.iter().filter(|slide| file_of(folder, slide).exists()).count();
+    let rest = if there < slides.len() { "; the same command goes on with the others" } else { "" };
+    let (all, folder) = (slides.len(), folder.display());
+    note(format_args!("{folder}: {recorded} slides recorded, {there} of {all} are there{rest}"));
+    Ok(())
+}
+
+fn file_of(folder: &Path, slide: &PlannedSlide) -> PathBuf {
+    folder.join(format!("{}.mcap", slide.name))
+}
+
+/// Lines of standard input, from a thread of its own that ends with the program.
+fn keys() -> Receiver<String> {
+    let (sender, keys) = channel();
+    std::thread::spawn(move || {
+        for line in std::io::stdin().lock().lines() {
+            if line.map_or(true, |line| sender.send(line).is_err()) {
+                return;
+            }
+        }
+    });
+    keys
+}
+
+impl Session<'_> {
+    /// Leads through the slides that have no file yet; how many were recorded.
+    fn lead(&mut self, slides: &[PlannedSlide], folder: &Path) -> Result<u64, Error> {
+        let (mut at, mut last, mut redo, mut recorded) = (0, None, false, 0);
+        while let Some(slide) = slides.get(at) {
+            let path = file_of(folder, slide);
+            if path.exists() && !redo {
+                at += 1;
+                continue;
+            }
+            let (number, all, about) = (at + 1, slides.len(), &slide.about);
+            note(format_args!("slide {number} of {all}: {about}"));
+            note("hands off, then Enter; r: the last one once more, s: skip this one, q: quit");
+            match self.key()? {
+                None | Some(Key::Quit) => break,
+                Some(Key::Skip) => {
+                    (at, redo) = (at + 1, false);
+                    continue;
+                }
+                Some(Key::Redo) => {
+                    match last {
+                        Some(last) => (at, redo) = (last, true),
+                        None => note("none was recorded in this session yet"),
+                    }
+                    continue;
+                }
+                Some(Key::Start) => {}
+            }
+            match self.slide(slide, &path)? {
+                Outcome::Recorded => {
+                    (last, redo) = (Some(at), false);
+                    (at, recorded) = (at + 1, recorded + 1);
+                }
+                Outcome::Again(why) => note(format_args!("{why}: the same slide once more")),
+                Outcome::Ended => break,
+            }
+        }
+        Ok(recorded)
+    }
+
+    /// What a person wants; nothing where the source ends or a signal comes. A camera is read meanwhile, and its frames are
+    /// left out. Where nobody says anything any more, a camera's session ends: nobody slides. Slides of a file start at once.
+    fn key(&mut self) -> Result<Option<Key>, Error> {
+        loop {
+            if self.interrupted.load(Ordering::Relaxed) {
+                return Ok(None);
+            }
+            let line = if self.is_live {
+                match self.source.next()? {
+                    Item::End => return Ok(None),
+                    Item::Fault(fault) => note(format_args!("{}: {}", fault.kind, fault.message)),
+                    _ => {}
+                }
+                self.keys.try_recv().map_err(|error| error == TryRecvError::Disconnected)
+            } else {
+                self.keys.recv_timeout(WAIT).map_err(|error| error == RecvTimeoutError::Disconnected)
+            };
+            let ended = matches!(line, Err(true));
+            match line.as_deref().map(str::trim) {
+                Ok("") => return Ok(Some(Key::Start)),
+                Ok("r") => return Ok(Some(Key::Redo)),
+                Ok("s") => return Ok(Some(Key::Skip)),
+                Ok("q") => return Ok(Some(Key::Quit)),
+                Ok(other) => note(format_args!("{other:?} is no key, expected Enter, r, s or q")),
+                Err(_) if ended && self.is_live => {
+                    note("standard input ended, and with it the session");
+                    return Ok(None);
+                }
+                Err(_) if ended => return Ok(Some(Key::Start)),
+                Err(_) => {}
+            }
+        }
+    }
+
+    /// Records one slide: a quiet baseline, then one event. Until then its file ends in `.part`.
+    fn slide(&mut self, slide: &PlannedSlide, path: &Path) -> Result<Outcome, Error> {
+        let part = path.with_added_extension("part");
+        loop {
+            let ended = self.attempt(slide, &part);
+            match ended {
+                Ok(Some(Outcome::Recorded)) => {
+                    fs::rename(&part, path).map_err(|error| Error::new(path.display(), error))?;
+                    note(format_args!("{} is there", path.display()));
+                    return Ok(Outcome::Recorded);
+                }
+                Ok(None) => note("the baseline was not quiet: hands off, once more"),
+                Ok(Some(outcome)) => {
+                    remove(&part)?;
+                    return Ok(outcome);
+                }
+                // What it has is left where it is.
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    /// One attempt; nothing where the baseline was not quiet.
+    fn attempt(&mut self, slide: &PlannedSlide, part: &Path) -> Result<Option<Outcome>, Error> {
+        let wanted = Wanted { features: true, samples: false };
+        let reading = Reading::new(&self.info, &self.config, wanted)?;
+        let mut reading = reading.with_textures(Textures::new(self.models)?);
+        let mut labels = self.labels.clone();
+        labels.extend(slide.labels.clone());
+        let models = self.models.iter().map(|file| file.about().to_owned()).collect();
+        let about = About::new(&self.info, &self.config, labels, models)?;
+        let file = File::create(part).map_err(|error| Error::new(part.display(), error))?;
+        let mut recorder = Recorder::new(file, part, &about, &reading)?;
+        let outcome = self.watch(slide, &mut reading, &mut recorder);
+        // Whatever became of the source, what came before is in a whole file.
+        let written = recorder.finish();
+        if outcome.is_err() && written.is_ok() {
+            note(format_args!("{} has what came before", part.display()));
+        }
+        // Both matter; a file that is not whole matters most.
+        if let (Err(error), Err(_)) = (&outcome, &written) {
+            note(error);
+        }
+        written?;
+        outcome
+    }
+
+    /// Reads until there is an outcome; nothing where the baseline was not quiet.
+    fn watch(
+        &mut self,
+        slide: &PlannedSlide,
+        reading: &mut Reading<'_>,
+        recorder: &mut Recorder,
+    ) -> Result<Option<Outcome>, Error> {
+        let mut asked = false;
+        loop {
+            if self.interrupted.load(Ordering::Relaxed) {
+                return Ok(Some(Outcome::Ended));
+            }
+            let item = self.source.next()?;
+            recorder.item(&item);
+            let mut found = None;
+            let shown = &mut self.shown;
+            let goes_on = reading.take(&item, |record| {
+                recorder.record(&record, &text_of(&record));
+                match &record {
+                    Record::Event(_) => found = Some(Outcome::Recorded),
+                    Record::Incomplete(_) => found = Some(Outcome::Again("too many frames were lost")),
+                    _ => {}
+                }
+                if matches!(record, Record::Event(_) | Record::Fault(_)) {
+                    shown.show(&record);
+                }
+                Ok::<(), Error>(())
+            })?;
+            let has_room = recorder.end_of_item(&item, reading);
+            if reading.baseline_disturbed() {
+                return Ok(None);
+            }
+            if !asked && reading.trigger().baseline().is_some() {
+                asked = true;
+                note(format_args!("slide now: {}", slide.about));
+            }
+            match found {
+                Some(outcome) => return Ok(Some(outcome)),
+                None if !goes_on || !has_room => {
+                    note(if has_room { "the source ended before a slide came" } else { "the disk is full" });
+                    return Ok(Some(Outcome::Ended));
+                }
+                None => {}
+            }
+        }
+    }
+}
+
+fn remove(path: &Path) -> Result<(), Error> {
+    fs::remove_file(path).map_err(|error| Error::new(path.display(), error))
+}
+
+#[cfg(test)]
+mod tests {
+    use wstac_core::green::any::PixelFormat;
+    use wstac_core::green::ycbcr::Colour;
+    use wstac_core::layout::FrameSize;
+    use wstac_core::rate::FrameRate;
+
+    use super::*;
+    use wstac_host::source::mcap::McapSource;
+
+    /// A camera that fails after some frames.
+    struct Failing {
+        info: StreamInfo,
+        left: u32,
+        bytes: Vec<u8>,
+    }
+
+    impl Source for Failing {
+        fn info(&self) -> &StreamInfo {
+            &self.info
+        }
+
+        fn next(&mut self) -> Result<Item<'_>, Error> {
+            self.left = self.left.checked_sub(1).ok_or_else(|| Error::new("camera", "unplugged"))?;
+            Ok(Item::Frame { bytes: &self.bytes, timestamp: None, sequence: None, encoded: None })
+        }
+    }
+
+    /// A session with a camera that gives three frames and fails, and nobody at standard input.
+    fn session() -> Session<'static> {
+        let info = StreamInfo {
+            size: FrameSize::new(100, 100).unwrap(),
+            format: PixelFormat::Grey,
+            colour: Colour::default(),
+            bytes_per_row: 100,
+            rate: FrameRate::NOMINAL,
+            taxels_only: false,
+            about: "a camera".into(),
+            camera: None,
+        };
+        let source = Box::new(Failing { info: info.clone(), left: 3, bytes: vec![9; 10_000] });
+        let (config, labels, interrupted) = Default::default();
+        let shown = Shown { records: None, events: 0 };
+        Session { source, info, config, models: &[], labels, is_live: true, keys: channel().1, shown, interrupted }
+    }
+
+    #[test]
+    fn where_a_camera_fails_what_came_before_is_in_a_whole_file() {
+        let part = std::env::temp_dir().join(format!("wstac-guide-{}.mcap", std::process::id()));
+        let slide = PlannedSlide { labels: Labels::new(), about: String::new(), name: String::new() };
+        let failed = session().attempt(&slide, &part).err().unwrap();
+        assert_eq!(failed.to_string(), "camera: unplugged");
+        let mut source = McapSource::open(&part, None).unwrap();
+        for _ in 0..3 {
+            assert!(matches!(source.next(), Ok(Item::Frame { .. })));
+        }
+        assert!(matches!(source.next(), Ok(Item::End)));
+        fs::remove_file(&part).unwrap();
+    }
+
+    #[test]
+    fn a_cameras_session_ends_with_standard_input() {
+        assert_eq!(session().key().unwrap(), None);
+        let mut of_a_file = Session { is_live: false, ..session() };
+        assert_eq!(of_a_file.key().unwrap(), Some(Key::Start));
+    }
+}

@@ -1,0 +1,194 @@
+//! The sources of one run, each read to its end in a thread of its own.
+
+use std::fs::File;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Barrier;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+
+use super::super::loss_report::LossReport;
+use super::super::output::{Form, Records, Stop, note};
+use super::super::source_arguments::doubts_of_textures;
+use super::Arguments;
+use super::sensors::Sensor;
+use wstac_host::error::Error;
+use wstac_host::model_file::ModelFile;
+use wstac_host::reading::{BASELINE_DISTURBED, Reading, Wanted};
+use wstac_host::source::{Behind, Delivery, Item, Source};
+use wstac_host::texture::Textures;
+
+/// What all sensors of a run have in common.
+#[derive(Clone, Copy)]
+pub(super) struct Run<'a> {
+    pub(super) arguments: &'a Arguments,
+    pub(super) files: &'a [ModelFile],
+    /// Asks for the end.
+    pub(super) interrupted: &'a AtomicBool,
+}
+
+/// A sensor that is ready to be read.
+pub(super) struct Opened<'a> {
+    source: Box<dyn Source>,
+    reading: Reading<'a>,
+    records: Records,
+    raw: Option<RawFile>,
+    limit: Option<u64>,
+    interrupted: &'a AtomicBool,
+}
+
+impl<'a> Run<'a> {
+    /// Opens a sensor.
+    ///
+    /// # Errors
+    /// Where its source, or with it the configuration or a model, cannot be used.
+    pub(super) fn open(self, sensor: &Sensor<'_>) -> Result<Opened<'a>, Stop> {
+        let Self { arguments, files, interrupted } = self;
+        let form = if arguments.json { Form::Json } else { Form::Text };
+        let records = Records::new(form).of_sensor(sensor.name);
+        let delivery = if arguments.save_raw.is_some() { Delivery::Every } else { Delivery::Newest };
+        let (source, info, config) =
+            arguments.options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
+        let wanted = Wanted { features: arguments.features, samples: arguments.samples };
+        let reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(files)?);
+        records.note(&info.about);
+        if let Some(doubt) = doubts_of_textures(source.as_ref(), &info, files) {
+            records.note(doubt);
+        }
+        if info.rate.frames_added() > 1 {
+            records.note(format_args!("{} camera frames are added up to one feature frame", info.rate.frames_added()));
+        }
+        if info.taxels_only && arguments.save_raw.is_some() {
+            return Err(Error::new(&info.about, "--save-raw needs frames, expected fidelity = \"rendered\"").into());
+        }
+        let raw = arguments.save_raw.as_deref().map(RawFile::create).transpose()?;
+        Ok(Opened { source, reading, records, raw, limit: arguments.frames, interrupted })
+    }
+
+    /// Reads all sensors at once. None is read before all are open; then each goes on to its own end, whatever becomes
+    /// of the others.
+    ///
+    /// # Errors
+    /// Where any failed: each says why by itself as soon as it has, so the error is only their number.
+    pub(super) fn all(self, sensors: &[Sensor<'_>]) -> Result<(), Stop> {
+        let (opened, failed) = (Barrier::new(sensors.len()), AtomicBool::new(false));
+        let result_of = |sensor: &Sensor<'_>| {
+            let open = self.open(sensor);
+            if open.is_err() {
+                failed.store(true, Ordering::Relaxed);
+            }
+            opened.wait();
+            match open {
+                // The reason is said by the sensor that could not be opened.
+                Ok(_) if failed.load(Ordering::Relaxed) => Ok(()),
+                Ok(opened) => opened.read(),
+                Err(stop) => Err(stop),
+            }
+        };
+        let succeeded = |sensor: &Sensor<'_>| match result_of(sensor) {
+            Ok(()) => true,
+            Err(Stop::Failed(error)) => {
+                note(format_args!("{}: {error}", sensor.name.unwrap_or(sensor.source)));
+                false
+            }
+            Err(Stop::OutputClosed | Stop::Interrupted(_)) => {
+                // Nobody reads any sensor's records any more.
+                self.interrupted.store(true, Ordering::Relaxed);
+                true
+            }
+        };
+        let failures = thread::scope(|scope| {
+            let threads: Vec<_> = sensors.iter().map(|sensor| scope.spawn(|| succeeded(sensor))).collect();
+            threads.into_iter().map(|thread| thread.join().unwrap_or(false)).filter(|succeeded| !succeeded).count()
+        });
+        if failures == 0 {
+            return Ok(());
+        }
+        Err(Error::new(format_args!("{failures} of {} sensors", sensors.len()), "failed").into())
+    }
+}
+
+impl Opened<'_> {
+    /// Reads until the source ends or fails, as many frames have passed as were asked for, or a signal asks for the end.
+    /// Whatever happens, the end record is written.
+    ///
+    /// # Errors
+    /// The source's, and those of writing.
+    pub(super) fn read(mut self) -> Result<(), Stop> {
+        let mut reasons = LossReport::default();
+        let result = self.read_until_end(&mut reasons);
+        reasons.say(|message| self.records.note(message));
+        say_behind(self.source.behind(), &self.records);
+        result
+    }
+
+    fn read_until_end(&mut self, reasons: &mut LossReport) -> Result<(), Stop> {
+        let Self { source, reading, records, raw, limit, interrupted } = self;
+        let mut seen: u64 = 0;
+        loop {
+            if interrupted.load(Ordering::Relaxed) || limit.is_some_and(|limit| seen >= limit) {
+                return reading.finish(|record| records.write(&record));
+            }
+            let item = match source.next() {
+                Ok(item) => item,
+                Err(error) => {
+                    // The source's error is the one that matters, whatever becomes of the end record.
+                    let _ = reading.finish(|record| records.write(&record));
+                    return Err(error.into());
+                }
+            };
+            match &item {
+                Item::Frame { bytes, .. } => {
+                    seen += 1;
+                    if let Some(error) = raw.as_mut().and_then(|raw| raw.write(bytes).err()) {
+                        reading.finish(|record| records.write(&record))?;
+                        return Err(error.into());
+                    }
+                }
+                Item::Taxels(_) => seen += 1,
+                Item::Lost { frames, why } => {
+                    seen = seen.saturating_add(*frames);
+                    reasons.add(*frames, why);
+                }
+                Item::Fault(_) | Item::Waiting | Item::End => {}
+            }
+            if !reading.take(&item, |record| records.write(&record))? {
+                return Ok(());
+            }
+            if reading.baseline_disturbed() {
+                records.note(BASELINE_DISTURBED);
+            }
+        }
+    }
+}
+
+/// How far reading ever was behind a camera.
+fn say_behind(behind: Behind, records: &Records) {
+    if behind.most == 0 {
+        return;
+    }
+    let latency =
+        behind.latency.map(|latency| format!("; the last was read {} ms after it was taken", latency.as_millis()));
+    records.note(format_args!("up to {} frame(s) behind the camera{}", behind.most, latency.unwrap_or_default()));
+}
+
+/// The file that `--save-raw` names.
+struct RawFile {
+    file: File,
+    path: PathBuf,
+}
+
+impl RawFile {
+    /// Creates it, and never writes over another.
+    fn create(path: &Path) -> Result<Self, Error> {
+        let file = File::create_new(path).map_err(|error| match error.kind() {
+            ErrorKind::AlreadyExists => Error::new(path.display(), "exists already, expected a new file"),
+            _ => Error::new(path.display(), error),
+        })?;
+        Ok(Self { file, path: path.to_owned() })
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> Result<(), Error> {
+        self.file.write_all(bytes).map_err(|error| Error::new(self.path.display(), error))
+    }
+}

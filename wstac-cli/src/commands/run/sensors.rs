@@ -1,0 +1,84 @@
+//! Sources that have names: `cam:left=/dev/video0`.
+
+use wstac_host::error::Error;
+
+/// A source, and what its records call it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Sensor<'a> {
+    /// Its name; nothing for a plain source.
+    pub(super) name: Option<&'a str>,
+    /// What to open.
+    pub(super) source: &'a str,
+}
+
+/// The sensors that the user names.
+///
+/// # Errors
+/// Where a name is none or taken, or two read the same standard input.
+pub(super) fn sensors(sources: &[String]) -> Result<Vec<Sensor<'_>>, Error> {
+    let sensors = sources.iter().map(|source| sensor(source)).collect::<Result<Vec<_>, _>>()?;
+    for (index, sensor) in sensors.iter().enumerate() {
+        let before = &sensors[..index];
+        if sensor.name.is_some() && before.iter().any(|other| other.name == sensor.name) {
+            return Err(refused(&sources[index], "the name is taken, expected another for each source"));
+        }
+        if sensor.source == "-" && before.iter().any(|other| other.source == "-") {
+            return Err(refused(&sources[index], "standard input is read already, expected it once"));
+        }
+    }
+    Ok(sensors)
+}
+
+fn sensor(text: &str) -> Result<Sensor<'_>, Error> {
+    let Some(named) = text.strip_prefix("cam:") else { return Ok(Sensor { name: None, source: text }) };
+    let Some((name, source)) = named.split_once('=') else {
+        return Err(refused(text, "expected cam:NAME=SOURCE, such as cam:left=/dev/video0"));
+    };
+    let is_letter = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'_');
+    if name.is_empty() || !name.bytes().all(is_letter) {
+        return Err(refused(text, format_args!("the name is {name:?}, expected letters, digits, - and _")));
+    }
+    if source.is_empty() {
+        return Err(refused(text, "there is nothing after =, expected a source such as /dev/video0"));
+    }
+    Ok(Sensor { name: Some(name), source })
+}
+
+fn refused(source: &str, message: impl std::fmt::Display) -> Error {
+    Error::new(format_args!("SOURCE is {source:?}"), message)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parsed(sources: &[&str]) -> Result<Vec<(Option<String>, String)>, String> {
+        let sources: Vec<String> = sources.iter().map(|source| (*source).to_owned()).collect();
+        let sensors = sensors(&sources).map_err(|error| error.to_string())?;
+        Ok(sensors.iter().map(|sensor| (sensor.name.map(str::to_owned), sensor.source.to_owned())).collect())
+    }
+
+    #[test]
+    fn names_go_before_any_source() {
+        let two = parsed(&["cam:left=/dev/video0", "cam:right_2-b=scene:Saw3@150,seed=2"]).unwrap();
+        assert_eq!(two[0], (Some("left".into()), "/dev/video0".into()));
+        assert_eq!(two[1], (Some("right_2-b".into()), "scene:Saw3@150,seed=2".into()));
+        assert_eq!(parsed(&["a=b.y4m"]).unwrap(), [(None, "a=b.y4m".into())]);
+    }
+
+    #[test]
+    fn what_is_no_name_is_refused() {
+        for (sources, part) in [
+            (&["cam:left"][..], "expected cam:NAME=SOURCE"),
+            (&["cam:=/dev/video0"], "the name is \"\""),
+            (&["cam:le ft=/dev/video0"], "the name is \"le ft\""),
+            (&["cam:l\u{e9}=/dev/video0"], "letters, digits"),
+            (&["cam:left="], "nothing after ="),
+            (&["cam:a=-", "cam:a=x.y4m"], "the name is taken"),
+            (&["cam:a=-", "cam:b=-"], "standard input is read already"),
+        ] {
+            let error = parsed(sources).unwrap_err();
+            assert!(error.starts_with("SOURCE is \"cam:") && error.contains(part), "{error}");
+        }
+    }
+}

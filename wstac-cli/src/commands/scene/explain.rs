@@ -1,0 +1,136 @@
+//! `wstac scene explain`: what a scene models, what it does not, and what each effect costs.
+
+use std::io::Write;
+use std::time::{Duration, Instant};
+
+use super::super::output::Stop;
+use super::named;
+use wstac_host::error::Error;
+use wstac_host::rate::per_second;
+use wstac_host::source::open::OpenOptions;
+use wstac_scene::effects::{EFFECTS, Effect, NEVER};
+use wstac_scene::sensor::Fidelity;
+use wstac_scene::source::script;
+use wstac_scene::{Scene, Script, Truth};
+
+/// Say what a scene models, what it does not, and what each effect costs in ns a frame
+///
+/// The cost of an effect is what a frame of the scene takes longer with it than without it, on this machine, now.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Saw3@150[,90deg][,seed=N], or FILE.toml
+    scene: String,
+
+    /// Do not measure what effects cost
+    #[arg(long)]
+    no_cost: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    let script = script(named(&arguments.scene), &OpenOptions::default())?;
+    let scene = Scene::new(&script).map_err(|error| error.about(&arguments.scene))?;
+    let mut out = std::io::stdout().lock();
+    let (width, height) = script.sensor.size.into();
+    let rate = per_second(script.sensor.rate);
+    writeln!(out, "{} frames of {width}x{height} at {rate} a second, {}", scene.frames(), described(script.fidelity))?;
+    for truth in scene.truth() {
+        let slide = &truth.slide;
+        let (from, to) = (truth.start_s * rate, truth.end_s * rate);
+        let degrees = slide.heading.degrees();
+        writeln!(out, "  {} at {} mm/s, {degrees}°: frames {from:.1} to {to:.1}", slide.specimen, slide.speed_mm_s)?;
+    }
+    let has = |effect: &&Effect| (effect.value)(&script).is_some();
+    let mut costs = if arguments.no_cost { Vec::new() } else { costs(&script)? }.into_iter();
+    writeln!(
+        out,
+        "\nModelled:{}",
+        if arguments.no_cost { "" } else { "                                      ns a frame" }
+    )?;
+    if let Some(Some(cost)) = costs.next() {
+        writeln!(
+            out,
+            "  {:18} {:22} {cost:>10.0}  strain's flashes and a GREY camera without noise",
+            "all below left out", ""
+        )?;
+    }
+    for effect in EFFECTS.iter().filter(has) {
+        let value = (effect.value)(&script).unwrap_or_default();
+        match costs.next() {
+            Some(Some(cost)) => writeln!(out, "  {:18} {value:22} {cost:>+10.0}  {}", effect.name, effect.what)?,
+            Some(None) => writeln!(out, "  {:18} {value:22} {:>10}  {}", effect.name, "in noise", effect.what)?,
+            None => writeln!(out, "  {:18} {value:22} {}", effect.name, effect.what)?,
+        }
+    }
+    if let Some(Some(cost)) = costs.next() {
+        writeln!(
+            out,
+            "  {:18} {:22} {cost:>10.0}  work is shared, and a whisker kept out of contact saves it: no sum of the rest",
+            "the whole", ""
+        )?;
+    }
+    writeln!(out, "\nNot in this scene, and not paid for:")?;
+    for effect in EFFECTS.iter().filter(|effect| !has(effect)) {
+        writeln!(out, "  {:18} {}", effect.name, effect.what)?;
+    }
+    writeln!(out, "\nNever modelled:")?;
+    for never in NEVER {
+        writeln!(out, "  {never}")?;
+    }
+    writeln!(
+        out,
+        "\nGuesses, as the paper does not say: overlap, pitch, edge, flash, black level (wstac scene --help), and a base's\nspot of light, a soft disc."
+    )?;
+    Ok(())
+}
+
+fn described(fidelity: Fidelity) -> &'static str {
+    match fidelity {
+        Fidelity::Rendered => "rendered",
+        Fidelity::Taxel => "taxel sums only",
+    }
+}
+
+/// How often everything is measured: the least of it is told, which noise of the machine only makes larger.
+const ROUNDS: u32 = 5;
+
+/// ns a frame: of the bare scene, of every effect that the scene has (nothing where that is less than what repeated
+/// measurements differ by), of the whole.
+fn costs(script: &Script) -> Result<Vec<Option<f64>>, Error> {
+    let mut scripts = vec![wstac_scene::effects::bare(script)];
+    for effect in EFFECTS.iter().filter(|effect| (effect.value)(script).is_some()) {
+        let mut without = script.clone();
+        (effect.remove)(&mut without);
+        scripts.push(without);
+    }
+    scripts.push(script.clone());
+    // The two least of each: what is between them tells how far they can be trusted.
+    let mut least = vec![[f64::INFINITY; 2]; scripts.len()];
+    // Round by round, so that a slower moment of the machine does not fall on one of them alone.
+    for _ in 0..ROUNDS {
+        for (least, script) in least.iter_mut().zip(&scripts) {
+            let ns = ns_a_frame(script)?;
+            *least = if ns < least[0] { [ns, least[0]] } else { [least[0], least[1].min(ns)] };
+        }
+    }
+    let (whole, last) = (least.last().copied().unwrap_or_default(), least.len().saturating_sub(1));
+    let cost = |(index, [ns, next]): (usize, [f64; 2])| {
+        if index == 0 || index == last {
+            return Some(ns);
+        }
+        let (cost, doubt) = (whole[0] - ns, whole[1] - whole[0] + next - ns);
+        (cost.abs() > doubt).then_some(cost)
+    };
+    Ok(least.into_iter().enumerate().map(cost).collect())
+}
+
+/// Mean over the frames of the first slide and what follows it, but for at most 100 ms.
+fn ns_a_frame(script: &Script) -> Result<f64, Error> {
+    const LONGEST: Duration = Duration::from_millis(100);
+    let mut scene = Scene::new(script)?;
+    let first = scene.truth().first().map_or(0, Truth::start_frame);
+    while scene.frame() < first && scene.next_shot().is_some() {}
+    let (from, start) = (scene.frame(), Instant::now());
+    while start.elapsed() < LONGEST && scene.next_shot().is_some() {}
+    let frames = (scene.frame() - from).max(1);
+    Ok(start.elapsed().as_secs_f64() * 1e9 / frames as f64)
+}

@@ -1,0 +1,159 @@
+//! `wstac scene`: what can be done with a simulated sensor beside running it.
+
+mod explain;
+mod render;
+mod strain;
+
+use clap::Subcommand;
+
+use super::output::Stop;
+
+/// Render a simulated sensor's frames, explain what a scene models, print the strain of a whisker
+///
+/// A scene is a sensor made of arithmetic: a specimen slides over 25 whiskers, their bases glow, a camera looks on.
+/// `wstac run scene:…` reads one as it reads a camera.
+#[derive(Debug, clap::Args)]
+#[command(after_long_help = KEYS)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Render(render::Arguments),
+    Explain(explain::Arguments),
+    Strain(strain::Arguments),
+}
+
+/// Every key of a scene's file, with its default.
+pub(super) const KEYS: &str = r#"A scene's file (scene:FILE.toml), every key but the first two optional;
+these are the defaults:
+
+  specimen = "Saw3"      # Fla0, or Sin, Saw or Tri with 2, 3 or 4 mm of
+                         # depth, or Sphere
+  speed = 150            # mm/s, 1 to 1000
+  direction = 0          # degrees: 0 is right, 90 up, 180 left, 270
+                         # down
+  depth = 3              # of the texture in mm, instead of the name's
+  period = 6             # of the texture in mm; twice the depth unless
+                         # it is given
+  length = 104.5         # of the block in mm: fitted to the paper's
+                         # speed law
+  edge = 72              # slope of the block's ends in degrees; 90 is
+                         # upright
+  #radius = 0.5          # of a Sphere in mm, instead of depth, period,
+                         # length and edge
+  seed = 0               # of all chance: the same seed gives the same
+                         # bytes on every machine
+  noise = 0.8            # scale of what deviates from run to run
+                         # (fluctuation, run_deviation, noise of
+                         # pixels), fitted to one number of the paper's
+                         # table 2; 0 for none
+  lead_in = 45           # dark frames before the first slide
+  gap = 70               # dark frames after each slide
+  fidelity = "rendered"  # or "taxel": taxel sums from their
+                         # distribution, without pixels
+  [whisker]
+  beam = "elastica"      # or "linear": how whiskers bend
+  length_mm = 5
+  diameter_mm = 1
+  pitch_mm = 4
+  dome_degrees = 30      # the cap that carries the whiskers; 0 for a
+                         # plane
+  overlap_mm = 3         # how far a specimen's crests overlap the
+                         # middle whisker; a Sphere at most by its
+                         # radius
+  relaxation_ms = 2      # of a whisker that is let go; 0 for at once
+  present = "all"        # or "middle": one whisker
+  [light]                # in full scales of the camera, as the mean of
+                         # a taxel
+  flash_ms = 11          # light of bending by a strain of 1, in full
+                         # scales · ms
+  rubbing_ms = 0.01      # light of rubbing (friction) over a mm under a
+                         # load P L²/EI of 1; 0 for none
+  fluctuation = 0.5      # deviation of the rubbing, as a share
+  fluctuation_mm = 1     # length over which it stays alike
+  afterglow_ms = 44.5    # fades to 1/e in this time: fitted to the
+                         # paper's speed law; 0 for none
+  gain_deviation = 0.05  # of the whiskers, as a share
+  unit = 0               # which sensor it is: each has its own gains
+  run_deviation = 0.1    # of the gain from slide to slide, as a share
+  leak = 0               # ambient light, as a share of full scale
+  leak_per_minute = 0    # how much more of it there is after a minute
+  drift_per_minute = 0   # how much more light there is after a minute,
+                         # as a share
+  dead = []              # whiskers without light, as [row, column],
+                         # each 1 to 5
+  [sensor]
+  size = [1280, 720]
+  fps = 30
+  format = "GREY"        # or another four-character code, such as YUYV,
+                         # NV12, RGB3, BG10, MJPG
+  matrix = "bt601"       # or "bt709": of YCbCr
+  range = "limited"      # or "full": of YCbCr
+  quality = 85           # of MJPG, 1 to 100
+  exposure = 1.0         # share of the frame during which the shutter
+                         # is open
+  full_well = 25500      # electrons at full scale, at a gain of 1
+  read_noise = 60        # electrons
+  black_level = 1.0      # in 1/255 of full scale
+  gain = 1.0
+  blur = 0               # deviation of the point spread, in pixels
+  noise = 1.0            # scale of the noise of pixels
+  dropped = 0            # share of frames that the driver loses
+  auto_exposure = false  # a camera that slows down to a quarter of its
+                         # rate in the dark
+  #[sensor.pose]         # a camera that does not look straight on;
+                         # with it all pixels of a frame are computed
+  #rotation_degrees = 0  # of the picture, counter-clockwise
+  #tilt_degrees = [0, 0] # right side, lower side further away
+  #curvature = 0         # of the lens: below 0 barrel, above
+                         # pincushion, -0.15 to 0.15
+  #shift = [0, 0]        # right, down, in shorter sides of the picture
+  #scale = 1
+  #uneven = 1            # times as bright the brightest side is as the
+                         # darkest
+  #uneven_degrees = 0    # where the brightest side is: 0 right, 90 up
+
+Several slides: any number of [[slide]] tables with the keys from
+specimen to radius.
+"#;
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    match &arguments.command {
+        Command::Render(arguments) => render::run(arguments),
+        Command::Explain(arguments) => explain::run(arguments),
+        Command::Strain(arguments) => strain::run(arguments),
+    }
+}
+
+/// The name of a scene without `scene:` before it.
+fn named(scene: &str) -> &str {
+    scene.strip_prefix("scene:").unwrap_or(scene)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wstac_scene::Script;
+
+    #[test]
+    fn examples_can_be_pasted_from_a_narrow_terminal() {
+        // Those of a configuration are printed two columns further to the right.
+        for line in KEYS.lines().chain(wstac_host::config::DEFAULT_CONFIGURATION.lines()) {
+            assert!(line.chars().count() <= 72, "{line}");
+        }
+    }
+
+    #[test]
+    fn the_defaults_in_the_help_are_the_defaults() {
+        let lines = KEYS.lines().skip_while(|line| !line.starts_with("  specimen"));
+        let text: String =
+            lines.take_while(|line| !line.starts_with("Several")).fold(String::new(), |text, line| text + line + "\n");
+        let expected = Script::parse_short("Saw3@150").unwrap();
+        assert_eq!(Script::from_toml("help", &text).unwrap(), expected);
+        // Every key is there, or this fails: what is left out of a table takes its default, so count them.
+        assert_eq!(text.lines().filter(|line| line.contains(" = ")).count(), 12 + 1 + 8 + 12 + 15 + 7);
+    }
+}

@@ -1,0 +1,132 @@
+//! `wstac scene render`: a scene's frames in a file.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+
+use super::super::output::{Stop, check_new, note};
+use super::super::run::interruptions;
+use super::named;
+use wstac_host::error::Error;
+use wstac_host::source::open::OpenOptions;
+use wstac_host::source::y4m::header_of;
+use wstac_host::source::{Item, Source};
+use wstac_scene::source::SceneSource;
+use wstac_scene::source::script;
+
+/// Write a scene's frames to a new file
+///
+/// Only pixels under whiskers are computed, unless there is a [sensor.pose]; all others stay dark. Frames that the
+/// simulated driver loses leave no bytes, so what is read from the file is shorter by them. MJPG is written as it is
+/// decoded, as RGB. A file that is not whole is removed.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Saw3@150[,90deg][,seed=N], or FILE.toml
+    scene: String,
+
+    /// FILE.y4m (formats GREY, Y10, Y12, Y16, YU12 and 422P), FILE.raw (frames of any format back to back, for other
+    /// programs), or - for Y4M on standard output
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+
+    /// Write over a file that is there already
+    #[arg(long)]
+    force: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    let script = script(named(&arguments.scene), &OpenOptions::default())?;
+    let mut source = SceneSource::new(&script).map_err(|error| error.about(&arguments.scene))?;
+    let path = arguments.output.as_path();
+    let info = source.info().clone();
+    if info.taxels_only {
+        return Err(Error::new(&info.about, "has no frames, expected fidelity = \"rendered\"").into());
+    }
+    let raw = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("raw"));
+    let y4m = path == Path::new("-") || path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("y4m"));
+    if !raw && !y4m {
+        return Err(Error::new(path.display(), "expected a name that ends in .y4m or .raw, or -").into());
+    }
+    let header = if raw { None } else { Some(header_of(&info).map_err(|message| Error::new(&info.about, message))?) };
+    note(&info.about);
+    let mut out = Output::create(path, arguments.force)?;
+    if let Some(header) = &header {
+        out.write(header.as_bytes())?;
+    }
+    let (mut lost, interrupted) = (0, interruptions()?);
+    loop {
+        if interrupted.load(Ordering::Relaxed) {
+            return Err(Stop::Interrupted(signal_hook::consts::SIGINT as u8));
+        }
+        match source.next()? {
+            Item::Frame { bytes, .. } => {
+                if header.is_some() {
+                    out.write(b"FRAME\n")?;
+                }
+                out.write(bytes)?;
+            }
+            Item::Lost { frames, .. } => lost += frames,
+            Item::Taxels(_) | Item::Fault(_) | Item::Waiting => {}
+            Item::End => break,
+        }
+    }
+    out.finish()?;
+    if lost > 0 {
+        note(format_args!("{lost} lost frame(s) left no bytes"));
+    }
+    Ok(())
+}
+
+/// A new file, or standard output.
+enum Output {
+    Standard(BufWriter<std::io::Stdout>),
+    File(NewFile),
+}
+
+/// A file that is removed again unless it becomes whole.
+struct NewFile {
+    file: BufWriter<File>,
+    path: PathBuf,
+    whole: bool,
+}
+
+impl Drop for NewFile {
+    fn drop(&mut self) {
+        if !self.whole {
+            // What went wrong is said already; that the rest of it cannot be removed would not help.
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}
+
+impl Output {
+    fn create(path: &Path, force: bool) -> Result<Self, Error> {
+        if path == Path::new("-") {
+            return Ok(Self::Standard(BufWriter::new(std::io::stdout())));
+        }
+        check_new(path, force)?;
+        let file = File::create(path).map_err(|error| Error::new(path.display(), error))?;
+        Ok(Self::File(NewFile { file: BufWriter::new(file), path: path.to_owned(), whole: false }))
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> Result<(), Stop> {
+        match self {
+            Self::Standard(out) => Ok(out.write_all(bytes)?),
+            Self::File(NewFile { file, path, .. }) => {
+                file.write_all(bytes).map_err(|error| Error::new(path.display(), error).into())
+            }
+        }
+    }
+
+    fn finish(self) -> Result<(), Stop> {
+        match self {
+            Self::Standard(mut out) => Ok(out.flush()?),
+            Self::File(mut new) => {
+                new.file.flush().map_err(|error| Error::new(new.path.display(), error))?;
+                new.whole = true;
+                Ok(())
+            }
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! What every command that reads a source asks about it.
+
+use std::path::Path;
+
+use clap::ValueEnum;
+use wstac_core::green::ycbcr::{Matrix, Range};
+use wstac_core::rate::FrameRate;
+
+use crate::open;
+use wstac_host::camera::ControlSetting;
+use wstac_host::config::Config;
+use wstac_host::error::Error;
+use wstac_host::model_file::ModelFile;
+use wstac_host::rate::per_second;
+use wstac_host::source::open::OpenOptions;
+use wstac_host::source::{Delivery, Source, StreamInfo, config_of};
+use wstac_scene::source::script;
+use wstac_scene::{Scene, Truth};
+
+/// How a source is opened and read.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub(super) struct SourceArguments {
+    /// Frames a second, such as 30 or 30000/1001: of a recording, instead of what it says; of a camera, to ask for; of a
+    /// scene, to simulate
+    #[arg(long, value_name = "RATE", value_parser = frame_rate)]
+    fps: Option<FrameRate>,
+
+    /// Matrix of a YCbCr source, instead of what it says
+    #[arg(long)]
+    matrix: Option<MatrixName>,
+
+    /// Quantisation range of a YCbCr source, instead of what it says
+    #[arg(long)]
+    range: Option<RangeName>,
+
+    /// Pixel format to ask a camera for, by its four-character code, such as YUYV, GREY or MJPG
+    #[arg(long, value_name = "FOURCC", value_parser = four_characters)]
+    format: Option<[u8; 4]>,
+
+    /// Frame size to ask a camera for, or to simulate
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size)]
+    size: Option<(u32, u32)>,
+
+    /// Leave a camera's exposure, gain, white balance, focus and the like automatic, instead of locking them
+    #[arg(long)]
+    keep_controls: bool,
+
+    /// Set a camera's control, such as exposure_time_absolute=200, to a value that it keeps; any number of times. Names
+    /// and values are those of v4l2-ctl -L; an unknown name lists them
+    #[arg(long = "control", value_name = "NAME=VALUE", value_parser = control)]
+    controls: Vec<ControlSetting>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum MatrixName {
+    Bt601,
+    Bt709,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum RangeName {
+    Limited,
+    Full,
+}
+
+impl SourceArguments {
+    /// Opens a source; what its frames have in common, as the arguments have it; and the configuration: of the file that
+    /// the user names, else the source's own, else the default.
+    pub(super) fn open_configured(
+        &self,
+        source: &str,
+        delivery: Delivery,
+        file: Option<&Path>,
+    ) -> Result<(Box<dyn Source>, StreamInfo, Config), Error> {
+        // First: a camera, or standard input, is not asked for what could not be used.
+        let given = file.map(Config::read).transpose()?;
+        let (source, info) = self.open(source, delivery)?;
+        let config = config_of(source.as_ref(), given)?;
+        Ok((source, info, config))
+    }
+
+    /// Opens a source; what its frames have in common, as the arguments have it.
+    pub(super) fn open(&self, source: &str, delivery: Delivery) -> Result<(Box<dyn Source>, StreamInfo), Error> {
+        let Self { fps, format, size, keep_controls, .. } = *self;
+        let controls = self.controls.clone();
+        let source = open(source, &OpenOptions { fps, format, size, delivery, keep_controls, controls })?;
+        let mut info = source.info().clone();
+        if (self.matrix.is_some() || self.range.is_some()) && !info.format.is_ycbcr() {
+            return Err(Error::new(&info.about, "--matrix and --range are for YCbCr sources, expected neither"));
+        }
+        if let Some(matrix) = self.matrix {
+            info.colour.matrix = match matrix {
+                MatrixName::Bt601 => Matrix::Bt601,
+                MatrixName::Bt709 => Matrix::Bt709,
+            };
+        }
+        if let Some(range) = self.range {
+            info.colour.range = match range {
+                RangeName::Limited => Range::Limited,
+                RangeName::Full => Range::Full,
+            };
+        }
+        Ok((source, info))
+    }
+
+    /// The same with another format and size.
+    pub(super) fn with_format(&self, format: [u8; 4], size: (u32, u32)) -> Self {
+        Self { format: Some(format), size: Some(size), matrix: None, range: None, ..self.clone() }
+    }
+
+    /// Frames a second that a camera is asked for.
+    pub(super) fn asked_fps(&self) -> f64 {
+        per_second(self.fps.unwrap_or(FrameRate::NOMINAL))
+    }
+
+    /// Camera frames of a scene before its first slide; nothing of other sources.
+    pub(super) fn frames_before_touch(&self, source: &str) -> Result<Option<u64>, Error> {
+        let Some(scene) = source.strip_prefix("scene:") else { return Ok(None) };
+        let options = OpenOptions { fps: self.fps, format: self.format, size: self.size, ..OpenOptions::default() };
+        let scene = Scene::new(&script(scene, &options)?).map_err(|error| error.about(source))?;
+        Ok(scene.truth().first().map(Truth::start_frame))
+    }
+}
+
+/// What is to be said of textures: where a recording's events had some and no model is given to name them again; where
+/// frames come at another rate than models are trained at.
+pub(super) fn doubts_of_textures(source: &dyn Source, info: &StreamInfo, given: &[ModelFile]) -> Option<String> {
+    let recorded = source.models();
+    let ratio = per_second(info.rate) / f64::from(info.rate.frames_added()) / per_second(FrameRate::NOMINAL);
+    if given.is_empty() {
+        let missing = !recorded.is_empty();
+        missing.then(|| format!("recorded with model {}: --model gives its textures", recorded.join("; ")))
+    } else {
+        (!(1.0 - RATE_OFF..=1.0 + RATE_OFF).contains(&ratio)).then(|| {
+            format!(
+                "textures may be wrong: features come {:.2} times a second, and models are trained at {} unless their \
+                 maker says otherwise",
+                ratio * per_second(FrameRate::NOMINAL),
+                per_second(FrameRate::NOMINAL)
+            )
+        })
+    }
+}
+
+/// Share of the nominal rate by which frames may come faster or slower without harm to textures.
+const RATE_OFF: f64 = 0.1;
+
+/// `30`, `29.97` or `30000/1001`.
+pub(super) fn frame_rate(text: &str) -> Result<FrameRate, String> {
+    let (numerator, denominator) = match text.split_once(['/', ':']) {
+        Some((numerator, denominator)) => (numerator.parse().ok(), denominator.parse().ok()),
+        None if text.bytes().all(|byte| byte.is_ascii_digit()) => (text.parse().ok(), Some(1)),
+        None => (thousandths(text), Some(1000)),
+    };
+    let rate =
+        numerator.zip(denominator).and_then(|(numerator, denominator)| FrameRate::new(numerator, denominator).ok());
+    rate.ok_or_else(|| {
+        format!(
+            "{text:?} is no frame rate, expected a number above 0 and below 4294967 such as 30, 29.97 or 30000/1001"
+        )
+    })
+}
+
+/// A decimal number in thousandths.
+fn thousandths(text: &str) -> Option<u32> {
+    let thousandths = (text.parse::<f64>().ok()? * 1000.0).round();
+    // False for NaN too.
+    (thousandths >= 1.0 && thousandths <= f64::from(u32::MAX)).then_some(thousandths as u32)
+}
+
+/// A four-character code; shorter ones are padded with spaces, as in `Y10 `.
+fn four_characters(text: &str) -> Result<[u8; 4], String> {
+    let bytes = text.as_bytes();
+    if bytes.is_empty() || bytes.len() > 4 || !bytes.iter().all(u8::is_ascii) {
+        return Err(format!("{text:?} is no four-character code, expected one such as YUYV, GREY or MJPG"));
+    }
+    let mut code = [b' '; 4];
+    code[..bytes.len()].copy_from_slice(bytes);
+    Ok(code)
+}
+
+/// `1280x720`.
+fn size(text: &str) -> Result<(u32, u32), String> {
+    let sides = text.split_once('x').and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
+    sides.ok_or_else(|| format!("{text:?} is no size, expected WIDTHxHEIGHT such as 1280x720"))
+}
+
+/// `exposure_time_absolute=200`.
+fn control(text: &str) -> Result<ControlSetting, String> {
+    let parts = text.split_once('=').and_then(|(name, value)| Some((name.trim(), value.trim().parse().ok()?)));
+    let (name, value) = parts
+        .filter(|(name, _)| !name.is_empty())
+        .ok_or_else(|| format!("{text:?} is no control, expected NAME=NUMBER such as exposure_time_absolute=200"))?;
+    Ok(ControlSetting { name: name.to_owned(), value })
+}

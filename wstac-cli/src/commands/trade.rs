@@ -1,0 +1,275 @@
+//! `wstac trade`: what speed costs in accuracy.
+
+mod choose;
+mod fade;
+
+use std::path::{Path, PathBuf};
+
+use super::output::{Stop, check_new, note};
+use wstac_host::config::Config;
+use wstac_host::error::Error;
+use wstac_host::whole_file;
+use wstac_tradeoff::budget::{Budget, By};
+use wstac_tradeoff::candidate::Candidate;
+use wstac_tradeoff::knobs::Setting;
+use wstac_tradeoff::prices::{Core, Prices};
+use wstac_tradeoff::row::{Row, rows};
+use wstac_tradeoff::slides::{MOST_SLIDES, QUICK_SLIDES, SENSORS, SLIDES, slides};
+use wstac_tradeoff::sweep::{self, Plan};
+use wstac_tradeoff::{host, map, plot, table, turned};
+
+/// Show what speed costs in accuracy, and choose a configuration by what may be spent
+///
+/// Every camera format, pixel stride, logarithm and texture model is run on the same simulated slides, of sensors that no model was
+/// trained on; what was found stands beside what it costs on boards, counted on emulated ones. With --budget nothing is run: the
+/// map that comes with wstac is asked.
+#[derive(Debug, clap::Args)]
+#[command(after_long_help = HELP)]
+#[expect(clippy::struct_excessive_bools, reason = "each is an option of its own")]
+pub(super) struct Arguments {
+    /// Write to this folder: trade.csv, trade.md, trade.svg, map.csv and base.toml; with --budget the configuration, with --fade fade.csv
+    /// and fade.md
+    #[arg(short, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+
+    /// Write over files that are there
+    #[arg(long, requires = "output")]
+    force: bool,
+
+    /// Slides of each of the 20 sensors: 40 unless given, 10 with --fade
+    #[arg(long, value_name = "1…110", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SLIDES)))]
+    slides: Option<u32>,
+
+    /// A quarter of the slides
+    #[arg(long, conflicts_with = "slides")]
+    quick: bool,
+
+    /// These texture models only, files or builtin:NAME, instead of all that come with wstac
+    #[arg(long = "model", value_name = "FILE.wsm")]
+    models: Vec<PathBuf>,
+
+    /// Everything that is no knob: a configuration file as for wstac run
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+
+    /// The core that tables and plots are for
+    #[arg(long, value_enum, default_value = "M4F", conflicts_with_all = ["verify", "fade"])]
+    core: Core,
+
+    /// Run nothing: read a map.csv of an earlier sweep, or "kept", the one that comes with wstac
+    #[arg(long, value_name = "FILE")]
+    map: Option<PathBuf>,
+
+    /// Time the settings and models of --map on this machine, in place of the times that it has
+    #[arg(long, requires = "map", conflicts_with = "budget")]
+    times: bool,
+
+    /// Prices that ci/prices counted, instead of those that come with wstac
+    #[arg(long, value_name = "prices.json", conflicts_with_all = ["verify", "fade"])]
+    prices: Option<PathBuf>,
+
+    /// Print the most accurate configuration that fits
+    #[arg(long, value_name = "TERMS")]
+    budget: Option<Budget>,
+
+    /// What is to be best
+    #[arg(long, value_enum, default_value = "specimen", requires = "budget")]
+    by: By,
+
+    /// Run the configuration in this folder, which --budget wrote, and compare with what was claimed
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["output", "budget", "map", "slides", "quick", "config", "models"])]
+    verify: Option<PathBuf>,
+
+    /// Show how answers decay as light fades, one knob turned at a time
+    #[arg(long, conflicts_with_all = ["budget", "map", "verify", "quick"])]
+    fade: bool,
+
+    /// Peak light in grey levels of 255, for --fade
+    #[arg(long, value_name = "LEVELS", value_delimiter = ',', requires = "fade", value_parser = level)]
+    light: Vec<f64>,
+}
+
+/// The configuration that a sweep was run with, beside its map.
+const BASE: &str = "base.toml";
+
+const HELP: &str = r"Terms of a budget, between commas:
+  M0<90000         instructions a frame, on M0, M3, M4F or M7; k and M are thousands and millions
+  M4F.event<200k   instructions an event: speed, direction and texture
+  flash<64K        bytes of the whole firmware with its model, on the cores that other terms name,
+                   or else on --core; K is 1024
+                   (64KB and 64KiB are the same)
+  ram<6K           bytes, the stack included, the buffer for rows not: 400 times 8 pixels more
+  frames<=40       frames from the first touch to the answer: a model that reads n frames answers about
+                   n - 10.5 after it; with --by speed or direction to the end of the sample, about 59.5,
+                   as they come with the whole of it, however early texture is
+  host<20us        ns, us or ms a frame on a host, host.event an event: of the machine that made the
+                   map, good to compare settings with each other
+  format=YUYV      GREY, RGB24, RGB565, BAYER8 (wstac run --format RGGB), YUYV (exact or linear),
+                   MJPEG; stride=2; ln=libm; model=svm, or none
+
+A core of 64 MHz, 30 frames a second, 10 % of the time, 1.75 cycles an instruction: about 122k instructions a frame.
+
+Examples:
+  wstac trade --budget 'M4F<60000,flash<64K'
+  wstac trade --budget 'M0<180k,M0.event<400k,flash<64K' --by direction -o small
+  wstac trade --verify small           runs it again: must find what was claimed, digit for digit,
+                                       and says what other sensors give
+  wstac trade -o found                 the whole sweep: minutes
+  wstac trade --quick --model my.wsm -o found
+  wstac trade --budget 'frames<=40' --map found/map.csv -o early
+
+MJPEG is judged by a quarter of the slides: a budget chooses it only where it is asked for or nothing else fits.
+
+Exit code: 2 for a budget that cannot be read, 1 where nothing fits or a claim does not hold.";
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    refuse_sweep(arguments);
+    if let Some(folder) = &arguments.verify {
+        return choose::verify(folder);
+    }
+    if let Some(budget) = &arguments.budget {
+        return choose::choose(arguments, budget);
+    }
+    let config = arguments.config.as_deref().map_or_else(|| Ok(Config::default()), Config::read)?;
+    if arguments.fade {
+        return fade::fade(arguments, &config);
+    }
+    check_new_all(arguments, &["trade.csv", "trade.md", "trade.svg", "map.csv", BASE])?;
+    let (prices, (_, base)) = (prices(arguments)?, base(arguments)?);
+    let (rows, models) = if let Some(path) = &arguments.map {
+        let mut rows = read(path)?;
+        let models = of_rows(&rows)?;
+        if arguments.times {
+            host::measure(&mut rows, &models, &config)?;
+        }
+        (rows, models)
+    } else {
+        let models = models(&arguments.models)?;
+        (swept(arguments, &config, &models)?, models)
+    };
+    let (pareto, knobs) =
+        (table::pareto(&rows, &prices, arguments.core), turned::one_at_a_time(&rows, &prices, arguments.core));
+    let text = format!("{pareto}\n{knobs}");
+    if let Some(folder) = &arguments.output {
+        std::fs::create_dir_all(folder).map_err(|error| Error::new(folder.display(), error))?;
+        write(folder, "trade.csv", &map::write_all(&rows, &models, &prices))?;
+        write(folder, "trade.md", &text)?;
+        write(folder, "trade.svg", &plot::draw(&rows, &models, &prices, arguments.core))?;
+        write(folder, "map.csv", &map::write(&rows))?;
+        write(folder, BASE, &base)?;
+    }
+    print(&text)
+}
+
+/// Ends the program where a sweep's options stand beside those that run nothing.
+fn refuse_sweep(arguments: &Arguments) {
+    let of_sweep = [
+        (!arguments.models.is_empty(), "--model"),
+        (arguments.config.is_some(), "--config"),
+        (arguments.slides.is_some(), "--slides"),
+        (arguments.quick, "--quick"),
+    ];
+    let Some((_, option)) = of_sweep.into_iter().find(|(given, _)| *given) else { return };
+    let (with, then) = match (&arguments.budget, &arguments.map) {
+        (Some(_), _) => ("--budget", "--budget … --map FOLDER/map.csv"),
+        (None, Some(_)) => ("--map", "--map FOLDER/map.csv"),
+        (None, None) => return,
+    };
+    let message = format!(
+        "{option} cannot be used with {with}, which runs nothing and reads a map: sweep first, \
+         wstac trade {option} … -o FOLDER, then wstac trade {then}\n"
+    );
+    clap::Error::raw(clap::error::ErrorKind::ArgumentConflict, message).exit();
+}
+
+/// Refuses a file where a folder is to be.
+fn check_folder(folder: &Path) -> Result<(), Error> {
+    if folder.exists() && !folder.is_dir() {
+        return Err(Error::new(folder.display(), "is a file, expected a folder, or a name that is free"));
+    }
+    Ok(())
+}
+
+/// Refuses to write over these files of the folder, unless forced to.
+fn check_new_all(arguments: &Arguments, names: &[&str]) -> Result<(), Error> {
+    let Some(folder) = &arguments.output else { return Ok(()) };
+    check_folder(folder)?;
+    if !folder.exists() {
+        return Ok(());
+    }
+    names.iter().try_for_each(|name| check_new(&folder.join(name), arguments.force))
+}
+
+/// What messages call the configuration that a sweep was run with, and its text: everything that is no knob.
+fn base(arguments: &Arguments) -> Result<(String, String), Error> {
+    let path = match (&arguments.config, &arguments.map) {
+        (Some(path), _) => path.clone(),
+        (None, Some(map)) if map != Path::new("kept") => map.with_file_name(BASE),
+        _ => return Ok((BASE.to_owned(), String::new())),
+    };
+    let name = path.display().to_string();
+    match std::fs::read_to_string(&path) {
+        Ok(text) => Ok((name, text)),
+        Err(error) if arguments.map.is_some() => {
+            let expected = "expected beside the map, as the sweep wrote it: the configuration that it was run with";
+            Err(Error::new(name, format_args!("{error}: {expected}")))
+        }
+        Err(error) => Err(Error::new(name, error)),
+    }
+}
+
+/// The models of a map's rows.
+fn of_rows(rows: &[Row]) -> Result<Vec<Candidate>, Error> {
+    let mut models: Vec<Candidate> = Vec::new();
+    for name in rows.iter().filter_map(|row| row.model.as_ref()) {
+        if models.iter().all(|model| model.name != *name) {
+            models.push(Candidate::named(Path::new(name))?);
+        }
+    }
+    Ok(models)
+}
+
+/// Runs every setting, then times them.
+fn swept(arguments: &Arguments, config: &Config, models: &[Candidate]) -> Result<Vec<Row>, Error> {
+    let of_each = if arguments.quick { QUICK_SLIDES } else { arguments.slides.unwrap_or(SLIDES) };
+    let (settings, slides) = (Setting::all(), slides(of_each));
+    let (all, every, count) = (slides.len(), settings.len(), models.len());
+    note(format_args!("{all} slides of {SENSORS} sensors, {every} settings, {count} models"));
+    let plan = Plan { config, settings: &settings, models, slides: &slides, light: 1.0 };
+    let mut rows = rows(&plan, &sweep::run(&plan)?);
+    host::measure(&mut rows, models, config)?;
+    Ok(rows)
+}
+
+/// A map of an earlier sweep, or the one that comes with the program.
+fn read(path: &Path) -> Result<Vec<Row>, Error> {
+    if path == Path::new("kept") {
+        return map::kept();
+    }
+    let text = std::fs::read_to_string(path).map_err(|error| Error::new(path.display(), error))?;
+    map::read(&path.display().to_string(), &text)
+}
+
+fn prices(arguments: &Arguments) -> Result<Prices, Error> {
+    let Some(path) = &arguments.prices else { return Prices::kept() };
+    let text = std::fs::read_to_string(path).map_err(|error| Error::new(path.display(), error))?;
+    Prices::read(&path.display().to_string(), &text)
+}
+
+fn models(named: &[PathBuf]) -> Result<Vec<Candidate>, Error> {
+    if named.is_empty() { Candidate::all_built_in() } else { named.iter().map(|name| Candidate::named(name)).collect() }
+}
+
+fn write(folder: &Path, name: &str, text: &str) -> Result<(), Error> {
+    whole_file::write(&folder.join(name), text)
+}
+
+fn print(text: &str) -> Result<(), Stop> {
+    Ok(std::io::Write::write_all(&mut std::io::stdout(), text.as_bytes())?)
+}
+
+/// A level of light.
+fn level(text: &str) -> Result<f64, String> {
+    let level = text.parse().ok().filter(|level| (0.001..=1000.0).contains(level));
+    level.ok_or_else(|| format!("{text:?} is no level of light, expected 0.001 to 1000 grey levels"))
+}

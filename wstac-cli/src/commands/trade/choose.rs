@@ -1,0 +1,67 @@
+//! `wstac trade --budget` and `--verify`: a configuration by what may be spent, and whether its claim holds.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use super::{Arguments, base, check_new_all, prices, print, read};
+use crate::commands::output::Stop;
+use wstac_host::error::Error;
+use wstac_tradeoff::budget::{Budget, best};
+use wstac_tradeoff::candidate::Candidate;
+use wstac_tradeoff::chosen::{self, CLAIM, Chosen, FILES};
+use wstac_tradeoff::{map, table};
+
+/// What a choice's accuracy is not.
+const BIAS: &str = "\
+A best of many is partly the best by chance: expect a little less (--verify runs other sensors, too). MJPEG, judged by a quarter of the
+slides, is chosen only where it is asked for or nothing else fits.
+";
+
+pub(super) fn choose(arguments: &Arguments, budget: &Budget) -> Result<(), Stop> {
+    let rows = read(arguments.map.as_deref().unwrap_or(Path::new("kept")))?;
+    if let Err(error) = budget.check_model(&rows) {
+        // As any other term that cannot be used.
+        clap::Error::raw(clap::error::ErrorKind::ValueValidation, format!("--budget: {error}\n")).exit();
+    }
+    let prices = prices(arguments)?;
+    let choice = best(&rows, budget, arguments.by, &prices, arguments.core);
+    let choice = choice.map_err(|nothing| Error::new("--budget", nothing))?;
+    let row = choice.best;
+    let model = row.model.as_ref().map(|name| Candidate::named(Path::new(name))).transpose()?;
+    let cores = budget.cores(arguments.core);
+    let mut text = table::all(row, model.as_slice(), &prices);
+    if let Some(nearly) = choice.nearly {
+        text.push_str(&table::nearly(nearly, &prices, &cores));
+    }
+    text.push_str(BIAS);
+    if let Some(folder) = &arguments.output {
+        check_new_all(arguments, &FILES)?;
+        let (name, base) = base(arguments)?;
+        let config = chosen::config(&row.setting, &base).map_err(|error| Error::new(name, error))?;
+        let commands = chosen::write(folder, row, model.as_ref(), &prices, &cores, &config)?;
+        // Writing to a string does not fail.
+        let _ = write!(text, "\nIn {} (build.txt):\n{commands}", folder.display());
+    }
+    print(&text)
+}
+
+pub(super) fn verify(folder: &Path) -> Result<(), Stop> {
+    let chosen = Chosen::read(folder)?;
+    let again = chosen.again()?;
+    let (found, claim) = (map::found(&again), map::found(&chosen.claim));
+    print(&format!("claimed {claim}\nfound   {found}\n"))?;
+    if found != claim {
+        let message = format!("claims {}, expected the same", map::differences(&chosen.claim, &again));
+        return Err(Error::new(folder.join(CLAIM).display(), message).into());
+    }
+    let fresh = chosen.fresh()?;
+    let right = |accuracy: [Option<wstac_tradeoff::statistics::Interval>; 3]| {
+        let specimen = accuracy[0].map(|of| format!("{:.1} % right ({:.1} … {:.1})", of.mean, of.low, of.high));
+        specimen.unwrap_or_else(|| "no specimens told".to_owned())
+    };
+    let (old, new) = (right(chosen.claim.found.accuracy), right(fresh.found.accuracy));
+    let (slides, wrong) = (fresh.found.slides, fresh.found.direction_errors);
+    print(&format!(
+        "on {slides} slides of sensors that it was not chosen by: {new}, {wrong} directions wrong; claimed: {old}\n"
+    ))
+}

@@ -1,0 +1,26 @@
+//! The `wstac` command.
+
+mod commands;
+mod fit_figure;
+mod view;
+
+use std::process::ExitCode;
+
+use wstac_host::error::Error;
+use wstac_host::source::Source;
+use wstac_host::source::open::{OpenOptions, SourceKind};
+
+/// The kinds of sources of this program beside files: a line for each.
+const SOURCE_KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];
+
+/// Opens a source of any kind by its name.
+fn open(name: &str, options: &OpenOptions) -> Result<Box<dyn Source>, Error> {
+    wstac_host::source::open::open(name, options, SOURCE_KINDS)
+}
+
+fn main() -> ExitCode {
+    commands::main()
+}
+
+#[cfg(test)]
+mod open_tests;

@@ -1,0 +1,258 @@
+//! What is on the screen: a scene played into a terminal of a given size.
+
+use std::path::PathBuf;
+use std::sync::Mutex;
+
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ratatui::style::Color;
+
+use super::super::player::{Player, locked};
+use super::*;
+use crate::open;
+use crate::view::recording::Recordings;
+use crate::view::state::Phase;
+use wstac_host::config::Config;
+use wstac_host::reading::{Reading, Wanted};
+use wstac_host::record;
+use wstac_host::source::StreamInfo;
+use wstac_host::source::open::OpenOptions;
+
+/// The state after this many items of a scene of small frames.
+fn after(scene: &str, items: u32) -> State {
+    let options = OpenOptions { size: Some((320, 180)), ..OpenOptions::default() };
+    let mut source = open(scene, &options).unwrap();
+    let info = source.info().clone();
+    let wanted = Wanted { features: true, samples: false };
+    let mut reading = Reading::new(&info, &Config::default(), wanted).unwrap();
+    let mut recordings = recordings(&info, None);
+    let (mut player, state) = Player::new(source.as_mut(), &info, &mut reading, &mut recordings, false);
+    let state = Mutex::new(state);
+    for _ in 0..items {
+        player.step(&state, true).unwrap();
+    }
+    locked(&state).clone()
+}
+
+fn recordings(info: &StreamInfo, named: Option<PathBuf>) -> Recordings {
+    let about = record::about::About::new(info, &Config::default(), record::about::Labels::default(), Vec::new());
+    Recordings::new(about, named, |record| format!("{record:?}"))
+}
+
+/// What a terminal of this size shows, a line a row.
+fn screen(state: &State, colours: Colours, with_help: bool, [width, height]: [u16; 2]) -> (Vec<String>, Buffer) {
+    let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
+    terminal
+        .draw(|frame| {
+            let area = frame.area();
+            draw(state, colours, with_help, area, frame.buffer_mut());
+        })
+        .unwrap();
+    let buffer = terminal.backend().buffer().clone();
+    let row = |y| (0..width).map(|x| buffer[(x, y)].symbol()).collect::<String>();
+    ((0..height).map(row).collect(), buffer)
+}
+
+fn count(lines: &[String], text: &str) -> usize {
+    lines.iter().map(|line| line.matches(text).count()).sum()
+}
+
+#[test]
+fn all_panels_of_a_slide_are_there() {
+    let state = after("scene:Saw3@150,90deg", 120);
+    let (lines, _) = screen(&state, Colours::True, false, [80, 24]);
+    let all = lines.join("\n");
+    assert!(lines[0].starts_with("wstac view  scene: Saw3 at 150 mm/s, 90 degrees"), "{all}");
+    for text in
+        ["picture, white: ", "taxels, % of full scale", "watching", "30 fps, nominal", "frame   120", "events  1"]
+    {
+        assert_eq!(count(&lines, text), 1, "{text}\n{all}");
+    }
+    assert!(count(&lines, "▀") > 300, "{all}");
+    for name in ["r1", "r5", "c1", "c5"] {
+        assert_eq!(count(&lines, name), 1, "{name}\n{all}");
+    }
+    let event = lines.iter().find(|line| line.contains("mm/s  ")).unwrap();
+    assert!(event.starts_with("     35  1") && event.contains(" ↑  90°  0.98  lit 27"), "{all}");
+    assert!(lines[23].starts_with("q quit  z re-zero  r record  space pause  ? help"), "{all}");
+}
+
+#[test]
+fn the_baseline_then_watching_then_an_event_then_the_end() {
+    let phase = |items| after("scene:Saw3@150", items).phase;
+    assert_eq!(phase(10), Phase::Baseline(10, 25));
+    assert_eq!(phase(25), Phase::Watching);
+    assert_eq!(phase(60), Phase::Capturing(25));
+    assert_eq!(phase(200), Phase::Ended);
+    let state = after("scene:Saw3@150", 60);
+    assert!(screen(&state, Colours::True, false, [80, 24]).0.iter().any(|line| line.contains("event 25/70")));
+    // At 20 columns, too.
+    assert!(screen(&state, Colours::True, false, [20, 5]).0[1].starts_with("event 25/70"), "narrow");
+}
+
+#[test]
+fn no_size_is_too_small_and_none_too_large() {
+    let states = [after("scene:Saw3@150", 0), after("scene:Saw3@150", 70), after("scene:Saw3@150", 200)];
+    for state in &states {
+        for colours in [Colours::None, Colours::Few, Colours::Many, Colours::True] {
+            for size in [[1, 1], [20, 5], [3, 60], [200, 2], [59, 19], [60, 20], [61, 21], [80, 24], [300, 100]] {
+                let with_help = size[0] % 2 == 0;
+                screen(state, colours, with_help, size);
+                screen(state, colours, !with_help, size);
+            }
+        }
+    }
+}
+
+#[test]
+fn lit_taxels_are_bright_on_the_map() {
+    let mut state = after("scene:Saw3@150", 70);
+    let mut taxels = [0.001; 25];
+    // Row 2, column 4.
+    taxels[8] = 0.5;
+    state.peak = 0.02;
+    state.set_taxels(Some(taxels));
+    let (lines, buffer) = screen(&state, Colours::True, false, [80, 24]);
+    let (y, line) = lines.iter().enumerate().skip(2).find(|(_, line)| line.contains(" 50 ")).unwrap();
+    let x = line.find(" 50 ").map(|at| line[..at].chars().count()).unwrap();
+    let bright = buffer[(x as u16 + 1, y as u16)].bg;
+    let dark = buffer[(x as u16 - 4, y as u16)].bg;
+    assert_eq!(bright, Colours::True.light(1.0));
+    assert!(matches!(dark, Color::Rgb(_, g, _) if g < 60), "{dark:?}");
+    // Without colours the number stands out by itself.
+    let (lines, buffer) = screen(&state, Colours::None, false, [80, 24]);
+    assert!(lines.iter().any(|line| line.contains(" 50 ")));
+    assert!(buffer.content().iter().all(|cell| cell.fg == Color::Reset && cell.bg == Color::Reset));
+}
+
+#[test]
+fn a_trace_above_its_threshold_looks_otherwise() {
+    let mut state = after("scene:Saw3@150", 30);
+    state.traces.clear();
+    state.thresholds = Some([-3.0; 10]);
+    for frame in 0..40 {
+        let mut features = [-4.5; 10];
+        features[2] = if frame >= 20 { -1.0 } else { -4.5 };
+        state.add_trace((frame != 10).then_some(features));
+    }
+    let (lines, buffer) = screen(&state, Colours::True, false, [100, 40]);
+    let row = |name: &str| lines.iter().position(|line| line.starts_with(name)).unwrap() as u16;
+    let colours = |name: &str| {
+        let y = row(name);
+        (0..46_u16).flat_map(|x| [y - 1, y, y + 1].map(|y| buffer[(x, y)].fg)).collect::<Vec<_>>()
+    };
+    assert!(colours("r3").contains(&Colours::True.lit()));
+    assert!(!colours("r1").contains(&Colours::True.lit()));
+    assert!(colours("r1").contains(&Colours::True.warning()), "the threshold");
+    let all = lines.join("\n");
+    assert!(all.contains("-1.00") && all.contains("-4.50"), "{all}");
+}
+
+#[test]
+fn help_and_faults_can_be_read() {
+    let mut state = after("scene:Saw3@150", 30);
+    let (lines, _) = screen(&state, Colours::None, true, [80, 24]);
+    assert!(lines.iter().any(|line| line.starts_with("z       re-zero")), "{lines:#?}");
+    state.say(About::Trouble, "     30  disconnected: the camera is gone".into());
+    state.phase = Phase::Failed("/dev/video0: no frame for 5 s: check the cable".into());
+    let (lines, _) = screen(&state, Colours::None, false, [80, 24]);
+    let all = lines.join("\n");
+    assert!(
+        all.contains("FAILED") && all.contains("disconnected: the camera is gone") && all.contains("check"),
+        "{all}"
+    );
+}
+
+#[test]
+fn re_zero_gathers_a_new_baseline() {
+    let mut source = open("scene:Saw3@150", &OpenOptions::default()).unwrap();
+    let info = source.info().clone();
+    let wanted = Wanted { features: true, samples: false };
+    let mut reading = Reading::new(&info, &Config::default(), wanted).unwrap();
+    let mut recordings = recordings(&info, None);
+    let (mut player, state) = Player::new(source.as_mut(), &info, &mut reading, &mut recordings, false);
+    let state = Mutex::new(state);
+    (0..50).for_each(|_| assert_eq!(player.step(&state, false).unwrap(), 1));
+    assert!(matches!(locked(&state).phase, Phase::Capturing(_)));
+    player.rezero(&state);
+    {
+        let state = locked(&state);
+        assert_eq!((&state.phase, state.frame, state.thresholds), (&Phase::Baseline(0, 25), 50, None));
+        assert!(
+            state.entries[0].text.contains("50  re-zero") && state.entries[1].text.contains("35  given up after 15")
+        );
+    }
+    (0..25).for_each(|_| assert_eq!(player.step(&state, false).unwrap(), 1));
+    // The specimen was on the sensor: said so.
+    let state = locked(&state);
+    assert_eq!(state.phase, Phase::Watching);
+    assert!(state.entries[0].text.contains("baseline was not quiet"), "{:?}", state.entries);
+}
+
+#[test]
+fn a_recording_starts_afresh_and_gives_the_same_events_again() {
+    let path = std::env::temp_dir().join(format!("wstac-view-{}.mcap", std::process::id()));
+    let options = OpenOptions { size: Some((320, 180)), ..OpenOptions::default() };
+    let wanted = Wanted { features: true, samples: false };
+    let mut source = open("scene:Saw3@150,90deg", &options).unwrap();
+    let info = source.info().clone();
+    let mut reading = Reading::new(&info, &Config::default(), wanted).unwrap();
+    let mut made = recordings(&info, Some(path.clone()));
+    let (mut player, state) = Player::new(source.as_mut(), &info, &mut reading, &mut made, false);
+    let state = Mutex::new(state);
+    (0..5).for_each(|_| assert_eq!(player.step(&state, false).unwrap(), 1));
+    player.record(&state);
+    (0..120).for_each(|_| assert_eq!(player.step(&state, false).unwrap(), 1));
+    {
+        let state = locked(&state);
+        assert_eq!(state.rec.as_ref().map(|rec| rec.frames), Some(120));
+        let (lines, _) = screen(&state, Colours::True, false, [200, 24]);
+        assert!(lines[0].starts_with("● REC ") && lines[0].contains(".mcap, 120 frames, "), "{lines:#?}");
+        assert_eq!(count(&lines, "r end recording"), 1, "{lines:#?}");
+    }
+    player.rezero(&state);
+    assert!(locked(&state).entries[0].text.starts_with("no re-zero in a recording"));
+    player.record(&state);
+    assert_eq!(locked(&state).rec, None);
+    assert!(locked(&state).entries[0].text.contains(": 120 frames recorded, "), "{:?}", locked(&state).entries);
+
+    let mut again = open(path.to_str().unwrap(), &OpenOptions::default()).unwrap();
+    let info = again.info().clone();
+    let mut reading = Reading::new(&info, &Config::default(), wanted).unwrap();
+    let mut none = recordings(&info, None);
+    let (mut player, replay) = Player::new(again.as_mut(), &info, &mut reading, &mut none, false);
+    let replay = Mutex::new(replay);
+    while player.goes_on() {
+        player.step(&replay, false).unwrap();
+    }
+    std::fs::remove_file(&path).unwrap();
+    let event = |state: &Mutex<State>, zero: u64| {
+        let entries = locked(state).entries.clone();
+        let text = entries.into_iter().find(|entry| entry.about == About::Event).unwrap().text;
+        let (frame, rest) = text.trim_start().split_once(' ').unwrap();
+        (frame.parse::<u64>().unwrap() - zero, rest.to_owned())
+    };
+    // The view had read five frames before.
+    assert_eq!(locked(&replay).frame, 120);
+    assert_eq!(event(&state, 5), event(&replay, 0));
+}
+
+#[test]
+fn taxels_alone_are_not_recorded() {
+    let path = std::env::temp_dir().join(format!("wstac-view-{}.toml", std::process::id()));
+    std::fs::write(&path, "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"\n").unwrap();
+    let source = open(&format!("scene:{}", path.display()), &OpenOptions::default());
+    std::fs::remove_file(&path).unwrap();
+    let mut source = source.unwrap();
+    let info = source.info().clone();
+    assert!(info.taxels_only);
+    let mut reading = Reading::new(&info, &Config::default(), Wanted::default()).unwrap();
+    let mut made = recordings(&info, None);
+    let (mut player, state) = Player::new(source.as_mut(), &info, &mut reading, &mut made, false);
+    let state = Mutex::new(state);
+    player.record(&state);
+    player.step(&state, false).unwrap();
+    let state = locked(&state);
+    assert_eq!(state.rec, None);
+    assert!(state.entries[0].text.contains("a recording is of frames"), "{:?}", state.entries);
+}

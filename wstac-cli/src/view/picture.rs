@@ -1,0 +1,134 @@
+//! A small picture of a frame, in green light, of any pixel format.
+
+use wstac_core::frame::{Rows, Run, Stride};
+use wstac_core::green::Green;
+use wstac_core::green::any::{Any, YcbcrMethod};
+use wstac_core::layout::FrameSize;
+
+use wstac_host::source::StreamInfo;
+
+/// Widest and highest a picture is kept: more than a terminal shows.
+const MOST: [u32; 2] = [240, 160];
+/// Rows of a pixel's block that are looked at: light at whiskers' bases is smooth.
+const ROWS: u32 = 4;
+
+/// A frame in few pixels.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Picture {
+    /// Width and height in its own pixels, each at least 1.
+    pub(super) size: [usize; 2],
+    /// Green light of each pixel, row by row, as a share of full scale.
+    pub(super) light: Vec<f32>,
+}
+
+/// Makes pictures of a stream's frames.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sampler {
+    green: Any,
+    size: FrameSize,
+    bytes_per_row: usize,
+    /// Side of the block that becomes one pixel.
+    block: u32,
+}
+
+impl Sampler {
+    /// For frames as `info` describes them.
+    pub(super) fn new(info: &StreamInfo) -> Self {
+        // Linear: what is shown is rounded to a few colours anyway.
+        let green = Any::new(info.format, info.colour, YcbcrMethod::Linear);
+        let (width, height) = (u32::from(info.size.width()), u32::from(info.size.height()));
+        let block = width.div_ceil(MOST[0]).max(height.div_ceil(MOST[1]));
+        // Whole cells of subsampled formats.
+        let block = if block > 1 || green.cell() > 1 { block.next_multiple_of(2) } else { block };
+        Self { green, size: info.size, bytes_per_row: info.bytes_per_row as usize, block }
+    }
+
+    /// The picture of a frame; bytes that are not there are dark.
+    pub(super) fn picture(&self, bytes: &[u8]) -> Picture {
+        let rows = Rows::of_frame(bytes, self.bytes_per_row, self.size.height());
+        let [width, height] =
+            [self.size.width(), self.size.height()].map(|side| (u32::from(side) / self.block).max(1) as usize);
+        let light = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let light = light.map(|(x, y)| self.light(&rows, x as u32 * self.block, y as u32 * self.block)).collect();
+        Picture { size: [width, height], light }
+    }
+
+    /// Mean light of the block at (`x`, `y`).
+    fn light(&self, rows: &Rows<'_>, x: u32, y: u32) -> f32 {
+        let cell = u32::from(self.green.cell());
+        let within = |from: u32, most: u32, side: u16| most.min(u32::from(side) - from) / cell * cell;
+        let (width, height) =
+            (within(x, self.block, self.size.width()), within(y, ROWS.min(self.block), self.size.height()));
+        let counted = width * height / cell;
+        let mut sum = Default::default();
+        let run = Run { y: y as u16, x: x as u16, width: width as u16, stride: Stride::One };
+        self.green.add_block(&mut sum, rows, run, height as u16);
+        let full = (self.green.full_scale() * counted).max(1);
+        self.green.total(&sum, counted) as f32 / full as f32
+    }
+}
+
+impl Picture {
+    /// The picture in `width` × `height` pixels: the mean of those that fall into each.
+    pub(super) fn scaled(&self, [width, height]: [usize; 2]) -> Vec<f32> {
+        let [own_width, own_height] = self.size;
+        let range = |at: usize, count: usize, own: usize| {
+            let from = at * own / count.max(1);
+            from..((at + 1) * own / count.max(1)).max(from + 1).min(own)
+        };
+        let mean = |x: usize, y: usize| {
+            let columns = range(x, width, own_width);
+            let rows = range(y, height, own_height);
+            let count = (columns.len() * rows.len()).max(1);
+            let sum: f32 = rows.flat_map(|row| &self.light[row * own_width..][columns.clone()]).sum();
+            sum / count as f32
+        };
+        (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| mean(x, y)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::open;
+    use wstac_host::source::Item;
+    use wstac_host::source::open::OpenOptions;
+
+    /// The picture of a frame in the middle of a slide, in a format, and its mean light.
+    fn lit(format: &str) -> (Picture, f32) {
+        let format = format.as_bytes().try_into().ok();
+        let options = OpenOptions { format, size: Some((200, 160)), ..OpenOptions::default() };
+        let mut source = open("scene:Saw3@150", &options).unwrap();
+        let sampler = Sampler::new(source.info());
+        for _ in 0..59 {
+            source.next().unwrap();
+        }
+        let Item::Frame { bytes, .. } = source.next().unwrap() else { panic!("no frame") };
+        let picture = sampler.picture(bytes);
+        let light = picture.light.iter().sum::<f32>() / picture.light.len() as f32;
+        (picture, light)
+    }
+
+    #[test]
+    fn every_format_shows_the_same_picture() {
+        let (grey, light) = lit("GREY");
+        assert_eq!((grey.size, grey.light.len()), ([200, 160], 200 * 160));
+        assert!(light > 0.01, "{light}");
+        for format in ["Y16 ", "RGGB", "YUYV", "NV12", "YU12", "RGBP", "RGB3"] {
+            let (picture, light_there) = lit(format);
+            let side = if format == "RGGB" { [100, 80] } else { [200, 160] };
+            assert_eq!(picture.size, side, "{format}");
+            assert!((light_there - light).abs() < 0.15 * light, "{format}: {light_there}, expected {light}");
+            let [a, b] = [&grey, &picture].map(|picture| picture.scaled([20, 16]));
+            let most = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            assert!(most < 0.1, "{format}: off by {most}");
+        }
+    }
+
+    #[test]
+    fn missing_bytes_are_dark() {
+        let source = open("scene:Saw3@150", &OpenOptions::default()).unwrap();
+        let picture = Sampler::new(source.info()).picture(&vec![255; 1280 * 100]);
+        assert!(picture.light[0] > 0.99 && picture.light.last() == Some(&0.0));
+    }
+}

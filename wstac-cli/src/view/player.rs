@@ -1,0 +1,214 @@
+//! A source read item by item, and what the screen shows of it.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use wstac_core::params::FEATURE_ONE;
+
+use super::clock::RateMeter;
+use super::picture::Sampler;
+use super::recording::Recordings;
+use super::state::{About, HISTORY, Phase, State};
+use wstac_host::camera::modes::fps;
+use wstac_host::error::Error;
+use wstac_host::reading::{BASELINE_DISTURBED, IncompleteRecord, Reading, Record};
+use wstac_host::source::{Item, Source, StreamInfo};
+
+/// The state, whatever became of a thread that had it.
+pub(super) fn locked(state: &Mutex<State>) -> MutexGuard<'_, State> {
+    state.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Reads a source and keeps the state up to date.
+pub(super) struct Player<'p, 'm> {
+    source: &'p mut dyn Source,
+    reading: &'p mut Reading<'m>,
+    /// Nothing where the source makes no pixels.
+    sampler: Option<Sampler>,
+    recordings: &'p mut Recordings,
+    meter: RateMeter,
+    /// Feature frame that the baseline starts with.
+    zero: u64,
+    ended: bool,
+}
+
+impl<'p, 'm> Player<'p, 'm> {
+    /// A player, and what is shown before the first frame. `reading` gives features.
+    pub(super) fn new(
+        source: &'p mut dyn Source,
+        info: &StreamInfo,
+        reading: &'p mut Reading<'m>,
+        recordings: &'p mut Recordings,
+        live: bool,
+    ) -> (Self, State) {
+        let sampler = (!info.taxels_only).then(|| Sampler::new(info));
+        let state = State::new(info.about.clone(), live, *reading.camera().layout(), fps(info.rate));
+        (Self { source, reading, sampler, recordings, meter: RateMeter::default(), zero: 0, ended: false }, state)
+    }
+
+    /// Whether there is more to come.
+    pub(super) fn goes_on(&self) -> bool {
+        !self.ended
+    }
+
+    /// Takes the next item; how many frames of time have passed. `picture` asks for its picture.
+    ///
+    /// # Errors
+    /// The source's; the state says so, and nothing more comes.
+    pub(super) fn step(&mut self, state: &Mutex<State>, picture: bool) -> Result<u64, Error> {
+        if self.ended {
+            return Ok(0);
+        }
+        let item = match self.source.next() {
+            Ok(item) => item,
+            Err(error) => {
+                self.ended = true;
+                let mut state = locked(state);
+                // The source's error is what is shown, whatever the end of its stream was.
+                let _ = self.reading.finish(|record| {
+                    self.recordings.record(&record);
+                    state.take(&record);
+                    Ok::<(), Error>(())
+                });
+                state.phase = Phase::Failed(error.to_string());
+                say_ended(self.recordings, &mut state);
+                return Err(error);
+            }
+        };
+        let mut notes = Vec::new();
+        if self.recordings.asked && matches!(item, Item::Frame { .. }) {
+            self.recordings.asked = false;
+            let started = self.reading.restart().map_err(|error| error.to_string()).and_then(|sample| {
+                notes.extend(sample.map(given_up));
+                self.zero = self.reading.trigger().next_frame();
+                self.recordings.start(self.reading)
+            });
+            notes.extend(started.err());
+        }
+        self.recordings.item(&item);
+        let mut passed = 1;
+        let mut shown = None;
+        match &item {
+            Item::Frame { bytes, timestamp, .. } => {
+                self.meter.take(*timestamp);
+                shown = self.sampler.filter(|_| picture).map(|sampler| sampler.picture(bytes));
+            }
+            Item::Taxels(_) => self.meter.take(None),
+            Item::Lost { frames, .. } => {
+                passed = *frames;
+                self.meter.lose(*frames);
+            }
+            Item::Fault(_) | Item::Waiting | Item::End => passed = 0,
+        }
+        let (before, mut features, mut records) = (self.reading.trigger().next_frame(), Vec::new(), Vec::new());
+        let dropped = if let Item::Lost { frames, .. } = item { frames } else { 0 };
+        let taken = self.reading.take(&item, |record| {
+            self.recordings.record(&record);
+            match record {
+                Record::Features { f, .. } => features.push(f.map(|feature| feature as f32)),
+                record => records.push(record),
+            }
+            Ok::<(), Error>(())
+        });
+        self.ended = !taken?;
+        let must_end = self.recordings.must_end(&item, self.reading);
+        let now = self.reading.trigger().next_frame();
+        let mut state = locked(state);
+        for note in notes {
+            state.say(About::Trouble, note);
+        }
+        state.dropped = state.dropped.saturating_add(dropped);
+        if !state.frozen() && passed > 0 {
+            // Frames of which no features came.
+            let lost = (now - before).saturating_sub(features.len() as u64).min(HISTORY as u64);
+            (0..lost).for_each(|_| state.add_trace(None));
+            for features in features {
+                state.add_trace(Some(features));
+            }
+            state.set_taxels(self.reading.taxels());
+            state.picture = shown.or(state.picture.take());
+        }
+        self.update(&mut state);
+        for record in &records {
+            state.take(record);
+        }
+        if self.reading.baseline_disturbed() {
+            state.say(About::Trouble, format!("{now:>7}  {BASELINE_DISTURBED}"));
+        }
+        if must_end {
+            say_ended(self.recordings, &mut state);
+        }
+        Ok(passed)
+    }
+
+    /// Gathers a new baseline.
+    pub(super) fn rezero(&mut self, state: &Mutex<State>) {
+        if self.ended {
+            return;
+        }
+        let mut state = locked(state);
+        if state.rec.is_some() {
+            // What is read again from its file has no such key.
+            return state
+                .say(About::Note, "no re-zero in a recording: r ends it, r starts one with a new baseline".into());
+        }
+        if let Some(sample) = self.reading.rezero() {
+            state.say(About::Trouble, given_up(sample));
+        }
+        self.zero = self.reading.trigger().next_frame();
+        state.say(About::Note, format!("{:>7}  re-zero: a new baseline, keep everything off the sensor", self.zero));
+        self.update(&mut state);
+    }
+
+    /// Starts a recording with the next frame, or ends the one under way.
+    pub(super) fn record(&mut self, state: &Mutex<State>) {
+        if locked(state).rec.is_some() {
+            return self.end_recording(state);
+        }
+        let mut state = locked(state);
+        let (about, text) = match self.recordings.why_not() {
+            Some(why) => (About::Trouble, format!("no recording: {why}")),
+            None if self.ended => (About::Trouble, "no recording: the source is at its end".into()),
+            None => {
+                self.recordings.asked = true;
+                (About::Note, "recording: a new baseline, keep everything off the sensor".into())
+            }
+        };
+        state.say(about, text);
+    }
+
+    /// Ends the recording under way, if there is one; its file is whole then.
+    pub(super) fn end_recording(&mut self, state: &Mutex<State>) {
+        self.recordings.asked = false;
+        say_ended(self.recordings, &mut locked(state));
+    }
+
+    /// What the trigger and the source say of themselves.
+    fn update(&mut self, state: &mut State) {
+        let trigger = self.reading.trigger();
+        let window = f32::from(trigger.config().window());
+        let real = |sum: i32| sum as f32 / FEATURE_ONE as f32 / window;
+        state.frame = trigger.next_frame();
+        state.thresholds = trigger.thresholds().map(|thresholds| thresholds.map(real));
+        state.phase = match (trigger.baseline(), trigger.end().incomplete) {
+            (None, _) => Phase::Baseline(state.frame - self.zero, u64::from(trigger.config().baseline_frames())),
+            (_, Some(sample)) => Phase::Capturing(sample.frames),
+            _ => Phase::Watching,
+        };
+        state.fps = self.meter.fps();
+        state.behind = self.source.behind();
+        state.rec = self.recordings.shown();
+    }
+}
+
+/// Ends the recording under way and says what became of it.
+fn say_ended(recordings: &mut Recordings, state: &mut State) {
+    if let Some((whole, text)) = recordings.end() {
+        state.say(if whole { About::Note } else { About::Trouble }, text);
+    }
+    state.rec = None;
+}
+
+/// What is said of an event that a new baseline ended.
+fn given_up(sample: IncompleteRecord) -> String {
+    format!("{:>7}  given up after {} of 70 frames", sample.frame, sample.frames)
+}

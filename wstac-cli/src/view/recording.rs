@@ -1,0 +1,157 @@
+//! Recordings that a key starts and ends while a source is watched.
+
+use std::fs::File;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use super::state::Rec;
+use wstac_host::error::Error;
+use wstac_host::reading::{Reading, Record};
+use wstac_host::record::Recorder;
+use wstac_host::record::about::About;
+use wstac_host::source::Item;
+
+/// Names that are tried before a folder is given up.
+const MOST_NAMES: u32 = 9999;
+
+/// What recordings are made with, and the one under way.
+pub struct Recordings {
+    /// What a recording says of itself; or why there is none.
+    about: Result<About, Error>,
+    named: Option<PathBuf>,
+    words: fn(&Record) -> String,
+    running: Option<Running>,
+    /// The next frame is to be a recording's first.
+    pub(super) asked: bool,
+    said: Vec<String>,
+}
+
+/// A recording under way.
+struct Running {
+    recorder: Recorder,
+    path: PathBuf,
+    /// Feature frame that it starts with.
+    zero: u64,
+    frames: u64,
+    lost: u64,
+}
+
+impl Recordings {
+    /// `about` says what a recording says of itself, or why there can be none; `named` is the first one's file, otherwise it
+    /// is `wstac-N.mcap`; `words` are a record's for a person.
+    pub fn new(about: Result<About, Error>, named: Option<PathBuf>, words: fn(&Record) -> String) -> Self {
+        Self { about, named, words, running: None, asked: false, said: Vec::new() }
+    }
+
+    /// What became of the recordings, a line each.
+    pub fn said(&self) -> &[String] {
+        &self.said
+    }
+
+    /// Why there can be no recording.
+    pub(super) fn why_not(&self) -> Option<String> {
+        self.about.as_ref().err().map(ToString::to_string)
+    }
+
+    /// What the screen says of the one under way.
+    pub(super) fn shown(&self) -> Option<Rec> {
+        self.running.as_ref().map(|running| Rec {
+            name: running.path.display().to_string(),
+            frames: running.frames,
+            waiting: running.recorder.waiting(),
+        })
+    }
+
+    /// Starts one in a new file; `reading` has just been restarted.
+    pub(super) fn start(&mut self, reading: &Reading<'_>) -> Result<(), String> {
+        let Ok(about) = &self.about else { return Ok(()) };
+        let (file, path) = new_file(self.named.as_deref()).map_err(|error| error.to_string())?;
+        let recorder = Recorder::new(file, &path, about, reading).map_err(|error| error.to_string())?;
+        self.running = Some(Running { recorder, path, zero: reading.trigger().next_frame(), frames: 0, lost: 0 });
+        Ok(())
+    }
+
+    /// Takes an item before the reading does.
+    pub(super) fn item(&mut self, item: &Item<'_>) {
+        let Some(running) = &mut self.running else { return };
+        match item {
+            Item::Frame { .. } => running.frames += 1,
+            Item::Lost { frames, .. } => running.lost = running.lost.saturating_add(*frames),
+            _ => {}
+        }
+        running.recorder.item(item);
+    }
+
+    /// Takes what the reading gave for it.
+    pub(super) fn record(&mut self, record: &Record) {
+        let Some(running) = &mut self.running else { return };
+        let mut record = record.clone().counted_from(running.zero);
+        if let Record::End(end) = &mut record {
+            end.dropped = running.lost;
+        }
+        running.recorder.record(&record, &(self.words)(&record));
+    }
+
+    /// Whether a recording must end after this item: it is the last one, or no more can be written.
+    pub(super) fn must_end(&mut self, item: &Item<'_>, reading: &Reading<'_>) -> bool {
+        let Some(running) = &mut self.running else { return false };
+        let goes_on = running.recorder.end_of_item(item, reading);
+        !goes_on || matches!(item, Item::End)
+    }
+
+    /// Ends the one under way, so that its file is whole: what became of it, and whether all of it is there.
+    pub(super) fn end(&mut self) -> Option<(bool, String)> {
+        let Running { recorder, path, .. } = self.running.take()?;
+        let (whole, text) = match recorder.finish() {
+            Ok(written) => {
+                let megabytes = written.bytes as f64 / 1e6;
+                (true, format!("{}: {} frames recorded, {megabytes:.1} MB", path.display(), written.frames))
+            }
+            Err(error) => (false, error.to_string()),
+        };
+        self.said.push(text.clone());
+        Some((whole, text))
+    }
+}
+
+/// The first name that is free: FILE.mcap, FILE-2.mcap …, or wstac-1.mcap, wstac-2.mcap …
+fn new_file(named: Option<&Path>) -> Result<(File, PathBuf), Error> {
+    for number in 1..=MOST_NAMES {
+        let path = match named {
+            None => format!("wstac-{number}.mcap").into(),
+            Some(path) if number == 1 => path.to_owned(),
+            Some(path) => {
+                let mut name = path.file_stem().unwrap_or_default().to_owned();
+                name.push(format!("-{number}"));
+                if let Some(extension) = path.extension() {
+                    name.push(".");
+                    name.push(extension);
+                }
+                path.with_file_name(name)
+            }
+        };
+        match File::create_new(&path) {
+            Ok(file) => return Ok((file, path)),
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+            Err(error) => return Err(Error::new(path.display(), error)),
+        }
+    }
+    Err(Error::new("recording", format_args!("{MOST_NAMES} files are there, expected a free name; see --record")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_new_ones() {
+        let folder = std::env::temp_dir().join(format!("wstac-names-{}", std::process::id()));
+        std::fs::create_dir(&folder).unwrap();
+        let first = folder.join("slide.mcap");
+        let names: Vec<PathBuf> = (0..3).map(|_| new_file(Some(&first)).unwrap().1).collect();
+        let nowhere = new_file(Some(&folder.join("none/slide.mcap"))).unwrap_err().to_string();
+        std::fs::remove_dir_all(&folder).unwrap();
+        assert_eq!(names, ["slide.mcap", "slide-2.mcap", "slide-3.mcap"].map(|name| folder.join(name)));
+        assert!(nowhere.contains("none/slide.mcap"), "{nowhere}");
+    }
+}

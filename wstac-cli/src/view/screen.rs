@@ -1,0 +1,130 @@
+//! The terminal: set up, drawn to, read from, and always given back as it was.
+
+use std::fs::File;
+use std::io::{self, IsTerminal};
+use std::os::fd::{AsFd, BorrowedFd};
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::Sender;
+use std::time::{Duration, Instant};
+
+use ratatui::DefaultTerminal;
+use ratatui::crossterm::event;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+
+use super::Shared;
+use super::draw::{Colours, draw};
+use super::keys::{Key, key};
+use super::player::locked;
+use wstac_host::error::Error;
+
+/// From one drawing to the next: 15 a second.
+const PERIOD: Duration = Duration::from_millis(67);
+
+/// A terminal in use: its own screen, keys as they are pressed. A panic gives it back, too.
+pub(super) struct Screen {
+    terminal: DefaultTerminal,
+    colours: Colours,
+    keyboard: Keyboard,
+}
+
+impl Screen {
+    /// Takes the terminal of this process.
+    pub(super) fn open() -> Result<Self, Error> {
+        let keyboard = Keyboard::open().map_err(|error| Error::new("the terminal's keys", error))?;
+        let terminal = ratatui::try_init().map_err(|error| Error::new("the terminal", error))?;
+        Ok(Self { terminal, colours: Colours::of(|name| std::env::var(name).ok()), keyboard })
+    }
+
+    /// Draws the state and passes keys on until the end, or until the terminal is gone.
+    pub(super) fn show(mut self, shared: &Shared, keys: &Sender<Key>) {
+        let mut with_help = false;
+        while !shared.is_over() {
+            if self.draw(shared, with_help).is_err() {
+                return;
+            }
+            shared.picture.store(true, Ordering::Relaxed);
+            match self.keyboard.pressed() {
+                Ok(pressed) => {
+                    for key in pressed {
+                        match key {
+                            Key::Quit => return,
+                            Key::Help => with_help = !with_help,
+                            key => {
+                                // Nobody takes it any more: the end is near.
+                                let _ = keys.send(key);
+                            }
+                        }
+                    }
+                }
+                Err(_) => return,
+            }
+        }
+    }
+
+    /// The state is held while it is drawn in memory, not while the terminal takes it.
+    fn draw(&mut self, shared: &Shared, with_help: bool) -> io::Result<()> {
+        let colours = self.colours;
+        self.terminal.draw(|frame| {
+            let area = frame.area();
+            draw(&locked(&shared.state), colours, with_help, area, frame.buffer_mut());
+        })?;
+        Ok(())
+    }
+}
+
+impl Drop for Screen {
+    fn drop(&mut self) {
+        // Of a terminal that is gone there is nothing to give back.
+        let _ = ratatui::try_restore();
+    }
+}
+
+/// Where keys come from: standard input, or the terminal itself where that is something else.
+enum Keyboard {
+    Input(io::Stdin),
+    Terminal(File),
+}
+
+impl Keyboard {
+    fn open() -> io::Result<Self> {
+        let input = io::stdin();
+        if input.is_terminal() { Ok(Self::Input(input)) } else { File::open("/dev/tty").map(Self::Terminal) }
+    }
+
+    fn handle(&self) -> BorrowedFd<'_> {
+        match self {
+            Self::Input(input) => input.as_fd(),
+            Self::Terminal(file) => file.as_fd(),
+        }
+    }
+
+    /// Waits until it is time to draw again; what was pressed meanwhile.
+    fn pressed(&self) -> io::Result<Vec<Key>> {
+        let started = Instant::now();
+        let mut pressed = Vec::new();
+        while let Some(left) = PERIOD.checked_sub(started.elapsed()) {
+            if !self.wait(left)? {
+                continue;
+            }
+            while event::poll(Duration::ZERO)? {
+                pressed.extend(key(&event::read()?));
+            }
+        }
+        Ok(pressed)
+    }
+
+    /// Whether there is something to read. A terminal that is gone is an error here: crossterm would read its end for ever.
+    fn wait(&self, longest: Duration) -> io::Result<bool> {
+        let longest = Timespec { tv_sec: 0, tv_nsec: longest.subsec_nanos().into() };
+        let mut handles = [PollFd::from_borrowed_fd(self.handle(), PollFlags::IN)];
+        match poll(&mut handles, Some(&longest)) {
+            Ok(_) | Err(rustix::io::Errno::INTR) => {}
+            Err(error) => return Err(error.into()),
+        }
+        let found = handles[0].revents();
+        if found.intersects(PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL) {
+            return Err(io::ErrorKind::BrokenPipe.into());
+        }
+        Ok(found.contains(PollFlags::IN))
+    }
+}

@@ -1,0 +1,209 @@
+//! What the screen shows: data only, no drawing.
+
+use std::collections::VecDeque;
+
+use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::params::{FEATURES, TAXELS};
+
+use super::picture::Picture;
+use wstac_host::reading::{EventRecord, Record};
+use wstac_host::source::Behind;
+
+/// Feature frames of traces that are kept: more than a terminal is wide.
+pub(super) const HISTORY: usize = 600;
+/// Entries of the list of events that are kept.
+const ENTRIES: usize = 100;
+/// Least light that is full colour, as a share of full scale: noise stays dark.
+const LEAST_PEAK: f32 = 0.02;
+/// How fast the light that is full colour falls back, a frame.
+const PEAK_FALL: f32 = 0.985;
+
+/// What the reading is doing.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Phase {
+    /// Gathering the baseline: feature frames of it that have passed, and of how many.
+    Baseline(u64, u64),
+    /// Waiting for contact.
+    Watching,
+    /// Capturing an event's sample: frames of it that have arrived.
+    Capturing(u8),
+    /// The source is at its end.
+    Ended,
+    /// The source cannot be read any further: why.
+    Failed(String),
+}
+
+/// What an entry of the list is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum About {
+    /// An event.
+    Event,
+    /// A fault, or an event that was lost.
+    Trouble,
+    /// Something that was done.
+    Note,
+}
+
+/// A recording under way.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Rec {
+    pub(super) name: String,
+    /// Frames so far.
+    pub(super) frames: u64,
+    /// Frames that wait for the disk.
+    pub(super) waiting: u64,
+}
+
+/// A line of the list of events.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Entry {
+    pub(super) about: About,
+    pub(super) text: String,
+}
+
+/// All that is shown.
+#[derive(Clone, Debug)]
+pub(super) struct State {
+    /// What the source is.
+    pub(super) about: String,
+    /// Whether it is a camera: it goes on while the screen stands still.
+    pub(super) live: bool,
+    pub(super) size: FrameSize,
+    pub(super) layout: Layout,
+    /// Frames a second: the source's own, as it says.
+    pub(super) nominal_fps: String,
+    /// Frames a second by the driver's timestamps, where there are any.
+    pub(super) fps: Option<f64>,
+    pub(super) phase: Phase,
+    pub(super) paused: bool,
+    /// Nothing before the first frame, and of sources that make no pixels.
+    pub(super) picture: Option<Picture>,
+    /// Light of the taxels, as shares of full scale; nothing where the last frame was lost.
+    pub(super) taxels: Option<[f32; TAXELS]>,
+    /// Taxel light that is shown in full colour.
+    pub(super) peak: f32,
+    /// Features of the last frames, the newest last; nothing for lost frames.
+    pub(super) traces: VecDeque<Option<[f32; FEATURES]>>,
+    /// The mean feature of a window above which it fires, once there is a baseline.
+    pub(super) thresholds: Option<[f32; FEATURES]>,
+    /// The newest first.
+    pub(super) entries: VecDeque<Entry>,
+    /// Number of the feature frame that comes next.
+    pub(super) frame: u64,
+    /// Camera frames that were lost.
+    pub(super) dropped: u64,
+    pub(super) events: u64,
+    pub(super) behind: Behind,
+    pub(super) rec: Option<Rec>,
+}
+
+impl State {
+    /// Before the first frame.
+    pub(super) fn new(about: String, live: bool, layout: Layout, nominal_fps: String) -> Self {
+        Self {
+            about,
+            live,
+            size: layout.frame(),
+            layout,
+            nominal_fps,
+            fps: None,
+            phase: Phase::Baseline(0, 0),
+            paused: false,
+            picture: None,
+            taxels: None,
+            peak: LEAST_PEAK,
+            traces: VecDeque::with_capacity(HISTORY),
+            thresholds: None,
+            entries: VecDeque::new(),
+            frame: 0,
+            dropped: 0,
+            events: 0,
+            behind: Behind::default(),
+            rec: None,
+        }
+    }
+
+    /// Whether what moves stands still on the screen.
+    pub(super) fn frozen(&self) -> bool {
+        self.paused && self.live
+    }
+
+    /// Adds a frame's features, or nothing for a lost frame.
+    pub(super) fn add_trace(&mut self, features: Option<[f32; FEATURES]>) {
+        if self.traces.len() == HISTORY {
+            self.traces.pop_front();
+        }
+        self.traces.push_back(features);
+    }
+
+    /// Shows the taxels of a frame.
+    pub(super) fn set_taxels(&mut self, taxels: Option<[f32; TAXELS]>) {
+        self.taxels = taxels;
+        let most = taxels.iter().flatten().fold(LEAST_PEAK, |most, light| most.max(*light));
+        self.peak = (self.peak * PEAK_FALL).max(most);
+    }
+
+    /// Adds a line to the list.
+    pub(super) fn say(&mut self, about: About, text: String) {
+        self.entries.truncate(ENTRIES - 1);
+        self.entries.push_front(Entry { about, text });
+    }
+
+    /// Takes what a reading gives, features apart.
+    pub(super) fn take(&mut self, record: &Record) {
+        match record {
+            Record::Features { .. } | Record::Texture(_) => {}
+            Record::Event(event) => {
+                self.events += 1;
+                self.say(About::Event, line(event));
+            }
+            Record::Incomplete(sample) => self.say(
+                About::Trouble,
+                format!("{:>7}  ended by lost frames after {} of 70 frames", sample.frame, sample.frames),
+            ),
+            Record::Fault(fault) => {
+                self.say(About::Trouble, format!("{:>7}  {}: {}", fault.frame, fault.fault, fault.message));
+            }
+            Record::End(end) => {
+                self.phase = Phase::Ended;
+                self.dropped = end.dropped;
+                if let Some(sample) = end.incomplete {
+                    let text = format!("{:>7}  the source ended after {} of 70 frames", sample.frame, sample.frames);
+                    self.say(About::Trouble, text);
+                }
+            }
+        }
+    }
+}
+
+/// An event in a line: frame, speed, direction, texture, duration, and what is to be doubted.
+fn line(event: &EventRecord) -> String {
+    let speed = match (&event.speed, &event.speed_at_most) {
+        (Some(speed), _) => format!("{:.0} mm/s{}", speed.mm_s, if speed.extrapolated { "*" } else { "" }),
+        (None, Some(most)) => format!("≤ {:.0} mm/s", most.mm_s),
+        (None, None) => "no speed".to_owned(),
+    };
+    let direction = match event.direction.deg {
+        Some(0) => "→   0°",
+        Some(90) => "↑  90°",
+        Some(180) => "← 180°",
+        Some(_) => "↓ 270°",
+        None => "unclear",
+    };
+    let texture = event.texture.iter().flat_map(|texture| {
+        let depth = texture.depth_mm.map(|depth| format!("{depth} mm"));
+        let parts = || texture.pattern.iter().cloned().chain(depth);
+        match &texture.specimen {
+            Some(specimen) => vec![specimen.clone()],
+            None => texture.class.iter().cloned().chain(parts()).collect(),
+        }
+    });
+    let texture = texture.collect::<Vec<_>>().join(" ");
+    let lit = event.duration_frames.map_or(String::new(), |frames| format!("lit {frames:>2}"));
+    let doubt = if event.reliable { "" } else { "  not reliable" };
+    let text = format!(
+        "{:>7}  {speed:<10} {direction:<7} {:.2}  {lit:<6}  {texture}{doubt}",
+        event.frame, event.direction.confidence
+    );
+    text.trim_end().to_owned()
+}

@@ -1,0 +1,154 @@
+//! A video device and what it offers.
+
+use std::fmt::{self, Write as _};
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use super::formats;
+use super::modes::{Mode, RateRange};
+
+/// A video node that captures, or might.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct DeviceInfo {
+    /// Its path, such as `/dev/video0`.
+    pub path: PathBuf,
+    /// What the maker calls it.
+    pub card: String,
+    /// The kernel's driver.
+    pub driver: String,
+    /// Where it is plugged in.
+    pub bus: String,
+    /// Paths that stay the same when it is plugged in again: by its serial number first, then by its place.
+    pub links: Vec<PathBuf>,
+    /// Its serial number, where it is on USB and has one.
+    pub serial: Option<String>,
+    /// What it offers.
+    pub modes: Vec<Mode>,
+    /// Why it cannot be used, or its formats are not known.
+    pub problem: Option<String>,
+}
+
+/// A control as it stands at a moment.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct ControlValue {
+    /// Its name, as `v4l2-ctl -l` spells it.
+    pub name: String,
+    /// Its value; nothing where it cannot be read.
+    pub value: Option<i32>,
+    /// Whether the driver says that the hardware changes it.
+    pub volatile: bool,
+    /// Whether it only tells something, such as a temperature.
+    pub read_only: bool,
+}
+
+impl fmt::Display for DeviceInfo {
+    /// Several lines: the node, its lasting names, then a line a format and size.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.path.display())?;
+        if !self.card.is_empty() {
+            write!(f, "  {} ({}, {})", self.card, self.driver, self.bus)?;
+        }
+        if let Some(serial) = &self.serial {
+            write!(f, "  serial {serial}")?;
+        }
+        for link in &self.links {
+            write!(f, "\n  also {}", link.display())?;
+        }
+        if let Some(problem) = &self.problem {
+            write!(f, "\n  cannot be used: {problem}")?;
+        }
+        for mode in self.modes.iter().filter(|mode| mode.readable) {
+            write_mode(f, mode)?;
+        }
+        let others: Vec<_> = self.modes.iter().filter(|mode| !mode.readable).map(|mode| mode.fourcc).collect();
+        if !others.is_empty() {
+            write!(f, "\n  not read: {}", formats::list(others))?;
+        }
+        Ok(())
+    }
+}
+
+/// A format: sizes with the same rates share a line.
+fn write_mode(f: &mut fmt::Formatter<'_>, mode: &Mode) -> fmt::Result {
+    let mut lines: Vec<(String, &[RateRange])> = Vec::new();
+    for sizes in &mode.sizes {
+        match lines.last_mut() {
+            Some((text, rates)) if *rates == sizes.rates => write!(text, ", {}", sizes.range)?,
+            _ => lines.push((sizes.range.to_string(), &sizes.rates)),
+        }
+    }
+    let name = formats::name(mode.fourcc);
+    if lines.is_empty() {
+        return write!(f, "\n  {name:4}  {}", mode.description);
+    }
+    for (sizes, rates) in lines {
+        write!(f, "\n  {name:4}  {sizes}")?;
+        if !rates.is_empty() {
+            let rates: Vec<_> = rates.iter().map(ToString::to_string).collect();
+            write!(f, "  {} fps", rates.join(", "))?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::modes::{SizeRange, Sizes};
+    use super::*;
+    use wstac_core::rate::FrameRate;
+
+    fn camera() -> DeviceInfo {
+        let rate = |fps| {
+            let rate = FrameRate::new(fps, 1).unwrap();
+            RateRange { slowest: rate, fastest: rate }
+        };
+        let sizes = |width, height, rates: &[u32]| Sizes {
+            range: SizeRange::one(width, height),
+            rates: rates.iter().copied().map(rate).collect(),
+        };
+        let mode = |fourcc, readable, sizes| Mode { fourcc, description: "A format".into(), readable, sizes };
+        DeviceInfo {
+            path: "/dev/video2".into(),
+            card: "Camera".into(),
+            driver: "uvcvideo".into(),
+            bus: "usb-1".into(),
+            links: vec!["/dev/v4l/by-id/usb-Camera".into()],
+            serial: Some("A1B2".into()),
+            modes: vec![
+                mode(
+                    *b"YUYV",
+                    true,
+                    vec![sizes(640, 480, &[30, 15]), sizes(800, 600, &[30, 15]), sizes(1280, 720, &[10])],
+                ),
+                mode(*b"GREY", true, vec![]),
+                mode(*b"H264", false, vec![]),
+            ],
+            problem: None,
+        }
+    }
+
+    #[test]
+    fn a_camera_in_words() {
+        let text = "\
+/dev/video2  Camera (uvcvideo, usb-1)  serial A1B2
+  also /dev/v4l/by-id/usb-Camera
+  YUYV  640x480, 800x600  30, 15 fps
+  YUYV  1280x720  10 fps
+  GREY  A format
+  not read: H264";
+        assert_eq!(camera().to_string(), text);
+        let refused =
+            DeviceInfo { path: "/dev/video0".into(), problem: Some("because".into()), ..DeviceInfo::default() };
+        assert_eq!(refused.to_string(), "/dev/video0\n  cannot be used: because");
+    }
+
+    #[test]
+    fn a_camera_in_json() {
+        let json = serde_json::to_value(camera()).unwrap();
+        assert_eq!(json["path"], "/dev/video2");
+        assert_eq!(json["modes"][0]["fourcc"], "YUYV");
+        assert_eq!(json["modes"][0]["sizes"][2]["largest"], serde_json::json!([1280, 720]));
+        assert_eq!(json["modes"][0]["sizes"][2]["rates"][0]["fastest"], serde_json::json!([10, 1]));
+    }
+}

@@ -1,0 +1,420 @@
+//! The configuration file: TOML, every key optional, defaults from the sensor's published or decided parameters.
+
+// By its path: the firmware reads this file, too, from where it stands.
+mod speed;
+
+use std::fmt;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use wstac_core::error::Error as CoreError;
+use wstac_core::following::Follow;
+use wstac_core::frame::Stride;
+use wstac_core::green::any::YcbcrMethod;
+use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::params;
+use wstac_core::rate::FrameRate;
+use wstac_core::speed::SpeedConfig;
+use wstac_core::trigger::{Rule, TriggerConfig};
+
+pub use self::speed::SpeedKeys;
+use crate::error::Error;
+
+/// Everything that a configuration file can say.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Config {
+    /// What messages call the configuration: the file that it was read from.
+    #[serde(skip)]
+    origin: Option<String>,
+    /// Where the taxels are.
+    pub layout: LayoutConfig,
+    /// How pixels become green.
+    pub green: GreenConfig,
+    /// How sums become features.
+    pub features: FeaturesConfig,
+    /// When an event starts.
+    pub trigger: TriggerKeys,
+    /// How an event's speed is worked out.
+    pub speed: SpeedKeys,
+    /// How an event's direction is worked out.
+    pub direction: DirectionConfig,
+}
+
+/// `[layout]`: a preset, or a taxel size with 25 corners.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
+pub struct LayoutConfig {
+    preset: Option<Preset>,
+    /// Width and height of the frames that the layout is for; of any where it is not given.
+    frame: Option<[u16; 2]>,
+    taxel: Option<Vec<u16>>,
+    corners: Option<Vec<Vec<u16>>>,
+}
+
+/// A layout by name.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+enum Preset {
+    Paper,
+}
+
+/// `[green]`.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
+pub struct GreenConfig {
+    /// How YCbCr becomes green.
+    pub yuv: YcbcrMethod,
+    /// Which pixels are counted.
+    pub stride: Stride,
+}
+
+/// A log kernel by name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kernel {
+    /// A chord table, integers only.
+    #[default]
+    Fixed,
+    /// `libm` in 64-bit floating point.
+    Libm,
+    /// `micromath` in 32-bit floating point.
+    Micromath,
+}
+
+/// `[features]`.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
+pub struct FeaturesConfig {
+    /// Log kernel.
+    pub ln: Kernel,
+    /// Darkness floor, in grey levels of a taxel.
+    pub floor_levels: f64,
+}
+
+impl Default for FeaturesConfig {
+    fn default() -> Self {
+        Self { ln: Kernel::default(), floor_levels: params::DEFAULT_FLOOR_LEVELS }
+    }
+}
+
+/// `[trigger]`, before it is checked.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
+pub struct TriggerKeys {
+    window: u32,
+    multiplier: f64,
+    backtrack: u32,
+    rule: Rule,
+    margin: f64,
+    /// Time constant of a baseline that follows drift, in windows; 0 for one that is kept.
+    follow: u32,
+}
+
+impl Default for TriggerKeys {
+    fn default() -> Self {
+        Self {
+            window: u32::from(params::DEFAULT_WINDOW),
+            multiplier: params::DEFAULT_MULTIPLIER,
+            backtrack: u32::from(params::DEFAULT_BACKTRACK),
+            rule: Rule::default(),
+            margin: params::DEFAULT_MARGIN,
+            follow: 0,
+        }
+    }
+}
+
+/// `[direction]`.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
+pub struct DirectionConfig {
+    /// How a row's or column's time is found.
+    pub method: DirectionMethod,
+}
+
+/// A direction method by name.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DirectionMethod {
+    /// Centroid of the light above baseline.
+    #[default]
+    Centroid,
+}
+
+impl Config {
+    /// Reads and checks a file, as far as it can be checked without a camera.
+    ///
+    /// # Errors
+    /// Names the file, the key, what was found and what was expected.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let text = std::fs::read_to_string(path).map_err(|error| Error::new(path.display(), error))?;
+        let config = Self::parse(&text).map_err(|message| Error::new(path.display(), message))?;
+        Ok(Self { origin: Some(path.display().to_string()), ..config })
+    }
+
+    /// An error that shows only with a source: it names the configuration and the source.
+    pub fn does_not_fit(&self, source: &str, table: &str, error: impl fmt::Display) -> Error {
+        match &self.origin {
+            Some(file) => Error::new(file, format_args!("{table} {error} (source: {source})")),
+            None => Error::new(source, error),
+        }
+    }
+
+    /// Reads and checks a configuration's text.
+    ///
+    /// # Errors
+    /// Names the key, what was found and what was expected.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let config: Self = toml::from_str(text).map_err(|error| error.to_string().trim_end().to_owned())?;
+        config.layout.check()?;
+        config.speed.check()?;
+        config.trigger().map_err(|error| format!("[trigger] {error}"))?;
+        config.following().map_err(|error| format!("[trigger] {error}"))?;
+        config.speed(FrameRate::NOMINAL).map_err(|error| format!("[speed] {error}"))?;
+        if !(config.features.floor_levels >= 0.0 && config.features.floor_levels.is_finite()) {
+            return Err(format!("[features] {}", CoreError::FloorLevels(config.features.floor_levels)));
+        }
+        Ok(config)
+    }
+
+    /// All of it as TOML, what was left to defaults included: [`parse`](Self::parse) gives the same again.
+    ///
+    /// # Errors
+    /// Those of writing TOML; none is known.
+    pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
+        let mut full = Self { speed: self.speed.in_full(), ..self.clone() };
+        if full.layout.explicit().is_none() {
+            full.layout.preset = Some(Preset::Paper);
+        }
+        toml::to_string(&full)
+    }
+
+    /// The trigger's parameters.
+    ///
+    /// # Errors
+    /// As [`TriggerConfig::new`].
+    pub fn trigger(&self) -> Result<TriggerConfig, CoreError> {
+        let keys = &self.trigger;
+        TriggerConfig::new(keys.window, keys.multiplier, keys.backtrack, keys.rule, keys.margin)
+    }
+
+    /// How the baseline follows drift; nothing where it is kept.
+    ///
+    /// # Errors
+    /// As [`Follow::new`].
+    pub fn following(&self) -> Result<Option<Follow>, CoreError> {
+        match self.trigger.follow {
+            0 => Ok(None),
+            windows => Follow::new(windows).map(Some),
+        }
+    }
+
+    /// How speed is worked out for a camera of this rate.
+    ///
+    /// # Errors
+    /// As [`SpeedConfig::new`] and [`SpeedConfig::fitted_on`].
+    pub fn speed(&self, rate: FrameRate) -> Result<SpeedConfig, CoreError> {
+        let [slowest, fastest] = self.speed.range();
+        SpeedConfig::new(self.speed.law(), self.speed.threshold, self.speed.threshold_on, rate)?
+            .fitted_on(slowest, fastest)
+    }
+
+    /// The layout for frames of this size.
+    ///
+    /// # Errors
+    /// As [`Layout::new`] and [`Layout::paper`].
+    pub fn layout(&self, frame: FrameSize) -> Result<Layout, CoreError> {
+        match self.layout.explicit() {
+            Some((taxel, corners)) => Layout::new(frame, taxel, corners),
+            None => Layout::paper(frame),
+        }
+    }
+}
+
+impl LayoutConfig {
+    /// Width and height of the frames that the layout is for, where it says so.
+    pub fn frame(&self) -> Option<[u16; 2]> {
+        self.frame
+    }
+
+    /// Refuses frames of another size than the layout is for: its taxels would lie beside the whiskers.
+    ///
+    /// # Errors
+    /// Names the key, what was found and what was expected.
+    pub fn check_frame(&self, frame: FrameSize) -> Result<(), String> {
+        let found = [frame.width(), frame.height()];
+        match self.frame {
+            Some([width, height]) if found != [width, height] => Err(format!(
+                "frame is [{width}, {height}], but frames are {} x {} pixels: expected frames of {width} x {height}, or \
+                 another calibration",
+                found[0], found[1]
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// The taxel size and the corners, where the layout is no preset.
+    pub fn explicit(&self) -> Option<([u16; 2], [[u16; 2]; params::TAXELS])> {
+        let mut corners = [[0; 2]; params::TAXELS];
+        for (corner, given) in corners.iter_mut().zip(self.corners.as_ref()?) {
+            *corner = pair(given)?;
+        }
+        Some((pair(self.taxel.as_ref()?)?, corners))
+    }
+
+    fn check(&self) -> Result<(), String> {
+        match (self.preset, &self.taxel, &self.corners) {
+            (Some(Preset::Paper) | None, None, None) => Ok(()),
+            (Some(_), ..) => Err("[layout] has a preset beside taxel or corners, expected one or the other".into()),
+            (None, Some(taxel), Some(corners)) => {
+                if pair(taxel).is_none() {
+                    return Err(format!("[layout] taxel has {} numbers, expected width and height", taxel.len()));
+                }
+                if corners.len() != params::TAXELS {
+                    return Err(format!("[layout] corners has {} entries, expected {}", corners.len(), params::TAXELS));
+                }
+                match corners.iter().position(|corner| pair(corner).is_none()) {
+                    Some(k) => Err(format!("[layout] corners[{k}] has {} numbers, expected x and y", corners[k].len())),
+                    None => Ok(()),
+                }
+            }
+            (None, Some(_), None) => Err("[layout] has taxel but no corners, expected both".into()),
+            (None, None, Some(_)) => Err("[layout] has corners but no taxel, expected both".into()),
+        }
+    }
+}
+
+/// Two numbers, no more.
+fn pair(numbers: &[u16]) -> Option<[u16; 2]> {
+    numbers.try_into().ok()
+}
+
+/// A configuration file with every key at its default.
+pub const DEFAULT_CONFIGURATION: &str = r#"[layout]
+preset = "paper"        # or, in pixels of the frame: taxel = [width,
+                        # height] and corners = [[x, y], … 25 of them,
+                        # row by row]; frame = [width, height] refuses
+                        # frames of another size
+[green]
+yuv = "exact"           # YCbCr to green: "exact" per pixel, "linear"
+                        # once per taxel (faster)
+stride = 1              # count every 1st, 2nd, 3rd or 5th row and
+                        # column of a taxel
+[features]
+ln = "fixed"            # logarithm: "fixed" point, "libm" (most
+                        # accurate), "micromath"
+floor_levels = 0.5      # darkness floor, in grey levels of a taxel;
+                        # 0: one raw count
+[trigger]
+window = 5              # frames of a window; the baseline is five
+                        # windows
+multiplier = 1.2        # a window fires this far above the baseline,
+                        # as a factor of it
+backtrack = 10          # frames of an event before the window that
+                        # fired
+rule = "signed"         # "literal": multiplier times baseline, as it
+                        # was published
+margin = 0.2            # signed: least distance a frame, in units of
+                        # a natural logarithm
+follow = 0              # the baseline follows slow drift: 16 to
+                        # 32768 windows, a power of two; 0: it is
+                        # kept
+[speed]
+law = "paper"           # or "physical", with track_mm = 113.4,
+                        # afterglow_frames = 5.36
+intercept = 151.06      # frames at 1 mm/s, at 30 frames a second
+slope = 56.29           # frames a decade of speed
+range_mm_s = [100, 200] # speeds that the law was fitted on; others
+                        # are marked as extrapolated
+threshold = 0.0475      # lit: a row or column sums up to more than
+                        # this share of full scale
+threshold_on = "absolute" # or "above_baseline"
+[direction]
+method = "centroid"
+"#;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The configuration as `wstac run --help` prints it.
+    const DOCUMENTED: &str = super::DEFAULT_CONFIGURATION;
+
+    #[test]
+    fn the_documented_values_are_the_defaults() {
+        let (documented, default) = (Config::parse(DOCUMENTED).unwrap(), Config::parse("").unwrap());
+        // The preset is written out, and so are the law's parameters.
+        let without = |config: &Config| {
+            format!("{:?} {:?} {:?} {:?}", config.green, config.features, config.trigger, config.direction)
+        };
+        assert_eq!(without(&documented), without(&default));
+        assert_eq!(documented.speed(FrameRate::NOMINAL).unwrap(), default.speed(FrameRate::NOMINAL).unwrap());
+        assert_eq!(default.trigger().unwrap(), TriggerConfig::default());
+        assert_eq!(default.speed(FrameRate::NOMINAL).unwrap(), SpeedConfig::paper(FrameRate::NOMINAL));
+    }
+
+    #[test]
+    fn a_configuration_in_full_is_the_same_again() {
+        let corners: Vec<String> = (0..25).map(|k| format!("[{}, {}]", 10 + 6 * (k % 5), 20 + 7 * (k / 5))).collect();
+        let explicit = format!("[layout]\nframe = [1280, 720]\ntaxel = [5, 6]\ncorners = [{}]", corners.join(", "));
+        for text in [
+            "",
+            &explicit,
+            "[green]\nyuv = \"linear\"\nstride = 3\n[features]\nln = \"libm\"\nfloor_levels = 0.1",
+            "[trigger]\nrule = \"literal\"\nmultiplier = 0.7\nwindow = 7\n[speed]\nlaw = \"physical\"\ntrack_mm = 101.3",
+            "[speed]\nslope = 56.123\nthreshold_on = \"above_baseline\"",
+            "[trigger]\nfollow = 64\n[speed]\nrange_mm_s = [80.1, 212.5]",
+        ] {
+            let config = Config::parse(text).unwrap();
+            let full = config.to_toml().unwrap();
+            let again = Config::parse(&full).unwrap();
+            assert_eq!((again.to_toml().unwrap().as_str(), full.contains("floor_levels = ")), (full.as_str(), true));
+            let frame = FrameSize::new(1280, 720).unwrap();
+            assert_eq!(again.layout(frame), config.layout(frame), "{full}");
+            assert_eq!(again.layout.frame, config.layout.frame, "{full}");
+            assert_eq!(again.trigger(), config.trigger(), "{full}");
+            assert_eq!(format!("{:?}", again.following()), format!("{:?}", config.following()), "{full}");
+            assert_eq!(config.following().unwrap().is_some(), text.contains("follow"), "{full}");
+            assert_eq!(again.speed(FrameRate::NOMINAL), config.speed(FrameRate::NOMINAL), "{full}");
+            let rest = |config: &Config| format!("{:?} {:?} {:?}", config.green, config.features, config.direction);
+            assert_eq!(rest(&again), rest(&config), "{full}");
+        }
+    }
+
+    #[test]
+    fn errors_name_the_key_what_was_found_and_what_was_expected() {
+        for (text, parts) in [
+            ("[trigger]\nwindw = 5", vec!["windw", "window"]),
+            ("[trigger]\nwindow = 0", vec!["[trigger]", "window is 0", "1 to 70"]),
+            ("[trigger]\nwindow = \"five\"", vec!["window", "five", "u32"]),
+            ("[trigger]\nmultiplier = 0.9", vec!["multiplier is 0.9", "signed"]),
+            ("[trigger]\nmultiplier = nan", vec!["multiplier is NaN"]),
+            ("[trigger]\nbacktrack = 26", vec!["backtrack is 26", "25"]),
+            ("[trigger]\nfollow = 100", vec!["[trigger]", "follow is 100 windows", "power of two from 16 to 32768"]),
+            ("[trigger]\nfollow = 65536", vec!["follow is 65536 windows"]),
+            ("[trigger]\nfollow = -1", vec!["follow", "-1"]),
+            ("[speed]\nrange_mm_s = [200, 100]", vec!["[speed]", "range_mm_s is [200, 100]", "slowest"]),
+            ("[speed]\nrange_mm_s = [0, 100]", vec!["range_mm_s is [0, 100]", "above 0"]),
+            ("[speed]\nrange_mm_s = [1, inf]", vec!["range_mm_s is [1, inf]"]),
+            ("[speed]\nrange_mm_s = [1]", vec!["range_mm_s", "length 1"]),
+            ("[green]\nstride = 4", vec!["stride is 4", "1, 2, 3 or 5"]),
+            ("[green]\nyuv = \"fast\"", vec!["fast", "exact"]),
+            ("[features]\nfloor_levels = -1", vec!["floor_levels is -1"]),
+            ("[speed]\nthreshold = inf", vec!["threshold is inf"]),
+            ("[speed]\nslope = 0", vec!["slope is 0"]),
+            ("[speed]\ntrack_mm = 4.0", vec!["track_mm", "physical"]),
+            ("[layout]\npreset = \"paper\"\ntaxel = [5, 5]", vec!["preset"]),
+            ("[layout]\ntaxel = [5, 5]\ncorners = [[0, 0]]", vec!["corners has 1", "25"]),
+            ("[layout]\ntaxel = [5, 5, 9]\ncorners = []", vec!["taxel has 3", "width and height"]),
+            ("[layout]\ntaxel = 5", vec!["taxel", "sequence"]),
+            ("layout = 5", vec!["layout", "a table"]),
+            ("[layout]\nframe = [5]", vec!["frame", "length 1"]),
+            ("[layout", vec!["TOML"]),
+        ] {
+            let message = Config::parse(text).unwrap_err();
+            for part in parts {
+                assert!(message.contains(part), "{text:?} gave {message:?}, expected {part:?}");
+            }
+        }
+    }
+}

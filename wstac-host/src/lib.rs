@@ -1,0 +1,15 @@
+//! Tactile events of a WSTac sensor on a host: sources of frames, sessions, recordings, configuration and model files.
+
+mod builtin_models;
+pub mod camera;
+pub mod config;
+pub mod error;
+pub mod model_file;
+pub mod monitor;
+pub mod protobuf;
+pub mod rate;
+pub mod reading;
+pub mod record;
+pub mod source;
+pub mod texture;
+pub mod whole_file;

@@ -1,0 +1,121 @@
+//! Model files: those of a user, and those that come with the program.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use wstac_core::model::Model;
+use wstac_core::model::file::ModelError;
+
+use crate::builtin_models::MODELS;
+use crate::error::Error;
+
+/// Size of the largest model file that is read, in bytes.
+pub const MOST_BYTES: u64 = 256 << 20;
+
+/// What the name of a model that comes with the program starts with.
+pub const BUILT_IN: &str = "builtin:";
+
+/// Models that come with the program, trained on simulated slides.
+const SHIPPED: [(&str, &[u8]); 3] = [
+    ("svm", include_bytes!("../models/svm.wsm")),
+    ("forest", include_bytes!("../models/forest.wsm")),
+    ("boosted", include_bytes!("../models/boosted.wsm")),
+];
+
+fn models() -> impl Iterator<Item = (&'static str, &'static [u8])> {
+    SHIPPED.iter().chain(MODELS).copied()
+}
+
+/// A model file's content.
+#[derive(Clone, Debug)]
+pub struct ModelFile {
+    about: String,
+    words: Vec<u32>,
+}
+
+impl ModelFile {
+    /// [`ModelFile::open`] of each name.
+    ///
+    /// # Errors
+    /// Those of the first that cannot be opened.
+    pub fn open_all(names: &[PathBuf]) -> Result<Vec<Self>, Error> {
+        names.iter().map(|name| Self::open(name)).collect()
+    }
+
+    /// Reads `builtin:NAME`, or the file of that name; what is in it is checked by [`ModelFile::model`].
+    ///
+    /// # Errors
+    /// Where there is no such model, or the file cannot be read, or is too large.
+    pub fn open(name: &Path) -> Result<Self, Error> {
+        let about = name.display().to_string();
+        let Some(built_in) = about.strip_prefix(BUILT_IN) else {
+            return Self::of_bytes(about, &file_bytes(name)?);
+        };
+        let found = models().find(|(name, _)| *name == built_in);
+        let (_, bytes) = found.ok_or_else(|| {
+            let names: Vec<_> = models().map(|(name, _)| format!("{BUILT_IN}{name}")).collect();
+            Error::new(&about, format_args!("is no model that comes with wstac, expected {}", names.join(", ")))
+        })?;
+        Self::of_bytes(about, bytes)
+    }
+
+    /// All that come with the program, by name.
+    pub fn built_in() -> impl Iterator<Item = (&'static str, Result<Self, Error>)> {
+        models().map(|(name, bytes)| (name, Self::of_bytes(format!("{BUILT_IN}{name}"), bytes)))
+    }
+
+    /// Names of all that come with the program.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        models().map(|(name, _)| name)
+    }
+
+    fn of_bytes(about: String, bytes: &[u8]) -> Result<Self, Error> {
+        // Before the length, which says little of a file of another kind.
+        match bytes.first_chunk() {
+            Some(b"WSM1") => {}
+            Some([b'W', b'S', b'M', version]) => return Err(Error::new(about, ModelError::Version(*version))),
+            _ => return Err(Error::new(about, ModelError::Magic)),
+        }
+        let (words, rest) = bytes.as_chunks::<4>();
+        if !rest.is_empty() {
+            return Err(Error::new(about, format_args!("{} bytes, expected a multiple of four", bytes.len())));
+        }
+        Ok(Self { about, words: words.iter().map(|word| u32::from_le_bytes(*word)).collect() })
+    }
+
+    /// Its name, for messages.
+    pub fn about(&self) -> &str {
+        &self.about
+    }
+
+    /// All of it, as 32-bit words that are little-endian in the file: what [`Model::from_words`] takes.
+    pub fn words(&self) -> &[u32] {
+        &self.words
+    }
+
+    /// The model, all of which is checked.
+    ///
+    /// # Errors
+    /// What is wrong with the file.
+    pub fn model(&self) -> Result<Model<'_>, Error> {
+        Model::from_words(&self.words).map_err(|error| Error::new(&self.about, error))
+    }
+}
+
+/// Returns the content of a model file or of a trainer's file.
+///
+/// # Errors
+/// The file cannot be read, or is larger than [`MOST_BYTES`].
+pub fn file_bytes(path: &Path) -> Result<Vec<u8>, Error> {
+    let failed = |error| Error::new(path.display(), error);
+    let mut bytes = Vec::new();
+    File::open(path).map_err(failed)?.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > MOST_BYTES {
+        return Err(Error::new(
+            path.display(),
+            format_args!("is larger than {} MB, expected a model", MOST_BYTES >> 20),
+        ));
+    }
+    Ok(bytes)
+}

@@ -1,0 +1,175 @@
+//! A board's messages into reports.
+
+use std::fmt::Write;
+
+use wstac_core::params::SAMPLE_FRAMES;
+use wstac_core::speed::Speed;
+use wstac_core::trigger::{Incomplete, StreamEnd};
+use wstac_core::wire::{Answers, Fault, Hello, Message, ModelFacts, TextureAnswer};
+
+use super::Report;
+use super::progress::Progress;
+use super::sample::Parts;
+use crate::reading::{BASELINE_DISTURBED, EarlyTextureRecord, EventRecord, Record, Wanted, real};
+use crate::texture::TextureRecord;
+use crate::texture::task_name;
+
+/// A board, as its messages show it.
+#[derive(Clone, Debug)]
+pub(super) struct Board {
+    wanted: Wanted,
+    sample: Parts,
+    progress: Progress,
+    /// It has said what it is.
+    known: bool,
+    baseline_said: bool,
+    ended: bool,
+}
+
+impl Board {
+    pub(super) fn new(wanted: Wanted) -> Self {
+        let (sample, progress) = (Parts::default(), Progress::default());
+        Self { wanted, sample, progress, known: false, baseline_said: false, ended: false }
+    }
+
+    /// Whether its stream has ended.
+    pub(super) fn ended(&self) -> bool {
+        self.ended
+    }
+
+    /// The end record where the board gives none.
+    pub(super) fn finish(&self) -> Record {
+        Record::End(self.progress.end())
+    }
+
+    /// Takes a message, the `first` of a board that has just started or not; `give` gets what follows from it.
+    pub(super) fn take<E>(
+        &mut self,
+        message: &Message<'_>,
+        first: bool,
+        give: &mut impl FnMut(Report) -> Result<(), E>,
+    ) -> Result<(), E> {
+        match message {
+            Message::Hello(hello) => self.hello(hello, first, give),
+            Message::Features { frame, features } => {
+                self.progress.reach(frame.saturating_add(1));
+                let record = Record::Features { frame: *frame, f: features.map(real) };
+                if self.wanted.features { give(Report::Record(record)) } else { Ok(()) }
+            }
+            Message::SamplePart { frame, first, features } => {
+                self.sample.take(*frame, *first, features);
+                Ok(())
+            }
+            Message::Event(answers) => self.event(answers, give),
+            Message::Texture { frame, frames, texture } => {
+                let so_far = Incomplete { frame: *frame, frames: *frames };
+                self.progress.contact(frame.saturating_add(u64::from(*frames)), Some(so_far));
+                let texture = TextureRecord::of(texture.task, texture.label.to_string());
+                let (frame, frames) = (*frame, *frames);
+                give(Report::Record(Record::Texture(EarlyTextureRecord { frame, frames, texture })))
+            }
+            Message::Incomplete(sample) => {
+                self.progress.contact(sample.frame.saturating_add(u64::from(sample.frames)), None);
+                give(Report::Record(Record::Incomplete((*sample).into())))
+            }
+            Message::Lost { frames } => {
+                self.progress.drop(*frames);
+                give(Report::Note(format!("{frames} frame(s) lost by the board")))
+            }
+            Message::Fault(fault) => give(Report::Note(format!("the board: {}", fault_in_words(fault)))),
+            Message::Status { stream, dropped } => self.status(stream, *dropped, give),
+            Message::End { stream, dropped } => {
+                self.status(stream, *dropped, give)?;
+                self.ended = true;
+                give(Report::Record(self.finish()))
+            }
+            // What a newer core has is unknown to its decoder, too, so there is nothing else.
+            _ => Ok(()),
+        }
+    }
+
+    fn hello<E>(
+        &mut self,
+        hello: &Hello<'_>,
+        first: bool,
+        give: &mut impl FnMut(Report) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let again = std::mem::replace(&mut self.known, true);
+        if hello.frame == 0 {
+            // Without frames a board that was asked says the same as one that starts. Frames that are gone prove a start whose first
+            // message was lost.
+            let back = self.progress.any();
+            if first || back {
+                *self = Self { known: true, ..Self::new(self.wanted) };
+            }
+            if back || (first && again) {
+                give(Report::Note("the board has started again".to_owned()))?;
+            }
+            // To say what is wanted once too often does no harm.
+            give(Report::Started)?;
+        }
+        self.progress.reach(hello.frame);
+        if again { Ok(()) } else { give(Report::Note(hello_in_words(hello))) }
+    }
+
+    fn event<E>(&mut self, answers: &Answers<'_>, give: &mut impl FnMut(Report) -> Result<(), E>) -> Result<(), E> {
+        self.progress.contact(answers.frame.saturating_add(SAMPLE_FRAMES as u64), None);
+        let in_words = |answer: &TextureAnswer<'_>| (answer.task, answer.label.to_string());
+        let texture = TextureRecord::of_all(answers.textures.iter().flatten().map(in_words).collect());
+        let sample = self.sample.of(answers.frame).filter(|_| self.wanted.samples);
+        if self.wanted.samples && sample.is_none() {
+            give(Report::Note(format!("the sample of the event at frame {} did not arrive", answers.frame)))?;
+        }
+        give(Report::Record(Record::Event(Box::new(EventRecord::new(answers, Speed::new, texture, sample)))))
+    }
+
+    fn status<E>(
+        &mut self,
+        stream: &StreamEnd,
+        dropped: u64,
+        give: &mut impl FnMut(Report) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.progress.set(stream, dropped);
+        if !stream.baseline_complete || stream.baseline_quiet || std::mem::replace(&mut self.baseline_said, true) {
+            return Ok(());
+        }
+        give(Report::Note(BASELINE_DISTURBED.to_owned()))
+    }
+}
+
+fn hello_in_words(hello: &Hello<'_>) -> String {
+    let rate = match (hello.rate.numerator(), hello.rate.denominator()) {
+        (frames, 1) => frames.to_string(),
+        (numerator, denominator) => format!("{numerator}/{denominator}"),
+    };
+    let mut words = format!(
+        "{} {}: {}x{} {:?} at {rate} frames a second, baseline of {} frames",
+        hello.firmware,
+        hello.version,
+        hello.size.width(),
+        hello.size.height(),
+        hello.format,
+        hello.trigger.baseline_frames(),
+    );
+    for ModelFacts { task, classes, .. } in hello.models.iter().flatten() {
+        // Writing to a string does not fail.
+        let _ = write!(words, ", model of {classes} classes ({})", task_name(*task));
+    }
+    words
+}
+
+fn fault_in_words(fault: &Fault<'_>) -> String {
+    match fault {
+        Fault::Overrun => "pixels came faster than they were taken".to_owned(),
+        Fault::LostSync => "a frame did not begin or end when it should have".to_owned(),
+        Fault::SensorSilent => "the camera sends no pixels".to_owned(),
+        Fault::SensorGone => "the camera does not answer".to_owned(),
+        Fault::SensorUnknown { id } => format!("the camera says it is {id:#06x}, which the firmware does not know"),
+        Fault::SensorBack => "the camera sends frames again".to_owned(),
+        Fault::SensorRefuses { register } => {
+            format!("the camera does not keep what register {register:#04x} is set to")
+        }
+        Fault::LastRun(reason) => format!("it started again because of: {reason}"),
+        _ => "a fault of a newer firmware".to_owned(),
+    }
+}

@@ -1,0 +1,88 @@
+//! A camera's frame as a viewer's picture.
+//!
+//! The bytes are the camera's own in every case. Where viewers have no name for a format, its bytes are shown as grey
+//! numbers: a mosaic of 10 bits as 16-bit grey, planes one below the other. What they really are is in the
+//! recording's metadata.
+
+use wstac_core::green::Green;
+use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
+use wstac_core::green::bayer::BayerOrder;
+
+use super::foxglove::Shape;
+use crate::source::StreamInfo;
+
+/// Bytes of a whole frame.
+pub(crate) fn frame_bytes(info: &StreamInfo) -> usize {
+    let green = Any::new(info.format, info.colour, YcbcrMethod::Exact);
+    let (row, rows) = (info.bytes_per_row as usize, info.size.height());
+    row * usize::from(rows) + green.chroma_bytes(row, rows).unwrap_or(0)
+}
+
+/// How a stream's frames are shown.
+pub(crate) fn shape(info: &StreamInfo) -> Shape {
+    use PixelFormat as P;
+    let (mut width, mut height) = (u32::from(info.size.width()), u32::from(info.size.height()));
+    let step = info.bytes_per_row;
+    let encoding = match info.format {
+        P::Grey => "mono8",
+        P::Y10 | P::Y12 | P::Y16 | P::Bayer10(_) | P::Bayer12(_) | P::Rgb565 => "mono16",
+        P::Rgb24 => "rgb8",
+        P::Bgr24 => "bgr8",
+        P::Rgbx32 if is_blue_first(info) => "bgra8",
+        P::Rgbx32 => "rgba8",
+        P::Bayer8(BayerOrder::Rggb) => "bayer_rggb8",
+        P::Bayer8(BayerOrder::Grbg) => "bayer_grbg8",
+        P::Bayer8(BayerOrder::Gbrg) => "bayer_gbrg8",
+        P::Bayer8(BayerOrder::Bggr) => "bayer_bggr8",
+        P::Yuyv => "yuyv",
+        P::Uyvy => "uyvy",
+        P::Xrgb32 => {
+            width *= 4;
+            "mono8"
+        }
+        P::Nv12 | P::Yu12 | P::Yuv422p | P::Yuv444p => {
+            let rows = frame_bytes(info).checked_div(step as usize);
+            height = rows.map_or(height, |rows| rows as u32);
+            "mono8"
+        }
+    };
+    Shape { encoding, width, height, step }
+}
+
+/// Whether four-byte pixels start with blue, as the camera's own name of its format tells.
+fn is_blue_first(info: &StreamInfo) -> bool {
+    info.camera.as_ref().is_some_and(|camera| ["XR24", "AR24", "BGR4"].contains(&camera.format.as_str()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wstac_core::green::bayer::BayerOrder;
+    use wstac_core::green::ycbcr::Colour;
+    use wstac_core::layout::FrameSize;
+    use wstac_core::rate::FrameRate;
+
+    fn of(format: PixelFormat, bytes_per_row: u32) -> (Shape, usize) {
+        let info = StreamInfo {
+            size: FrameSize::new(40, 40).unwrap(),
+            format,
+            colour: Colour::default(),
+            bytes_per_row,
+            rate: FrameRate::NOMINAL,
+            taxels_only: false,
+            about: String::new(),
+            camera: None,
+        };
+        (shape(&info), frame_bytes(&info))
+    }
+
+    #[test]
+    fn viewers_see_as_many_bytes_as_there_are() {
+        let shape = |encoding, width, height, step| Shape { encoding, width, height, step };
+        assert_eq!(of(PixelFormat::Grey, 40), (shape("mono8", 40, 40, 40), 1600));
+        assert_eq!(of(PixelFormat::Yuyv, 80), (shape("yuyv", 40, 40, 80), 3200));
+        assert_eq!(of(PixelFormat::Nv12, 40), (shape("mono8", 40, 60, 40), 2400));
+        assert_eq!(of(PixelFormat::Y10, 80), (shape("mono16", 40, 40, 80), 3200));
+        assert_eq!(of(PixelFormat::Bayer8(BayerOrder::Rggb), 40), (shape("bayer_rggb8", 40, 40, 40), 1600));
+    }
+}

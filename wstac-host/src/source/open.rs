@@ -1,0 +1,123 @@
+//! From what a user calls a source to the source.
+
+use std::fs::File;
+use std::io::Read;
+use std::os::unix::fs::FileTypeExt;
+use std::path::Path;
+
+use wstac_core::rate::FrameRate;
+
+use super::mcap::McapSource;
+use super::png_folder::PngFolder;
+use super::y4m::{MAGIC, Y4m};
+use super::{Delivery, Source};
+use crate::camera::ControlSetting;
+use crate::error::Error;
+
+/// What a user asks of a source; nothing asked, nothing changed.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct OpenOptions {
+    /// Frames a second: of a file, what it is taken to have; of a camera or a scene, what it is set to.
+    pub fps: Option<FrameRate>,
+    /// Pixel format by its four-character code; cameras and scenes.
+    pub format: Option<[u8; 4]>,
+    /// Width and height in pixels; cameras and scenes.
+    pub size: Option<(u32, u32)>,
+    /// Which frames of a camera are handed out where the program is slower.
+    pub delivery: Delivery,
+    /// Leave a camera's controls as they are, instead of locking them.
+    pub keep_controls: bool,
+    /// Values of a camera's controls that are to be set.
+    pub controls: Vec<ControlSetting>,
+}
+
+/// What a source can be, for messages.
+const EXPECTED: &str = "expected /dev/videoN, scene:…, a .y4m or .mcap file, a folder of PNGs or -";
+/// What only a camera has a choice of.
+const OF_A_CAMERA: &str = "expected only with a camera or a scene: a file states its own";
+
+/// A kind of source that another crate adds, such as cameras or simulated sensors.
+pub trait SourceKind: Sync {
+    /// Opens the source that `name` stands for; `None` if it is not of this kind.
+    fn open(&self, name: &str, options: &OpenOptions) -> Option<Result<Box<dyn Source>, Error>>;
+}
+
+/// Opens a source by its name: one of `kinds`, or a Y4M file, a named pipe, a recording, a folder of PNGs, or `-` for Y4M on
+/// standard input.
+///
+/// Files are recognized by their first bytes or by their names.
+///
+/// # Errors
+/// The name stands for none of these, the source cannot be used, or an option does not apply to it. The error says what was found
+/// and what was expected.
+pub fn open(name: &str, options: &OpenOptions, kinds: &[&dyn SourceKind]) -> Result<Box<dyn Source>, Error> {
+    if let Some(opened) = kinds.iter().find_map(|kind| kind.open(name, options)) {
+        return opened;
+    }
+    if name == "-" {
+        of_a_file(name, options)?;
+        return Ok(Box::new(Y4m::standard_input(options.fps)?));
+    }
+    let path = Path::new(name);
+    let none_of_these = |why: &str| Error::new(format_args!("SOURCE is {name:?}"), format_args!("{why}{EXPECTED}"));
+    let kind = match path.metadata() {
+        Ok(metadata) => metadata.file_type(),
+        Err(_) if name.starts_with("cam:") => {
+            return Err(none_of_these("several sources, each with a name, are for wstac run; here "));
+        }
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Err(none_of_these("no such file; ")),
+        Err(error) => return Err(Error::new(name, error)),
+    };
+    of_a_file(name, options)?;
+    if kind.is_dir() {
+        return Ok(Box::new(PngFolder::open(path, options.fps)?));
+    }
+    // A pipe cannot be looked into first.
+    let has_magic = |magic| starts_with(path, magic).map_err(|error| Error::new(name, error));
+    let is_mcap = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
+    if kind.is_file() && (is_mcap || has_magic(::mcap::MAGIC)?) {
+        return Ok(Box::new(McapSource::open(path, options.fps)?));
+    }
+    let is_y4m = kind.is_fifo() || path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("y4m"));
+    if is_y4m || (kind.is_file() && has_magic(MAGIC)?) {
+        return Ok(Box::new(Y4m::open(path, options.fps)?));
+    }
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    Err(none_of_these(match extension.to_str() {
+        Some("toml") => "a scene's file is scene:FILE.toml; ",
+        Some("png") => "a PNG is read with all of its folder, so name that; ",
+        Some("mp4" | "mkv" | "mov" | "avi" | "webm" | "mjpeg") => {
+            "a video is read by ffmpeg -i FILE -pix_fmt yuv420p -f yuv4mpegpipe - | wstac run - ; "
+        }
+        _ => "",
+    }))
+}
+
+/// Refuses what a file has no choice of.
+fn of_a_file(spec: &str, options: &OpenOptions) -> Result<(), Error> {
+    if let Some((width, height)) = options.size {
+        return Err(Error::new(spec, format_args!("size is {width}x{height}, {OF_A_CAMERA}")));
+    }
+    if let Some(format) = options.format {
+        return Err(Error::new(spec, format_args!("format is {}, {OF_A_CAMERA}", format.escape_ascii())));
+    }
+    without_controls(spec, options)
+}
+
+/// Refuses camera controls of a source that has none.
+///
+/// # Errors
+/// The options set a control.
+pub fn without_controls(spec: &str, options: &OpenOptions) -> Result<(), Error> {
+    let refused = |ControlSetting { name, value }: &ControlSetting| {
+        Error::new(spec, format_args!("control {name}={value} is set, expected only with a camera"))
+    };
+    options.controls.first().map_or(Ok(()), |setting| Err(refused(setting)))
+}
+
+/// Whether a file starts with these bytes.
+fn starts_with(path: &Path, magic: &[u8]) -> std::io::Result<bool> {
+    let mut start = Vec::new();
+    File::open(path)?.take(magic.len() as u64).read_to_end(&mut start)?;
+    Ok(start == magic)
+}

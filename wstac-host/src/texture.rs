@@ -1,0 +1,163 @@
+//! Texture models beside a stream: what they say of samples, in words.
+
+use serde::Serialize;
+use wstac_core::early::{Beginning, Early};
+use wstac_core::following::Following;
+use wstac_core::model::Model;
+use wstac_core::model::file::{INPUTS, Task};
+use wstac_core::texture::texture;
+use wstac_core::trigger::Trigger;
+
+use crate::error::Error;
+use crate::model_file::ModelFile;
+
+/// What texture models say of a sample; nothing where no model tells it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct TextureRecord {
+    /// The specimen, such as `Saw3`.
+    pub specimen: Option<String>,
+    /// The pattern: `Fla`, `Sin`, `Saw` or `Tri`. From a model of patterns, or else that of specimens.
+    pub pattern: Option<String>,
+    /// The depth of the pattern in mm. From a model of depths, or else that of specimens.
+    pub depth_mm: Option<f64>,
+    /// The class of a model that tells something else apart.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub class: Option<String>,
+}
+
+impl TextureRecord {
+    /// What a model of this task says with a class's name.
+    pub fn of(task: Task, label: String) -> Self {
+        let mut record = Self::default();
+        match task {
+            Task::Specimen => {
+                (record.pattern, record.depth_mm) = pattern_and_depth(&label);
+                record.specimen = Some(label);
+            }
+            Task::Pattern => record.pattern = Some(label),
+            Task::Depth => record.depth_mm = label.parse().ok().filter(|depth: &f64| depth.is_finite()),
+            Task::Other => record.class = Some(label),
+        }
+        record
+    }
+
+    /// What several models say, each of another task; nothing where there is none.
+    pub(crate) fn of_all(mut answers: Vec<(Task, String)>) -> Option<Self> {
+        answers.sort_by_key(|(task, _)| rank(*task));
+        Self::merged(answers.into_iter().map(|(task, label)| Self::of(task, label)))
+    }
+
+    fn merged(records: impl Iterator<Item = Self>) -> Option<Self> {
+        records.reduce(|mut all, one| {
+            all.merge(one);
+            all
+        })
+    }
+
+    /// Takes over what another record knows.
+    fn merge(&mut self, other: Self) {
+        self.specimen = other.specimen.or(self.specimen.take());
+        self.pattern = other.pattern.or(self.pattern.take());
+        self.depth_mm = other.depth_mm.or(self.depth_mm);
+        self.class = other.class.or(self.class.take());
+    }
+}
+
+/// A specimen's pattern and depth in mm, by its name: `Saw3` is a `Saw` of 3 mm. A sphere has no depth.
+pub fn pattern_and_depth(specimen: &str) -> (Option<String>, Option<f64>) {
+    match specimen.split_at_checked(3) {
+        Some((pattern, depth)) if depth.parse::<f64>().is_ok_and(f64::is_finite) => {
+            (Some(pattern.to_owned()), depth.parse().ok())
+        }
+        _ => (Some(specimen.to_owned()), None),
+    }
+}
+
+/// The order in which answers are taken over: specimens first, since models of patterns and depths know better.
+fn rank(task: Task) -> u8 {
+    match task {
+        Task::Other => 0,
+        Task::Specimen => 1,
+        Task::Pattern => 2,
+        Task::Depth => 3,
+    }
+}
+
+/// Texture models, each of another task.
+#[derive(Clone, Debug, Default)]
+pub struct Textures<'m> {
+    models: Vec<(Model<'m>, Early)>,
+}
+
+impl<'m> Textures<'m> {
+    /// The models of these files.
+    ///
+    /// # Errors
+    /// A file that is no model, and a second model of the same task.
+    pub fn new(files: &'m [ModelFile]) -> Result<Self, Error> {
+        let mut models: Vec<(Model, &ModelFile)> = Vec::with_capacity(files.len());
+        for file in files {
+            let model = file.model()?;
+            if let Some((_, other)) = models.iter().find(|(other, _)| other.task() == model.task()) {
+                let task = task_name(model.task());
+                let message =
+                    format_args!("tells apart the same as {}: {task}, expected one model of each", other.about());
+                return Err(Error::new(file.about(), message));
+            }
+            models.push((model, file));
+        }
+        models.sort_by_key(|(model, _)| rank(model.task()));
+        Ok(Self { models: models.into_iter().map(|(model, _)| (model, Early::new(model.frames()))).collect() })
+    }
+
+    /// What all models say of a whole sample, 70 frames of ten features each in units of 1/2048 ([`Sample::flat`]); nothing where
+    /// there is no model.
+    ///
+    /// [`Sample::flat`]: wstac_core::sample::Sample::flat
+    pub fn of_sample(&self, sample: &[i16; INPUTS]) -> Option<TextureRecord> {
+        TextureRecord::merged(self.models.iter().map(|(model, _)| answer(model, sample)))
+    }
+
+    /// What models say that need no more of the sample under way than has just arrived: the number of the sample's first
+    /// frame, the frames that were looked at, and the answer.
+    pub fn of_beginning<B: Following>(&mut self, trigger: &Trigger<B>) -> Vec<(u64, u8, TextureRecord)> {
+        let answers = self.models.iter_mut().filter_map(|(model, early)| {
+            let beginning: Beginning = early.take(trigger)?;
+            Some((beginning.frame, model.frames(), answer(model, &beginning.flat())))
+        });
+        answers.collect()
+    }
+}
+
+/// A model's answer.
+fn answer(model: &Model, sample: &[i16; INPUTS]) -> TextureRecord {
+    let texture = texture(sample, model);
+    TextureRecord::of(texture.task, texture.label.to_string())
+}
+
+/// Returns the name of a task, as files and messages spell it.
+#[must_use]
+pub fn task_name(task: Task) -> &'static str {
+    match task {
+        Task::Other => "other",
+        Task::Specimen => "specimen",
+        Task::Pattern => "pattern",
+        Task::Depth => "depth",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn specimens_by_name() {
+        let found = |name| pattern_and_depth(name);
+        assert_eq!(found("Saw3"), (Some("Saw".into()), Some(3.0)));
+        assert_eq!(found("Fla0"), (Some("Fla".into()), Some(0.0)));
+        assert_eq!(found("Tri2.5"), (Some("Tri".into()), Some(2.5)));
+        for name in ["Sphere", "Saw", "Sawinf", "é", ""] {
+            assert_eq!(found(name), (Some(name.into()), None));
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! Locking: automatic off first, then the value, then everything is read back.
+
+use std::io;
+
+use v4l::v4l_sys as sys;
+
+use super::plan::{SWITCHES, Switch, VALUES};
+use super::{Control, ControlSetting, Controls};
+use wstac_host::camera::LockedControl;
+
+/// What is said of controls that nobody was to touch.
+const KEPT: &str = "left as it was";
+
+/// What was tried with a control.
+struct Attempt {
+    id: u32,
+    name: String,
+    /// The value that it was to have; nothing where that could not even be read.
+    target: Option<i32>,
+    refused: Option<io::Error>,
+    /// Why it is not locked although it has this value.
+    open: Option<String>,
+    /// Whether it goes on changing what it governs.
+    automatic: bool,
+}
+
+/// Locks the controls that change what grey levels mean, and sets those that a user names; all of them, as they were
+/// read back. `keep` leaves those that no user names as they are. What the driver refuses is no error: the list says so.
+///
+/// # Errors
+/// Names the control, what was found and what there is: where a setting is of no control, or out of its range.
+pub(crate) fn lock(
+    device: &impl Controls,
+    settings: &[ControlSetting],
+    keep: bool,
+) -> Result<Vec<LockedControl>, String> {
+    let listed = device.list();
+    let wanted = checked(&listed, settings)?;
+    let asked = |id| wanted.iter().rev().find(|(control, _)| control.id == id).map(|(_, value)| *value);
+    let mut attempts = Vec::new();
+    for switch in &SWITCHES {
+        let Some(control) = listed.iter().find(|control| control.id == switch.id) else { continue };
+        attempts.push(match asked(switch.id) {
+            None if keep => Attempt { automatic: is_automatic(device, switch), ..kept(device, control) },
+            asked => switched(device, control, switch, asked),
+        });
+    }
+    // What nothing automatic governs any more: the numbers, and whatever else a user names.
+    let values = VALUES.iter().map(|value| (value.id, value.governed_by));
+    for (id, governed_by) in values.chain(wanted.iter().map(|(control, _)| (control.id, &[][..]))) {
+        let Some(control) = listed.iter().find(|control| control.id == id) else { continue };
+        if attempts.iter().any(|attempt| attempt.id == id) {
+            continue;
+        }
+        let governor = attempts.iter().find(|switch| switch.automatic && governed_by.contains(&switch.id));
+        let open = governor.map(|governor| format!("{} is automatic", governor.name));
+        attempts.push(match asked(id) {
+            None if keep => kept(device, control),
+            asked => Attempt { open, ..set(device, control, asked) },
+        });
+    }
+    let after = device.list();
+    Ok(attempts.into_iter().map(|attempt| judged(device, attempt, &after)).collect())
+}
+
+/// Makes sure of locked controls once more: a camera may forget them when its stream starts.
+pub(crate) fn hold(device: &impl Controls, controls: &mut [LockedControl]) {
+    let is = |control: &LockedControl| device.get(control.id).is_ok_and(|value| i64::from(value) == control.value);
+    for control in controls.iter().filter(|control| control.locked && !is(control)) {
+        // Whether it helped is asked below; a value of 32 bits is what was read.
+        let _ = device.set(control.id, control.value as i32);
+    }
+    for control in controls.iter_mut().filter(|control| control.locked) {
+        if !is(control) {
+            control.locked = false;
+            control.why = Some("the camera changed it when the stream started".into());
+            control.value = device.get(control.id).map_or(control.value, i64::from);
+        }
+    }
+}
+
+/// The controls that settings name.
+fn checked<'c>(listed: &'c [Control], settings: &[ControlSetting]) -> Result<Vec<(&'c Control, i32)>, String> {
+    let all = || {
+        let ranges =
+            listed.iter().map(|control| format!("{} {} to {}", control.name, control.range.0, control.range.1));
+        let ranges = ranges.collect::<Vec<_>>().join(", ");
+        if ranges.is_empty() { "the camera has no controls".to_owned() } else { format!("the camera has {ranges}") }
+    };
+    let one = |setting: &ControlSetting| {
+        let ControlSetting { name, value } = setting;
+        let control = listed.iter().find(|control| control.name == *name);
+        let control = control.ok_or_else(|| format!("control {name} is not there, {}", all()))?;
+        let (least, most) = control.range;
+        if !(least..=most).contains(value) {
+            return Err(format!("control {name} is {value}, expected {least} to {most}; {}", all()));
+        }
+        if control.step > 1 && (i64::from(*value) - i64::from(least)) % i64::from(control.step) != 0 {
+            return Err(format!("control {name} is {value}, expected {least} to {most} in steps of {}", control.step));
+        }
+        Ok((control, *value))
+    };
+    settings.iter().map(one).collect()
+}
+
+/// Nothing is done: what is read is what is told.
+fn kept(device: &impl Controls, control: &Control) -> Attempt {
+    Attempt { target: device.get(control.id).ok(), open: Some(KEPT.into()), ..nothing_of(control) }
+}
+
+/// Switches something automatic off, or as a user asked.
+fn switched(device: &impl Controls, control: &Control, switch: &Switch, asked: Option<i32>) -> Attempt {
+    let (least, most) = control.range;
+    let current = device.get(control.id).ok();
+    let has_off = (least..=most).contains(&switch.off);
+    let target = asked.or(if has_off { Some(switch.off) } else { current });
+    // One that is off already need not be set, and may not be settable.
+    let refused = if current == target { None } else { target.and_then(|target| device.set(control.id, target).err()) };
+    let (now, automatic) = (device.get(control.id).ok(), is_automatic(device, switch));
+    if !automatic && asked.is_none() {
+        return Attempt { target: now, ..nothing_of(control) };
+    }
+    let open = match asked {
+        Some(_) => (automatic && now == target).then(|| "set as asked, which leaves it automatic".to_owned()),
+        None if has_off => Some(still_on(refused.as_ref(), control)),
+        None => Some(format!("cannot be off, which is {}: the camera has {least} to {most}", switch.off)),
+    };
+    Attempt { target, refused: refused.filter(|_| open.is_none()), open, automatic, ..nothing_of(control) }
+}
+
+/// Whether a switch changes what it governs, or cannot be asked.
+fn is_automatic(device: &impl Controls, switch: &Switch) -> bool {
+    !device.get(switch.id).is_ok_and(|value| value == switch.off || switch.fixed.contains(&value))
+}
+
+fn nothing_of(control: &Control) -> Attempt {
+    let name = control.name.clone();
+    Attempt { id: control.id, name, target: None, refused: None, open: None, automatic: false }
+}
+
+fn still_on(refused: Option<&io::Error>, control: &Control) -> String {
+    match refused {
+        Some(error) => format!("cannot be switched off: {}", reason(error, control)),
+        None => "was switched off, but is not".to_owned(),
+    }
+}
+
+/// Sets a number to what a user asks for, or to what it is: then it stays so.
+fn set(device: &impl Controls, control: &Control, asked: Option<i32>) -> Attempt {
+    let target = asked.or_else(|| device.get(control.id).ok());
+    let refused = target.and_then(|target| device.set(control.id, target).err());
+    Attempt { target, refused, ..nothing_of(control) }
+}
+
+/// Reads a control back and says how it stands.
+fn judged(device: &impl Controls, attempt: Attempt, after: &[Control]) -> LockedControl {
+    let Attempt { id, name, target, refused, open, .. } = attempt;
+    let (value, error) = match device.get(id) {
+        Ok(value) => (Some(value), None),
+        Err(error) => (None, Some(error)),
+    };
+    let now = after.iter().find(|control| control.id == id);
+    let has = |flag| now.is_some_and(|control| control.has(flag));
+    let why = if let Some(error) = error {
+        Some(format!("cannot be read: {error}"))
+    } else if open.is_some() {
+        open
+    } else if let (Some(error), Some(now)) = (&refused, now) {
+        Some(format!("cannot be set: {}", reason(error, now)))
+    } else if value != target {
+        let found = |value: Option<i32>| value.map_or_else(|| "nothing".to_owned(), |value| value.to_string());
+        Some(format!("set to {}, but reads back {}", found(target), found(value)))
+    } else if has(sys::V4L2_CTRL_FLAG_VOLATILE) {
+        Some("volatile: the camera changes it".into())
+    } else if has(sys::V4L2_CTRL_FLAG_INACTIVE) {
+        Some("inactive: something else governs it".into())
+    } else {
+        None
+    };
+    let value = value.or(target).map_or(0, i64::from);
+    LockedControl { name, id, value, locked: why.is_none(), why }
+}
+
+/// Why the driver refuses, with what its flags say about it.
+fn reason(error: &io::Error, control: &Control) -> String {
+    for (flag, why) in [
+        (sys::V4L2_CTRL_FLAG_READ_ONLY, "read-only"),
+        (sys::V4L2_CTRL_FLAG_GRABBED, "another program holds it"),
+        (sys::V4L2_CTRL_FLAG_INACTIVE, "inactive: something else governs it"),
+    ] {
+        if control.has(flag) {
+            return why.to_owned();
+        }
+    }
+    error.to_string()
+}

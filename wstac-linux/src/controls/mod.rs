@@ -1,0 +1,134 @@
+//! A camera's controls: which there are, and how those that change what grey levels mean are locked.
+
+mod lock;
+mod plan;
+
+use std::io;
+use std::path::Path;
+
+use v4l::v4l_sys as sys;
+
+use super::device::{Device, G_CTRL, QUERYCTRL, S_CTRL, text, zeroed};
+pub(super) use lock::{hold, lock};
+use wstac_host::camera::{ControlSetting, ControlValue};
+use wstac_host::error::Error;
+
+/// Controls of a device that are read at most.
+const MOST_CONTROLS: usize = 1024;
+
+/// A control that holds a number, a switch or a choice.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Control {
+    /// Its number: `V4L2_CID_*`.
+    pub(crate) id: u32,
+    /// The driver's name for it, spelt as `v4l2-ctl` does.
+    pub(crate) name: String,
+    /// Least and greatest value.
+    pub(crate) range: (i32, i32),
+    /// From one value to the next.
+    pub(crate) step: i32,
+    /// `V4L2_CTRL_FLAG_*`.
+    pub(crate) flags: u32,
+}
+
+impl Control {
+    /// Whether the driver sets one of these flags.
+    pub(crate) fn has(&self, flags: u32) -> bool {
+        self.flags & flags != 0
+    }
+}
+
+/// What can be asked of a device's controls.
+pub(crate) trait Controls {
+    /// Those that hold a number, a switch or a choice, in the driver's order.
+    fn list(&self) -> Vec<Control>;
+
+    /// A control's value.
+    ///
+    /// # Errors
+    /// The driver's.
+    fn get(&self, id: u32) -> io::Result<i32>;
+
+    /// Sets a control. The driver may set another value than this.
+    ///
+    /// # Errors
+    /// The driver's.
+    fn set(&self, id: u32, value: i32) -> io::Result<()>;
+}
+
+impl Controls for Device {
+    fn list(&self) -> Vec<Control> {
+        let ask = |id| {
+            let mut raw: sys::v4l2_queryctrl = zeroed();
+            raw.id = id;
+            self.call(&QUERYCTRL, &mut raw).ok().map(|()| raw)
+        };
+        let mut all = Vec::new();
+        let mut last = 0;
+        while let Some(raw) = ask(last | sys::V4L2_CTRL_FLAG_NEXT_CTRL) {
+            // A driver that does not go on must not be asked for ever.
+            if raw.id <= last || all.len() >= MOST_CONTROLS {
+                break;
+            }
+            last = raw.id;
+            all.push(raw);
+        }
+        // A camera that stumbles over one of its controls ends the list there: the rest that matters is asked for one by one.
+        let missed = plan::ids().filter(|id| all.iter().all(|raw| raw.id != *id));
+        let missed: Vec<_> = missed.filter_map(ask).collect();
+        all.into_iter().chain(missed).filter_map(control).collect()
+    }
+
+    fn get(&self, id: u32) -> io::Result<i32> {
+        let mut raw = sys::v4l2_control { id, value: 0 };
+        self.call(&G_CTRL, &mut raw).map(|()| raw.value)
+    }
+
+    fn set(&self, id: u32, value: i32) -> io::Result<()> {
+        self.call(&S_CTRL, &mut sys::v4l2_control { id, value })
+    }
+}
+
+/// A control as the driver describes it; nothing for headings, buttons, texts and what is disabled.
+fn control(raw: sys::v4l2_queryctrl) -> Option<Control> {
+    let readable = matches!(
+        raw.type_,
+        sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_INTEGER
+            | sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_BOOLEAN
+            | sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_MENU
+            | sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_INTEGER_MENU
+            | sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_BITMASK
+    );
+    let unusable = sys::V4L2_CTRL_FLAG_DISABLED | sys::V4L2_CTRL_FLAG_WRITE_ONLY;
+    (readable && raw.flags & unusable == 0).then(|| Control {
+        id: raw.id,
+        name: spelt(&text(&raw.name)),
+        range: (raw.minimum, raw.maximum),
+        step: raw.step,
+        flags: raw.flags,
+    })
+}
+
+/// A name as `v4l2-ctl` spells it: letters and digits in lower case, one `_` for all between them.
+fn spelt(name: &str) -> String {
+    let words = name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+    words.collect::<Vec<_>>().join("_").to_ascii_lowercase()
+}
+
+/// All controls of a camera as they stand now. Another program, or this one, may use it meanwhile.
+///
+/// # Errors
+/// Where there is no such camera, or it may not be opened.
+pub fn controls(path: &Path) -> Result<Vec<ControlValue>, Error> {
+    let device = Device::open(path)?;
+    let values = device.list().into_iter().map(|control| ControlValue {
+        value: device.get(control.id).ok(),
+        volatile: control.has(sys::V4L2_CTRL_FLAG_VOLATILE),
+        read_only: control.has(sys::V4L2_CTRL_FLAG_READ_ONLY),
+        name: control.name,
+    });
+    Ok(values.collect())
+}
+
+#[cfg(test)]
+mod tests;

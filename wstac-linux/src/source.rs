@@ -1,0 +1,382 @@
+//! A camera as a source: its buffers in order, what was lost between them, an end to every wait, and a way back after
+//! every break.
+
+mod pace;
+mod way_back;
+
+use std::collections::VecDeque;
+use std::io;
+use std::os::unix::fs::FileTypeExt;
+use std::path::Path;
+use std::time::Duration;
+
+use rustix::time::{ClockId, clock_gettime};
+use wstac_core::green::any::PixelFormat;
+use wstac_core::rate::FrameRate;
+
+use self::pace::Pace;
+use self::way_back::Away;
+use crate::buffers::{Filled, Wait};
+use crate::same::Known;
+use crate::timeline::Timeline;
+use crate::{Camera, CameraRequest, Negotiated};
+use wstac_host::camera::formats::{self, Coding};
+use wstac_host::camera::mjpeg::{CORRUPT, Decoder};
+use wstac_host::camera::modes::fps;
+use wstac_host::error::Error;
+use wstac_host::source::open::{OpenOptions, SourceKind};
+use wstac_host::source::{Behind, Delivery, Fault, Item, Source, StreamInfo};
+
+/// Longest wait for a frame before the caller may look for signals.
+const WAIT: Duration = Duration::from_millis(500);
+/// How long no frame may come before the stream is started anew, and how many periods of a very slow one.
+const LONGEST_SILENCE: Duration = Duration::from_secs(5);
+const SILENT_PERIODS: f64 = 3.0;
+/// Read errors in a row before the stream is started anew.
+const MOST_ERRORS: u32 = 10;
+/// Buffers that are taken at a time: no driver has more.
+const MOST_READY: usize = 32;
+
+/// A camera's frames. A break of the stream does not end it: it waits for the same camera and goes on.
+#[derive(Debug)]
+pub struct CameraSource {
+    /// Just what was negotiated: a camera that comes back is asked for it.
+    request: CameraRequest,
+    known: Known,
+    /// Nothing while it is away.
+    camera: Option<Camera>,
+    negotiated: Negotiated,
+    info: StreamInfo,
+    timeline: Timeline,
+    pace: Pace,
+    decoder: Option<Decoder>,
+    /// The buffer whose bytes the caller has: the next call gives it back.
+    lent: Option<Filled>,
+    /// A buffer before which everything was told: it is next.
+    next: Option<Filled>,
+    /// Buffers behind it that are filled, oldest first.
+    ready: VecDeque<Filled>,
+    /// What went wrong after them.
+    trouble: Option<io::Error>,
+    /// What there is to tell before the next buffer.
+    told: VecDeque<Told>,
+    /// Since the stream broke off, until a buffer has come again.
+    away: Option<Away>,
+    /// The driver says that its input has a signal.
+    signal: bool,
+    behind: Behind,
+    /// When the last buffer arrived, on the monotonic clock.
+    arrived: Duration,
+    /// Waits in a row that brought nothing.
+    waits: u32,
+    /// Errors in a row.
+    errors: u32,
+}
+
+/// An item that borrows nothing.
+#[derive(Debug)]
+enum Told {
+    Lost(u64, &'static str),
+    Fault(Fault),
+}
+
+impl CameraSource {
+    /// Opens a camera and starts it.
+    ///
+    /// # Errors
+    /// Those of [`Camera::open`].
+    pub fn open(request: &CameraRequest) -> Result<Self, Error> {
+        let camera = Camera::open(request)?;
+        let negotiated = camera.negotiated.clone();
+        let (format, decoder) = match negotiated.coding {
+            Coding::Raw(format) => (format, None),
+            Coding::Jpeg => (PixelFormat::Rgb24, Some(Decoder::new(negotiated.size))),
+        };
+        let (size, rate) = (negotiated.size, negotiated.rate);
+        let info = StreamInfo {
+            size,
+            format,
+            colour: negotiated.colour,
+            bytes_per_row: negotiated.bytes_per_row,
+            rate,
+            taxels_only: false,
+            about: about(&camera),
+            camera: Some(Box::new(camera.state.clone())),
+        };
+        // A camera that was unplugged comes back with its values of power-on: those that it had are set again.
+        let held = if request.keep_controls { Vec::new() } else { camera.state.settings() };
+        let request = CameraRequest {
+            controls: [held, request.controls.clone()].concat(),
+            format: Some(negotiated.fourcc),
+            size: Some((size.width().into(), size.height().into())),
+            rate: Some(rate),
+            ..request.clone()
+        };
+        Ok(Self {
+            request,
+            known: Known::new(&camera.state),
+            camera: Some(camera),
+            negotiated,
+            info,
+            timeline: Timeline::new(rate),
+            pace: Pace::new(rate),
+            decoder,
+            lent: None,
+            next: None,
+            ready: VecDeque::new(),
+            trouble: None,
+            told: VecDeque::new(),
+            away: None,
+            signal: true,
+            behind: Behind::default(),
+            arrived: now(),
+            waits: 0,
+            errors: 0,
+        })
+    }
+
+    /// Makes a buffer the next one, or has something to tell, or waited for nothing.
+    fn fetch(&mut self) -> Result<(), Error> {
+        if self.camera.is_none() {
+            return self.come_back();
+        }
+        let waited = self.take_ready();
+        if !self.ready.is_empty() {
+            (self.waits, self.errors) = (0, 0);
+            self.choose();
+        } else if let Some(error) = self.trouble.take() {
+            self.suffer(&error);
+        } else if waited {
+            self.grow_impatient();
+        }
+        Ok(())
+    }
+
+    /// Takes all filled buffers from the driver, and waits for one where there is none. Whether it waited in vain.
+    fn take_ready(&mut self) -> bool {
+        let Some(camera) = &mut self.camera else { return false };
+        while self.trouble.is_none() && self.ready.len() < MOST_READY {
+            let timeout = if self.ready.is_empty() { WAIT } else { Duration::ZERO };
+            match camera.buffers.wait(timeout) {
+                Ok(Wait::Filled(filled)) => self.ready.push_back(filled),
+                Ok(Wait::TimedOut) => return self.ready.is_empty(),
+                Ok(Wait::Interrupted) => return false,
+                Err(error) => self.trouble = Some(error),
+            }
+        }
+        false
+    }
+
+    /// The oldest buffer that is ready becomes the next; or the newest, and the others are given back.
+    fn choose(&mut self) {
+        let (mut dropped, mut skipped) = (0, 0);
+        while let Some(filled) = self.ready.pop_front() {
+            dropped += self.arrive(&filled);
+            if self.request.delivery == Delivery::Every || self.ready.is_empty() {
+                self.next = Some(filled);
+                break;
+            }
+            skipped += 1;
+            self.give_back(filled);
+        }
+        let waiting = self.ready.len() as u32 + skipped as u32;
+        self.behind.frames = waiting;
+        self.behind.most = self.behind.most.max(waiting);
+        self.behind.skipped += skipped;
+        let why = if self.pace.is_slow() { "never taken: the camera was slow" } else { "dropped by the driver" };
+        self.lose(dropped, why);
+        self.lose(skipped, "skipped for newer ones");
+    }
+
+    /// A buffer has come, good or not; how many frames were lost before it.
+    fn arrive(&mut self, filled: &Filled) -> u64 {
+        let between = std::mem::replace(&mut self.arrived, now());
+        let between = self.arrived.saturating_sub(between);
+        if let Some(away) = self.away.take() {
+            let lost = self.timeline.resume(filled.sequence, filled.timestamp, between);
+            self.pace.restart();
+            self.told.extend(away.back(&self.info, lost).map(Told::Fault));
+            self.lose(lost, away.why());
+            return 0;
+        }
+        self.told.extend(self.pace.arrive(filled.sequence, filled.timestamp).map(Told::Fault));
+        self.timeline.arrive(filled.sequence, filled.timestamp)
+    }
+
+    fn lose(&mut self, frames: u64, why: &'static str) {
+        if frames > 0 {
+            self.told.push_back(Told::Lost(frames, why));
+        }
+    }
+
+    /// The driver did not give a buffer.
+    fn suffer(&mut self, error: &io::Error) {
+        self.errors += 1;
+        if error.raw_os_error() == Some(libc::EIO) && self.errors < MOST_ERRORS {
+            // The frame of this moment, wherever it is; the next one's sequence number may count it, too.
+            self.timeline.report_lost();
+            return self.lose(1, "the driver could not read it");
+        }
+        let device = self.camera.as_ref().map(|camera| camera.buffers.device());
+        if let Some(text) = device.map(|device| device.error("cannot be read any further", error).to_string()) {
+            self.part(&text);
+        }
+    }
+
+    /// A wait brought nothing, once more.
+    fn grow_impatient(&mut self) {
+        self.waits += 1;
+        // Waits are counted, not a clock's time: a program that was stopped for a while is not a stuck camera.
+        let silence = WAIT * self.waits;
+        if silence < longest_silence(self.info.rate) {
+            return;
+        }
+        self.look_for_signal();
+        if !self.signal {
+            // A stream that is started anew would be just as silent. The time line is, all the same.
+            self.waits = 0;
+            self.away.get_or_insert_with(Away::without_signal);
+            return;
+        }
+        let path = self.request.path.display();
+        let seconds = silence.as_secs();
+        self.part(&format!("{path}: no frame for {seconds} s: check the cable and the hub's power"));
+    }
+
+    /// Tells where the driver says that the input's signal has gone, or come back.
+    fn look_for_signal(&mut self) {
+        let Some(camera) = &self.camera else { return };
+        let signal = !camera.buffers.device().no_signal();
+        if signal == std::mem::replace(&mut self.signal, signal) {
+            return;
+        }
+        let path = self.request.path.display();
+        let (kind, message) = if signal {
+            ("signal", format!("{path}: the input has its signal again"))
+        } else {
+            ("no-signal", format!("{path}: the driver says that the input has no signal or power; waiting for it"))
+        };
+        self.told.push_back(Told::Fault(Fault { kind, message }));
+    }
+
+    fn give_back(&mut self, filled: Filled) {
+        if let Some(camera) = &mut self.camera {
+            camera.buffers.give_back(filled);
+        }
+    }
+}
+
+/// From when on a camera of this rate is stuck.
+fn longest_silence(rate: FrameRate) -> Duration {
+    let periods = SILENT_PERIODS * f64::from(rate.denominator()) / f64::from(rate.numerator());
+    Duration::try_from_secs_f64(periods).map_or(Duration::MAX, |periods| periods.max(LONGEST_SILENCE))
+}
+
+/// The clock of the drivers' timestamps.
+fn now() -> Duration {
+    Duration::try_from(clock_gettime(ClockId::Monotonic)).unwrap_or_default()
+}
+
+impl Source for CameraSource {
+    fn info(&self) -> &StreamInfo {
+        &self.info
+    }
+
+    fn next(&mut self) -> Result<Item<'_>, Error> {
+        if let Some(lent) = self.lent.take() {
+            self.give_back(lent);
+        }
+        if self.next.is_none() && self.told.is_empty() {
+            self.fetch()?;
+            if self.next.is_some() {
+                self.look_for_signal();
+            }
+        }
+        match self.told.pop_front() {
+            Some(Told::Lost(frames, why)) => return Ok(Item::Lost { frames, why }),
+            Some(Told::Fault(fault)) => return Ok(Item::Fault(fault)),
+            None => {}
+        }
+        let (Some(filled), Some(camera)) = (self.next.take(), &self.camera) else { return Ok(Item::Waiting) };
+        // Whatever becomes of it, the next call gives it back.
+        let filled = self.lent.insert(filled);
+        if filled.damaged {
+            return Ok(Item::Lost { frames: 1, why: "marked as damaged by the driver" });
+        }
+        if !self.signal {
+            return Ok(Item::Lost { frames: 1, why: "no signal" });
+        }
+        let (bytes, timestamp) = (camera.buffers.bytes(filled), filled.timestamp);
+        let sequence = Some(filled.sequence);
+        if bytes.len() < self.negotiated.frame_bytes {
+            return Ok(Item::Lost { frames: 1, why: "shorter than a frame" });
+        }
+        self.behind.latency = timestamp.and_then(|timestamp| now().checked_sub(timestamp));
+        let Some(decoder) = &mut self.decoder else {
+            return Ok(Item::Frame { bytes, timestamp, sequence, encoded: None });
+        };
+        Ok(match decoder.decode(bytes) {
+            Some(decoded) => Item::Frame { bytes: decoded, timestamp, sequence, encoded: Some(bytes) },
+            None => Item::Lost { frames: 1, why: CORRUPT },
+        })
+    }
+
+    fn behind(&self) -> Behind {
+        self.behind
+    }
+}
+
+/// `/dev/video0: Camera, YUYV 1280x720, 30 fps; 12 controls locked`, then the notes.
+fn about(camera: &Camera) -> String {
+    let negotiated = &camera.negotiated;
+    let mut about =
+        format!("{}: {}, {}", camera.buffers.device().path().display(), camera.state.card, stream(negotiated));
+    for note in std::iter::once(&camera.state.about_controls()).chain(&negotiated.notes) {
+        about.push_str("; ");
+        about.push_str(note);
+    }
+    about
+}
+
+/// `YUYV 1280x720, 30 fps`.
+fn stream(negotiated: &Negotiated) -> String {
+    let (name, size) = (formats::name(negotiated.fourcc), negotiated.size);
+    format!("{name} {}x{}, {} fps", size.width(), size.height(), fps(negotiated.rate))
+}
+
+/// Cameras as sources by name: `/dev/videoN`, or any character device.
+#[derive(Clone, Copy, Debug)]
+pub struct Cameras;
+
+impl SourceKind for Cameras {
+    fn open(&self, name: &str, options: &OpenOptions) -> Option<Result<Box<dyn Source>, Error>> {
+        if is_camera(name) {
+            let OpenOptions { fps: rate, format, size, delivery, keep_controls, controls } = options.clone();
+            let request = CameraRequest { path: name.into(), format, size, rate, delivery, keep_controls, controls };
+            return Some(CameraSource::open(&request).map(|source| Box::new(source) as Box<dyn Source>));
+        }
+        let is_missing = name.starts_with("/dev/video")
+            && Path::new(name).metadata().is_err_and(|error| error.kind() == io::ErrorKind::NotFound);
+        is_missing.then(|| Err(Error::new(name, "no such camera; wstac devices lists those that there are")))
+    }
+}
+
+/// Returns whether a source's name stands for a camera, which makes its frames now and at its own pace.
+#[must_use]
+pub fn is_camera(name: &str) -> bool {
+    Path::new(name).metadata().is_ok_and(|metadata| metadata.file_type().is_char_device())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slow_cameras_may_be_silent_for_longer() {
+        let silence = |numerator, denominator| longest_silence(FrameRate::new(numerator, denominator).unwrap());
+        assert_eq!(silence(30, 1), Duration::from_secs(5));
+        assert_eq!(silence(1, 1), Duration::from_secs(5));
+        assert_eq!(silence(1, 60), Duration::from_mins(3));
+        assert!(silence(1, u32::MAX) > Duration::from_secs(u32::MAX.into()));
+    }
+}

@@ -1,0 +1,189 @@
+//! From a stream that broke off to the same camera's next frame.
+
+use std::thread;
+use std::time::Duration;
+
+use super::{CameraSource, Told, stream};
+use crate::choose::same;
+use crate::{Camera, Negotiated};
+use wstac_host::camera::LockedControl;
+use wstac_host::error::Error;
+use wstac_host::source::{Fault, StreamInfo};
+
+/// From one try to the next.
+const PAUSE: Duration = Duration::from_millis(500);
+
+/// A break of the stream, from its last buffer to the next one.
+#[derive(Debug, Default)]
+pub(super) struct Away {
+    /// The input has no signal: that was told, and so will be its end.
+    no_signal: bool,
+    /// Starting again was tried.
+    tried: bool,
+    /// What was said of tries that failed: each once.
+    said: Vec<String>,
+}
+
+impl Away {
+    pub(super) fn without_signal() -> Self {
+        Self { no_signal: true, ..Self::default() }
+    }
+
+    /// Why frames were lost meanwhile.
+    pub(super) fn why(&self) -> &'static str {
+        if self.no_signal { "no signal" } else { "the camera was away" }
+    }
+
+    /// What there is to say of its end; nothing where the signal's return says it.
+    pub(super) fn back(&self, info: &StreamInfo, lost: u64) -> Option<Fault> {
+        if self.no_signal {
+            return None;
+        }
+        let state = info.camera.as_deref();
+        let name = state.map(|state| format!("{}: {}", state.path.display(), state.card)).unwrap_or_default();
+        Some(Fault { kind: "reconnected", message: format!("{name} is back; {lost} frame(s) were lost meanwhile") })
+    }
+
+    /// Whether this is said for the first time.
+    fn is_new(&mut self, message: &str) -> bool {
+        let new = !self.said.iter().any(|said| said == message);
+        if new {
+            self.said.push(message.to_owned());
+        }
+        new
+    }
+}
+
+impl CameraSource {
+    /// The stream has broken off: the camera is closed, and looked for from now on.
+    pub(super) fn part(&mut self, why: &str) {
+        (self.lent, self.next, self.trouble) = (None, None, None);
+        self.ready.clear();
+        self.camera = None;
+        self.known.look_around();
+        let away = self.away.get_or_insert_default();
+        away.no_signal = false;
+        if away.is_new(why) {
+            let message = format!("{why}; waiting for the same camera, Ctrl-C ends");
+            self.told.push_back(Told::Fault(Fault { kind: "disconnected", message }));
+        }
+    }
+
+    /// Looks for the camera and starts it. Nothing where it is not there yet, or refuses: asked again later.
+    pub(super) fn come_back(&mut self) -> Result<(), Error> {
+        let away = self.away.get_or_insert_default();
+        // The first try is at once: most faults are over then.
+        if std::mem::replace(&mut away.tried, true) {
+            thread::sleep(PAUSE);
+        }
+        let Some(path) = self.known.find() else { return Ok(()) };
+        self.request.path = path;
+        match Camera::open(&self.request) {
+            Ok(camera) => self.welcome(camera),
+            Err(error) => {
+                let why = error.to_string();
+                if away.is_new(&why) {
+                    let message = format!("{why}; tried again until it starts");
+                    self.told.push_back(Told::Fault(Fault { kind: "refused", message }));
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// Takes up a stream that was started again, if it is what it was.
+    fn welcome(&mut self, camera: Camera) -> Result<(), Error> {
+        if let Some(difference) = difference(&self.negotiated, &camera.negotiated) {
+            return Err(Error::new(self.request.path.display(), difference));
+        }
+        let state = Some(Box::new(camera.state.clone()));
+        let before = std::mem::replace(&mut self.info.camera, state).map(|state| state.controls).unwrap_or_default();
+        if let Some(changed) = changed(&before, &camera.state.controls) {
+            let message = format!("{}: {changed}: grey levels may have changed", self.request.path.display());
+            self.told.push_back(Told::Fault(Fault { kind: "controls", message }));
+        }
+        (self.waits, self.errors) = (0, 0);
+        self.camera = Some(camera);
+        Ok(())
+    }
+}
+
+/// What is no longer as it was agreed on.
+fn difference(before: &Negotiated, now: &Negotiated) -> Option<String> {
+    let is_same = before.fourcc == now.fourcc
+        && before.size == now.size
+        && before.colour == now.colour
+        && before.bytes_per_row == now.bytes_per_row
+        && before.frame_bytes == now.frame_bytes
+        && same(before.rate, now.rate);
+    let words = |negotiated: &Negotiated| {
+        let colour = negotiated.colour;
+        format!("{} ({} bytes a row, {:?})", stream(negotiated), negotiated.bytes_per_row, colour)
+    };
+    (!is_same).then(|| format!("the camera came back with {}, expected {} as before", words(now), words(before)))
+}
+
+/// The controls that have another value than before.
+fn changed(before: &[LockedControl], now: &[LockedControl]) -> Option<String> {
+    let changes = now.iter().filter_map(|control| {
+        let was = before.iter().find(|was| was.id == control.id && was.value != control.value)?;
+        Some(format!("{} was {}, is {}", control.name, was.value, control.value))
+    });
+    let changes: Vec<_> = changes.collect();
+    (!changes.is_empty()).then(|| changes.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use wstac_core::green::any::PixelFormat;
+    use wstac_core::green::ycbcr::Colour;
+    use wstac_core::layout::FrameSize;
+    use wstac_core::rate::FrameRate;
+
+    use super::*;
+    use wstac_host::camera::formats::Coding;
+
+    fn negotiated() -> Negotiated {
+        Negotiated {
+            fourcc: *b"GREY",
+            coding: Coding::Raw(PixelFormat::Grey),
+            size: FrameSize::new(640, 360).unwrap(),
+            colour: Colour::default(),
+            bytes_per_row: 640,
+            frame_bytes: 640 * 360,
+            rate: FrameRate::NOMINAL,
+            notes: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_stream_that_comes_back_is_what_it_was() {
+        let before = Negotiated { notes: vec!["said once".into()], ..negotiated() };
+        assert_eq!(difference(&before, &negotiated()), None);
+        // The same rate in other numbers.
+        let rate = FrameRate::new(30_000, 1001).unwrap();
+        assert_eq!(difference(&before, &Negotiated { rate, ..negotiated() }), None);
+        let rate = FrameRate::new(15, 1).unwrap();
+        let said = difference(&before, &Negotiated { rate, ..negotiated() }).unwrap();
+        assert!(said.contains("came back with GREY 640x360, 15 fps"), "{said}");
+        assert!(said.contains("expected GREY 640x360, 30 fps"), "{said}");
+        assert!(difference(&before, &Negotiated { bytes_per_row: 704, ..negotiated() }).is_some());
+    }
+
+    #[test]
+    fn controls_that_changed_are_named() {
+        let control =
+            |id, value| LockedControl { id, value, name: format!("Control {id}"), ..LockedControl::default() };
+        let before = [control(1, 5), control(2, 6)];
+        assert_eq!(changed(&before, &before), None);
+        assert_eq!(changed(&before, &[control(2, 7), control(3, 1)]).unwrap(), "Control 2 was 6, is 7");
+    }
+
+    #[test]
+    fn a_refusal_is_said_once() {
+        let mut away = Away::default();
+        assert!(away.is_new("busy"));
+        assert!(away.is_new("no memory"));
+        assert!(!away.is_new("busy"));
+    }
+}

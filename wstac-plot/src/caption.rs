@@ -1,0 +1,75 @@
+//! The event's numbers, and what is drawn, in words.
+
+use wstac_core::speed::{Law, ThresholdOn};
+
+use super::event::Found;
+use wstac_host::reading::EventRecord;
+use wstac_host::texture::TextureRecord;
+
+/// All of it.
+pub(super) fn caption(found: &Found) -> String {
+    let record = &found.record;
+    let start = record.frame as f64 * found.frame_s;
+    let what = format!("Event {} of {}; first frame {} ({start:.2} s).", found.number, found.about, record.frame);
+    let mut answers = vec![speed(record, found.law), direction(record)];
+    answers.extend(record.texture.as_ref().map(texture));
+    let mut sentences = vec![what, format!("{}.", answers.join("; "))];
+    if record.frames_filled > 0 {
+        sentences.push(format!("{} of {} frames were lost, and filled.", record.frames_filled, record.frames));
+    }
+    if !record.reliable {
+        sentences.push("Not reliable: the baseline was not quiet, or too many frames were filled.".to_owned());
+    }
+    match found.saturated() {
+        0 => {}
+        1 => sentences.push("One taxel reached full scale: its light is cut off.".to_owned()),
+        count => sentences.push(format!("{count} taxels reached full scale: their light is cut off.")),
+    }
+    sentences.push(drawn(found));
+    sentences.join(" ")
+}
+
+fn speed(record: &EventRecord, law: Law) -> String {
+    let law = match law {
+        Law::Paper { .. } => "logarithmic law",
+        Law::Physical { .. } => "physical law",
+    };
+    let why = record.why.speed.unwrap_or("unknown");
+    match (&record.speed, &record.speed_at_most) {
+        (Some(speed), _) => {
+            let doubt = if speed.extrapolated { ", extrapolated" } else { "" };
+            format!("Speed {} mm/s ({law}{doubt})", speed.mm_s)
+        }
+        (None, Some(most)) => format!("Speed at most {} mm/s ({why})", most.mm_s),
+        (None, None) => format!("No speed ({why})"),
+    }
+}
+
+fn direction(record: &EventRecord) -> String {
+    match record.direction.deg {
+        Some(degrees) => format!("direction {degrees}\u{b0} (confidence {})", record.direction.confidence),
+        None => format!("no direction ({})", record.why.direction.unwrap_or("unclear")),
+    }
+}
+
+fn texture(texture: &TextureRecord) -> String {
+    let mut names: Vec<String> = texture.specimen.iter().chain(&texture.class).cloned().collect();
+    if texture.specimen.is_none() {
+        names.extend(texture.pattern.clone());
+        names.extend(texture.depth_mm.map(|depth| format!("{depth} mm deep")));
+    }
+    format!("texture {}", names.join(", "))
+}
+
+fn drawn(found: &Found) -> String {
+    let ((threshold, on), [slowest, fastest]) = (found.lit_threshold, found.fitted);
+    let on = match on {
+        ThresholdOn::Absolute => "",
+        ThresholdOn::AboveBaseline => " above the baseline",
+    };
+    format!(
+        "a, b: light of the five taxels of a row or column, numbers at its centroid; dashed, where the trigger fires, grey, the \
+         window that did; lit, above {threshold} of full scale{on}; dotted, the first and last lit frame. d: thick where the law \
+         was fitted, {slowest} to {fastest} mm/s."
+    )
+}

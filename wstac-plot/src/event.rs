@@ -1,0 +1,188 @@
+//! An event, and all that was seen while it happened.
+
+use std::collections::VecDeque;
+
+use wstac_core::baseline::Baseline;
+use wstac_core::features::Features;
+use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES, TAXELS};
+use wstac_core::rate::FrameRate;
+use wstac_core::sample::Sample;
+use wstac_core::speed::{Duration, Law, ThresholdOn, duration};
+use wstac_core::trigger::Event;
+
+use wstac_host::config::Config;
+use wstac_host::error::Error;
+use wstac_host::reading::{EventRecord, Reading, Record};
+use wstac_host::source::{Item, Source, StreamInfo};
+
+/// Feature frames whose taxels are kept: a sample, and those of the longest gap behind it.
+const KEPT: usize = 2 * SAMPLE_FRAMES;
+/// A taxel at this share of full scale is saturated, or nearly.
+const SATURATED: f32 = 0.98;
+
+/// An event and what is drawn of it.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// What is said of it, the sample included.
+    pub(super) record: EventRecord,
+    /// What the source is.
+    pub(super) about: String,
+    /// Which event of the source it is, from 1.
+    pub(super) number: u64,
+    /// Ten features over the sample, in units of a natural logarithm.
+    pub(super) features: [[f64; SAMPLE_FRAMES]; FEATURES],
+    /// Mean of each feature in the baseline.
+    pub(super) baseline: [f64; FEATURES],
+    /// Mean feature of a window above which it fires.
+    pub(super) thresholds: [f64; FEATURES],
+    /// Light of each taxel in the sample's frames, as a share of full scale; nothing for lost frames.
+    pub(super) taxels: Vec<Option<[f32; TAXELS]>>,
+    /// The window that fired: its first frame of the sample, and how many.
+    pub(super) window: [u8; 2],
+    /// First and last lit frame.
+    pub(super) lit: Option<Duration>,
+    /// Length of a feature frame in s.
+    pub(super) frame_s: f64,
+    /// Frames of the nominal 30 a second that a feature frame lasts.
+    pub(super) nominal_frames: f64,
+    /// The speed law.
+    pub(super) law: Law,
+    /// Slowest and fastest slide that it was fitted on, in mm/s.
+    pub(super) fitted: [f32; 2],
+    /// Above which a row or column is lit, and whether above its baseline.
+    pub(super) lit_threshold: (f64, ThresholdOn),
+}
+
+impl Found {
+    /// Taxels that come near full scale.
+    pub(super) fn saturated(&self) -> usize {
+        let most = |taxel: usize| self.taxels.iter().flatten().map(|taxels| taxels[taxel]).fold(0.0, f32::max);
+        (0..TAXELS).filter(|taxel| most(*taxel) >= SATURATED).count()
+    }
+}
+
+/// Taxels of the last feature frames: the frame's number, their sum over its camera frames, and how many those were.
+#[derive(Default)]
+struct Recent(VecDeque<(u64, [f32; TAXELS], u16)>);
+
+impl Recent {
+    fn add(&mut self, frame: u64, taxels: &[f32; TAXELS]) {
+        if let Some((_, sums, count)) = self.0.back_mut().filter(|(last, ..)| *last == frame) {
+            sums.iter_mut().zip(taxels).for_each(|(sum, taxel)| *sum += taxel);
+            *count += 1;
+            return;
+        }
+        if self.0.len() == KEPT {
+            self.0.pop_front();
+        }
+        self.0.push_back((frame, *taxels, 1));
+    }
+
+    /// The taxels of this frame, if any of it arrived.
+    fn of(&self, frame: u64) -> Option<[f32; TAXELS]> {
+        let (_, sums, count) = self.0.iter().find(|(own, ..)| *own == frame)?;
+        Some(sums.map(|sum| sum / f32::from(*count)))
+    }
+}
+
+/// Reads a source up to its event number `number`, counted from 1. `reading` gives samples.
+///
+/// # Errors
+/// The source's; that it has fewer events, and how many.
+pub fn find(
+    source: &mut dyn Source,
+    info: &StreamInfo,
+    reading: &mut Reading<'_>,
+    config: &Config,
+    number: u64,
+) -> Result<Found, Error> {
+    let (mut recent, mut seen) = (Recent::default(), 0);
+    loop {
+        let item = source.next()?;
+        let frame = reading.trigger().next_frame();
+        let has_light = matches!(item, Item::Frame { .. } | Item::Taxels(_));
+        let mut events = Vec::new();
+        let goes_on = reading.take(&item, |record| {
+            if let Record::Event(event) = record {
+                events.push(*event);
+            }
+            Ok::<(), Error>(())
+        })?;
+        if let Some(taxels) = reading.taxels().filter(|_| has_light) {
+            recent.add(frame, &taxels);
+        }
+        for event in events {
+            seen += 1;
+            if seen == number {
+                let found = gathered(event, seen, info, reading, config, &recent);
+                return found.ok_or_else(|| Error::new(&info.about, "the event has no sample, expected one"));
+            }
+        }
+        if !goes_on {
+            let found = match seen {
+                0 => "has no event".to_owned(),
+                1 => "has one event".to_owned(),
+                count => format!("has {count} events"),
+            };
+            let expected = if number == 1 { "at least one".to_owned() } else { format!("number {number}") };
+            return Err(Error::new(&info.about, format_args!("{found}, expected {expected}")));
+        }
+    }
+}
+
+fn gathered(
+    record: EventRecord,
+    number: u64,
+    info: &StreamInfo,
+    reading: &Reading<'_>,
+    config: &Config,
+    recent: &Recent,
+) -> Option<Found> {
+    let sample = record.sample.as_ref()?;
+    let mut features = [[0.0; SAMPLE_FRAMES]; FEATURES];
+    let mut frames: [Features; SAMPLE_FRAMES] = [[0; FEATURES]; SAMPLE_FRAMES];
+    for (feature, values) in sample.iter().enumerate() {
+        for (frame, value) in values.iter().enumerate() {
+            features[feature][frame] = *value;
+            // An exact multiple of 1/2048.
+            frames[frame][feature] = (value * f64::from(FEATURE_ONE)) as i16;
+        }
+    }
+    let trigger = reading.trigger();
+    let (baseline, thresholds) = (trigger.baseline()?, trigger.thresholds()?);
+    let speed = config.speed(info.rate).ok()?;
+    let event = Event {
+        frame: record.frame,
+        sample: Sample::from_frames(&frames),
+        baseline,
+        frames_filled: record.frames_filled,
+        reliable: record.reliable,
+    };
+    let window = trigger.config().window();
+    let first = record.frame;
+    Some(Found {
+        lit: duration(&event, &speed),
+        about: info.about.clone(),
+        number,
+        features,
+        baseline: means(baseline),
+        thresholds: thresholds.map(|sum| f64::from(sum) / f64::from(FEATURE_ONE) / f64::from(window)),
+        taxels: (0..SAMPLE_FRAMES as u64).map(|frame| recent.of(first.saturating_add(frame))).collect(),
+        window: [trigger.config().backtrack(), window],
+        frame_s: frame_s(info.rate),
+        nominal_frames: f64::from(info.rate.nominal_frames()),
+        law: config.speed.law(),
+        fitted: config.speed.range(),
+        lit_threshold: (config.speed.threshold, config.speed.threshold_on),
+        record,
+    })
+}
+
+fn means(baseline: &Baseline) -> [f64; FEATURES] {
+    baseline.totals().map(|total| f64::from(total) / f64::from(FEATURE_ONE) / f64::from(baseline.frames().max(1)))
+}
+
+/// Length of a feature frame in s.
+fn frame_s(rate: FrameRate) -> f64 {
+    f64::from(rate.frames_added()) * f64::from(rate.denominator()) / f64::from(rate.numerator())
+}

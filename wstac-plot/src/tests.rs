@@ -1,0 +1,180 @@
+//! The figure's words and numbers, and that it is well-formed, also of events that have no answers.
+
+use super::*;
+use wstac_host::config::Config;
+use wstac_host::reading::{Reading, Wanted};
+use wstac_host::source::open::{OpenOptions, open};
+
+/// The first event of a source, and its figure.
+fn figure(source: &str, config: &str) -> (Found, String) {
+    let mut source = open(
+        source,
+        &OpenOptions { size: Some((320, 180)), ..OpenOptions::default() },
+        &[&wstac_scene::source::Scenes],
+    )
+    .unwrap();
+    let (info, config) = (source.info().clone(), Config::parse(config).unwrap());
+    let mut reading = Reading::new(&info, &config, Wanted { features: false, samples: true }).unwrap();
+    let found = find(source.as_mut(), &info, &mut reading, &config, 1).unwrap();
+    let text = draw(&found);
+    well_formed(&text);
+    (found, text)
+}
+
+/// Checks tags, nesting, quotes and entities of an SVG, and that all places are numbers on the page.
+fn well_formed(text: &str) {
+    let mut open: Vec<&str> = Vec::new();
+    let mut rest = text;
+    while let Some(start) = rest.find('<') {
+        let words = &rest[..start];
+        for (at, _) in words.match_indices('&') {
+            assert!(["&amp;", "&lt;", "&gt;"].iter().any(|entity| words[at..].starts_with(entity)), "{words}");
+        }
+        let end = start + rest[start..].find('>').expect("a tag ends");
+        let tag = &rest[start + 1..end];
+        assert_eq!(tag.matches('\'').count() % 2, 0, "{tag}");
+        if let Some(name) = tag.strip_prefix('/') {
+            assert_eq!(open.pop(), Some(name));
+        } else if !tag.ends_with('/') {
+            open.push(tag.split(' ').next().unwrap());
+        }
+        rest = &rest[end + 1..];
+    }
+    assert!(open.is_empty() && rest.trim().is_empty(), "{open:?} {rest}");
+    assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
+}
+
+/// Places of all texts: left, right, base, about.
+fn words(text: &str) -> Vec<([f64; 4], String)> {
+    let attribute = |tag: &str, name: &str| {
+        let at = tag.find(&format!(" {name}='"))? + name.len() + 3;
+        Some(tag[at..].split('\'').next()?.to_owned())
+    };
+    let lines = text.lines().filter(|line| line.starts_with("<text ") && !line.contains("rotate"));
+    lines
+        .map(|line| {
+            let number = |name| attribute(line, name).unwrap().parse::<f64>().unwrap();
+            let (x, y, size) = (number("x"), number("y"), number("font-size"));
+            let inner = line.split_once('>').unwrap().1.trim_end_matches("</text>").to_owned();
+            // Narrower than what a line is broken at: what Helvetica really takes.
+            let width = 0.47 * size * inner.chars().count() as f64;
+            let left = match attribute(line, "text-anchor").unwrap().as_str() {
+                "start" => x,
+                "middle" => x - width / 2.0,
+                _ => x - width,
+            };
+            ([left, y - 0.7 * size, left + width, y], inner)
+        })
+        .collect()
+}
+
+/// No text lies on another, none leaves the page, none is too small.
+fn legible(text: &str) {
+    let words = words(text);
+    for (at, (a, one)) in words.iter().enumerate() {
+        assert!(a[0] >= 0.0 && a[2] <= 482.5 && a[1] >= 0.0, "{one:?} at {a:?}");
+        for (b, other) in &words[at + 1..] {
+            let apart = a[2] <= b[0] || b[2] <= a[0] || a[3] <= b[1] || b[3] <= a[1];
+            assert!(apart, "{one:?} at {a:?} lies on {other:?} at {b:?}");
+        }
+    }
+    for size in text.split("font-size='").skip(1).map(|rest| rest.split('\'').next().unwrap()) {
+        assert!(size.parse::<f64>().unwrap() >= 7.0, "{size}");
+    }
+}
+
+#[test]
+fn the_numbers_are_those_of_the_event() {
+    let (found, text) = figure("scene:Saw3@150,90deg", "");
+    legible(&text);
+    let caption = words(&text).into_iter().map(|(_, words)| words).collect::<Vec<_>>().join(" ");
+    let event = serde_json::to_value(&found.record).unwrap();
+    let speed = event["speed"]["mm_s"].as_f64().unwrap();
+    for expected in [
+        format!("Speed {speed} mm/s"),
+        format!("first frame {} ", event["frame"]),
+        format!("lit {} frames", event["duration_frames"]),
+        format!("(confidence {})", event["direction"]["confidence"]),
+        "direction 90°".into(),
+        "a  Rows".into(),
+        "b  Columns".into(),
+        "c  Light at each taxel".into(),
+        "d  Speed law".into(),
+    ] {
+        assert!(caption.contains(&expected), "{expected}: {caption}");
+    }
+    assert_eq!(text, figure("scene:Saw3@150,90deg", "").1, "the same bytes");
+    // 70 points of each of ten lines, as in the event's sample.
+    let lines = text.lines().filter(|line| line.starts_with("<polyline") && line.matches(',').count() == 70).count();
+    assert_eq!(lines, 10);
+    assert_eq!(event["sample"][3][40].as_f64(), Some(found.features[3][40]));
+}
+
+#[test]
+fn the_light_moves_over_the_map_as_the_slide_does() {
+    for (degrees, near, far) in [(0, 10, 14), (90, 22, 2), (180, 14, 10), (270, 2, 22)] {
+        let (found, text) = figure(&format!("scene:Saw3@150,{degrees}deg"), "");
+        let arrivals = arrival::arrivals(&found);
+        assert!(arrivals[near].unwrap() + 1.0 < arrivals[far].unwrap(), "{degrees}: {arrivals:?}");
+        assert!(words(&text).iter().any(|(_, words)| *words == format!("{degrees}°")));
+        legible(&text);
+    }
+}
+
+#[test]
+fn a_cut_off_event_shows_its_bound() {
+    let (found, text) = figure("scene:Saw3@50", "");
+    let bound = found.record.speed_at_most.unwrap().mm_s;
+    assert!(text.contains(&format!("Speed at most {bound} mm/s")) && text.contains("at least"), "{text}");
+    legible(&text);
+}
+
+#[test]
+fn no_answers_are_no_trouble() {
+    // Nothing is as bright as that, so no frame is lit.
+    let (found, text) = figure("scene:Saw3@150", "[speed]\nthreshold = 5.0");
+    assert!(found.lit.is_none() && text.contains("no speed"), "{text}");
+    legible(&text);
+    let (mut found, _) = figure("scene:Saw3@150", "[speed]\nthreshold_on = \"above_baseline\"\nlaw = \"physical\"");
+    found.record.direction.deg = None;
+    found.record.why.direction = Some("unclear: neither rows nor columns light up in order");
+    found.taxels.iter_mut().flatten().for_each(|taxels| taxels[7] = 1.0);
+    let text = draw(&found);
+    well_formed(&text);
+    legible(&text);
+    assert!(text.contains(">unclear<") && text.contains("One taxel reached full scale"), "{text}");
+    // All at once, and nothing ever lit.
+    found.features = [[-4.0; 70]; 10];
+    found.baseline = [-4.0; 10];
+    found.taxels.fill(None);
+    let text = draw(&found);
+    well_formed(&text);
+    legible(&text);
+}
+
+#[test]
+fn very_slow_and_very_fast_stay_on_the_page() {
+    let (mut found, _) = figure("scene:Saw3@150", "");
+    for mm_s in [0.001, 3.0, 990.0, 1e6] {
+        found.record.speed.as_mut().unwrap().mm_s = mm_s;
+        let text = draw(&found);
+        well_formed(&text);
+        legible(&text);
+    }
+}
+
+#[test]
+fn a_source_without_the_event_says_how_many_it_has() {
+    let failed = |number| {
+        let mut source = open(
+            "scene:Saw3@150",
+            &OpenOptions { size: Some((320, 180)), ..OpenOptions::default() },
+            &[&wstac_scene::source::Scenes],
+        )
+        .unwrap();
+        let (info, config) = (source.info().clone(), Config::default());
+        let mut reading = Reading::new(&info, &config, Wanted { features: false, samples: true }).unwrap();
+        find(source.as_mut(), &info, &mut reading, &config, number).unwrap_err().to_string()
+    };
+    assert!(failed(2).ends_with("has one event, expected number 2"), "{}", failed(2));
+}

@@ -1,0 +1,109 @@
+//! Data sets of simulated slides, as `wstac dataset` makes them.
+
+use std::path::Path;
+
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
+use wstac_core::rate::FrameRate;
+use wstac_host::config::Config as Parsed;
+use wstac_train::dataset::sweep::Sweep;
+use wstac_train::dataset::{Outcome, each_sample};
+use wstac_host::error::Error;
+use wstac_scene::specimen::{Pattern, Specimen};
+
+use crate::config::{Config, table};
+use crate::gathered::shaped;
+use crate::refused;
+
+/// Slides between two looks for Ctrl-C.
+const AT_A_TIME: usize = 64;
+
+/// The arrays of a sweep: of its file, or of a table in JSON.
+#[pyfunction]
+pub(crate) fn dataset<'py>(
+    py: Python<'py>,
+    sweep: &str,
+    is_table: bool,
+    config: Option<&Config>,
+    threads: Option<u16>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let sweep = if is_table {
+        let text = toml::to_string(&table("sweep", sweep)?).map_err(|error| refused(format_args!("sweep: {error}")))?;
+        Sweep::parse("sweep", &text)
+    } else {
+        Sweep::read(Path::new(sweep))
+    };
+    let sweep = sweep.map_err(refused)?;
+    let config = config.map_or_else(Parsed::default, |config| config.0.clone());
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from)).build();
+    let pool = pool.map_err(|error| refused(format_args!("threads: {error}")))?;
+    let numbers: Vec<u32> = (0..sweep.count()).collect();
+    let mut outcomes = Vec::new();
+    for numbers in numbers.chunks(AT_A_TIME) {
+        py.check_signals()?;
+        let made = py.detach(|| {
+            pool.install(|| {
+                each_sample(
+                    numbers,
+                    |number| sweep.script(number),
+                    &config,
+                    |number, outcome| {
+                        outcomes.push((number, outcome));
+                        Ok::<(), Error>(())
+                    },
+                )
+            })
+        });
+        made.map_err(refused)?;
+    }
+    outcomes.sort_by_key(|(number, _)| *number);
+    arrays(py, &sweep, &outcomes)
+}
+
+/// The arrays of what became of slides, in their order.
+fn arrays<'py>(py: Python<'py>, sweep: &Sweep, outcomes: &[(u32, Outcome)]) -> PyResult<Bound<'py, PyDict>> {
+    let samples: Vec<_> = outcomes
+        .iter()
+        .filter_map(|(number, outcome)| match outcome {
+            Outcome::Sample(sample, facts) => Some((sweep.slide(*number), sample, facts)),
+            Outcome::NoEvent | Outcome::Incomplete => None,
+        })
+        .collect();
+    let count = |what: &Outcome| outcomes.iter().filter(|(_, outcome)| outcome == what).count();
+    let slides = || samples.iter().map(|((slide, seed), ..)| (slide, *seed));
+    let text = |of: &dyn Fn(&Specimen) -> String| slides().map(|(slide, _)| of(&slide.specimen)).collect::<Vec<_>>();
+    let values: Vec<i16> = samples.iter().flat_map(|(_, sample, _)| sample.as_flattened()).copied().collect();
+    let all = PyDict::new(py);
+    all.set_item("X", shaped(PyArray1::from_vec(py, values), [samples.len(), FEATURES, SAMPLE_FRAMES])?)?;
+    all.set_item("y_specimen", text(&name))?;
+    all.set_item("y_pattern", text(&|specimen| specimen.pattern.name().into()))?;
+    all.set_item("y_depth", PyArray1::from_iter(py, slides().map(|(slide, _)| slide.specimen.depth_mm)))?;
+    all.set_item("whole_depths", sweep.specimens().iter().all(|specimen| specimen.depth_mm.fract() == 0.0))?;
+    all.set_item("speed", PyArray1::from_iter(py, slides().map(|(slide, _)| slide.speed_mm_s)))?;
+    let degrees = slides().map(|(slide, _)| i64::from(slide.heading.degrees()));
+    all.set_item("direction", PyArray1::from_iter(py, degrees))?;
+    all.set_item("seed", PyArray1::from_iter(py, slides().map(|(_, seed)| seed)))?;
+    all.set_item("reliable", PyArray1::from_iter(py, samples.iter().map(|(.., facts)| facts.reliable)))?;
+    let durations = samples.iter().map(|(.., facts)| facts.duration.map_or(-1, i64::from));
+    all.set_item("duration", PyArray1::from_iter(py, durations))?;
+    let source = slides().map(|(slide, seed)| {
+        let degrees = slide.heading.degrees();
+        format!("scene: {} at {} mm/s, {degrees} degrees, seed {seed}", slide.specimen, slide.speed_mm_s)
+    });
+    all.set_item("source", source.collect::<Vec<_>>())?;
+    let rate: FrameRate = sweep.rate();
+    all.set_item("rate", (rate.numerator(), rate.denominator()))?;
+    all.set_item("no_event", count(&Outcome::NoEvent))?;
+    all.set_item("incomplete", count(&Outcome::Incomplete))?;
+    Ok(all)
+}
+
+/// The name alone, whatever else is unusual: `Saw3`, `Saw3.5`, `Sphere`.
+pub(crate) fn name(specimen: &Specimen) -> String {
+    match specimen.pattern {
+        Pattern::Sphere => specimen.pattern.name().into(),
+        pattern => format!("{}{}", pattern.name(), specimen.depth_mm),
+    }
+}

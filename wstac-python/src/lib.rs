@@ -1,0 +1,57 @@
+//! The extension module `wstac._wstac`: what the package `wstac` is made of.
+//!
+//! Here are conversions only. Frames come in as rows of bytes, records go out as the very lines of `wstac run --json`, numbers as
+//! NumPy arrays; what a Python program sees of them is in `wstac/`. Long work gives up the interpreter's lock.
+
+mod asked;
+mod config;
+mod dataset;
+mod gathered;
+mod kept;
+mod model;
+mod pipeline;
+mod source;
+mod stream;
+
+use wstac_host::source::Source;
+use wstac_host::source::open::{OpenOptions, SourceKind};
+use std::fmt::Display;
+
+use pyo3::exceptions::PyValueError;
+use pyo3::{PyErr, create_exception};
+
+create_exception!(
+    wstac,
+    Error,
+    PyValueError,
+    "What cannot be used, which part of it, what was found and what was expected: the text that the command wstac prints."
+);
+
+/// The core's or the host's error as Python's.
+fn refused(error: impl Display) -> PyErr {
+    Error::new_err(error.to_string())
+}
+
+#[pyo3::pymodule]
+mod _wstac {
+    #[pymodule_export]
+    use super::Error;
+    #[pymodule_export]
+    use super::config::Config;
+    #[pymodule_export]
+    use super::dataset::dataset;
+    #[pymodule_export]
+    use super::model::Model;
+    #[pymodule_export]
+    use super::pipeline::{Pipeline, row_bytes};
+    #[pymodule_export]
+    use super::source::{Source, is_camera, open_scene, open_source};
+}
+
+/// The kinds of sources of this library beside files: a line for each.
+const SOURCE_KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];
+
+/// Opens a source of any kind by its name.
+fn open(name: &str, options: &OpenOptions) -> Result<Box<dyn Source>, wstac_host::error::Error> {
+    wstac_host::source::open::open(name, options, SOURCE_KINDS)
+}

@@ -1,0 +1,78 @@
+//! What frames have in common, as Python says it.
+
+use pyo3::prelude::*;
+use wstac_core::green::Green;
+use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
+use wstac_core::green::ycbcr::{Colour, Matrix, Range};
+use wstac_core::layout::FrameSize;
+use wstac_core::rate::FrameRate;
+use wstac_host::camera::formats::readable;
+use wstac_scene::sensor::SensorFormat;
+use wstac_host::source::StreamInfo;
+
+use crate::refused;
+
+/// Numerator and denominator of frames a second.
+pub(crate) type Rate = (u32, u32);
+
+/// Frames of this four-character code, size in pixels and rate; rows without padding unless `bytes_per_row` says more.
+pub(crate) fn info(
+    format: &str,
+    size: (u32, u32),
+    bytes_per_row: Option<u32>,
+    rate: Rate,
+    colour: Colour,
+) -> PyResult<StreamInfo> {
+    let about = format!("frames of {}x{} {format}", size.0, size.1);
+    let in_frames = |error: wstac_core::error::Error| refused(format_args!("{about}: {error}"));
+    let pixels = pixels(format)?;
+    let size = FrameSize::new(size.0, size.1).map_err(in_frames)?;
+    let rate = FrameRate::new(rate.0, rate.1).map_err(in_frames)?;
+    let least = row(pixels, size.width()) as u32;
+    let bytes_per_row = bytes_per_row.unwrap_or(least);
+    Ok(StreamInfo { size, format: pixels, colour, bytes_per_row, rate, taxels_only: false, about, camera: None })
+}
+
+/// Bytes of a row of pixels, of a planar format those of its luma.
+pub(crate) fn row(format: PixelFormat, width: u16) -> usize {
+    Any::new(format, Colour::default(), YcbcrMethod::Exact).row_bytes(width)
+}
+
+/// Planar YCbCr without subsampling, which files have and no camera: it has no four-character code of V4L2.
+const PLANAR_444: &str = "444P";
+
+/// The pixel format of a four-character code.
+pub(crate) fn pixels(format: &str) -> PyResult<PixelFormat> {
+    if format == PLANAR_444 {
+        return Ok(PixelFormat::Yuv444p);
+    }
+    let format: SensorFormat = format.parse().map_err(refused)?;
+    if format.is_jpeg() {
+        return Err(refused(format_args!("format is {format}, expected pixels: decode the picture first, as RGB3")));
+    }
+    Ok(format.pixels())
+}
+
+/// The four-character code of a pixel format.
+pub(crate) fn code(format: PixelFormat) -> String {
+    let codes = readable();
+    let is_it = |code: &&str| code.parse().is_ok_and(|code: SensorFormat| !code.is_jpeg() && code.pixels() == format);
+    codes.split(", ").find(is_it).unwrap_or(PLANAR_444).to_owned()
+}
+
+/// What YCbCr numbers mean: `given`, with what Python says instead.
+pub(crate) fn colour(given: Colour, matrix: Option<&str>, range: Option<&str>) -> PyResult<Colour> {
+    let matrix = match matrix {
+        None => given.matrix,
+        Some("bt601") => Matrix::Bt601,
+        Some("bt709") => Matrix::Bt709,
+        Some(other) => return Err(refused(format_args!("matrix is {other:?}, expected \"bt601\" or \"bt709\""))),
+    };
+    let range = match range {
+        None => given.range,
+        Some("limited") => Range::Limited,
+        Some("full") => Range::Full,
+        Some(other) => return Err(refused(format_args!("range is {other:?}, expected \"limited\" or \"full\""))),
+    };
+    Ok(Colour { matrix, range })
+}

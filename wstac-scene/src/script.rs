@@ -1,0 +1,376 @@
+//! What a scene says: one slide or several, the sensor that it goes over, and the seed of all chance.
+//!
+//! ```toml
+//! specimen = "Saw3"      # Fla0, or Sin, Saw or Tri with 2, 3 or 4, or Sphere
+//! speed = 150            # mm/s
+//! direction = 90         # degrees: 0, 90, 180 or 270; default 0
+//! depth = 3.5            # of the texture in mm, instead of the name's; the period is then 7
+//! period = 5             # of the texture in mm, instead of twice the depth
+//! length = 104.5         # of the block in mm
+//! edge = 72              # slope of its ends in degrees, up to 90
+//! radius = 0.5           # of a Sphere in mm
+//! seed = 7               # of all chance; default 0
+//! noise = 0.8            # scale of all that deviates by chance; 0 for none
+//! lead_in = 45           # dark frames before the first slide
+//! gap = 70               # dark frames between slides, and after the last one
+//! fidelity = "rendered"  # or "taxel": taxel sums from their distribution, without pixels
+//! ```
+//!
+//! or, instead of the keys of a slide, any number of `[[slide]]` tables that hold them. The tables `[whisker]`,
+//! `[light]` and `[sensor]` are [`WhiskerConfig`], [`LightConfig`] and the camera's.
+
+use serde::Deserialize;
+use wstac_core::direction::Heading;
+use wstac_core::params::{BASELINE_WINDOWS, DEFAULT_BACKTRACK, DEFAULT_WINDOW, SAMPLE_FRAMES};
+
+use super::keys::{Keys, within};
+use super::light::LightConfig;
+use super::sensor::{Fidelity, SensorConfig};
+use super::specimen::{Pattern, Specimen};
+use super::whisker::WhiskerConfig;
+use wstac_host::error::Error;
+
+/// Scale of all noise: fitted to one number of the paper's table 2, a linear SVM's 83 % of specimens (SPEC §8).
+pub const NOISE: f64 = 0.8;
+/// Slowest and fastest slide, in mm/s.
+const SPEEDS: (f64, f64) = (1.0, 1000.0);
+/// Most dark frames that a key may ask for.
+const MOST_DARK: u32 = 100_000;
+/// Most slides of a scene.
+const MOST_SLIDES: usize = 10_000;
+/// Dark frames before the first slide unless the script says otherwise: the default trigger's baseline, its
+/// backtrack, and two windows to spare.
+const DEFAULT_LEAD_IN: u32 = BASELINE_WINDOWS * DEFAULT_WINDOW as u32 + DEFAULT_BACKTRACK as u32 + 10;
+/// Dark frames between slides unless the script says otherwise: a sample.
+const DEFAULT_GAP: u32 = SAMPLE_FRAMES as u32;
+
+/// One slide of a specimen over the sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slide {
+    /// What slides.
+    pub specimen: Specimen,
+    /// How fast, in mm/s.
+    pub speed_mm_s: f64,
+    /// Which way.
+    pub heading: Heading,
+}
+
+/// A checked scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Script {
+    /// The slides in the order of time, at least one.
+    pub slides: Vec<Slide>,
+    /// Seed of all chance.
+    pub seed: u64,
+    /// Scale of all that deviates by chance from run to run: gain, rubbing, the sensor's noise. 0 for none.
+    pub noise: f64,
+    /// Dark frames before the first slide.
+    pub lead_in: u32,
+    /// Dark frames after each slide.
+    pub gap: u32,
+    /// The whiskers.
+    pub whisker: WhiskerConfig,
+    /// Their light.
+    pub light: LightConfig,
+    /// The camera. Dark frames are counted in feature frames: at 60 a second each is two of the camera's.
+    pub sensor: SensorConfig,
+    /// How much of the camera is computed.
+    pub fidelity: Fidelity,
+}
+
+/// A scene's file before it is checked.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    specimen: Option<String>,
+    speed: Option<f64>,
+    direction: Option<i64>,
+    depth: Option<f64>,
+    period: Option<f64>,
+    length: Option<f64>,
+    edge: Option<f64>,
+    radius: Option<f64>,
+    seed: Option<i64>,
+    noise: Option<f64>,
+    lead_in: Option<i64>,
+    gap: Option<i64>,
+    #[serde(default)]
+    whisker: WhiskerConfig,
+    #[serde(default)]
+    light: LightConfig,
+    #[serde(default)]
+    sensor: SensorConfig,
+    #[serde(default)]
+    fidelity: Fidelity,
+    #[serde(default)]
+    slide: Vec<FileSlide>,
+}
+
+/// A `[[slide]]` before it is checked.
+#[derive(Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+struct FileSlide {
+    specimen: Option<String>,
+    speed: Option<f64>,
+    direction: Option<i64>,
+    depth: Option<f64>,
+    period: Option<f64>,
+    length: Option<f64>,
+    edge: Option<f64>,
+    radius: Option<f64>,
+}
+
+impl Script {
+    /// The default scene with these slides.
+    fn new(slides: Vec<Slide>) -> Self {
+        Self {
+            slides,
+            seed: 0,
+            lead_in: DEFAULT_LEAD_IN,
+            gap: DEFAULT_GAP,
+            noise: NOISE,
+            whisker: WhiskerConfig::default(),
+            light: LightConfig::default(),
+            sensor: SensorConfig::default(),
+            fidelity: Fidelity::default(),
+        }
+    }
+
+    /// Reads the short form: `Saw3@150`, then `,90deg` and `,seed=7` in any order, each at most once.
+    ///
+    /// # Errors
+    /// Names the part, what was found and what was expected.
+    pub fn parse_short(text: &str) -> Result<Self, Error> {
+        parse_short(text).map_err(|message| Error::new(format_args!("scene:{text}"), message))
+    }
+
+    /// Reads a script's text; `subject` names its file.
+    ///
+    /// # Errors
+    /// Names the key, what was found and what was expected.
+    pub fn from_toml(subject: &str, text: &str) -> Result<Self, Error> {
+        let file = toml::from_str(text).map_err(|error| error.to_string().trim_end().to_owned());
+        file.and_then(check).map_err(|message| Error::new(subject, message))
+    }
+
+    /// Reads a script that is a table of a larger file, `subject`.
+    ///
+    /// # Errors
+    /// As [`Script::from_toml`].
+    pub fn from_table(subject: &str, table: toml::Table) -> Result<Self, Error> {
+        let file = table.try_into().map_err(|error: toml::de::Error| error.to_string().trim_end().to_owned());
+        file.and_then(check).map_err(|message| Error::new(subject, message))
+    }
+}
+
+fn parse_short(text: &str) -> Result<Script, String> {
+    let mut parts = text.split(',').map(str::trim);
+    let what = parts.next().unwrap_or_default();
+    let Some((specimen, speed)) = what.split_once('@') else {
+        return Err(format!("slide is {what:?}, expected SPECIMEN@SPEED as in Saw3@150, or FILE.toml"));
+    };
+    let (specimen, speed): (Specimen, f64) = (specimen.parse()?, checked_speed(speed)?);
+    if specimen.pattern == Pattern::Sphere {
+        return Err("specimen is \"Sphere\", expected it in a FILE.toml, with overlap_mm under [whisker]".into());
+    }
+    let (mut heading, mut seed) = (None, None);
+    for part in parts {
+        let twice = if let Some(degrees) = part.strip_suffix("deg") {
+            heading.replace(checked_direction(degrees)?).map(|_| "direction")
+        } else if let Some(found) = part.strip_prefix("seed=") {
+            let expected = |_| format!("seed is {found:?}, expected an integer from 0 to {}", u64::MAX);
+            seed.replace(found.parse().map_err(expected)?).map(|_| "seed")
+        } else {
+            return Err(format!("option is {part:?}, expected 0deg, 90deg, 180deg, 270deg or seed=NUMBER"));
+        };
+        if let Some(name) = twice {
+            return Err(format!("{name} is given twice, expected once"));
+        }
+    }
+    let heading = heading.unwrap_or(Heading::Right);
+    let slide = Slide { specimen, speed_mm_s: speed, heading };
+    Ok(Script { seed: seed.unwrap_or(0), ..Script::new(vec![slide]) })
+}
+
+fn check(file: File) -> Result<Script, String> {
+    let File { specimen, speed, direction, depth, period, length, edge, radius, .. } = file;
+    let one = FileSlide { specimen, speed, direction, depth, period, length, edge, radius };
+    let slides = if file.slide.is_empty() {
+        vec![check_slide(&one)?]
+    } else if one == FileSlide::NONE {
+        let numbered = (1..).zip(file.slide);
+        let checked = numbered.map(|(n, slide)| check_slide(&slide).map_err(|e| format!("[[slide]] {n}: {e}")));
+        checked.collect::<Result<_, _>>()?
+    } else {
+        return Err("a slide's key stands beside [[slide]], expected one or the other".into());
+    };
+    if slides.len() > MOST_SLIDES {
+        return Err(format!("[[slide]] is there {} times, expected at most {MOST_SLIDES}", slides.len()));
+    }
+    file.whisker.check_table()?;
+    file.light.check_table()?;
+    let File { whisker, light, sensor, fidelity, .. } = file;
+    let spheres = slides.iter().filter(|slide| slide.specimen.pattern == Pattern::Sphere);
+    for radius in spheres.map(|slide| slide.specimen.depth_mm) {
+        if whisker.overlap_mm > radius {
+            let found = whisker.overlap_mm;
+            return Err(format!("[whisker] overlap_mm is {found}, expected 0 to a Sphere's radius, {radius}"));
+        }
+    }
+    let script = Script { whisker, light, sensor, fidelity, ..Script::new(slides) };
+    let seed = file.seed.unwrap_or(0);
+    let seed = u64::try_from(seed).map_err(|_| format!("seed is {seed}, expected 0 to {}", i64::MAX))?;
+    let noise = file.noise.unwrap_or(script.noise);
+    within("noise", noise, 0.0, 100.0)?;
+    within("noise of [sensor] times noise", script.sensor.noise * noise, 0.0, 10_000.0)?;
+    let lead_in = checked_frames("lead_in", file.lead_in, 0, script.lead_in)?;
+    let gap = checked_frames("gap", file.gap, DEFAULT_GAP, script.gap)?;
+    Ok(Script { seed, noise, lead_in, gap, ..script })
+}
+
+impl FileSlide {
+    /// No key.
+    const NONE: Self = Self {
+        specimen: None,
+        speed: None,
+        direction: None,
+        depth: None,
+        period: None,
+        length: None,
+        edge: None,
+        radius: None,
+    };
+}
+
+fn check_slide(slide: &FileSlide) -> Result<Slide, String> {
+    let specimen = slide.specimen.as_ref().ok_or("specimen is missing, expected one as in \"Saw3\"")?;
+    let specimen = check_specimen(specimen.parse()?, slide)?;
+    let speed = slide.speed.ok_or("speed is missing, expected one in mm/s")?;
+    Ok(Slide {
+        specimen,
+        speed_mm_s: checked_speed(&speed.to_string())?,
+        heading: checked_direction(&slide.direction.unwrap_or(0).to_string())?,
+    })
+}
+
+/// A specimen with what a slide says about it.
+fn check_specimen(named: Specimen, slide: &FileSlide) -> Result<Specimen, String> {
+    let of_others = |key: &str, found: Option<f64>, others: &str| match found {
+        Some(found) => Err(format!("{key} is {found}, expected only with {others}")),
+        None => Ok(()),
+    };
+    if named.pattern == Pattern::Sphere {
+        for (key, found) in [("depth", slide.depth), ("length", slide.length), ("edge", slide.edge)] {
+            of_others(key, found, "a block")?;
+        }
+        of_others("period", slide.period, "Sin, Saw or Tri")?;
+        let radius = slide.radius.unwrap_or(named.depth_mm);
+        within("radius", radius, 0.01, 100.0)?;
+        return Ok(Specimen::sphere(radius));
+    }
+    of_others("radius", slide.radius, "Sphere")?;
+    let mut specimen = named;
+    if named.is_textured() {
+        specimen = Specimen::block(named.pattern, slide.depth.unwrap_or(named.depth_mm));
+        specimen.period_mm = slide.period.unwrap_or(specimen.period_mm);
+        within("depth", specimen.depth_mm, 0.001, 100.0)?;
+        within("period", specimen.period_mm, 0.1, 1000.0)?;
+    } else {
+        of_others("depth", slide.depth, "Sin, Saw or Tri")?;
+        of_others("period", slide.period, "Sin, Saw or Tri")?;
+    }
+    specimen.length_mm = slide.length.unwrap_or(named.length_mm);
+    specimen.edge_degrees = slide.edge.unwrap_or(named.edge_degrees);
+    within("length", specimen.length_mm, 0.1, 1000.0)?;
+    within("edge", specimen.edge_degrees, 1.0, 90.0)?;
+    Ok(specimen)
+}
+
+fn checked_speed(found: &str) -> Result<f64, String> {
+    let (slowest, fastest) = SPEEDS;
+    match found.parse() {
+        Ok(speed) if (slowest..=fastest).contains(&speed) => Ok(speed),
+        _ => Err(format!("speed is {found:?}, expected {slowest} to {fastest} mm/s")),
+    }
+}
+
+fn checked_direction(found: &str) -> Result<Heading, String> {
+    let headings = [Heading::Right, Heading::Up, Heading::Left, Heading::Down];
+    let heading = headings.into_iter().find(|heading| heading.degrees().to_string() == found);
+    heading.ok_or_else(|| format!("direction is {found:?}, expected 0, 90, 180 or 270 degrees"))
+}
+
+fn checked_frames(name: &str, found: Option<i64>, least: u32, default: u32) -> Result<u32, String> {
+    let Some(found) = found else { return Ok(default) };
+    match u32::try_from(found) {
+        Ok(frames) if (least..=MOST_DARK).contains(&frames) => Ok(frames),
+        _ => Err(format!("{name} is {found}, expected {least} to {MOST_DARK} frames")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_forms_say_the_same() {
+        let short = Script::parse_short("Saw3@150,seed=7,90deg").unwrap();
+        assert_eq!(short, Script::parse_short("Saw3@150.0, 90deg, seed=7").unwrap());
+        let keys = "specimen = \"Saw3\"\nspeed = 150.0\ndirection = 90";
+        assert_eq!(short, Script::from_toml("a", &format!("{keys}\nseed = 7")).unwrap());
+        assert_eq!(short, Script::from_toml("a", &format!("seed = 7\n[[slide]]\n{keys}")).unwrap());
+        let two = format!("gap = 71\nlead_in = 3\n[[slide]]\n{keys}\n[[slide]]\nspecimen = \"Fla0\"\nspeed = 99");
+        let two = Script::from_toml("a", &two).unwrap();
+        assert_eq!((two.slides.len(), two.gap, two.lead_in, two.seed), (2, 71, 3, 0));
+        assert_eq!(two.slides[1].heading, Heading::Right);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        for (text, parts) in [
+            ("", ["slide is \"\"", "Saw3@150"]),
+            ("Saw3", ["slide is \"Saw3\"", "Saw3@150"]),
+            ("Saw7@150", ["specimen is \"Saw7\"", "Fla0"]),
+            ("saw3@150", ["specimen is \"saw3\"", "Fla0"]),
+            ("Saw3@fast", ["speed is \"fast\"", "1 to 1000 mm/s"]),
+            ("Saw3@nan", ["speed is \"nan\"", "1 to 1000 mm/s"]),
+            ("Saw3@0", ["speed is \"0\"", "1 to 1000 mm/s"]),
+            ("Saw3@150,45deg", ["direction is \"45\"", "0, 90, 180 or 270"]),
+            ("Saw3@150,seed=-1", ["seed is \"-1\"", "expected an integer"]),
+            ("Saw3@150,left", ["option is \"left\"", "seed=NUMBER"]),
+            ("Saw3@150,0deg,0deg", ["direction is given twice", "once"]),
+        ] {
+            let message = Script::parse_short(text).unwrap_err().to_string();
+            for part in parts {
+                assert!(message.contains(part), "{text:?} gave {message:?}, expected {part:?}");
+            }
+        }
+        for (text, parts) in [
+            ("", ["specimen is missing", "Saw3"]),
+            ("specimen = \"Saw3\"", ["speed is missing", "mm/s"]),
+            ("specimen = 3", ["specimen", "string"]),
+            ("specimen = \"Saw3\"\nspeed = \"fast\"", ["speed", "fast"]),
+            ("specimen = \"Saw3\"\nspeed = inf", ["speed is \"inf\"", "1000"]),
+            ("specimen = \"Saw3\"\nspeed = 9\ncolour = 1", ["colour", "lead_in"]),
+            ("specimen = \"Saw3\"\nspeed = 9\nseed = -1", ["seed is -1", "expected 0"]),
+            ("specimen = \"Saw3\"\nspeed = 9\ngap = 69", ["gap is 69", "70 to 100000"]),
+            ("specimen = \"Saw3\"\nspeed = 9\nlead_in = -1", ["lead_in is -1", "0 to 100000"]),
+            ("speed = 9\n[[slide]]\nspeed = 9", ["beside [[slide]]", "one or the other"]),
+            ("[[slide]]\nspeed = 9", ["[[slide]] 1: specimen is missing", "Saw3"]),
+            ("[[slide]", ["TOML", "1"]),
+            ("specimen = \"Saw3\"\nspeed = 9\nnoise = -1", ["noise is -1", "0 to 100"]),
+            ("specimen = \"Saw3\"\nspeed = 9\nradius = 1", ["radius is 1", "only with Sphere"]),
+            ("specimen = \"Fla0\"\nspeed = 9\ndepth = 1", ["depth is 1", "only with Sin, Saw or Tri"]),
+            ("specimen = \"Sphere\"\nspeed = 9\nedge = 1", ["edge is 1", "only with a block"]),
+            ("specimen = \"Saw3\"\nspeed = 9\nperiod = nan", ["period is NaN", "0.1 to 1000"]),
+            ("specimen = \"Saw3\"\nspeed = 9\n[light]\nleak = 2", ["[light] leak is 2", "0 to 1"]),
+            ("specimen = \"Saw3\"\nspeed = 9\n[whisker]\noverlap_mm = 5", ["[whisker] overlap_mm is 5", "0 to 4.75"]),
+            ("specimen = \"Saw3\"\nspeed = 9\n[whisker]\nbeam = \"stiff\"", ["stiff", "elastica"]),
+        ] {
+            let message = Script::from_toml("s.toml", text).unwrap_err().to_string();
+            for part in ["s.toml"].into_iter().chain(parts) {
+                assert!(message.contains(part), "{text:?} gave {message:?}, expected {part:?}");
+            }
+        }
+    }
+}

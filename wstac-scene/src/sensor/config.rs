@@ -1,0 +1,287 @@
+//! What a `[sensor]` table says.
+//!
+//! ```toml
+//! size = [1280, 720]     # width and height in pixels
+//! fps = 30               # frames a second
+//! format = "GREY"        # a four-character code: GREY, Y10, RGB3, YUYV, NV12, RGGB, MJPG …
+//! matrix = "bt601"       # of YCbCr formats: "bt601" or "bt709"
+//! range = "limited"      # of YCbCr formats: "limited" or "full"
+//! quality = 85           # of JPEG pictures, 1 to 100
+//! exposure = 1.0         # share of the frame interval during which the shutter is open
+//! full_well = 25500.0    # electrons at full scale at a gain of 1
+//! read_noise = 60.0      # electrons rms
+//! black_level = 1.0      # in 1/255 of full scale
+//! gain = 1.0             # analogue gain
+//! blur = 0.0             # deviation of the point spread, in pixels
+//! noise = 1.0            # scale of the noise, 0 for none
+//! dropped = 0.0          # share of frames that the driver drops
+//! auto_exposure = false  # whether the camera lengthens its exposure in the dark
+//! ```
+//!
+//! and a table `[sensor.pose]` where the camera does not look straight on: [`Pose`].
+
+use serde::Deserialize;
+use wstac_core::green::ycbcr::{Colour, Matrix, Range};
+use wstac_core::layout::FrameSize;
+use wstac_core::rate::FrameRate;
+
+use super::format::SensorFormat;
+use super::pose::Pose;
+use crate::keys::within;
+
+/// A checked `[sensor]` table.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "Keys")]
+pub struct SensorConfig {
+    /// Width and height of the frames (paper: 1280 × 720).
+    pub size: FrameSize,
+    /// Frames a second (paper: 30).
+    pub rate: FrameRate,
+    /// Pixel format.
+    pub format: SensorFormat,
+    /// Matrix and range; they matter for YCbCr formats only.
+    pub colour: Colour,
+    /// JPEG quality, 1..=100; it matters for JPEG pictures only.
+    pub quality: u8,
+    /// Share of the frame interval during which the shutter is open, 0.01..=1. The sensor itself takes light that is
+    /// integrated already.
+    pub exposure: f64,
+    /// Electrons at full scale at a gain of 1, 1..=1e9 (a guess: 100 a level of 255).
+    pub full_well: f64,
+    /// Deviation of the read noise in electrons, at the pixel, 0..=1e6 (a guess: 0.6 of a level of 255).
+    pub read_noise: f64,
+    /// Value of a pixel without light, in 1/255 of full scale, 0..=128 (a guess: below the speed law's threshold, as
+    /// the paper's camera must be).
+    pub black_level: f64,
+    /// Analogue gain, 1..=1000.
+    pub gain: f64,
+    /// Deviation of the point spread in pixels, 0..=100.
+    pub blur: f64,
+    /// Scale of all random deviations of the sensor, 0 for none, 0..=10 000.
+    pub noise: f64,
+    /// Share of frames that the driver drops at random, 0..=0.9. Whoever hands frames out drops them.
+    pub dropped: f64,
+    /// Whether the camera lengthens its exposure in the dark: [`AutoExposure`](super::auto_exposure::AutoExposure).
+    pub auto_exposure: bool,
+    /// How the camera looks at the whiskers; nothing for straight on, with only the pixels under whiskers computed.
+    pub pose: Option<Pose>,
+}
+
+impl Default for SensorConfig {
+    fn default() -> Self {
+        Self {
+            size: DEFAULT_SIZE,
+            rate: FrameRate::NOMINAL,
+            format: SensorFormat::GREY,
+            colour: Colour::default(),
+            quality: 85,
+            exposure: 1.0,
+            full_well: 25_500.0,
+            read_noise: 60.0,
+            black_level: 1.0,
+            gain: 1.0,
+            blur: 0.0,
+            noise: 1.0,
+            dropped: 0.0,
+            auto_exposure: false,
+            pose: None,
+        }
+    }
+}
+
+const DEFAULT_SIZE: FrameSize = match FrameSize::new(1280, 720) {
+    Ok(size) => size,
+    // Not reached: evaluated at compile time.
+    Err(_) => panic!(),
+};
+
+/// The table before it is checked.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
+struct Keys {
+    size: Option<[i64; 2]>,
+    fps: Option<f64>,
+    format: Option<String>,
+    matrix: Option<String>,
+    range: Option<String>,
+    quality: Option<i64>,
+    exposure: Option<f64>,
+    full_well: Option<f64>,
+    read_noise: Option<f64>,
+    black_level: Option<f64>,
+    gain: Option<f64>,
+    blur: Option<f64>,
+    noise: Option<f64>,
+    dropped: Option<f64>,
+    auto_exposure: Option<bool>,
+    pose: Option<Pose>,
+}
+
+impl TryFrom<Keys> for SensorConfig {
+    type Error = String;
+
+    /// Names the key, what was found and what was expected.
+    fn try_from(keys: Keys) -> Result<Self, String> {
+        let default = Self::default();
+        let config = Self {
+            size: keys.size.map_or(Ok(default.size), checked_size)?,
+            rate: keys.fps.map_or(Ok(default.rate), checked_rate)?,
+            format: keys.format.map_or(Ok(default.format), |format| format.parse())?,
+            colour: Colour {
+                matrix: one_of("matrix", keys.matrix, [("bt601", Matrix::Bt601), ("bt709", Matrix::Bt709)])?,
+                range: one_of("range", keys.range, [("limited", Range::Limited), ("full", Range::Full)])?,
+            },
+            quality: keys.quality.map_or(Ok(default.quality), checked_quality)?,
+            exposure: keys.exposure.unwrap_or(default.exposure),
+            full_well: keys.full_well.unwrap_or(default.full_well),
+            read_noise: keys.read_noise.unwrap_or(default.read_noise),
+            black_level: keys.black_level.unwrap_or(default.black_level),
+            gain: keys.gain.unwrap_or(default.gain),
+            blur: keys.blur.unwrap_or(default.blur),
+            noise: keys.noise.unwrap_or(default.noise),
+            dropped: keys.dropped.unwrap_or(default.dropped),
+            auto_exposure: keys.auto_exposure.unwrap_or(default.auto_exposure),
+            pose: keys.pose,
+        };
+        config.check()?;
+        Ok(config)
+    }
+}
+
+impl SensorConfig {
+    /// Checks what the types leave open: every field's range is part of its description.
+    ///
+    /// # Errors
+    /// Names the key, what was found and what was expected.
+    pub fn check(&self) -> Result<(), String> {
+        checked_quality(self.quality.into())?;
+        within("exposure", self.exposure, 0.01, 1.0)?;
+        within("full_well", self.full_well, 1.0, 1e9)?;
+        within("read_noise", self.read_noise, 0.0, 1e6)?;
+        within("black_level", self.black_level, 0.0, 128.0)?;
+        within("gain", self.gain, 1.0, 1000.0)?;
+        within("blur", self.blur, 0.0, 100.0)?;
+        within("noise", self.noise, 0.0, 10_000.0)?;
+        within("dropped", self.dropped, 0.0, 0.9)?;
+        self.pose.map_or(Ok(()), |pose| pose.check())
+    }
+}
+
+fn checked_quality(found: i64) -> Result<u8, String> {
+    let quality = u8::try_from(found).ok().filter(|quality| (1..=100).contains(quality));
+    quality.ok_or_else(|| format!("quality is {found}, expected 1 to 100"))
+}
+
+fn checked_size([width, height]: [i64; 2]) -> Result<FrameSize, String> {
+    let size = u32::try_from(width).ok().zip(u32::try_from(height).ok());
+    let size = size.and_then(|(width, height)| FrameSize::new(width, height).ok());
+    size.ok_or_else(|| format!("size is [{width}, {height}], expected width and height of 1 to 16384 pixels"))
+}
+
+/// Highest rate of a `[sensor]` table, in frames a second.
+const HIGHEST_RATE: f64 = 10_000.0;
+
+/// Rates that are written rounded, as in 29.97, are what they stand for; others are taken to a thousandth.
+fn checked_rate(found: f64) -> Result<FrameRate, String> {
+    let expected = || format!("fps is {found}, expected 1 to {HIGHEST_RATE} frames a second");
+    if !(1.0..=HIGHEST_RATE).contains(&found) {
+        return Err(expected());
+    }
+    let whole = libm::round(found * 1.001);
+    let is_ntsc = libm::round(found) < whole + 0.5 && libm::fabs(whole / 1.001 - found) < 0.005 && found < 1000.0;
+    let (numerator, denominator) = if libm::fabs(found - libm::round(found)) < 0.0005 {
+        (libm::round(found) as u32, 1)
+    } else if is_ntsc {
+        (whole as u32 * 1000, 1001)
+    } else {
+        (libm::round(found * 1000.0) as u32, 1000)
+    };
+    FrameRate::new(numerator, denominator).map_err(|_| expected())
+}
+
+/// The value of this name; the default where there is none.
+fn one_of<T: Default>(key: &str, found: Option<String>, named: [(&str, T); 2]) -> Result<T, String> {
+    let Some(found) = found else { return Ok(T::default()) };
+    let expected = format!("{key} is {found:?}, expected {:?} or {:?}", named[0].0, named[1].0);
+    named.into_iter().find(|(name, _)| *name == found).map(|(_, value)| value).ok_or(expected)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<SensorConfig, String> {
+        toml::from_str(text).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn the_documented_values_are_the_defaults() {
+        let source = include_str!("config.rs");
+        let lines = source.lines().skip_while(|line| *line != "//! ```toml").skip(1);
+        let table: String = lines
+            .map_while(|line| line.strip_prefix("//! "))
+            .take_while(|line| *line != "```")
+            .fold(String::new(), |table, line| table + line + "\n");
+        assert_eq!(table.lines().count(), 15);
+        assert_eq!(read(&table).unwrap(), SensorConfig::default());
+        assert_eq!(read("").unwrap(), SensorConfig::default());
+    }
+
+    #[test]
+    fn keys_are_read() {
+        let config = read("size = [100, 80]\nfps = 60\nformat = \"Y12\"\nrange = \"full\"\ngain = 2").unwrap();
+        assert_eq!((config.size.width(), config.rate), (100, FrameRate::new(60, 1).unwrap()));
+        assert_eq!((config.format.code(), config.colour.range), (*b"Y12 ", Range::Full));
+        assert!((config.gain - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn rates_are_what_they_stand_for() {
+        for (fps, expected) in [
+            (30.0, (30, 1)),
+            (29.97, (30_000, 1001)),
+            (59.94, (60_000, 1001)),
+            (23.976, (24_000, 1001)),
+            (119.88, (120_000, 1001)),
+            (12.5, (12_500, 1000)),
+            (7.5, (7500, 1000)),
+            (1.0, (1, 1)),
+            (10_000.0, (10_000, 1)),
+        ] {
+            assert_eq!(<(u32, u32)>::from(checked_rate(fps).unwrap()), expected, "{fps}");
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        for (text, parts) in [
+            ("colour = 1", ["colour", "format"]),
+            ("size = [0, 5]", ["size is [0, 5]", "1 to 16384"]),
+            ("size = [-1, 5]", ["size is [-1, 5]", "1 to 16384"]),
+            ("size = [1]", ["size", "2"]),
+            ("fps = 0", ["fps is 0", "1 to 10000"]),
+            ("fps = nan", ["fps is NaN", "1 to 10000"]),
+            ("format = \"H264\"", ["format is \"H264\"", "YUYV"]),
+            ("matrix = \"bt2020\"", ["matrix is \"bt2020\"", "\"bt601\" or \"bt709\""]),
+            ("range = \"wide\"", ["range is \"wide\"", "\"limited\" or \"full\""]),
+            ("quality = 0", ["quality is 0", "1 to 100"]),
+            ("quality = 357", ["quality is 357", "1 to 100"]),
+            ("exposure = 0", ["exposure is 0", "0.01 to 1"]),
+            ("full_well = 0", ["full_well is 0", "expected 1 to"]),
+            ("read_noise = -1", ["read_noise is -1", "0 to 1000000"]),
+            ("black_level = 200", ["black_level is 200", "0 to 128"]),
+            ("gain = 0.5", ["gain is 0.5", "1 to 1000"]),
+            ("blur = inf", ["blur is inf", "0 to 100"]),
+            ("noise = nan", ["noise is NaN", "0 to 100"]),
+            ("dropped = 1", ["dropped is 1", "0 to 0.9"]),
+            ("auto_exposure = 1", ["auto_exposure", "boolean"]),
+            ("[pose]\nscale = 0", ["pose scale is 0", "0.1 to 10"]),
+            ("[pose]\nroll = 0", ["roll", "rotation_degrees"]),
+        ] {
+            let message = read(text).unwrap_err();
+            for part in parts {
+                assert!(message.contains(part), "{text:?} gave {message:?}, expected {part:?}");
+            }
+        }
+    }
+}

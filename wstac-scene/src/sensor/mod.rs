@@ -1,0 +1,203 @@
+//! The camera: the taxels' light → noisy, quantised values in the bytes of a pixel format, or sums of them.
+//!
+//! The same configuration, light and random numbers give the same bytes on every machine.
+
+pub mod auto_exposure;
+mod config;
+mod encode;
+mod format;
+mod mjpeg;
+mod noise;
+mod pixel;
+mod pose;
+mod quantised;
+mod render;
+mod spot;
+mod taxel;
+mod whole;
+
+use serde::Deserialize;
+use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
+use wstac_core::green::ycbcr::Colour;
+use wstac_core::layout::Layout;
+use wstac_core::params::TAXELS;
+use wstac_core::rate::FrameRate;
+use wstac_core::taxels::{Accumulators, Camera};
+
+pub use self::config::SensorConfig;
+use self::encode::Mosaic;
+pub use self::format::SensorFormat;
+use self::mjpeg::Compression;
+use self::pixel::Pixel;
+pub use self::pose::Pose;
+use self::render::Renderer;
+use self::spot::Spot;
+use self::taxel::TaxelSums;
+use self::whole::WholeRenderer;
+use super::rng::Rng;
+use wstac_host::error::Error;
+
+/// How much of a sensor is computed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Fidelity {
+    /// Every pixel of every taxel.
+    #[default]
+    Rendered,
+    /// Taxel sums from their distribution: no pixels, no frame.
+    Taxel,
+}
+
+/// A camera that looks at 25 spots, through the paper's layout.
+#[derive(Clone, Debug)]
+pub struct Sensor {
+    camera: Camera<Any>,
+    format: PixelFormat,
+    colour: Colour,
+    kind: Kind,
+}
+
+#[derive(Clone, Debug)]
+enum Kind {
+    Rendered(Picture),
+    Compressed(Picture, Compression),
+    Taxel(Box<TaxelSums>),
+}
+
+/// What makes frames: of a camera that looks straight on the pixels under whiskers, of another one all of them.
+#[derive(Clone, Debug)]
+enum Picture {
+    Taxels(Renderer),
+    Whole(WholeRenderer),
+}
+
+impl Picture {
+    /// The bytes of the next frame.
+    fn expose(&mut self, light: &[f64; TAXELS]) -> &[u8] {
+        match self {
+            Self::Taxels(renderer) => {
+                renderer.expose(light);
+                renderer.bytes()
+            }
+            Self::Whole(renderer) => {
+                renderer.expose(light);
+                renderer.bytes()
+            }
+        }
+    }
+}
+
+impl Sensor {
+    /// A camera of this configuration and noise. `leak` is ambient light, even over every pixel of every colour, as a
+    /// share of full scale at a gain of 1; one that is negative or no number is none.
+    ///
+    /// # Errors
+    /// Names the key, what was found and what was expected: where [`SensorConfig::check`] does, where the frame is too
+    /// small for the layout or its sums too large, and where taxel sums are asked for in a format that does not store
+    /// green itself.
+    pub fn new(config: &SensorConfig, fidelity: Fidelity, leak: f64, rng: Rng) -> Result<Self, Error> {
+        config.check().map_err(|message| Error::new("scene", message))?;
+        if fidelity == Fidelity::Taxel && !config.format.stores_green() {
+            let expected = "one that stores green itself (GREY, Y10, Y12, Y16, RGB3, RGBP, RGGB …)";
+            let message = format!("format is {}, expected {expected} with fidelity = \"taxel\"", config.format);
+            return Err(Error::new("scene", message));
+        }
+        let format = config.format.pixels();
+        // A JPEG picture's own colour is undone by its decoder.
+        let colour = if format.is_ycbcr() { config.colour } else { Colour::default() };
+        let (width, height) = config.size.into();
+        let camera = Layout::paper(config.size)
+            .and_then(|layout| Camera::new(Any::new(format, colour, YcbcrMethod::Exact), layout, config.rate))
+            .map_err(|error| Error::new("scene", format_args!("size is [{width}, {height}]: {error}")))?;
+        let pixel = Pixel::new(config, camera.full_scale(), leak);
+        let spot = Spot::new(camera.layout().taxel().map(usize::from), config.blur, Mosaic::of(format));
+        if let (Fidelity::Taxel, Some(_)) = (fidelity, config.pose) {
+            return Err(Error::new("scene", "[sensor] has a pose, expected one with fidelity = \"rendered\" only"));
+        }
+        let rendered = |rng| match &config.pose {
+            Some(pose) => Picture::Whole(WholeRenderer::new(config, pose, &camera, &pixel, rng)),
+            None => Picture::Taxels(Renderer::new(config, &camera, &pixel, &spot, rng)),
+        };
+        let kind = match fidelity {
+            Fidelity::Taxel => Kind::Taxel(Box::new(TaxelSums::new(pixel, format, &spot.green, rng))),
+            Fidelity::Rendered if config.format.is_jpeg() => {
+                Kind::Compressed(rendered(rng), Compression::new(config.size, config.quality))
+            }
+            Fidelity::Rendered => Kind::Rendered(rendered(rng)),
+        };
+        Ok(Self { camera, format, colour, kind })
+    }
+
+    /// Takes a frame. `light` is each taxel's mean light over the exposure, as a share of full scale at a gain of 1.
+    ///
+    /// Bytes outside of taxels stay as dark as a pixel without noise, unless the camera has a [`Pose`]; those of JPEG
+    /// pictures may differ a little. With [`Fidelity::Taxel`] there are no bytes.
+    pub fn expose(&mut self, light: &[f64; TAXELS]) -> &[u8] {
+        self.expose_encoded(light).0
+    }
+
+    /// [`expose`](Self::expose), and the JPEG picture that was decoded, where the format is JPEG.
+    pub fn expose_encoded(&mut self, light: &[f64; TAXELS]) -> (&[u8], Option<&[u8]>) {
+        match &mut self.kind {
+            Kind::Rendered(picture) => (picture.expose(light), None),
+            Kind::Compressed(picture, compression) => {
+                let bytes = picture.expose(light);
+                match compression.through(bytes) {
+                    Some((decoded, jpeg)) => (decoded, Some(jpeg)),
+                    None => (bytes, None),
+                }
+            }
+            Kind::Taxel(_) => (&[], None),
+        }
+    }
+
+    /// Takes a frame like [`expose`](Self::expose) and returns its taxel sums S, of every pixel. With
+    /// [`Fidelity::Rendered`] they are those of the rendered bytes, with [`Fidelity::Taxel`] they are drawn from the
+    /// distribution of such sums: their mean is within 0.02 of a level of 255 a pixel, their variance within 15 %.
+    pub fn sums(&mut self, light: &[f64; TAXELS]) -> [u32; TAXELS] {
+        if let Kind::Taxel(sums) = &mut self.kind {
+            return sums.next(light);
+        }
+        let mut accumulators = Accumulators::new(self.camera);
+        // A frame is never short: it is as long as the camera says.
+        accumulators.push_frame(self.expose(light)).unwrap_or([0; TAXELS])
+    }
+
+    /// Pixel format of the bytes that are handed out; of JPEG pictures, as they are decoded.
+    pub fn format(&self) -> PixelFormat {
+        self.format
+    }
+
+    /// What YCbCr numbers mean; the default where there are none.
+    pub fn colour(&self) -> Colour {
+        self.colour
+    }
+
+    /// Where the taxels are, snapped to cells for Bayer formats.
+    pub fn layout(&self) -> &Layout {
+        self.camera.layout()
+    }
+
+    /// Pixels counted in a taxel, A.
+    pub fn pixels(&self) -> u32 {
+        self.camera.pixels()
+    }
+
+    /// Green full scale of one pixel, G.
+    pub fn full_scale(&self) -> u32 {
+        self.camera.full_scale()
+    }
+
+    /// Frames a second.
+    pub fn rate(&self) -> FrameRate {
+        self.camera.rate()
+    }
+
+    /// Bytes from row to row, of planar formats those of luma.
+    pub fn bytes_per_row(&self) -> usize {
+        self.camera.bytes_per_row()
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,115 @@
+//! A simulated sensor as a source: as fast as its frames are asked for.
+
+use std::path::Path;
+
+use crate::sensor::Fidelity;
+use crate::{Scene, Script, Shot, Truth};
+use wstac_core::layout::FrameSize;
+use wstac_host::error::Error;
+use wstac_host::source::open::{OpenOptions, SourceKind, without_controls};
+use wstac_host::source::{Item, Source, StreamInfo};
+
+/// The frames of a scene.
+#[derive(Clone, Debug)]
+pub struct SceneSource {
+    info: StreamInfo,
+    scene: Scene,
+}
+
+impl SceneSource {
+    /// A scene from its start.
+    ///
+    /// # Errors
+    /// As [`Scene::new`].
+    pub fn new(script: &Script) -> Result<Self, Error> {
+        let scene = Scene::new(script)?;
+        let slides = match &script.slides[..] {
+            [one] => format!("{} at {} mm/s, {} degrees", one.specimen, one.speed_mm_s, one.heading.degrees()),
+            slides => format!("{} slides", slides.len()),
+        };
+        let (width, height) = script.sensor.size.into();
+        let sensor = scene.sensor();
+        let (seed, frames, format) = (script.seed, scene.frames(), script.sensor.format);
+        let what = match script.fidelity {
+            Fidelity::Rendered => format!("frames of {width}x{height} {format}"),
+            Fidelity::Taxel => format!("taxel sums of {width}x{height} {format}"),
+        };
+        let info = StreamInfo {
+            size: script.sensor.size,
+            format: sensor.format(),
+            colour: sensor.colour(),
+            bytes_per_row: sensor.bytes_per_row() as u32,
+            rate: script.sensor.rate,
+            taxels_only: script.fidelity == Fidelity::Taxel,
+            about: format!("scene: {slides}, seed {seed}, {frames} {what}"),
+            camera: None,
+        };
+        Ok(Self { info, scene })
+    }
+
+    /// What really happens in it.
+    pub fn truth(&self) -> &[Truth] {
+        self.scene.truth()
+    }
+}
+
+impl Source for SceneSource {
+    fn info(&self) -> &StreamInfo {
+        &self.info
+    }
+
+    fn next(&mut self) -> Result<Item<'_>, Error> {
+        let frame = |bytes, encoded| Item::Frame { bytes, timestamp: None, sequence: None, encoded };
+        Ok(match self.scene.next_shot() {
+            Some(Shot::Frame(bytes)) => frame(bytes, None),
+            Some(Shot::Jpeg(bytes, jpeg)) => frame(bytes, Some(jpeg)),
+            Some(Shot::Taxels(sums)) => Item::Taxels(sums),
+            Some(Shot::Lost(frames, why)) => Item::Lost { frames: frames.into(), why },
+            None => Item::End,
+        })
+    }
+}
+
+/// Scenes as sources by name: `scene:FILE.toml`, or the short form, `scene:Saw3@150`.
+#[derive(Clone, Copy, Debug)]
+pub struct Scenes;
+
+impl SourceKind for Scenes {
+    fn open(&self, name: &str, options: &OpenOptions) -> Option<Result<Box<dyn Source>, Error>> {
+        let scene = name.strip_prefix("scene:")?;
+        let opened = || {
+            without_controls(name, options)?;
+            let source = SceneSource::new(&script(scene, options)?).map_err(|error| error.about(name))?;
+            Ok(Box::new(source) as Box<dyn Source>)
+        };
+        Some(opened())
+    }
+}
+
+/// The script of a scene, with what the options change: `FILE.toml` or the short form.
+///
+/// # Errors
+/// Where it is no scene, cannot be read, or an option does not apply to it.
+pub fn script(scene: &str, options: &OpenOptions) -> Result<Script, Error> {
+    let is_file = Path::new(scene).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+    let mut script = if is_file {
+        let text = std::fs::read_to_string(scene).map_err(|error| Error::new(scene, error))?;
+        Script::from_toml(scene, &text)?
+    } else {
+        Script::parse_short(scene)?
+    };
+    let refused = |message: &dyn std::fmt::Display| Error::new(format_args!("scene:{scene}"), message);
+    let sensor = &mut script.sensor;
+    if let Some(format) = options.format {
+        sensor.format = format.escape_ascii().to_string().parse().map_err(|error: String| refused(&error))?;
+    }
+    if let Some((width, height)) = options.size {
+        sensor.size = FrameSize::new(width, height).map_err(|error| refused(&error))?;
+    }
+    sensor.rate = options.fps.unwrap_or(sensor.rate);
+    if sensor.rate.numerator() < sensor.rate.denominator() {
+        let (numerator, denominator) = (sensor.rate.numerator(), sensor.rate.denominator());
+        return Err(refused(&format_args!("fps is {numerator}/{denominator}, expected at least 1")));
+    }
+    Ok(script)
+}

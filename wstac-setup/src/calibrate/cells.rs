@@ -1,0 +1,70 @@
+//! Frames of any pixel format as cells of green: squares of pixels, small against a whisker's spot of light.
+
+use wstac_core::frame::{Rows, Run, Stride};
+use wstac_core::green::Green;
+use wstac_core::green::any::{Any, YcbcrMethod};
+use wstac_core::layout::Layout;
+use wstac_core::params::TAXELS;
+use wstac_core::taxels::Camera;
+
+use wstac_host::error::Error;
+use wstac_host::source::StreamInfo;
+
+/// Cells that the shorter side of a frame has at least: a whisker's spot is 20 of them wide or more.
+const FINENESS: u16 = 300;
+
+/// How frames of one stream become cells.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cells {
+    camera: Camera<Any>,
+    green: Any,
+    /// Pixels of a cell's side: a multiple of a Bayer cell.
+    pub(super) side: u16,
+    /// Columns and rows of cells; pixels that fill none are left out.
+    pub(super) size: [usize; 2],
+}
+
+impl Cells {
+    /// # Errors
+    /// Where the frame's size, format and bytes a row do not fit each other.
+    pub(super) fn new(info: &StreamInfo) -> Result<Self, Error> {
+        let (width, height) = (info.size.width(), info.size.height());
+        let green = Any::new(info.format, info.colour, YcbcrMethod::Exact);
+        let cell = green.cell();
+        let side = (width.min(height) / FINENESS).max(1).next_multiple_of(cell);
+        let size = [width / side, height / side].map(usize::from);
+        let camera = Layout::new(info.size, [cell; 2], [[0; 2]; TAXELS])
+            .and_then(|layout| Camera::new(green, layout, info.rate))
+            .and_then(|camera| camera.with_bytes_per_row(info.bytes_per_row))
+            .map_err(|error| Error::new(&info.about, error))?;
+        Ok(Self { camera, green, side, size })
+    }
+
+    /// Bytes that a frame has at least.
+    pub(super) fn frame_bytes(&self) -> usize {
+        self.camera.frame_bytes()
+    }
+
+    /// The mean green of every cell as a share of full scale, row by row.
+    pub(super) fn read(&self, bytes: &[u8], shares: &mut Vec<f32>) {
+        let [columns, rows] = self.size;
+        let height = self.camera.layout().frame().height();
+        let frame = Rows::of_frame(bytes, self.camera.bytes_per_row(), height);
+        // Of a mosaic, every row of two pixels has one green site.
+        let pixels = u32::from(self.side * self.side / self.green.cell());
+        let full = (f64::from(pixels) * f64::from(self.green.full_scale())) as f32;
+        shares.clear();
+        shares.extend((0..rows * columns).map(|k| {
+            let [x, y] = [k % columns, k / columns].map(|at| at as u16 * self.side);
+            let mut sum = <Any as Green>::Sum::default();
+            let run = Run { y, x, width: self.side, stride: Stride::One };
+            self.green.add_block(&mut sum, &frame, run, self.side);
+            self.green.total(&sum, pixels) as f32 / full
+        }));
+    }
+
+    /// The pixel, whole numbers in its middle, of a place among cells, whole numbers in a cell's middle.
+    pub(super) fn pixel(&self, place: [f64; 2]) -> [f64; 2] {
+        place.map(|at| at * f64::from(self.side) + (f64::from(self.side) - 1.0) / 2.0)
+    }
+}

@@ -1,0 +1,213 @@
+//! Calibration of simulated cameras whose pose is known.
+
+use rayon::prelude::*;
+use wstac_core::layout::FrameSize;
+
+use super::*;
+use wstac_host::config::Config;
+use wstac_host::source::{Item, Source};
+use wstac_scene::Script;
+use wstac_scene::rng::Rng;
+use wstac_scene::sensor::Pose;
+use wstac_scene::source::SceneSource;
+
+/// Most distance of a taxel's middle from its base at 400 × 400, in pixels.
+const MOST_OFF: f64 = 1.5;
+
+/// A scene from its text, and its pose.
+fn scene(text: &str) -> Script {
+    Script::from_toml("scene", text).unwrap()
+}
+
+/// What a scene's frames come to.
+fn seen(script: &Script) -> (Outcome, FrameSize) {
+    let mut source = SceneSource::new(script).unwrap();
+    let mut watch = Watch::new(source.info()).unwrap();
+    let last = source.truth().last().unwrap().end_s * 30.0 + 12.0;
+    for _ in 0..last as u32 {
+        match source.next().unwrap() {
+            Item::Frame { bytes, .. } => watch.take(bytes),
+            _ => break,
+        }
+    }
+    (watch.calibrate(), script.sensor.size)
+}
+
+fn refusal(text: &str) -> String {
+    let (outcome, _) = seen(&scene(text));
+    assert_eq!(outcome.to_png()[..4], *b"\x89PNG", "a picture is there all the same");
+    outcome.result.unwrap_err().message
+}
+
+/// Distances of the taxels' middles, and of the bases as found, from the truth, in pixels.
+fn offs(calibration: &Calibration, truth: &[[f64; 2]; TAXELS]) -> Vec<[f64; 2]> {
+    let size = calibration.layout.taxel().map(|side| (f64::from(side) - 1.0) / 2.0);
+    let off = |[x, y]: [f64; 2], truth: [f64; 2]| (x - truth[0]).hypot(y - truth[1]);
+    let taxels = calibration.layout.corners().iter().zip(&calibration.centres).zip(truth);
+    let offs = taxels.map(|((corner, centre), &truth)| {
+        let middle = [0, 1].map(|k| f64::from(corner[k]) + size[k]);
+        [off(middle, truth), off(*centre, truth)]
+    });
+    offs.collect()
+}
+
+/// A random pose from which all whiskers are seen: turned by up to 15°, tilted by up to 12° on both axes, with a lens
+/// of up to 0.08 at the middle of a side, up to three times as bright on one side.
+fn pose(rng: &mut Rng, size: FrameSize) -> Pose {
+    let mut around = |most: f64| most * (2.0 * rng.uniform() - 1.0);
+    let side = f64::from(size.width().min(size.height()));
+    loop {
+        let pose = Pose {
+            rotation_degrees: around(15.0),
+            tilt_degrees: [around(12.0), around(12.0)],
+            curvature: around(0.08),
+            shift: [around(0.04), around(0.04)],
+            scale: 0.85 + around(0.1),
+            uneven: 2.0 + around(1.0),
+            uneven_degrees: around(180.0),
+        };
+        let room = 0.07 * side;
+        let inside = |[x, y]: &[f64; 2]| {
+            let [width, height] = [size.width(), size.height()].map(f64::from);
+            x.min(width - 1.0 - x) > room && y.min(height - 1.0 - y) > room
+        };
+        if pose.centres(size).iter().all(inside) {
+            return pose;
+        }
+    }
+}
+
+/// A random slide before a random camera; every tenth has a dead whisker.
+fn random(number: u64) -> (Script, Option<usize>) {
+    let mut rng = Rng::new(number, 99);
+    let specimens = ["Fla0", "Sin2", "Sin4", "Saw3", "Tri2", "Tri4"];
+    let (specimen, turn) = (specimens[rng.below(6)], 90 * rng.below(4));
+    let (speed, leak) = (100.0 + 100.0 * rng.uniform(), 0.1 * rng.uniform());
+    let dead = number.is_multiple_of(10).then(|| rng.below(TAXELS));
+    let list = dead.map_or(String::new(), |taxel| format!("[{}, {}]", taxel / COLUMNS + 1, taxel % COLUMNS + 1));
+    let mut script = scene(&format!(
+        "specimen = \"{specimen}\"\nspeed = {speed}\ndirection = {turn}\nseed = {number}\nlead_in = 27\nnoise = {}\n\
+         [light]\nleak = {leak}\nunit = {number}\ngain_deviation = 0.1\ndead = [{list}]\n[sensor]\nsize = [400, 400]",
+        0.5 + rng.uniform(),
+    ));
+    script.sensor.pose = Some(pose(&mut rng, script.sensor.size));
+    (script, dead)
+}
+
+/// As many random poses as the variable `WSTAC_LONG_POSES` says, 40 without it: every base within 1.5 pixels.
+#[test]
+fn every_base_is_found_from_any_pose() {
+    let count = std::env::var("WSTAC_LONG_POSES").map_or(40, |count| count.parse().expect("a whole number"));
+    let found: Vec<Vec<[f64; 2]>> = (0..count)
+        .into_par_iter()
+        .map(|number| {
+            let (script, dead) = random(number);
+            let (outcome, size) = seen(&script);
+            let pose = script.sensor.pose.unwrap();
+            let calibration = outcome.result.unwrap_or_else(|refusal| panic!("{number}: {refusal:?}, {pose:?}"));
+            assert_eq!(calibration.dead, dead, "{number}: {pose:?}");
+            offs(&calibration, &pose.centres(size))
+        })
+        .collect();
+    let all: Vec<[f64; 2]> = found.into_iter().flatten().collect();
+    let rms = |k: usize| (all.iter().map(|off| off[k] * off[k]).sum::<f64>() / all.len() as f64).sqrt();
+    let most = |k: usize| all.iter().map(|off| off[k]).fold(0.0, f64::max);
+    println!(
+        "{count} poses at 400 x 400: taxels {:.2} pixels from their bases at most, {:.2} root mean square; before rounding to whole \
+         pixels {:.2} and {:.2}",
+        most(0),
+        rms(0),
+        most(1),
+        rms(1),
+    );
+    assert!(most(0) <= MOST_OFF, "{}", most(0));
+}
+
+const POSED: &str =
+    "[sensor.pose]\nrotation_degrees = 12\ntilt_degrees = [8, -6]\ncurvature = -0.05\nscale = 0.85\nuneven = 3";
+
+#[test]
+fn what_is_not_sure_is_refused() {
+    let slide = "specimen = \"Fla0\"\nspeed = 200\nlead_in = 27\n";
+    let sized = "[sensor]\nsize = [400, 400]\n";
+    for (rest, expected) in [
+        // Nothing glows: a lens cap, or noise alone.
+        (format!("[light]\nflash_ms = 0\nrubbing_ms = 0\n{sized}noise = 0\n{POSED}"), "nothing glowed"),
+        (format!("[light]\nflash_ms = 0\nrubbing_ms = 0\n{sized}noise = 5\n{POSED}"), "nothing glowed"),
+        (format!("[light]\ndead = [[1, 1], [3, 4], [5, 2]]\n{sized}{POSED}"), "found 22 spot(s) of light"),
+        // A sensor of 4 × 4.
+        (
+            format!(
+                "[light]\ndead = [[1, 5], [2, 5], [3, 5], [4, 5], [5, 1], [5, 2], [5, 3], [5, 4], [5, 5]]\n{sized}{POSED}"
+            ),
+            "found 16 spot(s)",
+        ),
+        // Half out of the picture: two columns whole.
+        (format!("{sized}[sensor.pose]\nshift = [0.5, 0]"), "expected 25 whiskers"),
+        // The last column cut by the edge.
+        (format!("{sized}[sensor.pose]\nshift = [0.1, 0]"), "edge"),
+        (format!("{sized}[sensor.pose]\nrotation_degrees = 45\nscale = 0.7"), "expected"),
+        (
+            format!("{sized}[sensor.pose]\nrotation_degrees = 25\nscale = 0.7"),
+            "turned by 25 degrees, expected at most 15",
+        ),
+        // Light beyond what the camera can tell.
+        (format!("[light]\nflash_ms = 4000\n{sized}{POSED}"), "reach full scale"),
+        // Spots that run into each other.
+        (format!("{sized}blur = 40\n{POSED}"), "expected"),
+    ] {
+        let message = refusal(&format!("{slide}{rest}"));
+        println!("{message}");
+        assert!(message.contains(expected), "{rest}: {message:?}, expected {expected:?}");
+    }
+    // Touched before the first frames are over, however early, and no frames at all.
+    for (lead_in, speed) in [(3, 100), (10, 100), (20, 100), (20, 200)] {
+        let text = format!("specimen = \"Fla0\"\nspeed = {speed}\nlead_in = {lead_in}\n{sized}");
+        for text in [text.clone(), format!("{text}{POSED}")] {
+            let early = refusal(&text);
+            assert!(early.contains("the first 25 frames were not untouched"), "{lead_in} {speed}: {early}");
+        }
+    }
+    let short = Watch::new(SceneSource::new(&scene(&format!("{slide}{sized}"))).unwrap().info()).unwrap().calibrate();
+    assert!(short.result.unwrap_err().message.contains("found 0 frames, expected 25 untouched ones"));
+}
+
+/// Every format and frame size has a layout whose taxels are where the core counts them.
+#[test]
+fn every_format_and_size_is_calibrated() {
+    let cases = [
+        ("GREY", [160, 120]),
+        ("YUYV", [160, 120]),
+        ("RGGB", [160, 120]),
+        ("BG12", [322, 243]),
+        ("Y16", [321, 241]),
+        ("MJPG", [640, 480]),
+        ("NV12", [642, 480]),
+        ("RGBP", [399, 401]),
+        ("GB10", [1280, 720]),
+        ("RGB3", [1920, 1080]),
+    ];
+    for (format, [width, height]) in cases {
+        let text = format!(
+            "specimen = \"Saw3\"\nspeed = 200\nlead_in = 27\n[sensor]\nsize = [{width}, {height}]\nformat = \"{format}\"\n{POSED}"
+        );
+        let script = scene(&text);
+        let (outcome, size) = seen(&script);
+        let calibration = outcome.result.unwrap_or_else(|refusal| panic!("{format} {width}x{height}: {refusal:?}"));
+        let bayer = ["RGGB", "BG12", "GB10"].contains(&format);
+        if bayer {
+            let even =
+                calibration.layout.corners().iter().flatten().chain(&calibration.layout.taxel()).all(|n| n % 2 == 0);
+            assert!(even, "{format}: {:?}", calibration.layout);
+        }
+        // In whole pixels, of a mosaic in pairs of them.
+        let rounding = if bayer { 1.0 } else { 0.5 } * core::f64::consts::SQRT_2;
+        let most = rounding + 0.004 * f64::from(width.min(height));
+        let off =
+            offs(&calibration, &script.sensor.pose.unwrap().centres(size)).iter().map(|off| off[0]).fold(0.0, f64::max);
+        println!("{format} {width}x{height}: {off:.2} pixels at most");
+        assert!(off <= most, "{format} {width}x{height}: {off} pixels off, expected at most {most}");
+        let config = Config::parse(&calibration.to_toml("a test")).unwrap();
+        assert_eq!(config.layout(size), Ok(calibration.layout));
+    }
+}

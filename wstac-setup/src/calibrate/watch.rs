@@ -1,0 +1,182 @@
+//! Frames → what glowed: light above the untouched picture, added up cell by cell.
+
+use super::cells::Cells;
+use super::plane::Plane;
+use wstac_host::error::Error;
+use wstac_host::source::StreamInfo;
+
+/// Frames at the start that nothing may touch: as many as the default baseline has.
+pub const UNTOUCHED: usize = 25;
+/// Cells that a frame's common shift is found from, about.
+const SAMPLED: usize = 4000;
+/// Blocks that a picture's sides are parted into to see whether an untouched one changes: each is about a taxel.
+const BLOCKS: usize = 8;
+/// How much a block may change, in deviations from frame to frame: 25 normal numbers have a range of 4 …
+const MOST_RANGE: f64 = 10.0;
+/// … and as a share of full scale, half a level of 255.
+const LEAST_RANGE: f64 = 0.002;
+/// Deviation of normal numbers, in medians of the distance between two of them.
+const STEP_DEVIATION: f64 = 1.048;
+/// Share of full scale from which a cell is saturated.
+const SATURATED: f32 = 0.985;
+
+/// What was seen of a sensor so far.
+#[derive(Clone, Debug)]
+pub struct Watch {
+    pub(super) info: StreamInfo,
+    pub(super) cells: Cells,
+    /// The bytes of the frames that nothing touched.
+    pub(super) untouched: Vec<Vec<u8>>,
+    /// Their blocks' means.
+    blocks: Vec<[f64; BLOCKS * BLOCKS]>,
+    /// Mean of the untouched frames, in shares of full scale, and the sum of squared deviations.
+    mean: Vec<f32>,
+    squares: Vec<f32>,
+    /// Light above the mean, added up over the frames since.
+    light: Vec<f32>,
+    /// The brightest value of each cell.
+    most: Vec<f32>,
+    frames: u32,
+    /// The frame under way, and some of its cells.
+    shares: Vec<f32>,
+    sampled: Vec<f32>,
+}
+
+/// What glowed.
+#[derive(Clone, Debug)]
+pub(super) struct Seen {
+    /// Mean light above the untouched picture, in shares of full scale.
+    pub(super) light: Plane,
+    /// Deviation of a cell's `light` by noise alone.
+    pub(super) noise: f64,
+    /// The untouched picture.
+    pub(super) dark: Plane,
+    /// Each cell's brightest value.
+    pub(super) most: Plane,
+}
+
+impl Seen {
+    /// Whether a cell was ever as bright as the camera can tell.
+    pub(super) fn saturated(&self, cell: usize) -> bool {
+        self.most.values.get(cell).is_some_and(|most| *most >= SATURATED)
+    }
+}
+
+impl Watch {
+    /// Nothing seen yet of a stream.
+    ///
+    /// # Errors
+    /// Where it has no pixels, or its size, format and bytes a row do not fit each other.
+    pub fn new(info: &StreamInfo) -> Result<Self, Error> {
+        if info.taxels_only {
+            return Err(Error::new(&info.about, "gives taxel sums, expected frames: fidelity = \"rendered\""));
+        }
+        let cells = Cells::new(info)?;
+        let empty = vec![0.0; cells.size[0] * cells.size[1]];
+        Ok(Self {
+            info: info.clone(),
+            cells,
+            untouched: Vec::with_capacity(UNTOUCHED),
+            blocks: Vec::with_capacity(UNTOUCHED),
+            mean: empty.clone(),
+            squares: empty.clone(),
+            light: empty.clone(),
+            most: empty,
+            frames: 0,
+            shares: Vec::new(),
+            sampled: Vec::new(),
+        })
+    }
+
+    /// Frames that were taken since the untouched ones.
+    pub fn frames(&self) -> u32 {
+        self.frames
+    }
+
+    /// Whether the untouched frames are complete.
+    pub fn is_ready(&self) -> bool {
+        self.untouched.len() == UNTOUCHED
+    }
+
+    /// Takes a frame. The first [`UNTOUCHED`] are those that nothing touches. One that is too short is left out.
+    pub fn take(&mut self, bytes: &[u8]) {
+        if bytes.len() < self.cells.frame_bytes() {
+            return;
+        }
+        self.cells.read(bytes, &mut self.shares);
+        for (most, share) in self.most.iter_mut().zip(&self.shares) {
+            *most = most.max(*share);
+        }
+        if self.is_ready() {
+            self.add();
+        } else {
+            self.add_untouched(bytes);
+        }
+    }
+
+    fn add_untouched(&mut self, bytes: &[u8]) {
+        self.untouched.push(bytes.to_vec());
+        self.blocks.push(blocks(&self.shares, self.cells.size));
+        let count = self.untouched.len() as f32;
+        for ((mean, squares), share) in self.mean.iter_mut().zip(&mut self.squares).zip(&self.shares) {
+            let off = share - *mean;
+            *mean += off / count;
+            *squares += off * (share - *mean);
+        }
+    }
+
+    /// Adds a frame's light above the untouched picture. What all of a picture is brighter by is no whisker's light: the room's.
+    fn add(&mut self) {
+        self.frames += 1;
+        let step = (self.shares.len() / SAMPLED).max(1);
+        let off = self.shares.iter().zip(&self.mean).map(|(share, mean)| share - mean);
+        self.sampled.clear();
+        self.sampled.extend(off.step_by(step));
+        let middle = self.sampled.len() / 2;
+        let shift =
+            if self.sampled.is_empty() { 0.0 } else { *self.sampled.select_nth_unstable_by(middle, f32::total_cmp).1 };
+        for ((light, share), mean) in self.light.iter_mut().zip(&self.shares).zip(&self.mean) {
+            *light += share - mean - shift;
+        }
+    }
+
+    /// How much a block of the untouched picture changed, as a share of full scale, where that is more than its noise.
+    pub(super) fn disturbed(&self) -> Option<f64> {
+        let changes = (0..BLOCKS * BLOCKS).filter_map(|block| {
+            let values = || self.blocks.iter().map(|blocks| blocks[block]);
+            let range = values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min);
+            // What differs from frame to frame is noise; what moves slowly, or jumps once, is not.
+            let mut steps: Vec<f64> = values().zip(values().skip(1)).map(|(a, b)| (b - a).abs()).collect();
+            steps.sort_by(f64::total_cmp);
+            let quick = STEP_DEVIATION * steps.get(steps.len() / 2).unwrap_or(&0.0);
+            (range > MOST_RANGE * quick && range > LEAST_RANGE).then_some(range)
+        });
+        changes.max_by(f64::total_cmp)
+    }
+
+    /// What glowed so far.
+    pub(super) fn seen(&self) -> Seen {
+        let (frames, untouched) = (f64::from(self.frames.max(1)), self.untouched.len().max(2) as f64);
+        let plane = |values: &[f32]| Plane { size: self.cells.size, values: values.to_vec() };
+        let squares: f64 = self.squares.iter().map(|&square| f64::from(square)).sum();
+        let variance = squares / self.squares.len().max(1) as f64 / (untouched - 1.0);
+        let mut light = plane(&self.light);
+        light.values.iter_mut().for_each(|light| *light /= frames as f32);
+        // Of a mean over the frames, less one over the untouched ones.
+        let noise = (variance * (1.0 / frames + 1.0 / untouched)).sqrt();
+        Seen { light, noise, dark: plane(&self.mean), most: plane(&self.most) }
+    }
+}
+
+/// Means of a picture's blocks.
+fn blocks(shares: &[f32], [columns, rows]: [usize; 2]) -> [f64; BLOCKS * BLOCKS] {
+    let (mut sums, mut counts) = ([0.0; BLOCKS * BLOCKS], [0_u32; BLOCKS * BLOCKS]);
+    for (y, row) in shares.chunks_exact(columns.max(1)).enumerate() {
+        for (x, &share) in row.iter().enumerate() {
+            let block = y * BLOCKS / rows * BLOCKS + x * BLOCKS / columns;
+            sums[block] += f64::from(share);
+            counts[block] += 1;
+        }
+    }
+    core::array::from_fn(|block| sums[block] / f64::from(counts[block].max(1)))
+}

@@ -1,0 +1,184 @@
+//! A source read while nothing touches it: what all numbers come from.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use wstac_core::params::TAXELS;
+
+use super::pace::Pace;
+use super::pixels::{PixelGrid, Pixels};
+use wstac_host::config::Config;
+use wstac_host::error::Error;
+use wstac_host::reading::{Reading, Record, Wanted};
+use wstac_host::source::{Fault, Item, Source, StreamInfo};
+
+/// Frames that a camera takes to settle after its start; they are not measured.
+pub const SETTLING: u32 = 15;
+/// Fewest frames that say anything.
+const LEAST: usize = 10;
+
+/// One frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// When it was taken, in s since the first: by the driver's timestamps, else by its number.
+    pub at: f64,
+    /// Mean of each taxel, in grey levels of 255.
+    pub levels: [f64; TAXELS],
+    /// Whether the frame before it is the one before it here: nothing was lost between them.
+    pub follows: bool,
+}
+
+/// What a source gave.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// Its frames, at least ten.
+    pub moments: Vec<Moment>,
+    /// What single pixels did; nothing where a source has none.
+    pub pixels: Option<Pixels>,
+    /// When frames came.
+    pub pace: Pace,
+    /// Frames that were lost, by reason.
+    pub lost: BTreeMap<&'static str, u64>,
+    /// Feature frame, from the first that was measured, of the first event: something touched the sensor.
+    pub touched: Option<u64>,
+    /// Whether the trigger's baseline, the first frames, was quiet; true where it is not complete.
+    pub quiet: bool,
+    /// Full scale of the format, in its own steps.
+    pub full_scale: u32,
+    /// Frames a second: as they came, else as they are stated.
+    pub fps: f64,
+    /// Camera frames that are added up to one feature frame.
+    pub frames_added: u32,
+    /// Smallest step of a block's mean in grey levels, where the pictures are JPEG and say.
+    pub dc_step: Option<f64>,
+}
+
+impl Measured {
+    /// From the first frame to the last, in s.
+    pub fn seconds(&self) -> f64 {
+        self.moments.last().map_or(0.0, |moment| moment.at)
+    }
+}
+
+/// Which frames are measured.
+#[derive(Clone, Copy, Debug)]
+pub struct Limit {
+    /// None of this many first ones: [`SETTLING`] of a camera that has just been started, 0 of anything else.
+    pub settling: u32,
+    /// After this many s, by the driver's timestamps or else by the frame rate.
+    pub seconds: f64,
+    /// After this many frames, lost ones included, if that is earlier.
+    pub frames: Option<u64>,
+}
+
+/// Reads a source until a limit, its end, or until `stop` has a signal's number. `info` is the source's, as the user has it.
+///
+/// # Errors
+/// Where layout, format and configuration do not fit each other, the source fails, is unplugged, falls silent or loses its
+/// signal, or gives fewer than ten frames.
+pub fn measure(
+    source: &mut dyn Source,
+    info: &StreamInfo,
+    config: &Config,
+    limit: Limit,
+    stop: &AtomicUsize,
+) -> Result<Measured, Error> {
+    let mut reading = Reading::new(info, config, Wanted::default())?;
+    let mut grid = if info.taxels_only { None } else { Some(PixelGrid::new(info, reading.camera().layout())?) };
+    let mut settling = limit.settling;
+    let mut measured = Measured {
+        moments: Vec::new(),
+        pixels: None,
+        pace: Pace::default(),
+        lost: BTreeMap::new(),
+        touched: None,
+        quiet: true,
+        full_scale: reading.camera().full_scale(),
+        fps: 0.0,
+        frames_added: info.rate.frames_added(),
+        dc_step: None,
+    };
+    let period = f64::from(info.rate.denominator()) / f64::from(info.rate.numerator());
+    let (mut steps, mut first, mut follows) = (0_u64, None, false);
+    while stop.load(Ordering::Relaxed) == 0 && limit.frames.is_none_or(|most| steps < most) {
+        let item = source.next()?;
+        // It may come back, but not as a camera that was watched all the time; and it may never.
+        if let Item::Fault(Fault { kind: "disconnected" | "no-signal", message }) = &item {
+            let why = message.split("; waiting for").next().unwrap_or_default();
+            return Err(Error::new(&info.about, format_args!("broke off while it was measured: {why}")));
+        }
+        if settling > 0 && !matches!(item, Item::End) {
+            settling -= u32::from(matches!(item, Item::Frame { .. } | Item::Lost { .. }));
+            continue;
+        }
+        let by_number = steps as f64 * period;
+        let mut at = by_number;
+        match &item {
+            Item::End => break,
+            Item::Lost { frames, why } => {
+                *measured.lost.entry(why).or_default() += frames;
+                steps = steps.saturating_add(*frames);
+                follows = false;
+                // Where nothing but damaged frames comes, no timestamp ever ends it.
+                if steps as f64 * period >= 2.0 * limit.seconds {
+                    break;
+                }
+            }
+            Item::Frame { bytes, timestamp, sequence, encoded } => {
+                steps += 1;
+                if let Some(timestamp) = *timestamp {
+                    at = timestamp.saturating_sub(*first.get_or_insert(timestamp)).as_secs_f64();
+                }
+                measured.pace.push(*sequence, *timestamp);
+                if let Some(grid) = &mut grid {
+                    grid.push(bytes, follows);
+                }
+                if measured.dc_step.is_none() {
+                    measured.dc_step = encoded.and_then(super::mjpeg::dc_step);
+                }
+            }
+            Item::Taxels(_) => steps += 1,
+            Item::Fault(_) | Item::Waiting => {}
+        }
+        let touched = &mut measured.touched;
+        reading.take(&item, |record| {
+            notice(touched, &record);
+            Ok::<(), Error>(())
+        })?;
+        if matches!(item, Item::Frame { .. } | Item::Taxels(_)) {
+            if let Some(shares) = reading.taxels() {
+                let levels = shares.map(|share| 255.0 * f64::from(share));
+                measured.moments.push(Moment { at, levels, follows });
+                follows = true;
+            }
+            if at >= limit.seconds {
+                break;
+            }
+        }
+    }
+    reading.finish(|record| {
+        notice(&mut measured.touched, &record);
+        Ok::<(), Error>(())
+    })?;
+    measured.quiet = reading.trigger().baseline().is_none() || reading.trigger().end().baseline_quiet;
+    measured.fps = measured.pace.summary().map_or(1.0 / period, |pace| pace.fps);
+    measured.pixels = grid.and_then(|grid| grid.summary());
+    let frames = measured.moments.len();
+    if frames < LEAST && stop.load(Ordering::Relaxed) == 0 {
+        let lost: Vec<_> = measured.lost.iter().map(|(why, frames)| format!(" ({frames} {why})")).collect();
+        let message = format!("gave {frames} frames{}, expected at least {LEAST} to measure", lost.concat());
+        return Err(Error::new(&info.about, message));
+    }
+    Ok(measured)
+}
+
+/// Keeps the first frame of the first event, whole or not.
+fn notice(touched: &mut Option<u64>, record: &Record) {
+    let frame = match record {
+        Record::Event(event) => Some(event.frame),
+        Record::Incomplete(sample) => Some(sample.frame),
+        Record::End(end) => end.incomplete.map(|sample| sample.frame),
+        _ => None,
+    };
+    *touched = touched.or(frame);
+}

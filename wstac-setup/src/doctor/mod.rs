@@ -1,0 +1,248 @@
+//! What is right and wrong with a sensor that nothing touches, in numbers and in words.
+//!
+//! [`measure`] reads any source; [`still`], [`pace`] and [`pixels`] make numbers of what it gave; [`signal`] says what the
+//! trigger would see of it, [`mjpeg`] what compression costs; [`verdict`] says what to change. Levels are grey levels of
+//! 255, whatever the format's full scale is.
+
+pub mod controls;
+pub mod measure;
+pub mod mjpeg;
+pub mod pace;
+pub mod pixels;
+pub mod signal;
+pub mod still;
+mod text;
+pub mod verdict;
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use controls::ControlReport;
+use measure::Measured;
+use mjpeg::MjpegReport;
+use signal::SignalReport;
+use still::Still;
+use verdict::Finding;
+use wstac_host::camera::DeviceInfo;
+use wstac_host::camera::modes::fps;
+use wstac_host::config::Config;
+use wstac_host::error::Error;
+use wstac_host::rate::per_second;
+use wstac_host::source::StreamInfo;
+
+/// Everything that was found out.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// What was measured, in a line.
+    pub source: String,
+    /// Who the camera is and what it offers; nothing where the source is none.
+    pub camera: Option<CameraReport>,
+    /// How frames come.
+    pub rate: RateReport,
+    /// How bright the sensor is with nothing touching.
+    pub levels: LevelsReport,
+    /// How that varies from frame to frame.
+    pub noise: NoiseReport,
+    /// The smallest light that the trigger sees.
+    pub signal: SignalReport,
+    /// How that changes slowly.
+    pub drift: DriftReport,
+    /// Controls: those that are locked, or should be, and any other that can be set and changed.
+    pub controls: Vec<ControlReport>,
+    /// What MJPEG costs; nothing where there is nothing to compare.
+    pub mjpeg: Option<MjpegReport>,
+    /// Whether there is nothing to change.
+    pub healthy: bool,
+    /// What to change, the worst first.
+    pub verdict: Vec<Finding>,
+}
+
+/// A camera.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct CameraReport {
+    /// Who it is, and all that it offers.
+    #[serde(flatten)]
+    pub device: DeviceInfo,
+    /// Four-character code of what it sent.
+    pub format: String,
+}
+
+/// How frames come.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RateReport {
+    /// Frames a second that were asked for; nothing where the source decides.
+    pub asked: Option<f64>,
+    /// Frames a second that the driver, or the file, states.
+    pub stated: f64,
+    /// Frames a second by the driver's timestamps; nothing where there are none.
+    pub measured: Option<f64>,
+    /// Deviation of the intervals from their mean, in ms rms.
+    pub jitter_ms: Option<f64>,
+    /// The longest interval between two frames in a row, in ms.
+    pub longest_ms: Option<f64>,
+    /// Frames that were measured.
+    pub frames: u64,
+    /// The time that they took, in s.
+    pub seconds: f64,
+    /// Frames that were lost meanwhile, by reason.
+    pub lost: BTreeMap<&'static str, u64>,
+}
+
+/// How bright the sensor is, in grey levels of 255.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LevelsReport {
+    /// Full scale of the format, in its own steps.
+    pub full_scale: u32,
+    /// Mean of all taxels.
+    pub mean: f64,
+    /// Mean of the darkest taxel.
+    pub darkest_taxel: f64,
+    /// Mean of the brightest taxel.
+    pub brightest_taxel: f64,
+    /// A pixel's value without light: as the user gives it, else the mean of the darkest 1 % of pixels.
+    pub black: Option<f64>,
+    /// Whether the user gave it.
+    pub black_is_given: bool,
+    /// Mean of all taxels above black: light that leaks in. With a black that was not given, light that falls on all
+    /// pixels alike does not show.
+    pub leak: Option<f64>,
+    /// Share of pixels at full scale.
+    pub saturated: Option<f64>,
+    /// Share of pixels that are always 0: light below black is cut off there.
+    pub clipped: Option<f64>,
+}
+
+/// How levels vary from frame to frame, in grey levels of 255, rms; slower changes are not counted.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct NoiseReport {
+    /// Of a taxel's mean, over all taxels.
+    pub taxel: f64,
+    /// Of the noisiest taxel's mean.
+    pub worst_taxel: f64,
+    /// Of a pixel inside a taxel; nothing where there are no pixels.
+    pub pixel: Option<f64>,
+}
+
+/// How levels change slowly.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct DriftReport {
+    /// Slope of the mean of all taxels, in grey levels of 255 a minute.
+    pub levels_per_minute: f64,
+    /// Standard error of that.
+    pub error: f64,
+    /// Slope of the taxel that changes most.
+    pub worst_taxel: f64,
+    /// Minutes until the drift alone makes the trigger fire; nothing where it is too small to tell from noise, and of light
+    /// that falls, which never does.
+    pub minutes_to_trigger: Option<f64>,
+}
+
+impl DriftReport {
+    /// Minutes until the mean of all taxels is this many levels off, either way; nothing where the drift is too small to
+    /// tell from noise.
+    fn minutes_to(&self, levels: f64) -> Option<f64> {
+        let slope = self.levels_per_minute.abs();
+        (slope > 0.0 && slope > SIGNIFICANT * self.error).then(|| tidy(levels / slope))
+    }
+}
+
+/// What the user says beside the source.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Known {
+    /// Frames a second that were asked for.
+    pub asked_fps: Option<f64>,
+    /// A pixel's value without light, in grey levels of 255, measured with the sensor in the dark.
+    pub black: Option<f64>,
+}
+
+/// A slope that is this many times its standard error is none of chance.
+const SIGNIFICANT: f64 = 4.0;
+
+/// Makes a report of what was measured.
+///
+/// # Errors
+/// Where the configuration does not hold.
+pub fn examine(
+    info: &StreamInfo,
+    config: &Config,
+    measured: &Measured,
+    known: Known,
+    (camera, controls): (Option<CameraReport>, Vec<ControlReport>),
+    mjpeg: Option<MjpegReport>,
+) -> Result<Report, Error> {
+    let still = Still::new(measured);
+    let signal = signal::signal(&still, config, measured)?;
+    let pixels = measured.pixels;
+    let black = known.black.or(pixels.map(|pixels| pixels.darkest));
+    let pace = measured.pace.summary();
+    let means = still.means();
+    let mean = still::mean(means.iter().copied());
+    let drift = drift(&still, &signal);
+    let mut report = Report {
+        source: info.about.clone(),
+        camera,
+        rate: RateReport {
+            asked: known.asked_fps,
+            stated: per_second(info.rate),
+            measured: pace.map(|pace| tidy(pace.fps)),
+            jitter_ms: pace.map(|pace| tidy(1e3 * pace.jitter)),
+            longest_ms: pace.map(|pace| tidy(1e3 * pace.longest)),
+            frames: measured.moments.len() as u64,
+            seconds: tidy(measured.seconds()),
+            lost: measured.lost.clone(),
+        },
+        levels: LevelsReport {
+            full_scale: measured.full_scale,
+            mean: tidy(mean),
+            darkest_taxel: tidy(means.iter().copied().fold(f64::INFINITY, f64::min)),
+            brightest_taxel: tidy(means.iter().copied().fold(0.0, f64::max)),
+            black: black.map(tidy),
+            black_is_given: known.black.is_some(),
+            leak: black.map(|black| tidy(mean - black)),
+            saturated: pixels.map(|pixels| tidy(pixels.saturated)),
+            clipped: pixels.map(|pixels| tidy(pixels.clipped)),
+        },
+        noise: NoiseReport {
+            taxel: tidy(still.noise()),
+            worst_taxel: tidy(still.worst_noise()),
+            pixel: pixels.map(|pixels| tidy(pixels.noise)),
+        },
+        signal,
+        drift,
+        controls,
+        mjpeg,
+        healthy: true,
+        verdict: Vec::new(),
+    };
+    report.verdict = verdict::verdict(&report, info, measured);
+    report.healthy = report.verdict.is_empty();
+    Ok(report)
+}
+
+fn drift(still: &Still, signal: &SignalReport) -> DriftReport {
+    let whole = still.trend();
+    let worst = still.worst_trend();
+    let mut report = DriftReport {
+        levels_per_minute: tidy(60.0 * whole.slope),
+        error: tidy(60.0 * whole.error),
+        worst_taxel: tidy(60.0 * worst.slope),
+        minutes_to_trigger: None,
+    };
+    // Only what gets brighter fires; what gets darker hides as much light instead.
+    report.minutes_to_trigger = report.minutes_to(signal.five_taxels).filter(|_| report.levels_per_minute > 0.0);
+    report
+}
+
+/// To five decimals: more is noise.
+pub(crate) fn tidy(number: f64) -> f64 {
+    (number * 1e5).round() / 1e5
+}
+
+/// A rate for a person.
+fn rate_text(info: &StreamInfo) -> String {
+    fps(info.rate)
+}
+
+#[cfg(test)]
+mod tests;

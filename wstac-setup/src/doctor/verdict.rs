@@ -1,0 +1,210 @@
+//! What to change, in words.
+
+use serde::Serialize;
+
+use super::controls::ControlReport;
+use super::measure::Measured;
+use super::{Report, rate_text};
+use wstac_host::source::StreamInfo;
+
+/// Something to change.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Finding {
+    /// Its kind in a word, for programs.
+    pub kind: &'static str,
+    /// What was found.
+    pub found: String,
+    /// What to do about it.
+    pub advice: String,
+}
+
+/// Share by which a frame rate may be off.
+const RATE_OFF: f64 = 0.02;
+/// Share of a period by which frames may be late, rms.
+const JITTER: f64 = 0.25;
+/// Share of pixels at one end of the scale.
+const MANY: f64 = 0.001;
+/// The same at the dark end, where some are no harm.
+const MANY_DARK: f64 = 0.1;
+/// Share of the speed law's threshold that MJPEG may be off.
+const HALF: f64 = 0.5;
+/// Share of that threshold above which leaking light is worth a better cover.
+const LEAK: f64 = 0.5;
+
+/// The findings, the worst first: what makes all other numbers doubtful, then what changes by itself, then the rest.
+pub(super) fn verdict(report: &Report, info: &StreamInfo, measured: &Measured) -> Vec<Finding> {
+    let mut findings = Findings(Vec::new());
+    let was_still = stillness(&mut findings, report, measured);
+    controls(&mut findings, &report.controls);
+    rate(&mut findings, report, info);
+    // Of light that came and went no threshold follows.
+    if was_still {
+        light(&mut findings, report);
+        trigger(&mut findings, report);
+        mjpeg(&mut findings, report);
+    }
+    findings.0
+}
+
+struct Findings(Vec<Finding>);
+
+impl Findings {
+    fn add(&mut self, kind: &'static str, found: String, advice: &str) {
+        self.0.push(Finding { kind, found, advice: advice.to_owned() });
+    }
+}
+
+/// Whether nothing touched the sensor and the light stayed.
+fn stillness(findings: &mut Findings, report: &Report, measured: &Measured) -> bool {
+    if let Some(frame) = measured.touched {
+        let found =
+            format!("an event starts at frame {frame} of the measurement: it was touched, or the light changed");
+        findings.add("touched", found, "measure again with nothing touching; all numbers here are doubtful");
+    } else if !measured.quiet {
+        let found = "the first frames were not quiet: something touched the sensor, or the light changed".into();
+        findings.add("touched", found, "measure again with nothing touching; all numbers here are doubtful");
+    }
+    let is_frozen = report.noise.worst_taxel == 0.0 && report.noise.pixel == Some(0.0);
+    if is_frozen && report.levels.clipped.is_none_or(|clipped| clipped < 1.0 - MANY_DARK) {
+        let found = "no pixel changes from frame to frame, as no camera's do".into();
+        findings.add("frozen", found, "look whether the camera sends one picture again and again, or a test pattern");
+    }
+    measured.touched.is_none() && measured.quiet
+}
+
+fn controls(findings: &mut Findings, controls: &[ControlReport]) {
+    for control in controls {
+        let name = &control.name;
+        if control.locked == Some(false) {
+            let why = control.why.as_deref().unwrap_or("the driver does not say why");
+            let advice = if why.contains("left as it was") {
+                "leave --keep-controls away: wstac then locks it"
+            } else if why.contains("as asked") {
+                "leave that --control away: wstac then switches it off"
+            } else {
+                "switch it off with v4l2-ctl or the maker's tool, or use a camera that lets it be locked: grey levels \
+                 may change by themselves"
+            };
+            findings.add("unlocked", format!("{name} is not locked: {why}"), advice);
+        }
+        if control.drifts {
+            let value = |value: Option<i64>| value.map_or_else(|| "unknown".to_owned(), |value| value.to_string());
+            let found = format!(
+                "{name} changes by itself: {} at the start, {} at the end",
+                value(control.value),
+                value(control.value_at_end)
+            );
+            findings.add("drifting_control", found, "switch off what changes it, or give it a value with --control");
+        }
+    }
+}
+
+fn rate(findings: &mut Findings, report: &Report, info: &StreamInfo) {
+    let rate = &report.rate;
+    let off = |fps: f64, other: f64| (fps / other - 1.0).abs() > RATE_OFF;
+    if let Some(fps) = rate.measured.filter(|fps| off(*fps, rate.stated)) {
+        let found = format!("{fps:.2} frames a second come, the driver states {}", rate_text(info));
+        let advice = "shorten the exposure to less than a frame (--control exposure_time_absolute=…, in units of 0.1 ms), \
+                      and plug the camera in where nothing shares its USB bus";
+        findings.add("slow", found, if fps < rate.stated { advice } else { "state the rate that comes with --fps" });
+    } else if let Some(asked) = rate.asked.filter(|asked| off(rate.stated, *asked)) {
+        let found = format!("the driver gives {} frames a second, {asked:.2} were asked for", rate_text(info));
+        findings.add("rate", found, "choose a format and size that are offered at that rate (--format, --size)");
+    }
+    if let (Some(jitter), Some(fps)) = (rate.jitter_ms, rate.measured)
+        && jitter > 1e3 * JITTER / fps
+    {
+        let found = format!("frames come {jitter:.1} ms early or late, rms, of {:.1} ms between them", 1e3 / fps);
+        findings.add(
+            "jitter",
+            found,
+            "leave the machine and the USB bus to the camera: a slide's speed is told in frames",
+        );
+    }
+    let lost: u64 = rate.lost.values().sum();
+    if lost > 0 {
+        let reasons: Vec<_> = rate.lost.iter().map(|(why, frames)| format!("{frames} {why}")).collect();
+        let share = 100.0 * lost as f64 / (lost + rate.frames) as f64;
+        let found = format!("{share:.1} % of frames were lost: {}", reasons.join(", "));
+        let advice = if rate.lost.keys().all(|why| why.contains("exposure")) {
+            "lock the exposure"
+        } else {
+            "use a shorter cable, another port or a smaller format, and no other program meanwhile"
+        };
+        findings.add("lost", found, advice);
+    }
+}
+
+fn light(findings: &mut Findings, report: &Report) {
+    let (levels, lit) = (&report.levels, report.signal.lit);
+    if let Some(saturated) = levels.saturated.filter(|saturated| *saturated > MANY) {
+        let found = format!("{:.2} % of pixels are at full scale with nothing touching", 100.0 * saturated);
+        findings.add(
+            "saturated",
+            found,
+            "cover the sensor, or lower exposure or gain: no light shows where it is full",
+        );
+    }
+    if let Some(clipped) = levels.clipped.filter(|clipped| *clipped > MANY_DARK) {
+        let found = format!("{:.0} % of pixels are always 0: black is cut off", 100.0 * clipped);
+        let advice =
+            "raise the black level or brightness a little (--control brightness=…): weak light is lost below 0";
+        findings.add("clipped", found, advice);
+    }
+    if let Some(leak) = levels.leak.filter(|leak| *leak > LEAK * lit) {
+        let found = format!("{leak:.1} grey levels of light leak in, a touch counts as light from {lit:.1} on");
+        findings.add("leak", found, "cover the sensor better; light that is always there hides light that is not");
+    }
+    if report.signal.rest_of_lit >= 1.0 {
+        let found = format!(
+            "at rest the sensor is at {:.1} times the speed law's threshold, so there is no speed",
+            report.signal.rest_of_lit
+        );
+        let advice =
+            "set [speed] threshold_on = \"above_baseline\", or make it darker (cover, black level, brightness)";
+        findings.add("always_lit", found, advice);
+    }
+}
+
+fn trigger(findings: &mut Findings, report: &Report) {
+    let signal = &report.signal;
+    let (per_hour, one) = (signal.false_triggers_per_hour, signal.one_taxel_sure);
+    if per_hour >= 1.0 {
+        let found = format!("noise alone triggers {per_hour:.0} times an hour");
+        findings.add("noisy", found, "raise [trigger] margin or multiplier, or lower the gain");
+    }
+    let full = 5.0 * signal.lit;
+    if one > full {
+        let found =
+            format!("one taxel has to gain {one:.1} grey levels to be seen, a touch counts as light from {full:.1} on");
+        findings.add(
+            "insensitive",
+            found,
+            "lower [trigger] margin, or the light at rest (cover, black level, brightness)",
+        );
+    }
+    let drift = &report.drift;
+    if let Some(minutes) = drift.minutes_to(report.signal.five_taxels).filter(|minutes| *minutes < 60.0) {
+        let levels = drift.levels_per_minute;
+        let (how, what) = if levels > 0.0 { ("brighter", "fires the trigger") } else { ("darker", "hides light") };
+        let found = format!(
+            "the picture gets {how} by {:.2} grey levels a minute: a trigger's worth, which {what}, in {}",
+            levels.abs(),
+            if minutes < 1.0 { "less than a minute".to_owned() } else { format!("{minutes:.0} minutes") }
+        );
+        findings.add("drift", found, "let the camera warm up, lock its controls, and keep the light around it steady");
+    }
+}
+
+fn mjpeg(findings: &mut Findings, report: &Report) {
+    let Some(mjpeg) = &report.mjpeg else { return };
+    if mjpeg.error > HALF * mjpeg.lit {
+        let found = format!(
+            "MJPEG is off by up to {:.1} grey levels a taxel, a touch counts as light from {:.1} on",
+            mjpeg.error, mjpeg.lit
+        );
+        let advice =
+            format!("use --format {} (uncompressed), with a smaller --size if the rate asks for it", mjpeg.raw.format);
+        findings.add("mjpeg", found, &advice);
+    }
+}

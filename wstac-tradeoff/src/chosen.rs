@@ -1,0 +1,207 @@
+//! A chosen configuration as files: what a board's build and `wstac run` read, and what was claimed of it.
+
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+
+use super::candidate::Candidate;
+use super::knobs::Format::{YuyvExact, YuyvLinear};
+use super::knobs::{Setting, kernel_name};
+use super::map;
+use super::prices::{Core, Price, Prices};
+use super::row::{Row, rows};
+use super::slides::{MOST_SLIDES, QUICK_SLIDES, SENSORS, TradeSlide, fresh_slides, slides};
+use super::sweep::{self, Plan};
+use wstac_core::green::any::YcbcrMethod;
+use wstac_host::config::Config;
+use wstac_host::error::Error;
+use wstac_host::model_file::ModelFile;
+use wstac_host::whole_file;
+
+/// The configuration for a board's build and for `wstac run`.
+pub const CONFIG: &str = "wstac.toml";
+/// The model, where there is one.
+pub const MODEL: &str = "model.wsm";
+/// What was found of it, as a map of one row.
+pub const CLAIM: &str = "claim.csv";
+/// What it costs, by core.
+pub const PRICE: &str = "price.json";
+
+/// How it is built for a board, and run on a host.
+pub const BUILD: &str = "build.txt";
+/// All of them.
+pub const FILES: [&str; 5] = [CONFIG, MODEL, CLAIM, PRICE, BUILD];
+
+/// The configuration file of a setting: what `base`, a configuration's text, says of all that is no knob, and the knobs.
+///
+/// # Errors
+/// Where `base` is no configuration.
+pub fn config(setting: &Setting, base: &str) -> Result<String, String> {
+    Config::parse(base)?;
+    let mut all: toml::Table = toml::from_str(base).map_err(|error| error.to_string())?;
+    let yuv = if setting.format.method() == YcbcrMethod::Linear { "linear" } else { "exact" };
+    let knobs: [(&str, &str, toml::Value); 3] = [
+        ("green", "yuv", yuv.into()),
+        ("green", "stride", i64::from(setting.stride.get()).into()),
+        ("features", "ln", kernel_name(setting.kernel).into()),
+    ];
+    for (table, key, value) in knobs {
+        let table = all.entry(table).or_insert_with(|| toml::Table::new().into());
+        // A configuration has tables of these names or none.
+        if let Some(table) = table.as_table_mut() {
+            table.insert(key.to_owned(), value);
+        }
+    }
+    toml::to_string(&all).map_err(|error| error.to_string())
+}
+
+/// How a setting in a folder is built for boards with these cores, and run on a host: a script to run in the folder.
+fn commands(row: &Row, cores: &[Core]) -> String {
+    let with_model = |option: &str| row.model.as_ref().map_or_else(String::new, |_| format!(" {option}"));
+    let mut text = String::new();
+    if let Some(pixels) = row.setting.format.pixels() {
+        text.push_str("# In this folder; $WSTAC is the folder of WSTac's repository.\n");
+        let model = with_model(&format!("WSTAC_MODEL=\"$OLDPWD/{MODEL}\""));
+        for core in cores {
+            // The one real board's program is of an M7, and reads GREY; the emulated ones read all.
+            let (about, program) = match (core, pixels) {
+                (Core::M7, "GREY") => ("an STM32H743 and its camera: wstac-fw/README.md", "--bin h743".to_owned()),
+                _ => (
+                    "an emulated board; for yours see \"Another board\" in wstac-fw/README.md",
+                    format!("--no-default-features --features emulated --bin emulated --target {}", core.target()),
+                ),
+            };
+            let _ = writeln!(text, "# Cortex-{}: {about}", core.name());
+            let files = format!("WSTAC_PIXELS={pixels} WSTAC_CONFIG=\"$OLDPWD/{CONFIG}\"{model}");
+            let _ = writeln!(text, "(cd \"$WSTAC/wstac-fw\" && {files} cargo build --release {program})");
+        }
+    }
+    let (code, model) = (row.setting.format.code(), with_model(&format!("--model {MODEL}")));
+    let _ = writeln!(text, "# A host:\nwstac run /dev/video0 --format {code} --config {CONFIG}{model}");
+    text
+}
+
+/// Writes the files to a folder, which is made where there is none; `config` is the configuration's text, `cores` are those
+/// of the boards to build for. How it is built and run.
+///
+/// # Errors
+/// Names the file that cannot be written.
+pub fn write(
+    folder: &Path,
+    row: &Row,
+    model: Option<&Candidate>,
+    prices: &Prices,
+    cores: &[Core],
+    config: &str,
+) -> Result<String, Error> {
+    let put = |name: &str, bytes: &[u8]| whole_file::write(&folder.join(name), bytes);
+    fs::create_dir_all(folder).map_err(|error| Error::new(folder.display(), error))?;
+    put(CONFIG, config.as_bytes())?;
+    let path = folder.join(MODEL);
+    if let Some(model) = model {
+        let bytes: Vec<u8> = model.file.words().iter().flat_map(|word| word.to_le_bytes()).collect();
+        put(MODEL, &bytes)?;
+    } else if path.exists() {
+        // Of an earlier choice: this one has none.
+        fs::remove_file(&path).map_err(|error| Error::new(path.display(), error))?;
+    }
+    put(CLAIM, map::write(std::slice::from_ref(row)).as_bytes())?;
+    let price = |core: Core| prices.of(core, &row.setting, row.model.as_deref()).map(|price| (core.name(), price));
+    let all: std::collections::BTreeMap<&str, Price> = Core::ALL.into_iter().filter_map(price).collect();
+    let text = serde_json::to_string_pretty(&all).map_err(|error| Error::new(PRICE, error))?;
+    put(PRICE, format!("{text}\n").as_bytes())?;
+    let commands = commands(row, cores);
+    put(BUILD, commands.as_bytes())?;
+    Ok(commands)
+}
+
+/// What a folder holds, read again.
+#[derive(Debug)]
+pub struct Chosen {
+    /// What was claimed.
+    pub claim: Row,
+    config: Config,
+    setting: Setting,
+    models: Vec<Candidate>,
+    of_each: u32,
+}
+
+impl Chosen {
+    /// Reads a folder.
+    ///
+    /// # Errors
+    /// Where a file cannot be read or used.
+    pub fn read(folder: &Path) -> Result<Self, Error> {
+        let path = folder.join(CLAIM);
+        let expected = "expected what wstac trade --budget … -o FOLDER wrote";
+        let text = fs::read_to_string(&path);
+        let text = text.map_err(|error| Error::new(path.display(), format_args!("{error}: {expected}")))?;
+        let about = path.display().to_string();
+        let mut claims = map::read(&about, &text)?.into_iter();
+        let (Some(claim), None) = (claims.next(), claims.next()) else {
+            return Err(Error::new(about, "expected one configuration"));
+        };
+        let config = Config::read(&folder.join(CONFIG))?;
+        let model = claim.model.as_ref().map(|name| {
+            let file = ModelFile::open(&folder.join(MODEL))?;
+            Candidate::new(name.clone(), file)
+        });
+        let models: Vec<Candidate> = model.into_iter().collect::<Result<_, _>>()?;
+        // The files decide, not the claim.
+        let format = match (claim.setting.format, config.green.yuv) {
+            (YuyvExact | YuyvLinear, YcbcrMethod::Linear) => YuyvLinear,
+            (YuyvExact | YuyvLinear, YcbcrMethod::Exact) => YuyvExact,
+            (other, _) => other,
+        };
+        let setting = Setting { format, stride: config.green.stride, kernel: config.features.ln };
+        let of_each = u32::try_from(claim.found.slides).unwrap_or(u32::MAX) / SENSORS;
+        if !(1..=MOST_SLIDES).contains(&of_each) {
+            let most = MOST_SLIDES * SENSORS;
+            return Err(Error::new(
+                about,
+                format_args!("slides is {}, expected {SENSORS} to {most}", claim.found.slides),
+            ));
+        }
+        Ok(Self { claim, config, setting, models, of_each })
+    }
+
+    /// What is found on the slides that the claim is of.
+    ///
+    /// # Errors
+    /// Where the configuration cannot be run.
+    pub fn again(&self) -> Result<Row, Error> {
+        self.on(&slides(self.of_each))
+    }
+
+    /// What is found on a quick look's slides of other sensors, by which it was not chosen.
+    ///
+    /// # Errors
+    /// Where the configuration cannot be run.
+    pub fn fresh(&self) -> Result<Row, Error> {
+        self.on(&fresh_slides(QUICK_SLIDES))
+    }
+
+    fn on(&self, slides: &[TradeSlide]) -> Result<Row, Error> {
+        let plan = Plan { config: &self.config, settings: &[self.setting], models: &self.models, slides, light: 1.0 };
+        let found = rows(&plan, &sweep::run(&plan)?).pop();
+        found.ok_or_else(|| Error::new(CLAIM, "nothing was run"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wstac_core::frame::Stride;
+    use wstac_host::config::Kernel;
+
+    #[test]
+    fn knobs_are_put_into_a_configuration() {
+        let setting = Setting { format: YuyvLinear, stride: Stride::Five, kernel: Kernel::Libm };
+        let text = config(&setting, "[trigger]\nwindow = 7\n[features]\nfloor_levels = 2.5\nln = \"fixed\"\n").unwrap();
+        let read = Config::parse(&text).unwrap();
+        assert_eq!((read.green.yuv, read.green.stride), (YcbcrMethod::Linear, Stride::Five));
+        assert_eq!((read.features.ln, read.features.floor_levels), (Kernel::Libm, 2.5));
+        assert!(text.contains("window = 7"), "{text}");
+        assert!(config(&setting, "[green]\nstrid = 2\n").unwrap_err().contains("strid"));
+    }
+}

@@ -1,0 +1,119 @@
+//! How answers decay as light fades, for each knob turned alone.
+
+use std::fmt::Write;
+
+use super::candidate::{Candidate, NONE, short};
+use super::knobs::{Format, Setting};
+use super::map;
+use super::row::{Row, rows};
+use super::slides::{TradeSlide, reference};
+use super::sweep::{self, Plan};
+use wstac_host::config::Config;
+use wstac_host::error::Error;
+use wstac_scene::Scene;
+
+/// Levels of peak light unless others are asked for, in grey levels of 255.
+pub const LEVELS: [f64; 9] = [200.0, 100.0, 50.0, 20.0, 10.0, 5.0, 3.0, 2.0, 1.0];
+
+/// What was found at one level of light.
+#[derive(Clone, Debug)]
+pub struct Faded {
+    /// Mean of the brightest taxel in the brightest frame of the reference slide, above black, in grey levels of 255.
+    pub level: f64,
+    /// The default setting, with each model; then each other setting with the first model.
+    pub rows: Vec<Row>,
+}
+
+/// Peak light of the reference slide as it is, in grey levels of 255.
+///
+/// # Errors
+/// None.
+pub fn peak() -> Result<f64, Error> {
+    let mut scene = Scene::new(&reference(1.0, Format::Grey)?)?;
+    let mut peak = 0.0_f64;
+    while let Some((light, _)) = scene.next_light() {
+        peak = light.iter().copied().fold(peak, f64::max);
+    }
+    Ok(255.0 * peak)
+}
+
+/// Sweeps one level of light.
+///
+/// # Errors
+/// As [`sweep::run`].
+pub fn fade(level: f64, config: &Config, models: &[Candidate], slides: &[TradeSlide]) -> Result<Faded, Error> {
+    let settings = Setting::one_at_a_time();
+    let plan = Plan { config, settings: &settings, models, slides, light: level / peak()? };
+    let first = models.first().map(|model| &model.name);
+    let mut rows = rows(&plan, &sweep::run(&plan)?);
+    rows.retain(|row| match &row.model {
+        None => false,
+        name => row.setting == Setting::DEFAULT || name.as_ref() == first,
+    });
+    Ok(Faded { level, rows })
+}
+
+/// Rows of all levels as comma-separated values.
+pub fn csv(all: &[Faded]) -> String {
+    let header = map::write(&[]);
+    let mut text = format!("level,{header}");
+    for faded in all {
+        for row in &faded.rows {
+            // Writing to a string does not fail.
+            let _ = writeln!(text, "{},{},,", faded.level, map::found(row));
+        }
+    }
+    text
+}
+
+/// What a table shows of a row.
+type Cell = fn(&Row) -> String;
+
+/// Tables of what was found: a line a setting, a column a level.
+pub fn tables(all: &[Faded]) -> String {
+    let mut text = String::new();
+    let tables: [(&str, Cell); 4] = [
+        ("Slides with an event, %", |row| {
+            format!("{:.0}", 100.0 * row.found.events as f64 / row.found.slides.max(1) as f64)
+        }),
+        ("Specimens right, % (a slide without an event is wrong)", |row| {
+            row.found.accuracy[0].map_or_else(|| "–".to_owned(), |right| format!("{:.0}", right.mean))
+        }),
+        ("Error of speed, mean, % (in brackets: slides without a speed, %), 100 to 200 mm/s", |row| {
+            let missing = 100.0 * row.found.speedless as f64 / row.found.speed_slides.max(1) as f64;
+            let mean = row.found.speed.map_or_else(|| "–".to_owned(), |[mean, _]| format!("{mean:.1}"));
+            format!("{mean} ({missing:.0})")
+        }),
+        ("Directions wrong or none, %", |row| {
+            format!("{:.0}", 100.0 * row.found.direction_errors as f64 / row.found.slides.max(1) as f64)
+        }),
+    ];
+    for (title, cell) in tables {
+        let levels: Vec<String> = all.iter().map(|faded| faded.level.to_string()).collect();
+        let _ = writeln!(text, "\n{title}:\n\n| peak light, grey levels | {} |", levels.join(" | "));
+        let _ = writeln!(text, "| --- |{}", " ---: |".repeat(all.len()));
+        let names = all.first().map_or(&[][..], |faded| &faded.rows);
+        for (number, row) in names.iter().enumerate() {
+            let cells: Vec<String> = all.iter().filter_map(|faded| faded.rows.get(number)).map(cell).collect();
+            let _ = writeln!(
+                text,
+                "| {}, {} | {} |",
+                row.setting,
+                short(row.model.as_deref().unwrap_or(NONE)),
+                cells.join(" | ")
+            );
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_reference_slide_reaches_a_good_part_of_full_scale() {
+        let peak = peak().unwrap();
+        assert!((20.0..200.0).contains(&peak), "{peak}");
+    }
+}

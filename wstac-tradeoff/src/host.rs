@@ -1,0 +1,188 @@
+//! What settings cost on this machine: the least time of several rounds, on one thread.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
+use wstac_core::green::any::Any;
+use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
+use wstac_core::model::file::INPUTS;
+use wstac_core::speed::SpeedConfig;
+use wstac_core::stream::FeatureStream;
+use wstac_core::taxels::Camera;
+use wstac_core::trigger::{Event, Trigger};
+use wstac_core::{direction, speed};
+
+use super::candidate::Candidate;
+use super::knobs::{Format, Setting};
+use super::row::{Host, Row};
+use super::slides::reference;
+use super::streams::camera;
+use wstac_host::camera::mjpeg::Decoder;
+use wstac_host::config::{Config, Kernel};
+use wstac_host::error::Error;
+use wstac_scene::sensor::Sensor;
+use wstac_scene::{Scene, Script};
+
+/// Frames of a round: those at the slide's middle.
+const FRAMES: usize = 4;
+/// Dark frames before them.
+const BEFORE: usize = 56;
+/// Rounds of everything, one after the other: a busy moment of the machine then spoils one round of all, not all rounds of one.
+const ROUNDS: usize = 60;
+/// Answers of a round.
+const ANSWERS: usize = 20;
+
+/// What is timed: how many turns a round has, and the round.
+type Round<'a> = (usize, Box<dyn FnMut() + 'a>);
+
+/// Fills in the rows' times.
+///
+/// # Errors
+/// Where the configuration does not fit the frames.
+pub fn measure(rows: &mut [Row], models: &[Candidate], config: &Config) -> Result<(), Error> {
+    let mut settings: Vec<Setting> = Vec::new();
+    for row in rows.iter() {
+        if !settings.contains(&row.setting) {
+            settings.push(row.setting);
+        }
+    }
+    let frames = frames(&settings, config)?;
+    let (bare, with) = events(models, config)?;
+    for row in rows {
+        let place = settings.iter().position(|setting| *setting == row.setting);
+        let frame_ns = place.and_then(|place| frames.get(place)).copied().unwrap_or(f64::INFINITY);
+        let place = models.iter().position(|model| Some(&model.name) == row.model.as_ref());
+        let event_ns = bare + place.and_then(|place| with.get(place)).copied().unwrap_or(0.0);
+        row.host = Some(Host { frame_ns, event_ns });
+    }
+    Ok(())
+}
+
+/// The least time of each over all rounds, in ns a turn.
+fn least(mut all: Vec<Round<'_>>) -> Vec<f64> {
+    let mut least = vec![f64::INFINITY; all.len()];
+    for _ in 0..ROUNDS {
+        for (least, (turns, round)) in least.iter_mut().zip(&mut all) {
+            // Once untimed: settings that read the same frames would else find them in the cache, but for the first of them.
+            round();
+            let start = Instant::now();
+            round();
+            *least = least.min(start.elapsed().as_nanos() as f64 / (*turns).max(1) as f64);
+        }
+    }
+    least
+}
+
+/// Of a frame, by setting: bytes to features and trigger; of MJPEG, the picture's decoding, too.
+fn frames(settings: &[Setting], config: &Config) -> Result<Vec<f64>, Error> {
+    let shots = |format| Ok((format, shots(format)?));
+    let shots = Format::ALL.into_iter().map(shots).collect::<Result<Vec<(Format, Vec<Vec<u8>>)>, Error>>()?;
+    let mut all: Vec<Round> = Vec::new();
+    for setting in settings {
+        let sensor = Scene::camera(&reference(1.0, setting.format)?)?;
+        let camera = camera(&sensor, setting.format, setting.stride, config)?;
+        let frames = shots.iter().find(|(format, _)| *format == setting.format).map_or(&[][..], |(_, frames)| frames);
+        all.push(match setting.kernel {
+            Kernel::Fixed => stream::<Fixed>(setting.format, camera, frames, config),
+            Kernel::Libm => stream::<Libm>(setting.format, camera, frames, config),
+            Kernel::Micromath => stream::<Micromath>(setting.format, camera, frames, config),
+        }?);
+    }
+    Ok(least(all))
+}
+
+fn stream<'a, L: Ln + 'a>(
+    format: Format,
+    camera: Camera<Any>,
+    frames: &'a [Vec<u8>],
+    config: &Config,
+) -> Result<Round<'a>, Error> {
+    let mut decoder = (format == Format::Mjpeg).then(|| Decoder::new(camera.layout().frame()));
+    let unfit = |error| config.does_not_fit("simulated frames", "[features]", error);
+    let mut stream = FeatureStream::<Any, L>::new(camera, config.features.floor_levels).map_err(unfit)?;
+    let mut trigger = Trigger::with(config.trigger().map_err(unfit)?, 0, config.following().map_err(unfit)?);
+    let round = move || {
+        for frame in frames {
+            let bytes = match &mut decoder {
+                Some(decoder) => decoder.decode(black_box(frame)).unwrap_or_default(),
+                None => frame,
+            };
+            if let Ok(Some(frame)) = stream.push_frame(black_box(bytes)) {
+                black_box(trigger.push(frame.features, frame.patched).is_some());
+            }
+        }
+    };
+    Ok((frames.len(), Box::new(round)))
+}
+
+/// What a camera of this format sends of the reference slide.
+fn shots(format: Format) -> Result<Vec<Vec<u8>>, Error> {
+    let script = reference(1.0, format)?;
+    let sensor = Scene::camera(&script)?;
+    let size = sensor.layout().frame();
+    let frames = bright_frames(&script, sensor)?;
+    if format != Format::Mjpeg {
+        return Ok(frames);
+    }
+    frames.iter().map(|rgb| picture(rgb, size.width(), size.height())).collect()
+}
+
+/// A frame as a camera's JPEG picture.
+fn picture(rgb: &[u8], width: u16, height: u16) -> Result<Vec<u8>, Error> {
+    let mut jpeg = Vec::new();
+    let mut encoder = Encoder::new(&mut jpeg, 85);
+    encoder.set_sampling_factor(SamplingFactor::F_2_1);
+    encoder.encode(rgb, width, height, ColorType::Rgb).map_err(|error| Error::new("a JPEG picture", error))?;
+    Ok(jpeg)
+}
+
+fn bright_frames(script: &Script, mut sensor: Sensor) -> Result<Vec<Vec<u8>>, Error> {
+    let mut scene = Scene::new(script)?;
+    let lights = std::iter::from_fn(|| scene.next_light());
+    Ok(lights.skip(BEFORE).take(FRAMES).map(|(light, _)| sensor.expose(&light).to_vec()).collect())
+}
+
+/// Of speed and direction, and of each model's texture.
+fn events(models: &[Candidate], config: &Config) -> Result<(f64, Vec<f64>), Error> {
+    let script = reference(1.0, Format::Grey)?;
+    let sensor = Scene::camera(&script)?;
+    let unfit = |error| config.does_not_fit("simulated frames", "[trigger]", error);
+    let camera = camera(&sensor, Format::Grey, Setting::DEFAULT.stride, config)?;
+    let speed = config.speed(camera.rate()).map_err(unfit)?;
+    let mut stream = FeatureStream::<Any, Fixed>::new(camera, config.features.floor_levels).map_err(unfit)?;
+    let mut trigger = Trigger::with(config.trigger().map_err(unfit)?, 0, config.following().map_err(unfit)?);
+    let (mut scene, mut sensor) = (Scene::new(&script)?, sensor);
+    while let Some((light, _)) = scene.next_light() {
+        let frame = stream.push_frame(sensor.expose(&light)).map_err(unfit)?;
+        let event = frame.and_then(|frame| trigger.push(frame.features, frame.patched));
+        if let Some(event) = event {
+            return answers(&event, &speed, models);
+        }
+    }
+    Err(Error::new("the reference slide", "no event with this configuration, expected one"))
+}
+
+fn answers(event: &Event<'_>, config: &SpeedConfig, models: &[Candidate]) -> Result<(f64, Vec<f64>), Error> {
+    let bare = || {
+        for _ in 0..ANSWERS {
+            black_box((
+                speed::speed(black_box(event), config).is_ok(),
+                direction::direction(black_box(event)).confidence,
+            ));
+        }
+    };
+    let sample: [i16; INPUTS] = event.sample.flat();
+    let mut all: Vec<Round> = vec![(ANSWERS, Box::new(bare))];
+    for candidate in models {
+        let (model, sample) = (candidate.model()?, &sample);
+        let texture = move || {
+            for _ in 0..ANSWERS {
+                black_box(model.classify(black_box(sample)));
+            }
+        };
+        all.push((ANSWERS, Box::new(texture)));
+    }
+    let mut least = least(all).into_iter();
+    Ok((least.next().unwrap_or_default(), least.collect()))
+}

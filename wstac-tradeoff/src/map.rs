@@ -1,0 +1,260 @@
+//! Rows as comma-separated values, written and read: the map that comes with the program, and what a sweep finds.
+
+use std::fmt::Write;
+
+use wstac_core::frame::Stride;
+
+use super::candidate::{Candidate, NONE};
+use super::knobs::{Format, KERNELS, STRIDES, Setting, kernel_name};
+use super::prices::{Core, Prices};
+use super::row::{Found, Host, Row};
+use super::statistics::Interval;
+use wstac_host::error::Error;
+
+/// The map that comes with the program.
+const KEPT: &str = include_str!("../data/map.csv");
+/// What messages call it.
+const ABOUT: &str = "map.csv";
+
+/// Columns of what was found.
+const FOUND: &str = "format,stride,ln,model,slides,events,specimen,specimen_low,specimen_high,pattern,pattern_low,\
+    pattern_high,depth,depth_low,depth_high,speed_error,speed_error_p95,speed_slides,speed_missing,direction_errors,\
+    feature_max_lit,feature_rms_lit,feature_max,feature_rms,latency";
+/// Columns of one machine.
+const HOST: &str = "host_frame_ns,host_event_ns";
+/// Columns of what is known of a model.
+const MODEL: &str = "kind,weights,trees,depth,frames,bytes";
+
+/// The map that comes with the program.
+///
+/// # Errors
+/// None: a test reads it.
+pub fn kept() -> Result<Vec<Row>, Error> {
+    read(ABOUT, KEPT)
+}
+
+/// Rows as a map: what was found, and times on a host.
+pub fn write(rows: &[Row]) -> String {
+    let mut text = format!("{FOUND},{HOST}\n");
+    for row in rows {
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "{},{}", found(row), host(row));
+    }
+    text
+}
+
+/// The same with what is known of the models, and every core's price.
+pub fn write_all(rows: &[Row], models: &[Candidate], prices: &Prices) -> String {
+    let of_core =
+        |core: Core| ["frame", "event", "flash", "ram"].map(|what| format!("{}_{what}", core.name())).join(",");
+    let mut text = format!("{FOUND},{MODEL},{HOST},{}\n", Core::ALL.map(of_core).join(","));
+    for row in rows {
+        let model = models.iter().find(|model| Some(&model.name) == row.model.as_ref());
+        let _ = write!(text, "{},{},{}", found(row), model.map_or_else(|| ",,,,,".to_owned(), about), host(row));
+        for core in Core::ALL {
+            let price = prices.of(core, &row.setting, row.model.as_deref());
+            let all = price.map(|price| [Some(price.frame()), price.event(), price.flash, price.ram]);
+            for number in all.unwrap_or_default() {
+                text.push(',');
+                if let Some(number) = number {
+                    let _ = write!(text, "{number}");
+                }
+            }
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// Columns of a claim in which another run differs: name, claimed, found.
+pub fn differences(claim: &Row, again: &Row) -> String {
+    let (claim, again) = (found(claim), found(again));
+    let all = FOUND.split(',').zip(claim.split(',').zip(again.split(',')));
+    let differing = all.filter(|(_, (claim, again))| claim != again);
+    differing.map(|(name, (claim, again))| format!("{name} {claim}, found {again}")).collect::<Vec<_>>().join("; ")
+}
+
+/// What was found of a row, as it is compared: number for number.
+pub fn found(row: &Row) -> String {
+    let Found { slides, events, accuracy, speed, .. } = &row.found;
+    let (format, stride, kernel) =
+        (row.setting.format.name(), row.setting.stride.get(), kernel_name(row.setting.kernel));
+    let mut text = format!("{format},{stride},{kernel},{},{slides},{events}", row.model.as_deref().unwrap_or(NONE));
+    for interval in accuracy {
+        let _ = match interval {
+            Some(found) => write!(text, ",{:.2},{:.2},{:.2}", found.mean, found.low, found.high),
+            None => write!(text, ",,,"),
+        };
+    }
+    let _ = match speed {
+        Some([mean, most]) => write!(text, ",{mean:.2},{most:.2}"),
+        None => write!(text, ",,"),
+    };
+    let _ = write!(text, ",{},{},{}", row.found.speed_slides, row.found.speedless, row.found.direction_errors);
+    for error in row.found.feature {
+        let _ = write!(text, ",{error:.6}");
+    }
+    let _ = match row.found.latency {
+        Some(latency) => write!(text, ",{latency:.1}"),
+        None => write!(text, ","),
+    };
+    text
+}
+
+fn host(row: &Row) -> String {
+    row.host.map_or_else(|| ",".to_owned(), |host| format!("{:.0},{:.0}", host.frame_ns, host.event_ns))
+}
+
+fn about(model: &Candidate) -> String {
+    let about = &model.about;
+    let kind = about.kind.replace(',', ":");
+    let trees = about.trees.as_ref().map_or_else(|| ",".to_owned(), |trees| format!("{},{}", trees.count, trees.depth));
+    format!("{kind},{},{trees},{},{}", about.numbers, about.frames, about.bytes)
+}
+
+/// Reads a map; `about` names its file.
+///
+/// # Errors
+/// Names the line, the column, what was found and what was expected.
+pub fn read(about: &str, text: &str) -> Result<Vec<Row>, Error> {
+    let mut lines = text.lines();
+    let header = lines.next().unwrap_or_default();
+    if header.starts_with(&format!("{FOUND},{MODEL}")) {
+        return Err(Error::new(
+            about,
+            "a table of all numbers (trade.csv), expected the map that a sweep writes beside it (map.csv)",
+        ));
+    }
+    if header != format!("{FOUND},{HOST}") {
+        return Err(Error::new(about, format_args!("line 1: {header:?}, expected {FOUND},{HOST}")));
+    }
+    let numbered = (2..).zip(lines);
+    let row = |(number, line)| line_of(line).map_err(|error| Error::new(about, format_args!("line {number}: {error}")));
+    numbered.map(row).collect()
+}
+
+/// One line's fields, taken one by one.
+struct Fields<'a> {
+    fields: std::str::Split<'a, char>,
+    names: std::iter::Chain<std::str::Split<'static, char>, std::str::Split<'static, char>>,
+}
+
+impl<'a> Fields<'a> {
+    fn text(&mut self) -> Result<(&'a str, &'static str), String> {
+        let name = self.names.next().unwrap_or_default();
+        self.fields.next().map(|field| (field, name)).ok_or_else(|| format!("{name} is missing"))
+    }
+
+    fn one_of<T: Copy>(&mut self, all: &[T], name_of: impl Fn(T) -> String) -> Result<T, String> {
+        let (found, name) = self.text()?;
+        let names = || all.iter().map(|one| name_of(*one)).collect::<Vec<_>>().join(", ");
+        let one = all.iter().copied().find(|one| name_of(*one) == found);
+        one.ok_or_else(|| format!("{name} is {found:?}, expected one of {}", names()))
+    }
+
+    fn number<T: Number>(&mut self) -> Result<T, String> {
+        let (found, name) = self.text()?;
+        T::read(found).ok_or_else(|| format!("{name} is {found:?}, expected a number"))
+    }
+
+    fn optional(&mut self) -> Result<Option<f64>, String> {
+        let (found, name) = self.text()?;
+        if found.is_empty() {
+            return Ok(None);
+        }
+        f64::read(found).map(Some).ok_or_else(|| format!("{name} is {found:?}, expected a number or nothing"))
+    }
+
+    fn interval(&mut self) -> Result<Option<Interval>, String> {
+        let [mean, low, high] = [self.optional()?, self.optional()?, self.optional()?];
+        Ok(mean.zip(low).zip(high).map(|((mean, low), high)| Interval { mean, low, high }))
+    }
+}
+
+/// What a column can hold.
+trait Number: Sized {
+    fn read(text: &str) -> Option<Self>;
+}
+
+impl Number for usize {
+    fn read(text: &str) -> Option<Self> {
+        text.parse().ok()
+    }
+}
+
+impl Number for f64 {
+    /// Finite ones only.
+    fn read(text: &str) -> Option<Self> {
+        text.parse().ok().filter(|number: &Self| number.is_finite())
+    }
+}
+
+fn line_of(line: &str) -> Result<Row, String> {
+    let mut fields = Fields { fields: line.split(','), names: FOUND.split(',').chain(HOST.split(',')) };
+    let setting = Setting {
+        format: fields.one_of(&Format::ALL, |format| format.name().to_owned())?,
+        stride: fields.one_of(&STRIDES, |stride: Stride| stride.get().to_string())?,
+        kernel: fields.one_of(&KERNELS, |kernel| kernel_name(kernel).to_owned())?,
+    };
+    let model = Some(fields.text()?.0.to_owned()).filter(|name| name != NONE);
+    let found = Found {
+        slides: fields.number()?,
+        events: fields.number()?,
+        accuracy: [fields.interval()?, fields.interval()?, fields.interval()?],
+        speed: fields.optional()?.zip(fields.optional()?).map(|(mean, most)| [mean, most]),
+        speed_slides: fields.number()?,
+        speedless: fields.number()?,
+        direction_errors: fields.number()?,
+        feature: [fields.number()?, fields.number()?, fields.number()?, fields.number()?],
+        latency: fields.optional()?,
+    };
+    let host = fields.optional()?.zip(fields.optional()?);
+    if fields.fields.next().is_some() {
+        return Err("more fields than columns".to_owned());
+    }
+    Ok(Row { setting, model, found, host: host.map(|(frame_ns, event_ns)| Host { frame_ns, event_ns }) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LINE: &str = "YUYV linear,3,libm,forest,800,799,81.25,79.00,83.50,90.00,88.00,92.00,,,,3.10,9.00,360,2,7,0.123400,\
+        0.002000,0.300000,0.010000,56.5,4100,2900";
+
+    #[test]
+    fn what_is_written_is_read() {
+        let text = format!("{FOUND},{HOST}\n{LINE}\n");
+        let rows = read("m", &text).unwrap();
+        assert_eq!(rows.len(), 1);
+        assert_eq!((rows[0].found.events, rows[0].found.accuracy[2], rows[0].found.speedless), (799, None, 2));
+        assert_eq!(write(&rows), text);
+    }
+
+    #[test]
+    fn the_kept_map_reads_and_is_written_the_same() {
+        let rows = kept().unwrap();
+        assert_eq!(write(&rows), KEPT);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        for (line, parts) in [
+            (LINE.replace("YUYV linear", "NV16"), ["line 2: format is \"NV16\"", "GREY"]),
+            (LINE.replace(",3,libm", ",4,libm"), ["stride is \"4\"", "1, 2, 3, 5"]),
+            (LINE.replace("81.25", "many"), ["specimen is \"many\"", "a number"]),
+            (LINE.replace("81.25", "NaN"), ["specimen is \"NaN\"", "a number"]),
+            (LINE.replace(",799,", ",,"), ["events is \"\"", "a number"]),
+            (LINE.replace("4100", "fast"), ["host_frame_ns is \"fast\"", "a number"]),
+            (LINE.replace(",2900", ""), ["host_event_ns is missing", "m: "]),
+            (LINE.replace(",56.5,4100,2900", ""), ["latency is missing", "m: "]),
+            (format!("{LINE},1"), ["more fields", "line 2"]),
+        ] {
+            let message = read("m", &format!("{FOUND},{HOST}\n{line}\n")).unwrap_err().to_string();
+            for part in parts {
+                assert!(message.contains(part), "{line:?} gave {message:?}, expected {part:?}");
+            }
+        }
+        assert!(read("m", "format\n").unwrap_err().to_string().contains("line 1"));
+    }
+}

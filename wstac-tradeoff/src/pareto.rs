@@ -1,0 +1,73 @@
+//! Configurations that no cheaper one is as good as.
+
+use super::prices::{Core, Price, Prices};
+use super::row::Row;
+
+/// As shares: prices that are as near as this are the same. Each is a sum that is right within 1 %.
+const SAME_PRICE: f64 = 1.02;
+/// In per cent of slides: a dearer row must be better by more. Sensors differ by more than that from each other.
+const SAME_ACCURACY: f64 = 1.0;
+
+/// Rows with a board's price and a specimen's accuracy that no cheaper row is as good as; the fastest first.
+///
+/// There are three costs: instructions a second (of 30 frames and an event), flash, and frames to the answer. From the fastest on, a
+/// row is left out if one that was kept costs no more in all three, within 2 %, and has its accuracy or more, within a point.
+pub fn unbeaten<'r>(rows: &'r [Row], prices: &Prices, core: Core) -> Vec<(&'r Row, Price)> {
+    let priced = |row: &'r Row| {
+        let price = prices.of(core, &row.setting, row.model.as_deref())?;
+        // A model that was not counted adds the same to all its rows, which are compared with each other alone.
+        let counted = price.instructions_a_second().zip(price.flash);
+        let rest = prices.of(core, &row.setting, None)?;
+        let (instructions, flash) = counted.or(rest.instructions_a_second().zip(rest.flash))?;
+        let costs = [instructions as f64, flash as f64, row.found.latency?];
+        Some((row, price, costs, row.found.accuracy[0]?.mean))
+    };
+    let mut all: Vec<_> = rows.iter().filter_map(priced).collect();
+    all.sort_by(|a, b| {
+        let costs = a.2.iter().zip(&b.2).map(|(a, b)| a.total_cmp(b));
+        costs.reduce(std::cmp::Ordering::then).unwrap_or(std::cmp::Ordering::Equal).then(b.3.total_cmp(&a.3))
+    });
+    let mut kept: Vec<(&Row, Price, [f64; 3], f64)> = Vec::new();
+    for one in all {
+        let is_beaten = kept.iter().any(|other| {
+            let is_alike = (one.1.flash.is_some() && other.1.flash.is_some()) || one.0.model == other.0.model;
+            let is_cheaper = is_alike && other.2.iter().zip(&one.2).all(|(other, one)| *other <= one * SAME_PRICE);
+            is_cheaper && other.3 >= one.3 - SAME_ACCURACY
+        });
+        if !is_beaten {
+            kept.push(one);
+        }
+    }
+    kept.into_iter().map(|(row, price, ..)| (row, price)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map;
+
+    #[test]
+    fn what_a_cheaper_one_is_as_good_as_is_left_out() {
+        let prices = r#"{"compiler": "c", "frame": "f", "cores": {"M0": {
+            "formats": {"GREY": {"1": {"frame": 600, "flash": 20, "ram": 4}, "2": {"frame": 300, "flash": 20, "ram": 4}, "3": {"frame": 200, "flash": 20, "ram": 4}}},
+            "ln": {"fixed": {"frame": 0, "flash": 0, "ram": 0}, "libm": {"frame": 50, "flash": 3, "ram": 0}, "micromath": {"frame": 90, "flash": 3, "ram": 0}},
+            "trigger": 1, "speed": 1, "direction": 1, "models": {"a.wsm": {"event": 4, "flash": 6, "ram": 1}}}}}"#;
+        let rest = "800,80.00,78.00,82.00,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0,9000,3000";
+        let lines = [
+            format!("GREY,1,fixed,builtin:a,800,{rest}"),
+            format!("GREY,2,fixed,builtin:a,800,{}", rest.replace("80.00", "77.00")),
+            format!("GREY,2,libm,builtin:a,800,{}", rest.replace("80.00", "77.50")),
+            format!("GREY,3,fixed,builtin:a,800,{}", rest.replace("80.00", "75.00")),
+            // Dearer, and better by less than a point; then dearer, no better, and sooner.
+            format!("GREY,1,libm,builtin:a,800,{}", rest.replace("80.00", "80.90")),
+            format!("GREY,1,micromath,builtin:a,800,{}", rest.replace("58.0,9", "30.0,9")),
+            "GREY,3,fixed,none,800,800,,,,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0,9000,3000"
+                .to_owned(),
+        ];
+        let rows = map::read("m", &format!("{}{}\n", map::write(&[]), lines.join("\n"))).unwrap();
+        let prices = Prices::read("p", prices).unwrap();
+        let strides: Vec<u16> =
+            unbeaten(&rows, &prices, Core::M0).iter().map(|(row, _)| row.setting.stride.get()).collect();
+        assert_eq!(strides, [3, 2, 1, 1]);
+    }
+}

@@ -1,0 +1,237 @@
+//! What settings cost on boards, as counted on emulated cores: `wstac-tradeoff/data/prices.json`.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::knobs::{Format, Setting, kernel_name};
+use wstac_host::error::Error;
+use wstac_host::model_file::{BUILT_IN, ModelFile};
+
+/// The prices that come with the program.
+const KEPT: &str = include_str!("../data/prices.json");
+/// What messages call them.
+const ABOUT: &str = "prices.json";
+
+/// A processor core.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum Core {
+    /// Cortex-M0.
+    #[cfg_attr(feature = "clap", value(name = "M0"))]
+    M0,
+    /// Cortex-M3.
+    #[cfg_attr(feature = "clap", value(name = "M3"))]
+    M3,
+    /// Cortex-M4 with floating point.
+    #[cfg_attr(feature = "clap", value(name = "M4F"))]
+    M4F,
+    /// Cortex-M7.
+    #[cfg_attr(feature = "clap", value(name = "M7"))]
+    M7,
+}
+
+impl Core {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::M0, Self::M3, Self::M4F, Self::M7];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::M0 => "M0",
+            Self::M3 => "M3",
+            Self::M4F => "M4F",
+            Self::M7 => "M7",
+        }
+    }
+
+    /// The compiler's name of it.
+    pub fn target(self) -> &'static str {
+        match self {
+            Self::M0 => "thumbv6m-none-eabi",
+            Self::M3 => "thumbv7m-none-eabi",
+            Self::M4F | Self::M7 => "thumbv7em-none-eabihf",
+        }
+    }
+}
+
+/// What a configuration costs on a core.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Price {
+    /// Instructions from a frame's bytes, in stripes of eight rows, to features.
+    pub features: i64,
+    /// Instructions of the trigger, a frame.
+    pub trigger: i64,
+    /// Instructions of the model, an event; 0 without one, nothing where it was not counted.
+    pub texture: Option<i64>,
+    /// Instructions of speed, an event.
+    pub speed: i64,
+    /// Instructions of direction, an event.
+    pub direction: i64,
+    /// Bytes of the whole firmware with its link and the model; nothing where that was not counted.
+    pub flash: Option<i64>,
+    /// Bytes of it, the stack included, the stripe not; nothing where the model was not counted.
+    pub ram: Option<i64>,
+}
+
+impl Price {
+    /// Instructions a frame.
+    pub fn frame(&self) -> i64 {
+        self.features + self.trigger
+    }
+
+    /// Instructions an event; nothing where the model was not counted.
+    pub fn event(&self) -> Option<i64> {
+        Some(self.texture? + self.speed + self.direction)
+    }
+
+    /// Instructions a second: of 30 frames, and of an event in each second.
+    pub fn instructions_a_second(&self) -> Option<i64> {
+        Some(30 * self.frame() + self.event()?)
+    }
+}
+
+/// The prices of every setting, each counted apart: a configuration's is their sum.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Prices {
+    /// The compiler that the firmware was built with.
+    pub compiler: String,
+    cores: BTreeMap<String, CorePrices>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+struct CorePrices {
+    /// By format, then by stride: of the firmware without a model, with the fixed-point logarithm.
+    formats: BTreeMap<String, BTreeMap<String, Size>>,
+    /// What another logarithm adds.
+    ln: BTreeMap<String, Size>,
+    trigger: i64,
+    speed: i64,
+    direction: i64,
+    /// By file; flash and RAM are what they add.
+    models: BTreeMap<String, ModelPrice>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+struct Size {
+    frame: i64,
+    flash: i64,
+    ram: i64,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+struct ModelPrice {
+    event: i64,
+    flash: i64,
+    ram: i64,
+}
+
+impl Prices {
+    /// Those that come with the program.
+    ///
+    /// # Errors
+    /// None: a test reads them.
+    pub fn kept() -> Result<Self, Error> {
+        Self::read(ABOUT, KEPT)
+    }
+
+    /// Reads prices; `about` names their file.
+    ///
+    /// # Errors
+    /// What of them cannot be read.
+    pub fn read(about: &str, text: &str) -> Result<Self, Error> {
+        serde_json::from_str(text).map_err(|error| Error::new(about, error))
+    }
+
+    /// The price of a setting, with a model or without one; nothing where the setting was not counted. Of a model that was not,
+    /// what it adds is not known.
+    pub fn of(&self, core: Core, setting: &Setting, model: Option<&str>) -> Option<Price> {
+        let core = self.cores.get(core.name())?;
+        let format = core.formats.get(setting.format.name())?.get(&setting.stride.get().to_string())?;
+        let ln = core.ln.get(kernel_name(setting.kernel))?;
+        let of_model = |price: fn(&ModelPrice) -> i64| match model {
+            Some(name) => core.model(name).map(price),
+            None => Some(0),
+        };
+        Some(Price {
+            features: format.frame + ln.frame,
+            trigger: core.trigger,
+            texture: of_model(|model| model.event),
+            speed: core.speed,
+            direction: core.direction,
+            flash: of_model(|model| model.flash).map(|flash| format.flash + ln.flash + flash),
+            ram: of_model(|model| model.ram).map(|ram| format.ram + ln.ram + ram),
+        })
+    }
+}
+
+impl CorePrices {
+    /// A model's: those of the program by name; a file by its own, unless the program has one of that name.
+    fn model(&self, name: &str) -> Option<&ModelPrice> {
+        if let Some(built_in) = name.strip_prefix(BUILT_IN) {
+            return self.models.get(&format!("{built_in}.wsm"));
+        }
+        let file = Path::new(name).file_name()?.to_str()?;
+        let is_built_in = ModelFile::names().any(|name| file.strip_suffix(".wsm") == Some(name));
+        if is_built_in { None } else { self.models.get(file) }
+    }
+}
+
+/// Bytes of RAM that a buffer for a stripe of eight rows of 400 pixels takes, beside the firmware's; nothing where no board reads the
+/// format.
+pub fn stripe_bytes(format: Format) -> Option<i64> {
+    let of_pixel = match format {
+        Format::Grey | Format::Bayer8 => 1,
+        Format::Rgb565 | Format::YuyvExact | Format::YuyvLinear => 2,
+        Format::Rgb24 => 3,
+        Format::Mjpeg => return None,
+    };
+    Some(8 * 400 * of_pixel)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::knobs::Format;
+    use wstac_host::config::Kernel;
+
+    #[test]
+    fn a_price_is_a_sum() {
+        let text = r#"{"compiler": "c", "frame": "f", "cores": {"M4F": {
+            "formats": {"YUYV linear": {"2": {"frame": 1000, "flash": 20000, "ram": 4000}}},
+            "ln": {"libm": {"frame": 50, "flash": -7, "ram": 8}},
+            "trigger": 3, "speed": 4, "direction": 5,
+            "models": {"svm.wsm": {"event": 600, "flash": 70, "ram": 80, "sha256": "0"}}}}}"#;
+        let prices = Prices::read("p", text).unwrap();
+        let setting =
+            Setting { format: Format::YuyvLinear, stride: wstac_core::frame::Stride::Two, kernel: Kernel::Libm };
+        let price = prices.of(Core::M4F, &setting, Some("builtin:svm")).unwrap();
+        assert_eq!((price.frame(), price.event(), price.flash, price.ram), (1053, Some(609), Some(20_063), Some(4088)));
+        assert_eq!(price.instructions_a_second(), Some(30 * 1053 + 609));
+        assert_eq!(prices.of(Core::M4F, &setting, None).unwrap().event(), Some(9));
+        // A model that was not counted: all but what it adds is known. A file of a built-in's name is another model.
+        for model in ["builtin:forest", "svm", "my/svm.wsm", "my/other.wsm"] {
+            let price = prices.of(Core::M4F, &setting, Some(model)).unwrap();
+            assert_eq!((price.frame(), price.speed, price.direction), (1053, 4, 5), "{model}");
+            assert_eq!((price.event(), price.flash, price.ram), (None, None, None), "{model}");
+        }
+        let own = Prices::read("p", &text.replace("svm.wsm", "my.wsm")).unwrap();
+        assert_eq!(own.of(Core::M4F, &setting, Some("some/my.wsm")).unwrap().event(), Some(609));
+        assert_eq!(prices.of(Core::M0, &setting, None), None);
+        assert_eq!(prices.of(Core::M4F, &Setting::DEFAULT, None), None);
+    }
+
+    #[test]
+    fn the_kept_prices_are_of_all_cores() {
+        let prices = Prices::kept().unwrap();
+        for core in Core::ALL {
+            for model in [None, Some("builtin:svm"), Some("builtin:forest"), Some("builtin:boosted")] {
+                assert!(
+                    prices.of(core, &Setting::DEFAULT, model).is_some_and(|price| price.flash > Some(0)),
+                    "{core:?} {model:?}"
+                );
+            }
+        }
+    }
+}

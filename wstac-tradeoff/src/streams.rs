@@ -1,0 +1,202 @@
+//! Frames of one camera through several settings at once: pixels are summed once a stride, kernels share the sums.
+
+use wstac_core::direction::{self, Heading};
+use wstac_core::features::{FeatureScale, Features, Floor, line_sums};
+use wstac_core::following::Follow;
+use wstac_core::frame::Stride;
+use wstac_core::green::any::Any;
+use wstac_core::ln::{fixed::Fixed, libm::Libm, micromath::Micromath};
+use wstac_core::model::file::INPUTS;
+use wstac_core::params::{FEATURES, TAXELS};
+use wstac_core::speed::{self, SpeedConfig};
+use wstac_core::taxels::{Accumulators, Camera};
+use wstac_core::trigger::{Event, Trigger};
+
+use super::float64::{FeatureError, Float64};
+use super::knobs::{Format, Setting};
+use wstac_host::config::{Config, Kernel};
+use wstac_host::error::Error;
+use wstac_scene::sensor::Sensor;
+
+/// A slide's first event.
+#[derive(Clone, Debug)]
+pub(super) struct FirstEvent {
+    /// Number of the first frame of its sample.
+    pub(super) frame: u64,
+    /// In mm/s, where there is one.
+    pub(super) speed: Option<f32>,
+    /// Where it is clear.
+    pub(super) heading: Option<Heading>,
+    /// Its sample.
+    pub(super) sample: Box<[i16; INPUTS]>,
+}
+
+/// A feature scale with its kernel chosen at run time.
+#[derive(Clone, Debug)]
+enum Scale {
+    Fixed(FeatureScale<Fixed>),
+    Libm(FeatureScale<Libm>),
+    Micromath(FeatureScale<Micromath>),
+}
+
+impl Scale {
+    fn new(kernel: Kernel, camera: &Camera<Any>, floor: Floor) -> Result<Self, wstac_core::error::Error> {
+        let (pixels, full_scale, frames) = (camera.pixels(), camera.full_scale(), camera.rate().frames_added());
+        Ok(match kernel {
+            Kernel::Fixed => Self::Fixed(FeatureScale::new(pixels, full_scale, frames, floor)?),
+            Kernel::Libm => Self::Libm(FeatureScale::new(pixels, full_scale, frames, floor)?),
+            Kernel::Micromath => Self::Micromath(FeatureScale::new(pixels, full_scale, frames, floor)?),
+        })
+    }
+
+    fn features(&self, lines: &[u32; FEATURES]) -> Features {
+        match self {
+            Self::Fixed(scale) => scale.features(lines),
+            Self::Libm(scale) => scale.features(lines),
+            Self::Micromath(scale) => scale.features(lines),
+        }
+    }
+}
+
+/// One setting, waiting for its first event.
+#[derive(Clone, Debug)]
+pub(super) struct SettingStream {
+    /// Its place among the settings that were asked for.
+    pub(super) place: usize,
+    /// The first event, once it is complete.
+    pub(super) first: Option<FirstEvent>,
+    /// How far its features were from the reference, over all frames until then.
+    pub(super) error: FeatureError,
+    scale: Scale,
+    trigger: Trigger<Option<Follow>>,
+    speed: SpeedConfig,
+}
+
+impl SettingStream {
+    fn push(&mut self, lines: &[u32; FEATURES], expected: &[f64; FEATURES], float64: &Float64) {
+        if self.first.is_some() {
+            return;
+        }
+        let features = self.scale.features(lines);
+        self.error.add(&features, expected, float64);
+        let event = self.trigger.push(features, false);
+        self.first = event.map(|event| first_event(&event, &self.speed));
+    }
+}
+
+fn first_event(event: &Event<'_>, config: &SpeedConfig) -> FirstEvent {
+    FirstEvent {
+        frame: event.frame,
+        speed: speed::speed(event, config).ok().map(|speed| speed.mm_s),
+        heading: direction::direction(event).heading.ok(),
+        sample: Box::new(event.sample.flat()),
+    }
+}
+
+/// One format and stride.
+#[derive(Clone, Debug)]
+struct StrideSums {
+    accumulators: Accumulators<Any>,
+    streams: Vec<SettingStream>,
+}
+
+/// A camera that looks on, and all settings that read its frames.
+pub(super) struct JudgedCamera {
+    sensor: Sensor,
+    format: Format,
+    /// Every pixel in the format's exact method, for the reference.
+    whole: Accumulators<Any>,
+    float64: Float64,
+    sums: Vec<StrideSums>,
+}
+
+impl JudgedCamera {
+    /// A simulated camera, and those of the settings `settings`, each with its place, that read its format.
+    ///
+    /// # Errors
+    /// Where the configuration does not fit the camera.
+    pub(super) fn new(sensor: Sensor, format: Format, settings: &[Setting], config: &Config) -> Result<Self, Error> {
+        let own = |(_, setting): &(usize, &Setting)| setting.format.code() == format.code();
+        let mut sums: Vec<(Format, Stride, StrideSums)> = Vec::new();
+        for (place, setting) in settings.iter().enumerate().filter(own) {
+            let known =
+                sums.iter().position(|(format, stride, _)| (*format, *stride) == (setting.format, setting.stride));
+            let at = known.unwrap_or(sums.len());
+            if known.is_none() {
+                let camera = camera(&sensor, setting.format, setting.stride, config)?;
+                let own = StrideSums { accumulators: Accumulators::new(camera), streams: Vec::new() };
+                sums.push((setting.format, setting.stride, own));
+            }
+            let sums = &mut sums[at].2;
+            sums.streams.push(stream(place, setting.kernel, sums.accumulators.camera(), config)?);
+        }
+        let whole = camera(&sensor, format, Stride::One, config)?;
+        let (floor, threshold) = (config.features.floor_levels, config.speed.threshold);
+        Ok(Self {
+            float64: Float64::new(whole.pixels(), whole.full_scale(), floor, threshold),
+            whole: Accumulators::new(whole),
+            sums: sums.into_iter().map(|(_, _, sums)| sums).collect(),
+            format,
+            sensor,
+        })
+    }
+
+    /// Takes a frame of this light. `coloured` is what the 64-bit reference says of the same shot in R, G, B, for
+    /// formats that lost some of it; what it says of this camera's own frame.
+    pub(super) fn expose(
+        &mut self,
+        light: &[f64; TAXELS],
+        coloured: Option<&[f64; FEATURES]>,
+    ) -> Result<[f64; FEATURES], wstac_core::error::Error> {
+        let bytes = self.sensor.expose(light);
+        let own = self.float64.features(&self.whole.push_frame(bytes)?);
+        let expected = coloured.filter(|_| self.format.is_coloured()).unwrap_or(&own);
+        for sums in &mut self.sums {
+            let lines = line_sums(&sums.accumulators.push_frame(bytes)?);
+            for stream in &mut sums.streams {
+                stream.push(&lines, expected, &self.float64);
+            }
+        }
+        Ok(own)
+    }
+
+    /// Whether all settings have an event.
+    pub(super) fn is_done(&self) -> bool {
+        self.sums.iter().flat_map(|sums| &sums.streams).all(|stream| stream.first.is_some())
+    }
+
+    /// All settings, with their events.
+    pub(super) fn into_streams(self) -> impl Iterator<Item = SettingStream> {
+        self.sums.into_iter().flat_map(|sums| sums.streams)
+    }
+}
+
+/// How one setting sums a simulated camera's frames.
+pub(super) fn camera(sensor: &Sensor, format: Format, stride: Stride, config: &Config) -> Result<Camera<Any>, Error> {
+    let about = format_args!("frames of {}", format.name()).to_string();
+    let frame = sensor.layout().frame();
+    config.layout.check_frame(frame).map_err(|error| config.does_not_fit(&about, "[layout]", error))?;
+    let layout = config.layout(frame);
+    let layout = layout.map_err(|error| config.does_not_fit(&about, "[layout]", error))?;
+    let green = Any::new(sensor.format(), sensor.colour(), format.method());
+    Camera::with_stride(green, layout, sensor.rate(), stride)
+        .and_then(|camera| camera.with_bytes_per_row(sensor.bytes_per_row() as u32))
+        .map_err(|error| config.does_not_fit(&about, "[layout], [green]", error))
+}
+
+fn stream(place: usize, kernel: Kernel, camera: &Camera<Any>, config: &Config) -> Result<SettingStream, Error> {
+    let in_table = |table| move |error| config.does_not_fit("simulated frames", table, error);
+    let floor = Floor::new(config.features.floor_levels, camera.full_scale()).map_err(in_table("[features]"))?;
+    Ok(SettingStream {
+        place,
+        first: None,
+        error: FeatureError::default(),
+        scale: Scale::new(kernel, camera, floor).map_err(in_table("[features]"))?,
+        trigger: Trigger::with(
+            config.trigger().map_err(in_table("[trigger]"))?,
+            0,
+            config.following().map_err(in_table("[trigger]"))?,
+        ),
+        speed: config.speed(camera.rate()).map_err(in_table("[speed]"))?,
+    })
+}

@@ -1,0 +1,121 @@
+//! Slides through every setting: all settings of a slide in one pass over its frames, slides in parallel.
+
+use rayon::prelude::*;
+use wstac_core::model::Model;
+
+use super::candidate::{Candidate, Right};
+use super::float64::FeatureError;
+use super::knobs::{Format, Setting};
+use super::slides::{QUICK_SLIDES, TradeSlide};
+use super::streams::JudgedCamera;
+use wstac_host::config::Config;
+use wstac_host::error::Error;
+use wstac_host::texture::{TextureRecord, pattern_and_depth};
+use wstac_scene::Scene;
+
+/// What is swept.
+#[derive(Clone, Copy, Debug)]
+pub struct Plan<'a> {
+    /// Everything that is not a knob.
+    pub config: &'a Config,
+    /// The settings before a sample.
+    pub settings: &'a [Setting],
+    /// The models after it.
+    pub models: &'a [Candidate],
+    /// The slides.
+    pub slides: &'a [TradeSlide],
+    /// Factor of all light.
+    pub light: f64,
+}
+
+/// What one setting made of one slide.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// What it says of the slide, if anything fired.
+    pub event: Option<Answer>,
+    /// How far its features were from the reference.
+    pub error: FeatureError,
+}
+
+/// What is said of a slide.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer {
+    /// From the first touch to the sample's first frame, in frames: below 0, the sample starts before it.
+    pub lead: f64,
+    /// In mm/s, where there is one.
+    pub speed: Option<f32>,
+    /// Whether there is a direction, and the right one.
+    pub direction: bool,
+    /// What each model says.
+    pub right: Vec<Right>,
+}
+
+/// Outcomes by slide, then by setting, nothing where it was not run; the same whatever the number of threads.
+///
+/// # Errors
+/// Where the configuration does not fit the frames.
+pub fn run(plan: &Plan<'_>) -> Result<Vec<Vec<Option<Outcome>>>, Error> {
+    let models = plan.models.iter().map(Candidate::model).collect::<Result<Vec<_>, _>>()?;
+    plan.slides.par_iter().with_max_len(1).map(|slide| one(plan, &models, slide)).collect()
+}
+
+fn one(plan: &Plan<'_>, models: &[Model<'_>], slide: &TradeSlide) -> Result<Vec<Option<Outcome>>, Error> {
+    let mut scene = Scene::new(&slide.script(plan.light, Format::Grey)?)?;
+    let mut cameras = Vec::new();
+    let formats: Vec<Format> = formats_read(plan.settings).filter(|format| is_run(*format, slide)).collect();
+    for &format in &formats {
+        let sensor = Scene::camera(&slide.script(plan.light, format)?)?;
+        cameras.push(JudgedCamera::new(sensor, format, plan.settings, plan.config)?);
+    }
+    while let Some((light, _)) = scene.next_light() {
+        let mut coloured = None;
+        for (camera, format) in cameras.iter_mut().zip(&formats) {
+            let own = camera.expose(&light, coloured.as_ref());
+            let own = own.map_err(|error| plan.config.does_not_fit("simulated frames", "[layout]", error))?;
+            if *format == Format::Rgb24 {
+                coloured = Some(own);
+            }
+        }
+        if cameras.iter().all(JudgedCamera::is_done) {
+            break;
+        }
+    }
+    let touch = scene.truth().first().map_or(0.0, |truth| truth.start);
+    let specimen = slide.specimen.to_string();
+    let (pattern, depth_mm) = pattern_and_depth(&specimen);
+    let truth = TextureRecord { specimen: Some(specimen), pattern, depth_mm, class: None };
+    let mut outcomes = vec![None; plan.settings.len()];
+    for stream in cameras.into_iter().flat_map(JudgedCamera::into_streams) {
+        let event = stream.first.map(|event| Answer {
+            lead: event.frame as f64 - touch,
+            speed: event.speed,
+            direction: event.heading == Some(slide.heading),
+            right: plan
+                .models
+                .iter()
+                .zip(models)
+                .map(|(candidate, model)| candidate.judge(model.classify(&event.sample), &truth))
+                .collect(),
+        });
+        if let Some(outcome) = outcomes.get_mut(stream.place) {
+            *outcome = Some(Outcome { event, error: stream.error });
+        }
+    }
+    Ok(outcomes)
+}
+
+/// Whether a camera sees a slide: JPEG takes as long as all else together, so it gets a quick look's slides only.
+fn is_run(format: Format, slide: &TradeSlide) -> bool {
+    format != Format::Mjpeg || slide.number < QUICK_SLIDES
+}
+
+/// One format for each camera that these settings need, that of the coloured reference before those it judges.
+fn formats_read(settings: &[Setting]) -> impl Iterator<Item = Format> + '_ {
+    let is_wanted = |format: &Format| {
+        let read = settings.iter().any(|setting| setting.format.code() == format.code());
+        let judges = *format == Format::Rgb24 && settings.iter().any(|setting| setting.format.is_coloured());
+        // Both methods of YUYV read the same camera.
+        (read || judges) && *format != Format::YuyvLinear
+    };
+    Format::ALL.into_iter().filter(is_wanted)
+}

@@ -1,0 +1,87 @@
+//! The arrays of a data set.
+
+use std::fs::File;
+use std::io::{self, BufWriter};
+use std::path::Path;
+
+use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
+use wstac_core::rate::FrameRate;
+
+use super::npz::{Dtype, Npz};
+use super::part::Part;
+use super::sweep::Sweep;
+use wstac_host::rate::per_second;
+use wstac_scene::Slide;
+use wstac_scene::specimen::{Pattern, Specimen};
+
+/// Writes all samples with their labels, in the order of their slides: an element for each sample in every array but
+/// `scale` and `fps`, which have no dimension.
+///
+/// # Errors
+/// Where the part cannot be read or the file cannot be written.
+pub fn write(path: &Path, sweep: &Sweep, part: &Part) -> io::Result<()> {
+    let numbers = part.samples();
+    let n = numbers.len();
+    let slides = || numbers.iter().map(|&number| sweep.slide(number));
+    let mut npz = Npz::new(BufWriter::new(File::create(path)?));
+    npz.array("X", Dtype::Int16, &[n, FEATURES, SAMPLE_FRAMES], |out| {
+        numbers.iter().try_for_each(|&number| out.write_all(&part.sample(number)?))
+    })?;
+    let scale = 1.0 / f64::from(FEATURE_ONE);
+    npz.array("scale", Dtype::Float64, &[], |out| out.write_all(&scale.to_le_bytes()))?;
+    npz.strings("y_specimen", slides().map(|(slide, _)| name(&slide.specimen)))?;
+    npz.strings("y_pattern", slides().map(|(slide, _)| slide.specimen.pattern.name().into()))?;
+    let depths = slides().map(|(slide, _)| slide.specimen.depth_mm);
+    // Of all specimens, samples or not: the same sweep gives the same types.
+    if sweep.specimens().iter().all(|specimen| specimen.depth_mm.fract() == 0.0) {
+        numbers_of(&mut npz, "y_depth", Dtype::Int64, depths.map(|depth| (depth as i64).to_le_bytes()))?;
+    } else {
+        numbers_of(&mut npz, "y_depth", Dtype::Float64, depths.map(f64::to_le_bytes))?;
+    }
+    numbers_of(&mut npz, "speed", Dtype::Float64, slides().map(|(slide, _)| slide.speed_mm_s.to_le_bytes()))?;
+    let degrees = |slide: Slide| i64::from(slide.heading.degrees());
+    numbers_of(&mut npz, "direction", Dtype::Int64, slides().map(|(slide, _)| degrees(slide).to_le_bytes()))?;
+    numbers_of(&mut npz, "seed", Dtype::Uint64, slides().map(|(_, seed)| seed.to_le_bytes()))?;
+    let facts = || numbers.iter().filter_map(|&number| part.facts(number));
+    npz.array("reliable", Dtype::Bool, &[n], |out| {
+        facts().try_for_each(|facts| out.write_all(&[u8::from(facts.reliable)]))
+    })?;
+    npz.array("duration", Dtype::Int64, &[n], |out| {
+        let durations = facts().map(|facts| facts.duration.map_or(-1, i64::from));
+        durations.into_iter().try_for_each(|duration| out.write_all(&duration.to_le_bytes()))
+    })?;
+    npz.strings("source", slides().map(|(slide, seed)| source(&slide, seed)))?;
+    fps(&mut npz, sweep.rate())?;
+    let file = npz.finish()?.into_inner().map_err(io::IntoInnerError::into_error)?;
+    file.sync_all()
+}
+
+/// An array of one dimension, of numbers of 8 bytes.
+pub(super) fn numbers_of(
+    npz: &mut Npz<BufWriter<File>>,
+    name: &str,
+    dtype: Dtype,
+    mut numbers: impl ExactSizeIterator<Item = [u8; 8]>,
+) -> io::Result<()> {
+    npz.array(name, dtype, &[numbers.len()], |out| numbers.try_for_each(|number| out.write_all(&number)))
+}
+
+/// Frames a second of the camera, an array without dimension.
+pub(super) fn fps(npz: &mut Npz<BufWriter<File>>, rate: FrameRate) -> io::Result<()> {
+    let fps = per_second(rate);
+    npz.array("fps", Dtype::Float64, &[], |out| out.write_all(&fps.to_le_bytes()))
+}
+
+/// The name alone, whatever else is unusual: `Saw3`, `Saw3.5`, `Sphere`.
+fn name(specimen: &Specimen) -> String {
+    match specimen.pattern {
+        Pattern::Sphere => specimen.pattern.name().into(),
+        pattern => format!("{}{}", pattern.name(), specimen.depth_mm),
+    }
+}
+
+/// Where a sample comes from, for a person.
+fn source(slide: &Slide, seed: u64) -> String {
+    let Slide { specimen, speed_mm_s, heading } = slide;
+    format!("scene: {specimen} at {speed_mm_s} mm/s, {} degrees, seed {seed}", heading.degrees())
+}

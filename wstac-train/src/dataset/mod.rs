@@ -1,0 +1,134 @@
+//! Data sets: samples of many simulated slides, or of recordings, for training.
+//!
+//! [`sweep`] says which slides, [`samples`] makes them, [`part`] keeps them while they are made, [`npz`] and [`arrays`]
+//! write them for NumPy. [`recordings`] and [`recorded_arrays`] do the same for recordings.
+
+pub mod arrays;
+pub mod npz;
+pub mod part;
+pub mod recorded_arrays;
+pub mod recordings;
+pub mod sweep;
+
+use rayon::prelude::*;
+use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
+
+use wstac_host::config::Config;
+use wstac_host::error::Error;
+use wstac_host::reading::{Reading, Record, Wanted, units};
+use wstac_host::source::Source;
+use wstac_scene::Script;
+use wstac_scene::source::SceneSource;
+
+/// To be raised by whoever changes what samples a sweep gives: half a data set of the old kind must not be completed
+/// with the new one (a test says so).
+pub const DATA_VERSION: u32 = 2;
+
+/// A sample in units of 2^-11: ten features over 70 frames.
+pub type Sample = [[i16; SAMPLE_FRAMES]; FEATURES];
+
+/// What is known of a sample beside its numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Facts {
+    /// Whether its baseline was quiet and at most 7 of its frames were filled, as `wstac run` says.
+    pub reliable: bool,
+    /// Its event's duration in frames; nothing where it is cut off or never lights up.
+    pub duration: Option<u8>,
+}
+
+/// What became of a slide.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Its first event's sample.
+    Sample(Box<Sample>, Facts),
+    /// Nothing fired.
+    NoEvent,
+    /// Its sample was interrupted: by the end of the scene, or by too many lost frames.
+    Incomplete,
+}
+
+/// The sample of a scene's first event: a stream of its own, with its own baseline, through the whole core.
+///
+/// # Errors
+/// Where the scene cannot be made, or does not fit the configuration.
+pub fn sample(script: &Script, config: &Config) -> Result<Outcome, Error> {
+    let (mut source, mut reading) = stream(script, config)?;
+    let mut first = None;
+    // What comes after the first event does not matter.
+    while first.is_none() {
+        let goes_on = reading.take(&source.next()?, |record| {
+            let outcome = match record {
+                Record::Event(event) => {
+                    let duration = event.duration_frames.filter(|_| !event.is_cut_off());
+                    let facts = Facts { reliable: event.reliable, duration };
+                    event.sample.as_deref().map(quantised).map(|sample| Outcome::Sample(sample, facts))
+                }
+                Record::Incomplete(_) => Some(Outcome::Incomplete),
+                Record::End(end) => end.incomplete.map(|_| Outcome::Incomplete),
+                Record::Features { .. } | Record::Texture(_) | Record::Fault(_) => None,
+            };
+            first = first.take().or(outcome);
+            Ok::<(), Error>(())
+        })?;
+        if !goes_on {
+            break;
+        }
+    }
+    Ok(first.unwrap_or(Outcome::NoEvent))
+}
+
+/// Whether a scene can be made, and fits the configuration, without making its frames.
+///
+/// # Errors
+/// As [`sample`].
+pub fn check(script: &Script, config: &Config) -> Result<(), Error> {
+    stream(script, config).map(drop)
+}
+
+fn stream(script: &Script, config: &Config) -> Result<(SceneSource, Reading<'static>), Error> {
+    let source = SceneSource::new(script)?;
+    let reading = Reading::new(source.info(), config, Wanted { samples: true, features: false })?;
+    Ok((source, reading))
+}
+
+/// Units of 2^-11 again, without loss: the numbers of a record are exact multiples of it.
+fn quantised(features: &[Vec<f64>]) -> Box<Sample> {
+    let mut sample = Box::new([[0; SAMPLE_FRAMES]; FEATURES]);
+    for (row, feature) in sample.iter_mut().zip(features) {
+        for (value, real) in row.iter_mut().zip(feature) {
+            *value = units(*real);
+        }
+    }
+    sample
+}
+
+/// [`sample`] of every script, in parallel, in their order, whatever the number of threads.
+///
+/// # Errors
+/// As [`sample`].
+pub fn samples(scripts: &[Script], config: &Config) -> Result<Vec<Outcome>, Error> {
+    scripts.par_iter().map(|script| sample(script, config)).collect()
+}
+
+/// [`sample`] of the script of every number, in parallel; `take` gets them one by one as they are ready, in any order,
+/// and ends everything with an error.
+///
+/// # Errors
+/// As [`sample`]; those of `take`.
+pub fn each_sample<E: From<Error> + Send>(
+    numbers: &[u32],
+    script: impl Fn(u32) -> Script + Sync,
+    config: &Config,
+    take: impl FnMut(u32, Outcome) -> Result<(), E> + Send,
+) -> Result<(), E> {
+    let take = std::sync::Mutex::new(take);
+    numbers.par_iter().with_max_len(1).try_for_each(|&number| {
+        let outcome = sample(&script(number), config)?;
+        // A poisoned lock means that another thread's `take` panicked, and that panic ends everything anyway.
+        let mut take = take.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        take(number, outcome)
+    })
+}
+
+#[cfg(test)]
+mod tests;

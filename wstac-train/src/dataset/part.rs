@@ -1,0 +1,249 @@
+//! What is done of a data set: a file that every slide is appended to as soon as it is ready.
+//!
+//! 8 bytes of magic and a fingerprint of 8, then a record a slide in the order in which they were ready: its number, its
+//! status, its sample (zeros where there is none) and a CRC of these, all little-endian.
+
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::os::unix::fs::FileExt;
+use std::path::{Path, PathBuf};
+
+use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
+
+use super::sweep::Sweep;
+use super::{DATA_VERSION, Facts, Outcome};
+use wstac_host::config::Config;
+use wstac_host::error::Error;
+
+const MAGIC: [u8; 8] = *b"wstacpt1";
+const HEADER: usize = 16;
+/// Bytes of a sample.
+pub const SAMPLE_BYTES: usize = 2 * FEATURES * SAMPLE_FRAMES;
+const RECORD: usize = 8 + SAMPLE_BYTES + 4;
+
+/// A number for a sweep, a configuration and the program's data version: others have another.
+pub fn fingerprint(sweep: &Sweep, config: &Config) -> u64 {
+    let Config { layout, green, features, trigger, speed, direction, .. } = config;
+    let config = (layout, green, features, trigger, speed, direction);
+    let version = (DATA_VERSION, env!("CARGO_PKG_VERSION"));
+    // FNV-1a.
+    let text = format!("{version:?} {sweep:?} {config:?}");
+    text.bytes().fold(0xCBF2_9CE4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3))
+}
+
+/// What is known of a slide.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Entry {
+    Missing,
+    /// With the place of its record.
+    Sample(u64, Facts),
+    NoEvent,
+    Incomplete,
+}
+
+/// How many slides became what.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Samples.
+    pub samples: u32,
+    /// Of these, those that are not reliable.
+    pub unreliable: u32,
+    /// Of these, those whose event has no duration: it is cut off, or never lights up.
+    pub without_duration: u32,
+    /// Slides without an event.
+    pub no_event: u32,
+    /// Slides whose sample was incomplete.
+    pub incomplete: u32,
+}
+
+impl Tally {
+    /// All slides that are done.
+    pub fn done(self) -> u32 {
+        self.samples + self.no_event + self.incomplete
+    }
+}
+
+/// The file of a data set that is being made. It is locked: no two programs write it.
+#[derive(Debug)]
+pub struct Part {
+    file: File,
+    path: PathBuf,
+    entries: Vec<Entry>,
+    tally: Tally,
+    /// Where the next record goes.
+    end: u64,
+}
+
+impl Part {
+    /// Opens the file, or makes a new one, for `count` slides. A last record that is not whole, or not as it was written,
+    /// is dropped, with all that follows. `anew` starts with nothing where the file is another's.
+    ///
+    /// # Errors
+    /// Where the file cannot be used, another program writes it, or it is that of another fingerprint.
+    pub fn open(path: &Path, fingerprint: u64, count: u32, anew: bool) -> Result<Self, Error> {
+        let failed = |error: io::Error| Error::new(path.display(), error);
+        let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;
+        // Where there are no locks, there is none.
+        if let Err(TryLockError::WouldBlock) = file.try_lock() {
+            return Err(Error::new(path.display(), "another wstac is writing it, expected to be the only one"));
+        }
+        let entries = vec![Entry::Missing; count as usize];
+        let mut part = Self { file, path: path.into(), entries, tally: Tally::default(), end: HEADER as u64 };
+        let mut header = Vec::from(MAGIC);
+        header.extend(fingerprint.to_le_bytes());
+        let mut found = Vec::new();
+        (&part.file).take(HEADER as u64).read_to_end(&mut found).map_err(failed)?;
+        if found == header {
+            part.read().map_err(failed)?;
+        } else if anew || header.starts_with(&found) {
+            part.file.set_len(0).and_then(|()| part.file.write_all_at(&header, 0)).map_err(failed)?;
+        } else {
+            let what = if found.starts_with(&MAGIC) {
+                "is of another sweep, configuration or version of this program"
+            } else {
+                "is no unfinished data set"
+            };
+            let expected = "expected the same, or --force to start anew";
+            return Err(Error::new(path.display(), format_args!("{what}, {expected}")));
+        }
+        Ok(part)
+    }
+
+    /// Reads what is there, and cuts off what is not whole.
+    fn read(&mut self) -> io::Result<()> {
+        let mut reader = BufReader::new(&self.file);
+        reader.seek(SeekFrom::Start(self.end))?;
+        let mut record = [0; RECORD];
+        let mut found = Vec::new();
+        loop {
+            match reader.read_exact(&mut record) {
+                Ok(()) => {}
+                Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => break,
+                Err(error) => return Err(error),
+            }
+            let Some((number, status)) = parsed(&record) else { break };
+            found.push((number, status));
+        }
+        for (number, status) in found {
+            if !self.enter(number, status) {
+                break;
+            }
+        }
+        self.file.set_len(self.end)
+    }
+
+    /// Notes a record that is at the end; whether it is a record of this data set.
+    fn enter(&mut self, number: u32, status: u32) -> bool {
+        let Some(entry) = self.entries.get_mut(number as usize).filter(|entry| **entry == Entry::Missing) else {
+            return false;
+        };
+        let (new, count) = match (status & 0xFF, facts_of(status)) {
+            (0, _) => (Entry::NoEvent, &mut self.tally.no_event),
+            (SAMPLE, facts) => {
+                self.tally.unreliable += u32::from(!facts.reliable);
+                self.tally.without_duration += u32::from(facts.duration.is_none());
+                (Entry::Sample(self.end, facts), &mut self.tally.samples)
+            }
+            (2, _) => (Entry::Incomplete, &mut self.tally.incomplete),
+            _ => return false,
+        };
+        *entry = new;
+        *count += 1;
+        self.end += RECORD as u64;
+        true
+    }
+
+    /// What is there so far.
+    pub fn tally(&self) -> Tally {
+        self.tally
+    }
+
+    /// Numbers of the slides that are not there yet, in order.
+    pub fn missing(&self) -> Vec<u32> {
+        self.numbers(|entry| entry == Entry::Missing)
+    }
+
+    /// Numbers of the slides that are samples, in order.
+    pub fn samples(&self) -> Vec<u32> {
+        self.numbers(|entry| matches!(entry, Entry::Sample(..)))
+    }
+
+    fn numbers(&self, wanted: impl Fn(Entry) -> bool) -> Vec<u32> {
+        (0..).zip(&self.entries).filter(|(_, entry)| wanted(**entry)).map(|(number, _)| number).collect()
+    }
+
+    /// Appends a slide that is missing; another one is there already, and stays as it is.
+    ///
+    /// # Errors
+    /// Where it cannot be written.
+    pub fn append(&mut self, number: u32, outcome: &Outcome) -> Result<(), Error> {
+        let mut record = Vec::with_capacity(RECORD);
+        let status = match outcome {
+            Outcome::NoEvent => 0,
+            Outcome::Sample(_, facts) => SAMPLE | stored(*facts),
+            Outcome::Incomplete => 2,
+        };
+        record.extend(number.to_le_bytes().into_iter().chain(status.to_le_bytes()));
+        if let Outcome::Sample(sample, _) = outcome {
+            record.extend(sample.as_flattened().iter().flat_map(|feature| feature.to_le_bytes()));
+        }
+        record.resize(RECORD - 4, 0);
+        record.extend(crc32fast::hash(&record).to_le_bytes());
+        let end = self.end;
+        if self.enter(number, status) {
+            self.file.write_all_at(&record, end).map_err(|error| Error::new(self.path.display(), error))?;
+        }
+        Ok(())
+    }
+
+    /// Bytes of a slide's sample: ten features of 70 frames, of 2 bytes each, little-endian.
+    ///
+    /// # Errors
+    /// Where there is none, or it cannot be read.
+    pub fn sample(&self, number: u32) -> io::Result<[u8; SAMPLE_BYTES]> {
+        let Some(Entry::Sample(at, _)) = self.entries.get(number as usize) else {
+            return Err(io::ErrorKind::NotFound.into());
+        };
+        let mut sample = [0; SAMPLE_BYTES];
+        self.file.read_exact_at(&mut sample, at + 8)?;
+        Ok(sample)
+    }
+
+    /// What is known of a slide's sample; nothing where there is none.
+    pub fn facts(&self, number: u32) -> Option<Facts> {
+        match self.entries.get(number as usize) {
+            Some(Entry::Sample(_, facts)) => Some(*facts),
+            _ => None,
+        }
+    }
+
+    /// Removes the file: the data set is finished.
+    ///
+    /// # Errors
+    /// Where it cannot be removed.
+    pub fn remove(self) -> Result<(), Error> {
+        std::fs::remove_file(&self.path).map_err(|error| Error::new(self.path.display(), error))
+    }
+}
+
+/// Status of a sample, in its low byte.
+const SAMPLE: u32 = 1;
+
+/// Facts in a status: 256 for reliable, and the duration, one more, from bit 16 on.
+fn stored(facts: Facts) -> u32 {
+    u32::from(facts.reliable) << 8 | facts.duration.map_or(0, |frames| u32::from(frames) + 1) << 16
+}
+
+fn facts_of(status: u32) -> Facts {
+    let duration = (status >> 16).checked_sub(1).and_then(|frames| u8::try_from(frames).ok());
+    Facts { reliable: status >> 8 & 1 == 1, duration }
+}
+
+/// Number and status of a record that is as it was written.
+fn parsed(record: &[u8; RECORD]) -> Option<(u32, u32)> {
+    let (content, crc) = record.split_last_chunk()?;
+    let (number, rest) = content.split_first_chunk()?;
+    let (status, _) = rest.split_first_chunk()?;
+    let whole = crc32fast::hash(content) == u32::from_le_bytes(*crc);
+    whole.then_some((u32::from_le_bytes(*number), u32::from_le_bytes(*status)))
+}

@@ -1,0 +1,290 @@
+//! Samples of recordings: every event one, with its recording's labels.
+//!
+//! Frames are read again, so the samples are those of today's program, whatever recorded them.
+
+use std::path::{Path, PathBuf};
+
+use wstac_core::rate::FrameRate;
+
+use super::{Facts, Sample, quantised};
+use wstac_host::config::Config;
+use wstac_host::error::Error;
+use wstac_host::reading::{Reading, Record, Wanted};
+use wstac_host::record::about::{About, Labels};
+use wstac_host::source::Source;
+use wstac_host::source::mcap::McapSource;
+use wstac_host::texture::pattern_and_depth;
+
+/// A recording's samples and labels.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    /// Its path, as it was given or found.
+    pub name: String,
+    /// What is slid over the sensor.
+    pub specimen: String,
+    /// Pattern and depth by the specimen's name; a depth where it has one.
+    pub pattern: String,
+    /// In mm.
+    pub depth_mm: Option<f64>,
+    /// In mm/s, where it is labelled.
+    pub speed_mm_s: Option<f64>,
+    /// In degrees, where it is labelled.
+    pub direction: Option<u16>,
+    /// Its events: number of the first frame, sample, facts.
+    pub samples: Vec<(u64, Box<Sample>, Facts)>,
+    /// Events that a gap or the end interrupted.
+    pub incomplete: u64,
+    about: About,
+    config: Config,
+}
+
+impl Recording {
+    /// Frames a second of its camera.
+    pub fn rate(&self) -> FrameRate {
+        self.about.info.rate
+    }
+}
+
+/// Recordings by name: files as they are, and of folders every `.mcap` in them, in order, each once.
+///
+/// # Errors
+/// Where one cannot be read, or a folder has none.
+pub fn find(sources: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
+    let mut found: Vec<PathBuf> = Vec::new();
+    for source in sources {
+        let failed = |error: std::io::Error| Error::new(source.display(), error);
+        if !source.metadata().map_err(failed)?.is_dir() {
+            found.push(source.clone());
+            continue;
+        }
+        let mut inside = Vec::new();
+        for entry in source.read_dir().map_err(failed)? {
+            let path = entry.map_err(failed)?.path();
+            if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap")) {
+                inside.push(path);
+            }
+        }
+        if inside.is_empty() {
+            return Err(Error::new(source.display(), "has no .mcap file, expected a folder of recordings"));
+        }
+        inside.sort();
+        found.append(&mut inside);
+    }
+    let mut seen = Vec::new();
+    found.retain(|path| {
+        let real = path.canonicalize().unwrap_or_else(|_| path.clone());
+        let is_new = !seen.contains(&real);
+        seen.push(real);
+        is_new
+    });
+    Ok(found)
+}
+
+/// Reads a recording, with its own configuration unless another is given.
+///
+/// # Errors
+/// Where it cannot be read, its labels cannot be used, or the configuration does not fit it.
+pub fn read(path: &Path, config: Option<&Config>) -> Result<Recording, Error> {
+    let mut source = McapSource::open(path, None)?;
+    let about = source.about().clone();
+    let name = path.display().to_string();
+    let own = || Config::parse(&about.configuration).map_err(|error| Error::new(&name, error));
+    let config = config.cloned().map_or_else(own, Ok)?;
+    let mut recording = labelled(&name, &about.labels, &about, config).map_err(|error| Error::new(&name, error))?;
+    let wanted = Wanted { samples: true, features: false };
+    let mut reading = Reading::new(source.info(), &recording.config, wanted)?;
+    let (samples, incomplete) = (&mut recording.samples, &mut recording.incomplete);
+    loop {
+        let goes_on = reading.take(&source.next()?, |record| {
+            match record {
+                Record::Event(event) => {
+                    let duration = event.duration_frames.filter(|_| !event.is_cut_off());
+                    let facts = Facts { reliable: event.reliable, duration };
+                    samples.extend(event.sample.as_deref().map(|sample| (event.frame, quantised(sample), facts)));
+                }
+                Record::Incomplete(_) => *incomplete += 1,
+                Record::End(end) => *incomplete += u64::from(end.incomplete.is_some()),
+                Record::Features { .. } | Record::Texture(_) | Record::Fault(_) => {}
+            }
+            Ok::<(), Error>(())
+        })?;
+        if !goes_on {
+            return Ok(recording);
+        }
+    }
+}
+
+/// Label names that a data set is made of.
+pub const NAMES: [&str; 3] = ["specimen", "speed", "direction"];
+
+/// Checks labels that a data set is made of, where they are there: their speed in mm/s and their direction in degrees.
+///
+/// # Errors
+/// Names the label, what was found and what was expected.
+pub fn check(labels: &Labels) -> Result<(Option<f64>, Option<u16>), String> {
+    let speed = labels.get("speed").map(|speed| {
+        let number = speed.parse().ok().filter(|speed: &f64| *speed > 0.0 && speed.is_finite());
+        number.ok_or_else(|| format!("label speed is {speed:?}, expected mm/s such as 150"))
+    });
+    let direction = labels.get("direction").map(|direction| {
+        let number = direction.parse().ok().filter(|direction| [0, 90, 180, 270].contains(direction));
+        number.ok_or_else(|| format!("label direction is {direction:?}, expected 0, 90, 180 or 270"))
+    });
+    Ok((speed.transpose()?, direction.transpose()?))
+}
+
+/// A recording without its samples.
+fn labelled(name: &str, labels: &Labels, about: &About, config: Config) -> Result<Recording, String> {
+    let found = || labels.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(", ");
+    let Some(specimen) = labels.get("specimen") else {
+        return Err(format!("has no label specimen (labels: {}), expected one such as specimen=Saw3", found()));
+    };
+    let (speed_mm_s, direction) = check(labels)?;
+    let (pattern, depth_mm) = pattern_and_depth(specimen);
+    Ok(Recording {
+        name: name.into(),
+        specimen: specimen.clone(),
+        pattern: pattern.unwrap_or_default(),
+        depth_mm,
+        speed_mm_s,
+        direction,
+        samples: Vec::new(),
+        incomplete: 0,
+        about: about.clone(),
+        config,
+    })
+}
+
+/// Whether the recordings' samples can be compared; what is doubtful about them, for a person.
+///
+/// # Errors
+/// Where features of two recordings do not mean the same: names both.
+pub fn comparable(recordings: &[Recording]) -> Result<Vec<String>, Error> {
+    let mut doubts = Vec::new();
+    let Some(first) = recordings.first() else { return Ok(doubts) };
+    let features = |recording: &Recording| {
+        let Config { green, features, trigger, .. } = &recording.config;
+        format!("{green:?} {features:?} {trigger:?}")
+    };
+    let nominal = |recording: &Recording| recording.rate().nominal_frames();
+    let mut kinds = [
+        ("their layouts differ", 0),
+        ("their pixel formats or sizes differ", 0),
+        ("their [speed] differs, and so may durations", 0),
+    ];
+    for other in recordings {
+        let differ = |what: &str, hint: &str| {
+            Err(Error::new(
+                &other.name,
+                format_args!("{what} differs from that of {}, expected the same{hint}", first.name),
+            ))
+        };
+        if features(other) != features(first) {
+            return differ("its [green], [features] or [trigger]", ": --config FILE reads all of them with one");
+        }
+        if (nominal(other) - nominal(first)).abs() > 0.01 * nominal(first) {
+            return differ("its rate of frames", "");
+        }
+        let info = |recording: &Recording| (recording.about.info.format, recording.about.info.size);
+        kinds[0].1 += u32::from(format!("{:?}", other.config.layout) != format!("{:?}", first.config.layout));
+        kinds[1].1 += u32::from(info(other) != info(first));
+        kinds[2].1 += u32::from(format!("{:?}", other.config.speed) != format!("{:?}", first.config.speed));
+        let camera = other.about.info.camera.as_deref();
+        if let Some(camera) = camera.filter(|camera| camera.is_unlocked()) {
+            let loose = camera.controls.iter().filter(|control| !control.locked);
+            let loose: Vec<&str> = loose.map(|control| control.name.as_str()).collect();
+            doubts.push(format!(
+                "{}: the camera was not locked ({}): light may have drifted",
+                other.name,
+                loose.join(", ")
+            ));
+        }
+    }
+    let differing = kinds.into_iter().filter(|(_, recordings)| *recordings > 0);
+    doubts.extend(differing.map(|(what, count)| format!("{count} recording(s) are not like {}: {what}", first.name)));
+    Ok(doubts)
+}
+
+/// For each recording, whether it is for tests: of every specimen this share of its recordings, at least one where there are
+/// two or more. A recording is never split.
+pub fn for_tests(recordings: &[Recording], share: f64) -> Vec<bool> {
+    let mut tests = vec![false; recordings.len()];
+    let mut specimens: Vec<&str> = recordings.iter().map(|recording| recording.specimen.as_str()).collect();
+    specimens.sort_unstable();
+    specimens.dedup();
+    for specimen in specimens {
+        let of_it = |recording: &Recording| recording.specimen == specimen;
+        let mut members: Vec<usize> = (0..recordings.len()).filter(|&k| of_it(&recordings[k])).collect();
+        // By a number of the file's name: the same whatever else is there, and in no order of time.
+        members.sort_by_key(|&k| {
+            let name = Path::new(&recordings[k].name).file_name().unwrap_or_default();
+            crc32fast::hash(name.as_encoded_bytes())
+        });
+        let wanted = (share * members.len() as f64).round() as usize;
+        let most = members.len().saturating_sub(1);
+        let least = usize::from(share > 0.0 && members.len() > 1);
+        for &k in members.iter().take(wanted.clamp(least, most.max(least))) {
+            tests[k] = true;
+        }
+    }
+    tests
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wstac_host::camera::{CameraState, LockedControl};
+    use wstac_scene::source::SceneSource;
+
+    fn recording(name: &str, specimen: &str, configuration: &str, change: impl Fn(&mut About)) -> Recording {
+        let script = wstac_scene::Script::from_toml("s", "specimen = \"Saw3\"\nspeed = 150").unwrap();
+        let info = SceneSource::new(&script).unwrap().info().clone();
+        let labels = Labels::from([("specimen".into(), specimen.into())]);
+        let config = Config::parse(configuration).unwrap();
+        let mut about = About::new(&info, &config, labels, Vec::new()).unwrap();
+        change(&mut about);
+        labelled(name, &about.labels, &about, config).unwrap()
+    }
+
+    #[test]
+    fn what_cannot_be_compared_is_refused_and_what_is_doubtful_is_said() {
+        let plain = || recording("a", "Saw3", "", |_| {});
+        let doubts = |other| comparable(&[plain(), other]);
+        assert_eq!(doubts(plain()).unwrap(), [""; 0]);
+        let error = doubts(recording("b", "Saw3", "[trigger]\nwindow = 6", |_| {})).unwrap_err().to_string();
+        assert!(error.starts_with("b: its [green]") && error.contains("that of a"), "{error}");
+        let fast = |about: &mut About| about.info.rate = FrameRate::new(40, 1).unwrap();
+        assert!(doubts(recording("b", "Saw3", "", fast)).unwrap_err().to_string().contains("rate of frames"));
+        let unlocked = |about: &mut About| {
+            let control = LockedControl { name: "Gain".into(), ..LockedControl::default() };
+            about.info.camera = Some(Box::new(CameraState { controls: vec![control], ..CameraState::default() }));
+        };
+        let said = doubts(recording("b", "Saw3", "[speed]\nthreshold = 0.1", unlocked)).unwrap().join("\n");
+        assert!(said.contains("b: the camera was not locked (Gain)") && said.contains("[speed] differs"), "{said}");
+    }
+
+    #[test]
+    fn a_share_of_every_specimens_recordings_is_for_tests() {
+        let names: Vec<String> = (0..23).map(|k| format!("{k}.mcap")).collect();
+        let specimen = |k: usize| ["Saw3", "Fla0", "Tri2"][usize::from(k >= 10) + usize::from(k == 22)];
+        let all: Vec<Recording> = (0..23).map(|k| recording(&names[k], specimen(k), "", |_| {})).collect();
+        let tests = for_tests(&all, 0.2);
+        let of = |name| (0..23).filter(|&k| specimen(k) == name && tests[k]).count();
+        assert_eq!((of("Saw3"), of("Fla0"), of("Tri2")), (2, 2, 0));
+        assert!(!for_tests(&all, 0.0).contains(&true));
+    }
+
+    #[test]
+    fn labels_are_checked() {
+        let with = |labels: &[(&str, &str)]| {
+            let plain = recording("a", "Saw3", "", |_| {});
+            let labels = labels.iter().map(|&(name, value)| (name.into(), value.into())).collect();
+            labelled("a", &labels, &plain.about, plain.config.clone())
+        };
+        let good = with(&[("specimen", "Saw3"), ("speed", "150.5"), ("direction", "90")]).unwrap();
+        assert_eq!((good.speed_mm_s, good.direction, good.depth_mm), (Some(150.5), Some(90), Some(3.0)));
+        assert!(with(&[("speed", "150")]).unwrap_err().contains("no label specimen (labels: speed=150)"));
+        assert!(with(&[("specimen", "Saw3"), ("speed", "fast")]).unwrap_err().contains("speed is \"fast\""));
+        assert!(with(&[("specimen", "Saw3"), ("direction", "45")]).unwrap_err().contains("direction is \"45\""));
+    }
+}

@@ -1,0 +1,173 @@
+//! What a sweep's file says: which slides a data set is made of.
+//!
+//! ```toml
+//! specimens = ["Fla0", "Saw3"]  # default: the ten of the paper
+//! speeds = [100, 110]           # mm/s; default [150]
+//! directions = [0, 90]          # degrees; default [0]
+//! slides = 100                  # of every specimen; default 100
+//! seed = 1                      # of the first slide; default 1
+//! [scene]                       # any other key and table of a scene's file; fidelity is "taxel" by default
+//! noise = 2
+//! ```
+
+use std::path::Path;
+
+use serde::Deserialize;
+use toml::{Table, Value};
+use wstac_core::direction::Heading;
+use wstac_core::rate::FrameRate;
+
+use wstac_host::error::Error;
+use wstac_scene::specimen::Specimen;
+use wstac_scene::{Script, Slide};
+
+/// Most slides of a data set: the file stays below the 4 GiB that a plain zip archive can hold.
+const MOST_SLIDES: u64 = 1_000_000;
+
+/// A sweep's file before it is checked.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct File {
+    specimens: Vec<String>,
+    speeds: Vec<f64>,
+    directions: Vec<i64>,
+    slides: i64,
+    seed: i64,
+    scene: Table,
+}
+
+impl Default for File {
+    fn default() -> Self {
+        Self {
+            specimens: Specimen::ALL.iter().map(ToString::to_string).collect(),
+            speeds: vec![150.0],
+            directions: vec![0],
+            slides: 100,
+            seed: 1,
+            scene: Table::new(),
+        }
+    }
+}
+
+/// Keys of a scene that the sweep itself sets, and what the sweep calls them.
+const SET_BY_THE_SWEEP: [(&str, &str); 5] = [
+    ("specimen", "specimens = […] above it"),
+    ("speed", "speeds = […] above it"),
+    ("direction", "directions = […] above it"),
+    ("seed", "seed above it"),
+    ("slide", "slides above it"),
+];
+
+/// A checked sweep: scenes of one slide each, numbered from 0, specimen by specimen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sweep {
+    /// The first slide's scene; the others differ in the slide and the seed.
+    base: Script,
+    specimens: Vec<Specimen>,
+    speeds_mm_s: Vec<f64>,
+    headings: Vec<Heading>,
+    /// Slides of every specimen.
+    slides: u32,
+}
+
+impl Sweep {
+    /// Reads and checks a file.
+    ///
+    /// # Errors
+    /// Names the file, the key, what was found and what was expected.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let text = std::fs::read_to_string(path).map_err(|error| Error::new(path.display(), error))?;
+        Self::parse(&path.display().to_string(), &text)
+    }
+
+    /// Reads and checks a sweep's text; `subject` names its file.
+    ///
+    /// # Errors
+    /// As [`Sweep::read`].
+    pub fn parse(subject: &str, text: &str) -> Result<Self, Error> {
+        let file: File = toml::from_str(text).map_err(|error| Error::new(subject, error.to_string().trim_end()))?;
+        let slides = checked(&file).map_err(|message| Error::new(subject, message))?;
+        let mut scene = file.scene;
+        scene.entry("fidelity").or_insert_with(|| "taxel".into());
+        scene.insert("seed".into(), file.seed.into());
+        let specimens: Vec<Value> = file.specimens.into_iter().map(Value::from).collect();
+        let speeds: Vec<Value> = file.speeds.into_iter().map(Value::from).collect();
+        let directions: Vec<Value> = file.directions.into_iter().map(Value::from).collect();
+        let firsts = [("specimen", &specimens), ("speed", &speeds), ("direction", &directions)];
+        for (key, values) in firsts {
+            let expected = || Error::new(subject, format_args!("{key}s is empty, expected at least one {key}"));
+            scene.insert(key.into(), values.first().ok_or_else(expected)?.clone());
+        }
+        // One scene for each value of a list: so all go through the one reader of scenes, whatever it checks.
+        let base = Script::from_table(subject, scene.clone())?;
+        let each = |key: &str, values: &[Value]| -> Result<Vec<Slide>, Error> {
+            let slides = values.iter().zip(0..).map(|(value, index)| {
+                let mut scene = scene.clone();
+                scene.insert(key.into(), value.clone());
+                // A scene of one slide has one.
+                let slide = |script: Script| script.slides.into_iter().next();
+                let script = Script::from_table(&format!("{subject}: {key}s[{index}]"), scene);
+                script.map(slide).transpose()
+            });
+            slides.flatten().collect()
+        };
+        Ok(Self {
+            specimens: each("specimen", &specimens)?.into_iter().map(|slide| slide.specimen).collect(),
+            speeds_mm_s: each("speed", &speeds)?.into_iter().map(|slide| slide.speed_mm_s).collect(),
+            headings: each("direction", &directions)?.into_iter().map(|slide| slide.heading).collect(),
+            base,
+            slides,
+        })
+    }
+
+    /// What slides.
+    pub fn specimens(&self) -> &[Specimen] {
+        &self.specimens
+    }
+
+    /// Frames a second of their camera.
+    pub fn rate(&self) -> FrameRate {
+        self.base.sensor.rate
+    }
+
+    /// How many slides there are.
+    pub fn count(&self) -> u32 {
+        // At most MOST_SLIDES (checked).
+        self.slides * self.specimens.len() as u32
+    }
+
+    /// The slide of a number below [`count`](Self::count), and its seed. The k-th slide of a specimen takes speed
+    /// k mod n and direction (k / n) mod m, so that all combinations come round.
+    pub fn slide(&self, number: u32) -> (Slide, u64) {
+        let (specimen, k) = ((number / self.slides) as usize, (number % self.slides) as usize);
+        let (speeds, headings) = (self.speeds_mm_s.len(), self.headings.len());
+        let slide = Slide {
+            specimen: self.specimens[specimen % self.specimens.len()],
+            speed_mm_s: self.speeds_mm_s[k % speeds],
+            heading: self.headings[(k / speeds) % headings],
+        };
+        (slide, self.base.seed.wrapping_add(u64::from(number)))
+    }
+
+    /// The scene of a slide of this number, as [`slide`](Self::slide).
+    pub fn script(&self, number: u32) -> Script {
+        let (slide, seed) = self.slide(number);
+        Script { slides: vec![slide], seed, ..self.base.clone() }
+    }
+}
+
+/// Checks what no scene has; how many slides there are of every specimen.
+fn checked(file: &File) -> Result<u32, String> {
+    for (key, instead) in SET_BY_THE_SWEEP {
+        if file.scene.contains_key(key) {
+            return Err(format!("[scene] has {key}, expected {instead}"));
+        }
+    }
+    let specimens = file.specimens.len().max(1) as u64;
+    let slides = u64::try_from(file.slides).ok().filter(|slides| (1..=MOST_SLIDES / specimens).contains(slides));
+    let slides = slides.and_then(|slides| u32::try_from(slides).ok());
+    slides.ok_or_else(|| {
+        let most = MOST_SLIDES / specimens;
+        format!("slides is {}, expected 1 to {most}, {MOST_SLIDES} of all {specimens} specimens", file.slides)
+    })
+}

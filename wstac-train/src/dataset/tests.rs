@@ -1,0 +1,207 @@
+use std::fs;
+use std::path::PathBuf;
+
+use super::part::{Part, SAMPLE_BYTES, Tally, fingerprint};
+use super::sweep::Sweep;
+use super::*;
+use wstac_scene::Slide;
+use wstac_scene::sensor::Fidelity;
+
+/// A path that no other test has.
+fn scratch(name: &str) -> PathBuf {
+    std::env::temp_dir().join(format!("wstac-dataset-{}-{name}", std::process::id()))
+}
+
+fn sweep(text: &str) -> Sweep {
+    Sweep::parse("s.toml", text).unwrap()
+}
+
+fn scripts(sweep: &Sweep) -> Vec<Script> {
+    (0..sweep.count()).map(|number| sweep.script(number)).collect()
+}
+
+#[test]
+fn slides_are_numbered_and_all_combinations_come_round() {
+    let default = sweep("");
+    assert_eq!((default.count(), default.specimens().len()), (1000, 10));
+    assert_eq!(default.script(100), Script { fidelity: Fidelity::Taxel, ..short("Sin2@150,seed=101") });
+    let text = "specimens = [\"Fla0\", \"Saw3\"]\nspeeds = [100, 110.5]\ndirections = [0, 90]\nslides = 5\nseed = 7";
+    let said = |script: &Script| {
+        let Slide { specimen, speed_mm_s, heading } = script.slides[0];
+        format!("{specimen}@{speed_mm_s},{}deg,seed={}", heading.degrees(), script.seed)
+    };
+    let all: Vec<String> = scripts(&sweep(text)).iter().map(said).collect();
+    assert_eq!(all[..3], ["Fla0@100,0deg,seed=7", "Fla0@110.5,0deg,seed=8", "Fla0@100,90deg,seed=9"]);
+    assert_eq!(all[3..6], ["Fla0@110.5,90deg,seed=10", "Fla0@100,0deg,seed=11", "Saw3@100,0deg,seed=12"]);
+    assert_eq!(all.len(), 10);
+    let more =
+        "specimens = [\"Saw3\"]\n[scene]\ndepth = 3.5\nnoise = 2\nfidelity = \"rendered\"\n[scene.light]\nleak = 0.1";
+    let script = sweep(more).script(9);
+    assert_eq!((script.slides[0].specimen.depth_mm, script.light.leak, script.noise), (3.5, 0.1, 2.0));
+    assert_eq!(script.fidelity, Fidelity::Rendered);
+}
+
+fn short(text: &str) -> Script {
+    Script::parse_short(text).unwrap()
+}
+
+#[test]
+fn what_is_wrong_with_a_sweep_is_named() {
+    for (text, parts) in [
+        ("speed = [1]", vec!["unknown field `speed`", "speeds"]),
+        ("specimens = [\"Saw3\", \"Saw7\"]", vec!["specimens[1]: specimen is \"Saw7\"", "Fla0"]),
+        ("specimens = []", vec!["specimens is empty", "at least one"]),
+        ("speeds = [100, 0]", vec!["speeds[1]: speed is \"0\"", "1 to 1000"]),
+        ("speeds = 100", vec!["speeds", "sequence"]),
+        ("directions = [45]", vec!["direction is \"45\"", "0, 90, 180 or 270"]),
+        ("slides = 0", vec!["slides is 0", "1 to 100000"]),
+        ("slides = 100001", vec!["slides is 100001", "1000000"]),
+        ("seed = -1", vec!["seed is -1", "expected 0"]),
+        ("[scene]\nseed = 1", vec!["[scene] has seed", "above"]),
+        ("[scene]\nslide = 1", vec!["[scene] has slide", "above"]),
+        ("[scene]\ncolour = 1", vec!["unknown field `colour`", "noise"]),
+        ("[scene]\nnoise = -1", vec!["noise is -1", "0 to 100"]),
+        ("[scene]\ndepth = 1", vec!["depth is 1", "only with Sin, Saw or Tri"]),
+        ("[scene.light]\nleak = 2", vec!["[light] leak is 2", "0 to 1"]),
+        ("[scene", vec!["TOML"]),
+    ] {
+        let message = Sweep::parse("s.toml", text).unwrap_err().to_string();
+        for part in ["s.toml"].into_iter().chain(parts) {
+            assert!(message.contains(part), "{text:?} gave {message:?}, expected {part:?}");
+        }
+    }
+}
+
+#[test]
+fn samples_are_the_same_for_any_number_of_threads() {
+    let scripts = scripts(&sweep("slides = 2\nspeeds = [100, 200]\n[scene]\nnoise = 2"));
+    let with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| samples(&scripts, &Config::default())).unwrap()
+    };
+    let one = with(1);
+    assert!(one.iter().all(|outcome| matches!(outcome, Outcome::Sample(..))));
+    assert_eq!(with(2), one);
+    assert_eq!(with(5), one);
+}
+
+/// Made on x86-64; any other machine must make the same. Whoever changes this number raises `DATA_VERSION`.
+#[test]
+fn a_sweep_gives_the_same_samples_everywhere() {
+    let outcomes = samples(&scripts(&sweep("slides = 1")), &Config::default()).unwrap();
+    let mut hash = 0xCBF2_9CE4_8422_2325_u64;
+    for outcome in &outcomes {
+        let Outcome::Sample(sample, _) = outcome else { panic!("{outcome:?}") };
+        let bytes = sample.as_flattened().iter().flat_map(|feature| feature.to_le_bytes());
+        hash = bytes.fold(hash, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3));
+    }
+    assert_eq!((DATA_VERSION, hash), (2, 0xF133_AE53_48D5_A8FF), "{hash:#X}");
+}
+
+#[test]
+fn a_sample_is_that_of_the_first_event() {
+    let script = Script::from_toml("s", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"").unwrap();
+    let mut source = SceneSource::new(&script).unwrap();
+    let config = Config::default();
+    let wanted = Wanted { features: true, samples: false };
+    let mut reading = Reading::new(source.info(), &config, wanted).unwrap();
+    let (mut features, mut event) = (Vec::new(), None);
+    wstac_host::reading::read_all(&mut source, &mut reading, |record| {
+        match record {
+            Record::Features { f, .. } => features.push(f.map(|f| f * 2048.0)),
+            Record::Event(first) => event = Some(first.frame as usize),
+            _ => {}
+        }
+        Ok::<(), Error>(())
+    })
+    .unwrap();
+    let Outcome::Sample(found, facts) = sample(&script, &config).unwrap() else { panic!() };
+    assert!(facts.reliable && facts.duration.is_some_and(|frames| (20..40).contains(&frames)), "{facts:?}");
+    let from = event.unwrap();
+    for (frame, features) in features[from..from + SAMPLE_FRAMES].iter().enumerate() {
+        assert_eq!(found.map(|feature| feature[frame]), features.map(|feature| feature as i16));
+    }
+}
+
+#[test]
+fn a_slide_that_is_cut_off_has_no_duration() {
+    let facts = |scene| match sample(&short(scene), &Config::default()).unwrap() {
+        Outcome::Sample(_, facts) => facts,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(facts("Saw3@20,seed=1").duration, None);
+    assert!(facts("Saw3@150,seed=1").duration.is_some());
+}
+
+#[test]
+fn what_is_no_sample_is_said() {
+    let outcome = |more: &str| sample(&sweep(&format!("[scene]\n{more}")).script(0), &Config::default()).unwrap();
+    assert_eq!(outcome("[scene.whisker]\noverlap_mm = 0"), Outcome::NoEvent);
+    let interrupted = (0..50).map(|number| {
+        let sweep = sweep("specimens = [\"Fla0\"]\n[scene.sensor]\ndropped = 0.5");
+        sample(&sweep.script(number), &Config::default()).unwrap()
+    });
+    assert!(interrupted.into_iter().any(|outcome| outcome == Outcome::Incomplete));
+}
+
+#[test]
+fn a_part_goes_on_where_it_stopped() {
+    let path = scratch("part");
+    let _ = fs::remove_file(&path);
+    let mut wanted = [[0; SAMPLE_FRAMES]; FEATURES];
+    (wanted[0][1], wanted[9][69]) = (-2, 0x1234);
+    let facts = Facts { reliable: false, duration: Some(70) };
+    let mut part = Part::open(&path, 5, 4, false).unwrap();
+    for (number, outcome) in
+        [(2, Outcome::Sample(Box::new(wanted), facts)), (0, Outcome::NoEvent), (3, Outcome::Incomplete)]
+    {
+        part.append(number, &outcome).unwrap();
+        part.append(number, &Outcome::NoEvent).unwrap();
+    }
+    let locked = Part::open(&path, 5, 4, true).unwrap_err().to_string();
+    assert!(locked.contains("another wstac is writing it"), "{locked}");
+    drop(part);
+    let whole = fs::read(&path).unwrap();
+    let part = Part::open(&path, 5, 4, false).unwrap();
+    assert_eq!(part.tally(), Tally { samples: 1, unreliable: 1, no_event: 1, incomplete: 1, without_duration: 0 });
+    assert_eq!((part.facts(2), part.facts(0)), (Some(facts), None));
+    assert_eq!((part.missing(), part.samples()), (vec![1], vec![2]));
+    let sample = part.sample(2).unwrap();
+    assert_eq!((&sample[..4], &sample[SAMPLE_BYTES - 2..]), (&[0, 0, 0xFE, 0xFF][..], &[0x34, 0x12][..]));
+    drop(part);
+    // A last record that is cut off or damaged is made again.
+    let mut damaged = whole.clone();
+    damaged[whole.len() - 100] ^= 1;
+    for bytes in [&whole[..whole.len() - 1], &damaged] {
+        fs::write(&path, bytes).unwrap();
+        let mut part = Part::open(&path, 5, 4, false).unwrap();
+        assert_eq!(part.missing(), [1, 3]);
+        part.append(3, &Outcome::Incomplete).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), whole);
+    }
+    for (bytes, parts) in [(&whole[..], "of another sweep"), (b"something else", "no unfinished data set")] {
+        fs::write(&path, bytes).unwrap();
+        let message = Part::open(&path, 6, 4, false).unwrap_err().to_string();
+        assert!(message.contains(parts) && message.contains("--force"), "{message}");
+        assert_eq!(fs::read(&path).unwrap(), bytes, "untouched");
+    }
+    let part = Part::open(&path, 6, 4, true).unwrap();
+    assert_eq!(part.missing(), [0, 1, 2, 3]);
+    // A header that was cut off is nobody's.
+    fs::write(&path, b"wstac").unwrap();
+    drop(part);
+    Part::open(&path, 6, 4, false).unwrap().remove().unwrap();
+    assert!(!path.exists());
+}
+
+#[test]
+fn fingerprints_tell_sweeps_and_configurations_apart() {
+    let default = Config::default();
+    let of = |text| fingerprint(&sweep(text), &default);
+    assert_eq!(of(""), of("# only words\nslides = 100"));
+    let other = Config::parse("[trigger]\nwindow = 6").unwrap();
+    let all = [of(""), of("slides = 99"), of("[scene]\nnoise = 2"), of("seed = 2"), fingerprint(&sweep(""), &other)];
+    for (k, one) in all.iter().enumerate() {
+        assert!(!all[..k].contains(one), "{k}");
+    }
+}

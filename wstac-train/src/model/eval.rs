@@ -1,0 +1,217 @@
+//! How good a model is: its answers on samples of a data set, beside the truth where that is known.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use wstac_core::model::Model;
+use wstac_core::model::file::{INPUTS, Task};
+use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
+
+use super::npz::{Array, Npz};
+use wstac_host::error::Error;
+
+/// Most samples of a data set, most different labels, and longest label.
+const MOST_SAMPLES: u64 = 1 << 24;
+const MOST_LABELS: usize = 1024;
+const LONGEST_LABEL: usize = 1024;
+
+/// A model's answers.
+#[derive(Clone, Debug)]
+pub struct Answers {
+    /// Labels of the model's classes.
+    pub labels: Vec<String>,
+    /// A class for each sample.
+    pub predictions: Vec<u8>,
+    /// What is true, where that is known.
+    pub truth: Option<Truth>,
+}
+
+/// What samples are.
+#[derive(Clone, Debug)]
+pub struct Truth {
+    /// The arrays that say so.
+    pub from: String,
+    /// Labels, those of the model's classes first.
+    pub labels: Vec<String>,
+    /// The number of a label for each sample.
+    pub numbers: Vec<u16>,
+    /// For each class the number of the label that is right for it.
+    pub of_class: Vec<u16>,
+}
+
+impl Truth {
+    /// Labels that samples have.
+    pub fn found(&self) -> impl Iterator<Item = &str> {
+        let found = |number: usize| self.numbers.iter().any(|&found| usize::from(found) == number);
+        self.labels.iter().enumerate().filter(move |(number, _)| found(*number)).map(|(_, label)| label.as_str())
+    }
+
+    /// Whether there are samples, and none has a label that is right for a class.
+    pub fn is_of_others(&self) -> bool {
+        !self.numbers.is_empty() && !self.numbers.iter().any(|number| self.of_class.contains(number))
+    }
+}
+
+impl Answers {
+    /// How many answers are right.
+    pub fn right(&self) -> Option<usize> {
+        let truth = self.truth.as_ref()?;
+        let both = self.predictions.iter().zip(&truth.numbers);
+        Some(
+            both.filter(|(class, truth_number)| truth.of_class.get(usize::from(**class)) == Some(*truth_number))
+                .count(),
+        )
+    }
+}
+
+/// Answers of a model for the samples of an `.npz` file.
+///
+/// # Errors
+/// What of the file cannot be used.
+pub fn answers(model: &Model, path: &Path) -> Result<Answers, Error> {
+    let npz = Npz::open(path)?;
+    let predictions = predictions(model, &npz)?;
+    let labels: Vec<String> = (0..model.labels().len())
+        .filter_map(|class| model.labels().get(class))
+        .map(|label| label.to_string())
+        .collect();
+    let truth = truth(&npz, model.task(), &labels, predictions.len())?;
+    Ok(Answers { labels, predictions, truth })
+}
+
+fn predictions(model: &Model, npz: &Npz) -> Result<Vec<u8>, Error> {
+    let mut array = npz.array("X")?;
+    let n = match array.shape[..] {
+        [n, features, frames] if features == FEATURES as u64 && frames == SAMPLE_FRAMES as u64 => n,
+        [n, inputs] if inputs == INPUTS as u64 => n,
+        _ => return Err(npz.error("X", format_args!("shape {:?}, expected (n, 10, 70) or (n, 700)", array.shape))),
+    };
+    if array.descr != "<i2" {
+        let message = format!("type {}, expected <i2: int16 in units of 1/2048, as wstac dataset writes", array.descr);
+        return Err(npz.error("X", message));
+    }
+    if n > MOST_SAMPLES {
+        return Err(npz.error("X", format_args!("{n} samples, expected at most {MOST_SAMPLES}")));
+    }
+    let mut predictions = Vec::new();
+    let mut bytes = [0; 2 * INPUTS];
+    let mut sample = [0; INPUTS];
+    for _ in 0..n {
+        array.read(&mut bytes).map_err(|error| npz.error("X", error))?;
+        for (input, bytes) in bytes.as_chunks::<2>().0.iter().enumerate() {
+            sample[super::trained::file_order(input, SAMPLE_FRAMES)] = i16::from_le_bytes(*bytes);
+        }
+        predictions.push(model.classify(&sample));
+    }
+    Ok(predictions)
+}
+
+/// The true labels, from the first array that fits the model's task.
+fn truth(npz: &Npz, task: Task, classes: &[String], n: usize) -> Result<Option<Truth>, Error> {
+    let arrays: &[&str] = match task {
+        Task::Other => &["y"],
+        Task::Specimen => &["y", "y_specimen"],
+        Task::Pattern => &["y", "y_pattern"],
+        Task::Depth => &["y", "y_depth"],
+    };
+    let has = |array: &str| npz.names().any(|name| name == array);
+    if let Some(array) = arrays.iter().find(|array| has(array)) {
+        return compare(npz, array, classes.to_vec(), n).map(Some);
+    }
+    if task == Task::Specimen && has("y_pattern") {
+        let patterns = classes.iter().map(|label| pattern_and_depth(label).0.to_owned()).collect();
+        return compare(npz, "y_pattern", patterns, n).map(Some);
+    }
+    if task == Task::Specimen && has("y_depth") {
+        let depths = classes.iter().map(|label| pattern_and_depth(label).1.to_owned()).collect();
+        return compare(npz, "y_depth", depths, n).map(Some);
+    }
+    Ok(None)
+}
+
+/// A specimen's pattern and depth.
+fn pattern_and_depth(label: &str) -> (&str, &str) {
+    if label == "Sphere" { (label, "") } else { label.split_at_checked(3).unwrap_or((label, "")) }
+}
+
+/// The truth of an array, for classes whose right label is `right`.
+fn compare(npz: &Npz, name: &str, right: Vec<String>, n: usize) -> Result<Truth, Error> {
+    let mut array = npz.array(name)?;
+    if array.shape != [n as u64] {
+        return Err(npz.error(name, format_args!("shape {:?}, expected ({n},) as of X", array.shape)));
+    }
+    let (mut labels, mut known) = (Vec::new(), HashMap::new());
+    let mut number = |label: String| {
+        *known.entry(label).or_insert_with_key(|label| {
+            labels.push(label.clone());
+            labels.len() as u16 - 1
+        })
+    };
+    let of_class = right.into_iter().map(&mut number).collect();
+    let text = Text::of(&array).ok_or_else(|| {
+        npz.error(name, format_args!("type {}, expected integers, float64 or text (<U)", array.descr))
+    })?;
+    let mut bytes = vec![0; text.bytes()];
+    let mut numbers = Vec::new();
+    for _ in 0..n {
+        array.read(&mut bytes).map_err(|error| npz.error(name, error))?;
+        let this = number(text.read(&bytes));
+        if usize::from(this) >= MOST_LABELS {
+            return Err(npz.error(name, format_args!("expected at most {MOST_LABELS} different labels")));
+        }
+        numbers.push(this);
+    }
+    Ok(Truth { from: name.to_owned(), labels, numbers, of_class })
+}
+
+/// How an element becomes a label.
+enum Text {
+    Unicode(usize),
+    Integer { bytes: usize, signed: bool },
+    Float,
+}
+
+impl Text {
+    fn of(array: &Array) -> Option<Self> {
+        let descr = array.descr.trim_start_matches(['<', '|']);
+        let (kind, size) = descr.split_at_checked(1)?;
+        let size: usize = size.parse().ok()?;
+        match (kind, size) {
+            ("U", 1..=LONGEST_LABEL) => Some(Self::Unicode(size)),
+            ("i" | "u", 1 | 2 | 4 | 8) => Some(Self::Integer { bytes: size, signed: kind == "i" }),
+            ("b", 1) => Some(Self::Integer { bytes: 1, signed: false }),
+            ("f", 8) => Some(Self::Float),
+            _ => None,
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        match self {
+            Self::Unicode(points) => 4 * points,
+            Self::Integer { bytes, .. } => *bytes,
+            Self::Float => 8,
+        }
+    }
+
+    fn read(&self, bytes: &[u8]) -> String {
+        let mut eight = [0; 8];
+        match self {
+            Self::Unicode(_) => {
+                let points = bytes.as_chunks::<4>().0.iter().map(|point| u32::from_le_bytes(*point));
+                let characters = points.map(|point| char::from_u32(point).unwrap_or(char::REPLACEMENT_CHARACTER));
+                let text: String = characters.collect();
+                text.trim_end_matches('\0').to_owned()
+            }
+            Self::Integer { bytes: count, signed } => {
+                let negative = *signed && bytes.last().is_some_and(|byte| byte & 0x80 != 0);
+                eight.fill(if negative { 0xFF } else { 0 });
+                eight[..*count].copy_from_slice(bytes);
+                if *signed { i64::from_le_bytes(eight).to_string() } else { u64::from_le_bytes(eight).to_string() }
+            }
+            Self::Float => {
+                eight.copy_from_slice(bytes);
+                f64::from_le_bytes(eight).to_string()
+            }
+        }
+    }
+}

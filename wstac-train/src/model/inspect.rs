@@ -1,0 +1,126 @@
+//! What is in a model file.
+
+use serde::Serialize;
+use wstac_core::model::Model;
+use wstac_core::model::file::HEADER_HALVES;
+use wstac_core::model::trees::{LEFT_LEAF, RIGHT_LEAF, SAME};
+
+/// What a model file holds.
+#[derive(Clone, Debug, Serialize)]
+pub struct Inspected {
+    /// How it decides.
+    pub kind: &'static str,
+    /// What weights or leaves are.
+    pub numbers: &'static str,
+    /// What it tells apart.
+    pub task: &'static str,
+    /// Labels of its classes.
+    pub labels: Vec<String>,
+    /// Frames of the sample that it needs.
+    pub frames: u8,
+    /// Bytes of flash or memory that it takes.
+    pub bytes: usize,
+    /// Weighted sums; none in trees.
+    pub rows: Option<u16>,
+    /// Trees, where there are any.
+    pub trees: Option<Trees>,
+    /// What its trainer wrote.
+    pub training: String,
+}
+
+/// What trees hold, and how much work they are.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Trees {
+    /// Trees.
+    pub count: usize,
+    /// Splits of all trees.
+    pub splits: usize,
+    /// Splits from root to leaf, of the deepest tree.
+    pub depth: usize,
+    /// Splits visited for a sample, at most.
+    pub visits_worst: usize,
+    /// Splits visited for a sample where each leaf of a tree is as likely as any other.
+    pub visits_mean: f64,
+}
+
+/// What is in a model file that has been checked.
+pub fn inspect(model: &Model, words: &[u32]) -> Inspected {
+    let half = |at: usize| half(words, at);
+    let long = |at: usize| usize::from(half(at)) | usize::from(half(at + 1)) << 16;
+    let (kind, trees) = match model {
+        Model::LinearSvm(_) if half(6) == 1 => ("linear, one against the rest", None),
+        Model::LinearSvm(_) => ("linear, one against one", None),
+        Model::Forest(_) => ("forest", Some(HEADER_HALVES + 4 + long(HEADER_HALVES + 2))),
+        Model::Boosted(_) => ("boosted trees", Some(HEADER_HALVES + 3 + 3 * usize::from(half(HEADER_HALVES)))),
+    };
+    // Halves of a node with one leaf.
+    let single = match model {
+        Model::Boosted(_) if half(7) == 3 => 4,
+        Model::Boosted(_) => 3,
+        _ => 2,
+    };
+    Inspected {
+        kind,
+        numbers: match half(7) {
+            1 => "int8",
+            2 => "int16",
+            3 => "float32",
+            _ => "votes",
+        },
+        task: wstac_host::texture::task_name(model.task()),
+        labels: (0..model.labels().len())
+            .filter_map(|class| model.labels().get(class))
+            .map(|label| label.to_string())
+            .collect(),
+        frames: model.frames(),
+        bytes: 4 * words.len(),
+        rows: trees.is_none().then(|| half(HEADER_HALVES)),
+        trees: trees.map(|start| count(words, start, usize::from(half(11)), single)),
+        training: model.labels().training().to_string(),
+    }
+}
+
+/// A half of a file; a leaf's node beyond the end.
+fn half(words: &[u32], at: usize) -> u16 {
+    words.get(at / 2).map_or(LEFT_LEAF | RIGHT_LEAF, |word| (word >> (16 * (at % 2))) as u16)
+}
+
+/// Flags of a forest's node whose leaves are the same.
+const TWICE: u16 = LEFT_LEAF | RIGHT_LEAF | SAME;
+
+fn count(words: &[u32], mut at: usize, trees: usize, single: usize) -> Trees {
+    let half = |at: usize| half(words, at);
+    let shift = half(14);
+    let mut all = Trees { count: trees, ..Trees::default() };
+    for _ in 0..trees {
+        let start = at + 1;
+        at = start + (usize::from(half(at)) << shift);
+        let (mut deepest, mut leaves, mut depths) = (0, 0_usize, 0_usize);
+        // The check before has seen that this ends.
+        let mut waiting = vec![(start, 1)];
+        while let Some((node, depth)) = waiting.pop() {
+            if single == 2 && half(node) & TWICE == TWICE {
+                // A leaf that is no part of its parent.
+                (leaves, depths, deepest) = (leaves + 1, depths + depth - 1, deepest.max(depth - 1));
+                continue;
+            }
+            all.splits += 1;
+            let (left, right) = (half(node) & LEFT_LEAF != 0, half(node) & RIGHT_LEAF != 0);
+            let ends = usize::from(left) + usize::from(right);
+            leaves += ends;
+            depths += ends * depth;
+            deepest = deepest.max(depth);
+            match (left, right) {
+                (true, true) => {}
+                (false, false) => {
+                    waiting.extend([(node + 3, depth + 1), (node + (usize::from(half(node + 2)) << shift), depth + 1)]);
+                }
+                _ => waiting.push((node + single, depth + 1)),
+            }
+        }
+        all.depth = all.depth.max(deepest);
+        all.visits_worst += deepest;
+        all.visits_mean += depths as f64 / leaves.max(1) as f64;
+    }
+    all
+}

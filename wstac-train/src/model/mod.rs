@@ -1,0 +1,136 @@
+//! Texture models from their trainers' files to the model file that the core reads, what is in one, and how good it is.
+//!
+//! [`mod@file`] is what other programs need. Hidden beside it: `trained` is what every reader makes, `write` makes a model file of it,
+//! `inspect` and `eval` read one.
+
+#[doc(hidden)]
+pub mod eval;
+mod exact;
+#[doc(hidden)]
+pub mod inline;
+#[doc(hidden)]
+pub mod inspect;
+mod integers;
+pub(crate) mod npz;
+mod onnx;
+#[doc(hidden)]
+pub mod trained;
+mod ubjson;
+#[doc(hidden)]
+pub mod write;
+mod xgboost;
+
+use std::path::Path;
+
+use wstac_core::model::file::Task;
+
+use inline::Source;
+use trained::Trained;
+use write::{Options, Written, write};
+use wstac_host::error::Error;
+use wstac_host::model_file::file_bytes;
+use wstac_host::texture::pattern_and_depth;
+
+/// What a user may say about a model beyond its file.
+#[derive(Clone, Debug, Default)]
+#[doc(hidden)]
+pub struct Import {
+    /// Names of classes, for files that have none.
+    pub labels: Option<Vec<String>>,
+    /// What the model tells apart, where its labels do not show it.
+    pub task: Option<Task>,
+    /// What to say about the training, beside the file's name and its trainer's.
+    pub note: Option<String>,
+    /// How real numbers become integers.
+    pub options: Options,
+}
+
+/// A trained model from its trainer's file.
+///
+/// # Errors
+/// What of the file cannot be used.
+#[doc(hidden)]
+pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error> {
+    let bytes = file_bytes(path)?;
+    import_bytes(&name(path), bytes, wanted).map_err(|why| Error::new(path.display(), why))
+}
+
+/// A trained model from what is in its trainer's file; `name` is that file's.
+///
+/// # Errors
+/// What cannot be used, without the name.
+#[doc(hidden)]
+pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, Written), String> {
+    let (model, tool) = trained(bytes, wanted)?;
+    let mut facts = serde_json::json!({ "file": name, "trainer": tool });
+    if let Some(note) = &wanted.note {
+        facts["note"] = note.as_str().into();
+    }
+    let written = write(&model, &facts.to_string(), wanted.options)?;
+    Ok((model, written))
+}
+
+/// Rust that answers as a trained model does, from its trainer's file.
+///
+/// # Errors
+/// What of the file cannot be used.
+#[doc(hidden)]
+pub fn import_inline(path: &Path, wanted: &Import) -> Result<(Trained, Source), Error> {
+    let made = trained(file_bytes(path)?, wanted).and_then(|(model, tool)| {
+        let mut source = inline::source(&model, &name(path), &tool, wanted.options)?;
+        source.exactness += &integers::hints(&model);
+        Ok((model, source))
+    });
+    made.map_err(|why| Error::new(path.display(), why))
+}
+
+/// A trained model, and what trained it.
+fn trained(bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, String), String> {
+    let (mut model, tool) = read(&bytes, wanted.labels.clone())?;
+    drop(bytes);
+    model.task = wanted.task.unwrap_or(model.task);
+    check_labels(&model)?;
+    Ok((model, tool))
+}
+
+/// Refuses labels that are empty, stand twice, or are none of the task.
+fn check_labels(model: &Trained) -> Result<(), String> {
+    for (number, label) in model.labels.iter().enumerate() {
+        if label.trim() != label || label.is_empty() {
+            return Err(format!("label {label:?} of class {number}, expected a name without blanks around it"));
+        }
+        if model.labels[..number].contains(label) {
+            return Err(format!("label {label:?} stands twice, expected a name of its own for each class"));
+        }
+        let (expected, is_good) = match model.task {
+            Task::Specimen => ("a specimen, such as Saw3", label == "Sphere" || pattern_and_depth(label).1.is_some()),
+            Task::Depth => ("a depth in mm", label.parse::<f64>().is_ok_and(f64::is_finite)),
+            Task::Pattern | Task::Other => ("", true),
+        };
+        if !is_good {
+            return Err(format!("label {label:?} of class {number}, expected {expected}: that is the task"));
+        }
+    }
+    Ok(())
+}
+
+/// The name of a file, without its folder.
+fn name(path: &Path) -> String {
+    path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+}
+
+/// A model, and what trained it; the kind of file is told by what is in it.
+fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained, String), String> {
+    let start = bytes.trim_ascii_start();
+    match start {
+        [] => Err("is empty, expected a model".into()),
+        [b'W', b'S', b'M', _, ..] => Err("is a model file already, expected one of XGBoost or ONNX".into()),
+        // An object of UBJSON starts with a key's length, one of JSON with a quotation mark.
+        [b'{', b'i' | b'U' | b'I' | b'l' | b'L' | b'#' | b'$' | b'N', ..] => {
+            let file = ubjson::from_slice(start).map_err(|error| format!("UBJSON: {error}"))?;
+            xgboost::read(file, labels)
+        }
+        [b'{', ..] => xgboost::read(xgboost::from_json(start)?, labels),
+        _ => onnx::read(bytes, labels),
+    }
+}
