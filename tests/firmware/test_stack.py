@@ -251,7 +251,7 @@ class Numbers(unittest.TestCase):
     def test_every_row_has_one_budget(self):
         most = stack.budgets()
         self.assertGreater(len(most), 50)
-        self.assertEqual((most["grey"], most["grey.new"]), (1024, 3584))
+        self.assertEqual((most["gray"], most["gray.new"]), (1024, 3584))
 
 
 if __name__ == "__main__":
