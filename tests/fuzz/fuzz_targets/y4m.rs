@@ -9,7 +9,6 @@ use wstac_core::layout::Layout;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::Camera;
-use wstac_core::trigger::TriggerConfig;
 use wstac_linux::source::y4m::Y4m;
 use wstac_linux::source::{Item, Source};
 
@@ -22,14 +21,14 @@ fuzz_target!(|data: &[u8]| {
     let mut pipeline = Layout::paper(info.size)
         .and_then(|layout| Camera::new(green, layout, info.rate))
         .and_then(|camera| camera.with_bytes_per_row(info.bytes_per_row))
-        .and_then(|camera| Pipeline::<Any>::new(camera, 0.5, TriggerConfig::default()))
+        .and_then(|camera| Pipeline::builder(camera).build())
         .ok();
     // Every frame takes at least its line of six bytes.
     for _ in 0..=data.len() {
         match source.next() {
             Ok(Item::Frame { bytes, .. }) => {
                 if let Some(pipeline) = &mut pipeline {
-                    pipeline.push_frame(bytes).expect("a frame of the size that the header says");
+                    let _ = pipeline.push_frame(bytes).expect("a frame of the size that the header says");
                 }
             }
             Ok(Item::Taxels(_) | Item::Lost { .. } | Item::Fault(_) | Item::Waiting) => {}

@@ -8,7 +8,6 @@ use wstac_core::rate::FrameRate;
 use wstac_core::speed::{self, SpeedConfig};
 use wstac_core::stream::FeatureStream;
 use wstac_core::taxels::Camera;
-use wstac_core::trigger::TriggerConfig;
 
 use super::specimen::Specimen;
 use super::surface::Surface;
@@ -41,11 +40,11 @@ fn one(slide: Slide, seed: u64, size: (u32, u32)) -> Script {
 /// The events of a scene, through the whole core.
 fn events(script: &Script) -> Vec<Answer> {
     let camera = Camera::new(Grey, Layout::paper(script.sensor.size).unwrap(), script.sensor.rate).unwrap();
-    let mut pipeline: Pipeline = Pipeline::new(camera, 0.5, TriggerConfig::default()).unwrap();
+    let mut pipeline = Pipeline::builder(camera).build().unwrap();
     let config = SpeedConfig::paper(script.sensor.rate);
     let (mut scene, mut answers) = (Scene::new(script).unwrap(), Vec::new());
     while let Some(Shot::Frame(frame)) = scene.next_shot() {
-        let Some(event) = pipeline.push_frame(frame).unwrap() else { continue };
+        let Some(event) = pipeline.push_frame(frame).unwrap().event() else { continue };
         let direction = direction::direction(&event);
         answers.push(Answer {
             frame: event.frame,
@@ -55,8 +54,9 @@ fn events(script: &Script) -> Vec<Answer> {
             confidence: direction.confidence(),
         });
     }
-    assert!(pipeline.finish().is_none());
-    assert!(pipeline.end().incomplete.is_none());
+    let finished = pipeline.finish();
+    assert!(finished.event().is_none());
+    assert!(finished.end().incomplete.is_none());
     answers
 }
 

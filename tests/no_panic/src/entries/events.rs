@@ -5,6 +5,9 @@ use wstac_core::direction::{self, Direction, Heading};
 use wstac_core::error::Error;
 use wstac_core::features::Features;
 use wstac_core::following::Follow;
+use wstac_core::green::grey::Grey;
+use wstac_core::ln::fixed::Fixed;
+use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
 use wstac_core::speed::{self, Duration, Law, NoSpeed, Speed, SpeedConfig, ThresholdOn};
@@ -28,6 +31,7 @@ entries! {
     finish<'a>(trigger: &'a mut Trigger) -> Option<Event<'a>> { trigger.finish() }
     end(trigger: &Trigger) -> StreamEnd { trigger.end() }
     next(trigger: &Trigger) -> u64 { trigger.next_frame() }
+    rezero(trigger: &mut Trigger) -> Option<Incomplete> { trigger.rezero() }
     interrupted(trigger: &mut Trigger) -> Option<Incomplete> { trigger.take_interrupted() }
     recent<'a>(trigger: &'a Trigger) -> (u64, Sample<'a>) { trigger.recent() }
     baseline(trigger: &Trigger) -> Option<&Baseline> { trigger.baseline() }
@@ -46,6 +50,11 @@ entries! {
         trigger.push_then_lose(features, patched, lost)
     }
     finish_following<'a>(trigger: &'a mut Trigger<Follow>) -> Option<Event<'a>> { trigger.finish() }
+    push_frame<'a>(pipeline: &'a mut Pipeline<Grey, Fixed, Follow>, bytes: &[u8]) -> Result<Update<'a>, Error> {
+        pipeline.push_frame(bytes)
+    }
+    rezero_following(pipeline: &mut Pipeline<Grey, Fixed, Follow>) -> Option<Incomplete> { pipeline.rezero() }
+    rezero_chosen(trigger: &mut Trigger<Option<Follow>>) -> Option<Incomplete> { trigger.rezero() }
     push_chosen<'a>(trigger: &'a mut Trigger<Option<Follow>>, features: Features, patched: bool, lost: u64) -> Option<Event<'a>> {
         trigger.push_then_lose(features, patched, lost)
     }

@@ -2,6 +2,7 @@
 
 use wstac_core::early::{Beginning, Early};
 use wstac_core::features::Features;
+use wstac_core::pipeline::Update;
 use wstac_core::sample::Sample;
 use wstac_core::trigger::Trigger;
 
@@ -14,6 +15,7 @@ entries! {
     frames(sample: Sample<'_>) -> usize { sample.frames().count() }
     new_early(frames: u8) -> Early { Early::new(frames) }
     early_take<'a>(early: &mut Early, trigger: &'a Trigger) -> Option<Beginning<'a>> { early.take(trigger) }
+    prefix<'a>(update: &Update<'a>, frames: u8) -> Option<Beginning<'a>> { update.prefix(frames) }
     beginning_flat(beginning: &Beginning<'_>) -> [i16; 700] { beginning.flat() }
     beginning_copy_to(beginning: &Beginning<'_>, flat: &mut [i16; 700]) -> () { beginning.copy_to(flat) }
 }
