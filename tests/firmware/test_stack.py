@@ -61,6 +61,17 @@ class Taken(unittest.TestCase):
         self.assertEqual(use(code).bytes, 12)
         self.assertTrue(use(code).returns)
 
+    def test_registers_read_and_written_at_a_stack_pointer_that_stays(self):
+        code = """
+            00000000 <f>:
+            0: sub sp, #16
+            2: stmia.w sp, {r0, r1, r2, r3}
+            6: ldmia.w sp, {r0, r1, r2, r3}
+            a: add sp, #16
+            c: bx lr
+        """
+        self.assertEqual(use(code).bytes, 16)
+
     def test_a_large_frame_of_a_cortex_m0(self):
         code = """
             00000000 <f>:
@@ -93,7 +104,7 @@ class Taken(unittest.TestCase):
                 self.assertEqual(use(code).bytes, 72)
 
     def test_an_unknown_change_is_an_error(self):
-        for code in ("mov sp, r4", "add sp, r6", "bic.w sp, sp, #7", "ldr sp, [r0]", "sub.w sp, sp, r4", "msr MSP, r0", "ldm sp!, {r4}", "sub.w sp, r4, #8"):
+        for code in ("mov sp, r4", "add sp, r6", "bic.w sp, sp, #7", "ldr sp, [r0]", "sub.w sp, sp, r4", "msr MSP, r0", "ldm sp!, {r4}", "ldmia.w sp, {r4, sp}", "sub.w sp, r4, #8"):
             with self.subTest(code), self.assertRaisesRegex(Unclear, code.split()[-1]):
                 use(f"00000000 <f>:\n0: {code}\n4: bx lr")
 
