@@ -252,12 +252,19 @@ class Numbers(unittest.TestCase):
     def test_what_makes_something_is_a_row_of_its_own(self):
         rows = [stack.row_of(entry) for entry in ("gray.new_camera", "gray.push_frame", "trigger.new", "trigger.next", "trigger.newest")]
         self.assertEqual(rows, ["gray.new", "gray", "trigger.new", "trigger", "trigger"])
+        rows = [stack.row_of(entry) for entry in ("gray.restart", "following.rezero_following", "any.set_trigger", "gray.set_floor", "gray.restarted")]
+        self.assertEqual(rows, ["gray.restart", "following.restart", "any.restart", "gray", "gray"])
 
     def test_more_than_the_budget_no_budget_and_no_entry_point_are_problems(self):
         most = {"a": 100, "gone": 8}
         found = stack.problems({"a": {"M0": 104, "M3": 100}, "new": {"M0": 8}}, most)
         self.assertEqual(found, ["new: no budget, found {'M0': 8}", "gone: a budget, but no entry point", "a, M0: 104 bytes, at most 100"])
         self.assertEqual(stack.problems({"a": {"M0": 100}, "gone": {"M0": 0}}, most), [])
+
+    def test_a_pattern_is_for_rows_without_a_budget_of_their_own(self):
+        most = {"a.x": 10, "*.x": 20, "*.y": 30}
+        found = stack.problems({"a.x": {"M0": 11}, "b.x": {"M0": 20}, "c.x": {"M0": 21}}, most)
+        self.assertEqual(found, ["*.y: a budget, but no entry point", "a.x, M0: 11 bytes, at most 10", "c.x, M0: 21 bytes, at most 20"])
 
     def test_every_row_has_one_budget(self):
         most = stack.budgets()
