@@ -57,7 +57,7 @@ pub(crate) fn sent(scene: &str, models: &[ModelFile], all: bool) -> Sent {
     board.hello(&info);
     loop {
         let frame = match source.next_event().unwrap() {
-            SourceEvent::Frame { bytes, .. } => stream.push_frame(bytes).unwrap(),
+            SourceEvent::Frame(Frame { bytes, .. }) => stream.push_frame(bytes).unwrap(),
             SourceEvent::Taxels(sums) => stream.push_taxels(&sums),
             SourceEvent::Lost { frames, .. } => {
                 board.dropped += frames;

@@ -9,7 +9,8 @@ use wstac_core::rate::FrameRate;
 use wstac_host::camera::{CameraState, LockedControl};
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::reading::{Reading, Wanted};
+use wstac_host::session::Processor;
+use wstac_host::output::OutputOptions;
 use wstac_host::record::Recorder;
 use wstac_host::record::about::About;
 use wstac_host::source::mcap::McapSource;
@@ -28,10 +29,10 @@ enum Owned {
 impl Owned {
     fn of(item: &SourceEvent<'_>) -> Self {
         match item {
-            SourceEvent::Frame { bytes, timestamp, sequence, encoded } => {
+            SourceEvent::Frame(Frame { bytes, timestamp, sequence, encoded, .. }) => {
                 Self::Frame(bytes.to_vec(), *timestamp, *sequence, encoded.map(<[u8]>::to_vec))
             }
-            SourceEvent::Lost { frames, why } => Self::Lost(*frames, why),
+            SourceEvent::Lost { frames, reason } => Self::Lost(*frames, why),
             SourceEvent::Fault(fault) => Self::Fault(fault.clone()),
             SourceEvent::End => Self::End,
             SourceEvent::Taxels(_) | SourceEvent::Waiting => panic!("not in these streams"),
@@ -83,7 +84,7 @@ fn info(format: PixelFormat, bytes_per_row: u32) -> StreamInfo {
 fn again(folder: &Folder, info: &StreamInfo, items: &[Owned]) -> (Vec<Owned>, StreamInfo) {
     let (path, config) = (folder.0.join("a.mcap"), Config::default());
     let _ = std::fs::remove_file(&path);
-    let mut reading = Reading::new(info, &config, Wanted { features: true, samples: false }).unwrap();
+    let mut reading = Processor::new(info, &config, OutputOptions { features: true, samples: false }).unwrap();
     let about = About::new(info, &config, [("specimen".into(), "Saw3".into())].into(), Vec::new()).unwrap();
     let mut recorder = Recorder::new(File::create_new(&path).unwrap(), &path, &about, &reading).unwrap();
     for item in items {

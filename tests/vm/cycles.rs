@@ -42,7 +42,7 @@ fn frame(source: &mut CameraSource) -> Vec<&'static str> {
     let mut faults = Vec::new();
     loop {
         match source.next_event().expect("a camera that goes on") {
-            SourceEvent::Frame { .. } => return faults,
+            SourceEvent::Frame(_) => return faults,
             SourceEvent::Fault(fault) => faults.push(fault.kind),
             _ => {}
         }

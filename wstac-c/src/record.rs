@@ -6,8 +6,9 @@ use std::ptr;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 
 use super::status::c_string;
-use wstac_host::reading::{Completeness, EventRecord, FaultRecord, IncompleteRecord, Record, units};
-use wstac_host::texture::TextureRecord;
+use wstac_host::output::{FaultReport, Output, TactileEvent};
+use wstac_core::trigger::InterruptedSample;
+use wstac_host::texture::Texture;
 
 /// Features of a frame: five rows, then five columns.
 pub const WSTAC_FEATURES: usize = 10;
@@ -161,37 +162,37 @@ impl Given {
     }
 
     /// A record for C. What the one before it points to is freed.
-    pub(super) fn record(&mut self, record: &Record) -> WstacRecord {
+    pub(super) fn record(&mut self, record: &Output) -> WstacRecord {
         *self = Self::default();
         match record {
-            Record::Features { frame, f } => {
+            Output::Features { frame, f } => {
                 WstacRecord { kind: WstacKind::Features, frame: *frame, features: f.map(units), ..EMPTY }
             }
-            Record::Event(event) => WstacRecord {
+            Output::Event(event) => WstacRecord {
                 kind: WstacKind::Event,
                 frame: event.frame,
                 event: self.event(event),
                 texture: event.texture.as_ref().map_or(NO_TEXTURE, |texture| self.texture(texture)),
                 ..EMPTY
             },
-            Record::Texture(early) => WstacRecord {
+            Output::EarlyTexture(early) => WstacRecord {
                 kind: WstacKind::Texture,
                 frame: early.frame,
                 texture: self.texture(&early.texture),
                 frames: u32::from(early.frames),
                 ..EMPTY
             },
-            Record::Incomplete(IncompleteRecord { frame, frames }) => {
+            Output::Interrupted(InterruptedSample { frame, frames }) => {
                 WstacRecord { kind: WstacKind::Incomplete, frame: *frame, frames: u32::from(*frames), ..EMPTY }
             }
-            Record::Fault(FaultRecord { frame, fault, message }) => WstacRecord {
+            Output::Fault(FaultReport { frame, fault, message }) => WstacRecord {
                 kind: WstacKind::Fault,
                 frame: *frame,
                 fault: self.keep(fault),
                 message: self.keep(message),
                 ..EMPTY
             },
-            Record::End(end) => WstacRecord {
+            Output::End(end) => WstacRecord {
                 kind: WstacKind::End,
                 frame: end.frames,
                 end: WstacEnd {
@@ -205,7 +206,7 @@ impl Given {
         }
     }
 
-    fn event(&mut self, event: &EventRecord) -> WstacEvent {
+    fn event(&mut self, event: &TactileEvent) -> WstacEvent {
         if let Some(features) = &event.sample {
             let frame =
                 |t: usize| std::array::from_fn(|k| features.get(k).and_then(|f| f.get(t)).map_or(0, |x| units(*x)));
@@ -226,7 +227,7 @@ impl Given {
         }
     }
 
-    fn texture(&mut self, texture: &TextureRecord) -> WstacTexture {
+    fn texture(&mut self, texture: &Texture) -> WstacTexture {
         WstacTexture {
             specimen: self.keep_any(texture.specimen.as_deref()),
             pattern: self.keep_any(texture.pattern.as_deref()),

@@ -9,7 +9,8 @@ use crate::open_source;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
-use wstac_host::reading::{Reading, Record, Wanted};
+use wstac_host::session::Processor;
+use wstac_host::output::{Output, OutputOptions};
 use wstac_host::source::{Source, SourceEvent, StreamInfo, config_of};
 use wstac_host::texture::Textures;
 
@@ -53,11 +54,11 @@ enum Phase {
 /// What a handle is.
 pub struct Sensor {
     /// Dropped before the models that it borrows: fields are dropped in order.
-    reading: Reading<'static>,
+    reading: Processor<'static>,
     _models: Models,
     /// Nothing where frames are pushed.
     source: Option<Box<dyn Source>>,
-    waiting: VecDeque<Record>,
+    waiting: VecDeque<Output>,
     /// Why the source cannot be read any further.
     error: Option<Error>,
     phase: Phase,
@@ -91,8 +92,8 @@ impl Sensor {
         let models = Models::new(options.models);
         // SAFETY: the reading that borrows them is dropped before them.
         let textures = Textures::new(unsafe { models.files() }).map_err(|error| failed(WstacStatus::Model, error))?;
-        let wanted = Wanted { features: options.features, samples: true };
-        let reading = Reading::new(info, config, wanted).map_err(|error| failed(WstacStatus::Config, error))?;
+        let wanted = OutputOptions { features: options.features, samples: true };
+        let reading = Processor::new(info, config, wanted).map_err(|error| failed(WstacStatus::Config, error))?;
         Ok(Self {
             reading: reading.with_textures(textures),
             _models: models,
@@ -109,7 +110,7 @@ impl Sensor {
         loop {
             if let Some(record) = self.waiting.pop_front() {
                 let mut error = None;
-                if matches!(record, Record::End(_)) {
+                if matches!(record, Output::End(_)) {
                     self.phase = Phase::Ended;
                     error = self.error.take().map(|error| failed(WstacStatus::Source, error));
                 }
@@ -148,7 +149,7 @@ impl Sensor {
             let message = format_args!("frame has {} bytes, expected at least {expected}", bytes.len());
             return Err(failed(WstacStatus::Frame, message));
         }
-        self.take(&SourceEvent::Frame { bytes, timestamp: None, sequence: None, encoded: None })
+        self.take(&SourceEvent::Frame(Frame::new(bytes)))
     }
 
     /// Keeps the place of lost frames.

@@ -14,7 +14,8 @@ use std::thread;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
-use wstac_host::reading::{Reading, Record, Wanted};
+use wstac_host::session::Processor;
+use wstac_host::output::{Output, OutputOptions};
 use wstac_host::source::FramePolicy;
 use wstac_host::source::open::{OpenOptions, open};
 use wstac_host::texture::Textures;
@@ -22,7 +23,7 @@ use wstac_linux::source::Cameras;
 use wstac_scene::source::Scenes;
 
 /// What a sensor's thread says, and which sensor it is.
-type Said = (usize, Result<Record, Error>);
+type Said = (usize, Result<Output, Error>);
 
 fn main() -> Result<(), Error> {
     let given: Vec<String> = std::env::args().skip(1).collect();
@@ -80,12 +81,12 @@ fn read(
     let mut source =
         open(spec, &OpenOptions { delivery: FramePolicy::Newest, ..OpenOptions::default() }, &[&Cameras, &Scenes])?;
     let textures = Textures::new(models)?;
-    let mut reading = Reading::new(source.info(), &Config::default(), Wanted::default())?.with_textures(textures);
+    let mut reading = Processor::new(source.info(), &Config::default(), OutputOptions::default())?.with_textures(textures);
     let give = |record| sender.send((sensor, Ok(record)));
     let no_listener = |_: SendError<Said>| Error::new(spec, "nobody takes its records");
     while !stop.load(Ordering::Relaxed) {
         // Comes back at least once a second, with SourceEvent::Waiting where there is nothing, so that `stop` is seen. A camera
-        // that was unplugged is waited for, which is a Record::Fault and no error.
+        // that was unplugged is waited for, which is a Output::Fault and no error.
         let item = match source.next_event() {
             Ok(item) => item,
             Err(error) => {
@@ -101,18 +102,18 @@ fn read(
 }
 
 /// A line of what a sensor gives.
-fn print(sensor: &str, record: &Record) {
+fn print(sensor: &str, record: &Output) {
     match record {
-        Record::Event(event) => {
+        Output::Event(event) => {
             let speed = event.speed.map_or("no speed".to_owned(), |speed| format!("{} mm/s", speed.mm_s));
             let direction = event.direction.deg.map_or("no direction".to_owned(), |deg| format!("{deg}°"));
             let texture =
                 event.texture.as_ref().and_then(|texture| texture.specimen.as_deref()).unwrap_or("no texture");
             println!("{sensor}: frame {}: {speed}, {direction}, {texture}", event.frame);
         }
-        Record::Fault(fault) => println!("{sensor}: frame {}: {}", fault.frame, fault.message),
-        Record::End(end) => println!("{sensor}: end after {} frames, {} dropped", end.frames, end.dropped),
+        Output::Fault(fault) => println!("{sensor}: frame {}: {}", fault.frame, fault.message),
+        Output::End(end) => println!("{sensor}: end after {} frames, {} dropped", end.frames, end.dropped),
         // Features and early textures come where they are asked for; an incomplete sample has no answers.
-        Record::Features { .. } | Record::Texture(_) | Record::Incomplete(_) => {}
+        Output::Features { .. } | Output::EarlyTexture(_) | Output::Interrupted(_) => {}
     }
 }

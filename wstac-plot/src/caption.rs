@@ -3,8 +3,8 @@
 use wstac_core::speed::{Law, ThresholdOn};
 
 use super::event::Found;
-use wstac_host::reading::EventRecord;
-use wstac_host::texture::TextureRecord;
+use wstac_host::output::TactileEvent;
+use wstac_host::texture::Texture;
 
 /// All of it.
 pub(super) fn caption(found: &Found) -> String {
@@ -29,7 +29,7 @@ pub(super) fn caption(found: &Found) -> String {
     sentences.join(" ")
 }
 
-fn speed(record: &EventRecord, law: Law) -> String {
+fn speed(record: &TactileEvent, law: Law) -> String {
     let law = match law {
         Law::Published { .. } => "logarithmic law",
         Law::Physical { .. } => "physical law",
@@ -45,14 +45,14 @@ fn speed(record: &EventRecord, law: Law) -> String {
     }
 }
 
-fn direction(record: &EventRecord) -> String {
+fn direction(record: &TactileEvent) -> String {
     match record.direction.deg {
         Some(degrees) => format!("direction {degrees}\u{b0} (confidence {})", record.direction.confidence),
         None => format!("no direction ({})", record.why.direction.unwrap_or("unclear")),
     }
 }
 
-fn texture(texture: &TextureRecord) -> String {
+fn texture(texture: &Texture) -> String {
     let mut names: Vec<String> = texture.specimen.iter().chain(&texture.class).cloned().collect();
     if texture.specimen.is_none() {
         names.extend(texture.pattern.clone());

@@ -12,7 +12,8 @@ use wstac_core::trigger::Event;
 
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::reading::{EventRecord, Reading, Record};
+use wstac_host::output::{Output, TactileEvent};
+use wstac_host::session::Processor;
 use wstac_host::source::{Source, SourceEvent, StreamInfo};
 
 /// Feature frames whose taxels are kept: a sample, and those of the longest gap behind it.
@@ -24,7 +25,7 @@ const SATURATED: f32 = 0.98;
 #[derive(Clone, Debug)]
 pub struct Found {
     /// What is said of it, the sample included.
-    pub(super) record: EventRecord,
+    pub(super) record: TactileEvent,
     /// What the source is.
     pub(super) about: String,
     /// Which event of the source it is, from 1.
@@ -92,7 +93,7 @@ impl Recent {
 pub fn find(
     source: &mut dyn Source,
     info: &StreamInfo,
-    reading: &mut Reading<'_>,
+    reading: &mut Processor<'_>,
     config: &Config,
     number: u64,
 ) -> Result<Found, Error> {
@@ -100,10 +101,10 @@ pub fn find(
     loop {
         let item = source.next_event()?;
         let frame = reading.trigger().next_frame();
-        let has_light = matches!(item, SourceEvent::Frame { .. } | SourceEvent::Taxels(_));
+        let has_light = matches!(item, SourceEvent::Frame(_) | SourceEvent::Taxels(_));
         let mut events = Vec::new();
         let goes_on = reading.take(&item, |record| {
-            if let Record::Event(event) = record {
+            if let Output::Event(event) = record {
                 events.push(*event);
             }
             Ok::<(), Error>(())
@@ -131,10 +132,10 @@ pub fn find(
 }
 
 fn gathered(
-    record: EventRecord,
+    record: TactileEvent,
     number: u64,
     info: &StreamInfo,
-    reading: &Reading<'_>,
+    reading: &Processor<'_>,
     config: &Config,
     recent: &Recent,
 ) -> Option<Found> {

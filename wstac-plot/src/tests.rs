@@ -2,7 +2,8 @@
 
 use super::*;
 use wstac_host::config::Config;
-use wstac_host::reading::{Reading, Wanted};
+use wstac_host::session::Processor;
+use wstac_host::output::OutputOptions;
 use wstac_host::source::open::{OpenOptions, open};
 
 /// The first event of a source, and its figure.
@@ -14,7 +15,7 @@ fn figure(source: &str, config: &str) -> (Found, String) {
     )
     .unwrap();
     let (info, config) = (source.info().clone(), Config::parse(config).unwrap());
-    let mut reading = Reading::new(&info, &config, Wanted { features: false, samples: true }).unwrap();
+    let mut reading = Processor::new(&info, &config, OutputOptions { features: false, samples: true }).unwrap();
     let found = find(source.as_mut(), &info, &mut reading, &config, 1).unwrap();
     let text = draw(&found);
     well_formed(&text);
@@ -173,7 +174,7 @@ fn a_source_without_the_event_says_how_many_it_has() {
         )
         .unwrap();
         let (info, config) = (source.info().clone(), Config::default());
-        let mut reading = Reading::new(&info, &config, Wanted { features: false, samples: true }).unwrap();
+        let mut reading = Processor::new(&info, &config, OutputOptions { features: false, samples: true }).unwrap();
         find(source.as_mut(), &info, &mut reading, &config, number).unwrap_err().to_string()
     };
     assert!(failed(2).ends_with("has one event, expected number 2"), "{}", failed(2));

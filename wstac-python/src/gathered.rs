@@ -4,7 +4,7 @@ use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_host::error::Error;
-use wstac_host::reading::{Record, units};
+use wstac_host::output::Output;
 
 use crate::refused;
 
@@ -23,17 +23,17 @@ pub(crate) struct Gathered {
 }
 
 impl Gathered {
-    /// Takes a record. What [`Record::Features`] has becomes numbers, not a line.
-    pub(crate) fn take(&mut self, record: Record) -> Result<(), Error> {
+    /// Takes a record. What [`Output::Features`] has becomes numbers, not a line.
+    pub(crate) fn take(&mut self, record: Output) -> Result<(), Error> {
         let sample = match record {
-            Record::Features { frame, f } => {
+            Output::Features { frame, f } => {
                 self.features.extend(f.map(units));
                 self.numbers.push(frame as i64);
                 return Ok(());
             }
-            Record::Event(mut event) => {
+            Output::Event(mut event) => {
                 let sample = event.sample.take();
-                self.line(&Record::Event(event))?;
+                self.line(&Output::Event(event))?;
                 sample
             }
             other => return self.line(&other),
@@ -44,7 +44,7 @@ impl Gathered {
         Ok(())
     }
 
-    fn line(&mut self, record: &Record) -> Result<(), Error> {
+    fn line(&mut self, record: &Output) -> Result<(), Error> {
         let line = serde_json::to_string(record).map_err(|error| Error::new("record", error))?;
         self.records.push((line, None));
         Ok(())

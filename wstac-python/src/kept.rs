@@ -26,7 +26,7 @@ impl Kept {
         number: u64,
     ) -> Result<(), NoMemory> {
         let (bytes, timestamp) = match item {
-            SourceEvent::Frame { bytes, timestamp, .. } => (*bytes, *timestamp),
+            SourceEvent::Frame(Frame { bytes, timestamp, .. }) => (*bytes, *timestamp),
             SourceEvent::Taxels(_) => (&[][..], None),
             _ => return Ok(()),
         };

@@ -8,7 +8,8 @@ use pyo3::prelude::*;
 use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::params::{COLUMNS, FEATURES, ROWS};
 use wstac_host::error::Error;
-use wstac_host::reading::{Reading, Wanted};
+use wstac_host::session::Processor;
+use wstac_host::output::OutputOptions;
 use wstac_host::source::SourceEvent;
 
 use crate::config::Config;
@@ -33,7 +34,7 @@ pub(crate) struct Pipeline {
 }
 
 struct State {
-    reading: Reading<'static>,
+    reading: Processor<'static>,
     ended: bool,
 }
 
@@ -57,8 +58,8 @@ impl Pipeline {
     ) -> PyResult<Self> {
         let color = stream::color(YcbcrEncoding::default(), matrix, range)?;
         let info = stream::info(format, size, bytes_per_row, rate, color)?;
-        let wanted = Wanted { features: true, samples: true };
-        let reading = Reading::new(&info, &config.0, wanted).map_err(refused)?.with_textures(textures(&models)?);
+        let wanted = OutputOptions { features: true, samples: true };
+        let reading = Processor::new(&info, &config.0, wanted).map_err(refused)?.with_textures(textures(&models)?);
         let frame_bytes = whole_frame(&reading);
         Ok(Self { state: Mutex::new(State { reading, ended: false }), about: info.about, frame_bytes })
     }
@@ -76,7 +77,7 @@ impl Pipeline {
         self.take(py, move |reading, gathered| {
             let mut frames = bytes.chunks_exact(length).take(count);
             frames.try_for_each(|bytes| {
-                let frame = SourceEvent::Frame { bytes, timestamp: None, sequence: None, encoded: None };
+                let frame = SourceEvent::Frame(Frame::new(bytes));
                 reading.take(&frame, |record| gathered.take(record)).map(drop)
             })
         })
@@ -119,7 +120,7 @@ impl Pipeline {
     fn take<'py>(
         &self,
         py: Python<'py>,
-        with: impl FnOnce(&mut Reading<'static>, &mut Gathered) -> Result<(), Error> + Send,
+        with: impl FnOnce(&mut Processor<'static>, &mut Gathered) -> Result<(), Error> + Send,
     ) -> PyResult<Pushed<'py>> {
         let mut gathered = Gathered::default();
         let about = &self.about;
@@ -138,7 +139,7 @@ impl Pipeline {
 }
 
 /// Bytes that a whole frame may have: with or without the last row's padding.
-pub(crate) fn whole_frame(reading: &Reading<'_>) -> RangeInclusive<usize> {
+pub(crate) fn whole_frame(reading: &Processor<'_>) -> RangeInclusive<usize> {
     let camera = reading.camera();
     let least = camera.frame_bytes();
     let rows = usize::from(camera.layout().frame().height());

@@ -10,7 +10,8 @@ use pyo3::types::PyDict;
 use wstac_core::params::{COLUMNS, FEATURES, ROWS};
 use wstac_host::config::Config as Parsed;
 use wstac_host::error::Error;
-use wstac_host::reading::{Reading, Wanted};
+use wstac_host::session::Processor;
+use wstac_host::output::OutputOptions;
 use wstac_scene::SceneConfig;
 use crate::open;
 use wstac_scene::source::script;
@@ -45,7 +46,7 @@ pub(crate) struct Source {
 struct State {
     /// Nothing after its end.
     source: Option<Box<dyn Frames>>,
-    reading: Reading<'static>,
+    reading: Processor<'static>,
     gathered: Gathered,
     /// Why it ended, until it is told.
     error: Option<Error>,
@@ -194,8 +195,8 @@ impl Source {
         info.color = stream::color(info.color, asked.matrix.as_deref(), asked.range.as_deref())?;
         let given = asked.config.as_ref().map(|given| given.0.clone());
         let config = config_of(source.as_ref(), given).map_err(refused)?;
-        let wanted = Wanted { features, samples: true };
-        let reading = Reading::new(&info, &config, wanted).map_err(refused)?.with_textures(textures(&asked.models)?);
+        let wanted = OutputOptions { features, samples: true };
+        let reading = Processor::new(&info, &config, wanted).map_err(refused)?.with_textures(textures(&asked.models)?);
         let (width, height) = info.size.into();
         Ok(Self {
             about: info.about,
@@ -267,7 +268,7 @@ impl State {
             kept.take(&item, reading.taxels(), frame_bytes, *frames)?;
         }
         match item {
-            SourceEvent::Frame { .. } | SourceEvent::Taxels(_) => *frames += 1,
+            SourceEvent::Frame(_) | SourceEvent::Taxels(_) => *frames += 1,
             SourceEvent::Lost { frames: lost, why } => {
                 gathered.lost(*frames, lost, why);
                 *frames = frames.saturating_add(lost);

@@ -133,7 +133,7 @@ fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64) -> Result<(), St
     let (mut frames, mut lost) = (0_u64, 0);
     while frames < limit && !interrupted.load(Ordering::Relaxed) {
         match source.next_event()? {
-            SourceEvent::Frame { bytes, .. } => {
+            SourceEvent::Frame(Frame { bytes, .. }) => {
                 watch.take(bytes);
                 frames += 1;
                 progress.say(watch, frames);

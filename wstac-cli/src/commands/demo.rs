@@ -10,10 +10,11 @@ use crate::open;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
-use wstac_host::reading::{EventRecord, Reading, Record, Wanted, read_all};
+use wstac_host::output::{Output, OutputOptions, TactileEvent};
+use wstac_host::session::{Processor, run};
 use wstac_host::source::open::OpenOptions;
 use wstac_host::texture::task_name;
-use wstac_host::texture::{TextureRecord, Textures, pattern_and_depth};
+use wstac_host::texture::{Texture, Textures, pattern_and_depth};
 
 /// Slide every specimen over a simulated sensor and print the truth beside the answers
 ///
@@ -90,7 +91,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 }
 
 /// What a model of a task says.
-fn told(task: Task, texture: TextureRecord) -> Option<String> {
+fn told(task: Task, texture: Texture) -> Option<String> {
     match task {
         Task::Specimen => texture.specimen,
         Task::Pattern => texture.pattern,
@@ -115,13 +116,13 @@ fn in_mm(depth: f64) -> String {
 }
 
 /// The first event of a scene, if there is one.
-fn slide(source: &str, textures: &Textures) -> Result<Option<EventRecord>, Error> {
+fn slide(source: &str, textures: &Textures) -> Result<Option<TactileEvent>, Error> {
     let mut source = open(source, &OpenOptions::default())?;
-    let reading = Reading::new(source.info(), &Config::default(), Wanted::default())?;
+    let reading = Processor::new(source.info(), &Config::default(), OutputOptions::default())?;
     let mut reading = reading.with_textures(textures.clone());
     let mut first = None;
-    read_all(source.as_mut(), &mut reading, |record| {
-        if let Record::Event(event) = record {
+    run(source.as_mut(), &mut reading, |record| {
+        if let Output::Event(event) = record {
             first.get_or_insert(*event);
         }
         Ok::<(), Error>(())

@@ -8,8 +8,8 @@ use std::path::Path;
 use serde::Serialize;
 
 use wstac_host::error::Error;
-use wstac_host::reading::{EventRecord, Record};
-use wstac_host::texture::{TextureRecord, pattern_and_depth};
+use wstac_host::output::{Output, TactileEvent};
+use wstac_host::texture::{Texture, pattern_and_depth};
 
 /// Why a command ends early.
 #[derive(Debug)]
@@ -78,7 +78,7 @@ struct OfSensor<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     sensor: Option<&'a str>,
     #[serde(flatten)]
-    record: &'a Record,
+    record: &'a Output,
 }
 
 impl Records {
@@ -91,7 +91,7 @@ impl Records {
         Self { sensor: sensor.map(str::to_owned), ..self }
     }
 
-    pub(super) fn write(&mut self, record: &Record) -> Result<(), Stop> {
+    pub(super) fn write(&mut self, record: &Output) -> Result<(), Stop> {
         self.line.clear();
         let sensor = self.sensor.as_deref();
         match self.form {
@@ -130,32 +130,32 @@ pub(super) fn note(message: impl fmt::Display) {
 }
 
 /// A record for a person, on one line.
-pub(super) fn text_of(record: &Record) -> String {
+pub(super) fn text_of(record: &Output) -> String {
     let mut line = String::new();
     // Writing to a string does not fail.
     let _ = text(&mut line, record);
     line
 }
 
-fn text(line: &mut String, record: &Record) -> fmt::Result {
+fn text(line: &mut String, record: &Output) -> fmt::Result {
     match record {
-        Record::Features { frame, f } => {
+        Output::Features { frame, f } => {
             write!(line, "frame {frame}  features")?;
             f.iter().try_for_each(|feature| write!(line, " {feature:8.4}"))
         }
-        Record::Event(event) => text_of_event(line, event),
-        Record::Texture(early) => {
+        Output::Event(event) => text_of_event(line, event),
+        Output::EarlyTexture(early) => {
             write!(line, "at frame {}: texture ", early.frame.saturating_add(early.frames.into()))?;
             text_of_texture(line, &early.texture)?;
             write!(line, ", from the first {} frames of the event at frame {}", early.frames, early.frame)
         }
-        Record::Incomplete(sample) => write!(
+        Output::Interrupted(sample) => write!(
             line,
             "incomplete event at frame {}: a gap ended it after {} of 70 frames",
             sample.frame, sample.frames
         ),
-        Record::Fault(fault) => write!(line, "at frame {}: {}: {}", fault.frame, fault.fault, fault.message),
-        Record::End(end) => {
+        Output::Fault(fault) => write!(line, "at frame {}: {}: {}", fault.frame, fault.fault, fault.message),
+        Output::End(end) => {
             write!(line, "end after {} frames, {} dropped", end.frames, end.dropped)?;
             if end.baseline == wstac_host::reading::Completeness::Incomplete {
                 line.write_str("; too short for the baseline")?;
@@ -167,7 +167,7 @@ fn text(line: &mut String, record: &Record) -> fmt::Result {
     }
 }
 
-fn text_of_event(line: &mut String, event: &EventRecord) -> fmt::Result {
+fn text_of_event(line: &mut String, event: &TactileEvent) -> fmt::Result {
     write!(line, "event at frame {}: ", event.frame)?;
     match (&event.speed, &event.speed_at_most, event.why.speed) {
         (Some(speed), ..) => {
@@ -199,7 +199,7 @@ fn text_of_event(line: &mut String, event: &EventRecord) -> fmt::Result {
     Ok(())
 }
 
-fn text_of_texture(line: &mut String, texture: &TextureRecord) -> fmt::Result {
+fn text_of_texture(line: &mut String, texture: &Texture) -> fmt::Result {
     // A specimen's name has both; another model may disagree with it.
     let of_name = texture.specimen.as_deref().map(pattern_and_depth);
     let (pattern, depth) = of_name.unwrap_or_default();

@@ -17,14 +17,15 @@ use super::source_arguments::{SourceArguments, doubts_of_textures};
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::rate::per_second;
-use wstac_host::reading::{BASELINE_DISTURBED, Reading, Record, Wanted};
+use wstac_host::output::{DisturbedBaseline, Output, OutputOptions};
+use wstac_host::session::Processor;
 use wstac_host::record::about::{About, Labels};
 use wstac_host::record::{Recorder, Written};
 use wstac_host::source::{FramePolicy, Lag, Source, SourceEvent, StreamInfo};
 use wstac_host::texture::Textures;
 use wstac_train::dataset::recordings::{NAMES, check};
 
-/// Record a source: its frames and everything that became of them, for viewers, for wstac run and for wstac dataset
+/// Output a source: its frames and everything that became of them, for viewers, for wstac run and for wstac dataset
 ///
 /// Every frame goes to the file as it came, with the driver's time stamp and number, and so do lost frames, taxels,
 /// features, events, the camera's controls, the configuration and the labels. Ctrl-C ends a recording; SIGTERM and SIGHUP do, too.
@@ -135,8 +136,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
     let files = ModelFile::open_all(&arguments.models)?;
-    let wanted = Wanted { features: true, samples: false };
-    let mut reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
+    let wanted = OutputOptions { features: true, samples: false };
+    let mut reading = Processor::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
     let models = files.iter().map(|file| file.about().to_owned()).collect();
     let about = About::new(&info, &config, labels, models)?;
     note(&info.about);
@@ -174,9 +175,9 @@ struct Shown {
 }
 
 impl Shown {
-    fn show(&mut self, record: &Record) {
-        self.events += u64::from(matches!(record, Record::Event(_)));
-        if !matches!(record, Record::Features { .. })
+    fn show(&mut self, record: &Output) {
+        self.events += u64::from(matches!(record, Output::Event(_)));
+        if !matches!(record, Output::Features { .. })
             && self.records.as_mut().is_some_and(|records| records.write(record).is_err())
         {
             self.records = None;
@@ -187,7 +188,7 @@ impl Shown {
 /// Reads until the source ends or fails, a limit is reached, the disk is full, or a signal asks for the end.
 fn read(
     source: &mut dyn Source,
-    reading: &mut Reading<'_>,
+    reading: &mut Processor<'_>,
     recorder: &mut Recorder,
     shown: &mut Shown,
     limits: Limits,
@@ -205,7 +206,7 @@ fn read(
             Err(error) => (SourceEvent::End, Some(error)),
         };
         match &item {
-            SourceEvent::Frame { .. } => frames += 1,
+            SourceEvent::Frame(_) => frames += 1,
             SourceEvent::Lost { frames: lost, why } => {
                 frames += lost;
                 reasons.add(*lost, why);
@@ -223,7 +224,7 @@ fn read(
             break failed.map_or(Ok(()), Err);
         }
         if reading.baseline_disturbed() {
-            note(BASELINE_DISTURBED);
+            note(DisturbedBaseline);
         }
     };
     reasons.say(note);

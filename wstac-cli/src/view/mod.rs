@@ -29,7 +29,7 @@ pub use self::recording::Recordings;
 use self::screen::Screen;
 use self::state::State;
 use wstac_host::error::Error;
-use wstac_host::reading::Reading;
+use wstac_host::session::Processor;
 use wstac_host::source::{Source, StreamInfo};
 
 /// Longest wait before signals are looked for.
@@ -91,7 +91,7 @@ impl Drop for EndBoth<'_> {
 pub fn run(
     source: &mut dyn Source,
     info: &StreamInfo,
-    reading: &mut Reading<'_>,
+    reading: &mut Processor<'_>,
     recordings: &mut Recordings,
     options: Options,
 ) -> Result<Ending, Error> {

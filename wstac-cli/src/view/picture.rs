@@ -103,7 +103,7 @@ mod tests {
         for _ in 0..59 {
             source.next_event().unwrap();
         }
-        let SourceEvent::Frame { bytes, .. } = source.next_event().unwrap() else { panic!("no frame") };
+        let SourceEvent::Frame(Frame { bytes, .. }) = source.next_event().unwrap() else { panic!("no frame") };
         let picture = sampler.picture(bytes);
         let light = picture.light.iter().sum::<f32>() / picture.light.len() as f32;
         (picture, light)

@@ -10,7 +10,9 @@ use super::recording::Recordings;
 use super::state::{About, HISTORY, Phase, State};
 use wstac_host::camera::modes::fps;
 use wstac_host::error::Error;
-use wstac_host::reading::{BASELINE_DISTURBED, IncompleteRecord, Reading, Record};
+use wstac_host::output::{DisturbedBaseline, Output};
+use wstac_core::trigger::InterruptedSample;
+use wstac_host::session::Processor;
 use wstac_host::source::{Source, SourceEvent, StreamInfo};
 
 /// The state, whatever became of a thread that had it.
@@ -21,7 +23,7 @@ pub(super) fn locked(state: &Mutex<State>) -> MutexGuard<'_, State> {
 /// Reads a source and keeps the state up to date.
 pub(super) struct Player<'p, 'm> {
     source: &'p mut dyn Source,
-    reading: &'p mut Reading<'m>,
+    reading: &'p mut Processor<'m>,
     /// Nothing where the source makes no pixels.
     sampler: Option<Sampler>,
     recordings: &'p mut Recordings,
@@ -36,7 +38,7 @@ impl<'p, 'm> Player<'p, 'm> {
     pub(super) fn new(
         source: &'p mut dyn Source,
         info: &StreamInfo,
-        reading: &'p mut Reading<'m>,
+        reading: &'p mut Processor<'m>,
         recordings: &'p mut Recordings,
         live: bool,
     ) -> (Self, State) {
@@ -75,7 +77,7 @@ impl<'p, 'm> Player<'p, 'm> {
             }
         };
         let mut notes = Vec::new();
-        if self.recordings.asked && matches!(item, SourceEvent::Frame { .. }) {
+        if self.recordings.asked && matches!(item, SourceEvent::Frame(_)) {
             self.recordings.asked = false;
             let started = self.reading.restart().map_err(|error| error.to_string()).and_then(|sample| {
                 notes.extend(sample.map(given_up));
@@ -88,7 +90,7 @@ impl<'p, 'm> Player<'p, 'm> {
         let mut passed = 1;
         let mut shown = None;
         match &item {
-            SourceEvent::Frame { bytes, timestamp, .. } => {
+            SourceEvent::Frame(Frame { bytes, timestamp, .. }) => {
                 self.meter.take(*timestamp);
                 shown = self.sampler.filter(|_| picture).map(|sampler| sampler.picture(bytes));
             }
@@ -104,7 +106,7 @@ impl<'p, 'm> Player<'p, 'm> {
         let taken = self.reading.take(&item, |record| {
             self.recordings.record(&record);
             match record {
-                Record::Features { f, .. } => features.push(f.map(|feature| feature as f32)),
+                Output::Features { f, .. } => features.push(f.map(|feature| feature as f32)),
                 record => records.push(record),
             }
             Ok::<(), Error>(())
@@ -132,7 +134,7 @@ impl<'p, 'm> Player<'p, 'm> {
             state.take(record);
         }
         if self.reading.baseline_disturbed() {
-            state.say(About::Trouble, format!("{now:>7}  {BASELINE_DISTURBED}"));
+            state.say(About::Trouble, format!("{now:>7}  {DisturbedBaseline}"));
         }
         if must_end {
             say_ended(self.recordings, &mut state);
@@ -209,6 +211,6 @@ fn say_ended(recordings: &mut Recordings, state: &mut State) {
 }
 
 /// What is said of an event that a new baseline ended.
-fn given_up(sample: IncompleteRecord) -> String {
+fn given_up(sample: InterruptedSample) -> String {
     format!("{:>7}  given up after {} of 70 frames", sample.frame, sample.frames)
 }

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use super::state::Rec;
 use wstac_host::error::Error;
-use wstac_host::reading::{Reading, Record};
+use wstac_host::session::Processor;
+use wstac_host::output::Output;
 use wstac_host::record::Recorder;
 use wstac_host::record::about::About;
 use wstac_host::source::SourceEvent;
@@ -19,7 +20,7 @@ pub struct Recordings {
     /// What a recording says of itself; or why there is none.
     about: Result<About, Error>,
     named: Option<PathBuf>,
-    words: fn(&Record) -> String,
+    words: fn(&Output) -> String,
     running: Option<Running>,
     /// The next frame is to be a recording's first.
     pub(super) asked: bool,
@@ -39,7 +40,7 @@ struct Running {
 impl Recordings {
     /// `about` says what a recording says of itself, or why there can be none; `named` is the first one's file, otherwise it
     /// is `wstac-N.mcap`; `words` are a record's for a person.
-    pub fn new(about: Result<About, Error>, named: Option<PathBuf>, words: fn(&Record) -> String) -> Self {
+    pub fn new(about: Result<About, Error>, named: Option<PathBuf>, words: fn(&Output) -> String) -> Self {
         Self { about, named, words, running: None, asked: false, said: Vec::new() }
     }
 
@@ -63,7 +64,7 @@ impl Recordings {
     }
 
     /// Starts one in a new file; `reading` has just been restarted.
-    pub(super) fn start(&mut self, reading: &Reading<'_>) -> Result<(), String> {
+    pub(super) fn start(&mut self, reading: &Processor<'_>) -> Result<(), String> {
         let Ok(about) = &self.about else { return Ok(()) };
         let (file, path) = new_file(self.named.as_deref()).map_err(|error| error.to_string())?;
         let recorder = Recorder::new(file, &path, about, reading).map_err(|error| error.to_string())?;
@@ -75,7 +76,7 @@ impl Recordings {
     pub(super) fn item(&mut self, item: &SourceEvent<'_>) {
         let Some(running) = &mut self.running else { return };
         match item {
-            SourceEvent::Frame { .. } => running.frames += 1,
+            SourceEvent::Frame(_) => running.frames += 1,
             SourceEvent::Lost { frames, .. } => running.lost = running.lost.saturating_add(*frames),
             _ => {}
         }
@@ -83,17 +84,17 @@ impl Recordings {
     }
 
     /// Takes what the reading gave for it.
-    pub(super) fn record(&mut self, record: &Record) {
+    pub(super) fn record(&mut self, record: &Output) {
         let Some(running) = &mut self.running else { return };
         let mut record = record.clone().counted_from(running.zero);
-        if let Record::End(end) = &mut record {
+        if let Output::End(end) = &mut record {
             end.dropped = running.lost;
         }
         running.recorder.record(&record, &(self.words)(&record));
     }
 
     /// Whether a recording must end after this item: it is the last one, or no more can be written.
-    pub(super) fn must_end(&mut self, item: &SourceEvent<'_>, reading: &Reading<'_>) -> bool {
+    pub(super) fn must_end(&mut self, item: &SourceEvent<'_>, reading: &Processor<'_>) -> bool {
         let Some(running) = &mut self.running else { return false };
         let goes_on = running.recorder.end_of_item(item, reading);
         !goes_on || matches!(item, SourceEvent::End)

@@ -6,7 +6,7 @@ use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::params::{FEATURES, TAXELS};
 
 use super::picture::Picture;
-use wstac_host::reading::{EventRecord, Record};
+use wstac_host::output::{Output, TactileEvent};
 use wstac_host::source::Lag;
 
 /// Feature frames of traces that are kept: more than a terminal is wide.
@@ -150,21 +150,21 @@ impl State {
     }
 
     /// Takes what a reading gives, features apart.
-    pub(super) fn take(&mut self, record: &Record) {
+    pub(super) fn take(&mut self, record: &Output) {
         match record {
-            Record::Features { .. } | Record::Texture(_) => {}
-            Record::Event(event) => {
+            Output::Features { .. } | Output::EarlyTexture(_) => {}
+            Output::Event(event) => {
                 self.events += 1;
                 self.say(About::Event, line(event));
             }
-            Record::Incomplete(sample) => self.say(
+            Output::Interrupted(sample) => self.say(
                 About::Trouble,
                 format!("{:>7}  ended by lost frames after {} of 70 frames", sample.frame, sample.frames),
             ),
-            Record::Fault(fault) => {
+            Output::Fault(fault) => {
                 self.say(About::Trouble, format!("{:>7}  {}: {}", fault.frame, fault.fault, fault.message));
             }
-            Record::End(end) => {
+            Output::End(end) => {
                 self.phase = Phase::Ended;
                 self.dropped = end.dropped;
                 if let Some(sample) = end.incomplete {
@@ -177,7 +177,7 @@ impl State {
 }
 
 /// An event in a line: frame, speed, direction, texture, duration, and what is to be doubted.
-fn line(event: &EventRecord) -> String {
+fn line(event: &TactileEvent) -> String {
     let speed = match (&event.speed, &event.speed_at_most) {
         (Some(speed), _) => format!("{:.0} mm/s{}", speed.mm_s, if speed.extrapolated { "*" } else { "" }),
         (None, Some(most)) => format!("≤ {:.0} mm/s", most.mm_s),

@@ -9,7 +9,8 @@ use wstac_core::trigger::TriggerConfig;
 use wstac_core::wire::{Answers, Hello, LONGEST, Text, TextureAnswer, encode};
 
 use super::*;
-use crate::reading::{Completeness, EndRecord, IncompleteRecord};
+use crate::output::StreamSummary;
+use wstac_core::trigger::InterruptedSample;
 
 fn hello(frame: u64) -> Message<'static> {
     Message::Hello(Hello {
@@ -37,12 +38,12 @@ fn event(frame: u64) -> Message<'static> {
 }
 
 /// What comes of these messages, and the end record where they have none.
-fn reports(wanted: Wanted, messages: &[Message]) -> (Vec<Report>, Record) {
+fn reports(wanted: Wanted, messages: &[Message]) -> (Vec<Report>, Output) {
     numbered(wanted, (0..).zip(messages))
 }
 
 /// The same of messages with sequence numbers.
-fn numbered<'m>(wanted: Wanted, messages: impl IntoIterator<Item = (u16, &'m Message<'m>)>) -> (Vec<Report>, Record) {
+fn numbered<'m>(wanted: Wanted, messages: impl IntoIterator<Item = (u16, &'m Message<'m>)>) -> (Vec<Report>, Output) {
     let (mut monitor, mut reports) = (Monitor::new(wanted), Vec::new());
     for (sequence, message) in messages {
         let give = |report| {
@@ -58,8 +59,8 @@ fn note(text: &str) -> Report {
     Report::Note(text.to_owned())
 }
 
-fn end(frames: u64, baseline: Completeness, incomplete: Option<IncompleteRecord>) -> Record {
-    Record::End(EndRecord { frames, dropped: 0, baseline, incomplete })
+fn end(frames: u64, baseline: Completeness, incomplete: Option<InterruptedSample>) -> Output {
+    Output::End(StreamSummary { frames, dropped: 0, baseline, incomplete })
 }
 
 #[test]
@@ -93,7 +94,7 @@ fn an_end_that_the_board_does_not_tell_is_known_from_what_it_told() {
     assert_eq!((found, last), (vec![], end(100, Completeness::Incomplete, None)));
     let texture = TextureAnswer { task: wstac_core::model::file::Task::Pattern, label: Text::new("Saw") };
     let early = Message::Texture { frame: 200, frames: 40, texture };
-    let under_way = Some(IncompleteRecord { frame: 200, frames: 40 });
+    let under_way = Some(InterruptedSample { frame: 200, frames: 40 });
     assert_eq!(reports(Wanted::default(), &[early]).1, end(240, Completeness::Complete, under_way));
     assert_eq!(reports(Wanted::default(), &[early, event(200)]).1, end(270, Completeness::Complete, None));
 }
@@ -106,7 +107,7 @@ fn a_sample_is_whole_and_of_its_event_or_none() {
     let sample = |messages: &[Message]| {
         let (found, _) = reports(wanted, messages);
         match found.last() {
-            Some(Report::Record(Record::Event(event))) => event.sample.clone(),
+            Some(Report::Record(Output::Event(event))) => event.sample.clone(),
             _ => panic!("{found:?}"),
         }
     };
@@ -133,6 +134,6 @@ fn numbers_that_cannot_be_are_borne() {
     let features = Message::Features { frame: last, features: [i16::MIN; 10] };
     let (found, record) = reports(Wanted::default(), &[early, event(last), lost, lost, incomplete, features]);
     assert_eq!(found.len(), 5);
-    let all = EndRecord { frames: last, dropped: last, baseline: Completeness::Complete, incomplete: None };
-    assert_eq!(record, Record::End(all));
+    let all = StreamSummary { frames: last, dropped: last, baseline: Completeness::Complete, incomplete: None };
+    assert_eq!(record, Output::End(all));
 }

@@ -22,7 +22,7 @@ use wstac_core::rate::FrameRate;
 use self::header::Header;
 use self::input::{Got, Input};
 pub use self::writer::header_of;
-use super::{Source, SourceEvent, StreamInfo};
+use super::{Frame, Source, SourceEvent, StreamInfo};
 use crate::error::Error;
 
 /// The word that a Y4M stream starts with.
@@ -137,6 +137,7 @@ impl Y4m {
             taxels_only: false,
             about,
             camera: None,
+            recorded: None,
         };
         Ok(Self { info, reader, frame_bytes, frame: 0, ended: false })
     }
@@ -185,12 +186,7 @@ impl Source for Y4m {
         let step = self.step();
         self.ended = matches!(step, Err(_) | Ok(Step::End));
         Ok(match step? {
-            Step::Frame(range) => SourceEvent::Frame {
-                bytes: self.reader.buffer.get(range).unwrap_or_default(),
-                timestamp: None,
-                sequence: None,
-                encoded: None,
-            },
+            Step::Frame(range) => SourceEvent::Frame(Frame::new(self.reader.buffer.get(range).unwrap_or_default())),
             Step::Waiting => SourceEvent::Waiting,
             Step::End => SourceEvent::End,
         })

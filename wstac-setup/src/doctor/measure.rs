@@ -9,7 +9,8 @@ use super::pace::Pace;
 use super::pixels::{PixelGrid, Pixels};
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::reading::{Reading, Record, Wanted};
+use wstac_host::session::Processor;
+use wstac_host::output::{Output, OutputOptions};
 use wstac_host::source::{Fault, Source, SourceEvent, StreamInfo};
 
 /// Frames that a camera takes to settle after its start; they are not measured.
@@ -83,7 +84,7 @@ pub fn measure(
     limit: Limit,
     stop: &AtomicUsize,
 ) -> Result<Measured, Error> {
-    let mut reading = Reading::new(info, config, Wanted::default())?;
+    let mut reading = Processor::new(info, config, OutputOptions::default())?;
     let mut grid = if info.taxels_only { None } else { Some(PixelGrid::new(info, reading.camera().layout())?) };
     let mut settling = limit.settling;
     let mut measured = Measured {
@@ -108,14 +109,14 @@ pub fn measure(
             return Err(Error::new(&info.about, format_args!("broke off while it was measured: {why}")));
         }
         if settling > 0 && !matches!(item, SourceEvent::End) {
-            settling -= u32::from(matches!(item, SourceEvent::Frame { .. } | SourceEvent::Lost { .. }));
+            settling -= u32::from(matches!(item, SourceEvent::Frame(_) | SourceEvent::Lost { .. }));
             continue;
         }
         let by_number = steps as f64 * period;
         let mut at = by_number;
         match &item {
             SourceEvent::End => break,
-            SourceEvent::Lost { frames, why } => {
+            SourceEvent::Lost { frames, reason } => {
                 *measured.lost.entry(why).or_default() += frames;
                 steps = steps.saturating_add(*frames);
                 follows = false;
@@ -124,7 +125,7 @@ pub fn measure(
                     break;
                 }
             }
-            SourceEvent::Frame { bytes, timestamp, sequence, encoded } => {
+            SourceEvent::Frame(Frame { bytes, timestamp, sequence, encoded, .. }) => {
                 steps += 1;
                 if let Some(timestamp) = *timestamp {
                     at = timestamp.saturating_sub(*first.get_or_insert(timestamp)).as_secs_f64();
@@ -145,7 +146,7 @@ pub fn measure(
             notice(touched, &record);
             Ok::<(), Error>(())
         })?;
-        if matches!(item, SourceEvent::Frame { .. } | SourceEvent::Taxels(_)) {
+        if matches!(item, SourceEvent::Frame(_) | SourceEvent::Taxels(_)) {
             if let Some(shares) = reading.taxels() {
                 let levels = shares.map(|share| 255.0 * f64::from(share));
                 measured.moments.push(Moment { at, levels, follows });
@@ -173,11 +174,11 @@ pub fn measure(
 }
 
 /// Keeps the first frame of the first event, whole or not.
-fn notice(touched: &mut Option<u64>, record: &Record) {
+fn notice(touched: &mut Option<u64>, record: &Output) {
     let frame = match record {
-        Record::Event(event) => Some(event.frame),
-        Record::Incomplete(sample) => Some(sample.frame),
-        Record::End(end) => end.incomplete.map(|sample| sample.frame),
+        Output::Event(event) => Some(event.frame),
+        Output::Interrupted(sample) => Some(sample.frame),
+        Output::End(end) => end.incomplete.map(|sample| sample.frame),
         _ => None,
     };
     *touched = touched.or(frame);

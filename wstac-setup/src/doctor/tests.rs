@@ -13,7 +13,8 @@ use super::measure::{Limit, SETTLING, measure};
 use super::*;
 use wstac_host::camera::CameraState;
 use wstac_host::config::Config;
-use wstac_host::reading::{Reading, Record, Wanted};
+use wstac_host::session::Processor;
+use wstac_host::output::{Output, OutputOptions};
 use wstac_host::source::{Fault, Source, SourceEvent};
 use wstac_scene::SceneConfig;
 use wstac_scene::source::SceneSource;
@@ -306,12 +307,12 @@ fn the_smallest_signal_is_where_the_trigger_fires() {
                     for taxel in lit {
                         sums[*taxel] += (gain / 255.0 * full * 2500.0) as u32;
                     }
-                    let mut reading = Reading::new(&info, &config, Wanted::default()).unwrap();
+                    let mut reading = Processor::new(&info, &config, OutputOptions::default()).unwrap();
                     let mut fired = false;
                     for t in 0..200 {
                         let item = SourceEvent::Taxels(if t < 60 { even(level, full) } else { sums });
                         let give = |record| {
-                            fired |= matches!(record, Record::Event(_));
+                            fired |= matches!(record, Output::Event(_));
                             Ok::<(), Error>(())
                         };
                         reading.take(&item, give).unwrap();

@@ -15,7 +15,8 @@ use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::reading::{Reading, Record, Wanted, units};
+use wstac_host::session::Processor;
+use wstac_host::output::{Output, OutputOptions};
 use wstac_host::source::Source;
 use wstac_scene::SceneConfig;
 use wstac_scene::source::SceneSource;
@@ -58,14 +59,14 @@ pub fn sample(script: &SceneConfig, config: &Config) -> Result<Outcome, Error> {
     while first.is_none() {
         let goes_on = reading.take(&source.next_event()?, |record| {
             let outcome = match record {
-                Record::Event(event) => {
+                Output::Event(event) => {
                     let duration = event.duration_frames.filter(|_| !event.is_cut_off());
                     let facts = Facts { reliable: event.reliable, duration };
                     event.sample.as_deref().map(quantised).map(|sample| Outcome::Sample(sample, facts))
                 }
-                Record::Incomplete(_) => Some(Outcome::Incomplete),
-                Record::End(end) => end.incomplete.map(|_| Outcome::Incomplete),
-                Record::Features { .. } | Record::Texture(_) | Record::Fault(_) => None,
+                Output::Interrupted(_) => Some(Outcome::Incomplete),
+                Output::End(end) => end.incomplete.map(|_| Outcome::Incomplete),
+                Output::Features { .. } | Output::EarlyTexture(_) | Output::Fault(_) => None,
             };
             first = first.take().or(outcome);
             Ok::<(), Error>(())
@@ -85,9 +86,9 @@ pub fn check(script: &SceneConfig, config: &Config) -> Result<(), Error> {
     stream(script, config).map(drop)
 }
 
-fn stream(script: &SceneConfig, config: &Config) -> Result<(SceneSource, Reading<'static>), Error> {
+fn stream(script: &SceneConfig, config: &Config) -> Result<(SceneSource, Processor<'static>), Error> {
     let source = SceneSource::new(script)?;
-    let reading = Reading::new(source.info(), config, Wanted { samples: true, features: false })?;
+    let reading = Processor::new(source.info(), config, OutputOptions { samples: true, features: false })?;
     Ok((source, reading))
 }
 

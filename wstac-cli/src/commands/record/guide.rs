@@ -14,7 +14,8 @@ use crate::commands::source_arguments::doubts_of_textures;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
-use wstac_host::reading::{Reading, Record, Wanted};
+use wstac_host::session::Processor;
+use wstac_host::output::{Output, OutputOptions};
 use wstac_host::record::Recorder;
 use wstac_host::record::about::{About, Labels};
 use wstac_host::record::plan::{self, PlannedSlide};
@@ -73,7 +74,7 @@ pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
     let models = ModelFile::open_all(&arguments.models)?;
     let folder = &arguments.output;
     // What does not fit is said before a person waits.
-    drop(Reading::new(&info, &config, Wanted::default())?.with_textures(Textures::new(&models)?));
+    drop(Processor::new(&info, &config, OutputOptions::default())?.with_textures(Textures::new(&models)?));
     About::new(&info, &config, labels.clone(), Vec::new())?;
     if folder.exists() && !folder.is_dir() {
         return Err(Error::new(folder.display(), "is a file, expected a folder for the recordings of --guide").into());
@@ -211,8 +212,8 @@ impl Session<'_> {
 
     /// One attempt; nothing where the baseline was not quiet.
     fn attempt(&mut self, slide: &PlannedSlide, part: &Path) -> Result<Option<Outcome>, Error> {
-        let wanted = Wanted { features: true, samples: false };
-        let reading = Reading::new(&self.info, &self.config, wanted)?;
+        let wanted = OutputOptions { features: true, samples: false };
+        let reading = Processor::new(&self.info, &self.config, wanted)?;
         let mut reading = reading.with_textures(Textures::new(self.models)?);
         let mut labels = self.labels.clone();
         labels.extend(slide.labels.clone());
@@ -238,7 +239,7 @@ impl Session<'_> {
     fn watch(
         &mut self,
         slide: &PlannedSlide,
-        reading: &mut Reading<'_>,
+        reading: &mut Processor<'_>,
         recorder: &mut Recorder,
     ) -> Result<Option<Outcome>, Error> {
         let mut asked = false;
@@ -253,11 +254,11 @@ impl Session<'_> {
             let goes_on = reading.take(&item, |record| {
                 recorder.record(&record, &text_of(&record));
                 match &record {
-                    Record::Event(_) => found = Some(Outcome::Recorded),
-                    Record::Incomplete(_) => found = Some(Outcome::Again("too many frames were lost")),
+                    Output::Event(_) => found = Some(Outcome::Recorded),
+                    Output::Interrupted(_) => found = Some(Outcome::Again("too many frames were lost")),
                     _ => {}
                 }
-                if matches!(record, Record::Event(_) | Record::Fault(_)) {
+                if matches!(record, Output::Event(_) | Output::Fault(_)) {
                     shown.show(&record);
                 }
                 Ok::<(), Error>(())
@@ -310,7 +311,7 @@ mod tests {
 
         fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
             self.left = self.left.checked_sub(1).ok_or_else(|| Error::new("camera", "unplugged"))?;
-            Ok(SourceEvent::Frame { bytes: &self.bytes, timestamp: None, sequence: None, encoded: None })
+            Ok(SourceEvent::Frame(Frame::new(&self.bytes)))
         }
     }
 
@@ -340,7 +341,7 @@ mod tests {
         assert_eq!(failed.to_string(), "camera: unplugged");
         let mut source = McapSource::open(&part, None).unwrap();
         for _ in 0..3 {
-            assert!(matches!(source.next_event(), Ok(SourceEvent::Frame { .. })));
+            assert!(matches!(source.next_event(), Ok(SourceEvent::Frame(_))));
         }
         assert!(matches!(source.next_event(), Ok(SourceEvent::End)));
         fs::remove_file(&part).unwrap();

@@ -14,7 +14,8 @@ use super::Arguments;
 use super::sensors::Sensor;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
-use wstac_host::reading::{BASELINE_DISTURBED, Reading, Wanted};
+use wstac_host::output::{DisturbedBaseline, OutputOptions};
+use wstac_host::session::Processor;
 use wstac_host::source::{FramePolicy, Lag, Source, SourceEvent};
 use wstac_host::texture::Textures;
 
@@ -30,7 +31,7 @@ pub(super) struct Run<'a> {
 /// A sensor that is ready to be read.
 pub(super) struct Opened<'a> {
     source: Box<dyn Source>,
-    reading: Reading<'a>,
+    reading: Processor<'a>,
     records: Records,
     raw: Option<RawFile>,
     limit: Option<u64>,
@@ -49,8 +50,8 @@ impl<'a> Run<'a> {
         let delivery = if arguments.save_raw.is_some() { FramePolicy::Every } else { FramePolicy::Newest };
         let (source, info, config) =
             arguments.options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
-        let wanted = Wanted { features: arguments.features, samples: arguments.samples };
-        let reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(files)?);
+        let wanted = OutputOptions { features: arguments.features, samples: arguments.samples };
+        let reading = Processor::new(&info, &config, wanted)?.with_textures(Textures::new(files)?);
         records.note(&info.about);
         if let Some(doubt) = doubts_of_textures(source.as_ref(), &info, files) {
             records.note(doubt);
@@ -138,7 +139,7 @@ impl Opened<'_> {
                 }
             };
             match &item {
-                SourceEvent::Frame { bytes, .. } => {
+                SourceEvent::Frame(Frame { bytes, .. }) => {
                     seen += 1;
                     if let Some(error) = raw.as_mut().and_then(|raw| raw.write(bytes).err()) {
                         reading.finish(|record| records.write(&record))?;
@@ -146,7 +147,7 @@ impl Opened<'_> {
                     }
                 }
                 SourceEvent::Taxels(_) => seen += 1,
-                SourceEvent::Lost { frames, why } => {
+                SourceEvent::Lost { frames, reason } => {
                     seen = seen.saturating_add(*frames);
                     reasons.add(*frames, why);
                 }
@@ -156,7 +157,7 @@ impl Opened<'_> {
                 return Ok(());
             }
             if reading.baseline_disturbed() {
-                records.note(BASELINE_DISTURBED);
+                records.note(DisturbedBaseline);
             }
         }
     }

@@ -60,7 +60,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             return Err(Stop::Interrupted(signal_hook::consts::SIGINT as u8));
         }
         match source.next_event()? {
-            SourceEvent::Frame { bytes, .. } => {
+            SourceEvent::Frame(Frame { bytes, .. }) => {
                 if header.is_some() {
                     out.write(b"FRAME\n")?;
                 }

@@ -51,7 +51,7 @@ fn frames(source: &mut PngFolder) -> Vec<Option<Vec<u8>>> {
     let mut frames = vec![];
     loop {
         match source.next_event().unwrap() {
-            SourceEvent::Frame { bytes, .. } => frames.push(Some(bytes.to_vec())),
+            SourceEvent::Frame(Frame { bytes, .. }) => frames.push(Some(bytes.to_vec())),
             SourceEvent::Lost { frames: 1, .. } => frames.push(None),
             SourceEvent::End => return frames,
             other => panic!("{other:?}"),
@@ -112,7 +112,7 @@ fn a_picture_of_another_size_or_type_is_named() {
         folder.picture("a2.png", width, color, BitDepth::Eight, data);
         folder.picture("a3.png", 1, ColorType::Grayscale, BitDepth::Eight, &[1]);
         let mut source = folder.open().unwrap();
-        assert!(matches!(source.next_event(), Ok(SourceEvent::Frame { .. })));
+        assert!(matches!(source.next_event(), Ok(SourceEvent::Frame(_))));
         let error = source.next_event().unwrap_err().to_string();
         assert!(error.contains("a2.png: is ") && error.contains(part), "{error}");
         assert!(matches!(source.next_event(), Ok(SourceEvent::End)));
