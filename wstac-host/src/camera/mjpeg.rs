@@ -12,9 +12,6 @@ use zune_jpeg::zune_core::options::DecoderOptions;
 use super::jpeg_headers::Headers;
 use super::jpeg_tables::STANDARD_TABLES;
 
-/// Why a frame is lost whose picture is damaged.
-pub const CORRUPT: &str = "corrupt JPEG picture";
-
 /// Decodes the pictures of one stream into one buffer.
 #[derive(Clone, Debug)]
 pub struct Decoder {

@@ -1,5 +1,6 @@
 //! Why frames were lost and what happened to a source: words that recordings keep.
 
+use std::cmp::Ordering;
 use std::fmt;
 
 /// Bytes of the longest word of a recording that is kept; those of this program have less than half as many.
@@ -9,7 +10,7 @@ const LONGEST: usize = 200;
 macro_rules! words {
     ($(#[$about:meta])* $name:ident: $($(#[$doc:meta])* $variant:ident = $word:literal,)*) => {
         $(#[$about])*
-        #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[derive(Clone, Debug, PartialEq, Eq, Hash)]
         #[non_exhaustive]
         pub enum $name {
             $($(#[$doc])* $variant,)*
@@ -35,6 +36,19 @@ macro_rules! words {
                     _ if word.len() > LONGEST => Self::Other("other".into()),
                     _ => Self::Other(word.into()),
                 }
+            }
+        }
+
+        /// Alphabetical, as a person looks for words.
+        impl Ord for $name {
+            fn cmp(&self, other: &Self) -> Ordering {
+                self.name().cmp(other.name())
+            }
+        }
+
+        impl PartialOrd for $name {
+            fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+                Some(self.cmp(other))
             }
         }
 

@@ -8,7 +8,7 @@ use std::time::Duration;
 use wstac_core::rate::FrameRate;
 
 use wstac_host::rate::per_second;
-use wstac_host::source::Fault;
+use wstac_host::source::{Fault, FaultKind};
 
 /// What is measured at a time, at least.
 const SPAN: Duration = Duration::from_secs(2);
@@ -83,9 +83,9 @@ impl Pace {
                 "the camera takes {measured:.1} frames a second, {rate:.1} were agreed on; those that are missing count as \
                  lost; usual cause: automatic exposure in the dark, so lock the exposure or add light"
             );
-            return Fault { kind: "slow", message };
+            return Fault { kind: FaultKind::Slow, message };
         }
-        Fault { kind: "in-time", message: format!("the camera takes {measured:.1} of {rate:.1} frames a second again") }
+        Fault { kind: FaultKind::InTime, message: format!("the camera takes {measured:.1} of {rate:.1} frames a second again") }
     }
 }
 

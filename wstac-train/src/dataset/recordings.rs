@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use wstac_core::rate::FrameRate;
 
-use super::{Facts, Sample, quantised};
+use super::{Facts, Sample, by_feature};
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::session::Processor;
@@ -93,19 +93,19 @@ pub fn read(path: &Path, config: Option<&Config>) -> Result<Recording, Error> {
     let config = config.cloned().map_or_else(own, Ok)?;
     let mut recording = labelled(&name, &about.labels, &about, config).map_err(|error| Error::new(&name, error))?;
     let wanted = OutputOptions { samples: true, features: false };
-    let mut reading = Processor::new(source.info(), &recording.config, wanted)?;
+    let mut processor = Processor::new(source.info(), &recording.config, wanted)?;
     let (samples, incomplete) = (&mut recording.samples, &mut recording.incomplete);
     loop {
-        let goes_on = reading.take(&source.next_event()?, |record| {
-            match record {
+        let goes_on = processor.process(&source.next_event()?, |output| {
+            match output {
                 Output::Event(event) => {
-                    let duration = event.duration_frames.filter(|_| !event.is_cut_off());
+                    let duration = event.lit_frames.filter(|_| !event.is_cut_off());
                     let facts = Facts { reliable: event.reliable, duration };
-                    samples.extend(event.sample.as_deref().map(|sample| (event.frame, quantised(sample), facts)));
+                    samples.extend(event.sample.as_deref().map(|sample| (event.frame, by_feature(sample), facts)));
                 }
                 Output::Interrupted(_) => *incomplete += 1,
                 Output::End(end) => *incomplete += u64::from(end.incomplete.is_some()),
-                Output::Features { .. } | Output::EarlyTexture(_) | Output::Fault(_) => {}
+                _ => {}
             }
             Ok::<(), Error>(())
         })?;
