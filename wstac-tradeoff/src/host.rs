@@ -14,7 +14,7 @@ use wstac_core::trigger::{Event, Trigger};
 use wstac_core::{direction, speed};
 
 use super::candidate::Candidate;
-use super::knobs::{Format, Setting};
+use super::parameters::{Format, Setting};
 use super::row::{Host, Row};
 use super::slides::reference;
 use super::streams::camera;

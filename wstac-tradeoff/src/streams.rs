@@ -13,7 +13,7 @@ use wstac_core::taxels::{Accumulators, Camera};
 use wstac_core::trigger::{Event, Trigger};
 
 use super::float64::{FeatureError, Float64};
-use super::knobs::{Format, Setting};
+use super::parameters::{Format, Setting};
 use wstac_host::config::{Config, Kernel};
 use wstac_host::error::Error;
 use wstac_scene::sensor::Sensor;
