@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use v4l::Device;
 use v4l::control::{Control, Value};
-use wstac_host::source::{Item, Source};
+use wstac_host::source::{SourceEvent, Source};
 use wstac_linux::CameraRequest;
 use wstac_linux::source::CameraSource;
 
@@ -42,8 +42,8 @@ fn frame(source: &mut CameraSource) -> Vec<&'static str> {
     let mut faults = Vec::new();
     loop {
         match source.next().expect("a camera that goes on") {
-            Item::Frame { .. } => return faults,
-            Item::Fault(fault) => faults.push(fault.kind),
+            SourceEvent::Frame { .. } => return faults,
+            SourceEvent::Fault(fault) => faults.push(fault.kind),
             _ => {}
         }
     }

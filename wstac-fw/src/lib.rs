@@ -6,7 +6,7 @@ extern crate std;
 
 #[cfg(feature = "emulated")]
 pub mod emulated;
-pub mod last_words;
+pub mod crash_record;
 #[cfg(feature = "h743")]
 pub mod link;
 pub mod reader;

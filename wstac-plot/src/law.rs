@@ -17,7 +17,7 @@ const STEPS: u32 = 80;
 /// Frames at 30 a second that a slide of this speed lasts.
 fn frames(law: Law, mm_s: f64) -> f64 {
     match law {
-        Law::Paper { intercept, slope } => f64::from(intercept) - f64::from(slope) * mm_s.log10(),
+        Law::Published { intercept, slope } => f64::from(intercept) - f64::from(slope) * mm_s.log10(),
         Law::Physical { track, afterglow } => 30.0 * f64::from(track) / mm_s + f64::from(afterglow),
     }
 }

@@ -24,7 +24,7 @@ const NEXT: f64 = 16.0;
 /// Returns how a format looks.
 fn of_format(format: Format) -> Look {
     let (marker, color, filled) = match format {
-        Format::Grey => (Marker::Circle, INK, true),
+        Format::Gray => (Marker::Circle, INK, true),
         Format::Bayer8 => (Marker::Square, GRAY, true),
         Format::Rgb24 => (Marker::Diamond, BLUE, false),
         Format::Rgb565 => (Marker::Triangle, RED, true),
@@ -103,7 +103,7 @@ fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) 
     let others: Vec<_> = kernels
         .into_iter()
         .filter_map(|(kernel, marker, name)| {
-            let setting = Setting { format: Format::Grey, stride: Stride::One, kernel };
+            let setting = Setting { format: Format::Gray, stride: Stride::One, kernel };
             Some((at(&setting)?, Look { marker, color: INK, filled: false }, name))
         })
         .collect();

@@ -11,7 +11,7 @@ use mcap::records::op;
 use wstac_host::config::Config;
 use wstac_host::reading::{Reading, Wanted};
 use wstac_host::record::recover;
-use wstac_host::source::{Item, Source};
+use wstac_host::source::{SourceEvent, Source};
 use wstac_host::source::mcap::McapSource;
 
 /// Recordings are files: each process of the fuzzer has its own.
@@ -54,7 +54,7 @@ fn read(path: &Path, bytes: usize) {
                     if !goes_on {
                         return;
                     }
-                } else if matches!(item, Item::End) {
+                } else if matches!(item, SourceEvent::End) {
                     return;
                 }
             }
