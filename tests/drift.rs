@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use wstac_core::baseline_policy::{TrackingBaseline, FixedBaseline};
+use wstac_core::baseline_policy::{FixedBaseline, TrackingBaseline};
 use wstac_core::trigger::{Rule, Trigger, TriggerConfig};
 use wstac_host::config::Config;
 use wstac_host::reading::{EventRecord, Reading, Record, Wanted, read_all};

@@ -148,7 +148,8 @@ fn not_numbers_are_refused_or_harmless() {
         }
     }
     for bad in [0.0, -0.0, -1.0, -f32::from_bits(1), f32::MIN] {
-        for refused in [Law::Published { intercept: 151.06, slope: bad }, Law::Physical { track: bad, afterglow: 5.0 }] {
+        for refused in [Law::Published { intercept: 151.06, slope: bad }, Law::Physical { track: bad, afterglow: 5.0 }]
+        {
             assert!(
                 matches!(law(refused), Err(Error::SpeedLaw { found, .. }) if found.to_bits() == bad.to_bits()),
                 "{bad}"

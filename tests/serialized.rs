@@ -12,7 +12,7 @@ use wstac_core::frame::Stride;
 use wstac_core::green::any::YcbcrMethod;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::{LitSpan, Law, NoSpeed, Speed, ThresholdOn};
+use wstac_core::speed::{Law, LitSpan, NoSpeed, Speed, ThresholdOn};
 use wstac_core::stream::FeatureFrame;
 use wstac_core::trigger::{InterruptedSample, Rule, StreamEnd, TriggerConfig};
 use wstac_tests::formats;

@@ -10,10 +10,10 @@ use wstac_core::green::packed_ycbcr::{Uyvy, Yuyv};
 use wstac_core::green::planar_ycbcr::{Nv12, Yu12, Yuv422p, Yuv444p};
 use wstac_core::green::rgb565::Rgb565;
 use wstac_core::green::words::Y16;
-use wstac_core::green::ycbcr::{YcbcrEncoding, Exact, Linear};
+use wstac_core::green::ycbcr::{Exact, Linear, YcbcrEncoding};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::rate::FrameRate;
-use wstac_core::taxels::{TaxelSums, FrameGeometry};
+use wstac_core::taxels::{FrameGeometry, TaxelSums};
 
 /// A frame of which some pages cannot be read.
 struct Guarded {
@@ -112,7 +112,13 @@ fn is_touched(layout: &Layout, row: usize, page_of_row: usize, bytes_per_pixel: 
 }
 
 /// Sums a frame with every untouched page guarded; then guards one touched page as well, and that must end a child.
-fn check<G: GreenChannel>(camera: FrameGeometry<G>, pages: usize, level: u8, expected: u32, touched: impl Fn(usize) -> bool) {
+fn check<G: GreenChannel>(
+    camera: FrameGeometry<G>,
+    pages: usize,
+    level: u8,
+    expected: u32,
+    touched: impl Fn(usize) -> bool,
+) {
     let open: Vec<usize> = (0..pages).filter(|&number| touched(number)).collect();
     assert!(open.len() >= 10 && open.len() < pages / 2, "{} of {pages} pages are touched", open.len());
     let frame = Guarded::new(pages, level, &touched);

@@ -4,12 +4,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
-use wstac_core::features::Features;
 use wstac_core::baseline_policy::TrackingBaseline;
+use wstac_core::features::Features;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
 use wstac_core::green::bayer::BayerOrder;
-use wstac_core::green::ycbcr::{YcbcrEncoding, YcbcrMatrix, QuantizationRange};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::{Law, SpeedConfig, ThresholdOn};

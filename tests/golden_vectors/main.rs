@@ -4,8 +4,8 @@
 mod case;
 
 use std::fs;
-use wstac_core::direction;
 use wstac_core::baseline_policy::TrackingBaseline;
+use wstac_core::direction;
 use wstac_core::green::any::Any;
 use wstac_core::ln::fixed::Fixed;
 use wstac_core::speed::{self, NoSpeed, SpeedConfig};
@@ -201,8 +201,11 @@ fn run(case: &Case, expected: &Expected, bytes: &[u8], found: &mut Found) {
     found.unrobust += usize::from(!expected.robust);
     for mut run in runs {
         run.finish();
-        let incomplete: Vec<InterruptedSample> =
-            expected.incomplete_samples.iter().map(|i| InterruptedSample { frame: i.frame, frames: i.frames }).collect();
+        let incomplete: Vec<InterruptedSample> = expected
+            .incomplete_samples
+            .iter()
+            .map(|i| InterruptedSample { frame: i.frame, frames: i.frames })
+            .collect();
         assert_eq!(run.interrupted, incomplete, "{name}: incomplete samples");
         let end = run.trigger.end();
         assert_eq!(end.frames, expected.end.frames, "{name}: frames");

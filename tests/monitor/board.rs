@@ -56,7 +56,7 @@ pub(crate) fn sent(scene: &str, models: &[ModelFile], all: bool) -> Sent {
     };
     board.hello(&info);
     loop {
-        let frame = match source.next().unwrap() {
+        let frame = match source.next_event().unwrap() {
             SourceEvent::Frame { bytes, .. } => stream.push_frame(bytes).unwrap(),
             SourceEvent::Taxels(sums) => stream.push_taxels(&sums),
             SourceEvent::Lost { frames, .. } => {
@@ -106,7 +106,7 @@ impl Board<'_> {
         let event = self.trigger.push_then_lose(frame.features, frame.has_missing_frames, lost_after);
         let event = event.map(|event| Kept::new(&event));
         if let Some(sample) = self.trigger.take_interrupted() {
-            self.sent.push(&Message::Incomplete(sample));
+            self.sent.push(&Message::InterruptedSample(sample));
         }
         match event {
             Some(event) => self.event(&event),
@@ -144,7 +144,7 @@ impl Board<'_> {
             self.event(&event);
         }
         if let Some(sample) = self.trigger.take_interrupted() {
-            self.sent.push(&Message::Incomplete(sample));
+            self.sent.push(&Message::InterruptedSample(sample));
         }
         self.sent.push(&Message::End { stream: self.trigger.end(), dropped: self.dropped });
         self.sent

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use wstac_core::green::any::PixelFormat;
-use wstac_core::green::ycbcr::{YcbcrEncoding, QuantizationRange};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding};
 use wstac_core::taxels::TaxelSums;
 use wstac_tests::plain_sums::{self, Picture};
 use wstac_tests::random::Random;

@@ -13,7 +13,7 @@ use wstac_host::reading::{Reading, Wanted};
 use wstac_host::record::Recorder;
 use wstac_host::record::about::About;
 use wstac_host::source::mcap::McapSource;
-use wstac_host::source::{Fault, SourceEvent, Source, StreamInfo};
+use wstac_host::source::{Fault, Source, SourceEvent, StreamInfo};
 use wstac_tests::folder::Folder;
 
 /// An item that does not borrow its source.
@@ -105,7 +105,7 @@ fn again(folder: &Folder, info: &StreamInfo, items: &[Owned]) -> (Vec<Owned>, St
     assert_eq!(source.about().labels["specimen"], "Saw3");
     let mut found = Vec::new();
     while found.last() != Some(&Owned::End) {
-        found.push(Owned::of(&source.next().unwrap()));
+        found.push(Owned::of(&source.next_event().unwrap()));
     }
     (found, source.info().clone())
 }

@@ -2,7 +2,7 @@
 
 use wstac_core::green::any::{PixelFormat, YcbcrMethod};
 use wstac_core::green::bayer::BayerOrder;
-use wstac_core::green::ycbcr::{YcbcrEncoding, YcbcrMatrix, QuantizationRange};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 
 /// The four orders of a Bayer mosaic.
 pub const BAYER_ORDERS: [BayerOrder; 4] = [BayerOrder::Rggb, BayerOrder::Grbg, BayerOrder::Gbrg, BayerOrder::Bggr];

@@ -2,7 +2,7 @@
 
 use wstac_core::green::any::{PixelFormat, YcbcrMethod};
 use wstac_core::green::bayer::BayerOrder;
-use wstac_core::green::ycbcr::{YcbcrEncoding, YcbcrMatrix, QuantizationRange};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 
 /// How a picture's bytes lie and where its taxels are.
 #[derive(Clone, Debug)]

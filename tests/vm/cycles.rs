@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use v4l::Device;
 use v4l::control::{Control, Value};
-use wstac_host::source::{SourceEvent, Source};
+use wstac_host::source::{Source, SourceEvent};
 use wstac_linux::CameraRequest;
 use wstac_linux::source::CameraSource;
 
@@ -41,7 +41,7 @@ impl std::fmt::Display for Held {
 fn frame(source: &mut CameraSource) -> Vec<&'static str> {
     let mut faults = Vec::new();
     loop {
-        match source.next().expect("a camera that goes on") {
+        match source.next_event().expect("a camera that goes on") {
             SourceEvent::Frame { .. } => return faults,
             SourceEvent::Fault(fault) => faults.push(fault.kind),
             _ => {}

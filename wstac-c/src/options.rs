@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, YcbcrMethod};
-use wstac_core::green::ycbcr::{YcbcrEncoding, YcbcrMatrix, QuantizationRange};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 

@@ -10,7 +10,7 @@ use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::reading::{Reading, Record, Wanted};
-use wstac_host::source::{SourceEvent, Source, StreamInfo, config_of};
+use wstac_host::source::{Source, SourceEvent, StreamInfo, config_of};
 use wstac_host::texture::Textures;
 
 /// Model files at a place that does not move, so that a reading may borrow them from beside it.
@@ -124,7 +124,7 @@ impl Sensor {
                 waiting.push_back(record);
                 Ok(())
             };
-            match source.next() {
+            match source.next_event() {
                 Ok(SourceEvent::Waiting) => return Ok((self.given.waiting(), None)),
                 Ok(item) => {
                     if !self.reading.take(&item, give)? {

@@ -188,7 +188,9 @@ impl fmt::Display for Error {
                 write!(f, "multiplier is {found}, expected 0 to below 65536, and at least 1 with rule \"signed\"")
             }
             Self::Margin(found) => write!(f, "margin is {found}, expected 0 to below 65536"),
-            Self::TrackingBaseline(found) => write!(f, "follow is {found} windows, expected a power of two from 16 to 32768"),
+            Self::TrackingBaseline(found) => {
+                write!(f, "follow is {found} windows, expected a power of two from 16 to 32768")
+            }
             Self::FloorFullScale { found, expected } => {
                 write!(f, "the darkness floor is for a full scale of {found}, expected {expected}")
             }

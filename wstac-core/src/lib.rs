@@ -32,13 +32,13 @@ extern crate self as wstac_core;
 extern crate std;
 
 pub mod baseline;
+pub mod baseline_policy;
 pub mod direction;
 pub mod early;
 pub mod error;
 mod exp;
 pub mod features;
 pub mod fixed;
-pub mod baseline_policy;
 pub mod frame;
 pub mod green;
 pub mod layout;

@@ -59,7 +59,9 @@ impl Law {
 
     const fn check(&self) -> Result<(), Error> {
         let (any, positive) = match *self {
-            Self::Published { intercept, slope } => ((LawParameter::Intercept, intercept), (LawParameter::Slope, slope)),
+            Self::Published { intercept, slope } => {
+                ((LawParameter::Intercept, intercept), (LawParameter::Slope, slope))
+            }
             Self::Physical { track, afterglow } => ((LawParameter::Afterglow, afterglow), (LawParameter::Track, track)),
         };
         if !any.1.is_finite() {

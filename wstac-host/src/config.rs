@@ -7,8 +7,8 @@ use std::fmt;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use wstac_core::error::Error as CoreError;
 use wstac_core::baseline_policy::TrackingBaseline;
+use wstac_core::error::Error as CoreError;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::YcbcrMethod;
 use wstac_core::layout::{FrameSize, Layout};

@@ -11,7 +11,7 @@ use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
 use wstac_core::params::TAXELS;
 use wstac_core::speed::SpeedConfig;
 use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
-use wstac_core::taxels::{TaxelSums, FrameGeometry};
+use wstac_core::taxels::{FrameGeometry, TaxelSums};
 use wstac_core::trigger::Trigger;
 
 use self::answers::answers;
@@ -23,7 +23,7 @@ pub use self::record::{
 };
 use crate::config::{Config, Kernel};
 use crate::error::Error;
-use crate::source::{Fault, SourceEvent, Source, StreamInfo};
+use crate::source::{Fault, Source, SourceEvent, StreamInfo};
 use crate::texture::Textures;
 
 /// What of a stream is wanted beside its events.
@@ -136,7 +136,11 @@ impl<'m> Reading<'m> {
     ///
     /// # Errors
     /// Those of `give`.
-    pub fn take<E>(&mut self, item: &SourceEvent<'_>, mut give: impl FnMut(Record) -> Result<(), E>) -> Result<bool, E> {
+    pub fn take<E>(
+        &mut self,
+        item: &SourceEvent<'_>,
+        mut give: impl FnMut(Record) -> Result<(), E>,
+    ) -> Result<bool, E> {
         match item {
             SourceEvent::Waiting => {}
             SourceEvent::Fault(Fault { kind, message }) => {
@@ -285,7 +289,7 @@ pub fn read_all<E: From<Error>>(
     mut give: impl FnMut(Record) -> Result<(), E>,
 ) -> Result<(), E> {
     loop {
-        match source.next() {
+        match source.next_event() {
             Ok(item) => {
                 if !reading.take(&item, &mut give)? {
                     return Ok(());

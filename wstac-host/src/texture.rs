@@ -1,8 +1,8 @@
 //! Texture models beside a stream: what they say of samples, in words.
 
 use serde::Serialize;
-use wstac_core::early::{SamplePrefix, EarlySampler};
 use wstac_core::baseline_policy::BaselinePolicy;
+use wstac_core::early::{EarlySampler, SamplePrefix};
 use wstac_core::model::Model;
 use wstac_core::model::file::{INPUTS, Task};
 use wstac_core::texture::texture;

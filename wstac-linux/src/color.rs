@@ -1,7 +1,7 @@
 //! What a driver says about the meaning of Y, Cb, Cr, with V4L2's own rules for what it leaves open.
 
 use v4l::v4l_sys as sys;
-use wstac_core::green::ycbcr::{YcbcrEncoding, YcbcrMatrix, QuantizationRange};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 
 /// Color as `v4l2_pix_format` states it: numbers of the kernel's enumerations, which may be newer than this program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

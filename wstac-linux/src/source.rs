@@ -25,7 +25,7 @@ use wstac_host::camera::mjpeg::{CORRUPT, Decoder};
 use wstac_host::camera::modes::fps;
 use wstac_host::error::Error;
 use wstac_host::source::open::{OpenOptions, SourceKind};
-use wstac_host::source::{Lag, FramePolicy, Fault, SourceEvent, Source, StreamInfo};
+use wstac_host::source::{Fault, FramePolicy, Lag, Source, SourceEvent, StreamInfo};
 
 /// Longest wait for a frame before the caller may look for signals.
 const WAIT: Duration = Duration::from_millis(500);

@@ -7,13 +7,13 @@ use wstac_core::features::Features;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
-use wstac_core::speed::{LitSpan, Law, ThresholdOn, duration};
+use wstac_core::speed::{Law, LitSpan, ThresholdOn, duration};
 use wstac_core::trigger::Event;
 
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::reading::{EventRecord, Reading, Record};
-use wstac_host::source::{SourceEvent, Source, StreamInfo};
+use wstac_host::source::{Source, SourceEvent, StreamInfo};
 
 /// Feature frames whose taxels are kept: a sample, and those of the longest gap behind it.
 const KEPT: usize = 2 * SAMPLE_FRAMES;
@@ -98,7 +98,7 @@ pub fn find(
 ) -> Result<Found, Error> {
     let (mut recent, mut seen) = (Recent::default(), 0);
     loop {
-        let item = source.next()?;
+        let item = source.next_event()?;
         let frame = reading.trigger().next_frame();
         let has_light = matches!(item, SourceEvent::Frame { .. } | SourceEvent::Taxels(_));
         let mut events = Vec::new();

@@ -253,7 +253,7 @@ impl State {
     fn step(&mut self, keep: Option<(&mut Kept, Option<usize>)>) -> Result<bool, Failure> {
         let Self { source, reading, gathered, error, frames } = self;
         let Some(open) = source else { return Ok(false) };
-        let item = match open.next() {
+        let item = match open.next_event() {
             Ok(item) => item,
             Err(failed) => {
                 *error = Some(failed);

@@ -168,7 +168,10 @@ impl Scene {
         }
         if intervals > 1 {
             self.pending = Some(light);
-            return Some(SimulatedFrame::Lost(intervals - 1, "auto-exposure slows the simulated camera down in the dark"));
+            return Some(SimulatedFrame::Lost(
+                intervals - 1,
+                "auto-exposure slows the simulated camera down in the dark",
+            ));
         }
         Some(self.shot(&light, false))
     }

@@ -7,7 +7,7 @@ use crate::{Scene, SceneConfig, SimulatedFrame, Truth};
 use wstac_core::layout::FrameSize;
 use wstac_host::error::Error;
 use wstac_host::source::open::{OpenOptions, SourceKind, without_controls};
-use wstac_host::source::{SourceEvent, Source, StreamInfo};
+use wstac_host::source::{Source, SourceEvent, StreamInfo};
 
 /// The frames of a scene.
 #[derive(Clone, Debug)]

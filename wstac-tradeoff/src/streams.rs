@@ -1,15 +1,15 @@
 //! Frames of one camera through several settings at once: pixels are summed once a stride, kernels share the sums.
 
+use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::direction::{self, Heading};
 use wstac_core::features::{FeatureScale, Features, Floor, line_sums};
-use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
 use wstac_core::ln::{fixed::Fixed, libm::Libm, micromath::Micromath};
 use wstac_core::model::file::INPUTS;
 use wstac_core::params::{FEATURES, TAXELS};
 use wstac_core::speed::{self, SpeedConfig};
-use wstac_core::taxels::{TaxelSums, FrameGeometry};
+use wstac_core::taxels::{FrameGeometry, TaxelSums};
 use wstac_core::trigger::{Event, Trigger};
 
 use super::float64::{FeatureError, Float64};
@@ -172,7 +172,12 @@ impl EvaluatedCamera {
 }
 
 /// How one setting sums a simulated camera's frames.
-pub(super) fn camera(sensor: &Sensor, format: Format, stride: Stride, config: &Config) -> Result<FrameGeometry<Any>, Error> {
+pub(super) fn camera(
+    sensor: &Sensor,
+    format: Format,
+    stride: Stride,
+    config: &Config,
+) -> Result<FrameGeometry<Any>, Error> {
     let about = format_args!("frames of {}", format.name()).to_string();
     let frame = sensor.layout().frame();
     config.layout.check_frame(frame).map_err(|error| config.does_not_fit(&about, "[layout]", error))?;

@@ -8,7 +8,7 @@ use super::candidate::Candidate;
 use super::chosen::Chosen;
 use super::parameters::{Format, Setting};
 use super::slides::{SENSORS, TradeSlide, slides};
-use super::streams::{FirstEvent, EvaluatedCamera, camera};
+use super::streams::{EvaluatedCamera, FirstEvent, camera};
 use super::sweep::{self, Plan};
 use super::{chosen, map, prices, row};
 use wstac_host::config::{Config, Kernel};

@@ -46,7 +46,7 @@ fn read(path: &Path, bytes: usize) {
     };
     let mut reading = Reading::new(source.info(), &Config::default(), Wanted::default()).ok();
     for _ in 0..=bytes {
-        match source.next() {
+        match source.next_event() {
             Err(_) => return,
             Ok(item) => {
                 if let Some(reading) = &mut reading {

@@ -11,7 +11,7 @@ use super::run::interruptions;
 use super::source_arguments::SourceArguments;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::source::{FramePolicy, SourceEvent, Source};
+use wstac_host::source::{FramePolicy, Source, SourceEvent};
 use wstac_host::whole_file;
 use wstac_setup::calibrate::{Calibration, UNTOUCHED, Watch};
 
@@ -132,7 +132,7 @@ fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64) -> Result<(), St
     let mut progress = Progress { shown: std::io::stderr().is_terminal() };
     let (mut frames, mut lost) = (0_u64, 0);
     while frames < limit && !interrupted.load(Ordering::Relaxed) {
-        match source.next()? {
+        match source.next_event()? {
             SourceEvent::Frame { bytes, .. } => {
                 watch.take(bytes);
                 frames += 1;

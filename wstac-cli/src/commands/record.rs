@@ -20,7 +20,7 @@ use wstac_host::rate::per_second;
 use wstac_host::reading::{BASELINE_DISTURBED, Reading, Record, Wanted};
 use wstac_host::record::about::{About, Labels};
 use wstac_host::record::{Recorder, Written};
-use wstac_host::source::{Lag, FramePolicy, SourceEvent, Source, StreamInfo};
+use wstac_host::source::{FramePolicy, Lag, Source, SourceEvent, StreamInfo};
 use wstac_host::texture::Textures;
 use wstac_train::dataset::recordings::{NAMES, check};
 
@@ -198,7 +198,8 @@ fn read(
     let result = loop {
         let enough = limits.frames.is_some_and(|limit| frames >= limit)
             || limits.events.is_some_and(|limit| shown.events >= limit);
-        let item = if interrupted.load(Ordering::Relaxed) || enough { Ok(SourceEvent::End) } else { source.next() };
+        let item =
+            if interrupted.load(Ordering::Relaxed) || enough { Ok(SourceEvent::End) } else { source.next_event() };
         let (item, failed) = match item {
             Ok(item) => (item, None),
             Err(error) => (SourceEvent::End, Some(error)),

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use clap::ValueEnum;
-use wstac_core::green::ycbcr::{YcbcrMatrix, QuantizationRange};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrMatrix};
 use wstac_core::rate::FrameRate;
 
 use crate::open;

@@ -11,7 +11,7 @@ use super::state::{About, HISTORY, Phase, State};
 use wstac_host::camera::modes::fps;
 use wstac_host::error::Error;
 use wstac_host::reading::{BASELINE_DISTURBED, IncompleteRecord, Reading, Record};
-use wstac_host::source::{SourceEvent, Source, StreamInfo};
+use wstac_host::source::{Source, SourceEvent, StreamInfo};
 
 /// The state, whatever became of a thread that had it.
 pub(super) fn locked(state: &Mutex<State>) -> MutexGuard<'_, State> {
@@ -58,7 +58,7 @@ impl<'p, 'm> Player<'p, 'm> {
         if self.ended {
             return Ok(0);
         }
-        let item = match self.source.next() {
+        let item = match self.source.next_event() {
             Ok(item) => item,
             Err(error) => {
                 self.ended = true;

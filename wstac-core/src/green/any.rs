@@ -8,7 +8,7 @@ use super::packed_ycbcr::{Uyvy, Yuyv};
 use super::planar_ycbcr::{Nv12, Yu12, Yuv422p, Yuv444p};
 use super::rgb565::Rgb565;
 use super::words::{Y10, Y12, Y16};
-use super::ycbcr::{YcbcrEncoding, Exact, Linear};
+use super::ycbcr::{Exact, Linear, YcbcrEncoding};
 use crate::frame::{Rows, Run};
 
 /// A pixel format by name.

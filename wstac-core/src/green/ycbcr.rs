@@ -53,10 +53,18 @@ pub struct YcbcrEncoding {
 macro_rules! of_color {
     ($of:path, $color:expr) => {
         match ($color.matrix, $color.range) {
-            (YcbcrMatrix::Bt601, QuantizationRange::Limited) => const { $of(YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Limited }) },
-            (YcbcrMatrix::Bt601, QuantizationRange::Full) => const { $of(YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Full }) },
-            (YcbcrMatrix::Bt709, QuantizationRange::Limited) => const { $of(YcbcrEncoding { matrix: YcbcrMatrix::Bt709, range: QuantizationRange::Limited }) },
-            (YcbcrMatrix::Bt709, QuantizationRange::Full) => const { $of(YcbcrEncoding { matrix: YcbcrMatrix::Bt709, range: QuantizationRange::Full }) },
+            (YcbcrMatrix::Bt601, QuantizationRange::Limited) => {
+                const { $of(YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Limited }) }
+            }
+            (YcbcrMatrix::Bt601, QuantizationRange::Full) => {
+                const { $of(YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Full }) }
+            }
+            (YcbcrMatrix::Bt709, QuantizationRange::Limited) => {
+                const { $of(YcbcrEncoding { matrix: YcbcrMatrix::Bt709, range: QuantizationRange::Limited }) }
+            }
+            (YcbcrMatrix::Bt709, QuantizationRange::Full) => {
+                const { $of(YcbcrEncoding { matrix: YcbcrMatrix::Bt709, range: QuantizationRange::Full }) }
+            }
         }
     };
 }

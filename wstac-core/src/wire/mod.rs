@@ -42,7 +42,7 @@ mod message;
 mod numbers;
 mod text;
 
-pub use decoder::{Decoder, Received, DecodeError};
+pub use decoder::{DecodeError, Decoder, Received};
 pub use frame::encode;
 pub use message::{Answers, Fault, Hello, Message, ModelFacts, Request, SAMPLE_PART, TextureAnswer, sample_parts};
 pub use text::Text;

@@ -167,7 +167,11 @@ fn every_truncation_and_every_changed_byte_is_refused() {
         for length in 2..bytes.len() - 1 {
             let mut cut = bytes[..length].to_vec();
             cut.push(0);
-            assert_eq!(received(&mut Decoder::new(), &cut), [Err(DecodeError::Damaged)], "{message:?} of {length} bytes");
+            assert_eq!(
+                received(&mut Decoder::new(), &cut),
+                [Err(DecodeError::Damaged)],
+                "{message:?} of {length} bytes"
+            );
         }
         for at in 1..bytes.len() - 1 {
             for change in 1..=u8::MAX {

@@ -5,7 +5,7 @@ pub mod port;
 mod progress;
 mod sample;
 
-use wstac_core::wire::{Decoder, Message, DecodeError, VERSION};
+use wstac_core::wire::{DecodeError, Decoder, Message, VERSION};
 
 use self::board::Board;
 use crate::error::Error;

@@ -10,7 +10,7 @@ use serde::Deserialize;
 use wstac_core::rate::FrameRate;
 
 use self::words::keep;
-use super::{Fault, SourceEvent, Source, StreamInfo};
+use super::{Fault, Source, SourceEvent, StreamInfo};
 use crate::camera::mjpeg::Decoder;
 use crate::error::Error;
 use crate::record::about::{About, Labels};

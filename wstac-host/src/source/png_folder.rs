@@ -12,7 +12,7 @@ use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::rate::FrameRate;
 
 use self::picture::{Picture, Problem, Shape};
-use super::{SourceEvent, Source, StreamInfo};
+use super::{Source, SourceEvent, StreamInfo};
 use crate::error::Error;
 
 /// The pictures of a folder.

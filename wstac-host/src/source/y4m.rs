@@ -22,7 +22,7 @@ use wstac_core::rate::FrameRate;
 use self::header::Header;
 use self::input::{Got, Input};
 pub use self::writer::header_of;
-use super::{SourceEvent, Source, StreamInfo};
+use super::{Source, SourceEvent, StreamInfo};
 use crate::error::Error;
 
 /// The word that a Y4M stream starts with.

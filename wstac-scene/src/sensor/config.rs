@@ -21,7 +21,7 @@
 //! and a table `[sensor.pose]` where the camera does not look straight on: [`Pose`].
 
 use serde::Deserialize;
-use wstac_core::green::ycbcr::{YcbcrEncoding, YcbcrMatrix, QuantizationRange};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 
@@ -129,7 +129,11 @@ impl TryFrom<Keys> for SensorConfig {
             format: keys.format.map_or(Ok(default.format), |format| format.parse())?,
             color: YcbcrEncoding {
                 matrix: one_of("matrix", keys.matrix, [("bt601", YcbcrMatrix::Bt601), ("bt709", YcbcrMatrix::Bt709)])?,
-                range: one_of("range", keys.range, [("limited", QuantizationRange::Limited), ("full", QuantizationRange::Full)])?,
+                range: one_of(
+                    "range",
+                    keys.range,
+                    [("limited", QuantizationRange::Limited), ("full", QuantizationRange::Full)],
+                )?,
             },
             quality: keys.quality.map_or(Ok(default.quality), checked_quality)?,
             exposure: keys.exposure.unwrap_or(default.exposure),

@@ -38,7 +38,13 @@ pub(super) struct Renderer {
 
 impl Renderer {
     /// A renderer of a camera's frames, which are black at first.
-    pub(super) fn new(config: &SensorConfig, camera: &FrameGeometry<Any>, pixel: &Pixel, spot: &Spot, rng: Rng) -> Self {
+    pub(super) fn new(
+        config: &SensorConfig,
+        camera: &FrameGeometry<Any>,
+        pixel: &Pixel,
+        spot: &Spot,
+        rng: Rng,
+    ) -> Self {
         let layout = *camera.layout();
         let [width, _] = layout.taxel().map(usize::from);
         let encoder = encoder(config.format, config.color);

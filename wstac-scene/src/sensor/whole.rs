@@ -36,7 +36,13 @@ pub(super) struct WholeRenderer {
 
 impl WholeRenderer {
     /// A renderer of a camera's frames.
-    pub(super) fn new(config: &SensorConfig, pose: &Pose, camera: &FrameGeometry<Any>, pixel: &Pixel, rng: Rng) -> Self {
+    pub(super) fn new(
+        config: &SensorConfig,
+        pose: &Pose,
+        camera: &FrameGeometry<Any>,
+        pixel: &Pixel,
+        rng: Rng,
+    ) -> Self {
         let size = camera.layout().frame();
         let (width, height) = (usize::from(size.width()), usize::from(size.height()));
         let encoder = encoder(config.format, config.color);

@@ -4,7 +4,7 @@ use wstac_core::features::line_sums;
 use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::layout::Layout;
 use wstac_core::params::{DEFAULT_FLOOR_LEVELS, DEFAULT_MARGIN, DEFAULT_WINDOW, FEATURES, TAXELS, VALID_THRESHOLD};
-use wstac_core::taxels::{TaxelSums, FrameGeometry};
+use wstac_core::taxels::{FrameGeometry, TaxelSums};
 
 use wstac_host::source::StreamInfo;
 

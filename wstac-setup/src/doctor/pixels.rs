@@ -8,7 +8,7 @@ use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::layout::Layout;
 use wstac_core::params::{COLUMNS, ROWS, TAXELS};
 use wstac_core::rate::FrameRate;
-use wstac_core::taxels::{TaxelSums, FrameGeometry};
+use wstac_core::taxels::{FrameGeometry, TaxelSums};
 
 use wstac_host::error::Error;
 use wstac_host::source::StreamInfo;

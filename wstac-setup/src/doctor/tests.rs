@@ -14,7 +14,7 @@ use super::*;
 use wstac_host::camera::CameraState;
 use wstac_host::config::Config;
 use wstac_host::reading::{Reading, Record, Wanted};
-use wstac_host::source::{Fault, SourceEvent, Source};
+use wstac_host::source::{Fault, Source, SourceEvent};
 use wstac_scene::SceneConfig;
 use wstac_scene::source::SceneSource;
 

@@ -18,7 +18,7 @@ use wstac_host::reading::{Reading, Record, Wanted};
 use wstac_host::record::Recorder;
 use wstac_host::record::about::{About, Labels};
 use wstac_host::record::plan::{self, PlannedSlide};
-use wstac_host::source::{FramePolicy, SourceEvent, Source, StreamInfo};
+use wstac_host::source::{FramePolicy, Source, SourceEvent, StreamInfo};
 use wstac_host::texture::Textures;
 use wstac_linux::source::is_camera;
 
@@ -161,7 +161,7 @@ impl Session<'_> {
                 return Ok(None);
             }
             let line = if self.is_live {
-                match self.source.next()? {
+                match self.source.next_event()? {
                     SourceEvent::End => return Ok(None),
                     SourceEvent::Fault(fault) => note(format_args!("{}: {}", fault.kind, fault.message)),
                     _ => {}
@@ -246,7 +246,7 @@ impl Session<'_> {
             if self.interrupted.load(Ordering::Relaxed) {
                 return Ok(Some(Outcome::Ended));
             }
-            let item = self.source.next()?;
+            let item = self.source.next_event()?;
             recorder.item(&item);
             let mut found = None;
             let shown = &mut self.shown;
@@ -340,9 +340,9 @@ mod tests {
         assert_eq!(failed.to_string(), "camera: unplugged");
         let mut source = McapSource::open(&part, None).unwrap();
         for _ in 0..3 {
-            assert!(matches!(source.next(), Ok(SourceEvent::Frame { .. })));
+            assert!(matches!(source.next_event(), Ok(SourceEvent::Frame { .. })));
         }
-        assert!(matches!(source.next(), Ok(SourceEvent::End)));
+        assert!(matches!(source.next_event(), Ok(SourceEvent::End)));
         fs::remove_file(&part).unwrap();
     }
 

@@ -15,7 +15,7 @@ use super::sensors::Sensor;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::reading::{BASELINE_DISTURBED, Reading, Wanted};
-use wstac_host::source::{Lag, FramePolicy, SourceEvent, Source};
+use wstac_host::source::{FramePolicy, Lag, Source, SourceEvent};
 use wstac_host::texture::Textures;
 
 /// What all sensors of a run have in common.
@@ -129,7 +129,7 @@ impl Opened<'_> {
             if interrupted.load(Ordering::Relaxed) || limit.is_some_and(|limit| seen >= limit) {
                 return reading.finish(|record| records.write(&record));
             }
-            let item = match source.next() {
+            let item = match source.next_event() {
                 Ok(item) => item,
                 Err(error) => {
                     // The source's error is the one that matters, whatever becomes of the end record.

@@ -11,7 +11,7 @@ use super::named;
 use wstac_host::error::Error;
 use wstac_host::source::open::OpenOptions;
 use wstac_host::source::y4m::header_of;
-use wstac_host::source::{SourceEvent, Source};
+use wstac_host::source::{Source, SourceEvent};
 use wstac_scene::source::SceneSource;
 use wstac_scene::source::script;
 
@@ -59,7 +59,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         if interrupted.load(Ordering::Relaxed) {
             return Err(Stop::Interrupted(signal_hook::consts::SIGINT as u8));
         }
-        match source.next()? {
+        match source.next_event()? {
             SourceEvent::Frame { bytes, .. } => {
                 if header.is_some() {
                     out.write(b"FRAME\n")?;

@@ -11,7 +11,7 @@ use crate::green::packed_rgb::{Rgb24, Rgbx32, Xrgb32};
 use crate::green::packed_ycbcr::{Uyvy, Yuyv};
 use crate::green::planar_ycbcr::{Nv12, Yu12, Yuv422p};
 use crate::green::words::{Y10, Y16};
-use crate::green::ycbcr::{YcbcrEncoding, Exact, Linear, YcbcrMatrix, QuantizationRange};
+use crate::green::ycbcr::{Exact, Linear, QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 
 /// Taxels anywhere in frames of any size, with any bytes between rows, of which the last is as short as it may be.
 fn check<G: GreenChannel>(name: &str, green: G) {

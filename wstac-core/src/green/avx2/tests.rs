@@ -4,7 +4,7 @@ use std::io::Write;
 use std::vec::Vec;
 
 use super::*;
-use crate::green::ycbcr::{YcbcrEncoding, Conversion, Exact, GUARDS, YcbcrMatrix, QuantizationRange, Vectors};
+use crate::green::ycbcr::{Conversion, Exact, GUARDS, QuantizationRange, Vectors, YcbcrEncoding, YcbcrMatrix};
 
 /// AVX2, if the machine has it. Where it has not there is nothing to compare, and this says so even where a test's output is kept back.
 pub(super) fn machine_has() -> Option<Avx2> {
@@ -99,8 +99,9 @@ fn exact_green_is_that_of_the_plain_way_for_all_2_to_the_24_triples() {
 
 #[test]
 fn factors_of_30_bits_make_the_same_w_with_any_guard_from_least_to_most() {
-    let colors = [YcbcrMatrix::Bt601, YcbcrMatrix::Bt709]
-        .map(|matrix| [QuantizationRange::Limited, QuantizationRange::Full].map(|range| Exact::new(YcbcrEncoding { matrix, range })));
+    let colors = [YcbcrMatrix::Bt601, YcbcrMatrix::Bt709].map(|matrix| {
+        [QuantizationRange::Limited, QuantizationRange::Full].map(|range| Exact::new(YcbcrEncoding { matrix, range }))
+    });
     let same = |guard: &i64| {
         colors.as_flattened().iter().all(|exact| {
             let factors = exact.factors_with(*guard);

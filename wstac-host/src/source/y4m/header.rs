@@ -1,7 +1,7 @@
 //! The header line: what it says, and what is wrong with it.
 
 use wstac_core::green::any::PixelFormat;
-use wstac_core::green::ycbcr::{YcbcrEncoding, YcbcrMatrix, QuantizationRange};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::FrameSize;
 use wstac_core::params::LARGEST_FRAME_SIDE;
 use wstac_core::rate::FrameRate;
@@ -50,7 +50,10 @@ impl Header {
             size: size.map_err(|error| error.to_string())?,
             rate,
             format,
-            color: YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: tags.range.unwrap_or(QuantizationRange::Limited) },
+            color: YcbcrEncoding {
+                matrix: YcbcrMatrix::Bt601,
+                range: tags.range.unwrap_or(QuantizationRange::Limited),
+            },
             is_range_assumed: tags.range.is_none() && format.is_ycbcr(),
             name,
         })

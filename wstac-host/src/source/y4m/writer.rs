@@ -1,7 +1,7 @@
 //! The header line of a Y4M file that is written.
 
 use wstac_core::green::any::PixelFormat;
-use wstac_core::green::ycbcr::{YcbcrMatrix, QuantizationRange};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrMatrix};
 
 use super::MAGIC;
 use crate::source::StreamInfo;

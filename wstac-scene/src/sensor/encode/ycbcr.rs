@@ -1,6 +1,6 @@
 //! R, G, B of 0..=255 → Y, Cb, Cr, as a camera's own processor does it: rounded to nearest.
 
-use wstac_core::green::ycbcr::{YcbcrEncoding, YcbcrMatrix, QuantizationRange};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 
 /// Added to a number of 0..=255, leaves it, rounded to nearest, in the low bits of a single precision number.
 const ROUNDER: f32 = 8_388_608.0;
