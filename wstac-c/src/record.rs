@@ -6,8 +6,8 @@ use std::ptr;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 
 use super::status::c_string;
-use wstac_host::output::{FaultReport, Output, TactileEvent};
 use wstac_core::trigger::InterruptedSample;
+use wstac_host::output::{FaultReport, Output, TactileEvent};
 use wstac_host::texture::Texture;
 
 /// Features of a frame: five rows, then five columns.

@@ -9,8 +9,8 @@ use crate::open_source;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
-use wstac_host::session::Processor;
 use wstac_host::output::{Output, OutputOptions};
+use wstac_host::session::Processor;
 use wstac_host::source::{Source, SourceEvent, StreamInfo, config_of};
 use wstac_host::texture::Textures;
 

@@ -1,7 +1,7 @@
 //! Typed outputs as the lines of `wstac run --json`. The names and values here are kept for ever.
 
 use serde::Serialize;
-use wstac_core::direction::{Heading, Unclear};
+use wstac_core::direction::{Direction, Heading, Unclear};
 use wstac_core::features::Features;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_core::speed::{NoSpeed, Speed};
@@ -110,7 +110,7 @@ impl<'a> EventLine<'a> {
             speed_at_most: event.speed_at_most.map(SpeedField::from),
             direction: DirectionField {
                 deg: direction.heading.ok().map(Heading::degrees),
-                confidence: (f64::from(direction.confidence()) * 1e4).round() / 1e4,
+                confidence: confidence(direction),
             },
             texture: event.texture.as_ref(),
             frames_filled: event.frames_filled,
@@ -188,6 +188,11 @@ pub fn unclear(reason: Unclear) -> &'static str {
         Unclear::NeverLit => "unclear: a row and a column never light up",
         Unclear::NoOrder => "unclear: neither rows nor columns light up in order",
     }
+}
+
+/// Returns a direction's confidence for output, 0 to 1, with four decimals.
+pub fn confidence(direction: Direction) -> f64 {
+    (f64::from(direction.confidence()) * 1e4).round() / 1e4
 }
 
 /// Returns a sample as ten features over 70 frames, as real numbers.
