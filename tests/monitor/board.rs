@@ -13,7 +13,7 @@ use wstac_core::trigger::{Event, Trigger, TriggerConfig};
 use wstac_core::wire::{Answers, Hello, LONGEST, Message, ModelFacts, Text, encode, sample_parts};
 use wstac_host::model_file::ModelFile;
 use wstac_host::source::open::{OpenOptions, open};
-use wstac_host::source::{SourceEvent, StreamInfo};
+use wstac_host::source::{Frame, SourceEvent, StreamInfo};
 use wstac_scene::source::Scenes;
 
 /// What a board sends: a frame of the link each.
@@ -69,8 +69,8 @@ pub(crate) fn sent(scene: &str, models: &[ModelFile], all: bool) -> Sent {
                 }
                 None
             }
-            SourceEvent::Fault(_) | SourceEvent::Waiting => None,
             SourceEvent::End => break,
+            _ => None,
         };
         if let Some(frame) = frame {
             board.take(frame, 0);

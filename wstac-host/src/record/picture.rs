@@ -72,6 +72,7 @@ mod tests {
             taxels_only: false,
             about: String::new(),
             camera: None,
+            recorded: None,
         };
         (shape(&info), frame_bytes(&info))
     }

@@ -19,7 +19,7 @@ use wstac_host::record::Recorder;
 use wstac_host::record::about::{About, Labels};
 use wstac_host::record::plan::{self, PlannedSlide};
 use wstac_host::session::Processor;
-use wstac_host::source::{Frame, FramePolicy, Source, SourceEvent, StreamInfo};
+use wstac_host::source::{FramePolicy, Source, SourceEvent, StreamInfo};
 use wstac_host::texture::Textures;
 use wstac_linux::source::is_camera;
 
@@ -296,6 +296,7 @@ mod tests {
     use wstac_core::rate::FrameRate;
 
     use super::*;
+    use wstac_host::source::Frame;
     use wstac_host::source::mcap::McapSource;
 
     /// A camera that fails after some frames.
