@@ -162,10 +162,11 @@ fn sums_of_the_last_frame_are_there_until_the_next_begins_or_is_lost() {
     let whole = pipeline.push_stripe(&[8; 50]).unwrap().frame().unwrap();
     assert_eq!(pipeline.taxels(), Some(sums.map(|sum| sum / 7 * 8)));
     assert_eq!(pipeline.push_frame(&[8; 100]).unwrap().frame().unwrap().features, whole.features);
-    for lose in [|pipeline: &mut Pipeline| drop(pipeline.push_lost(1)), |pipeline| drop(pipeline.abandon_frame())] {
+    for abandon in [false, true] {
         pipeline.push_frame(&[7; 100]).unwrap();
         assert_eq!(pipeline.taxels(), Some(sums));
-        lose(&mut pipeline);
+        let update = if abandon { pipeline.abandon_frame() } else { pipeline.push_lost(1) };
+        assert!(update.frame().is_none());
         assert_eq!(pipeline.taxels(), None);
     }
     pipeline.push_frame(&[7; 100]).unwrap();
