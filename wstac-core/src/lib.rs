@@ -47,6 +47,7 @@ pub mod model;
 pub mod params;
 pub mod pipeline;
 pub mod rate;
+mod ring;
 pub mod sample;
 pub mod speed;
 pub mod stream;

@@ -1,11 +1,10 @@
 //! Features → events: baseline, windows, capture, gaps (SPEC §3, algorithm 1 of the paper).
 
-use heapless::Deque;
-
 use crate::baseline::Baseline;
 use crate::features::Features;
 use crate::following::{Following, Kept};
 use crate::params::{FEATURES, LONGEST_FILLED_GAP, SAMPLE_FRAMES};
+use crate::ring::Ring;
 use crate::sample::Sample;
 pub use crate::trigger_config::{Rule, TriggerConfig};
 
@@ -71,7 +70,7 @@ enum Phase {
 pub struct Trigger<B = Kept> {
     config: TriggerConfig,
     /// The last frames: all of a sample when it is complete.
-    ring: Deque<Features, SAMPLE_FRAMES>,
+    ring: Ring,
     /// Which of the ring's frames were filled: bit 0 is the newest.
     filled: [u64; 2],
     /// Number of the frame that comes next; at `u64::MAX` it stays there.
@@ -107,7 +106,7 @@ impl<B: Following> Trigger<B> {
     pub fn with(config: TriggerConfig, frame: u64, following: B) -> Self {
         Self {
             config,
-            ring: Deque::new(),
+            ring: Ring::new(),
             filled: [0; 2],
             frame,
             phase: Phase::Baseline,
@@ -243,7 +242,7 @@ impl<B: Following> Trigger<B> {
 
     /// Repeats the last features for one lost frame.
     fn fill(&mut self) -> Option<u64> {
-        let last = *self.ring.back()?;
+        let last = *self.ring.newest()?;
         self.step(last, true)
     }
 
@@ -259,7 +258,7 @@ impl<B: Following> Trigger<B> {
         if self.phase != Phase::Baseline {
             // Of more frames than the ring holds only the last can be seen again.
             for _ in 0..left.min(SAMPLE_FRAMES as u64) {
-                if let Some(&last) = self.ring.back() {
+                if let Some(&last) = self.ring.newest() {
                     self.remember(last, true);
                 }
             }
@@ -279,11 +278,7 @@ impl<B: Following> Trigger<B> {
     }
 
     fn remember(&mut self, features: Features, filled: bool) {
-        if self.ring.is_full() {
-            self.ring.pop_front();
-        }
-        // There is room now, so it is taken.
-        let _ = self.ring.push_back(features);
+        self.ring.push(features);
         let [low, high] = self.filled;
         self.filled = [low << 1 | u64::from(filled), high << 1 | low >> 63];
     }
