@@ -16,8 +16,6 @@ use std::time::Duration;
 
 use wstac_core::rate::FrameRate;
 
-use wstac_host::rate::per_second;
-
 /// Periods behind the grid from which frames are missing: more than jitter of ±0.6 reaches, less than one.
 const LATE: f64 = 0.75;
 /// What is added to `LATE` for the second frame; it falls with the square root of the frames that the grid rests on.
@@ -50,7 +48,7 @@ pub struct Timeline {
 impl Timeline {
     /// A time line of frames at this rate.
     pub fn new(rate: FrameRate) -> Self {
-        let rate = per_second(rate);
+        let rate = rate.per_second();
         Self { rate, last: None, late: 0.0, frames: 1.0, reported: 0, guessed: 0.0 }
     }
 

@@ -16,10 +16,10 @@ use super::run::interruptions;
 use super::source_arguments::{SourceArguments, doubts_of_textures};
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
-use wstac_host::rate::per_second;
 use wstac_host::reading::{BASELINE_DISTURBED, Reading, Record, Wanted};
-use wstac_host::record::about::{About, Labels};
+use wstac_host::record::about::About;
 use wstac_host::record::{Recorder, Written};
+use wstac_host::source::Labels;
 use wstac_host::source::{Behind, Delivery, Item, Source, StreamInfo};
 use wstac_host::texture::Textures;
 use wstac_train::dataset::recordings::{NAMES, check};
@@ -274,7 +274,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 
 /// The frames after which a recording ends.
 fn frame_limit(arguments: &Arguments, info: &StreamInfo) -> Option<u64> {
-    let rate = per_second(info.rate);
+    let rate = info.rate.per_second();
     let of_time = arguments.duration.map(|seconds| (seconds * rate).ceil() as u64);
     arguments.frames.into_iter().chain(of_time).min()
 }

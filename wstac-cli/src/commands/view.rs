@@ -9,8 +9,9 @@ use crate::view::{self, Recordings};
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::reading::{Reading, Wanted};
-use wstac_host::record::about::{About, Labels};
+use wstac_host::record::about::About;
 use wstac_host::source::Delivery;
+use wstac_host::source::Labels;
 use wstac_host::texture::Textures;
 use wstac_linux::source::is_camera;
 

@@ -120,7 +120,8 @@ impl Board {
         if self.wanted.samples && sample.is_none() {
             give(Report::Note(format!("the sample of the event at frame {} did not arrive", answers.frame)))?;
         }
-        give(Report::Record(Record::Event(Box::new(EventRecord::new(answers, Speed::new, texture, sample)))))
+        let event = EventRecord::new(&answers.into(), Speed::new, texture, sample);
+        give(Report::Record(Record::Event(Box::new(event))))
     }
 
     fn status<E>(

@@ -1,20 +1,55 @@
 //! An event's answers, as a record.
 
-use wstac_core::direction::{Heading, Unclear};
+use wstac_core::direction::{Direction, Heading, Unclear, direction};
 use wstac_core::features::Features;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
-use wstac_core::speed::{NoSpeed, Speed, SpeedConfig};
+use wstac_core::speed::{self, NoSpeed, Speed, SpeedConfig};
 use wstac_core::trigger::Event;
-use wstac_core::wire::Answers;
 
 use super::record::{DirectionRecord, EventRecord, SpeedRecord, Why};
 use crate::texture::{TextureRecord, Textures};
 
+/// What the core answers to an event: worked out here, or sent by a board.
+pub(crate) struct EventAnswers {
+    /// Number of the first frame of the sample.
+    pub frame: u64,
+    /// Lit frames, last less first.
+    pub duration: Option<u8>,
+    /// Sliding speed, or why there is none.
+    pub speed: Result<Speed, NoSpeed>,
+    /// Sliding direction.
+    pub direction: Direction,
+    /// Frames of the sample that were filled.
+    pub frames_filled: u8,
+    /// Whether the baseline was quiet and the sample complete enough.
+    pub reliable: bool,
+}
+
+impl EventAnswers {
+    fn of(event: &Event<'_>, config: &SpeedConfig) -> Self {
+        Self {
+            frame: event.frame,
+            duration: speed::duration(event, config).map(speed::Duration::frames),
+            speed: speed::speed(event, config),
+            direction: direction(event),
+            frames_filled: event.frames_filled,
+            reliable: event.reliable,
+        }
+    }
+}
+
+#[cfg(feature = "board")]
+impl From<&wstac_core::wire::Answers<'_>> for EventAnswers {
+    fn from(answers: &wstac_core::wire::Answers<'_>) -> Self {
+        let &wstac_core::wire::Answers { frame, duration, speed, direction, frames_filled, reliable, .. } = answers;
+        Self { frame, duration, speed, direction, frames_filled, reliable }
+    }
+}
+
 impl EventRecord {
-    /// What is said of an event, by a source read here as by a board far away; `bound` makes a speed of the mm/s of a cut-off event, `sample`
-    /// is there where it is wanted.
+    /// Makes a record of an event's answers; `bound` makes a speed of the mm/s of a cut-off event.
     pub(crate) fn new(
-        answers: &Answers<'_>,
+        answers: &EventAnswers,
         bound: impl FnOnce(f32) -> Speed,
         texture: Option<TextureRecord>,
         sample: Option<&[Features; SAMPLE_FRAMES]>,
@@ -61,7 +96,8 @@ impl EventRecord {
 pub(super) fn answers(event: &Event<'_>, config: &SpeedConfig, textures: &Textures, with_sample: bool) -> EventRecord {
     let flat = event.sample.flat();
     let sample = flat.as_chunks().0.as_array().filter(|_| with_sample);
-    EventRecord::new(&Answers::new(event, config), |mm_s| config.marked(mm_s), textures.of_sample(&flat), sample)
+    let answers = EventAnswers::of(event, config);
+    EventRecord::new(&answers, |mm_s| config.marked(mm_s), textures.of_sample(&flat), sample)
 }
 
 impl From<Speed> for SpeedRecord {

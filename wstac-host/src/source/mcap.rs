@@ -10,10 +10,10 @@ use serde::Deserialize;
 use wstac_core::rate::FrameRate;
 
 use self::words::keep;
-use super::{Fault, Item, Source, StreamInfo};
+use super::{Fault, Item, Labels, Source, StreamInfo};
 use crate::camera::mjpeg::Decoder;
 use crate::error::Error;
-use crate::record::about::{About, Labels};
+use crate::record::about::About;
 use crate::record::foxglove::{Schema, image_data};
 use crate::record::parse::parse_record;
 use crate::record::scan::{MessageBody, Scan, Step, outline};

@@ -1,10 +1,13 @@
 //! Where frames come from: one trait, one file a source.
 
+#[cfg(feature = "mcap")]
 pub mod mcap;
 pub mod open;
+#[cfg(feature = "png")]
 pub mod png_folder;
 pub mod y4m;
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use wstac_core::green::any::PixelFormat;
@@ -16,7 +19,9 @@ use wstac_core::rate::FrameRate;
 use crate::camera::CameraState;
 use crate::config::Config;
 use crate::error::Error;
-use crate::record::about::Labels;
+
+/// What a person says of a recording, such as `specimen` `Saw3`.
+pub type Labels = BTreeMap<String, String>;
 
 /// What all frames of a stream have in common.
 #[derive(Clone, Debug, PartialEq)]
