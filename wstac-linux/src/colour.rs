@@ -5,7 +5,7 @@ use wstac_core::green::ycbcr::{Colour, Matrix, Range};
 
 /// Colour as `v4l2_pix_format` states it: numbers of the kernel's enumerations, which may be newer than this program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Colorimetry {
+pub(crate) struct Colorimetry {
     /// `enum v4l2_colorspace`.
     pub colorspace: u32,
     /// `enum v4l2_ycbcr_encoding`.
@@ -16,7 +16,7 @@ pub struct Colorimetry {
 
 impl Colorimetry {
     /// The nearest colour that is computed, and a note where it is not exactly the one stated.
-    pub fn colour(self) -> (Colour, Option<String>) {
+    pub(crate) fn colour(self) -> (Colour, Option<String>) {
         let (matrix, stands_for) = self.matrix();
         let range = match self.quantization {
             sys::v4l2_quantization_V4L2_QUANTIZATION_FULL_RANGE => Range::Full,

@@ -5,16 +5,14 @@
 
 pub(crate) mod buffers;
 pub(crate) mod choose;
-#[doc(hidden)]
-pub mod colour;
+mod colour;
 pub mod controls;
 mod device;
 pub mod devices;
 mod negotiate;
 pub(crate) mod same;
 pub mod source;
-#[doc(hidden)]
-pub mod timeline;
+mod timeline;
 
 use std::path::PathBuf;
 

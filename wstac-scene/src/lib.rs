@@ -3,36 +3,32 @@
 //! Data flows one way: [`script`] says what there is, [`elastomer`] makes it light at 25 bases over time ([`surface`],
 //! [`contact`], [`whisker`], [`light`]), [`sensor`] makes that the bytes of frames.
 
-#[doc(hidden)]
 pub mod along;
-#[doc(hidden)]
-pub mod beam;
-#[doc(hidden)]
-pub mod contact;
+mod beam;
+mod contact;
 pub mod effects;
-#[doc(hidden)]
-pub mod elastomer;
+mod elastomer;
 mod elliptic;
-#[doc(hidden)]
-pub mod keys;
-pub mod light;
-#[doc(hidden)]
+mod keys;
+mod light;
 pub mod rng;
 pub mod script;
 pub mod sensor;
 pub mod source;
 pub mod specimen;
-#[doc(hidden)]
-pub mod surface;
-pub mod whisker;
+mod surface;
+mod whisker;
 
 use wstac_core::params::TAXELS;
 
+pub use self::beam::Beam;
 use self::elastomer::Elastomer;
+pub use self::light::{Dead, LightConfig};
 use self::rng::Rng;
 pub use self::script::{Script, Slide};
 use self::sensor::auto_exposure::{AutoExposure, Interval};
 use self::sensor::{Fidelity, Sensor, SensorConfig};
+pub use self::whisker::{Present, WhiskerConfig};
 use wstac_host::error::Error;
 
 /// Purposes of random numbers: no two depend on each other, nor on those of the elastomer.
