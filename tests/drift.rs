@@ -2,13 +2,13 @@
 
 use std::fmt::Write;
 
-use wstac_core::following::{Follow, Kept};
+use wstac_core::baseline_policy::{FixedBaseline, TrackingBaseline};
 use wstac_core::trigger::{Rule, Trigger, TriggerConfig};
 use wstac_host::config::Config;
 use wstac_host::reading::{EventRecord, Reading, Record, Wanted, read_all};
 use wstac_host::source::Source;
 use wstac_scene::source::SceneSource;
-use wstac_scene::{Script, Truth};
+use wstac_scene::{SceneConfig, Truth};
 
 /// Slides within the hour.
 const SLIDES: u32 = 30;
@@ -16,18 +16,18 @@ const SLIDES: u32 = 30;
 const HOUR: u64 = 108_000;
 
 /// An hour of 30 slides, of every direction and of 100 to 190 mm/s; light leaks in, as much more a minute.
-fn hour(leak_per_minute: f64) -> Script {
+fn hour(leak_per_minute: f64) -> SceneConfig {
     let mut text = format!("fidelity = \"taxel\"\ngap = 3575\n[light]\nleak_per_minute = {leak_per_minute}\n");
     for slide in 0..SLIDES {
         let specimen = ["Fla0", "Sin3", "Saw2", "Tri4"][slide as usize % 4];
         let (speed, direction) = (100 + 10 * (slide % 10), 90 * (slide % 4));
         let _ = writeln!(text, "[[slide]]\nspecimen = \"{specimen}\"\nspeed = {speed}\ndirection = {direction}");
     }
-    Script::from_toml("an hour", &text).unwrap()
+    SceneConfig::from_toml("an hour", &text).unwrap()
 }
 
 /// A scene's truth, its events, and how many frames it had.
-fn read(script: &Script, config: &str) -> (Vec<Truth>, Vec<EventRecord>, u64) {
+fn read(script: &SceneConfig, config: &str) -> (Vec<Truth>, Vec<EventRecord>, u64) {
     let mut source = SceneSource::new(script).unwrap();
     let config = Config::parse(config).unwrap();
     let mut reading = Reading::new(source.info(), &config, Wanted::default()).unwrap();
@@ -58,7 +58,7 @@ const FOLLOW: &str = "[trigger]\nfollow = 512\n[speed]\nthreshold_on = \"above_b
 
 #[test]
 fn an_hour_of_drift_makes_a_kept_baseline_fire_and_a_followed_one_not() {
-    // From one grey level of black to four.
+    // From one gray level of black to four.
     let (drifting, still) = (hour(0.0002), hour(0.0));
     let (truth, kept, frames) = read(&drifting, ABOVE);
     assert!(frames >= HOUR, "{frames} frames");
@@ -101,7 +101,7 @@ fn an_hour_of_drift_makes_a_kept_baseline_fire_and_a_followed_one_not() {
 }
 
 /// Pushes a level so often; whether anything fired.
-fn push<B: wstac_core::following::Following>(trigger: &mut Trigger<B>, level: i16, frames: u32) -> bool {
+fn push<B: wstac_core::baseline_policy::BaselinePolicy>(trigger: &mut Trigger<B>, level: i16, frames: u32) -> bool {
     (0..frames).fold(false, |fired, _| {
         trigger.push([level; 10], false).is_some() || trigger.end().incomplete.is_some() || fired
     })
@@ -111,7 +111,7 @@ fn push<B: wstac_core::following::Following>(trigger: &mut Trigger<B>, level: i1
 fn no_difference_is_too_small_and_none_overshoots() {
     let config = TriggerConfig::default();
     for windows in [16, 512, 32_768] {
-        let mut trigger = Trigger::with(config, 0, Follow::new(windows).unwrap());
+        let mut trigger = Trigger::with(config, 0, TrackingBaseline::new(windows).unwrap());
         push(&mut trigger, -8000, 25);
         for (level, sign) in [(-7999_i16, 1), (-8001, -1)] {
             let from = trigger.baseline().unwrap().totals()[0];
@@ -134,13 +134,13 @@ fn what_rises_by_less_than_the_margin_in_its_time_constant_is_drift_and_nothing_
     // A margin of 400 units of 2^-11 a frame; a rise of one unit every so many windows of 5 frames.
     let config = TriggerConfig::new(5, 1.0, 10, Rule::Signed, 400.0 / 2048.0).unwrap();
     let fires = |units_a_window: i32| {
-        let mut trigger = Trigger::with(config, 0, Follow::new(64).unwrap());
+        let mut trigger = Trigger::with(config, 0, TrackingBaseline::new(64).unwrap());
         push(&mut trigger, -8000, 25);
         (1..=1000).any(|window| push(&mut trigger, (-8000 + units_a_window * window) as i16, 5))
     };
     // 400 / 64 = 6.25 units a window; the rise is seen a window after it is.
     assert!(!fires(5) && !fires(6) && fires(7) && fires(8));
-    let mut kept = Trigger::with(config, 0, Kept);
+    let mut kept = Trigger::with(config, 0, FixedBaseline);
     push(&mut kept, -8000, 25);
     assert!((1..=1000).any(|window| push(&mut kept, (-8000 + window) as i16, 5)));
 }
@@ -148,7 +148,7 @@ fn what_rises_by_less_than_the_margin_in_its_time_constant_is_drift_and_nothing_
 #[test]
 fn a_baseline_moves_by_no_more_than_the_margin_in_its_time_constant() {
     let config = TriggerConfig::new(5, 1.0, 10, Rule::Signed, 0.2).unwrap();
-    let mut trigger = Trigger::with(config, 0, Follow::new(16).unwrap());
+    let mut trigger = Trigger::with(config, 0, TrackingBaseline::new(16).unwrap());
     push(&mut trigger, -8000, 25);
     // Something covers the light: 6000 units a frame lower. The margin is 409.6 units a frame, 10240 of a total.
     let mut before = trigger.baseline().unwrap().totals()[0];
@@ -162,7 +162,7 @@ fn a_baseline_moves_by_no_more_than_the_margin_in_its_time_constant() {
 
 #[test]
 fn windows_after_an_event_are_left_out() {
-    let mut trigger = Trigger::with(TriggerConfig::default(), 0, Follow::new(16).unwrap());
+    let mut trigger = Trigger::with(TriggerConfig::default(), 0, TrackingBaseline::new(16).unwrap());
     push(&mut trigger, -8000, 25);
     push(&mut trigger, 0, 5);
     push(&mut trigger, -8000, 65);
@@ -177,8 +177,8 @@ fn windows_after_an_event_are_left_out() {
 #[test]
 fn time_constants_are_powers_of_two() {
     for windows in [0, 1, 8, 15, 17, 100, 65_536, u32::MAX] {
-        let message = Follow::new(windows).unwrap_err().to_string();
+        let message = TrackingBaseline::new(windows).unwrap_err().to_string();
         assert!(message.contains(&format!("follow is {windows} windows")), "{message}");
     }
-    assert_eq!([16, 32_768].map(|windows| Follow::new(windows).unwrap().windows()), [16, 32_768]);
+    assert_eq!([16, 32_768].map(|windows| TrackingBaseline::new(windows).unwrap().windows()), [16, 32_768]);
 }

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use wstac_core::early::Early;
+use wstac_core::early::EarlySampler;
 use wstac_core::features::Features;
 use wstac_core::trigger::{Rule, Trigger, TriggerConfig};
 use wstac_tests::random::Random;
@@ -29,7 +29,7 @@ fn beginnings_are_those_of_the_events_and_come_once_and_in_time() {
         let config = TriggerConfig::new(window, 1.2, backtrack, Rule::Signed, 0.2).unwrap();
         let wanted = 1 + random.below(75) as u8;
         let is_lossy = random.below(2) == 1;
-        let (mut trigger, mut early) = (Trigger::new(config), Early::new(wanted));
+        let (mut trigger, mut early) = (Trigger::new(config), EarlySampler::new(wanted));
         let mut beginnings = HashMap::new();
         for (now, features) in stream(900, &mut random).into_iter().enumerate() {
             if is_lossy && random.below(30) == 0 {

@@ -1,14 +1,14 @@
 //! The ends of every range of the trigger and of time. Each test names an extreme and what is guaranteed there.
 
 use wstac_core::error::Error;
-use wstac_core::green::grey::Grey;
+use wstac_core::green::gray::Gray;
 use wstac_core::layout::Layout;
 use wstac_core::ln::libm::Libm;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::stream::FeatureStream;
-use wstac_core::taxels::Camera;
-use wstac_core::trigger::{Incomplete, Rule, Trigger, TriggerConfig};
+use wstac_core::taxels::FrameGeometry;
+use wstac_core::trigger::{InterruptedSample, Rule, Trigger, TriggerConfig};
 use wstac_tests::OwnedEvent;
 use wstac_tests::extreme::{BRIGHT, DARK, push, size, stacked};
 
@@ -171,7 +171,7 @@ fn losses_up_to_the_largest_number() {
     // Above 45 frames a second losses are counted in groups first.
     for fps in [30, 60, 1000] {
         let layout = stacked(size(2, 2), [1, 1], [0, 0]);
-        let camera = Camera::new(Grey, layout, FrameRate::new(fps, 1).unwrap()).unwrap();
+        let camera = FrameGeometry::new(Gray, layout, FrameRate::new(fps, 1).unwrap()).unwrap();
         let added = u64::from(camera.rate().frames_added());
         let mut pipeline: Pipeline = Pipeline::new(camera, 0.5, TriggerConfig::default()).unwrap();
         pipeline.push_lost(u64::MAX);
@@ -196,8 +196,8 @@ fn frame_rates_from_1_to_1000() {
     let odd = [(30_000, 1001), (60_000, 1001), (45_000, 1001), (2997, 100), (5994, 100), (45_001, 1000), (1, 60)];
     let layout = Layout::paper(size(8, 8)).unwrap();
     let bytes: Vec<u8> = (0..64).map(|i| 3 * i).collect();
-    let camera = Camera::new(Grey, layout, FrameRate::NOMINAL).unwrap();
-    let nominal = FeatureStream::<Grey, Libm>::new(camera, 0.5).unwrap().push_frame(&bytes).unwrap().unwrap().features;
+    let camera = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL).unwrap();
+    let nominal = FeatureStream::<Gray, Libm>::new(camera, 0.5).unwrap().push_frame(&bytes).unwrap().unwrap().features;
     for (numerator, denominator) in (1..=1000).map(|fps| (fps, 1)).chain(odd) {
         let fps = f64::from(numerator) / f64::from(denominator);
         let expected = if fps > 45.0 { (fps / 30.0).round() as u32 } else { 1 };
@@ -205,8 +205,8 @@ fn frame_rates_from_1_to_1000() {
         assert_eq!(rate.frames_added(), expected, "{numerator}/{denominator}");
         let lasts = f64::from(expected) * 30.0 / fps;
         assert!((f64::from(rate.nominal_frames()) / lasts - 1.0).abs() < 1e-6, "{numerator}/{denominator}");
-        let camera = Camera::new(Grey, layout, rate).unwrap();
-        let mut stream = FeatureStream::<Grey, Libm>::new(camera, 0.5).unwrap();
+        let camera = FrameGeometry::new(Gray, layout, rate).unwrap();
+        let mut stream = FeatureStream::<Gray, Libm>::new(camera, 0.5).unwrap();
         let mut frames = 0;
         for frame in 1..=3 * expected {
             let found = stream.push_frame(&bytes).unwrap();
@@ -214,7 +214,7 @@ fn frame_rates_from_1_to_1000() {
             if let Some(found) = found {
                 frames += 1;
                 assert_eq!(found.features, nominal, "{numerator}/{denominator}");
-                assert!(!found.patched);
+                assert!(!found.has_missing_frames);
             }
         }
         assert_eq!(frames, 3);
@@ -297,7 +297,7 @@ fn seven_and_eight_lost_in_a_row_at_every_phase() {
             let windows_after = |start: u64| (start..=FRAMES - 5).step_by(5).find(|&t| fires(t));
             if gap == 8 && (65..120).contains(&at) {
                 // The window at 60 had fired: its sample is cut off, and what is lit afterwards makes one of its own.
-                assert_eq!(interrupted, [Incomplete { frame: 50, frames: (at - 50) as u8 }], "{context}");
+                assert_eq!(interrupted, [InterruptedSample { frame: 50, frames: (at - 50) as u8 }], "{context}");
                 let expected: Vec<u64> = windows_after(at + 8).map(|t| t - 10).into_iter().collect();
                 assert_eq!(events.iter().map(|event| event.frame).collect::<Vec<_>>(), expected, "{context}");
                 continue;
@@ -343,10 +343,10 @@ fn losses_at_the_very_end() {
                 assert_eq!((open, interrupted), (None, None), "{context}");
             } else if lost > 7 {
                 let frames = (arrived - 50) as u8;
-                assert_eq!((open, interrupted), (None, Some(Incomplete { frame: 50, frames })), "{context}");
+                assert_eq!((open, interrupted), (None, Some(InterruptedSample { frame: 50, frames })), "{context}");
             } else {
                 let frames = (arrived + lost - 50) as u8;
-                assert_eq!((open, interrupted), (Some(Incomplete { frame: 50, frames }), None), "{context}");
+                assert_eq!((open, interrupted), (Some(InterruptedSample { frame: 50, frames }), None), "{context}");
             }
         }
     }

@@ -26,7 +26,7 @@ fn with_event<T>(lit: core::ops::Range<usize>, answer: impl Fn(&Event<'_>) -> T)
 /// Durations of 0, of 67 (the longest that is not cut off) and of 69 frames, and none.
 #[test]
 fn durations_0_and_69() {
-    let config = SpeedConfig::paper(FrameRate::NOMINAL);
+    let config = SpeedConfig::published(FrameRate::NOMINAL);
     let duration =
         |lit| with_event(lit, |event| speed::duration(event, &config).map(|d| (d.first, d.last, d.frames())));
     let answer = |lit| with_event(lit, |event| speed::speed(event, &config));
@@ -71,19 +71,19 @@ fn speed_laws_at_their_poles() {
     assert_eq!(answer(law, FrameRate::NOMINAL, 20..31), Err(NoSpeed::OutsideLaw));
     assert_eq!(answer(law, FrameRate::NOMINAL, 20..32).map(|speed| speed.mm_s), Ok(2700.0));
     assert_eq!(answer(law, FrameRate::NOMINAL, 0..11), Err(NoSpeed::CutOff { at_most: None }));
-    let paper = |intercept, slope| Law::Paper { intercept, slope };
+    let paper = |intercept, slope| Law::Published { intercept, slope };
     assert_eq!(paper(f32::MAX, 56.29).speed(10.0), None);
     assert_eq!(paper(151.06, f32::MIN_POSITIVE).speed(10.0), None);
     assert_eq!(paper(f32::MIN, 56.29).speed(10.0), None);
     assert!(paper(151.06, f32::MAX).speed(10.0).is_some_and(|mm_s| (mm_s - 1.0).abs() < 1e-6));
     // One frame a second: 30 nominal frames each, so one frame of difference is 30.
     let slow = FrameRate::new(1, 1).unwrap();
-    let speed = answer(Law::PAPER, slow, 20..22).unwrap();
+    let speed = answer(Law::PUBLISHED, slow, 20..22).unwrap();
     assert!((f64::from(speed.mm_s) / 10_f64.powf((151.06 - 30.0) / 56.29) - 1.0).abs() < 1e-5, "{speed:?}");
     // The slowest rate that can be said, over the longest sample: no overflow, and a speed too small for 32 bits is
     // no answer rather than 0.
     let slowest = FrameRate::new(1, u32::MAX).unwrap();
-    assert_eq!(answer(Law::PAPER, slowest, 1..69), Err(NoSpeed::OutsideLaw));
+    assert_eq!(answer(Law::PUBLISHED, slowest, 1..69), Err(NoSpeed::OutsideLaw));
     assert!(answer(law, slowest, 1..69).is_ok_and(|speed| speed.mm_s > 0.0 && speed.extrapolated));
 }
 
@@ -119,13 +119,13 @@ fn not_numbers_are_refused_or_harmless() {
     assert_eq!([floor(tiny), floor(f64::MIN_POSITIVE), floor(1e-9)], [Ok(i16::MIN); 3], "saturates at −16");
     assert_eq!((floor(255.0), floor(255.000_001).is_err()), (Ok(3296), true));
 
-    let speed = |threshold| SpeedConfig::new(Law::PAPER, threshold, ThresholdOn::Absolute, FrameRate::NOMINAL);
+    let speed = |threshold| SpeedConfig::new(Law::PUBLISHED, threshold, ThresholdOn::Absolute, FrameRate::NOMINAL);
     for bad in NOT_NUMBERS.into_iter().chain([-tiny, -1.0, 0.0, -0.0, 5.000_001, f64::MAX]) {
         assert!(matches!(speed(bad), Err(Error::SpeedThreshold(found)) if same(found, bad)), "{bad}");
     }
     for on in [ThresholdOn::Absolute, ThresholdOn::AboveBaseline] {
         for threshold in [tiny, f64::MIN_POSITIVE, 5.0] {
-            let config = SpeedConfig::new(Law::PAPER, threshold, on, FrameRate::NOMINAL).unwrap();
+            let config = SpeedConfig::new(Law::PUBLISHED, threshold, on, FrameRate::NOMINAL).unwrap();
             let duration = with_event(30..40, |event| speed::duration(event, &config)).map(|d| (d.first, d.last));
             let expected = match (threshold < 1.0, on) {
                 (false, _) => None,
@@ -138,8 +138,8 @@ fn not_numbers_are_refused_or_harmless() {
     let law = |law| SpeedConfig::new(law, 0.0475, ThresholdOn::Absolute, FrameRate::NOMINAL);
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let refused = [
-            Law::Paper { intercept: bad, slope: 56.29 },
-            Law::Paper { intercept: 151.06, slope: bad },
+            Law::Published { intercept: bad, slope: 56.29 },
+            Law::Published { intercept: 151.06, slope: bad },
             Law::Physical { track: bad, afterglow: 5.0 },
             Law::Physical { track: 114.0, afterglow: bad },
         ];
@@ -148,7 +148,8 @@ fn not_numbers_are_refused_or_harmless() {
         }
     }
     for bad in [0.0, -0.0, -1.0, -f32::from_bits(1), f32::MIN] {
-        for refused in [Law::Paper { intercept: 151.06, slope: bad }, Law::Physical { track: bad, afterglow: 5.0 }] {
+        for refused in [Law::Published { intercept: 151.06, slope: bad }, Law::Physical { track: bad, afterglow: 5.0 }]
+        {
             assert!(
                 matches!(law(refused), Err(Error::SpeedLaw { found, .. }) if found.to_bits() == bad.to_bits()),
                 "{bad}"
@@ -157,8 +158,8 @@ fn not_numbers_are_refused_or_harmless() {
     }
     let tiny = f32::from_bits(1);
     for harmless in [
-        Law::Paper { intercept: -0.0, slope: tiny },
-        Law::Paper { intercept: tiny, slope: f32::MAX },
+        Law::Published { intercept: -0.0, slope: tiny },
+        Law::Published { intercept: tiny, slope: f32::MAX },
         Law::Physical { track: tiny, afterglow: -0.0 },
         Law::Physical { track: f32::MAX, afterglow: -tiny },
         Law::Physical { track: f32::MAX, afterglow: f32::MIN },
@@ -187,10 +188,10 @@ fn recorded_numbers_that_no_sensor_makes() {
             let direction = direction::direction(&event);
             assert!(direction.heading.is_err() && direction.confidence <= 32_768);
             for on in [ThresholdOn::Absolute, ThresholdOn::AboveBaseline] {
-                let config = SpeedConfig::new(Law::PAPER, 0.0475, on, FrameRate::NOMINAL).unwrap();
+                let config = SpeedConfig::new(Law::PUBLISHED, 0.0475, on, FrameRate::NOMINAL).unwrap();
                 assert!(speed::speed(&event, &config).is_err(), "the last frame is lit");
             }
         }
     }
-    assert_eq!(speed::Duration { first: 9, last: 3 }.frames(), 0);
+    assert_eq!(speed::LitSpan { first: 9, last: 3 }.frames(), 0);
 }

@@ -41,7 +41,7 @@ fn config(dir: &Path, name: &'static str, text: &[u8], says: &[&'static str]) ->
     Case { stdin: frames(2), ..case(name, &["run", "-", "--json", "--config", path.to_str().unwrap()], 1, says) }
 }
 
-/// `count` dark grey frames of 40 × 40 pixels.
+/// `count` dark gray frames of 40 × 40 pixels.
 fn frames(count: usize) -> Vec<u8> {
     let mut stream = b"YUV4MPEG2 W40 H40 F30:1 Cmono\n".to_vec();
     for _ in 0..count {
@@ -101,9 +101,9 @@ fn cases(dir: &Path) -> Vec<Case> {
         case("scene with an unknown word", &["run", "scene:Saw3@150,loud"], 1, &["loud"]),
         case(
             "scene file with an unknown key",
-            &["run", &format!("scene:{}", text(file("s.toml", b"specimen = \"Saw3\"\nspeed = 150\ncolour = 1\n")))],
+            &["run", &format!("scene:{}", text(file("s.toml", b"specimen = \"Saw3\"\nspeed = 150\ncolor = 1\n")))],
             1,
-            &["s.toml", "colour"],
+            &["s.toml", "color"],
         ),
         case("scene file that is missing", &["run", "scene:none.toml"], 1, &["none.toml"]),
         case("empty folder", &["run", &folder("empty", &[])], 1, &["empty", ".png"]),

@@ -12,9 +12,9 @@ use wstac_core::frame::Stride;
 use wstac_core::green::any::YcbcrMethod;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::{Duration, Law, NoSpeed, Speed, ThresholdOn};
+use wstac_core::speed::{Law, LitSpan, NoSpeed, Speed, ThresholdOn};
 use wstac_core::stream::FeatureFrame;
-use wstac_core::trigger::{Incomplete, Rule, StreamEnd, TriggerConfig};
+use wstac_core::trigger::{InterruptedSample, Rule, StreamEnd, TriggerConfig};
 use wstac_tests::formats;
 
 /// Writes and reads `value`; every shorter message is refused.
@@ -60,18 +60,18 @@ fn data_types_are_read_as_they_were_written() {
     for format in formats::all() {
         round_trip(&format);
     }
-    for colour in formats::COLOURS {
-        round_trip(&colour);
+    for color in formats::COLORS {
+        round_trip(&color);
     }
     round_trip(&[YcbcrMethod::Exact, YcbcrMethod::Linear]);
     round_trip(&Baseline::new([-190_000, 1, 2, 3, 4, 5, 6, 7, i32::MIN, i32::MAX], 25));
-    round_trip(&FeatureFrame { features: [i16::MIN, -1, 0, 1, i16::MAX, 5, 6, 7, 8, 9], patched: true });
-    round_trip(&Incomplete { frame: u64::MAX, frames: 69 });
-    let incomplete = Some(Incomplete { frame: 1 << 40, frames: 1 });
+    round_trip(&FeatureFrame { features: [i16::MIN, -1, 0, 1, i16::MAX, 5, 6, 7, 8, 9], has_missing_frames: true });
+    round_trip(&InterruptedSample { frame: u64::MAX, frames: 69 });
+    let incomplete = Some(InterruptedSample { frame: 1 << 40, frames: 1 });
     round_trip(&StreamEnd { frames: u64::MAX, baseline_complete: true, baseline_quiet: false, incomplete });
-    round_trip(&[Law::PAPER, Law::PHYSICAL]);
+    round_trip(&[Law::PUBLISHED, Law::PHYSICAL]);
     round_trip(&[ThresholdOn::Absolute, ThresholdOn::AboveBaseline]);
-    round_trip(&Duration { first: 0, last: 69 });
+    round_trip(&LitSpan { first: 0, last: 69 });
     round_trip(&Speed { mm_s: 102.5, extrapolated: false });
     round_trip(&[NoSpeed::BaselineAbove, NoSpeed::NeverValid, NoSpeed::OutsideLaw]);
     round_trip(&[NoSpeed::CutOff { at_most: None }, NoSpeed::CutOff { at_most: Some(45.0) }]);

@@ -2,18 +2,18 @@
 
 use std::ptr;
 
-use wstac_core::green::Green;
+use wstac_core::green::GreenChannel;
 use wstac_core::green::bayer::{Bayer, BayerOrder};
-use wstac_core::green::grey::Grey;
+use wstac_core::green::gray::Gray;
 use wstac_core::green::packed_rgb::{Rgbx32, Xrgb32};
 use wstac_core::green::packed_ycbcr::{Uyvy, Yuyv};
 use wstac_core::green::planar_ycbcr::{Nv12, Yu12, Yuv422p, Yuv444p};
 use wstac_core::green::rgb565::Rgb565;
 use wstac_core::green::words::Y16;
-use wstac_core::green::ycbcr::{Colour, Exact, Linear};
+use wstac_core::green::ycbcr::{Exact, Linear, YcbcrEncoding};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::rate::FrameRate;
-use wstac_core::taxels::{Accumulators, Camera};
+use wstac_core::taxels::{FrameGeometry, TaxelSums};
 
 /// A frame of which some pages cannot be read.
 struct Guarded {
@@ -59,13 +59,13 @@ impl Drop for Guarded {
 }
 
 /// The signal that ends a child process which sums this frame; 0 if it lives.
-fn signal_of_child<G: Green>(camera: Camera<G>, frame: &Guarded) -> i32 {
+fn signal_of_child<G: GreenChannel>(camera: FrameGeometry<G>, frame: &Guarded) -> i32 {
     // SAFETY: the child only reads, and exits without returning; no other thread's locks are needed for that.
     unsafe {
         let child = libc::fork();
         assert!(child >= 0);
         if child == 0 {
-            let summed = Accumulators::new(camera).push_frame(frame.bytes()).is_ok();
+            let summed = TaxelSums::new(camera).push_frame(frame.bytes()).is_ok();
             libc::_exit(i32::from(!summed));
         }
         let mut status = 0;
@@ -81,13 +81,13 @@ const TAXELS: [(u16, usize); 3] = [(8, 0), (72, 0), (73, 1)];
 
 /// Taxels of `width` × 2 pixels, one in every third page of a frame whose rows are `pages_per_row` pages: at the page's column `first` or
 /// at its end.
-fn camera<G: Green>(
+fn camera<G: GreenChannel>(
     green: G,
     (width, first): (u16, usize),
     bytes_per_pixel: usize,
     pages_per_row: usize,
     even_rows: bool,
-) -> (Camera<G>, Layout) {
+) -> (FrameGeometry<G>, Layout) {
     let pixels_per_page = page() / bytes_per_pixel;
     let size = FrameSize::new((pages_per_row * pixels_per_page) as u32, 24).unwrap();
     let corners = core::array::from_fn(|taxel| {
@@ -98,7 +98,7 @@ fn camera<G: Green>(
         [x as u16, y as u16]
     });
     let layout = Layout::new(size, [width, 2], corners).unwrap();
-    let camera = Camera::new(green, layout, FrameRate::NOMINAL).unwrap();
+    let camera = FrameGeometry::new(green, layout, FrameRate::NOMINAL).unwrap();
     assert_eq!(camera.bytes_per_row(), pages_per_row * page());
     (camera, layout)
 }
@@ -112,12 +112,18 @@ fn is_touched(layout: &Layout, row: usize, page_of_row: usize, bytes_per_pixel: 
 }
 
 /// Sums a frame with every untouched page guarded; then guards one touched page as well, and that must end a child.
-fn check<G: Green>(camera: Camera<G>, pages: usize, level: u8, expected: u32, touched: impl Fn(usize) -> bool) {
+fn check<G: GreenChannel>(
+    camera: FrameGeometry<G>,
+    pages: usize,
+    level: u8,
+    expected: u32,
+    touched: impl Fn(usize) -> bool,
+) {
     let open: Vec<usize> = (0..pages).filter(|&number| touched(number)).collect();
     assert!(open.len() >= 10 && open.len() < pages / 2, "{} of {pages} pages are touched", open.len());
     let frame = Guarded::new(pages, level, &touched);
     assert_eq!(signal_of_child(camera, &frame), 0, "bytes outside the taxels are read");
-    assert_eq!(Accumulators::new(camera).push_frame(frame.bytes()).unwrap(), [expected; 25]);
+    assert_eq!(TaxelSums::new(camera).push_frame(frame.bytes()).unwrap(), [expected; 25]);
     // Every touched page matters: with it guarded, a read of it is seen.
     for &closed in &open {
         let frame = Guarded::new(pages, level, |number| touched(number) && number != closed);
@@ -131,7 +137,7 @@ fn taxels(cell: u16) -> impl Iterator<Item = ((u16, usize), u32)> {
 }
 
 /// Packed formats: one kind of row, `pages_per_row` pages each. `green_of` is the sum of so many pixels.
-fn check_packed<G: Green>(green: G, bytes_per_pixel: usize, level: u8, green_of: impl Fn(u32) -> u32) {
+fn check_packed<G: GreenChannel>(green: G, bytes_per_pixel: usize, level: u8, green_of: impl Fn(u32) -> u32) {
     let even_rows = green.cell() == 2;
     let pages = if bytes_per_pixel == 1 { 4 } else { 7 };
     for (place, pixels) in taxels(green.cell()) {
@@ -154,21 +160,21 @@ fn linear(pixels: u32) -> u32 {
 #[test]
 fn bytes_outside_the_taxels_are_never_read_in_packed_formats() {
     // Half the pixels of a Bayer mosaic are green. 0x0707 is 1799, and a green of 227 as RGB565.
-    let colour = Colour::default();
-    check_packed(Grey, 1, 7, |pixels| pixels * 7);
+    let color = YcbcrEncoding::default();
+    check_packed(Gray, 1, 7, |pixels| pixels * 7);
     check_packed(Y16::default(), 2, 7, |pixels| pixels * 1799);
     check_packed(Rgbx32::default(), 4, 7, |pixels| pixels * 7);
     check_packed(Xrgb32::default(), 4, 7, |pixels| pixels * 7);
     check_packed(Rgb565, 2, 7, |pixels| pixels * 227);
     check_packed(Bayer::<8>::new(BayerOrder::Rggb), 1, 7, |pixels| pixels / 2 * 7);
     check_packed(Bayer::<12>::new(BayerOrder::Grbg), 2, 7, |pixels| pixels / 2 * 1799);
-    check_packed(Yuyv::new(Exact::new(colour)), 2, 128, exact);
-    check_packed(Yuyv::new(Linear::new(colour)), 2, 128, linear);
-    check_packed(Uyvy::new(Linear::new(colour)), 2, 128, linear);
+    check_packed(Yuyv::new(Exact::new(color)), 2, 128, exact);
+    check_packed(Yuyv::new(Linear::new(color)), 2, 128, linear);
+    check_packed(Uyvy::new(Linear::new(color)), 2, 128, linear);
 }
 
 /// Luma, then rows of Cb Cr pairs.
-fn check_pairs<G: Green>(green: G, green_of: impl Fn(u32) -> u32) {
+fn check_pairs<G: GreenChannel>(green: G, green_of: impl Fn(u32) -> u32) {
     for (place, pixels) in taxels(1) {
         let (camera, layout) = camera(green, place, 1, 4, true);
         check(camera, 4 * 36, 128, green_of(pixels), |number| match number / 4 {
@@ -180,12 +186,12 @@ fn check_pairs<G: Green>(green: G, green_of: impl Fn(u32) -> u32) {
 
 #[test]
 fn bytes_outside_the_taxels_are_never_read_in_nv12() {
-    check_pairs(Nv12::new(Exact::new(Colour::default())), exact);
-    check_pairs(Nv12::new(Linear::new(Colour::default())), linear);
+    check_pairs(Nv12::new(Exact::new(YcbcrEncoding::default())), exact);
+    check_pairs(Nv12::new(Linear::new(YcbcrEncoding::default())), linear);
 }
 
 /// Planes of luma, Cb and Cr, with chroma rows of half as many pages for every `per` rows of luma.
-fn check_planes<G: Green>(green: G, per: usize, green_of: impl Fn(u32) -> u32) {
+fn check_planes<G: GreenChannel>(green: G, per: usize, green_of: impl Fn(u32) -> u32) {
     for (place, pixels) in taxels(1) {
         let (camera, layout) = camera(green, place, 1, 4, true);
         let plane = 2 * 24 / per;
@@ -202,13 +208,13 @@ fn check_planes<G: Green>(green: G, per: usize, green_of: impl Fn(u32) -> u32) {
 
 #[test]
 fn bytes_outside_the_taxels_are_never_read_in_planar_formats() {
-    let colour = Colour::default();
-    check_planes(Yu12::new(Exact::new(colour)), 2, exact);
-    check_planes(Yu12::new(Linear::new(colour)), 2, linear);
-    check_planes(Yuv422p::new(Exact::new(colour)), 1, exact);
-    check_planes(Yuv422p::new(Linear::new(colour)), 1, linear);
+    let color = YcbcrEncoding::default();
+    check_planes(Yu12::new(Exact::new(color)), 2, exact);
+    check_planes(Yu12::new(Linear::new(color)), 2, linear);
+    check_planes(Yuv422p::new(Exact::new(color)), 1, exact);
+    check_planes(Yuv422p::new(Linear::new(color)), 1, linear);
     for (place, pixels) in taxels(1) {
-        let (camera, layout) = camera(Yuv444p::new(Exact::new(colour)), place, 1, 4, false);
+        let (camera, layout) = camera(Yuv444p::new(Exact::new(color)), place, 1, 4, false);
         let touched = |number: usize| is_touched(&layout, number / 4 % 24, number % 4, 1, 1);
         check(camera, 3 * 4 * 24, 128, exact(pixels), touched);
     }

@@ -10,15 +10,15 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use wstac_core::features::{FeatureScale, Floor};
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
 use wstac_core::green::bayer::BayerOrder;
-use wstac_core::green::ycbcr::Colour;
+use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
 use wstac_core::rate::FrameRate;
 use wstac_core::stream::FeatureStream;
-use wstac_core::taxels::Camera;
+use wstac_core::taxels::FrameGeometry;
 
 const FORMATS: [(&str, PixelFormat, YcbcrMethod); 12] = [
-    ("grey", PixelFormat::Grey, YcbcrMethod::Exact),
+    ("gray", PixelFormat::Gray, YcbcrMethod::Exact),
     ("y16", PixelFormat::Y16, YcbcrMethod::Exact),
     ("rgb24", PixelFormat::Rgb24, YcbcrMethod::Exact),
     ("rgb565", PixelFormat::Rgb565, YcbcrMethod::Exact),
@@ -38,8 +38,8 @@ fn frames(c: &mut Criterion) {
     group.throughput(Throughput::Elements(1));
     let layout = Layout::paper(FrameSize::new(1280, 720).unwrap()).unwrap();
     for (name, format, method) in FORMATS {
-        let green = Any::new(format, Colour::default(), method);
-        let camera = Camera::new(green, layout, FrameRate::NOMINAL).unwrap();
+        let green = Any::new(format, YcbcrEncoding::default(), method);
+        let camera = FrameGeometry::new(green, layout, FrameRate::NOMINAL).unwrap();
         let bytes: Vec<u8> =
             (0..camera.frame_bytes() as u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
         let mut stream: FeatureStream<Any, Fixed> = FeatureStream::new(camera, 0.5).unwrap();

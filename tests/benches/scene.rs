@@ -9,17 +9,17 @@ use std::time::{Duration, Instant};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use wstac_scene::effects::{EFFECTS, bare};
 use wstac_scene::sensor::Fidelity;
-use wstac_scene::{Scene, Script};
+use wstac_scene::{Scene, SceneConfig};
 
 /// Frames from the first touch of a slide at 150 mm/s to its last light, about.
 const FRAMES: u64 = 30;
 
-fn script(fidelity: Fidelity) -> Script {
-    Script { fidelity, ..Script::parse_short("Saw3@150,seed=1").expect("a scene") }
+fn script(fidelity: Fidelity) -> SceneConfig {
+    SceneConfig { fidelity, ..SceneConfig::parse_short("Saw3@150,seed=1").expect("a scene") }
 }
 
 /// A scene that is about to be touched.
-fn ready(script: &Script) -> Scene {
+fn ready(script: &SceneConfig) -> Scene {
     let mut scene = Scene::new(script).expect("a scene");
     while scene.frame() < scene.truth()[0].start_frame() {
         scene.next_shot();
@@ -31,7 +31,7 @@ fn frame(c: &mut Criterion, fidelity: Fidelity, name: &str) {
     let mut group = c.benchmark_group(format!("scene frame {name}"));
     group.throughput(Throughput::Elements(1));
     let none = bare(&script(fidelity));
-    let mut one = |name: &str, script: &Script| {
+    let mut one = |name: &str, script: &SceneConfig| {
         let ready = ready(script);
         group.bench_with_input(BenchmarkId::from_parameter(name), &ready, |b, ready| {
             // The time of a frame, not of all.

@@ -11,7 +11,7 @@
 
 #include "expect.h"
 
-static const WstacFrames grey = {.width = 40, .height = 30, .format = "GREY"};
+static const WstacFrames gray = {.width = 40, .height = 30, .format = "GREY"};
 static uint8_t dark[40 * 30], bright[40 * 30];
 
 static bool says(const Wstac *handle, const char *part)
@@ -58,23 +58,23 @@ static void opening_is_checked(void)
     options = (WstacOptions){.fps_numerator = 30};
     EXPECT(open_source("scene:Saw3@150", &options) == WSTAC_STATUS_OPTION && says(NULL, "30:0"));
     /* Frames that are pushed. */
-    EXPECT(wstac_open_frames(&grey, NULL, NULL) == WSTAC_STATUS_NULL);
+    EXPECT(wstac_open_frames(&gray, NULL, NULL) == WSTAC_STATUS_NULL);
     EXPECT(wstac_open_frames(NULL, NULL, &handle) == WSTAC_STATUS_NULL && handle == NULL);
-    WstacFrames frames = grey;
+    WstacFrames frames = gray;
     frames.format = NULL;
     EXPECT(wstac_open_frames(&frames, NULL, &handle) == WSTAC_STATUS_NULL && says(NULL, "format is null"));
     frames.format = "MJPG";
     EXPECT(wstac_open_frames(&frames, NULL, &handle) == WSTAC_STATUS_OPTION && says(NULL, "MJPG"));
-    frames = grey, frames.height = 0;
+    frames = gray, frames.height = 0;
     EXPECT(wstac_open_frames(&frames, NULL, &handle) == WSTAC_STATUS_OPTION && says(NULL, "40x0"));
-    frames = grey, frames.bytes_per_row = 39;
+    frames = gray, frames.bytes_per_row = 39;
     EXPECT(wstac_open_frames(&frames, NULL, &handle) == WSTAC_STATUS_CONFIG && says(NULL, "39"));
-    frames = grey, frames.fps_denominator = 1;
+    frames = gray, frames.fps_denominator = 1;
     EXPECT(wstac_open_frames(&frames, NULL, &handle) == WSTAC_STATUS_OPTION && says(NULL, "0:1"));
     const WstacOptions refused[] = {{.fps_numerator = 30, .fps_denominator = 1}, {.format = "GREY"}, {.width = 40, .height = 30},
                                     {.every_frame = true}, {.keep_controls = true}};
     for (size_t i = 0; i < sizeof refused / sizeof *refused; i++)
-        EXPECT(wstac_open_frames(&grey, &refused[i], &handle) == WSTAC_STATUS_OPTION && says(NULL, "only with wstac_open"));
+        EXPECT(wstac_open_frames(&gray, &refused[i], &handle) == WSTAC_STATUS_OPTION && says(NULL, "only with wstac_open"));
 }
 
 static void calls_are_checked(void)
@@ -116,7 +116,7 @@ static void pushed_frames_are_checked(void)
 {
     Wstac *handle;
     WstacRecord record;
-    EXPECT(wstac_open_frames(&grey, NULL, &handle) == WSTAC_STATUS_OK);
+    EXPECT(wstac_open_frames(&gray, NULL, &handle) == WSTAC_STATUS_OK);
     next(handle, WSTAC_KIND_WAITING);
     EXPECT(wstac_push_frame(handle, NULL, sizeof dark) == WSTAC_STATUS_NULL);
     EXPECT(wstac_push_frame(handle, dark, SIZE_MAX) == WSTAC_STATUS_FRAME);
@@ -145,7 +145,7 @@ static void pushed_frames_are_checked(void)
     EXPECT(wstac_next(handle, &record) == WSTAC_STATUS_STATE);
     wstac_close(handle);
     /* A handle may be closed with records that nobody has asked for. */
-    EXPECT(wstac_open_frames(&grey, &(WstacOptions){.features = true}, &handle) == WSTAC_STATUS_OK);
+    EXPECT(wstac_open_frames(&gray, &(WstacOptions){.features = true}, &handle) == WSTAC_STATUS_OK);
     push(handle, dark, 40);
     wstac_close(handle);
 }

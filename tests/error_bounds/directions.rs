@@ -141,7 +141,7 @@ fn durations_are_within_their_bound() {
         let baseline = Baseline::new(totals, QUIET as u16);
         let sample = Sample::from_frames(&frames);
         let event = Event { frame: 0, sample, baseline: &baseline, frames_filled: 0, reliable: true };
-        let found = speed::duration(&event, &SpeedConfig::paper(FrameRate::NOMINAL)).unwrap();
+        let found = speed::duration(&event, &SpeedConfig::published(FrameRate::NOMINAL)).unwrap();
         let valid = |more: f64| -> Vec<u8> {
             let above = |frame: &[f64; FEATURES]| frame.iter().any(|f| *f > VALID_THRESHOLD.ln() + more / ONE);
             (0_u8..).zip(&slide.frames).filter(|(_, frame)| above(frame)).map(|(number, _)| number).collect()

@@ -9,7 +9,7 @@ use crate::{ONE, within};
 /// What is left of the range of a feature: below it features saturate, on purpose.
 const LOWEST: f64 = -16.0;
 
-/// The largest distance of a feature from the real logarithm, in units, over taxels of any size and depth of colour.
+/// The largest distance of a feature from the real logarithm, in units, over taxels of any size and depth of color.
 fn worst<L: Ln>() -> f64 {
     let mut random = Random::new(11);
     let mut worst = 0.0_f64;

@@ -22,7 +22,7 @@ fn laws_in_32_bits_are_within_their_bound() {
                 / f64::from(numerator);
             let in_32_bits = f32::from(frames) * rate.nominal_frames();
             let exponent = (151.06 - duration) / 56.29 * std::f64::consts::LN_10;
-            let off = (f64::from(Law::PAPER.speed(in_32_bits).unwrap()) / exponent.exp() - 1.0).abs();
+            let off = (f64::from(Law::PUBLISHED.speed(in_32_bits).unwrap()) / exponent.exp() - 1.0).abs();
             let bound = ((151.06 + 6.0 * duration) / 56.29 * std::f64::consts::LN_10 + 5.0 * exponent.abs() + 3.0) * U;
             let what = format_args!("{frames} frames at {numerator}/{denominator}");
             (if usual(exponent.exp()) { &mut paper } else { &mut beyond }).see(off, bound, what);

@@ -239,8 +239,8 @@ class Paths(unittest.TestCase):
 
 class Numbers(unittest.TestCase):
     def test_what_makes_something_is_a_row_of_its_own(self):
-        rows = [stack.row_of(entry) for entry in ("grey.new_camera", "grey.push_frame", "trigger.new", "trigger.next", "trigger.newest")]
-        self.assertEqual(rows, ["grey.new", "grey", "trigger.new", "trigger", "trigger"])
+        rows = [stack.row_of(entry) for entry in ("gray.new_camera", "gray.push_frame", "trigger.new", "trigger.next", "trigger.newest")]
+        self.assertEqual(rows, ["gray.new", "gray", "trigger.new", "trigger", "trigger"])
 
     def test_more_new_and_missing_are_worse_and_less_is_better(self):
         kept = {"a": {"M0": 100, "M3": 80}, "gone": {"M0": 8}}

@@ -4,17 +4,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
+use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::features::Features;
-use wstac_core::following::Follow;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
 use wstac_core::green::bayer::BayerOrder;
-use wstac_core::green::ycbcr::{Colour, Matrix, Range};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::{Law, SpeedConfig, ThresholdOn};
-use wstac_core::taxels::Camera;
-use wstac_core::trigger::{Incomplete, Rule, TriggerConfig};
+use wstac_core::taxels::FrameGeometry;
+use wstac_core::trigger::{InterruptedSample, Rule, TriggerConfig};
 
 #[derive(Deserialize)]
 pub(super) struct Manifest {
@@ -149,7 +149,7 @@ pub(super) struct End {
     pub(super) incomplete: Option<IncompleteOf>,
 }
 
-impl From<IncompleteOf> for Incomplete {
+impl From<IncompleteOf> for InterruptedSample {
     fn from(other: IncompleteOf) -> Self {
         Self { frame: other.frame, frames: other.frames }
     }
@@ -169,7 +169,7 @@ impl Case {
     pub(super) fn pixel_format(&self) -> PixelFormat {
         use PixelFormat as F;
         match self.format.as_str() {
-            "GREY" => F::Grey,
+            "GREY" => F::Gray,
             "Y10" => F::Y10,
             "Y12" => F::Y12,
             "Y16" => F::Y16,
@@ -203,15 +203,15 @@ impl Case {
         }
     }
 
-    pub(super) fn camera(&self) -> Camera<Any> {
+    pub(super) fn camera(&self) -> FrameGeometry<Any> {
         let matrix = match self.matrix.as_str() {
-            "bt601" => Matrix::Bt601,
-            "bt709" => Matrix::Bt709,
+            "bt601" => YcbcrMatrix::Bt601,
+            "bt709" => YcbcrMatrix::Bt709,
             other => panic!("matrix {other}"),
         };
         let range = match self.range.as_str() {
-            "limited" => Range::Limited,
-            "full" => Range::Full,
+            "limited" => QuantizationRange::Limited,
+            "full" => QuantizationRange::Full,
             other => panic!("range {other}"),
         };
         let method = match self.yuv.as_str() {
@@ -229,8 +229,8 @@ impl Case {
                 Layout::new(size, *taxel, corners.as_slice().try_into().unwrap()).unwrap()
             }
         };
-        let green = Any::new(self.pixel_format(), Colour { matrix, range }, method);
-        Camera::with_stride(green, layout, self.rate(), Stride::try_from(self.stride).unwrap())
+        let green = Any::new(self.pixel_format(), YcbcrEncoding { matrix, range }, method);
+        FrameGeometry::with_stride(green, layout, self.rate(), Stride::try_from(self.stride).unwrap())
             .and_then(|camera| camera.with_bytes_per_row(self.bytes_per_line))
             .unwrap()
     }
@@ -244,13 +244,13 @@ impl Case {
         TriggerConfig::new(t.window, t.multiplier, t.backtrack, t.rule, t.margin).unwrap()
     }
 
-    pub(super) fn following(&self) -> Option<Follow> {
-        self.trigger.follow.map(|windows| Follow::new(windows).unwrap())
+    pub(super) fn following(&self) -> Option<TrackingBaseline> {
+        self.trigger.follow.map(|windows| TrackingBaseline::new(windows).unwrap())
     }
 
     pub(super) fn speed(&self) -> SpeedConfig {
         let law = match self.speed.law.as_str() {
-            "paper" => Law::PAPER,
+            "paper" => Law::PUBLISHED,
             "physical" => Law::Physical { track: self.speed.length_mm, afterglow: self.speed.afterglow_frames },
             other => panic!("law {other}"),
         };

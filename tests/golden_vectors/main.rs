@@ -4,14 +4,14 @@
 mod case;
 
 use std::fs;
+use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::direction;
-use wstac_core::following::Follow;
 use wstac_core::green::any::Any;
 use wstac_core::ln::fixed::Fixed;
 use wstac_core::speed::{self, NoSpeed, SpeedConfig};
 use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
-use wstac_core::taxels::Accumulators;
-use wstac_core::trigger::{Event, Incomplete, Trigger};
+use wstac_core::taxels::TaxelSums;
+use wstac_core::trigger::{Event, InterruptedSample, Trigger};
 
 use case::{Case, EventOf, Expected, Manifest, directory, read};
 
@@ -31,7 +31,7 @@ fn check_event(name: &str, event: &Event<'_>, expected: &EventOf, config: &Speed
     let duration = speed::duration(event, config);
     assert_eq!(duration.map(|d| d.first), expected.first_valid, "{at}: first valid");
     assert_eq!(duration.map(|d| d.last), expected.last_valid, "{at}: last valid");
-    assert_eq!(duration.map(speed::Duration::frames), expected.duration_frames, "{at}: duration");
+    assert_eq!(duration.map(speed::LitSpan::frames), expected.duration_frames, "{at}: duration");
 
     // f32 against float64: a few units in the last place.
     let close = |found: f32, expected: f64| (f64::from(found) / expected - 1.0).abs() < 2e-6;
@@ -81,11 +81,11 @@ struct Found {
 /// One case under way: its trigger, and which of the expected events comes next.
 struct Run<'a> {
     name: &'a str,
-    trigger: Trigger<Option<Follow>>,
+    trigger: Trigger<Option<TrackingBaseline>>,
     speed: SpeedConfig,
     expected: &'a [EventOf],
     events: usize,
-    interrupted: Vec<Incomplete>,
+    interrupted: Vec<InterruptedSample>,
     /// Samples can be compared: the trigger was fed the reference's own features.
     exact: bool,
 }
@@ -93,7 +93,7 @@ struct Run<'a> {
 impl Run<'_> {
     fn push(&mut self, frame: Option<FeatureFrame>, lost: u64) {
         let event = if let Some(frame) = frame {
-            self.trigger.push_then_lose(frame.features, frame.patched, lost)
+            self.trigger.push_then_lose(frame.features, frame.has_missing_frames, lost)
         } else {
             self.trigger.push_lost(lost);
             None
@@ -134,7 +134,7 @@ fn run(case: &Case, expected: &Expected, bytes: &[u8], found: &mut Found) {
     assert_eq!(bytes.len(), case.frames * case.frame_bytes, "{name}: bytes");
     let frames: Vec<&[u8]> = bytes.chunks(case.frame_bytes).collect();
 
-    let mut accumulators = Accumulators::new(camera);
+    let mut accumulators = TaxelSums::new(camera);
     if let Some(sums) = &expected.sums {
         assert_eq!(sums.len(), frames.len(), "{name}: sums");
         for (number, (frame, sums)) in frames.iter().zip(sums).enumerate() {
@@ -167,8 +167,8 @@ fn run(case: &Case, expected: &Expected, bytes: &[u8], found: &mut Found) {
                 found.equal += usize::from(a == b);
             }
             numbers.push(number);
-            partial.extend(frame.patched.then_some(number));
-            FeatureFrame { features: theirs, patched: frame.patched }
+            partial.extend(frame.has_missing_frames.then_some(number));
+            FeatureFrame { features: theirs, has_missing_frames: frame.has_missing_frames }
         });
         if expected.robust {
             own.push(frame, lost);
@@ -178,8 +178,8 @@ fn run(case: &Case, expected: &Expected, bytes: &[u8], found: &mut Found) {
     let mut dropped = 0;
     for (index, frame) in frames.iter().map(Some).chain([None]).enumerate() {
         for &(_, count) in case.lost.iter().filter(|lost| lost.0 == index) {
-            let Loss { patched, frames } = stream.push_lost(count);
-            take(patched, frames);
+            let Loss { has_missing_frames, frames } = stream.push_lost(count);
+            take(has_missing_frames, frames);
             dropped += count;
         }
         if let Some(frame) = frame {
@@ -201,8 +201,11 @@ fn run(case: &Case, expected: &Expected, bytes: &[u8], found: &mut Found) {
     found.unrobust += usize::from(!expected.robust);
     for mut run in runs {
         run.finish();
-        let incomplete: Vec<Incomplete> =
-            expected.incomplete_samples.iter().map(|i| Incomplete { frame: i.frame, frames: i.frames }).collect();
+        let incomplete: Vec<InterruptedSample> = expected
+            .incomplete_samples
+            .iter()
+            .map(|i| InterruptedSample { frame: i.frame, frames: i.frames })
+            .collect();
         assert_eq!(run.interrupted, incomplete, "{name}: incomplete samples");
         let end = run.trigger.end();
         assert_eq!(end.frames, expected.end.frames, "{name}: frames");
@@ -210,7 +213,7 @@ fn run(case: &Case, expected: &Expected, bytes: &[u8], found: &mut Found) {
         // The reference's `quiet` is about the five windows only; the product's is false for a long gap, too.
         let quiet = expected.end.quiet.map(|quiet| quiet && !gap_in_baseline);
         assert_eq!(end.baseline_complete.then_some(end.baseline_quiet), quiet, "{name}: quiet");
-        let open = expected.end.incomplete.as_ref().map(|i| Incomplete { frame: i.frame, frames: i.frames });
+        let open = expected.end.incomplete.as_ref().map(|i| InterruptedSample { frame: i.frame, frames: i.frames });
         assert_eq!(end.incomplete, open, "{name}: sample at the end");
         found.events += run.events;
         found.incomplete += incomplete.len() + usize::from(open.is_some());

@@ -1,7 +1,7 @@
 //! Frame counters driven by features that are really pushed, with losses, without end. Before the trigger nothing counts further
 //! than one feature frame, so that it is the trigger alone that has to go so far.
 
-use wstac_core::trigger::{Incomplete, Trigger, TriggerConfig};
+use wstac_core::trigger::{InterruptedSample, Trigger, TriggerConfig};
 use wstac_tests::extreme::{BRIGHT, DARK};
 
 use wstac_tests::how_many;
@@ -16,7 +16,7 @@ const LOST: [core::ops::Range<u64>; 3] = [240..247, 540..550, 800..810];
 /// The sample of the first slide starts c = 10 frames before its window.
 const EVENT: u64 = 190;
 /// The sample of the second slide, and how much of it there is when the loss ends it.
-const INTERRUPTED: Incomplete = Incomplete { frame: 490, frames: 50 };
+const INTERRUPTED: InterruptedSample = InterruptedSample { frame: 490, frames: 50 };
 
 /// Every event and every interrupted sample of so many pushed frames is at its frame, none is missing and there is no other.
 #[test]
@@ -45,7 +45,7 @@ fn no_counter_ends_and_no_event_moves() {
                 events += 1;
             }
             if let Some(sample) = trigger.take_interrupted() {
-                let expected = Incomplete { frame: start + INTERRUPTED.frame, ..INTERRUPTED };
+                let expected = InterruptedSample { frame: start + INTERRUPTED.frame, ..INTERRUPTED };
                 assert_eq!((sample, at), (expected, LOST[1].end + 1), "after {pushed} frames");
                 interrupted += 1;
             }

@@ -10,10 +10,10 @@ use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::{self, NoSpeed, Speed, SpeedConfig};
 use wstac_core::stream::FeatureStream;
-use wstac_core::taxels::Camera;
+use wstac_core::taxels::FrameGeometry;
 use wstac_core::trigger::{Trigger, TriggerConfig};
-use wstac_host::source::{Item, Source, StreamInfo};
-use wstac_scene::Script;
+use wstac_host::source::{Source, SourceEvent, StreamInfo};
+use wstac_scene::SceneConfig;
 use wstac_scene::source::SceneSource;
 use wstac_tests::OwnedEvent;
 
@@ -43,25 +43,25 @@ struct Answered {
 
 impl Sensor {
     fn starting_at(info: &StreamInfo, frame: u64) -> Self {
-        let green = Any::new(info.format, info.colour, YcbcrMethod::Exact);
-        let camera = Camera::new(green, Layout::paper(info.size).unwrap(), info.rate).unwrap();
+        let green = Any::new(info.format, info.color, YcbcrMethod::Exact);
+        let camera = FrameGeometry::new(green, Layout::paper(info.size).unwrap(), info.rate).unwrap();
         Self {
             stream: FeatureStream::new(camera, 0.5).unwrap(),
             trigger: Trigger::starting_at(TriggerConfig::default(), frame),
-            speed: SpeedConfig::paper(FrameRate::NOMINAL),
+            speed: SpeedConfig::published(FrameRate::NOMINAL),
         }
     }
 
     fn push(&mut self, sums: &[u32; TAXELS]) -> Option<Answered> {
         let frame = self.stream.push_taxels(sums)?;
-        let event = self.trigger.push(frame.features, frame.patched)?;
+        let event = self.trigger.push(frame.features, frame.has_missing_frames)?;
         let (direction, speed) = (direction::direction(&event), speed::speed(&event, &self.speed));
         Some(Answered { event: OwnedEvent::from(event), direction, speed })
     }
 }
 
 /// Slides of every specimen, direction and speed of the paper, three minutes apart, as taxel sums.
-fn script(slides: u64) -> Script {
+fn script(slides: u64) -> SceneConfig {
     let mut text =
         format!("seed = 20\nlead_in = 100\ngap = {GAP}\nfidelity = \"taxel\"\n[sensor]\nformat = \"GREY\"\n");
     let specimens = ["Fla0", "Sin2", "Saw3", "Tri4", "Sin3", "Saw4", "Tri2", "Sin4", "Saw2", "Tri3"];
@@ -70,7 +70,7 @@ fn script(slides: u64) -> Script {
         let (speed, direction) = (100 + 10 * (slide % 11), 90 * (slide / 3 % 4));
         let _ = write!(text, "[[slide]]\nspecimen = \"{specimen}\"\nspeed = {speed}\ndirection = {direction}\n");
     }
-    Script::from_toml("a day", &text).unwrap()
+    SceneConfig::from_toml("a day", &text).unwrap()
 }
 
 /// What is printed of some slides: where their events start, before the first touch, and how far their speeds are off.
@@ -97,7 +97,7 @@ fn a_day_has_the_events_of_its_slides_and_no_others() {
     let mut next_restart = waiting.next();
     let (mut found, mut frame, mut first_thresholds) = (Vec::new(), 0, None);
     let mut differences = Vec::new();
-    while let Item::Taxels(sums) = source.next().unwrap() {
+    while let SourceEvent::Taxels(sums) = source.next_event().unwrap() {
         if next_restart == Some(frame) {
             restarted = Some(Sensor::starting_at(&info, frame));
             next_restart = waiting.next();

@@ -1,19 +1,19 @@
 //! A board in a program: a scene through the core into messages, as firmware sends them.
 
-use wstac_core::early::Early;
+use wstac_core::early::EarlySampler;
 use wstac_core::features::Features;
 use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::layout::Layout;
 use wstac_core::model::Model;
 use wstac_core::speed::SpeedConfig;
 use wstac_core::stream::{FeatureFrame, FeatureStream};
-use wstac_core::taxels::Camera;
+use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture::texture;
 use wstac_core::trigger::{Event, Trigger, TriggerConfig};
 use wstac_core::wire::{Answers, Hello, LONGEST, Message, ModelFacts, Text, encode, sample_parts};
 use wstac_host::model_file::ModelFile;
 use wstac_host::source::open::{OpenOptions, open};
-use wstac_host::source::{Item, StreamInfo};
+use wstac_host::source::{SourceEvent, StreamInfo};
 use wstac_scene::source::Scenes;
 
 /// What a board sends: a frame of the link each.
@@ -31,7 +31,7 @@ impl Sent {
 struct Board<'m> {
     trigger: Trigger,
     speed: SpeedConfig,
-    models: Vec<(Model<'m>, Early)>,
+    models: Vec<(Model<'m>, EarlySampler)>,
     dropped: u64,
     /// Features and samples are wanted.
     all: bool,
@@ -42,35 +42,35 @@ struct Board<'m> {
 pub(crate) fn sent(scene: &str, models: &[ModelFile], all: bool) -> Sent {
     let mut source = open(scene, &OpenOptions::default(), &[&Scenes]).unwrap();
     let info = source.info().clone();
-    let green = Any::new(info.format, info.colour, YcbcrMethod::Exact);
-    let camera = Camera::new(green, Layout::paper(info.size).unwrap(), info.rate).unwrap();
+    let green = Any::new(info.format, info.color, YcbcrMethod::Exact);
+    let camera = FrameGeometry::new(green, Layout::paper(info.size).unwrap(), info.rate).unwrap();
     let mut stream: FeatureStream<_, wstac_core::ln::fixed::Fixed> = FeatureStream::new(camera, 0.5).unwrap();
     let models = models.iter().map(|file| file.model().unwrap());
     let mut board = Board {
         trigger: Trigger::new(TriggerConfig::default()),
-        speed: SpeedConfig::paper(info.rate),
-        models: models.map(|model| (model, Early::new(model.frames()))).collect(),
+        speed: SpeedConfig::published(info.rate),
+        models: models.map(|model| (model, EarlySampler::new(model.frames()))).collect(),
         dropped: 0,
         all,
         sent: Sent { frames: Vec::new() },
     };
     board.hello(&info);
     loop {
-        let frame = match source.next().unwrap() {
-            Item::Frame { bytes, .. } => stream.push_frame(bytes).unwrap(),
-            Item::Taxels(sums) => stream.push_taxels(&sums),
-            Item::Lost { frames, .. } => {
+        let frame = match source.next_event().unwrap() {
+            SourceEvent::Frame { bytes, .. } => stream.push_frame(bytes).unwrap(),
+            SourceEvent::Taxels(sums) => stream.push_taxels(&sums),
+            SourceEvent::Lost { frames, .. } => {
                 board.dropped += frames;
                 board.sent.push(&Message::Lost { frames });
                 let loss = stream.push_lost(frames);
-                match loss.patched {
+                match loss.has_missing_frames {
                     Some(frame) => board.take(frame, loss.frames),
                     None => board.trigger.push_lost(loss.frames),
                 }
                 None
             }
-            Item::Fault(_) | Item::Waiting => None,
-            Item::End => break,
+            SourceEvent::Fault(_) | SourceEvent::Waiting => None,
+            SourceEvent::End => break,
         };
         if let Some(frame) = frame {
             board.take(frame, 0);
@@ -103,10 +103,10 @@ impl Board<'_> {
             let message = Message::Features { frame: self.trigger.next_frame(), features: frame.features };
             self.sent.push(&message);
         }
-        let event = self.trigger.push_then_lose(frame.features, frame.patched, lost_after);
+        let event = self.trigger.push_then_lose(frame.features, frame.has_missing_frames, lost_after);
         let event = event.map(|event| Kept::new(&event));
         if let Some(sample) = self.trigger.take_interrupted() {
-            self.sent.push(&Message::Incomplete(sample));
+            self.sent.push(&Message::InterruptedSample(sample));
         }
         match event {
             Some(event) => self.event(&event),
@@ -144,7 +144,7 @@ impl Board<'_> {
             self.event(&event);
         }
         if let Some(sample) = self.trigger.take_interrupted() {
-            self.sent.push(&Message::Incomplete(sample));
+            self.sent.push(&Message::InterruptedSample(sample));
         }
         self.sent.push(&Message::End { stream: self.trigger.end(), dropped: self.dropped });
         self.sent

@@ -10,7 +10,7 @@ use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
-use wstac_core::trigger::{Incomplete, StreamEnd};
+use wstac_core::trigger::{InterruptedSample, StreamEnd};
 use wstac_core::wire::{Decoder, Fault, LONGEST, Message, Request, Text};
 use wstac_host::model_file::ModelFile;
 use wstac_tests::command::wstac;
@@ -148,7 +148,7 @@ fn a_serial_line_is_asked_and_read() {
     let done = succeeded(monitor.wait_with_output().unwrap());
     assert_eq!(text(&done.stdout).lines().collect::<Vec<_>>(), lines);
     let stderr = text(&done.stderr);
-    assert!(stderr.contains("test-board 1.2.3: 100x100 Grey at 60 frames a second, baseline of 25 frames"), "{stderr}");
+    assert!(stderr.contains("test-board 1.2.3: 100x100 Gray at 60 frames a second, baseline of 25 frames"), "{stderr}");
     assert!(!stderr.contains("damaged") && !stderr.contains("messages lost"), "{stderr}");
     // A board that starts is told what is wanted.
     wait_for(&mut board, &ALL[1..]);
@@ -256,7 +256,7 @@ fn a_device_that_is_gone_is_waited_for() {
         frames: 300,
         baseline_complete: true,
         baseline_quiet: false,
-        incomplete: Some(Incomplete { frame: 280, frames: 20 }),
+        incomplete: Some(InterruptedSample { frame: 280, frames: 20 }),
     };
     let mut sent = board::Sent { frames: Vec::new() };
     sent.push(&Message::Status { stream, dropped: 5 });

@@ -28,7 +28,7 @@ def cropped(green, corners, side):
     return features([cv2.mean(green[y : y + side, x : x + side])[0] for x, y in corners])
 
 
-def grey_numpy(picture, corners, side):
+def gray_numpy(picture, corners, side):
     """NumPy: crop, mean."""
     return features([picture[y : y + side, x : x + side, 0].mean() for x, y in corners])
 
@@ -78,7 +78,7 @@ def reference(name, picture, corners, side):
 GREY = {
     "OpenCV: crop, resize, mean": lambda picture, corners, side: resized(picture[:, :, 0], corners, side),
     "OpenCV: crop, mean": lambda picture, corners, side: cropped(picture[:, :, 0], corners, side),
-    "NumPy": grey_numpy,
+    "NumPy": gray_numpy,
 }
 YUYV = {
     "OpenCV: convert, crop, resize, mean": lambda picture, corners, side: resized(green_of(picture), corners, side),

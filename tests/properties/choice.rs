@@ -3,12 +3,12 @@
 use proptest::prelude::*;
 use proptest::test_runner::{FileFailurePersistence, RngSeed};
 use wstac_core::frame::Stride;
-use wstac_core::green::Green;
+use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
-use wstac_core::green::ycbcr::Colour;
+use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::rate::FrameRate;
-use wstac_core::taxels::Camera;
+use wstac_core::taxels::FrameGeometry;
 use wstac_core::trigger::{Rule, TriggerConfig};
 use wstac_tests::formats;
 use wstac_tests::plain_sums::{self, Picture};
@@ -28,8 +28,8 @@ pub(super) fn any_format() -> impl Strategy<Value = PixelFormat> {
     prop::sample::select(formats::all())
 }
 
-pub(super) fn any_colour() -> impl Strategy<Value = Colour> {
-    prop::sample::select(formats::COLOURS.to_vec())
+pub(super) fn any_color() -> impl Strategy<Value = YcbcrEncoding> {
+    prop::sample::select(formats::COLORS.to_vec())
 }
 
 pub(super) fn any_method() -> impl Strategy<Value = YcbcrMethod> {
@@ -40,15 +40,15 @@ pub(super) fn any_method() -> impl Strategy<Value = YcbcrMethod> {
 pub(super) fn any_picture() -> impl Strategy<Value = Picture> {
     (2_usize..=40, 2_usize..=40, prop::sample::select(vec![1_usize, 2, 3, 5]), 0_usize..9, any::<u64>()).prop_flat_map(
         |(width, height, stride, padding, seed)| {
-            (any_format(), any_colour(), any_method(), 2..=width, 2..=height).prop_map(
-                move |(format, colour, method, taxel_width, taxel_height)| {
+            (any_format(), any_color(), any_method(), 2..=width, 2..=height).prop_map(
+                move |(format, color, method, taxel_width, taxel_height)| {
                     let mut random = Random::new(seed);
                     let corners = [[0_usize; 2]; 25].map(|_| {
                         [width - taxel_width, height - taxel_height].map(|room| random.below(room as u64 + 1) as usize)
                     });
                     let bytes_per_row = plain_sums::row_bytes(format, width) + padding;
                     let taxel = [taxel_width, taxel_height];
-                    Picture { format, colour, method, width, height, bytes_per_row, stride, taxel, corners }
+                    Picture { format, color, method, width, height, bytes_per_row, stride, taxel, corners }
                 },
             )
         },
@@ -61,15 +61,15 @@ pub(super) fn layout_of(picture: &Picture) -> Layout {
     Layout::new(size, picture.taxel.map(|x| x as u16), corners).unwrap()
 }
 
-pub(super) fn camera_of<G: Green>(green: G, picture: &Picture) -> Camera<G> {
+pub(super) fn camera_of<G: GreenChannel>(green: G, picture: &Picture) -> FrameGeometry<G> {
     let stride = Stride::try_from(picture.stride as u32).unwrap();
-    Camera::with_stride(green, layout_of(picture), FrameRate::NOMINAL, stride)
+    FrameGeometry::with_stride(green, layout_of(picture), FrameRate::NOMINAL, stride)
         .and_then(|camera| camera.with_bytes_per_row(picture.bytes_per_row as u32))
         .unwrap()
 }
 
 pub(super) fn any_of(picture: &Picture) -> Any {
-    Any::new(picture.format, picture.colour, picture.method)
+    Any::new(picture.format, picture.color, picture.method)
 }
 
 prop_compose! {

@@ -2,13 +2,13 @@
 
 use proptest::prelude::*;
 use wstac_core::green::any::PixelFormat;
-use wstac_core::green::ycbcr::{Colour, Range};
-use wstac_core::taxels::Accumulators;
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding};
+use wstac_core::taxels::TaxelSums;
 use wstac_tests::plain_sums::{self, Picture};
 use wstac_tests::random::Random;
 use wstac_tests::{formats, with_green_type};
 
-use super::choice::{any_colour, any_method, any_of, any_picture, camera_of, config};
+use super::choice::{any_color, any_method, any_of, any_picture, camera_of, config};
 
 proptest! {
     #![proptest_config(config(3000))]
@@ -22,13 +22,13 @@ proptest! {
         prop_assert_eq!(u64::from(camera.pixels()), pixels);
         prop_assert_eq!(u64::from(camera.full_scale()), plain_sums::full_scale(picture.format));
         prop_assert_eq!(camera.frame_bytes(), picture.bytes());
-        let mut any = Accumulators::new(camera);
+        let mut any = TaxelSums::new(camera);
         prop_assert_eq!(any.push_frame(&bytes).unwrap(), expected);
         // Accumulators are empty again, and one byte less is no frame.
         prop_assert!(any.push_frame(&bytes[1..]).is_err());
         prop_assert_eq!(any.push_frame(&bytes).unwrap(), expected);
-        let typed = with_green_type!(picture.format, picture.colour, picture.method, green => {
-            Accumulators::new(camera_of(green, &picture)).push_frame(&bytes).unwrap()
+        let typed = with_green_type!(picture.format, picture.color, picture.method, green => {
+            TaxelSums::new(camera_of(green, &picture)).push_frame(&bytes).unwrap()
         });
         prop_assert_eq!(typed, expected);
     }
@@ -37,9 +37,9 @@ proptest! {
     fn any_split_into_stripes_gives_the_sums_of_the_whole_frame(picture in any_picture(), seed in any::<u64>()) {
         let mut random = Random::new(seed);
         let bytes = random.bytes(picture.bytes());
-        let mut whole = Accumulators::new(camera_of(any_of(&picture), &picture));
+        let mut whole = TaxelSums::new(camera_of(any_of(&picture), &picture));
         let expected = whole.push_frame(&bytes).unwrap();
-        let mut striped = Accumulators::new(camera_of(any_of(&picture), &picture));
+        let mut striped = TaxelSums::new(camera_of(any_of(&picture), &picture));
         if formats::is_planar(picture.format) {
             prop_assert!(striped.push_stripe(&bytes).is_err());
             return Ok(());
@@ -62,7 +62,7 @@ proptest! {
     fn an_abandoned_frame_leaves_nothing_behind(picture in any_picture(), rows in 0_usize..40, seed in any::<u64>()) {
         prop_assume!(!formats::is_planar(picture.format));
         let bytes = Random::new(seed).bytes(picture.bytes());
-        let mut accumulators = Accumulators::new(camera_of(any_of(&picture), &picture));
+        let mut accumulators = TaxelSums::new(camera_of(any_of(&picture), &picture));
         let expected = accumulators.push_frame(&bytes).unwrap();
         let rows = rows.min(picture.height - 1);
         prop_assert_eq!(accumulators.push_stripe(&bytes[..rows * picture.bytes_per_row]).unwrap(), None);
@@ -72,7 +72,7 @@ proptest! {
     }
 }
 
-/// The bytes of one grey picture, `levels` row by row, in another format, without padding.
+/// The bytes of one gray picture, `levels` row by row, in another format, without padding.
 pub(super) fn in_format(format: PixelFormat, levels: &[u8], width: usize, random: &mut Random) -> Vec<u8> {
     use PixelFormat as F;
     let words = |factor: u16| levels.iter().flat_map(|&v| (u16::from(v) * factor).to_le_bytes()).collect();
@@ -85,7 +85,7 @@ pub(super) fn in_format(format: PixelFormat, levels: &[u8], width: usize, random
     };
     let (height, cells) = (levels.len() / width, width.div_ceil(2));
     match format {
-        F::Grey | F::Bayer8(_) => levels.to_vec(),
+        F::Gray | F::Bayer8(_) => levels.to_vec(),
         F::Y10 | F::Bayer10(_) => words(4),
         F::Y12 | F::Bayer12(_) => words(16),
         F::Y16 => words(257),
@@ -109,27 +109,27 @@ proptest! {
     #![proptest_config(config(600))]
 
     #[test]
-    fn formats_agree_on_one_grey_picture(picture in any_picture(), method in any_method(), seed in any::<u64>()) {
+    fn formats_agree_on_one_gray_picture(picture in any_picture(), method in any_method(), seed in any::<u64>()) {
         let mut random = Random::new(seed);
         let levels = random.bytes(picture.width * picture.height);
         let sums_in = |format: PixelFormat, levels: &[u8], random: &mut Random| {
-            let colour = Colour { matrix: picture.colour.matrix, range: Range::Full };
+            let color = YcbcrEncoding { matrix: picture.color.matrix, range: QuantizationRange::Full };
             let bytes_per_row = plain_sums::row_bytes(format, picture.width);
-            let picture = Picture { format, colour, method, bytes_per_row, ..picture.clone() };
+            let picture = Picture { format, color, method, bytes_per_row, ..picture.clone() };
             let bytes = in_format(format, levels, picture.width, random);
-            Accumulators::new(camera_of(any_of(&picture), &picture)).push_frame(&bytes).unwrap()
+            TaxelSums::new(camera_of(any_of(&picture), &picture)).push_frame(&bytes).unwrap()
         };
-        let grey = sums_in(PixelFormat::Grey, &levels, &mut random);
+        let gray = sums_in(PixelFormat::Gray, &levels, &mut random);
         let widened: Vec<u8> = levels.iter().map(|&v| v >> 2 << 2 | v >> 6).collect();
         for format in formats::all() {
             let expected = match format {
-                PixelFormat::Y10 => grey.map(|sum| sum * 4),
-                PixelFormat::Y12 => grey.map(|sum| sum * 16),
-                PixelFormat::Y16 => grey.map(|sum| sum * 257),
-                PixelFormat::Rgb565 => sums_in(PixelFormat::Grey, &widened, &mut random),
+                PixelFormat::Y10 => gray.map(|sum| sum * 4),
+                PixelFormat::Y12 => gray.map(|sum| sum * 16),
+                PixelFormat::Y16 => gray.map(|sum| sum * 257),
+                PixelFormat::Rgb565 => sums_in(PixelFormat::Gray, &widened, &mut random),
                 // Mosaics see half the pixels: below.
                 PixelFormat::Bayer8(_) | PixelFormat::Bayer10(_) | PixelFormat::Bayer12(_) => continue,
-                _ => grey,
+                _ => gray,
             };
             prop_assert_eq!(sums_in(format, &levels, &mut random), expected, "{:?}", format);
         }
@@ -141,11 +141,11 @@ proptest! {
             prop_assert_eq!(sums_in(PixelFormat::Bayer10(order), &levels, &mut random), eight.map(|sum| sum * 4));
             prop_assert_eq!(sums_in(PixelFormat::Bayer12(order), &levels, &mut random), eight.map(|sum| sum * 16));
         }
-        // Both diagonals together are the grey picture, where cells are counted as pixels are.
+        // Both diagonals together are the gray picture, where cells are counted as pixels are.
         if picture.stride == 1 {
             let even = |x: usize| x & !1;
             let snapped = Picture {
-                format: PixelFormat::Grey,
+                format: PixelFormat::Gray,
                 bytes_per_row: picture.width,
                 taxel: picture.taxel.map(even),
                 corners: picture.corners.map(|corner| corner.map(even)),
@@ -160,7 +160,7 @@ proptest! {
 
     #[test]
     fn ycbcr_layouts_agree_on_one_picture(
-        picture in any_picture(), colour in any_colour(), method in any_method(), seed in any::<u64>(),
+        picture in any_picture(), color in any_color(), method in any_method(), seed in any::<u64>(),
     ) {
         let (width, height) = (picture.width & !1, picture.height & !1);
         let taxel = [picture.taxel[0].min(width), picture.taxel[1].min(height)];
@@ -186,8 +186,8 @@ proptest! {
             (PixelFormat::Yu12, yu12), (PixelFormat::Yuv422p, yuv422p), (PixelFormat::Yuv444p, yuv444p),
         ].map(|(format, bytes)| {
             let bytes_per_row = plain_sums::row_bytes(format, width);
-            let picture = Picture { format, colour, method, width, height, bytes_per_row, taxel, corners, ..picture };
-            Accumulators::new(camera_of(any_of(&picture), &picture)).push_frame(&bytes).unwrap()
+            let picture = Picture { format, color, method, width, height, bytes_per_row, taxel, corners, ..picture };
+            TaxelSums::new(camera_of(any_of(&picture), &picture)).push_frame(&bytes).unwrap()
         });
         for other in &sums[1..] {
             prop_assert_eq!(other, &sums[0]);

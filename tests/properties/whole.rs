@@ -4,14 +4,14 @@ use proptest::prelude::*;
 use wstac_core::direction;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
-use wstac_core::green::grey::Grey;
-use wstac_core::green::ycbcr::{Colour, Matrix, Range};
+use wstac_core::green::gray::Gray;
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::{fixed::Fixed, libm::Libm, micromath::Micromath};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::{self, Law, SpeedConfig, ThresholdOn};
-use wstac_core::taxels::Camera;
+use wstac_core::taxels::FrameGeometry;
 use wstac_core::trigger::{Event, TriggerConfig};
 use wstac_tests::OwnedEvent;
 use wstac_tests::random::Random;
@@ -55,9 +55,9 @@ fn any_rate() -> impl Strategy<Value = FrameRate> {
 fn any_law() -> impl Strategy<Value = Law> {
     let number = || any::<u32>().prop_map(f32::from_bits);
     prop_oneof![
-        Just(Law::PAPER),
+        Just(Law::PUBLISHED),
         Just(Law::PHYSICAL),
-        (number(), number()).prop_map(|(intercept, slope)| Law::Paper { intercept, slope }),
+        (number(), number()).prop_map(|(intercept, slope)| Law::Published { intercept, slope }),
         (number(), number()).prop_map(|(track, afterglow)| Law::Physical { track, afterglow }),
     ]
 }
@@ -66,7 +66,7 @@ fn any_speed_config() -> impl Strategy<Value = SpeedConfig> {
     let threshold = prop_oneof![Just(0.0475), 0.0..5.5, any::<u64>().prop_map(f64::from_bits)];
     let on = prop_oneof![Just(ThresholdOn::Absolute), Just(ThresholdOn::AboveBaseline)];
     (any_law(), threshold, on, any_rate()).prop_map(|(law, threshold, on, rate)| {
-        SpeedConfig::new(law, threshold, on, rate).unwrap_or_else(|_| SpeedConfig::paper(rate))
+        SpeedConfig::new(law, threshold, on, rate).unwrap_or_else(|_| SpeedConfig::published(rate))
     })
 }
 
@@ -91,7 +91,7 @@ proptest! {
         speed in any_speed_config(), kernel in 0..3, steps in prop::collection::vec(any_step(), 0..400),
     ) {
         fn run<L: wstac_core::ln::Ln>(
-            camera: Camera<Any>, floor: f64, trigger: TriggerConfig, speed: &SpeedConfig, steps: &[Step],
+            camera: FrameGeometry<Any>, floor: f64, trigger: TriggerConfig, speed: &SpeedConfig, steps: &[Step],
         ) {
             let Ok(mut pipeline) = Pipeline::<Any, L>::new(camera, floor, trigger) else { return };
             let mut buffer = vec![0; camera.frame_bytes()];
@@ -121,7 +121,7 @@ proptest! {
             }
         }
         let stride = Stride::try_from(picture.stride as u32).unwrap();
-        let camera = Camera::with_stride(any_of(&picture), layout_of(&picture), rate, stride)
+        let camera = FrameGeometry::with_stride(any_of(&picture), layout_of(&picture), rate, stride)
             .and_then(|camera| camera.with_bytes_per_row(picture.bytes_per_row as u32));
         // A rate can be too high for 32 bits.
         let Ok(camera) = camera else { return Ok(()) };
@@ -139,7 +139,7 @@ proptest! {
         let mut random = Random::new(seed);
         let layout = Layout::paper(FrameSize::new(10, 8).unwrap()).unwrap();
         let rate = FrameRate::new(fps, 1).unwrap();
-        let camera = Camera::new(Grey, layout, rate).unwrap().with_bytes_per_row(13).unwrap();
+        let camera = FrameGeometry::new(Gray, layout, rate).unwrap().with_bytes_per_row(13).unwrap();
         let mut whole: Pipeline = Pipeline::new(camera, 0.5, config).unwrap();
         let mut striped = whole.clone();
         let mut events = 0;
@@ -168,7 +168,7 @@ proptest! {
         let mut random = Random::new(seed);
         let rate = FrameRate::new(fps, 1).unwrap();
         let layout = Layout::paper(FrameSize::new(5, 5).unwrap()).unwrap();
-        let mut once: Pipeline = Pipeline::new(Camera::new(Grey, layout, rate).unwrap(), 0.5, config).unwrap();
+        let mut once: Pipeline = Pipeline::new(FrameGeometry::new(Gray, layout, rate).unwrap(), 0.5, config).unwrap();
         let mut twice = once.clone();
         let (mut first, mut second) = (Vec::new(), Vec::new());
         for frame in 0..300 * rate.frames_added() {
@@ -197,11 +197,11 @@ proptest! {
         let mut random = Random::new(seed);
         let levels = random.bytes(25 * 20);
         let layout = Layout::paper(FrameSize::new(25, 20).unwrap()).unwrap();
-        let matrix = if matrix { Matrix::Bt601 } else { Matrix::Bt709 };
-        let colour = Colour { matrix, range: Range::Full };
-        let [eight, sixteen] = [PixelFormat::Grey, PixelFormat::Y16].map(|format| {
-            let green = Any::new(format, colour, YcbcrMethod::Exact);
-            let camera = Camera::new(green, layout, FrameRate::NOMINAL).unwrap();
+        let matrix = if matrix { YcbcrMatrix::Bt601 } else { YcbcrMatrix::Bt709 };
+        let color = YcbcrEncoding { matrix, range: QuantizationRange::Full };
+        let [eight, sixteen] = [PixelFormat::Gray, PixelFormat::Y16].map(|format| {
+            let green = Any::new(format, color, YcbcrMethod::Exact);
+            let camera = FrameGeometry::new(green, layout, FrameRate::NOMINAL).unwrap();
             let mut stream = wstac_core::stream::FeatureStream::<Any, Fixed>::new(camera, 0.0).unwrap();
             stream.push_frame(&in_format(format, &levels, 25, &mut random)).unwrap().unwrap().features
         });

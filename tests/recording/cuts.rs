@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use wstac_host::source::mcap::McapSource;
-use wstac_host::source::{Item, Source};
+use wstac_host::source::{Source, SourceEvent};
 use wstac_tests::folder::Folder;
 use wstac_tests::random::Random;
 
@@ -55,10 +55,10 @@ fn frames_of(path: &Path) -> Option<(Vec<Vec<u8>>, u64)> {
     let mut source = McapSource::open(path, None).ok()?;
     let (mut frames, mut lost) = (Vec::new(), 0);
     loop {
-        match source.next().unwrap() {
-            Item::Frame { bytes, .. } => frames.push(bytes.to_vec()),
-            Item::Lost { frames, .. } => lost += frames,
-            Item::End => return Some((frames, lost)),
+        match source.next_event().unwrap() {
+            SourceEvent::Frame { bytes, .. } => frames.push(bytes.to_vec()),
+            SourceEvent::Lost { frames, .. } => lost += frames,
+            SourceEvent::End => return Some((frames, lost)),
             other => panic!("{other:?}"),
         }
     }

@@ -13,7 +13,7 @@ use wstac_host::reading::{Reading, Wanted};
 use wstac_host::record::Recorder;
 use wstac_host::record::about::About;
 use wstac_host::source::mcap::McapSource;
-use wstac_host::source::{Fault, Item, Source, StreamInfo};
+use wstac_host::source::{Fault, Source, SourceEvent, StreamInfo};
 use wstac_tests::folder::Folder;
 
 /// An item that does not borrow its source.
@@ -26,26 +26,26 @@ enum Owned {
 }
 
 impl Owned {
-    fn of(item: &Item<'_>) -> Self {
+    fn of(item: &SourceEvent<'_>) -> Self {
         match item {
-            Item::Frame { bytes, timestamp, sequence, encoded } => {
+            SourceEvent::Frame { bytes, timestamp, sequence, encoded } => {
                 Self::Frame(bytes.to_vec(), *timestamp, *sequence, encoded.map(<[u8]>::to_vec))
             }
-            Item::Lost { frames, why } => Self::Lost(*frames, why),
-            Item::Fault(fault) => Self::Fault(fault.clone()),
-            Item::End => Self::End,
-            Item::Taxels(_) | Item::Waiting => panic!("not in these streams"),
+            SourceEvent::Lost { frames, why } => Self::Lost(*frames, why),
+            SourceEvent::Fault(fault) => Self::Fault(fault.clone()),
+            SourceEvent::End => Self::End,
+            SourceEvent::Taxels(_) | SourceEvent::Waiting => panic!("not in these streams"),
         }
     }
 
-    fn item(&self) -> Item<'_> {
+    fn item(&self) -> SourceEvent<'_> {
         match self {
             Self::Frame(bytes, timestamp, sequence, encoded) => {
-                Item::Frame { bytes, timestamp: *timestamp, sequence: *sequence, encoded: encoded.as_deref() }
+                SourceEvent::Frame { bytes, timestamp: *timestamp, sequence: *sequence, encoded: encoded.as_deref() }
             }
-            Self::Lost(frames, why) => Item::Lost { frames: *frames, why },
-            Self::Fault(fault) => Item::Fault(fault.clone()),
-            Self::End => Item::End,
+            Self::Lost(frames, why) => SourceEvent::Lost { frames: *frames, why },
+            Self::Fault(fault) => SourceEvent::Fault(fault.clone()),
+            Self::End => SourceEvent::End,
         }
     }
 }
@@ -70,7 +70,7 @@ fn info(format: PixelFormat, bytes_per_row: u32) -> StreamInfo {
     StreamInfo {
         size: FrameSize::new(64, 48).unwrap(),
         format,
-        colour: wstac_core::green::ycbcr::Colour::default(),
+        color: wstac_core::green::ycbcr::YcbcrEncoding::default(),
         bytes_per_row,
         rate: FrameRate::new(30_000, 1001).unwrap(),
         taxels_only: false,
@@ -105,7 +105,7 @@ fn again(folder: &Folder, info: &StreamInfo, items: &[Owned]) -> (Vec<Owned>, St
     assert_eq!(source.about().labels["specimen"], "Saw3");
     let mut found = Vec::new();
     while found.last() != Some(&Owned::End) {
-        found.push(Owned::of(&source.next().unwrap()));
+        found.push(Owned::of(&source.next_event().unwrap()));
     }
     (found, source.info().clone())
 }
@@ -118,7 +118,7 @@ fn fault(kind: &'static str, message: &str) -> Owned {
 fn a_camera_comes_again_with_its_times_gaps_and_faults() {
     let folder = Folder::new("recording-stream");
     // Rows with padding behind them.
-    let info = info(PixelFormat::Grey, 80);
+    let info = info(PixelFormat::Gray, 80);
     let mut items = vec![Owned::Lost(2, "dropped by the driver"), fault("slow", "7.5 frames a second \"only\"")];
     for frame in 0..200_u32 {
         let bytes: Vec<u8> = (0..80 * 48_u32).map(|at| (at * 7 + frame * 13) as u8).collect();

@@ -24,7 +24,7 @@ import numpy as np
 
 HERE = Path(__file__).parent
 UNIT = 1 / 2048
-COLOURS = ("mono", "mono10", "mono12", "mono16", "420jpeg", "420", "422", "444")
+COLORS = ("mono", "mono10", "mono12", "mono16", "420jpeg", "420", "422", "444")
 RATES = ("30:1", "25:1", "30000:1001", "45:1", "46:1", "60:1", "120:1", "15:2")
 
 
@@ -45,27 +45,27 @@ def light(rng: np.random.Generator, frames: int, width: int, height: int, full: 
 
 def stream(rng: np.random.Generator) -> tuple[bytes, str]:
     """A Y4M stream, and what it is."""
-    colour, rate = str(rng.choice(COLOURS)), str(rng.choice(RATES))
+    color, rate = str(rng.choice(COLORS)), str(rng.choice(RATES))
     width, height = (int(side) for side in rng.integers(8, 70, 2))
     added = {"46:1": 2, "60:1": 2, "120:1": 4}.get(rate, 1)
     frames = int(rng.choice([3, 26, 96, 130, 200, 400])) * added
-    bits = int(colour[4:] or 8) if colour.startswith("mono") else 8
+    bits = int(color[4:] or 8) if color.startswith("mono") else 8
     if rng.random() < 0.1:
         luma = rng.integers(0, 1 << bits, (frames, height, width))
     else:
         luma = light(rng, frames, width, height, (1 << bits) - 1)
-    header = f"YUV4MPEG2 W{width} H{height} F{rate} Ip A1:1 C{colour}"
+    header = f"YUV4MPEG2 W{width} H{height} F{rate} Ip A1:1 C{color}"
     header += str(rng.choice(["", " XCOLORRANGE=FULL", " XCOLORRANGE=LIMITED", " Xanything"]))
     planes = [luma]
-    if not colour.startswith("mono"):
-        rows = (height + 1) // 2 if colour.startswith("420") else height
-        columns = width if colour == "444" else (width + 1) // 2
+    if not color.startswith("mono"):
+        rows = (height + 1) // 2 if color.startswith("420") else height
+        columns = width if color == "444" else (width + 1) // 2
         spread = rng.choice([1, 10, 128])
         planes += [np.clip(rng.normal(128, spread, (frames, rows, columns)), 0, 255) for _ in range(2)]
     kind = np.dtype("<u2") if bits > 8 else np.dtype("u1")
     packed = [plane.astype(kind).reshape(frames, -1).view(np.uint8) for plane in planes]
     body = b"".join(b"FRAME\n" + b"".join(plane[t].tobytes() for plane in packed) for t in range(frames))
-    return header.encode() + b"\n" + body, f"{colour} {width}x{height} {rate} {frames} frames"
+    return header.encode() + b"\n" + body, f"{color} {width}x{height} {rate} {frames} frames"
 
 
 def configuration(rng: np.random.Generator) -> str:

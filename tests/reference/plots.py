@@ -76,14 +76,14 @@ def panel(drawing: Drawing, left: float, top: float, title: str, event: Event) -
     axes.x_axis(range(0, frames + 1, 10), "frame of the sample")
     lane = height / len(light)
     for k, feature in enumerate(light):
-        colour = BLUE if k < ROWS else ORANGE
+        color = BLUE if k < ROWS else ORANGE
         base = top + (k + 1) * lane
         name = f"row {k + 1}" if k < ROWS else f"column {k + 1 - ROWS}"
         drawing.text(left - 6, base - 5, name, 10, "end")
         band = Axes(drawing, left, base - 0.85 * lane, width, 0.85 * lane, (0, frames), (0, most))
         outline = [band.at(t, value) for t, value in enumerate(feature)]
-        drawing.area([(left, base), *outline, (outline[-1][0], base)], colour, 0.3)
-        drawing.circle(band.at(centroid(feature), 0)[0], base - lane / 2, 3.5, colour)
+        drawing.area([(left, base), *outline, (outline[-1][0], base)], color, 0.3)
+        drawing.circle(band.at(centroid(feature), 0)[0], base - lane / 2, 3.5, color)
 
 
 def above_dark(feature: Sequence[float]) -> list[float]:

@@ -34,24 +34,24 @@ class Drawing:
     title: str
     elements: list[str] = field(default_factory=list)
 
-    def line(self, points: Sequence[tuple[float, float]], colour: str, width: float = 1.5, dash: str = "") -> None:
+    def line(self, points: Sequence[tuple[float, float]], color: str, width: float = 1.5, dash: str = "") -> None:
         """A line through points."""
         path = " ".join(f"{number(x)},{number(y)}" for x, y in points)
         dashed = f" stroke-dasharray='{dash}'" if dash else ""
         self.elements.append(
-            f"<polyline points='{path}' fill='none' stroke='{colour}' stroke-width='{number(width)}'{dashed}/>"
+            f"<polyline points='{path}' fill='none' stroke='{color}' stroke-width='{number(width)}'{dashed}/>"
         )
 
-    def area(self, points: Sequence[tuple[float, float]], colour: str, opacity: float) -> None:
+    def area(self, points: Sequence[tuple[float, float]], color: str, opacity: float) -> None:
         """A filled outline, with a thin edge."""
         path = " ".join(f"{number(x)},{number(y)}" for x, y in points)
-        fill = f"fill='{colour}' fill-opacity='{opacity:.2f}'"
-        self.elements.append(f"<polygon points='{path}' {fill} stroke='{colour}'/>")
+        fill = f"fill='{color}' fill-opacity='{opacity:.2f}'"
+        self.elements.append(f"<polygon points='{path}' {fill} stroke='{color}'/>")
 
-    def circle(self, x: float, y: float, radius: float, colour: str, opacity: float = 1.0) -> None:
+    def circle(self, x: float, y: float, radius: float, color: str, opacity: float = 1.0) -> None:
         """A disc."""
         at = f"cx='{number(x)}' cy='{number(y)}' r='{number(radius)}'"
-        self.elements.append(f"<circle {at} fill='{colour}' fill-opacity='{opacity:.2f}'/>")
+        self.elements.append(f"<circle {at} fill='{color}' fill-opacity='{opacity:.2f}'/>")
 
     def text(
         self, x: float, y: float, text: str, size: float = 12, anchor: str = "start", upwards: bool = False
@@ -88,9 +88,9 @@ class Axes:
         up = (y - self.y[0]) / (self.y[1] - self.y[0])
         return self.left + right * self.width, self.top + (1 - up) * self.height
 
-    def line(self, points: Sequence[tuple[float, float]], colour: str, width: float = 1.5, dash: str = "") -> None:
+    def line(self, points: Sequence[tuple[float, float]], color: str, width: float = 1.5, dash: str = "") -> None:
         """A line through points of the data."""
-        self.drawing.line([self.at(x, y) for x, y in points], colour, width, dash)
+        self.drawing.line([self.at(x, y) for x, y in points], color, width, dash)
 
     def x_axis(self, ticks: Sequence[float], label: str) -> None:
         """The axis below, with its ticks and what it shows, units included."""

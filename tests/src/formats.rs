@@ -2,17 +2,17 @@
 
 use wstac_core::green::any::{PixelFormat, YcbcrMethod};
 use wstac_core::green::bayer::BayerOrder;
-use wstac_core::green::ycbcr::{Colour, Matrix, Range};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 
 /// The four orders of a Bayer mosaic.
 pub const BAYER_ORDERS: [BayerOrder; 4] = [BayerOrder::Rggb, BayerOrder::Grbg, BayerOrder::Gbrg, BayerOrder::Bggr];
 
 /// The four meanings of a YCbCr stream.
-pub const COLOURS: [Colour; 4] = [
-    Colour { matrix: Matrix::Bt601, range: Range::Limited },
-    Colour { matrix: Matrix::Bt601, range: Range::Full },
-    Colour { matrix: Matrix::Bt709, range: Range::Limited },
-    Colour { matrix: Matrix::Bt709, range: Range::Full },
+pub const COLORS: [YcbcrEncoding; 4] = [
+    YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Limited },
+    YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Full },
+    YcbcrEncoding { matrix: YcbcrMatrix::Bt709, range: QuantizationRange::Limited },
+    YcbcrEncoding { matrix: YcbcrMatrix::Bt709, range: QuantizationRange::Full },
 ];
 
 /// Both ways from YCbCr to green.
@@ -22,7 +22,7 @@ pub const METHODS: [YcbcrMethod; 2] = [YcbcrMethod::Exact, YcbcrMethod::Linear];
 pub fn all() -> Vec<PixelFormat> {
     use PixelFormat as F;
     let mut formats = vec![
-        F::Grey,
+        F::Gray,
         F::Y10,
         F::Y12,
         F::Y16,
@@ -49,16 +49,16 @@ pub fn is_planar(format: PixelFormat) -> bool {
     matches!(format, PixelFormat::Nv12 | PixelFormat::Yu12 | PixelFormat::Yuv422p | PixelFormat::Yuv444p)
 }
 
-/// Evaluates `$body` with `$green` bound to the format's own type, for a `PixelFormat`, `Colour` and `YcbcrMethod`.
+/// Evaluates `$body` with `$green` bound to the format's own type, for a `PixelFormat`, `YcbcrEncoding` and `YcbcrMethod`.
 #[macro_export]
 macro_rules! with_green_type {
-    ($format:expr, $colour:expr, $method:expr, $green:ident => $body:expr) => {{
+    ($format:expr, $color:expr, $method:expr, $green:ident => $body:expr) => {{
         use wstac_core::green::any::{PixelFormat as F, YcbcrMethod as M};
-        use wstac_core::green::{bayer, grey, packed_rgb, packed_ycbcr, planar_ycbcr, rgb565, words, ycbcr};
-        let (exact, linear) = (ycbcr::Exact::new($colour), ycbcr::Linear::new($colour));
+        use wstac_core::green::{bayer, gray, packed_rgb, packed_ycbcr, planar_ycbcr, rgb565, words, ycbcr};
+        let (exact, linear) = (ycbcr::Exact::new($color), ycbcr::Linear::new($color));
         match ($format, $method) {
-            (F::Grey, _) => {
-                let $green = grey::Grey;
+            (F::Gray, _) => {
+                let $green = gray::Gray;
                 $body
             }
             (F::Y10, _) => {

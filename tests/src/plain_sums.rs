@@ -2,7 +2,7 @@
 
 use wstac_core::green::any::{PixelFormat, YcbcrMethod};
 use wstac_core::green::bayer::BayerOrder;
-use wstac_core::green::ycbcr::{Colour, Matrix, Range};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 
 /// How a picture's bytes lie and where its taxels are.
 #[derive(Clone, Debug)]
@@ -10,7 +10,7 @@ pub struct Picture {
     /// Pixel format.
     pub format: PixelFormat,
     /// What YCbCr numbers mean.
-    pub colour: Colour,
+    pub color: YcbcrEncoding,
     /// How YCbCr becomes green.
     pub method: YcbcrMethod,
     /// Width in pixels.
@@ -40,7 +40,7 @@ enum Pixel {
 pub fn row_bytes(format: PixelFormat, width: usize) -> usize {
     use PixelFormat as F;
     match format {
-        F::Grey | F::Bayer8(_) | F::Yu12 | F::Yuv422p | F::Yuv444p => width,
+        F::Gray | F::Bayer8(_) | F::Yu12 | F::Yuv422p | F::Yuv444p => width,
         F::Y10 | F::Y12 | F::Y16 | F::Rgb565 | F::Bayer10(_) | F::Bayer12(_) => 2 * width,
         F::Rgb24 | F::Bgr24 => 3 * width,
         F::Rgbx32 | F::Xrgb32 => 4 * width,
@@ -83,12 +83,12 @@ impl Picture {
             let mut gathered = Gathered::default();
             for dy in (0..height).filter(|dy| dy / cell % self.stride == 0) {
                 for dx in (0..width).filter(|dx| dx / cell % self.stride == 0) {
-                    gathered.add(self.pixel(bytes, snap(left) + dx, snap(top) + dy), self.colour);
+                    gathered.add(self.pixel(bytes, snap(left) + dx, snap(top) + dy), self.color);
                 }
             }
             pixels = gathered.pixels;
             match self.method {
-                YcbcrMethod::Linear if gathered.ycbcr => gathered.linear(self.colour),
+                YcbcrMethod::Linear if gathered.ycbcr => gathered.linear(self.color),
                 _ => gathered.green,
             }
         });
@@ -111,7 +111,7 @@ impl Picture {
         };
         let half_row = self.bytes_per_row.div_ceil(2);
         match self.format {
-            F::Grey => Pixel::Green(u64::from(bytes[row + x])),
+            F::Gray => Pixel::Green(u64::from(bytes[row + x])),
             F::Y10 | F::Y12 | F::Y16 => Pixel::Green(word(row + 2 * x).min(full_scale)),
             F::Rgb24 | F::Bgr24 => Pixel::Green(u64::from(bytes[row + 3 * x + 1])),
             F::Rgbx32 => Pixel::Green(u64::from(bytes[row + 4 * x + 1])),
@@ -157,14 +157,14 @@ struct Gathered {
 }
 
 impl Gathered {
-    fn add(&mut self, pixel: Pixel, colour: Colour) {
+    fn add(&mut self, pixel: Pixel, color: YcbcrEncoding) {
         match pixel {
             Pixel::Green(green) => self.green += green,
             Pixel::NotGreen => return,
             Pixel::Ycbcr(ycbcr) => {
                 self.ycbcr = true;
                 let one = ycbcr.map(i128::from);
-                self.green += green_of(one, 1, colour);
+                self.green += green_of(one, 1, color);
                 for (sum, sample) in self.sums.iter_mut().zip(one) {
                     *sum += sample;
                 }
@@ -173,23 +173,23 @@ impl Gathered {
         self.pixels += 1;
     }
 
-    fn linear(&self, colour: Colour) -> u64 {
-        green_of(self.sums, i128::from(self.pixels), colour)
+    fn linear(&self, color: YcbcrEncoding) -> u64 {
+        green_of(self.sums, i128::from(self.pixels), color)
     }
 }
 
 /// Green of the sums of Y, Cb, Cr over `pixels` pixels, to the nearest integer, halves up, within 0..=255 · pixels.
 ///
 /// With the definition of Y, Y = Kr R + Kg G + Kb B, and R = Y + 2 (1 − Kr) Cr, B = Y + 2 (1 − Kb) Cb.
-pub fn green_of([y, cb, cr]: [i128; 3], pixels: i128, colour: Colour) -> u64 {
+pub fn green_of([y, cb, cr]: [i128; 3], pixels: i128, color: YcbcrEncoding) -> u64 {
     // Kr, Kg, Kb in units of 1/10000.
-    let (kr, kg, kb) = match colour.matrix {
-        Matrix::Bt601 => (2990, 5870, 1140),
-        Matrix::Bt709 => (2126, 7152, 722),
+    let (kr, kg, kb) = match color.matrix {
+        YcbcrMatrix::Bt601 => (2990, 5870, 1140),
+        YcbcrMatrix::Bt709 => (2126, 7152, 722),
     };
-    let (black, luma_span, chroma_span) = match colour.range {
-        Range::Limited => (16, 219, 224),
-        Range::Full => (0, 255, 255),
+    let (black, luma_span, chroma_span) = match color.range {
+        QuantizationRange::Limited => (16, 219, 224),
+        QuantizationRange::Full => (0, 255, 255),
     };
     // Y, Cb, Cr as shares of full scale over the common denominator luma_span · chroma_span · 10000.
     let unit = luma_span * chroma_span * 10_000;

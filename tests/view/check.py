@@ -41,8 +41,8 @@ class Terminal:
             raise AssertionError(f"tmux {' '.join(arguments)}: {done.stderr.strip()}")
         return done.stdout
 
-    def screen(self, colours=False):
-        return self.tmux("capture-pane", "-p", *(["-e"] if colours else []))
+    def screen(self, colors=False):
+        return self.tmux("capture-pane", "-p", *(["-e"] if colors else []))
 
     def flag(self, name):
         return self.tmux("display-message", "-p", f"#{{{name}}}").strip()
@@ -201,8 +201,8 @@ def check_a_terminal_that_is_gone(wstac):
             time.sleep(0.05)
 
 
-def check_colours(wstac):
-    """True colour, 256, 16 and none, by what the terminal says of itself."""
+def check_colors(wstac):
+    """True color, 256, 16 and none, by what the terminal says of itself."""
     for variables, expected, forbidden in [
         (["TERM=xterm-256color", "COLORTERM=truecolor"], r"\x1b\[[0-9;]*[34]8;2;", None),
         (["COLORTERM=", "TERM=screen-256color"], r"\x1b\[[0-9;]*[34]8;5;", r"\x1b\[[0-9;]*[34]8;2;"),
@@ -213,9 +213,9 @@ def check_colours(wstac):
             terminal.until(r"event [2-6]\d/70", "contact")
             terminal.keys("Space")
             terminal.until("PAUSED", "space")
-            screen = terminal.screen(colours=True)
+            screen = terminal.screen(colors=True)
             assert re.search(expected, screen), f"{variables}: no {expected}\n{screen}"
-            # tmux may give colours that it takes for others; what must not be there is what the terminal has not.
+            # tmux may give colors that it takes for others; what must not be there is what the terminal has not.
             assert not forbidden or not re.search(forbidden, screen), f"{variables}: {forbidden}\n{screen}"
             terminal.keys("q")
             terminal.left(0)
@@ -279,7 +279,7 @@ With colors, the picture has two pixels per character, and the cells of the taxe
 
 def main():
     wstac = sys.argv[1]
-    checks = [check_no_terminal, check_a_wrong_source, check_a_slide, check_keys, check_recording, check_sizes, check_signals, check_a_terminal_that_is_gone, check_colours, check_a_broken_file]
+    checks = [check_no_terminal, check_a_wrong_source, check_a_slide, check_keys, check_recording, check_sizes, check_signals, check_a_terminal_that_is_gone, check_colors, check_a_broken_file]
     for check in checks:
         check(wstac)
         print(f"ok: {check.__name__.removeprefix('check_').replace('_', ' ')}", flush=True)

@@ -20,10 +20,10 @@ class Stated:
         self.fourcc = re.search(r"Pixel Format\s*: '(.{4})'", self.text)[1]
         self.line = int(re.search(r"Bytes per Line\s*: (\d+)", self.text)[1])
         self.image = int(re.search(r"Size Image\s*: (\d+)", self.text)[1])
-        self.matrix = {"ITU-R 601": "bt601", "Rec. 709": "bt709"}[self._colour("YCbCr/HSV Encoding")]
-        self.range = {"Limited Range": "limited", "Full Range": "full"}[self._colour("Quantization")]
+        self.matrix = {"ITU-R 601": "bt601", "Rec. 709": "bt709"}[self._color("YCbCr/HSV Encoding")]
+        self.range = {"Limited Range": "limited", "Full Range": "full"}[self._color("Quantization")]
 
-    def _colour(self, name: str) -> str:
+    def _color(self, name: str) -> str:
         """The value, or what the default maps to."""
         value = re.search(rf"{name}\s*: (.*)", self.text)[1]
         return re.sub(r"^Default \(maps to (.*)\)$", r"\1", value)
@@ -36,7 +36,7 @@ def check_moving(directory: Path, name: str, fourcc: str) -> None:
     if stated.fourcc != fourcc or stated.size != (WIDTH, HEIGHT):
         problems.append(f"asked for {fourcc!r} {WIDTH}x{HEIGHT}, the driver is left with {stated.fourcc!r} {stated.size}")
     ycbcr = fourcc in ("YUYV", "UYVY", "NV12", "YU12")
-    colours = ["--matrix", stated.matrix, "--range", stated.range] if ycbcr else []
+    colors = ["--matrix", stated.matrix, "--range", stated.range] if ycbcr else []
     for picture in ("squares", "checkers"):
         run = Run(directory, f"{name}-{picture}")
         found = run.trouble()
@@ -45,14 +45,14 @@ def check_moving(directory: Path, name: str, fourcc: str) -> None:
             # A slow machine may lose some of the five; two are needed to see that the picture moves.
             if not 2 <= frames <= FRAMES:
                 found.append(f"{frames} frames saved, {FRAMES} asked for")
-            expected = reference_features(run.raw, fourcc, WIDTH, HEIGHT, stated.line, colours)
+            expected = reference_features(run.raw, fourcc, WIDTH, HEIGHT, stated.line, colors)
             if picture == "squares" and (len(set(map(tuple, expected))) < 2 or len(set(expected[0])) < 5):
                 found.append("the picture neither moves nor has structure, so it proves nothing")
             off, summary = compare_features(run, run.arrived(frames), expected)
             found += off
             notes.append(f"{picture} {summary}")
         problems += [f"{picture}: {problem}" for problem in found]
-    verdict(f"formats {name} {' '.join([fourcc, *colours[1::2]])}", problems, ", ".join(notes))
+    verdict(f"formats {name} {' '.join([fourcc, *colors[1::2]])}", problems, ", ".join(notes))
 
 
 def check_still(directory: Path, name: str) -> None:

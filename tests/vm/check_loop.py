@@ -1,4 +1,4 @@
-"""Checks what guest/loop.sh left: check_loop.py RESULTS PLAYED.grey WSTAC [--last-try].
+"""Checks what guest/loop.sh left: check_loop.py RESULTS PLAYED.gray WSTAC [--last-try].
 
 Exit code 3, before any verdict, says that the run was unlucky (the slow machine lost frames, or the program started too
 late for a baseline) and another boot may do better; --last-try judges it anyway.

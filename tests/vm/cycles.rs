@@ -7,9 +7,9 @@ use std::time::Instant;
 
 use v4l::Device;
 use v4l::control::{Control, Value};
-use wstac_host::source::{Item, Source};
+use wstac_host::source::CameraSource;
+use wstac_host::source::{Source, SourceEvent};
 use wstac_linux::CameraRequest;
-use wstac_linux::source::CameraSource;
 
 /// What one process holds.
 #[derive(Clone, Copy)]
@@ -41,9 +41,9 @@ impl std::fmt::Display for Held {
 fn frame(source: &mut CameraSource) -> Vec<&'static str> {
     let mut faults = Vec::new();
     loop {
-        match source.next().expect("a camera that goes on") {
-            Item::Frame { .. } => return faults,
-            Item::Fault(fault) => faults.push(fault.kind),
+        match source.next_event().expect("a camera that goes on") {
+            SourceEvent::Frame { .. } => return faults,
+            SourceEvent::Fault(fault) => faults.push(fault.kind),
             _ => {}
         }
     }

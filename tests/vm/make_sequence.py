@@ -1,4 +1,4 @@
-"""Makes the frames that the loop test plays: make_sequence.py OUT.grey."""
+"""Makes the frames that the loop test plays: make_sequence.py OUT.gray."""
 
 from __future__ import annotations
 

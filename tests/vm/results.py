@@ -132,10 +132,10 @@ class Run:
         return range(max(lost - breaks, 0), lost + breaks + max(after, 0) + 1)
 
 
-def reference_features(raw: Path, fourcc: str, width: int, height: int, line: int, colours: list[str]) -> list[list[int]]:
+def reference_features(raw: Path, fourcc: str, width: int, height: int, line: int, colors: list[str]) -> list[list[int]]:
     """The features of each raw frame by the float64 reference, in units of 1/2048."""
     command = [sys.executable, REFERENCE, "--format", fourcc, "--width", width, "--height", height]
-    command += ["--bytes-per-line", line, *colours, raw]
+    command += ["--bytes-per-line", line, *colors, raw]
     text = subprocess.run([str(part) for part in command], check=True, capture_output=True, text=True).stdout
     return [json.loads(line)["q"] for line in text.splitlines()]
 

@@ -95,13 +95,13 @@ def test_a_refused_frame_was_not_taken() -> None:
 
 def test_arrays_of_any_order_are_read_as_they_look() -> None:
     some = np.random.default_rng(1)
-    colour = some.integers(0, 256, (3, 81, 80, 3), np.uint8)
-    expected = wstac.features(colour)
-    assert np.array_equal(wstac.features(colour[..., ::-1]), expected), "green is in the middle"
-    assert np.array_equal(wstac.features(np.asfortranarray(colour)), expected)
-    assert np.array_equal(wstac.features(colour[::-1])[::-1], expected)
-    assert not np.array_equal(wstac.features(colour[:, ::-1]), expected)
-    assert np.array_equal(wstac.features(np.ascontiguousarray(colour[..., 1])), expected)
+    color = some.integers(0, 256, (3, 81, 80, 3), np.uint8)
+    expected = wstac.features(color)
+    assert np.array_equal(wstac.features(color[..., ::-1]), expected), "green is in the middle"
+    assert np.array_equal(wstac.features(np.asfortranarray(color)), expected)
+    assert np.array_equal(wstac.features(color[::-1])[::-1], expected)
+    assert not np.array_equal(wstac.features(color[:, ::-1]), expected)
+    assert np.array_equal(wstac.features(np.ascontiguousarray(color[..., 1])), expected)
     words = (some.integers(0, 1024, (2, 80, 80))).astype("<u2")
     assert not np.array_equal(wstac.features(words, "Y10"), wstac.features(words, "Y16"))
     assert wstac.features(GREY[:0]).shape == (0, 10)

@@ -3,9 +3,9 @@
 use std::ffi::c_char;
 use std::path::{Path, PathBuf};
 
-use wstac_core::green::Green;
+use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, YcbcrMethod};
-use wstac_core::green::ycbcr::{Colour, Matrix, Range};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 
@@ -13,7 +13,7 @@ use super::status::{Failure, WstacStatus, failed, text};
 use wstac_host::config::Config;
 use wstac_host::model_file::ModelFile;
 use wstac_host::source::open::OpenOptions;
-use wstac_host::source::{Delivery, StreamInfo};
+use wstac_host::source::{FramePolicy, StreamInfo};
 use wstac_scene::sensor::SensorFormat;
 
 /// How a sensor is opened. All zeros, `WstacOptions options = {0};`, are the defaults.
@@ -81,7 +81,7 @@ pub(super) struct Options {
 pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failure> {
     // SAFETY: null or options (the caller).
     let Some(options) = (unsafe { options.as_ref() }) else {
-        let open = OpenOptions { delivery: Delivery::Newest, ..OpenOptions::default() };
+        let open = OpenOptions { delivery: FramePolicy::Newest, ..OpenOptions::default() };
         return Ok(Options { config: None, models: Vec::new(), open, features: false });
     };
     let config = if options.config.is_null() {
@@ -113,7 +113,7 @@ pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failu
         fps: rate(options.fps_numerator, options.fps_denominator)?,
         format,
         size,
-        delivery: if options.every_frame { Delivery::Every } else { Delivery::Newest },
+        delivery: if options.every_frame { FramePolicy::Every } else { FramePolicy::Newest },
         keep_controls: options.keep_controls,
         controls: Vec::new(),
     };
@@ -131,7 +131,7 @@ impl Options {
             ("fps", fps.is_some()),
             ("format", format.is_some()),
             ("width and height", size.is_some()),
-            ("every_frame", *delivery == Delivery::Every),
+            ("every_frame", *delivery == FramePolicy::Every),
             ("keep_controls", *keep_controls),
         ];
         asked.iter().find(|(_, asked)| *asked).map_or(Ok(()), |(name, _)| {
@@ -157,15 +157,15 @@ impl WstacFrames {
         if format.is_jpeg() {
             return Err(failed(WstacStatus::Option, format_args!("frames: format is {format}, expected pixels")));
         }
-        let colour = Colour {
-            matrix: if self.bt709 { Matrix::Bt709 } else { Matrix::Bt601 },
-            range: if self.full_range { Range::Full } else { Range::Limited },
+        let color = YcbcrEncoding {
+            matrix: if self.bt709 { YcbcrMatrix::Bt709 } else { YcbcrMatrix::Bt601 },
+            range: if self.full_range { QuantizationRange::Full } else { QuantizationRange::Limited },
         };
-        let least = Any::new(format.pixels(), colour, yuv).row_bytes(size.width());
+        let least = Any::new(format.pixels(), color, yuv).row_bytes(size.width());
         Ok(StreamInfo {
             size,
             format: format.pixels(),
-            colour,
+            color,
             // 16384 pixels have at most 65536 bytes.
             bytes_per_row: if self.bytes_per_row == 0 { least as u32 } else { self.bytes_per_row },
             rate: rate(self.fps_numerator, self.fps_denominator)?.unwrap_or(FrameRate::NOMINAL),

@@ -10,7 +10,7 @@ use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::reading::{Reading, Record, Wanted};
-use wstac_host::source::{Item, Source, StreamInfo, config_of};
+use wstac_host::source::{Source, SourceEvent, StreamInfo, config_of};
 use wstac_host::texture::Textures;
 
 /// Model files at a place that does not move, so that a reading may borrow them from beside it.
@@ -125,7 +125,7 @@ impl Sensor {
                 Ok(())
             };
             match source.next() {
-                Ok(Item::Waiting) => return Ok((self.given.waiting(), None)),
+                Ok(SourceEvent::Waiting) => return Ok((self.given.waiting(), None)),
                 Ok(item) => {
                     if !self.reading.take(&item, give)? {
                         self.phase = Phase::Ending;
@@ -148,13 +148,13 @@ impl Sensor {
             let message = format_args!("frame has {} bytes, expected at least {expected}", bytes.len());
             return Err(failed(WstacStatus::Frame, message));
         }
-        self.take(&Item::Frame { bytes, timestamp: None, sequence: None, encoded: None })
+        self.take(&SourceEvent::Frame { bytes, timestamp: None, sequence: None, encoded: None })
     }
 
     /// Keeps the place of lost frames.
     pub(super) fn push_lost(&mut self, frames: u64) -> Result<(), Failure> {
         self.takes_frames()?;
-        self.take(&Item::Lost { frames, why: "said to be lost" })
+        self.take(&SourceEvent::Lost { frames, why: "said to be lost" })
     }
 
     /// Ends the stream.
@@ -162,10 +162,10 @@ impl Sensor {
         if self.phase != Phase::Running {
             return Err(failed(WstacStatus::State, "the stream has ended already, expected one that has not"));
         }
-        self.take(&Item::End)
+        self.take(&SourceEvent::End)
     }
 
-    fn take(&mut self, item: &Item<'_>) -> Result<(), Failure> {
+    fn take(&mut self, item: &SourceEvent<'_>) -> Result<(), Failure> {
         let waiting = &mut self.waiting;
         let goes_on = self.reading.take(item, |record| -> Result<(), Failure> {
             waiting.push_back(record);

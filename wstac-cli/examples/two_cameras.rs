@@ -15,7 +15,7 @@ use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::reading::{Reading, Record, Wanted};
-use wstac_host::source::Delivery;
+use wstac_host::source::FramePolicy;
 use wstac_host::source::open::{OpenOptions, open};
 use wstac_host::texture::Textures;
 use wstac_linux::source::Cameras;
@@ -78,13 +78,13 @@ fn read(
 ) -> Result<(), Error> {
     // Answers in time: where this program is the slower one, older frames are skipped and counted as lost.
     let mut source =
-        open(spec, &OpenOptions { delivery: Delivery::Newest, ..OpenOptions::default() }, &[&Cameras, &Scenes])?;
+        open(spec, &OpenOptions { delivery: FramePolicy::Newest, ..OpenOptions::default() }, &[&Cameras, &Scenes])?;
     let textures = Textures::new(models)?;
     let mut reading = Reading::new(source.info(), &Config::default(), Wanted::default())?.with_textures(textures);
     let give = |record| sender.send((sensor, Ok(record)));
     let no_listener = |_: SendError<Said>| Error::new(spec, "nobody takes its records");
     while !stop.load(Ordering::Relaxed) {
-        // Comes back at least once a second, with Item::Waiting where there is nothing, so that `stop` is seen. A camera
+        // Comes back at least once a second, with SourceEvent::Waiting where there is nothing, so that `stop` is seen. A camera
         // that was unplugged is waited for, which is a Record::Fault and no error.
         let item = match source.next() {
             Ok(item) => item,

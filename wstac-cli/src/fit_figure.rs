@@ -78,7 +78,7 @@ pub fn draw(fits: &[Fit], slides: &Slides) -> String {
     // The same for all laws, so that they can be compared; 0 is always there.
     let residuals = span(all.chain([0.0]));
     let frames = span(slides.used.iter().map(|slide| slide.frames));
-    let look = Look { marker: Marker::Circle, colour: BLUE, filled: false };
+    let look = Look { marker: Marker::Circle, color: BLUE, filled: false };
     for (fit, column) in fits.iter().zip(0..) {
         let left = FIRST[0] + APART[0] * f64::from(column);
         let above = Panel { left, top: FIRST[1], x, y: frames };

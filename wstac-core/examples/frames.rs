@@ -10,7 +10,7 @@ use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::{SpeedConfig, duration, speed};
-use wstac_core::taxels::Camera;
+use wstac_core::taxels::FrameGeometry;
 use wstac_core::trigger::{Event, TriggerConfig};
 
 /// Frames of 640 × 480 RGB, whose rows take 2048 bytes each because the driver likes powers of two.
@@ -26,9 +26,9 @@ fn main() -> Result<(), Error> {
     let corners = core::array::from_fn(|taxel| [130 + taxel as u16 % 5 * PITCH, 50 + taxel as u16 / 5 * PITCH]);
     let layout = Layout::new(FrameSize::new(SIZE.0, SIZE.1)?, TAXEL, corners)?;
     let rate = FrameRate::NOMINAL;
-    let camera = Camera::new(Rgb24::default(), layout, rate)?.with_bytes_per_row(BYTES_PER_ROW)?;
+    let camera = FrameGeometry::new(Rgb24::default(), layout, rate)?.with_bytes_per_row(BYTES_PER_ROW)?;
     let mut pipeline: Pipeline<Rgb24> = Pipeline::new(camera, 0.5, TriggerConfig::default())?;
-    let speed_config = SpeedConfig::paper(rate);
+    let speed_config = SpeedConfig::published(rate);
 
     let mut grabber = Grabber::new();
     loop {

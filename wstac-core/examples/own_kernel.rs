@@ -6,14 +6,14 @@
 
 use wstac_core::error::Error;
 use wstac_core::features::Features;
-use wstac_core::green::grey::Grey;
+use wstac_core::green::gray::Gray;
 use wstac_core::include_model;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::{LN_FRACTION_BITS, Ln, fixed::Fixed};
 use wstac_core::model::forest::Forest;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
-use wstac_core::taxels::Camera;
+use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture::texture;
 use wstac_core::trigger::TriggerConfig;
 
@@ -42,8 +42,8 @@ impl Ln for Parabola {
 
 /// What the frames of one slide give with a logarithm: the highest features, and the texture.
 fn slide<L: Ln>() -> Result<(Features, String), Error> {
-    let camera = Camera::new(Grey, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
-    let mut pipeline: Pipeline<Grey, L> = Pipeline::new(camera, 0.5, TriggerConfig::default())?;
+    let camera = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
+    let mut pipeline: Pipeline<Gray, L> = Pipeline::new(camera, 0.5, TriggerConfig::default())?;
     let mut frame = vec![0; 400 * 400];
     for t in 0..120_usize {
         frame.fill(2);

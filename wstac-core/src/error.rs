@@ -98,7 +98,7 @@ pub enum Error {
     /// A margin that is not a number from 0 to below 65536.
     Margin(f64),
     /// A time constant of a baseline that follows drift, in windows, that is not a power of two from 16 to 32768.
-    Follow(u32),
+    TrackingBaseline(u32),
     /// Floor levels that are not a number from 0 to full scale.
     FloorLevels(f64),
     /// A darkness floor for pixels of another green full scale.
@@ -188,7 +188,9 @@ impl fmt::Display for Error {
                 write!(f, "multiplier is {found}, expected 0 to below 65536, and at least 1 with rule \"signed\"")
             }
             Self::Margin(found) => write!(f, "margin is {found}, expected 0 to below 65536"),
-            Self::Follow(found) => write!(f, "follow is {found} windows, expected a power of two from 16 to 32768"),
+            Self::TrackingBaseline(found) => {
+                write!(f, "follow is {found} windows, expected a power of two from 16 to 32768")
+            }
             Self::FloorFullScale { found, expected } => {
                 write!(f, "the darkness floor is for a full scale of {found}, expected {expected}")
             }

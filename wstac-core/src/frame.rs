@@ -13,7 +13,7 @@ pub struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    /// The rows of a whole frame of `height` rows, for those who want other sums of a [`Green`](crate::green::Green) than taxels'.
+    /// The rows of a whole frame of `height` rows, for those who want other sums of a [`GreenChannel`](crate::green::GreenChannel) than taxels'.
     pub fn of_frame(bytes: &'a [u8], bytes_per_row: usize, height: u16) -> Self {
         Self::new(bytes, bytes_per_row, 0, height)
     }

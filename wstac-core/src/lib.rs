@@ -20,7 +20,7 @@
 //! | events → a host, with the feature `wire` | `wire` |
 //!
 //! ## Panics
-//! None. Sizes, sums and indices are proven when a [`taxels::Camera`], a [`trigger::TriggerConfig`] or a
+//! None. Sizes, sums and indices are proven when a [`taxels::FrameGeometry`], a [`trigger::TriggerConfig`] or a
 //! [`speed::SpeedConfig`] is built, trees and weights when a [`model::Model`] is; slices are taken with checked access whose other branch reads nothing.
 #![no_std]
 #![cfg_attr(docsrs, feature(doc_cfg))]
@@ -32,13 +32,13 @@ extern crate self as wstac_core;
 extern crate std;
 
 pub mod baseline;
+pub mod baseline_policy;
 pub mod direction;
 pub mod early;
 pub mod error;
 mod exp;
 pub mod features;
 pub mod fixed;
-pub mod following;
 pub mod frame;
 pub mod green;
 pub mod layout;

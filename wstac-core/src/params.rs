@@ -36,7 +36,7 @@ pub const HIGHEST_SINGLE_FRAME_RATE: u32 = 45;
 /// Widest and highest frame, in pixels.
 pub const LARGEST_FRAME_SIDE: u32 = 16_384;
 
-/// Darkness floor: grey levels of a taxel below which a feature says nothing (decided).
+/// Darkness floor: gray levels of a taxel below which a feature says nothing (decided).
 pub const DEFAULT_FLOOR_LEVELS: f64 = 0.5;
 
 /// Windows of the baseline (paper).

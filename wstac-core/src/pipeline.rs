@@ -1,24 +1,24 @@
 //! The whole way from a camera's bytes to events.
 
+use crate::baseline_policy::{BaselinePolicy, FixedBaseline};
 use crate::error::Error;
 use crate::features::Floor;
-use crate::following::{Following, Kept};
-use crate::green::{Green, grey::Grey};
+use crate::green::{GreenChannel, gray::Gray};
 use crate::ln::{Ln, fixed::Fixed};
 use crate::stream::{FeatureStream, Loss};
-use crate::taxels::Camera;
-use crate::trigger::{Event, Incomplete, StreamEnd, Trigger, TriggerConfig};
+use crate::taxels::FrameGeometry;
+use crate::trigger::{Event, InterruptedSample, StreamEnd, Trigger, TriggerConfig};
 
 /// Frames or stripes in, events out: [`FeatureStream`], then [`Trigger`]. Everything is checked when it is built.
 ///
 /// ```
-/// use wstac_core::{green::grey::Grey, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
-/// use wstac_core::{speed::{self, SpeedConfig}, direction, taxels::Camera, trigger::TriggerConfig};
+/// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
+/// use wstac_core::{speed::{self, SpeedConfig}, direction, taxels::FrameGeometry, trigger::TriggerConfig};
 ///
 /// let layout = Layout::paper(FrameSize::new(400, 400)?)?;
-/// let camera = Camera::new(Grey, layout, FrameRate::NOMINAL)?;
+/// let camera = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL)?;
 /// let mut pipeline: Pipeline = Pipeline::new(camera, 0.5, TriggerConfig::default())?;
-/// let speed_config = SpeedConfig::paper(FrameRate::NOMINAL);
+/// let speed_config = SpeedConfig::published(FrameRate::NOMINAL);
 /// # let frames = (0..120).map(|t| vec![if t == 40 { 200 } else { 3_u8 }; 160_000]);
 /// # let mut events = 0;
 /// for frame in frames {
@@ -34,7 +34,7 @@ use crate::trigger::{Event, Incomplete, StreamEnd, Trigger, TriggerConfig};
 /// # Ok::<(), wstac_core::error::Error>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Pipeline<G: Green = Grey, L = Fixed, B = Kept> {
+pub struct Pipeline<G: GreenChannel = Gray, L = Fixed, B = FixedBaseline> {
     stream: FeatureStream<G, L>,
     trigger: Trigger<B>,
 }
@@ -43,12 +43,12 @@ pub struct Pipeline<G: Green = Grey, L = Fixed, B = Kept> {
 const MOST_BYTES: usize = 2048;
 const _: () = assert!(size_of::<Pipeline>() < MOST_BYTES);
 
-impl<G: Green, L: Ln> Pipeline<G, L> {
-    /// A pipeline from this camera, with features floored at `floor_levels` grey levels a taxel.
+impl<G: GreenChannel, L: Ln> Pipeline<G, L> {
+    /// A pipeline from this camera, with features floored at `floor_levels` gray levels a taxel.
     ///
     /// # Errors
     /// [`Error::FloorLevels`] where that is not 0 to the green full scale.
-    pub fn new(camera: Camera<G>, floor_levels: f64, trigger: TriggerConfig) -> Result<Self, Error> {
+    pub fn new(camera: FrameGeometry<G>, floor_levels: f64, trigger: TriggerConfig) -> Result<Self, Error> {
         Ok(Self { stream: FeatureStream::new(camera, floor_levels)?, trigger: Trigger::new(trigger) })
     }
 
@@ -56,18 +56,18 @@ impl<G: Green, L: Ln> Pipeline<G, L> {
     ///
     /// # Errors
     /// [`Error::FloorFullScale`] where it is for pixels of another full scale.
-    pub fn with_floor(camera: Camera<G>, floor: Floor, trigger: TriggerConfig) -> Result<Self, Error> {
-        Self::with_following(camera, floor, trigger, Kept)
+    pub fn with_floor(camera: FrameGeometry<G>, floor: Floor, trigger: TriggerConfig) -> Result<Self, Error> {
+        Self::with_following(camera, floor, trigger, FixedBaseline)
     }
 }
 
-impl<G: Green, L: Ln, B: Following> Pipeline<G, L, B> {
+impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
     /// The same with what becomes of the baseline after its 5m frames.
     ///
     /// # Errors
     /// As [`Pipeline::with_floor`].
     pub fn with_following(
-        camera: Camera<G>,
+        camera: FrameGeometry<G>,
         floor: Floor,
         trigger: TriggerConfig,
         following: B,
@@ -83,7 +83,7 @@ impl<G: Green, L: Ln, B: Following> Pipeline<G, L, B> {
     /// which counts it as lost, and push again.
     pub fn push_frame(&mut self, bytes: &[u8]) -> Result<Option<Event<'_>>, Error> {
         let Some(frame) = self.stream.push_frame(bytes)? else { return Ok(None) };
-        Ok(self.trigger.push(frame.features, frame.patched))
+        Ok(self.trigger.push(frame.features, frame.has_missing_frames))
     }
 
     /// Takes the next rows of a frame, as a DMA delivers them; an event, if they complete one. The event is
@@ -93,7 +93,7 @@ impl<G: Green, L: Ln, B: Following> Pipeline<G, L, B> {
     /// [`Error::StripeNotWholeRows`], [`Error::StripeTooLong`], [`Error::StripeOfPlanar`]: the stripe was not taken.
     pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<Option<Event<'_>>, Error> {
         let Some(frame) = self.stream.push_stripe(bytes)? else { return Ok(None) };
-        Ok(self.trigger.push(frame.features, frame.patched))
+        Ok(self.trigger.push(frame.features, frame.has_missing_frames))
     }
 
     /// Forgets the rows of a frame whose rest will not arrive, and counts it as lost.
@@ -119,7 +119,7 @@ impl<G: Green, L: Ln, B: Following> Pipeline<G, L, B> {
     }
 
     /// The sample that a long gap has interrupted, once.
-    pub fn take_interrupted(&mut self) -> Option<Incomplete> {
+    pub fn take_interrupted(&mut self) -> Option<InterruptedSample> {
         self.trigger.take_interrupted()
     }
 
@@ -129,8 +129,8 @@ impl<G: Green, L: Ln, B: Following> Pipeline<G, L, B> {
     }
 
     fn lose(&mut self, loss: Loss) -> Option<Event<'_>> {
-        if let Some(frame) = loss.patched {
-            return self.trigger.push_then_lose(frame.features, frame.patched, loss.frames);
+        if let Some(frame) = loss.has_missing_frames {
+            return self.trigger.push_then_lose(frame.features, frame.has_missing_frames, loss.frames);
         }
         self.trigger.push_lost(loss.frames);
         None

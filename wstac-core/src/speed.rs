@@ -17,7 +17,7 @@ use crate::trigger::Event;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Law {
     /// D = intercept − slope · log10 v (paper).
-    Paper {
+    Published {
         /// Frames at 1 mm/s.
         intercept: f32,
         /// Frames a decade, above 0.
@@ -34,7 +34,7 @@ pub enum Law {
 
 impl Law {
     /// The paper's law with the paper's numbers.
-    pub const PAPER: Self = Self::Paper { intercept: SPEED_INTERCEPT, slope: SPEED_SLOPE };
+    pub const PUBLISHED: Self = Self::Published { intercept: SPEED_INTERCEPT, slope: SPEED_SLOPE };
     /// The physical law, fitted to the paper's.
     pub const PHYSICAL: Self = Self::Physical { track: TRACK_LENGTH, afterglow: AFTERGLOW_FRAMES };
 
@@ -42,12 +42,12 @@ impl Law {
     ///
     /// Error, as a share of the speed, with u = 2^-24 for what one operation on 32 bits rounds by: `frames` is off by up to six of
     /// them, intercept and slope by one each. Their difference is then off by (intercept + 6 D) u, which the law multiplies by
-    /// ln 10 / slope; three operations and the two parameters add 5 |ln v| u, and e^x 3 u. So `Paper` is off by at most
+    /// ln 10 / slope; three operations and the two parameters add 5 |ln v| u, and e^x 3 u. So `Published` is off by at most
     /// ((intercept + 6 D) ln 10 / slope + 5 |ln v| + 3) u: 2.5e-6 from 100 to 200 mm/s. `Physical` is off by at most
     /// ((6 D + afterglow) / (D − afterglow) + 5) u, 8e-7 there, and more towards its pole.
     pub fn speed(&self, frames: f32) -> Option<f32> {
         let mm_s = match *self {
-            Self::Paper { intercept, slope } => libm::expf((intercept - frames) / slope * core::f32::consts::LN_10),
+            Self::Published { intercept, slope } => libm::expf((intercept - frames) / slope * core::f32::consts::LN_10),
             Self::Physical { track, afterglow } if frames > afterglow => {
                 track * NOMINAL_FRAME_RATE as f32 / (frames - afterglow)
             }
@@ -59,7 +59,9 @@ impl Law {
 
     const fn check(&self) -> Result<(), Error> {
         let (any, positive) = match *self {
-            Self::Paper { intercept, slope } => ((LawParameter::Intercept, intercept), (LawParameter::Slope, slope)),
+            Self::Published { intercept, slope } => {
+                ((LawParameter::Intercept, intercept), (LawParameter::Slope, slope))
+            }
             Self::Physical { track, afterglow } => ((LawParameter::Afterglow, afterglow), (LawParameter::Track, track)),
         };
         if !any.1.is_finite() {
@@ -151,16 +153,16 @@ impl SpeedConfig {
     }
 
     /// The paper's law and threshold, for cameras of this rate.
-    pub const fn paper(rate: FrameRate) -> Self {
-        const PAPER: SpeedConfig =
-            match SpeedConfig::new(Law::PAPER, VALID_THRESHOLD, ThresholdOn::Absolute, FrameRate::NOMINAL) {
+    pub const fn published(rate: FrameRate) -> Self {
+        const PUBLISHED: SpeedConfig =
+            match SpeedConfig::new(Law::PUBLISHED, VALID_THRESHOLD, ThresholdOn::Absolute, FrameRate::NOMINAL) {
                 Ok(config) => config,
                 Err(_) => panic!("the published numbers are valid: decided at compile time"),
             };
-        Self { nominal_frames: rate.nominal_frames(), ..PAPER }
+        Self { nominal_frames: rate.nominal_frames(), ..PUBLISHED }
     }
 
-    fn at(&self, duration: Duration) -> Option<f32> {
+    fn at(&self, duration: LitSpan) -> Option<f32> {
         self.law.speed(f32::from(duration.frames()) * self.nominal_frames)
     }
 }
@@ -169,14 +171,14 @@ impl SpeedConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Duration {
+pub struct LitSpan {
     /// First valid frame of the sample, 0..=69.
     pub first: u8,
     /// Last valid frame of the sample, `first`..=69.
     pub last: u8,
 }
 
-impl Duration {
+impl LitSpan {
     /// D: end minus start, 0..=69 frames.
     pub fn frames(self) -> u8 {
         self.last.saturating_sub(self.first)
@@ -229,7 +231,7 @@ pub enum NoSpeed {
 ///
 /// A frame is valid exactly where a feature is above ln threshold, so it differs from the real light's only where that is within a
 /// feature's own error of the threshold: 0.507 units of 2^-11, 0.025 % of the light.
-pub fn duration(event: &Event<'_>, config: &SpeedConfig) -> Option<Duration> {
+pub fn duration(event: &Event<'_>, config: &SpeedConfig) -> Option<LitSpan> {
     match config.on {
         ThresholdOn::Absolute => {
             // q > 2048 · ln threshold, for integers q.
@@ -272,12 +274,12 @@ fn light(feature: i32) -> u32 {
     exp_of_negative((BRIGHTEST - feature).max(0) as u32)
 }
 
-fn valid_span(event: &Event<'_>, is_valid: impl Fn(&Features) -> bool) -> Option<Duration> {
+fn valid_span(event: &Event<'_>, is_valid: impl Fn(&Features) -> bool) -> Option<LitSpan> {
     let mut span = None;
     for (number, features) in (0_u8..).zip(event.sample.frames()) {
         if is_valid(features) {
-            let first = span.map_or(number, |span: Duration| span.first);
-            span = Some(Duration { first, last: number });
+            let first = span.map_or(number, |span: LitSpan| span.first);
+            span = Some(LitSpan { first, last: number });
         }
     }
     span

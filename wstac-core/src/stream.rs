@@ -2,10 +2,10 @@
 
 use crate::error::Error;
 use crate::features::{FeatureScale, Features, Floor, line_sums};
-use crate::green::Green;
+use crate::green::GreenChannel;
 use crate::ln::Ln;
 use crate::params::{FEATURES, TAXELS};
-use crate::taxels::{Accumulators, Camera};
+use crate::taxels::{FrameGeometry, TaxelSums};
 
 /// The features of one feature frame: of one camera frame, or of several above 45 frames a second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,7 +15,7 @@ pub struct FeatureFrame {
     /// The ten features, five rows, then five columns, in units of 2^-11.
     pub features: Features,
     /// Some, but not all, of its camera frames were lost; the others stand for them.
-    pub patched: bool,
+    pub has_missing_frames: bool,
 }
 
 /// What lost camera frames bring about.
@@ -24,15 +24,15 @@ pub struct FeatureFrame {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Loss {
     /// The feature frame that was under way, if they complete it.
-    pub patched: Option<FeatureFrame>,
+    pub has_missing_frames: Option<FeatureFrame>,
     /// Feature frames that are lost entirely, after that one.
     pub frames: u64,
 }
 
 /// Camera bytes in, features out.
 #[derive(Clone, Debug)]
-pub struct FeatureStream<G: Green, L> {
-    accumulators: Accumulators<G>,
+pub struct FeatureStream<G: GreenChannel, L> {
+    accumulators: TaxelSums<G>,
     scale: FeatureScale<L>,
     /// Line sums of the camera frames that have arrived for the present feature frame.
     lines: [u32; FEATURES],
@@ -41,12 +41,12 @@ pub struct FeatureStream<G: Green, L> {
     started: bool,
 }
 
-impl<G: Green, L: Ln> FeatureStream<G, L> {
-    /// A stream from this camera, floored at `floor_levels` grey levels a taxel.
+impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
+    /// A stream from this camera, floored at `floor_levels` gray levels a taxel.
     ///
     /// # Errors
     /// [`Error::FloorLevels`] where that is not 0 to the green full scale.
-    pub fn new(camera: Camera<G>, floor_levels: f64) -> Result<Self, Error> {
+    pub fn new(camera: FrameGeometry<G>, floor_levels: f64) -> Result<Self, Error> {
         Self::with_floor(camera, Floor::new(floor_levels, camera.full_scale())?)
     }
 
@@ -54,11 +54,11 @@ impl<G: Green, L: Ln> FeatureStream<G, L> {
     ///
     /// # Errors
     /// [`Error::FloorFullScale`] where it is for pixels of another full scale.
-    pub fn with_floor(camera: Camera<G>, floor: Floor) -> Result<Self, Error> {
+    pub fn with_floor(camera: FrameGeometry<G>, floor: Floor) -> Result<Self, Error> {
         let frames = camera.rate().frames_added();
         Ok(Self {
             scale: FeatureScale::new(camera.pixels(), camera.full_scale(), frames, floor)?,
-            accumulators: Accumulators::new(camera),
+            accumulators: TaxelSums::new(camera),
             lines: [0; FEATURES],
             present: 0,
             lost: 0,
@@ -67,14 +67,14 @@ impl<G: Green, L: Ln> FeatureStream<G, L> {
     }
 
     /// The camera that the bytes come from.
-    pub fn camera(&self) -> &Camera<G> {
+    pub fn camera(&self) -> &FrameGeometry<G> {
         self.accumulators.camera()
     }
 
     /// Takes a whole frame; features, if it completes a feature frame.
     ///
     /// # Errors
-    /// Those of [`Accumulators::push_frame`]; nothing has changed then.
+    /// Those of [`TaxelSums::push_frame`]; nothing has changed then.
     pub fn push_frame(&mut self, bytes: &[u8]) -> Result<Option<FeatureFrame>, Error> {
         let taxels = self.accumulators.push_frame(bytes)?;
         Ok(self.push_taxels(&taxels))
@@ -83,7 +83,7 @@ impl<G: Green, L: Ln> FeatureStream<G, L> {
     /// Takes the next rows of a frame; features, if they complete a feature frame.
     ///
     /// # Errors
-    /// Those of [`Accumulators::push_stripe`]; nothing has changed then.
+    /// Those of [`TaxelSums::push_stripe`]; nothing has changed then.
     pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<Option<FeatureFrame>, Error> {
         let Some(taxels) = self.accumulators.push_stripe(bytes)? else { return Ok(None) };
         Ok(self.push_taxels(&taxels))
@@ -111,17 +111,17 @@ impl<G: Green, L: Ln> FeatureStream<G, L> {
         let size = self.camera().rate().frames_added();
         let room = u64::from(size - self.present - self.lost);
         if !self.started {
-            return Loss { patched: None, frames: 0 };
+            return Loss { has_missing_frames: None, frames: 0 };
         }
         let Some(beyond) = frames.checked_sub(room) else {
             self.lost += frames as u32;
-            return Loss { patched: None, frames: 0 };
+            return Loss { has_missing_frames: None, frames: 0 };
         };
         self.lost += room as u32;
-        let patched = self.complete();
+        let has_missing_frames = self.complete();
         let groups = beyond.checked_div(u64::from(size)).unwrap_or(0);
         self.lost = (beyond - groups * u64::from(size)) as u32;
-        Loss { patched, frames: groups + u64::from(patched.is_none()) }
+        Loss { has_missing_frames, frames: groups + u64::from(has_missing_frames.is_none()) }
     }
 
     /// The feature frame, if all its camera frames have arrived or are lost; nothing if all are lost.
@@ -142,6 +142,6 @@ impl<G: Green, L: Ln> FeatureStream<G, L> {
                 (u64::from(sum) * (present + lost) * 2 + present).checked_div(2 * present).unwrap_or(0) as u32
             })
         };
-        Some(FeatureFrame { features: self.scale.features(&lines), patched: lost > 0 })
+        Some(FeatureFrame { features: self.scale.features(&lines), has_missing_frames: lost > 0 })
     }
 }

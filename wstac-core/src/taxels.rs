@@ -2,14 +2,14 @@
 
 use crate::error::Error;
 use crate::frame::{Rows, Run, Stride};
-use crate::green::Green;
+use crate::green::GreenChannel;
 use crate::layout::Layout;
 use crate::params::{COLUMNS, ROWS, TAXELS};
 use crate::rate::FrameRate;
 
 /// How one camera's frames are summed: format, layout, stride and rate, checked together once.
 #[derive(Clone, Copy, Debug)]
-pub struct Camera<G> {
+pub struct FrameGeometry<G> {
     green: G,
     layout: Layout,
     /// Of each row of taxels the first frame row, and the one behind the last: a stripe passes over most of them.
@@ -20,7 +20,7 @@ pub struct Camera<G> {
     rate: FrameRate,
 }
 
-impl<G: Green> Camera<G> {
+impl<G: GreenChannel> FrameGeometry<G> {
     /// A camera of this pixel format, layout and rate, every pixel counted, rows without padding.
     ///
     /// # Errors
@@ -33,7 +33,7 @@ impl<G: Green> Camera<G> {
     /// The same with a pixel stride: A is the pixels that it counts.
     ///
     /// # Errors
-    /// As [`Camera::new`].
+    /// As [`FrameGeometry::new`].
     pub fn with_stride(green: G, layout: Layout, rate: FrameRate, stride: Stride) -> Result<Self, Error> {
         let layout = layout.snapped(green.cell())?;
         let bytes_per_row = green.row_bytes(layout.frame().width()) as u32;
@@ -126,20 +126,20 @@ fn bands(layout: &Layout) -> [[u16; 2]; ROWS] {
 
 /// The 25 accumulators of one camera, and how far the present frame has come.
 #[derive(Clone, Debug)]
-pub struct Accumulators<G: Green> {
-    camera: Camera<G>,
+pub struct TaxelSums<G: GreenChannel> {
+    camera: FrameGeometry<G>,
     sums: [G::Sum; TAXELS],
     rows: u16,
 }
 
-impl<G: Green> Accumulators<G> {
+impl<G: GreenChannel> TaxelSums<G> {
     /// Empty accumulators.
-    pub fn new(camera: Camera<G>) -> Self {
+    pub fn new(camera: FrameGeometry<G>) -> Self {
         Self { camera, sums: [G::Sum::default(); TAXELS], rows: 0 }
     }
 
     /// The camera that is summed.
-    pub fn camera(&self) -> &Camera<G> {
+    pub fn camera(&self) -> &FrameGeometry<G> {
         &self.camera
     }
 

@@ -48,7 +48,7 @@ macro_rules! texture_models {
 texture_models!(LinearSvm Forest Boosted Model);
 
 /// What a model says of 700 numbers: [`Sample::flat`](crate::sample::Sample::flat) of an event, or
-/// [`Beginning::flat`](crate::early::Beginning::flat) of one that is still under way.
+/// [`SamplePrefix::flat`](crate::early::SamplePrefix::flat) of one that is still under way.
 pub fn texture<'m>(numbers: &[i16; INPUTS], model: &impl TextureModel<'m>) -> Texture<'m> {
     let class = model.class(numbers);
     Texture { class, label: model.labels().of(class), task: model.task() }

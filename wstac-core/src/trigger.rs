@@ -1,8 +1,8 @@
 //! Features → events: baseline, windows, capture, gaps (SPEC §3, algorithm 1 of the paper).
 
 use crate::baseline::Baseline;
+use crate::baseline_policy::{BaselinePolicy, FixedBaseline};
 use crate::features::Features;
-use crate::following::{Following, Kept};
 use crate::params::{FEATURES, LONGEST_FILLED_GAP, SAMPLE_FRAMES};
 use crate::ring::Ring;
 use crate::sample::Sample;
@@ -29,7 +29,7 @@ pub struct Event<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Incomplete {
+pub struct InterruptedSample {
     /// Number of its first frame.
     pub frame: u64,
     /// Frames of it that had arrived: 1..=69.
@@ -48,7 +48,7 @@ pub struct StreamEnd {
     /// Whether the baseline's five windows lay within the trigger's own margin, without a long gap.
     pub baseline_quiet: bool,
     /// The sample that was under way.
-    pub incomplete: Option<Incomplete>,
+    pub incomplete: Option<InterruptedSample>,
 }
 
 /// What the trigger is doing.
@@ -64,10 +64,10 @@ enum Phase {
     Rest { left: u8 },
 }
 
-/// Baseline, windows and capture over a stream of features; `B` is what becomes of the baseline: [`Kept`], or a
-/// [`Follow`](crate::following::Follow).
+/// Baseline, windows and capture over a stream of features; `B` is what becomes of the baseline: [`FixedBaseline`], or a
+/// [`TrackingBaseline`](crate::baseline_policy::TrackingBaseline).
 #[derive(Clone, Debug)]
-pub struct Trigger<B = Kept> {
+pub struct Trigger<B = FixedBaseline> {
     config: TriggerConfig,
     /// The last frames: all of a sample when it is complete.
     ring: Ring,
@@ -85,7 +85,7 @@ pub struct Trigger<B = Kept> {
     lost: u64,
     /// What an event was returned in front of: frames to fill, then one that arrived.
     backlog: Option<(u8, Features, bool)>,
-    interrupted: Option<Incomplete>,
+    interrupted: Option<InterruptedSample>,
     following: B,
 }
 
@@ -97,11 +97,11 @@ impl Trigger {
 
     /// A trigger before its baseline whose first frame is number `frame`, for a recording that does not start at 0.
     pub fn starting_at(config: TriggerConfig, frame: u64) -> Self {
-        Self::with(config, frame, Kept)
+        Self::with(config, frame, FixedBaseline)
     }
 }
 
-impl<B: Following> Trigger<B> {
+impl<B: BaselinePolicy> Trigger<B> {
     /// [`Trigger::starting_at`] with what becomes of the baseline after its 5m frames.
     pub fn with(config: TriggerConfig, frame: u64, following: B) -> Self {
         Self {
@@ -148,14 +148,19 @@ impl<B: Following> Trigger<B> {
         (self.frame, Sample::new(self.ring.as_slices()))
     }
 
-    /// Takes the features of the next frame; an event, if they complete a sample. `patched` says that some, but not
+    /// Takes the features of the next frame; an event, if they complete a sample. `has_missing_frames` says that some, but not
     /// all, of the camera frames in them were lost.
-    pub fn push(&mut self, features: Features, patched: bool) -> Option<Event<'_>> {
-        self.push_then_lose(features, patched, 0)
+    pub fn push(&mut self, features: Features, has_missing_frames: bool) -> Option<Event<'_>> {
+        self.push_then_lose(features, has_missing_frames, 0)
     }
 
     /// [`Trigger::push`], then [`Trigger::push_lost`] of `lost_after` frames.
-    pub fn push_then_lose(&mut self, features: Features, patched: bool, lost_after: u64) -> Option<Event<'_>> {
+    pub fn push_then_lose(
+        &mut self,
+        features: Features,
+        has_missing_frames: bool,
+        lost_after: u64,
+    ) -> Option<Event<'_>> {
         self.clear_backlog();
         let lost = core::mem::replace(&mut self.lost, lost_after);
         if lost > u64::from(LONGEST_FILLED_GAP) {
@@ -163,12 +168,12 @@ impl<B: Following> Trigger<B> {
         } else {
             for left in (0..lost as u8).rev() {
                 if let Some(first) = self.fill() {
-                    self.backlog = Some((left, features, patched));
+                    self.backlog = Some((left, features, has_missing_frames));
                     return Some(self.event(first));
                 }
             }
         }
-        let first = self.step(features, patched)?;
+        let first = self.step(features, has_missing_frames)?;
         Some(self.event(first))
     }
 
@@ -182,7 +187,7 @@ impl<B: Following> Trigger<B> {
     }
 
     /// The sample that a long gap has interrupted, once.
-    pub fn take_interrupted(&mut self) -> Option<Incomplete> {
+    pub fn take_interrupted(&mut self) -> Option<InterruptedSample> {
         self.interrupted.take()
     }
 
@@ -217,26 +222,28 @@ impl<B: Following> Trigger<B> {
     }
 
     /// The sample that is being captured, as far as it has arrived; nothing outside an event.
-    pub(crate) fn captured(&self) -> Option<(Incomplete, Sample<'_>)> {
+    pub(crate) fn captured(&self) -> Option<(InterruptedSample, Sample<'_>)> {
         let so_far = self.under_way()?;
         Some((so_far, Sample::last(self.ring.as_slices(), usize::from(so_far.frames))))
     }
 
     /// The sample that is being captured.
-    fn under_way(&self) -> Option<Incomplete> {
+    fn under_way(&self) -> Option<InterruptedSample> {
         match self.phase {
-            Phase::Capture { first, left } => Some(Incomplete { frame: first, frames: SAMPLE_FRAMES as u8 - left }),
+            Phase::Capture { first, left } => {
+                Some(InterruptedSample { frame: first, frames: SAMPLE_FRAMES as u8 - left })
+            }
             _ => None,
         }
     }
 
     /// Takes what an event was returned in front of. No second event can be in it: the next is 70 frames away.
     fn clear_backlog(&mut self) {
-        if let Some((fills, features, patched)) = self.backlog.take() {
+        if let Some((fills, features, has_missing_frames)) = self.backlog.take() {
             for _ in 0..fills {
                 self.fill();
             }
-            self.step(features, patched);
+            self.step(features, has_missing_frames);
         }
     }
 

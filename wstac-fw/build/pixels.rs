@@ -21,7 +21,7 @@ pub struct Pixels {
 
 /// The default is the first.
 const PIXELS: [Pixels; 6] = [
-    Pixels { name: "GREY", bytes: 1, full_scale: 255, format: "Grey", kind: "grey::Grey", value: "grey::Grey" },
+    Pixels { name: "GREY", bytes: 1, full_scale: 255, format: "Gray", kind: "gray::Gray", value: "gray::Gray" },
     Pixels { name: "Y16", bytes: 2, full_scale: 65_535, format: "Y16", kind: "words::Y16", value: "words::Words" },
     Pixels {
         name: "RGB24",
@@ -66,11 +66,11 @@ impl Pixels {
 
     /// Its items of `setup.rs`. Of YUYV, the configuration says how it becomes green.
     pub fn source(&self, yuv: YcbcrMethod) -> Result<String, String> {
-        let colour = "wstac_core::green::ycbcr::Colour { matrix: wstac_core::green::ycbcr::Matrix::Bt601, \
-                      range: wstac_core::green::ycbcr::Range::Limited }";
+        let color = "wstac_core::green::ycbcr::YcbcrEncoding { matrix: wstac_core::green::ycbcr::YcbcrMatrix::Bt601, \
+                      range: wstac_core::green::ycbcr::QuantizationRange::Limited }";
         let (kind, value) = if self.name == "YUYV" {
             let way = format!("wstac_core::green::ycbcr::{yuv:?}");
-            (format!("packed_ycbcr::Yuyv<{way}>"), format!("packed_ycbcr::Yuyv::new({way}::new({colour}))"))
+            (format!("packed_ycbcr::Yuyv<{way}>"), format!("packed_ycbcr::Yuyv::new({way}::new({color}))"))
         } else {
             (self.kind.to_owned(), self.value.to_owned())
         };
@@ -78,9 +78,9 @@ impl Pixels {
         write!(
             source,
             "/// The camera's pixels: how they become green.
-pub type Green = wstac_core::green::{kind};
+pub type GreenChannel = wstac_core::green::{kind};
 /// The same as a value; YCbCr is BT.601 of limited range, as cameras send it.
-pub const GREEN: Green = wstac_core::green::{value};
+pub const GREEN: GreenChannel = wstac_core::green::{value};
 /// What the link calls them.
 pub const PIXELS: PixelFormat = PixelFormat::{};
 /// Bytes that a pixel takes in a row.

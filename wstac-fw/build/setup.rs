@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use wstac_core::model::Model;
 
-use wstac_host::config::{Config, Kernel};
 use crate::pixels::Pixels;
+use wstac_host::config::{Config, Kernel};
 
 /// The source; or what is wrong with a file or the name of a pixel format.
 pub fn source(config: Option<PathBuf>, model: Option<PathBuf>, pixels: Option<&str>) -> Result<String, String> {
@@ -42,16 +42,16 @@ fn configuration(config: &Config, pixels: &Pixels) -> Result<String, String> {
     };
     let trigger = config.trigger().map_err(|error| error.to_string())?;
     let (following, follow) = match config.following().map_err(|error| error.to_string())? {
-        None => ("Kept", "wstac_core::following::Kept".to_owned()),
+        None => ("FixedBaseline", "wstac_core::baseline_policy::FixedBaseline".to_owned()),
         Some(follow) => {
             let windows = follow.windows();
             let follow = format!(
-                "match wstac_core::following::Follow::new({windows}) {{
+                "match wstac_core::baseline_policy::TrackingBaseline::new({windows}) {{
     Ok(follow) => follow,
     Err(_) => panic!(\"checked by the build script\"),
 }}"
             );
-            ("Follow", follow)
+            ("TrackingBaseline", follow)
         }
     };
     let [slowest, fastest] = config.speed.range();
@@ -81,9 +81,9 @@ pub const TRIGGER: TriggerConfig = match TriggerConfig::new({}, {:?}, {}, Rule::
     Err(_) => panic!(\"checked by the build script\"),
 }};
 /// What becomes of the baseline.
-pub type Following = wstac_core::following::{following};
+pub type BaselinePolicy = wstac_core::baseline_policy::{following};
 /// What becomes of the baseline, at the start.
-pub const FOLLOWING: Following = {follow};
+pub const FOLLOWING: BaselinePolicy = {follow};
 /// Where the taxels are in frames of this size.
 ///
 /// # Errors

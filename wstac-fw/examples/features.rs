@@ -7,7 +7,7 @@ use wstac_core::error::Error;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::rate::FrameRate;
 use wstac_core::stream::FeatureStream;
-use wstac_core::taxels::Camera;
+use wstac_core::taxels::FrameGeometry;
 use wstac_fw::emulated::{bench, host};
 use wstac_fw::setup;
 
@@ -28,8 +28,8 @@ fn main() -> ! {
 }
 
 fn run() -> Result<(), Error> {
-    let camera = Camera::with_stride(setup::GREEN, LAYOUT, FrameRate::NOMINAL, setup::STRIDE)?;
-    let mut stream = FeatureStream::<setup::Green, setup::Ln>::with_floor(camera, setup::FLOOR)?;
+    let camera = FrameGeometry::with_stride(setup::GREEN, LAYOUT, FrameRate::NOMINAL, setup::STRIDE)?;
+    let mut stream = FeatureStream::<setup::GreenChannel, setup::Ln>::with_floor(camera, setup::FLOOR)?;
     loop {
         if let Some(frame) = stream.push_stripe(bench::stripe())? {
             bench::show(frame.features);

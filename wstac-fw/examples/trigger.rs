@@ -7,7 +7,7 @@ use wstac_core::error::Error;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
-use wstac_core::taxels::Camera;
+use wstac_core::taxels::FrameGeometry;
 use wstac_fw::emulated::{bench, host};
 use wstac_fw::setup;
 
@@ -28,7 +28,7 @@ fn main() -> ! {
 }
 
 fn run() -> Result<(), Error> {
-    let camera = Camera::with_stride(setup::GREEN, LAYOUT, FrameRate::NOMINAL, setup::STRIDE)?;
+    let camera = FrameGeometry::with_stride(setup::GREEN, LAYOUT, FrameRate::NOMINAL, setup::STRIDE)?;
     let mut pipeline =
         Pipeline::<_, setup::Ln, _>::with_following(camera, setup::FLOOR, setup::TRIGGER, setup::FOLLOWING)?;
     loop {

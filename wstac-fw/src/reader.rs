@@ -1,6 +1,6 @@
 //! Rows and losses in, messages for the host out: the core with what was compiled in, as `wstac run` has it on a host.
 
-use wstac_core::early::Early;
+use wstac_core::early::EarlySampler;
 use wstac_core::error::Error;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::model::file::INPUTS;
@@ -8,7 +8,7 @@ use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::SpeedConfig;
 use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
-use wstac_core::taxels::Camera;
+use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture;
 use wstac_core::trigger::{Event, Trigger};
 use wstac_core::wire::{Answers, Hello, Message, ModelFacts, Request, SAMPLE_PART, Text};
@@ -27,10 +27,10 @@ pub trait Outlet {
 /// The core between a camera and a link.
 #[derive(Clone, Debug)]
 pub struct Reader {
-    stream: FeatureStream<setup::Green, setup::Ln>,
-    trigger: Trigger<setup::Following>,
+    stream: FeatureStream<setup::GreenChannel, setup::Ln>,
+    trigger: Trigger<setup::BaselinePolicy>,
     speed: SpeedConfig,
-    early: Option<Early>,
+    early: Option<EarlySampler>,
     /// Size of the whole frames, for who asks.
     size: FrameSize,
     wants_features: bool,
@@ -53,14 +53,14 @@ impl Reader {
     /// [`setup::speed`] of that rate, which a `const` works out.
     ///
     /// # Errors
-    /// What [`Camera::with_stride`] and [`FeatureStream::with_floor`] say of the configuration.
+    /// What [`FrameGeometry::with_stride`] and [`FeatureStream::with_floor`] say of the configuration.
     pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, speed: SpeedConfig) -> Result<Self, Error> {
-        let camera = Camera::with_stride(setup::GREEN, layout, rate, setup::STRIDE)?;
+        let camera = FrameGeometry::with_stride(setup::GREEN, layout, rate, setup::STRIDE)?;
         Ok(Self {
             stream: FeatureStream::with_floor(camera, setup::FLOOR)?,
             trigger: Trigger::with(setup::TRIGGER, 0, setup::FOLLOWING),
             speed,
-            early: setup::MODEL.map(|model| Early::new(model.frames())),
+            early: setup::MODEL.map(|model| EarlySampler::new(model.frames())),
             size,
             wants_features: false,
             wants_samples: false,
@@ -180,7 +180,7 @@ impl Reader {
     fn lose(&mut self, frames: u64, loss: Loss, out: &mut impl Outlet) {
         self.dropped = self.dropped.saturating_add(frames);
         out.send(&Message::Lost { frames });
-        match loss.patched {
+        match loss.has_missing_frames {
             Some(frame) => self.frame(frame, loss.frames, out),
             None => self.trigger.push_lost(loss.frames),
         }
@@ -190,7 +190,7 @@ impl Reader {
         if self.wants_features {
             out.send(&Message::Features { frame: self.trigger.next_frame(), features: frame.features });
         }
-        let event = self.trigger.push_then_lose(frame.features, frame.patched, lost_after);
+        let event = self.trigger.push_then_lose(frame.features, frame.has_missing_frames, lost_after);
         let answers = event.map(|event| answers(&event, &self.speed));
         if let Some(interrupted) = self.trigger.take_interrupted() {
             out.send(&Message::Incomplete(interrupted));

@@ -7,8 +7,8 @@ use std::fmt;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::error::Error as CoreError;
-use wstac_core::following::Follow;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::YcbcrMethod;
 use wstac_core::layout::{FrameSize, Layout};
@@ -88,7 +88,7 @@ pub enum Kernel {
 pub struct FeaturesConfig {
     /// Log kernel.
     pub ln: Kernel,
-    /// Darkness floor, in grey levels of a taxel.
+    /// Darkness floor, in gray levels of a taxel.
     pub floor_levels: f64,
 }
 
@@ -201,11 +201,11 @@ impl Config {
     /// How the baseline follows drift; nothing where it is kept.
     ///
     /// # Errors
-    /// As [`Follow::new`].
-    pub fn following(&self) -> Result<Option<Follow>, CoreError> {
+    /// As [`TrackingBaseline::new`].
+    pub fn following(&self) -> Result<Option<TrackingBaseline>, CoreError> {
         match self.trigger.follow {
             0 => Ok(None),
-            windows => Follow::new(windows).map(Some),
+            windows => TrackingBaseline::new(windows).map(Some),
         }
     }
 
@@ -303,7 +303,7 @@ stride = 1              # count every 1st, 2nd, 3rd or 5th row and
 [features]
 ln = "fixed"            # logarithm: "fixed" point, "libm" (most
                         # accurate), "micromath"
-floor_levels = 0.5      # darkness floor, in grey levels of a taxel;
+floor_levels = 0.5      # darkness floor, in gray levels of a taxel;
                         # 0: one raw count
 [trigger]
 window = 5              # frames of a window; the baseline is five
@@ -350,7 +350,7 @@ mod tests {
         assert_eq!(without(&documented), without(&default));
         assert_eq!(documented.speed(FrameRate::NOMINAL).unwrap(), default.speed(FrameRate::NOMINAL).unwrap());
         assert_eq!(default.trigger().unwrap(), TriggerConfig::default());
-        assert_eq!(default.speed(FrameRate::NOMINAL).unwrap(), SpeedConfig::paper(FrameRate::NOMINAL));
+        assert_eq!(default.speed(FrameRate::NOMINAL).unwrap(), SpeedConfig::published(FrameRate::NOMINAL));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 mod answers;
 mod record;
 
-use wstac_core::following::Follow;
+use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
 use wstac_core::layout::Layout;
@@ -11,7 +11,7 @@ use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
 use wstac_core::params::TAXELS;
 use wstac_core::speed::SpeedConfig;
 use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
-use wstac_core::taxels::{Accumulators, Camera};
+use wstac_core::taxels::{FrameGeometry, TaxelSums};
 use wstac_core::trigger::Trigger;
 
 use self::answers::answers;
@@ -23,7 +23,7 @@ pub use self::record::{
 };
 use crate::config::{Config, Kernel};
 use crate::error::Error;
-use crate::source::{Fault, Item, Source, StreamInfo};
+use crate::source::{Fault, Source, SourceEvent, StreamInfo};
 use crate::texture::Textures;
 
 /// What of a stream is wanted beside its events.
@@ -52,14 +52,14 @@ impl<L: Ln + Send> Stage for FeatureStream<Any, L> {
 }
 
 fn boxed<L: Ln + Send + 'static>(
-    camera: Camera<Any>,
+    camera: FrameGeometry<Any>,
     floor_levels: f64,
 ) -> Result<Box<dyn Stage>, wstac_core::error::Error> {
     Ok(Box::new(FeatureStream::<_, L>::new(camera, floor_levels)?))
 }
 
 /// The stage with this kernel.
-fn stage(camera: Camera<Any>, kernel: Kernel, floor: f64) -> Result<Box<dyn Stage>, wstac_core::error::Error> {
+fn stage(camera: FrameGeometry<Any>, kernel: Kernel, floor: f64) -> Result<Box<dyn Stage>, wstac_core::error::Error> {
     match kernel {
         Kernel::Fixed => boxed::<Fixed>(camera, floor),
         Kernel::Libm => boxed::<Libm>(camera, floor),
@@ -74,16 +74,16 @@ pub const BASELINE_DISTURBED: &str =
 /// The core, set up for one stream.
 pub struct Reading<'m> {
     /// The camera's own sums, apart from what follows, so that they can be shown and recorded.
-    accumulators: Accumulators<Any>,
+    accumulators: TaxelSums<Any>,
     /// Taxel sums of the last frame.
     taxels: Option<[u32; TAXELS]>,
     stage: Box<dyn Stage>,
     /// What the stage is made with.
     kernel: (Kernel, f64),
     textures: Textures<'m>,
-    trigger: Trigger<Option<Follow>>,
+    trigger: Trigger<Option<TrackingBaseline>>,
     /// How a new baseline would be followed: as the first was.
-    following: Option<Follow>,
+    following: Option<TrackingBaseline>,
     speed: SpeedConfig,
     wanted: Wanted,
     dropped: u64,
@@ -103,12 +103,12 @@ impl<'m> Reading<'m> {
             let expected = "taxel sums are of the paper's layout and every pixel, expected no other layout or stride";
             return Err(config.does_not_fit(&info.about, "[layout], [green]", expected));
         }
-        let green = Any::new(info.format, info.colour, config.green.yuv);
-        let camera = Camera::with_stride(green, layout, info.rate, config.green.stride)
+        let green = Any::new(info.format, info.color, config.green.yuv);
+        let camera = FrameGeometry::with_stride(green, layout, info.rate, config.green.stride)
             .and_then(|camera| camera.with_bytes_per_row(info.bytes_per_row))
             .map_err(in_table("[layout], [green]"))?;
         let kernel = (config.features.ln, config.features.floor_levels);
-        let accumulators = Accumulators::new(camera);
+        let accumulators = TaxelSums::new(camera);
         let (trigger, following) =
             config.trigger().and_then(|trigger| Ok((trigger, config.following()?))).map_err(in_table("[trigger]"))?;
         Ok(Self {
@@ -136,20 +136,24 @@ impl<'m> Reading<'m> {
     ///
     /// # Errors
     /// Those of `give`.
-    pub fn take<E>(&mut self, item: &Item<'_>, mut give: impl FnMut(Record) -> Result<(), E>) -> Result<bool, E> {
+    pub fn take<E>(
+        &mut self,
+        item: &SourceEvent<'_>,
+        mut give: impl FnMut(Record) -> Result<(), E>,
+    ) -> Result<bool, E> {
         match item {
-            Item::Waiting => {}
-            Item::Fault(Fault { kind, message }) => {
+            SourceEvent::Waiting => {}
+            SourceEvent::Fault(Fault { kind, message }) => {
                 let frame = self.trigger.next_frame();
                 give(Record::Fault(FaultRecord { frame, fault: kind, message: message.clone() }))?;
             }
-            Item::End => {
+            SourceEvent::End => {
                 self.finish(give)?;
                 return Ok(false);
             }
-            Item::Taxels(sums) => self.push_taxels(sums, &mut give)?,
-            Item::Lost { frames, .. } => self.lose(*frames, &mut give)?,
-            Item::Frame { bytes, .. } => match self.accumulators.push_frame(bytes) {
+            SourceEvent::Taxels(sums) => self.push_taxels(sums, &mut give)?,
+            SourceEvent::Lost { frames, .. } => self.lose(*frames, &mut give)?,
+            SourceEvent::Frame { bytes, .. } => match self.accumulators.push_frame(bytes) {
                 Ok(sums) => self.push_taxels(&sums, &mut give)?,
                 // Too few bytes: nothing of it was taken, but its time has passed.
                 Err(_) => self.lose(1, &mut give)?,
@@ -187,12 +191,12 @@ impl<'m> Reading<'m> {
     }
 
     /// The camera as the core sees it: layout, pixels a taxel, full scale, rate.
-    pub fn camera(&self) -> &Camera<Any> {
+    pub fn camera(&self) -> &FrameGeometry<Any> {
         self.accumulators.camera()
     }
 
     /// The trigger: its parameters, baseline and thresholds.
-    pub fn trigger(&self) -> &Trigger<Option<Follow>> {
+    pub fn trigger(&self) -> &Trigger<Option<TrackingBaseline>> {
         &self.trigger
     }
 
@@ -241,7 +245,7 @@ impl<'m> Reading<'m> {
         self.dropped = self.dropped.saturating_add(frames);
         self.taxels = None;
         let loss = self.stage.push_lost(frames);
-        if let Some(frame) = loss.patched {
+        if let Some(frame) = loss.has_missing_frames {
             return self.push(frame, loss.frames, give);
         }
         self.trigger.push_lost(loss.frames);
@@ -257,7 +261,7 @@ impl<'m> Reading<'m> {
         if self.wanted.features {
             give(Record::Features { frame: self.trigger.next_frame(), f: frame.features.map(real) })?;
         }
-        let event = self.trigger.push_then_lose(frame.features, frame.patched, lost_after);
+        let event = self.trigger.push_then_lose(frame.features, frame.has_missing_frames, lost_after);
         let event = event.map(|event| answers(&event, &self.speed, &self.textures, self.wanted.samples));
         self.give_interrupted(give)?;
         if let Some(event) = event {

@@ -1,8 +1,8 @@
 //! Texture models beside a stream: what they say of samples, in words.
 
 use serde::Serialize;
-use wstac_core::early::{Beginning, Early};
-use wstac_core::following::Following;
+use wstac_core::baseline_policy::BaselinePolicy;
+use wstac_core::early::{EarlySampler, SamplePrefix};
 use wstac_core::model::Model;
 use wstac_core::model::file::{INPUTS, Task};
 use wstac_core::texture::texture;
@@ -87,7 +87,7 @@ fn rank(task: Task) -> u8 {
 /// Texture models, each of another task.
 #[derive(Clone, Debug, Default)]
 pub struct Textures<'m> {
-    models: Vec<(Model<'m>, Early)>,
+    models: Vec<(Model<'m>, EarlySampler)>,
 }
 
 impl<'m> Textures<'m> {
@@ -108,7 +108,7 @@ impl<'m> Textures<'m> {
             models.push((model, file));
         }
         models.sort_by_key(|(model, _)| rank(model.task()));
-        Ok(Self { models: models.into_iter().map(|(model, _)| (model, Early::new(model.frames()))).collect() })
+        Ok(Self { models: models.into_iter().map(|(model, _)| (model, EarlySampler::new(model.frames()))).collect() })
     }
 
     /// What all models say of a whole sample, 70 frames of ten features each in units of 1/2048 ([`Sample::flat`]); nothing where
@@ -121,9 +121,9 @@ impl<'m> Textures<'m> {
 
     /// What models say that need no more of the sample under way than has just arrived: the number of the sample's first
     /// frame, the frames that were looked at, and the answer.
-    pub fn of_beginning<B: Following>(&mut self, trigger: &Trigger<B>) -> Vec<(u64, u8, TextureRecord)> {
+    pub fn of_beginning<B: BaselinePolicy>(&mut self, trigger: &Trigger<B>) -> Vec<(u64, u8, TextureRecord)> {
         let answers = self.models.iter_mut().filter_map(|(model, early)| {
-            let beginning: Beginning = early.take(trigger)?;
+            let beginning: SamplePrefix = early.take(trigger)?;
             Some((beginning.frame, model.frames(), answer(model, &beginning.flat())))
         });
         answers.collect()

@@ -11,7 +11,7 @@ use v4l::v4l_sys as sys;
 use v4l::v4l2::vidioc;
 use wstac_core::rate::FrameRate;
 
-use super::colour::Colorimetry;
+use super::color::Colorimetry;
 use wstac_host::camera::formats::FourCc;
 use wstac_host::camera::modes::{RateRange, SizeRange};
 use wstac_host::error::Error;

@@ -5,7 +5,7 @@
 
 pub(crate) mod buffers;
 pub(crate) mod choose;
-mod colour;
+mod color;
 pub mod controls;
 mod device;
 pub mod devices;
@@ -26,7 +26,7 @@ pub use negotiate::Negotiated;
 use wstac_host::camera::formats::{self, FourCc};
 use wstac_host::camera::{CameraState, ControlSetting};
 use wstac_host::error::Error;
-use wstac_host::source::Delivery;
+use wstac_host::source::FramePolicy;
 
 /// Which camera, and what is wanted of it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -40,7 +40,7 @@ pub struct CameraRequest {
     /// Frames a second; nothing for the paper's 30.
     pub rate: Option<FrameRate>,
     /// Which frames are handed out where the program is slower.
-    pub delivery: Delivery,
+    pub delivery: FramePolicy,
     /// Leave the controls as they are, instead of locking them.
     pub keep_controls: bool,
     /// Values of controls that are to be set, whether the others are locked or not.
@@ -50,7 +50,7 @@ pub struct CameraRequest {
 impl CameraRequest {
     /// This camera with all defaults.
     pub fn new(path: impl Into<PathBuf>) -> Self {
-        let (format, size, rate, delivery) = (None, None, None, Delivery::default());
+        let (format, size, rate, delivery) = (None, None, None, FramePolicy::default());
         Self { path: path.into(), format, size, rate, delivery, keep_controls: false, controls: Vec::new() }
     }
 }

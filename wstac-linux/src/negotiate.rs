@@ -1,8 +1,8 @@
 //! Format, size and frame rate, as a driver grants them.
 
-use wstac_core::green::Green;
+use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
-use wstac_core::green::ycbcr::{Colour, Matrix, Range};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 
@@ -27,7 +27,7 @@ pub struct Negotiated {
     /// Width and height.
     pub size: FrameSize,
     /// What Y, Cb, Cr mean.
-    pub colour: Colour,
+    pub color: YcbcrEncoding,
     /// Bytes from row to row; of pictures: as decoded.
     pub bytes_per_row: u32,
     /// Least bytes of a buffer that holds a frame.
@@ -70,13 +70,13 @@ fn described(
     mut notes: Vec<String>,
 ) -> Result<Negotiated, wstac_core::error::Error> {
     let size = FrameSize::new(granted.size.0, granted.size.1)?;
-    let (mut colour, note) = granted.colorimetry.colour();
+    let (mut color, note) = granted.colorimetry.color();
     let (bytes_per_row, frame_bytes) = match coding {
         Coding::Raw(format) => {
             if is_ycbcr(format) {
                 notes.extend(note);
             }
-            let least = layout(format, colour).row_bytes(size.width()) as u32;
+            let least = layout(format, color).row_bytes(size.width()) as u32;
             // 0 means that the driver does not say; some count a planar format's chroma in, or leave something out.
             let stated = granted.bytes_per_row;
             if stated != 0 && stated < least {
@@ -87,16 +87,16 @@ fn described(
         }
         Coding::Jpeg => {
             // Decoded to RGB by JPEG's own rule, whatever the driver states.
-            colour = Colour { matrix: Matrix::Bt601, range: Range::Full };
+            color = YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Full };
             (3 * u32::from(size.width()), 1)
         }
     };
-    Ok(Negotiated { fourcc: granted.fourcc, coding, size, colour, bytes_per_row, frame_bytes, rate, notes })
+    Ok(Negotiated { fourcc: granted.fourcc, coding, size, color, bytes_per_row, frame_bytes, rate, notes })
 }
 
 /// Least bytes of a frame: a packed format's last row may lack its padding.
 fn frame_bytes(format: PixelFormat, size: FrameSize, bytes_per_row: u32) -> usize {
-    let layout = layout(format, Colour::default());
+    let layout = layout(format, YcbcrEncoding::default());
     let (rows, bytes_per_row) = (usize::from(size.height()), bytes_per_row as usize);
     match layout.chroma_bytes(bytes_per_row, size.height()) {
         Some(chroma) => bytes_per_row * rows + chroma,
@@ -104,8 +104,8 @@ fn frame_bytes(format: PixelFormat, size: FrameSize, bytes_per_row: u32) -> usiz
     }
 }
 
-fn layout(format: PixelFormat, colour: Colour) -> Any {
-    Any::new(format, colour, YcbcrMethod::Exact)
+fn layout(format: PixelFormat, color: YcbcrEncoding) -> Any {
+    Any::new(format, color, YcbcrMethod::Exact)
 }
 
 fn is_ycbcr(format: PixelFormat) -> bool {
@@ -153,7 +153,7 @@ fn what_there_is(device: &Device) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::colour::Colorimetry;
+    use super::super::color::Colorimetry;
     use super::*;
 
     fn granted(fourcc: FourCc, bytes_per_row: u32) -> PictureFormat {
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn colour_is_noted_where_it_matters() {
+    fn color_is_noted_where_it_matters() {
         assert!(negotiated(*b"YUYV", 0).notes[0].contains("BT.2020"));
         assert!(negotiated(*b"GREY", 0).notes.is_empty());
         assert!(negotiated(*b"MJPG", 0).notes.is_empty());
@@ -209,7 +209,7 @@ mod tests {
     #[test]
     fn a_size_beyond_all_bounds_is_an_error() {
         let huge = PictureFormat { size: (100_000, 1), ..granted(*b"GREY", 0) };
-        let coding = Coding::Raw(PixelFormat::Grey);
+        let coding = Coding::Raw(PixelFormat::Gray);
         assert!(described(&huge, coding, FrameRate::NOMINAL, Vec::new()).is_err());
         let empty = PictureFormat { size: (0, 0), ..huge };
         assert!(described(&empty, coding, FrameRate::NOMINAL, Vec::new()).is_err());

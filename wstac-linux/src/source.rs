@@ -2,7 +2,7 @@
 //! every break.
 
 mod pace;
-mod way_back;
+mod reconnect;
 
 use std::collections::VecDeque;
 use std::io;
@@ -15,7 +15,7 @@ use wstac_core::green::any::PixelFormat;
 use wstac_core::rate::FrameRate;
 
 use self::pace::Pace;
-use self::way_back::Away;
+use self::reconnect::Away;
 use crate::buffers::{Filled, Wait};
 use crate::same::Known;
 use crate::timeline::Timeline;
@@ -25,7 +25,7 @@ use wstac_host::camera::mjpeg::{CORRUPT, Decoder};
 use wstac_host::camera::modes::fps;
 use wstac_host::error::Error;
 use wstac_host::source::open::{OpenOptions, SourceKind};
-use wstac_host::source::{Behind, Delivery, Fault, Item, Source, StreamInfo};
+use wstac_host::source::{Fault, FramePolicy, Lag, Source, SourceEvent, StreamInfo};
 
 /// Longest wait for a frame before the caller may look for signals.
 const WAIT: Duration = Duration::from_millis(500);
@@ -64,7 +64,7 @@ pub struct CameraSource {
     away: Option<Away>,
     /// The driver says that its input has a signal.
     signal: bool,
-    behind: Behind,
+    behind: Lag,
     /// When the last buffer arrived, on the monotonic clock.
     arrived: Duration,
     /// Waits in a row that brought nothing.
@@ -96,7 +96,7 @@ impl CameraSource {
         let info = StreamInfo {
             size,
             format,
-            colour: negotiated.colour,
+            color: negotiated.color,
             bytes_per_row: negotiated.bytes_per_row,
             rate,
             taxels_only: false,
@@ -128,7 +128,7 @@ impl CameraSource {
             told: VecDeque::new(),
             away: None,
             signal: true,
-            behind: Behind::default(),
+            behind: Lag::default(),
             arrived: now(),
             waits: 0,
             errors: 0,
@@ -138,16 +138,16 @@ impl CameraSource {
     /// Makes a buffer the next one, or has something to tell, or waited for nothing.
     fn fetch(&mut self) -> Result<(), Error> {
         if self.camera.is_none() {
-            return self.come_back();
+            return self.try_reconnect();
         }
         let waited = self.take_ready();
         if !self.ready.is_empty() {
             (self.waits, self.errors) = (0, 0);
             self.choose();
         } else if let Some(error) = self.trouble.take() {
-            self.suffer(&error);
+            self.handle_read_error(&error);
         } else if waited {
-            self.grow_impatient();
+            self.check_stall();
         }
         Ok(())
     }
@@ -172,7 +172,7 @@ impl CameraSource {
         let (mut dropped, mut skipped) = (0, 0);
         while let Some(filled) = self.ready.pop_front() {
             dropped += self.arrive(&filled);
-            if self.request.delivery == Delivery::Every || self.ready.is_empty() {
+            if self.request.delivery == FramePolicy::Every || self.ready.is_empty() {
                 self.next = Some(filled);
                 break;
             }
@@ -210,7 +210,7 @@ impl CameraSource {
     }
 
     /// The driver did not give a buffer.
-    fn suffer(&mut self, error: &io::Error) {
+    fn handle_read_error(&mut self, error: &io::Error) {
         self.errors += 1;
         if error.raw_os_error() == Some(libc::EIO) && self.errors < MOST_ERRORS {
             // The frame of this moment, wherever it is; the next one's sequence number may count it, too.
@@ -224,7 +224,7 @@ impl CameraSource {
     }
 
     /// A wait brought nothing, once more.
-    fn grow_impatient(&mut self) {
+    fn check_stall(&mut self) {
         self.waits += 1;
         // Waits are counted, not a clock's time: a program that was stopped for a while is not a stuck camera.
         let silence = WAIT * self.waits;
@@ -282,7 +282,7 @@ impl Source for CameraSource {
         &self.info
     }
 
-    fn next(&mut self) -> Result<Item<'_>, Error> {
+    fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
         if let Some(lent) = self.lent.take() {
             self.give_back(lent);
         }
@@ -293,35 +293,35 @@ impl Source for CameraSource {
             }
         }
         match self.told.pop_front() {
-            Some(Told::Lost(frames, why)) => return Ok(Item::Lost { frames, why }),
-            Some(Told::Fault(fault)) => return Ok(Item::Fault(fault)),
+            Some(Told::Lost(frames, why)) => return Ok(SourceEvent::Lost { frames, why }),
+            Some(Told::Fault(fault)) => return Ok(SourceEvent::Fault(fault)),
             None => {}
         }
-        let (Some(filled), Some(camera)) = (self.next.take(), &self.camera) else { return Ok(Item::Waiting) };
+        let (Some(filled), Some(camera)) = (self.next.take(), &self.camera) else { return Ok(SourceEvent::Waiting) };
         // Whatever becomes of it, the next call gives it back.
         let filled = self.lent.insert(filled);
         if filled.damaged {
-            return Ok(Item::Lost { frames: 1, why: "marked as damaged by the driver" });
+            return Ok(SourceEvent::Lost { frames: 1, why: "marked as damaged by the driver" });
         }
         if !self.signal {
-            return Ok(Item::Lost { frames: 1, why: "no signal" });
+            return Ok(SourceEvent::Lost { frames: 1, why: "no signal" });
         }
         let (bytes, timestamp) = (camera.buffers.bytes(filled), filled.timestamp);
         let sequence = Some(filled.sequence);
         if bytes.len() < self.negotiated.frame_bytes {
-            return Ok(Item::Lost { frames: 1, why: "shorter than a frame" });
+            return Ok(SourceEvent::Lost { frames: 1, why: "shorter than a frame" });
         }
         self.behind.latency = timestamp.and_then(|timestamp| now().checked_sub(timestamp));
         let Some(decoder) = &mut self.decoder else {
-            return Ok(Item::Frame { bytes, timestamp, sequence, encoded: None });
+            return Ok(SourceEvent::Frame { bytes, timestamp, sequence, encoded: None });
         };
         Ok(match decoder.decode(bytes) {
-            Some(decoded) => Item::Frame { bytes: decoded, timestamp, sequence, encoded: Some(bytes) },
-            None => Item::Lost { frames: 1, why: CORRUPT },
+            Some(decoded) => SourceEvent::Frame { bytes: decoded, timestamp, sequence, encoded: Some(bytes) },
+            None => SourceEvent::Lost { frames: 1, why: CORRUPT },
         })
     }
 
-    fn behind(&self) -> Behind {
+    fn behind(&self) -> Lag {
         self.behind
     }
 }

@@ -60,9 +60,9 @@ pub(super) fn draw(drawing: &mut Drawing, found: &Found, [left, top]: [f64; 2]) 
         let middle = [at[0] + SIDE / 2.0, at[1] + SIDE / 2.0 + 0.35 * SIZE];
         if let Some(arrival) = arrival {
             let share = if last - first < 0.5 { 0.5 } else { (arrival - first) / (last - first) };
-            let (fill, ink) = colour(share);
+            let (fill, ink) = color(share);
             drawing.rectangle(at, [SIDE - 0.8, SIDE - 0.8], &fill);
-            drawing.coloured(middle, SIZE, Anchor::Middle, ink, &format!("{arrival:.1}"));
+            drawing.colored(middle, SIZE, Anchor::Middle, ink, &format!("{arrival:.1}"));
         } else {
             drawing.rectangle(at, [SIDE - 0.8, SIDE - 0.8], PALE);
             drawing.text(middle, SIZE, Anchor::Middle, "\u{2013}");
@@ -96,8 +96,8 @@ fn arrow(drawing: &mut Drawing, found: &Found, [x, y]: [f64; 2]) {
     drawing.text([x, words + 9.0], SIZE, Anchor::Middle, &format!("conf. {:.2}", direction.confidence));
 }
 
-/// The colour of a share of the time, and ink that can be read on it.
-fn colour(share: f64) -> (String, &'static str) {
+/// The color of a share of the time, and ink that can be read on it.
+fn color(share: f64) -> (String, &'static str) {
     let place = share.clamp(0.0, 1.0) * (RAMP.len() - 1) as f64;
     let below = (place as usize).min(RAMP.len() - 2);
     let mixed = |k: usize| {

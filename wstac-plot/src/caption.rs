@@ -31,7 +31,7 @@ pub(super) fn caption(found: &Found) -> String {
 
 fn speed(record: &EventRecord, law: Law) -> String {
     let law = match law {
-        Law::Paper { .. } => "logarithmic law",
+        Law::Published { .. } => "logarithmic law",
         Law::Physical { .. } => "physical law",
     };
     let why = record.why.speed.unwrap_or("unknown");
@@ -68,7 +68,7 @@ fn drawn(found: &Found) -> String {
         ThresholdOn::AboveBaseline => " above the baseline",
     };
     format!(
-        "a, b: light of the five taxels of a row or column, numbers at its centroid; dashed, where the trigger fires, grey, the \
+        "a, b: light of the five taxels of a row or column, numbers at its centroid; dashed, where the trigger fires, gray, the \
          window that did; lit, above {threshold} of full scale{on}; dotted, the first and last lit frame. d: thick where the law \
          was fitted, {slowest} to {fastest} mm/s."
     )

@@ -7,13 +7,13 @@ use wstac_core::features::Features;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
-use wstac_core::speed::{Duration, Law, ThresholdOn, duration};
+use wstac_core::speed::{Law, LitSpan, ThresholdOn, duration};
 use wstac_core::trigger::Event;
 
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::reading::{EventRecord, Reading, Record};
-use wstac_host::source::{Item, Source, StreamInfo};
+use wstac_host::source::{Source, SourceEvent, StreamInfo};
 
 /// Feature frames whose taxels are kept: a sample, and those of the longest gap behind it.
 const KEPT: usize = 2 * SAMPLE_FRAMES;
@@ -40,7 +40,7 @@ pub struct Found {
     /// The window that fired: its first frame of the sample, and how many.
     pub(super) window: [u8; 2],
     /// First and last lit frame.
-    pub(super) lit: Option<Duration>,
+    pub(super) lit: Option<LitSpan>,
     /// Length of a feature frame in s.
     pub(super) frame_s: f64,
     /// Frames of the nominal 30 a second that a feature frame lasts.
@@ -100,7 +100,7 @@ pub fn find(
     loop {
         let item = source.next()?;
         let frame = reading.trigger().next_frame();
-        let has_light = matches!(item, Item::Frame { .. } | Item::Taxels(_));
+        let has_light = matches!(item, SourceEvent::Frame { .. } | SourceEvent::Taxels(_));
         let mut events = Vec::new();
         let goes_on = reading.take(&item, |record| {
             if let Record::Event(event) = record {

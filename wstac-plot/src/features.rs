@@ -47,12 +47,12 @@ pub(super) fn draw(
     }
     thresholds(drawing, found, &panel, first);
     let own = first..first + ROWS;
-    for (feature, colour) in own.clone().zip(LINES) {
+    for (feature, color) in own.clone().zip(LINES) {
         let line: Vec<[f64; 2]> = (0_u8..)
             .zip(&found.features[feature])
             .map(|(frame, value)| [panel.across(f64::from(frame)), panel.up(*value)])
             .collect();
-        drawing.line(&line, colour, THICK);
+        drawing.line(&line, color, THICK);
     }
     numbers(drawing, found, &panel, first);
     panel.frame(drawing);
@@ -66,9 +66,9 @@ pub(super) fn draw(
 /// The trigger's and the speed's thresholds, named on the right.
 fn thresholds(drawing: &mut Drawing, found: &Found, panel: &Panel, first: usize) {
     let own = first..first + ROWS;
-    for (feature, colour) in own.clone().zip(LINES) {
+    for (feature, color) in own.clone().zip(LINES) {
         let y = panel.up(found.thresholds[feature]);
-        drawing.dashed(&[[panel.left, y], [panel.right(), y]], colour, THIN, [3.0, 2.0]);
+        drawing.dashed(&[[panel.left, y], [panel.right(), y]], color, THIN, [3.0, 2.0]);
     }
     let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / ROWS as f64;
     let (threshold, on) = found.lit_threshold;
@@ -82,9 +82,9 @@ fn thresholds(drawing: &mut Drawing, found: &Found, panel: &Panel, first: usize)
             drawing.line(&[[panel.left, y], [panel.right(), y]], GREY, THIN);
         }
         ThresholdOn::AboveBaseline => {
-            for (feature, colour) in own.clone().zip(LINES) {
+            for (feature, color) in own.clone().zip(LINES) {
                 let y = panel.up(lit_at(feature));
-                drawing.line(&[[panel.left, y], [panel.right(), y]], colour, THIN / 2.0);
+                drawing.line(&[[panel.left, y], [panel.right(), y]], color, THIN / 2.0);
             }
         }
     }
@@ -110,9 +110,9 @@ fn numbers(drawing: &mut Drawing, found: &Found, panel: &Panel, first: usize) {
     let places = spread(&wishes, APART, [panel.left + 6.0, panel.right() - 6.0]);
     let (strip, words) = (panel.top + STRIP, panel.top + SIZE + 1.0);
     for (((line, _), x), place) in centroids.iter().zip(&wanted).zip(places) {
-        let colour = LINES[usize::from(*line)];
-        drawing.line(&[[place, words + 2.0], [*x, strip - 5.0]], colour, THIN);
-        drawing.polygon(&[[x - 2.4, strip - 5.0], [x + 2.4, strip - 5.0], [*x, strip]], colour);
+        let color = LINES[usize::from(*line)];
+        drawing.line(&[[place, words + 2.0], [*x, strip - 5.0]], color, THIN);
+        drawing.polygon(&[[x - 2.4, strip - 5.0], [x + 2.4, strip - 5.0], [*x, strip]], color);
         drawing.text([place, words], SIZE, Anchor::Middle, &(line + 1).to_string());
     }
 }

@@ -15,7 +15,7 @@ const STEPS: u32 = 80;
 /// Frames at 30 a second that a slide of this speed lasts.
 fn frames(law: Law, mm_s: f64) -> f64 {
     match law {
-        Law::Paper { intercept, slope } => f64::from(intercept) - f64::from(slope) * mm_s.log10(),
+        Law::Published { intercept, slope } => f64::from(intercept) - f64::from(slope) * mm_s.log10(),
         Law::Physical { track, afterglow } => 30.0 * f64::from(track) / mm_s + f64::from(afterglow),
     }
 }
@@ -49,7 +49,7 @@ pub(super) fn draw(drawing: &mut Drawing, found: &Found, [left, top]: [f64; 2], 
         Some((duration, mm_s, is_bound)) => {
             let [x, y] = place(mm_s, duration);
             drawing.dashed(&[[left, y], [x, y], [x, panel.bottom()]], GREY, THIN, [2.0, 1.6]);
-            drawing.marker([x, y], Look { marker: Marker::Circle, colour: "#b12a90", filled: !is_bound });
+            drawing.marker([x, y], Look { marker: Marker::Circle, color: "#b12a90", filled: !is_bound });
             let digits = usize::from(mm_s < 10.0);
             let text = format!("{}{} mm/s", if is_bound { "\u{2264} " } else { "" }, number(mm_s, digits));
             // Above the falling curve, on the side that has room.

@@ -14,8 +14,8 @@ pub(super) const PALE: &str = "#e9e9e9";
 /// For thresholds and guides.
 pub(super) const GREY: &str = "#6b6b6b";
 
-/// Five colours in the order of rows or columns. From plasma by S. van der Walt and N. Smith (CC0): even steps of brightness, the
-/// same in print without colours and to the colour-blind; without its bright end, which is lost on white.
+/// Five colors in the order of rows or columns. From plasma by S. van der Walt and N. Smith (CC0): even steps of brightness, the
+/// same in print without colors and to the color-blind; without its bright end, which is lost on white.
 pub(super) const LINES: [&str; 5] = ["#0d0887", "#6a00a8", "#b12a90", "#e16462", "#f2a043"];
 
 /// Where a panel is, and from where to where its numbers go.

@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-/// Dark enough on white paper, and the only colour of axes and words.
+/// Dark enough on white paper, and the only color of axes and words.
 pub const INK: &str = "#222222";
 
-/// How a point looks: shapes differ, so that no colour is needed to tell them apart.
+/// How a point looks: shapes differ, so that no color is needed to tell them apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Marker {
     Circle,
@@ -16,11 +16,11 @@ pub enum Marker {
     Plus,
 }
 
-/// A marker's shape, its colour, and whether it is filled.
+/// A marker's shape, its color, and whether it is filled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Look {
     pub marker: Marker,
-    pub colour: &'static str,
+    pub color: &'static str,
     pub filled: bool,
 }
 
@@ -65,18 +65,18 @@ impl Drawing {
     }
 
     /// A line through points.
-    pub fn line(&mut self, points: &[[f64; 2]], colour: &str, width: f64) {
+    pub fn line(&mut self, points: &[[f64; 2]], color: &str, width: f64) {
         let path: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
         let path = path.join(" ");
-        self.add(format_args!("<polyline points='{path}' fill='none' stroke='{colour}' stroke-width='{width}'/>"));
+        self.add(format_args!("<polyline points='{path}' fill='none' stroke='{color}' stroke-width='{width}'/>"));
     }
 
     /// A line of dashes through points; `dashes` are lengths of ink and gap.
-    pub fn dashed(&mut self, points: &[[f64; 2]], colour: &str, width: f64, dashes: [f64; 2]) {
+    pub fn dashed(&mut self, points: &[[f64; 2]], color: &str, width: f64, dashes: [f64; 2]) {
         let path: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
         let path = path.join(" ");
         let [ink, gap] = dashes;
-        let style = format_args!("stroke='{colour}' stroke-width='{width}' stroke-dasharray='{ink} {gap}'").to_string();
+        let style = format_args!("stroke='{color}' stroke-width='{width}' stroke-dasharray='{ink} {gap}'").to_string();
         self.add(format_args!("<polyline points='{path}' fill='none' {style}/>"));
     }
 
@@ -94,9 +94,9 @@ impl Drawing {
     /// A marker.
     pub fn marker(&mut self, [x, y]: [f64; 2], look: Look) {
         let r = RADIUS;
-        let Look { marker, colour, filled } = look;
-        let fill = if filled { colour } else { "#ffffff" };
-        let style = format!("fill='{fill}' stroke='{colour}' stroke-width='1.3'");
+        let Look { marker, color, filled } = look;
+        let fill = if filled { color } else { "#ffffff" };
+        let style = format!("fill='{fill}' stroke='{color}' stroke-width='1.3'");
         let closed = |points: &[[f64; 2]]| {
             let path: Vec<String> = points.iter().map(|[dx, dy]| format!("{:.1},{:.1}", x + dx, y + dy)).collect();
             format!("<polygon points='{}' {style}/>", path.join(" "))
@@ -110,7 +110,7 @@ impl Drawing {
                 let (dx, dy) = if marker == Marker::Cross { (r, r) } else { (1.3 * r, 0.0) };
                 let strokes = [[[-dx, -dy], [dx, dy]], [[-dy, dx], [dy, -dx]]];
                 for [[ax, ay], [bx, by]] in strokes {
-                    self.line(&[[x + ax, y + ay], [x + bx, y + by]], colour, 1.8);
+                    self.line(&[[x + ax, y + ay], [x + bx, y + by]], color, 1.8);
                 }
                 return;
             }
@@ -123,9 +123,9 @@ impl Drawing {
         self.turned([x, y], size, anchor, "", INK, text);
     }
 
-    /// A line of text in another colour.
-    pub fn coloured(&mut self, at: [f64; 2], size: f64, anchor: Anchor, colour: &str, text: &str) {
-        self.turned(at, size, anchor, "", colour, text);
+    /// A line of text in another color.
+    pub fn colored(&mut self, at: [f64; 2], size: f64, anchor: Anchor, color: &str, text: &str) {
+        self.turned(at, size, anchor, "", color, text);
     }
 
     /// A line of text upwards.
@@ -133,7 +133,7 @@ impl Drawing {
         self.turned([x, y], size, Anchor::Middle, &format!(" transform='rotate(-90 {x:.1} {y:.1})'"), INK, text);
     }
 
-    fn turned(&mut self, [x, y]: [f64; 2], size: f64, anchor: Anchor, turn: &str, colour: &str, text: &str) {
+    fn turned(&mut self, [x, y]: [f64; 2], size: f64, anchor: Anchor, turn: &str, color: &str, text: &str) {
         let anchor = match anchor {
             Anchor::Start => "start",
             Anchor::Middle => "middle",
@@ -142,7 +142,7 @@ impl Drawing {
         let font = "font-family='Helvetica, Arial, sans-serif'";
         let text = escaped(text);
         self.add(format_args!(
-            "<text x='{x:.1}' y='{y:.1}' text-anchor='{anchor}'{turn} {font} font-size='{size}' fill='{colour}'>{text}</text>"
+            "<text x='{x:.1}' y='{y:.1}' text-anchor='{anchor}'{turn} {font} font-size='{size}' fill='{color}'>{text}</text>"
         ));
     }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use pyo3::prelude::*;
 use wstac_core::rate::FrameRate;
 use wstac_host::camera::ControlSetting;
-use wstac_host::source::Delivery;
+use wstac_host::source::FramePolicy;
 use wstac_host::source::open::OpenOptions;
 
 use crate::config::Config;
@@ -45,7 +45,7 @@ impl Asked {
             fps: rate.transpose().map_err(refused)?,
             format: format.transpose()?,
             size: self.size,
-            delivery: if self.every { Delivery::Every } else { Delivery::Newest },
+            delivery: if self.every { FramePolicy::Every } else { FramePolicy::Newest },
             keep_controls: self.keep_controls,
             controls: controls.collect(),
         })

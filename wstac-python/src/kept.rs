@@ -1,7 +1,7 @@
 //! Frames that are kept until a source's end.
 
 use wstac_core::params::TAXELS;
-use wstac_host::source::Item;
+use wstac_host::source::SourceEvent;
 
 /// Frames and what became of them.
 #[derive(Default)]
@@ -20,14 +20,14 @@ impl Kept {
     /// Keeps a frame that could be read, and its taxels.
     pub(crate) fn take(
         &mut self,
-        item: &Item<'_>,
+        item: &SourceEvent<'_>,
         taxels: Option<[f32; TAXELS]>,
         frame_bytes: Option<usize>,
         number: u64,
     ) -> Result<(), NoMemory> {
         let (bytes, timestamp) = match item {
-            Item::Frame { bytes, timestamp, .. } => (*bytes, *timestamp),
-            Item::Taxels(_) => (&[][..], None),
+            SourceEvent::Frame { bytes, timestamp, .. } => (*bytes, *timestamp),
+            SourceEvent::Taxels(_) => (&[][..], None),
             _ => return Ok(()),
         };
         let Some(taxels) = taxels else { return Ok(()) };

@@ -5,11 +5,11 @@ use std::sync::{Mutex, PoisonError};
 
 use numpy::{PyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use wstac_core::green::ycbcr::Colour;
+use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::params::{COLUMNS, FEATURES, ROWS};
 use wstac_host::error::Error;
 use wstac_host::reading::{Reading, Wanted};
-use wstac_host::source::Item;
+use wstac_host::source::SourceEvent;
 
 use crate::config::Config;
 use crate::gathered::{Gathered, Given, shaped};
@@ -55,8 +55,8 @@ impl Pipeline {
         config: &Config,
         models: Vec<Model>,
     ) -> PyResult<Self> {
-        let colour = stream::colour(Colour::default(), matrix, range)?;
-        let info = stream::info(format, size, bytes_per_row, rate, colour)?;
+        let color = stream::color(YcbcrEncoding::default(), matrix, range)?;
+        let info = stream::info(format, size, bytes_per_row, rate, color)?;
         let wanted = Wanted { features: true, samples: true };
         let reading = Reading::new(&info, &config.0, wanted).map_err(refused)?.with_textures(textures(&models)?);
         let frame_bytes = whole_frame(&reading);
@@ -76,7 +76,7 @@ impl Pipeline {
         self.take(py, move |reading, gathered| {
             let mut frames = bytes.chunks_exact(length).take(count);
             frames.try_for_each(|bytes| {
-                let frame = Item::Frame { bytes, timestamp: None, sequence: None, encoded: None };
+                let frame = SourceEvent::Frame { bytes, timestamp: None, sequence: None, encoded: None };
                 reading.take(&frame, |record| gathered.take(record)).map(drop)
             })
         })
@@ -85,7 +85,7 @@ impl Pipeline {
     /// Keeps the place of lost frames in time.
     fn lose<'py>(&self, py: Python<'py>, frames: u64) -> PyResult<Pushed<'py>> {
         self.take(py, move |reading, gathered| {
-            let lost = Item::Lost { frames, why: "said to be lost" };
+            let lost = SourceEvent::Lost { frames, why: "said to be lost" };
             reading.take(&lost, |record| gathered.take(record)).map(drop)
         })
     }

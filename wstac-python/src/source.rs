@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
+use crate::open;
 use numpy::PyArray1;
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
@@ -11,11 +12,10 @@ use wstac_core::params::{COLUMNS, FEATURES, ROWS};
 use wstac_host::config::Config as Parsed;
 use wstac_host::error::Error;
 use wstac_host::reading::{Reading, Wanted};
-use wstac_scene::Script;
-use crate::open;
-use wstac_scene::source::script;
+use wstac_host::source::{Source as Frames, SourceEvent, config_of};
+use wstac_scene::SceneConfig;
 use wstac_scene::source::SceneSource;
-use wstac_host::source::{Item, Source as Frames, config_of};
+use wstac_scene::source::script;
 
 use crate::asked::Asked;
 use crate::config::{Config, table};
@@ -64,8 +64,11 @@ pub(crate) fn open_source(py: Python<'_>, spec: &str, asked: Asked, features: bo
 /// Opens a scene, of its short form or file, or of a table in JSON; and what truly happens in it, in JSON.
 #[pyfunction]
 pub(crate) fn open_scene(scene: &str, is_table: bool, asked: Asked) -> PyResult<(Source, String)> {
-    let script =
-        if is_table { Script::from_table("scene", table("scene", scene)?) } else { script(scene, &asked.options()?) };
+    let script = if is_table {
+        SceneConfig::from_table("scene", table("scene", scene)?)
+    } else {
+        script(scene, &asked.options()?)
+    };
     let source = SceneSource::new(&script.map_err(refused)?).map_err(refused)?;
     let truth = source.truth().iter().map(|truth| {
         serde_json::json!({
@@ -191,7 +194,7 @@ impl Source {
             let about = &info.about;
             return Err(refused(format_args!("{about}: matrix and range are for YCbCr sources, expected neither")));
         }
-        info.colour = stream::colour(info.colour, asked.matrix.as_deref(), asked.range.as_deref())?;
+        info.color = stream::color(info.color, asked.matrix.as_deref(), asked.range.as_deref())?;
         let given = asked.config.as_ref().map(|given| given.0.clone());
         let config = config_of(source.as_ref(), given).map_err(refused)?;
         let wanted = Wanted { features, samples: true };
@@ -267,13 +270,13 @@ impl State {
             kept.take(&item, reading.taxels(), frame_bytes, *frames)?;
         }
         match item {
-            Item::Frame { .. } | Item::Taxels(_) => *frames += 1,
-            Item::Lost { frames: lost, why } => {
+            SourceEvent::Frame { .. } | SourceEvent::Taxels(_) => *frames += 1,
+            SourceEvent::Lost { frames: lost, why } => {
                 gathered.lost(*frames, lost, why);
                 *frames = frames.saturating_add(lost);
             }
-            Item::Fault(_) | Item::Waiting => {}
-            Item::End => *source = None,
+            SourceEvent::Fault(_) | SourceEvent::Waiting => {}
+            SourceEvent::End => *source = None,
         }
         Ok(goes_on)
     }

@@ -1,14 +1,14 @@
 //! What frames have in common, as Python says it.
 
 use pyo3::prelude::*;
-use wstac_core::green::Green;
+use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
-use wstac_core::green::ycbcr::{Colour, Matrix, Range};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 use wstac_host::camera::formats::readable;
-use wstac_scene::sensor::SensorFormat;
 use wstac_host::source::StreamInfo;
+use wstac_scene::sensor::SensorFormat;
 
 use crate::refused;
 
@@ -21,7 +21,7 @@ pub(crate) fn info(
     size: (u32, u32),
     bytes_per_row: Option<u32>,
     rate: Rate,
-    colour: Colour,
+    color: YcbcrEncoding,
 ) -> PyResult<StreamInfo> {
     let about = format!("frames of {}x{} {format}", size.0, size.1);
     let in_frames = |error: wstac_core::error::Error| refused(format_args!("{about}: {error}"));
@@ -30,12 +30,12 @@ pub(crate) fn info(
     let rate = FrameRate::new(rate.0, rate.1).map_err(in_frames)?;
     let least = row(pixels, size.width()) as u32;
     let bytes_per_row = bytes_per_row.unwrap_or(least);
-    Ok(StreamInfo { size, format: pixels, colour, bytes_per_row, rate, taxels_only: false, about, camera: None })
+    Ok(StreamInfo { size, format: pixels, color, bytes_per_row, rate, taxels_only: false, about, camera: None })
 }
 
 /// Bytes of a row of pixels, of a planar format those of its luma.
 pub(crate) fn row(format: PixelFormat, width: u16) -> usize {
-    Any::new(format, Colour::default(), YcbcrMethod::Exact).row_bytes(width)
+    Any::new(format, YcbcrEncoding::default(), YcbcrMethod::Exact).row_bytes(width)
 }
 
 /// Planar YCbCr without subsampling, which files have and no camera: it has no four-character code of V4L2.
@@ -61,18 +61,18 @@ pub(crate) fn code(format: PixelFormat) -> String {
 }
 
 /// What YCbCr numbers mean: `given`, with what Python says instead.
-pub(crate) fn colour(given: Colour, matrix: Option<&str>, range: Option<&str>) -> PyResult<Colour> {
+pub(crate) fn color(given: YcbcrEncoding, matrix: Option<&str>, range: Option<&str>) -> PyResult<YcbcrEncoding> {
     let matrix = match matrix {
         None => given.matrix,
-        Some("bt601") => Matrix::Bt601,
-        Some("bt709") => Matrix::Bt709,
+        Some("bt601") => YcbcrMatrix::Bt601,
+        Some("bt709") => YcbcrMatrix::Bt709,
         Some(other) => return Err(refused(format_args!("matrix is {other:?}, expected \"bt601\" or \"bt709\""))),
     };
     let range = match range {
         None => given.range,
-        Some("limited") => Range::Limited,
-        Some("full") => Range::Full,
+        Some("limited") => QuantizationRange::Limited,
+        Some("full") => QuantizationRange::Full,
         Some(other) => return Err(refused(format_args!("range is {other:?}, expected \"limited\" or \"full\""))),
     };
-    Ok(Colour { matrix, range })
+    Ok(YcbcrEncoding { matrix, range })
 }

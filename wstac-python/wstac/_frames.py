@@ -32,7 +32,7 @@ def pixel_shape(code: str) -> Optional[tuple[np.dtype[Any], tuple[int, ...]]]:
 
 
 def guess(frames: Frames, single: bool) -> str:
-    """The format of frames that do not say it: 8 bits of grey, or three colours of which the middle one is green."""
+    """The format of frames that do not say it: 8 bits of gray, or three colors of which the middle one is green."""
     shape = frames.shape if single else frames.shape[1:]
     if frames.dtype == np.uint8:
         if len(shape) == 2:

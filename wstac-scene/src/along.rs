@@ -2,7 +2,7 @@
 
 use wstac_core::params::TAXELS;
 
-use super::script::Script;
+use super::script::SceneConfig;
 use super::surface::Surface;
 
 /// A whisker at one moment.
@@ -20,7 +20,7 @@ pub struct Moment {
 
 /// The middle whisker at `moments` + 1 even moments of a scene's first slide, its strain at `parts` + 1 places. It is
 /// bent as the surface asks for: springing back is left out.
-pub fn strain_along(script: &Script, moments: usize, parts: usize) -> Vec<Moment> {
+pub fn strain_along(script: &SceneConfig, moments: usize, parts: usize) -> Vec<Moment> {
     let Some(slide) = script.slides.first() else { return Vec::new() };
     let whisker = &script.whisker;
     let Some(middle) = whisker.whiskers()[TAXELS / 2] else { return Vec::new() };
@@ -54,7 +54,7 @@ mod tests {
         for beam in ["linear", "elastica"] {
             let whisker = format!("[whisker]\npresent = \"middle\"\noverlap_mm = 0.4\nbeam = \"{beam}\"");
             let text = format!("specimen = \"Sphere\"\nspeed = 100\n{whisker}");
-            let script = Script::from_toml("figure 2c", &text).unwrap();
+            let script = SceneConfig::from_toml("figure 2c", &text).unwrap();
             let moments = strain_along(&script, 20, 10);
             assert_eq!((moments.len(), moments[0].strain.len()), (21, 11));
             for moment in &moments {

@@ -2,7 +2,7 @@
 
 use super::beam::Beam;
 use super::light::{Dead, LightConfig};
-use super::script::Script;
+use super::script::SceneConfig;
 use super::sensor::{Fidelity, Pose, SensorConfig, SensorFormat};
 use super::whisker::WhiskerConfig;
 
@@ -14,11 +14,11 @@ pub struct Effect {
     /// What is computed, with its source or "a guess".
     pub what: &'static str,
     /// Its value in a scene; nothing where the scene does not have it.
-    pub value: fn(&Script) -> Option<String>,
+    pub value: fn(&SceneConfig) -> Option<String>,
     /// Leaves it out.
-    pub remove: fn(&mut Script),
+    pub remove: fn(&mut SceneConfig),
     /// Puts it into a scene that does not have it, as strong as usual.
-    pub add: fn(&mut Script),
+    pub add: fn(&mut SceneConfig),
 }
 
 /// What a scene never has.
@@ -166,7 +166,7 @@ pub const EFFECTS: [Effect; 20] = [
         add: |script| script.sensor.blur = 3.0,
     },
     Effect {
-        name: "colour",
+        name: "color",
         what: "a format other than GREY",
         value: |script| {
             let SensorConfig { format, .. } = script.sensor;
@@ -198,7 +198,7 @@ pub const EFFECTS: [Effect; 20] = [
     },
 ];
 
-fn set_format(script: &mut Script, code: &str) {
+fn set_format(script: &mut SceneConfig, code: &str) {
     // Sums are only drawn for formats that store green.
     script.fidelity = Fidelity::Rendered;
     if let Ok(format) = code.parse() {
@@ -206,8 +206,8 @@ fn set_format(script: &mut Script, code: &str) {
     }
 }
 
-/// The scene without any effect: a linear beam on a plane, light of bending that is gone at once, a perfect grey camera.
-pub fn bare(script: &Script) -> Script {
+/// The scene without any effect: a linear beam on a plane, light of bending that is gone at once, a perfect gray camera.
+pub fn bare(script: &SceneConfig) -> SceneConfig {
     let mut bare = script.clone();
     for effect in &EFFECTS {
         (effect.remove)(&mut bare);
@@ -221,7 +221,7 @@ mod tests {
 
     #[test]
     fn effects_come_and_go() {
-        let script = Script::parse_short("Saw3@150").unwrap();
+        let script = SceneConfig::parse_short("Saw3@150").unwrap();
         let none = bare(&script);
         for effect in &EFFECTS {
             assert_eq!((effect.value)(&none), None, "{}", effect.name);

@@ -6,7 +6,7 @@ use super::Truth;
 use super::contact::{Passage, Tip, spring_back};
 use super::light::{Exposure, Fluctuation, LightConfig, gain};
 use super::rng::Rng;
-use super::script::{Script, Slide};
+use super::script::{SceneConfig, Slide};
 use super::surface::Surface;
 use super::whisker::{Bending, Bent, Whisker, WhiskerConfig};
 
@@ -60,12 +60,12 @@ pub(crate) struct Elastomer {
 
 impl Elastomer {
     /// At rest.
-    pub(crate) fn new(script: &Script) -> Self {
+    pub(crate) fn new(script: &SceneConfig) -> Self {
         Self::with_fineness(script, 1.0)
     }
 
     /// The same with time in pieces that are `finer` times as short.
-    pub(crate) fn with_fineness(script: &Script, finer: f64) -> Self {
+    pub(crate) fn with_fineness(script: &SceneConfig, finer: f64) -> Self {
         let (whisker, light) = (script.whisker, script.light);
         let mut gains = Rng::new(u64::from(light.unit), GAINS);
         let mut taxel = 0..;

@@ -25,7 +25,7 @@ pub use self::beam::Beam;
 use self::elastomer::Elastomer;
 pub use self::light::{Dead, LightConfig};
 use self::rng::Rng;
-pub use self::script::{Script, Slide};
+pub use self::script::{SceneConfig, Slide};
 use self::sensor::auto_exposure::{AutoExposure, Interval};
 use self::sensor::{Fidelity, Sensor, SensorConfig};
 pub use self::whisker::{Present, WhiskerConfig};
@@ -59,7 +59,7 @@ impl Truth {
 
 /// What a scene gives next.
 #[derive(Debug, PartialEq, Eq)]
-pub enum Shot<'a> {
+pub enum SimulatedFrame<'a> {
     /// A frame's bytes, as [`Sensor::expose`] gives them.
     Frame(&'a [u8]),
     /// The same, and the JPEG picture that they were decoded from.
@@ -98,7 +98,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Sensor::new`].
-    pub fn new(script: &Script) -> Result<Self, Error> {
+    pub fn new(script: &SceneConfig) -> Result<Self, Error> {
         let config = sensor_config(script);
         let (long, nominal) = (f64::from(Interval::Long.frames()), Self::camera(script)?);
         // Longer exposures gather more leak: where there is none, one camera does.
@@ -129,7 +129,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Sensor::new`].
-    pub fn camera(script: &Script) -> Result<Sensor, Error> {
+    pub fn camera(script: &SceneConfig) -> Result<Sensor, Error> {
         camera(script, &sensor_config(script), 1.0, NOISE)
     }
 
@@ -154,29 +154,32 @@ impl Scene {
     }
 
     /// The next frame, or frames that are missing; nothing after the last one.
-    pub fn next_shot(&mut self) -> Option<Shot<'_>> {
+    pub fn next_shot(&mut self) -> Option<SimulatedFrame<'_>> {
         if let Some(light) = self.pending.take() {
             return Some(self.shot(&light, true));
         }
         let (light, intervals) = self.next_light()?;
         if self.config.dropped > 0.0 && self.drops.uniform() < self.config.dropped {
-            return Some(Shot::Lost(intervals, "dropped by the simulated driver"));
+            return Some(SimulatedFrame::Lost(intervals, "dropped by the simulated driver"));
         }
         if intervals > 1 {
             self.pending = Some(light);
-            return Some(Shot::Lost(intervals - 1, "auto-exposure slows the simulated camera down in the dark"));
+            return Some(SimulatedFrame::Lost(
+                intervals - 1,
+                "auto-exposure slows the simulated camera down in the dark",
+            ));
         }
         Some(self.shot(&light, false))
     }
 
-    fn shot(&mut self, light: &[f64; TAXELS], long: bool) -> Shot<'_> {
+    fn shot(&mut self, light: &[f64; TAXELS], long: bool) -> SimulatedFrame<'_> {
         let sensor = self.long.as_mut().filter(|_| long).unwrap_or(&mut self.sensor);
         match self.fidelity {
             Fidelity::Rendered => match sensor.expose_encoded(light) {
-                (bytes, Some(jpeg)) => Shot::Jpeg(bytes, jpeg),
-                (bytes, None) => Shot::Frame(bytes),
+                (bytes, Some(jpeg)) => SimulatedFrame::Jpeg(bytes, jpeg),
+                (bytes, None) => SimulatedFrame::Frame(bytes),
             },
-            Fidelity::Taxel => Shot::Taxels(sensor.sums(light)),
+            Fidelity::Taxel => SimulatedFrame::Taxels(sensor.sums(light)),
         }
     }
 
@@ -206,18 +209,18 @@ impl Scene {
 }
 
 /// The camera with the scale of all noise in its own.
-fn sensor_config(script: &Script) -> SensorConfig {
+fn sensor_config(script: &SceneConfig) -> SensorConfig {
     SensorConfig { noise: script.sensor.noise * script.noise, ..script.sensor.clone() }
 }
 
 /// A camera whose exposures last `intervals` frames. It takes light that is integrated already, leaks included.
-fn camera(script: &Script, config: &SensorConfig, intervals: f64, purpose: u64) -> Result<Sensor, Error> {
+fn camera(script: &SceneConfig, config: &SensorConfig, intervals: f64, purpose: u64) -> Result<Sensor, Error> {
     let leak = script.light.leak * config.exposure * intervals;
     Sensor::new(config, script.fidelity, leak, Rng::new(script.seed, purpose))
 }
 
 /// When the slides happen, and how many frames the scene has.
-fn schedule(script: &Script, frame_s: f64) -> (Vec<Truth>, u64) {
+fn schedule(script: &SceneConfig, frame_s: f64) -> (Vec<Truth>, u64) {
     let mut phases = Rng::new(script.seed, PHASES);
     let camera_frames = |dark: u32| f64::from(dark) * f64::from(script.sensor.rate.frames_added());
     let span_mm = script.whisker.span_mm();

@@ -57,7 +57,7 @@ pub struct Slide {
 
 /// A checked scene.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Script {
+pub struct SceneConfig {
     /// The slides in the order of time, at least one.
     pub slides: Vec<Slide>,
     /// Seed of all chance.
@@ -120,7 +120,7 @@ struct FileSlide {
     radius: Option<f64>,
 }
 
-impl Script {
+impl SceneConfig {
     /// The default scene with these slides.
     fn new(slides: Vec<Slide>) -> Self {
         Self {
@@ -156,14 +156,14 @@ impl Script {
     /// Reads a script that is a table of a larger file, `subject`.
     ///
     /// # Errors
-    /// As [`Script::from_toml`].
+    /// As [`SceneConfig::from_toml`].
     pub fn from_table(subject: &str, table: toml::Table) -> Result<Self, Error> {
         let file = table.try_into().map_err(|error: toml::de::Error| error.to_string().trim_end().to_owned());
         file.and_then(check).map_err(|message| Error::new(subject, message))
     }
 }
 
-fn parse_short(text: &str) -> Result<Script, String> {
+fn parse_short(text: &str) -> Result<SceneConfig, String> {
     let mut parts = text.split(',').map(str::trim);
     let what = parts.next().unwrap_or_default();
     let Some((specimen, speed)) = what.split_once('@') else {
@@ -189,10 +189,10 @@ fn parse_short(text: &str) -> Result<Script, String> {
     }
     let heading = heading.unwrap_or(Heading::Right);
     let slide = Slide { specimen, speed_mm_s: speed, heading };
-    Ok(Script { seed: seed.unwrap_or(0), ..Script::new(vec![slide]) })
+    Ok(SceneConfig { seed: seed.unwrap_or(0), ..SceneConfig::new(vec![slide]) })
 }
 
-fn check(file: File) -> Result<Script, String> {
+fn check(file: File) -> Result<SceneConfig, String> {
     let File { specimen, speed, direction, depth, period, length, edge, radius, .. } = file;
     let one = FileSlide { specimen, speed, direction, depth, period, length, edge, radius };
     let slides = if file.slide.is_empty() {
@@ -217,7 +217,7 @@ fn check(file: File) -> Result<Script, String> {
             return Err(format!("[whisker] overlap_mm is {found}, expected 0 to a Sphere's radius, {radius}"));
         }
     }
-    let script = Script { whisker, light, sensor, fidelity, ..Script::new(slides) };
+    let script = SceneConfig { whisker, light, sensor, fidelity, ..SceneConfig::new(slides) };
     let seed = file.seed.unwrap_or(0);
     let seed = u64::try_from(seed).map_err(|_| format!("seed is {seed}, expected 0 to {}", i64::MAX))?;
     let noise = file.noise.unwrap_or(script.noise);
@@ -225,7 +225,7 @@ fn check(file: File) -> Result<Script, String> {
     within("noise of [sensor] times noise", script.sensor.noise * noise, 0.0, 10_000.0)?;
     let lead_in = checked_frames("lead_in", file.lead_in, 0, script.lead_in)?;
     let gap = checked_frames("gap", file.gap, DEFAULT_GAP, script.gap)?;
-    Ok(Script { seed, noise, lead_in, gap, ..script })
+    Ok(SceneConfig { seed, noise, lead_in, gap, ..script })
 }
 
 impl FileSlide {
@@ -314,13 +314,13 @@ mod tests {
 
     #[test]
     fn both_forms_say_the_same() {
-        let short = Script::parse_short("Saw3@150,seed=7,90deg").unwrap();
-        assert_eq!(short, Script::parse_short("Saw3@150.0, 90deg, seed=7").unwrap());
+        let short = SceneConfig::parse_short("Saw3@150,seed=7,90deg").unwrap();
+        assert_eq!(short, SceneConfig::parse_short("Saw3@150.0, 90deg, seed=7").unwrap());
         let keys = "specimen = \"Saw3\"\nspeed = 150.0\ndirection = 90";
-        assert_eq!(short, Script::from_toml("a", &format!("{keys}\nseed = 7")).unwrap());
-        assert_eq!(short, Script::from_toml("a", &format!("seed = 7\n[[slide]]\n{keys}")).unwrap());
+        assert_eq!(short, SceneConfig::from_toml("a", &format!("{keys}\nseed = 7")).unwrap());
+        assert_eq!(short, SceneConfig::from_toml("a", &format!("seed = 7\n[[slide]]\n{keys}")).unwrap());
         let two = format!("gap = 71\nlead_in = 3\n[[slide]]\n{keys}\n[[slide]]\nspecimen = \"Fla0\"\nspeed = 99");
-        let two = Script::from_toml("a", &two).unwrap();
+        let two = SceneConfig::from_toml("a", &two).unwrap();
         assert_eq!((two.slides.len(), two.gap, two.lead_in, two.seed), (2, 71, 3, 0));
         assert_eq!(two.slides[1].heading, Heading::Right);
     }
@@ -340,7 +340,7 @@ mod tests {
             ("Saw3@150,left", ["option is \"left\"", "seed=NUMBER"]),
             ("Saw3@150,0deg,0deg", ["direction is given twice", "once"]),
         ] {
-            let message = Script::parse_short(text).unwrap_err().to_string();
+            let message = SceneConfig::parse_short(text).unwrap_err().to_string();
             for part in parts {
                 assert!(message.contains(part), "{text:?} gave {message:?}, expected {part:?}");
             }
@@ -351,7 +351,7 @@ mod tests {
             ("specimen = 3", ["specimen", "string"]),
             ("specimen = \"Saw3\"\nspeed = \"fast\"", ["speed", "fast"]),
             ("specimen = \"Saw3\"\nspeed = inf", ["speed is \"inf\"", "1000"]),
-            ("specimen = \"Saw3\"\nspeed = 9\ncolour = 1", ["colour", "lead_in"]),
+            ("specimen = \"Saw3\"\nspeed = 9\ncolor = 1", ["color", "lead_in"]),
             ("specimen = \"Saw3\"\nspeed = 9\nseed = -1", ["seed is -1", "expected 0"]),
             ("specimen = \"Saw3\"\nspeed = 9\ngap = 69", ["gap is 69", "70 to 100000"]),
             ("specimen = \"Saw3\"\nspeed = 9\nlead_in = -1", ["lead_in is -1", "0 to 100000"]),
@@ -367,7 +367,7 @@ mod tests {
             ("specimen = \"Saw3\"\nspeed = 9\n[whisker]\noverlap_mm = 5", ["[whisker] overlap_mm is 5", "0 to 4.75"]),
             ("specimen = \"Saw3\"\nspeed = 9\n[whisker]\nbeam = \"stiff\"", ["stiff", "elastica"]),
         ] {
-            let message = Script::from_toml("s.toml", text).unwrap_err().to_string();
+            let message = SceneConfig::from_toml("s.toml", text).unwrap_err().to_string();
             for part in ["s.toml"].into_iter().chain(parts) {
                 assert!(message.contains(part), "{text:?} gave {message:?}, expected {part:?}");
             }

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use crate::sensor::Fidelity;
-use crate::{Scene, Script, Shot, Truth};
+use crate::{Scene, SceneConfig, SimulatedFrame, Truth};
 use wstac_core::layout::FrameSize;
 use wstac_host::error::Error;
 use wstac_host::source::open::{OpenOptions, SourceKind, without_controls};
-use wstac_host::source::{Item, Source, StreamInfo};
+use wstac_host::source::{Source, SourceEvent, StreamInfo};
 
 /// The frames of a scene.
 #[derive(Clone, Debug)]
@@ -21,7 +21,7 @@ impl SceneSource {
     ///
     /// # Errors
     /// As [`Scene::new`].
-    pub fn new(script: &Script) -> Result<Self, Error> {
+    pub fn new(script: &SceneConfig) -> Result<Self, Error> {
         let scene = Scene::new(script)?;
         let slides = match &script.slides[..] {
             [one] => format!("{} at {} mm/s, {} degrees", one.specimen, one.speed_mm_s, one.heading.degrees()),
@@ -37,7 +37,7 @@ impl SceneSource {
         let info = StreamInfo {
             size: script.sensor.size,
             format: sensor.format(),
-            colour: sensor.colour(),
+            color: sensor.color(),
             bytes_per_row: sensor.bytes_per_row() as u32,
             rate: script.sensor.rate,
             taxels_only: script.fidelity == Fidelity::Taxel,
@@ -58,14 +58,14 @@ impl Source for SceneSource {
         &self.info
     }
 
-    fn next(&mut self) -> Result<Item<'_>, Error> {
-        let frame = |bytes, encoded| Item::Frame { bytes, timestamp: None, sequence: None, encoded };
+    fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
+        let frame = |bytes, encoded| SourceEvent::Frame { bytes, timestamp: None, sequence: None, encoded };
         Ok(match self.scene.next_shot() {
-            Some(Shot::Frame(bytes)) => frame(bytes, None),
-            Some(Shot::Jpeg(bytes, jpeg)) => frame(bytes, Some(jpeg)),
-            Some(Shot::Taxels(sums)) => Item::Taxels(sums),
-            Some(Shot::Lost(frames, why)) => Item::Lost { frames: frames.into(), why },
-            None => Item::End,
+            Some(SimulatedFrame::Frame(bytes)) => frame(bytes, None),
+            Some(SimulatedFrame::Jpeg(bytes, jpeg)) => frame(bytes, Some(jpeg)),
+            Some(SimulatedFrame::Taxels(sums)) => SourceEvent::Taxels(sums),
+            Some(SimulatedFrame::Lost(frames, why)) => SourceEvent::Lost { frames: frames.into(), why },
+            None => SourceEvent::End,
         })
     }
 }
@@ -90,13 +90,13 @@ impl SourceKind for Scenes {
 ///
 /// # Errors
 /// Where it is no scene, cannot be read, or an option does not apply to it.
-pub fn script(scene: &str, options: &OpenOptions) -> Result<Script, Error> {
+pub fn script(scene: &str, options: &OpenOptions) -> Result<SceneConfig, Error> {
     let is_file = Path::new(scene).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
     let mut script = if is_file {
         let text = std::fs::read_to_string(scene).map_err(|error| Error::new(scene, error))?;
-        Script::from_toml(scene, &text)?
+        SceneConfig::from_toml(scene, &text)?
     } else {
-        Script::parse_short(scene)?
+        SceneConfig::parse_short(scene)?
     };
     let refused = |message: &dyn std::fmt::Display| Error::new(format_args!("scene:{scene}"), message);
     let sensor = &mut script.sensor;

@@ -1,13 +1,13 @@
 use wstac_core::direction::{self, Heading};
 use wstac_core::green::any::{Any, YcbcrMethod};
-use wstac_core::green::grey::Grey;
+use wstac_core::green::gray::Gray;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::fixed::Fixed;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::{self, SpeedConfig};
 use wstac_core::stream::FeatureStream;
-use wstac_core::taxels::Camera;
+use wstac_core::taxels::FrameGeometry;
 use wstac_core::trigger::TriggerConfig;
 
 use super::specimen::Specimen;
@@ -28,23 +28,23 @@ struct Answer {
     confidence: f32,
 }
 
-fn sized(mut script: Script, (width, height): (u32, u32)) -> Script {
+fn sized(mut script: SceneConfig, (width, height): (u32, u32)) -> SceneConfig {
     script.sensor.size = FrameSize::new(width, height).unwrap();
     script
 }
 
-fn one(slide: Slide, seed: u64, size: (u32, u32)) -> Script {
+fn one(slide: Slide, seed: u64, size: (u32, u32)) -> SceneConfig {
     let text = format!("{}@{},{}deg,seed={seed}", slide.specimen, slide.speed_mm_s, slide.heading.degrees());
-    sized(Script::parse_short(&text).unwrap(), size)
+    sized(SceneConfig::parse_short(&text).unwrap(), size)
 }
 
 /// The events of a scene, through the whole core.
-fn events(script: &Script) -> Vec<Answer> {
-    let camera = Camera::new(Grey, Layout::paper(script.sensor.size).unwrap(), script.sensor.rate).unwrap();
+fn events(script: &SceneConfig) -> Vec<Answer> {
+    let camera = FrameGeometry::new(Gray, Layout::paper(script.sensor.size).unwrap(), script.sensor.rate).unwrap();
     let mut pipeline: Pipeline = Pipeline::new(camera, 0.5, TriggerConfig::default()).unwrap();
-    let config = SpeedConfig::paper(script.sensor.rate);
+    let config = SpeedConfig::published(script.sensor.rate);
     let (mut scene, mut answers) = (Scene::new(script).unwrap(), Vec::new());
-    while let Some(Shot::Frame(frame)) = scene.next_shot() {
+    while let Some(SimulatedFrame::Frame(frame)) = scene.next_shot() {
         let Some(event) = pipeline.push_frame(frame).unwrap() else { continue };
         let direction = direction::direction(&event);
         answers.push(Answer {
@@ -84,10 +84,10 @@ fn every_slide_is_one_event_with_the_right_answers() {
     assert!(worst < 0.12 && least > 0.5, "speed error {worst:.3}, confidence {least:.2}");
 }
 
-fn hash(script: &Script) -> u64 {
+fn hash(script: &SceneConfig) -> u64 {
     let mut scene = Scene::new(script).unwrap();
     let (mut hash, mut frames) = (0xCBF2_9CE4_8422_2325, 0);
-    while let Some(Shot::Frame(frame)) = scene.next_shot() {
+    while let Some(SimulatedFrame::Frame(frame)) = scene.next_shot() {
         // FNV-1a.
         hash = frame.iter().fold(hash, |hash: u64, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3));
         frames += 1;
@@ -110,7 +110,7 @@ fn a_seed_gives_the_same_bytes_everywhere() {
 fn slides_of_a_script_are_an_event_each() {
     let text =
         "[[slide]]\nspecimen = \"Saw3\"\nspeed = 120\n[[slide]]\nspecimen = \"Fla0\"\nspeed = 200\ndirection = 270";
-    let script = sized(Script::from_toml("s", text).unwrap(), (160, 120));
+    let script = sized(SceneConfig::from_toml("s", text).unwrap(), (160, 120));
     let (answers, scene) = (events(&script), Scene::new(&script).unwrap());
     assert_eq!(answers.len(), 2);
     for (answer, truth) in answers.iter().zip(scene.truth()) {
@@ -136,7 +136,7 @@ fn other_frame_rates_see_the_same_slide() {
 
 /// Features in units of 2^-11, as real numbers: the light of a scene, without the sensor's noise and quantisation, on a
 /// black level of 1 in 255 and floored as by default.
-fn exact_features(script: &Script, finer: f64) -> Vec<[f64; 10]> {
+fn exact_features(script: &SceneConfig, finer: f64) -> Vec<[f64; 10]> {
     let mut scene = Scene::new(script).unwrap();
     scene.elastomer = Elastomer::with_fineness(script, finer);
     let mut features = Vec::new();
@@ -178,7 +178,7 @@ fn odd_scenes() -> Vec<String> {
 fn half_the_step_changes_no_feature_by_more_than_one_unit() {
     let mut worst = 0.0_f64;
     for (text, seed) in odd_scenes().into_iter().flat_map(|text| [1, 2, 3].map(|seed| (text.clone(), seed))) {
-        let script = Script { seed, ..Script::from_toml("scene", &text).unwrap() };
+        let script = SceneConfig { seed, ..SceneConfig::from_toml("scene", &text).unwrap() };
         let (once, twice) = (exact_features(&script, 1.0), exact_features(&script, 2.0));
         let differences = once.iter().flatten().zip(twice.iter().flatten()).map(|(a, b)| (a - b).abs());
         let most = differences.fold(0.0, f64::max);
@@ -206,7 +206,7 @@ fn all_light_is_the_change_of_strain() {
         let text = format!(
             "specimen = \"{specimen}\"\nspeed = {speed}\nnoise = 0\n{more}\n{bare}\nrelaxation_ms = {relaxation}"
         );
-        let script = Script::from_toml("scene", &text).unwrap();
+        let script = SceneConfig::from_toml("scene", &text).unwrap();
         let mut seen = [0.0; TAXELS];
         let mut scene = Scene::new(&script).unwrap();
         while let Some((light, _)) = scene.next_light() {
@@ -236,7 +236,7 @@ fn a_level_surface_is_dark_without_rubbing() {
         let light = "[light]\nrubbing_ms = 0\nafterglow_ms = 0";
         let whisker = format!("[whisker]\nrelaxation_ms = {relaxation}");
         let text = format!("specimen = \"Fla0\"\nspeed = {speed}\nlength = 300\nnoise = 0\n{light}\n{whisker}");
-        let mut scene = Scene::new(&Script::from_toml("scene", &text).unwrap()).unwrap();
+        let mut scene = Scene::new(&SceneConfig::from_toml("scene", &text).unwrap()).unwrap();
         let (start, end) = (scene.truth()[0].start_s * 30.0, scene.truth()[0].end_s * 30.0);
         let mut frames = 0;
         while let Some((light, _)) = scene.next_light() {
@@ -256,7 +256,7 @@ fn light_of_a_slide_goes_on_through_the_next_ones_start() {
     let slide = "[[slide]]\nspecimen = \"Fla0\"\nspeed = 150\n";
     let light = "[light]\nrun_deviation = 0.3\nafterglow_ms = 5000\n";
     let scene = format!("noise = 1\nseed = 2\n{light}{slide}{slide}");
-    let mut scene = Scene::new(&Script::from_toml("scene", &scene).unwrap()).unwrap();
+    let mut scene = Scene::new(&SceneConfig::from_toml("scene", &scene).unwrap()).unwrap();
     let second = scene.truth()[1].start_frame();
     let (mut before, mut frame) = (f64::NAN, 0);
     while let Some((light, _)) = scene.next_light() {
@@ -277,19 +277,19 @@ fn leaks_are_integrated_as_all_light_is() {
 
 /// All that a scene gives: features of frames where there are any, and how many were lost in between.
 fn features(text: &str) -> (Vec<[i16; 10]>, u32) {
-    let script = Script::from_toml("scene", text).unwrap();
+    let script = SceneConfig::from_toml("scene", text).unwrap();
     let mut scene = Scene::new(&script).unwrap();
     let sensor = scene.sensor();
-    let green = Any::new(sensor.format(), sensor.colour(), YcbcrMethod::Exact);
+    let green = Any::new(sensor.format(), sensor.color(), YcbcrMethod::Exact);
     let layout = Layout::paper(script.sensor.size).unwrap();
-    let camera = Camera::new(green, layout, script.sensor.rate).unwrap();
+    let camera = FrameGeometry::new(green, layout, script.sensor.rate).unwrap();
     let mut stream: FeatureStream<Any, Fixed> = FeatureStream::new(camera, 0.5).unwrap();
     let (mut features, mut lost) = (Vec::new(), 0);
     while let Some(shot) = scene.next_shot() {
         let frame = match shot {
-            Shot::Frame(bytes) | Shot::Jpeg(bytes, _) => stream.push_frame(bytes).unwrap(),
-            Shot::Taxels(sums) => stream.push_taxels(&sums),
-            Shot::Lost(frames, _) => {
+            SimulatedFrame::Frame(bytes) | SimulatedFrame::Jpeg(bytes, _) => stream.push_frame(bytes).unwrap(),
+            SimulatedFrame::Taxels(sums) => stream.push_taxels(&sums),
+            SimulatedFrame::Lost(frames, _) => {
                 lost += frames;
                 None
             }

@@ -12,24 +12,24 @@ use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_scene::Scene;
 
-/// Levels of peak light unless others are asked for, in grey levels of 255.
+/// Levels of peak light unless others are asked for, in gray levels of 255.
 pub const LEVELS: [f64; 9] = [200.0, 100.0, 50.0, 20.0, 10.0, 5.0, 3.0, 2.0, 1.0];
 
 /// What was found at one level of light.
 #[derive(Clone, Debug)]
 pub struct Faded {
-    /// Mean of the brightest taxel in the brightest frame of the reference slide, above black, in grey levels of 255.
+    /// Mean of the brightest taxel in the brightest frame of the reference slide, above black, in gray levels of 255.
     pub level: f64,
     /// The default setting, with each model; then each other setting with the first model.
     pub rows: Vec<Row>,
 }
 
-/// Peak light of the reference slide as it is, in grey levels of 255.
+/// Peak light of the reference slide as it is, in gray levels of 255.
 ///
 /// # Errors
 /// None.
 pub fn peak() -> Result<f64, Error> {
-    let mut scene = Scene::new(&reference(1.0, Format::Grey)?)?;
+    let mut scene = Scene::new(&reference(1.0, Format::Gray)?)?;
     let mut peak = 0.0_f64;
     while let Some((light, _)) = scene.next_light() {
         peak = light.iter().copied().fold(peak, f64::max);
@@ -90,7 +90,7 @@ pub fn tables(all: &[Faded]) -> String {
     ];
     for (title, cell) in tables {
         let levels: Vec<String> = all.iter().map(|faded| faded.level.to_string()).collect();
-        let _ = writeln!(text, "\n{title}:\n\n| peak light, grey levels | {} |", levels.join(" | "));
+        let _ = writeln!(text, "\n{title}:\n\n| peak light, gray levels | {} |", levels.join(" | "));
         let _ = writeln!(text, "| --- |{}", " ---: |".repeat(all.len()));
         let names = all.first().map_or(&[][..], |faded| &faded.rows);
         for (number, row) in names.iter().enumerate() {

@@ -12,7 +12,7 @@ pub(super) struct Float64 {
 }
 
 impl Float64 {
-    /// For taxels of `pixels` pixels of full scale `full_scale`, features floored at `floor_levels` grey levels; a row or
+    /// For taxels of `pixels` pixels of full scale `full_scale`, features floored at `floor_levels` gray levels; a row or
     /// column is lit above `threshold` of full scale.
     pub(super) fn new(pixels: u32, full_scale: u32, floor_levels: f64, threshold: f64) -> Self {
         let most = f64::from(pixels) * f64::from(full_scale);

@@ -9,7 +9,7 @@ use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
 use wstac_core::model::file::INPUTS;
 use wstac_core::speed::SpeedConfig;
 use wstac_core::stream::FeatureStream;
-use wstac_core::taxels::Camera;
+use wstac_core::taxels::FrameGeometry;
 use wstac_core::trigger::{Event, Trigger};
 use wstac_core::{direction, speed};
 
@@ -22,7 +22,7 @@ use wstac_host::camera::mjpeg::Decoder;
 use wstac_host::config::{Config, Kernel};
 use wstac_host::error::Error;
 use wstac_scene::sensor::Sensor;
-use wstac_scene::{Scene, Script};
+use wstac_scene::{Scene, SceneConfig};
 
 /// Frames of a round: those at the slide's middle.
 const FRAMES: usize = 4;
@@ -94,7 +94,7 @@ fn frames(settings: &[Setting], config: &Config) -> Result<Vec<f64>, Error> {
 
 fn stream<'a, L: Ln + 'a>(
     format: Format,
-    camera: Camera<Any>,
+    camera: FrameGeometry<Any>,
     frames: &'a [Vec<u8>],
     config: &Config,
 ) -> Result<Round<'a>, Error> {
@@ -109,7 +109,7 @@ fn stream<'a, L: Ln + 'a>(
                 None => frame,
             };
             if let Ok(Some(frame)) = stream.push_frame(black_box(bytes)) {
-                black_box(trigger.push(frame.features, frame.patched).is_some());
+                black_box(trigger.push(frame.features, frame.has_missing_frames).is_some());
             }
         }
     };
@@ -137,7 +137,7 @@ fn picture(rgb: &[u8], width: u16, height: u16) -> Result<Vec<u8>, Error> {
     Ok(jpeg)
 }
 
-fn bright_frames(script: &Script, mut sensor: Sensor) -> Result<Vec<Vec<u8>>, Error> {
+fn bright_frames(script: &SceneConfig, mut sensor: Sensor) -> Result<Vec<Vec<u8>>, Error> {
     let mut scene = Scene::new(script)?;
     let lights = std::iter::from_fn(|| scene.next_light());
     Ok(lights.skip(BEFORE).take(FRAMES).map(|(light, _)| sensor.expose(&light).to_vec()).collect())
@@ -145,17 +145,17 @@ fn bright_frames(script: &Script, mut sensor: Sensor) -> Result<Vec<Vec<u8>>, Er
 
 /// Of speed and direction, and of each model's texture.
 fn events(models: &[Candidate], config: &Config) -> Result<(f64, Vec<f64>), Error> {
-    let script = reference(1.0, Format::Grey)?;
+    let script = reference(1.0, Format::Gray)?;
     let sensor = Scene::camera(&script)?;
     let unfit = |error| config.does_not_fit("simulated frames", "[trigger]", error);
-    let camera = camera(&sensor, Format::Grey, Setting::DEFAULT.stride, config)?;
+    let camera = camera(&sensor, Format::Gray, Setting::DEFAULT.stride, config)?;
     let speed = config.speed(camera.rate()).map_err(unfit)?;
     let mut stream = FeatureStream::<Any, Fixed>::new(camera, config.features.floor_levels).map_err(unfit)?;
     let mut trigger = Trigger::with(config.trigger().map_err(unfit)?, 0, config.following().map_err(unfit)?);
     let (mut scene, mut sensor) = (Scene::new(&script)?, sensor);
     while let Some((light, _)) = scene.next_light() {
         let frame = stream.push_frame(sensor.expose(&light)).map_err(unfit)?;
-        let event = frame.and_then(|frame| trigger.push(frame.features, frame.patched));
+        let event = frame.and_then(|frame| trigger.push(frame.features, frame.has_missing_frames));
         if let Some(event) = event {
             return answers(&event, &speed, models);
         }

@@ -11,8 +11,8 @@ use wstac_scene::sensor::SensorFormat;
 /// A camera's pixel format, and how it becomes green.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Format {
-    /// 8 bits of grey.
-    Grey,
+    /// 8 bits of gray.
+    Gray,
     /// R G B, a byte each.
     Rgb24,
     /// 16-bit words of 5, 6 and 5 bits.
@@ -30,12 +30,12 @@ pub enum Format {
 impl Format {
     /// All of them.
     pub const ALL: [Self; 7] =
-        [Self::Grey, Self::Rgb24, Self::Rgb565, Self::Bayer8, Self::YuyvExact, Self::YuyvLinear, Self::Mjpeg];
+        [Self::Gray, Self::Rgb24, Self::Rgb565, Self::Bayer8, Self::YuyvExact, Self::YuyvLinear, Self::Mjpeg];
 
     /// Its name in tables and files.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Grey => "GREY",
+            Self::Gray => "GREY",
             Self::Rgb24 => "RGB24",
             Self::Rgb565 => "RGB565",
             Self::Bayer8 => "BAYER8",
@@ -57,7 +57,7 @@ impl Format {
     /// The four-character code of a camera that gives it.
     pub fn code(self) -> &'static str {
         match self {
-            Self::Grey => "GREY",
+            Self::Gray => "GREY",
             Self::Rgb24 => "RGB3",
             Self::Rgb565 => "RGBP",
             Self::Bayer8 => "RGGB",
@@ -77,10 +77,10 @@ impl Format {
         if self == Self::YuyvLinear { YcbcrMethod::Linear } else { YcbcrMethod::Exact }
     }
 
-    /// Whether its camera has three colours under every pixel: then [`Format::Rgb24`] of the same shot lacks nothing
+    /// Whether its camera has three colors under every pixel: then [`Format::Rgb24`] of the same shot lacks nothing
     /// of what it saw.
-    pub fn is_coloured(self) -> bool {
-        !matches!(self, Self::Grey | Self::Bayer8)
+    pub fn is_colored(self) -> bool {
+        !matches!(self, Self::Gray | Self::Bayer8)
     }
 }
 
@@ -102,8 +102,8 @@ pub const STRIDES: [Stride; 4] = [Stride::One, Stride::Two, Stride::Three, Strid
 pub const KERNELS: [Kernel; 3] = [Kernel::Fixed, Kernel::Libm, Kernel::Micromath];
 
 impl Setting {
-    /// What a configuration file that says nothing gives, with a camera of 8 bits of grey.
-    pub const DEFAULT: Self = Self { format: Format::Grey, stride: Stride::One, kernel: Kernel::Fixed };
+    /// What a configuration file that says nothing gives, with a camera of 8 bits of gray.
+    pub const DEFAULT: Self = Self { format: Format::Gray, stride: Stride::One, kernel: Kernel::Fixed };
 
     /// Every combination, format by format, stride by stride.
     pub fn all() -> Vec<Self> {

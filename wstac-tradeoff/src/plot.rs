@@ -27,8 +27,8 @@ const APART: f64 = 392.0;
 
 /// How formats look.
 fn of_format(format: Format) -> Look {
-    let (marker, colour, filled) = match format {
-        Format::Grey => (Marker::Circle, BLACK, true),
+    let (marker, color, filled) = match format {
+        Format::Gray => (Marker::Circle, BLACK, true),
         Format::Bayer8 => (Marker::Square, GREY, true),
         Format::Rgb24 => (Marker::Diamond, BLUE, false),
         Format::Rgb565 => (Marker::Triangle, RED, true),
@@ -36,12 +36,12 @@ fn of_format(format: Format) -> Look {
         Format::YuyvLinear => (Marker::Circle, GREEN, false),
         Format::Mjpeg => (Marker::Plus, BLACK, false),
     };
-    Look { marker, colour, filled }
+    Look { marker, color, filled }
 }
 
 /// A model's family, and how it looks.
 fn family(model: &Candidate) -> (&'static str, Look) {
-    let look = |marker, colour, filled| Look { marker, colour, filled };
+    let look = |marker, color, filled| Look { marker, color, filled };
     match model.about.kind {
         "forest" => ("forest", look(Marker::Triangle, GREEN, true)),
         "boosted trees" => ("boosted trees", look(Marker::Square, RED, false)),
@@ -92,8 +92,8 @@ fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) 
     let others: Vec<_> = kernels
         .into_iter()
         .filter_map(|(kernel, marker, name)| {
-            let setting = Setting { format: Format::Grey, stride: Stride::One, kernel };
-            Some((at(&setting)?, Look { marker, colour: BLACK, filled: false }, name))
+            let setting = Setting { format: Format::Gray, stride: Stride::One, kernel };
+            Some((at(&setting)?, Look { marker, color: BLACK, filled: false }, name))
         })
         .collect();
     let drawn = all.iter().flat_map(|(_, points)| points.iter().map(|(point, _)| *point));
@@ -106,7 +106,7 @@ fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) 
     let mut axes = Axes::new(drawing, place(0), PANEL, [x, y], titles);
     for (format, points) in &all {
         let line: Vec<_> = points.iter().map(|(point, _)| *point).collect();
-        axes.line(&line, of_format(*format).colour);
+        axes.line(&line, of_format(*format).color);
         for point in line {
             axes.point(point, of_format(*format));
         }
@@ -157,7 +157,7 @@ fn accuracy(drawing: &mut Drawing, own: &[(&Row, &Candidate)], prices: &Prices, 
     for (event, row, model) in &points {
         let Some(right) = row.found.accuracy[0] else { continue };
         let look = family(model).1;
-        axes.bar(*event, [right.low, right.high], look.colour);
+        axes.bar(*event, [right.low, right.high], look.color);
         axes.point([*event, right.mean], look);
     }
     for (event, row, model) in &points {
@@ -197,10 +197,10 @@ fn latency(drawing: &mut Drawing, own: &[(&Row, &Candidate)]) {
         let aside = 0.35 * (f64::from(number) - 0.5 * (series.len() as f64 - 1.0));
         let Some((_, look)) = points.first().map(|(.., model)| family(model)) else { continue };
         let line: Vec<_> = points.iter().map(|(latency, row, _)| [latency + aside, mean(row)]).collect();
-        axes.line(&line, look.colour);
+        axes.line(&line, look.color);
         for (latency, row, _) in points {
             let Some(right) = row.found.accuracy[0] else { continue };
-            axes.bar(latency + aside, [right.low, right.high], look.colour);
+            axes.bar(latency + aside, [right.low, right.high], look.color);
             axes.point([latency + aside, right.mean], look);
         }
         looks.push((look, *name));

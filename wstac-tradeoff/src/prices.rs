@@ -182,7 +182,7 @@ impl CorePrices {
 /// format.
 pub fn stripe_bytes(format: Format) -> Option<i64> {
     let of_pixel = match format {
-        Format::Grey | Format::Bayer8 => 1,
+        Format::Gray | Format::Bayer8 => 1,
         Format::Rgb565 | Format::YuyvExact | Format::YuyvLinear => 2,
         Format::Rgb24 => 3,
         Format::Mjpeg => return None,

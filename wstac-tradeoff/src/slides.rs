@@ -8,7 +8,7 @@ use wstac_core::layout::FrameSize;
 
 use super::knobs::Format;
 use wstac_host::error::Error;
-use wstac_scene::Script;
+use wstac_scene::SceneConfig;
 use wstac_scene::rng::Rng;
 use wstac_scene::specimen::Specimen;
 
@@ -109,7 +109,7 @@ impl TradeSlide {
     ///
     /// # Errors
     /// None for the slides of [`slides`].
-    pub fn script(&self, light: f64, format: Format) -> Result<Script, Error> {
+    pub fn script(&self, light: f64, format: Format) -> Result<SceneConfig, Error> {
         let (speed, degrees) = (self.speed_mm_s, self.heading.degrees());
         let mut script = scene(&format!("{}@{speed},{degrees}deg,seed={}", self.specimen, self.seed), format)?;
         script.light.unit = self.unit;
@@ -118,25 +118,25 @@ impl TradeSlide {
     }
 }
 
-/// The slide that grey levels of peak light are measured on: without noise, over the sensor of the simulator's defaults.
+/// The slide that gray levels of peak light are measured on: without noise, over the sensor of the simulator's defaults.
 ///
 /// # Errors
 /// None.
-pub fn reference(light: f64, format: Format) -> Result<Script, Error> {
+pub fn reference(light: f64, format: Format) -> Result<SceneConfig, Error> {
     let mut script = scene("Saw3@150", format)?;
     script.noise = 0.0;
     brighten(&mut script, light);
     Ok(script)
 }
 
-fn scene(text: &str, format: Format) -> Result<Script, Error> {
-    let mut script = Script::parse_short(text)?;
+fn scene(text: &str, format: Format) -> Result<SceneConfig, Error> {
+    let mut script = SceneConfig::parse_short(text)?;
     script.sensor.size = FrameSize::new(SIDE, SIDE).map_err(|error| Error::new("scene", error))?;
     script.sensor.format = format.sensor();
     Ok(script)
 }
 
-fn brighten(script: &mut Script, gain: f64) {
+fn brighten(script: &mut SceneConfig, gain: f64) {
     script.light.flash_ms *= gain;
     script.light.rubbing_ms *= gain;
 }

@@ -1,15 +1,15 @@
 //! Frames of one camera through several settings at once: pixels are summed once a stride, kernels share the sums.
 
+use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::direction::{self, Heading};
 use wstac_core::features::{FeatureScale, Features, Floor, line_sums};
-use wstac_core::following::Follow;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
 use wstac_core::ln::{fixed::Fixed, libm::Libm, micromath::Micromath};
 use wstac_core::model::file::INPUTS;
 use wstac_core::params::{FEATURES, TAXELS};
 use wstac_core::speed::{self, SpeedConfig};
-use wstac_core::taxels::{Accumulators, Camera};
+use wstac_core::taxels::{FrameGeometry, TaxelSums};
 use wstac_core::trigger::{Event, Trigger};
 
 use super::float64::{FeatureError, Float64};
@@ -40,7 +40,7 @@ enum Scale {
 }
 
 impl Scale {
-    fn new(kernel: Kernel, camera: &Camera<Any>, floor: Floor) -> Result<Self, wstac_core::error::Error> {
+    fn new(kernel: Kernel, camera: &FrameGeometry<Any>, floor: Floor) -> Result<Self, wstac_core::error::Error> {
         let (pixels, full_scale, frames) = (camera.pixels(), camera.full_scale(), camera.rate().frames_added());
         Ok(match kernel {
             Kernel::Fixed => Self::Fixed(FeatureScale::new(pixels, full_scale, frames, floor)?),
@@ -68,7 +68,7 @@ pub(super) struct SettingStream {
     /// How far its features were from the reference, over all frames until then.
     pub(super) error: FeatureError,
     scale: Scale,
-    trigger: Trigger<Option<Follow>>,
+    trigger: Trigger<Option<TrackingBaseline>>,
     speed: SpeedConfig,
 }
 
@@ -96,21 +96,21 @@ fn first_event(event: &Event<'_>, config: &SpeedConfig) -> FirstEvent {
 /// One format and stride.
 #[derive(Clone, Debug)]
 struct StrideSums {
-    accumulators: Accumulators<Any>,
+    accumulators: TaxelSums<Any>,
     streams: Vec<SettingStream>,
 }
 
 /// A camera that looks on, and all settings that read its frames.
-pub(super) struct JudgedCamera {
+pub(super) struct EvaluatedCamera {
     sensor: Sensor,
     format: Format,
     /// Every pixel in the format's exact method, for the reference.
-    whole: Accumulators<Any>,
+    whole: TaxelSums<Any>,
     float64: Float64,
     sums: Vec<StrideSums>,
 }
 
-impl JudgedCamera {
+impl EvaluatedCamera {
     /// A simulated camera, and those of the settings `settings`, each with its place, that read its format.
     ///
     /// # Errors
@@ -124,7 +124,7 @@ impl JudgedCamera {
             let at = known.unwrap_or(sums.len());
             if known.is_none() {
                 let camera = camera(&sensor, setting.format, setting.stride, config)?;
-                let own = StrideSums { accumulators: Accumulators::new(camera), streams: Vec::new() };
+                let own = StrideSums { accumulators: TaxelSums::new(camera), streams: Vec::new() };
                 sums.push((setting.format, setting.stride, own));
             }
             let sums = &mut sums[at].2;
@@ -134,23 +134,23 @@ impl JudgedCamera {
         let (floor, threshold) = (config.features.floor_levels, config.speed.threshold);
         Ok(Self {
             float64: Float64::new(whole.pixels(), whole.full_scale(), floor, threshold),
-            whole: Accumulators::new(whole),
+            whole: TaxelSums::new(whole),
             sums: sums.into_iter().map(|(_, _, sums)| sums).collect(),
             format,
             sensor,
         })
     }
 
-    /// Takes a frame of this light. `coloured` is what the 64-bit reference says of the same shot in R, G, B, for
+    /// Takes a frame of this light. `colored` is what the 64-bit reference says of the same shot in R, G, B, for
     /// formats that lost some of it; what it says of this camera's own frame.
     pub(super) fn expose(
         &mut self,
         light: &[f64; TAXELS],
-        coloured: Option<&[f64; FEATURES]>,
+        colored: Option<&[f64; FEATURES]>,
     ) -> Result<[f64; FEATURES], wstac_core::error::Error> {
         let bytes = self.sensor.expose(light);
         let own = self.float64.features(&self.whole.push_frame(bytes)?);
-        let expected = coloured.filter(|_| self.format.is_coloured()).unwrap_or(&own);
+        let expected = colored.filter(|_| self.format.is_colored()).unwrap_or(&own);
         for sums in &mut self.sums {
             let lines = line_sums(&sums.accumulators.push_frame(bytes)?);
             for stream in &mut sums.streams {
@@ -172,19 +172,24 @@ impl JudgedCamera {
 }
 
 /// How one setting sums a simulated camera's frames.
-pub(super) fn camera(sensor: &Sensor, format: Format, stride: Stride, config: &Config) -> Result<Camera<Any>, Error> {
+pub(super) fn camera(
+    sensor: &Sensor,
+    format: Format,
+    stride: Stride,
+    config: &Config,
+) -> Result<FrameGeometry<Any>, Error> {
     let about = format_args!("frames of {}", format.name()).to_string();
     let frame = sensor.layout().frame();
     config.layout.check_frame(frame).map_err(|error| config.does_not_fit(&about, "[layout]", error))?;
     let layout = config.layout(frame);
     let layout = layout.map_err(|error| config.does_not_fit(&about, "[layout]", error))?;
-    let green = Any::new(sensor.format(), sensor.colour(), format.method());
-    Camera::with_stride(green, layout, sensor.rate(), stride)
+    let green = Any::new(sensor.format(), sensor.color(), format.method());
+    FrameGeometry::with_stride(green, layout, sensor.rate(), stride)
         .and_then(|camera| camera.with_bytes_per_row(sensor.bytes_per_row() as u32))
         .map_err(|error| config.does_not_fit(&about, "[layout], [green]", error))
 }
 
-fn stream(place: usize, kernel: Kernel, camera: &Camera<Any>, config: &Config) -> Result<SettingStream, Error> {
+fn stream(place: usize, kernel: Kernel, camera: &FrameGeometry<Any>, config: &Config) -> Result<SettingStream, Error> {
     let in_table = |table| move |error| config.does_not_fit("simulated frames", table, error);
     let floor = Floor::new(config.features.floor_levels, camera.full_scale()).map_err(in_table("[features]"))?;
     Ok(SettingStream {

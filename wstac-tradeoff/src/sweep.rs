@@ -7,7 +7,7 @@ use super::candidate::{Candidate, Right};
 use super::float64::FeatureError;
 use super::knobs::{Format, Setting};
 use super::slides::{QUICK_SLIDES, TradeSlide};
-use super::streams::JudgedCamera;
+use super::streams::EvaluatedCamera;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::texture::{TextureRecord, pattern_and_depth};
@@ -60,23 +60,23 @@ pub fn run(plan: &Plan<'_>) -> Result<Vec<Vec<Option<Outcome>>>, Error> {
 }
 
 fn one(plan: &Plan<'_>, models: &[Model<'_>], slide: &TradeSlide) -> Result<Vec<Option<Outcome>>, Error> {
-    let mut scene = Scene::new(&slide.script(plan.light, Format::Grey)?)?;
+    let mut scene = Scene::new(&slide.script(plan.light, Format::Gray)?)?;
     let mut cameras = Vec::new();
     let formats: Vec<Format> = formats_read(plan.settings).filter(|format| is_run(*format, slide)).collect();
     for &format in &formats {
         let sensor = Scene::camera(&slide.script(plan.light, format)?)?;
-        cameras.push(JudgedCamera::new(sensor, format, plan.settings, plan.config)?);
+        cameras.push(EvaluatedCamera::new(sensor, format, plan.settings, plan.config)?);
     }
     while let Some((light, _)) = scene.next_light() {
-        let mut coloured = None;
+        let mut colored = None;
         for (camera, format) in cameras.iter_mut().zip(&formats) {
-            let own = camera.expose(&light, coloured.as_ref());
+            let own = camera.expose(&light, colored.as_ref());
             let own = own.map_err(|error| plan.config.does_not_fit("simulated frames", "[layout]", error))?;
             if *format == Format::Rgb24 {
-                coloured = Some(own);
+                colored = Some(own);
             }
         }
-        if cameras.iter().all(JudgedCamera::is_done) {
+        if cameras.iter().all(EvaluatedCamera::is_done) {
             break;
         }
     }
@@ -85,7 +85,7 @@ fn one(plan: &Plan<'_>, models: &[Model<'_>], slide: &TradeSlide) -> Result<Vec<
     let (pattern, depth_mm) = pattern_and_depth(&specimen);
     let truth = TextureRecord { specimen: Some(specimen), pattern, depth_mm, class: None };
     let mut outcomes = vec![None; plan.settings.len()];
-    for stream in cameras.into_iter().flat_map(JudgedCamera::into_streams) {
+    for stream in cameras.into_iter().flat_map(EvaluatedCamera::into_streams) {
         let event = stream.first.map(|event| Answer {
             lead: event.frame as f64 - touch,
             speed: event.speed,
@@ -109,11 +109,11 @@ fn is_run(format: Format, slide: &TradeSlide) -> bool {
     format != Format::Mjpeg || slide.number < QUICK_SLIDES
 }
 
-/// One format for each camera that these settings need, that of the coloured reference before those it judges.
+/// One format for each camera that these settings need, that of the colored reference before those it judges.
 fn formats_read(settings: &[Setting]) -> impl Iterator<Item = Format> + '_ {
     let is_wanted = |format: &Format| {
         let read = settings.iter().any(|setting| setting.format.code() == format.code());
-        let judges = *format == Format::Rgb24 && settings.iter().any(|setting| setting.format.is_coloured());
+        let judges = *format == Format::Rgb24 && settings.iter().any(|setting| setting.format.is_colored());
         // Both methods of YUYV read the same camera.
         (read || judges) && *format != Format::YuyvLinear
     };

@@ -2,13 +2,13 @@
 
 use wstac_core::frame::Stride;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
-use wstac_core::taxels::Accumulators;
+use wstac_core::taxels::TaxelSums;
 
 use super::candidate::Candidate;
 use super::chosen::Chosen;
 use super::knobs::{Format, Setting};
 use super::slides::{SENSORS, TradeSlide, slides};
-use super::streams::{FirstEvent, JudgedCamera, camera};
+use super::streams::{EvaluatedCamera, FirstEvent, camera};
 use super::sweep::{self, Plan};
 use super::{chosen, map, prices, row};
 use wstac_host::config::{Config, Kernel};
@@ -26,7 +26,7 @@ const SETTINGS: [Setting; 4] = [
 fn first_event(slide: &TradeSlide, setting: Setting) -> FirstEvent {
     let script = slide.script(1.0, setting.format).unwrap();
     let (mut scene, camera) = (Scene::new(&script).unwrap(), Scene::camera(&script).unwrap());
-    let mut camera = JudgedCamera::new(camera, setting.format, &[setting], &Config::default()).unwrap();
+    let mut camera = EvaluatedCamera::new(camera, setting.format, &[setting], &Config::default()).unwrap();
     while let Some((light, _)) = scene.next_light() {
         camera.expose(&light, None).unwrap();
     }
@@ -77,7 +77,7 @@ fn shot(slide: &TradeSlide, format: Format) -> Vec<u8> {
 }
 
 #[test]
-fn coloured_formats_see_the_same_noise() {
+fn colored_formats_see_the_same_noise() {
     let slide = slides(1)[0];
     let [rgb, rgb565, yuyv, mjpeg] =
         [Format::Rgb24, Format::Rgb565, Format::YuyvExact, Format::Mjpeg].map(|format| shot(&slide, format));
@@ -112,7 +112,7 @@ fn in_the_dark_exact_ycbcr_is_further_off_than_linear() {
         let script = slide.script(0.0, format).unwrap();
         let (mut scene, mut sensor) = (Scene::new(&script).unwrap(), Scene::camera(&script).unwrap());
         let camera = camera(&sensor, format, Stride::One, &Config::default()).unwrap();
-        let mut sums = Accumulators::new(camera);
+        let mut sums = TaxelSums::new(camera);
         let light = scene.next_light().unwrap().0;
         let taxels = sums.push_frame(sensor.expose(&light)).unwrap();
         f64::from(taxels.iter().sum::<u32>()) / f64::from(25 * camera.pixels())
@@ -127,7 +127,7 @@ fn a_claim_holds_when_it_is_run_again_and_falls_where_files_were_changed() {
     let (config, slides) = (Config::default(), slides(1));
     assert_eq!(slides.len(), SENSORS as usize);
     let models = [Candidate::named("builtin:forest".as_ref()).unwrap()];
-    let settings = [Setting { format: Format::Grey, stride: Stride::Five, kernel: Kernel::Fixed }];
+    let settings = [Setting { format: Format::Gray, stride: Stride::Five, kernel: Kernel::Fixed }];
     let plan = Plan { config: &config, settings: &settings, models: &models, slides: &slides, light: 1.0 };
     let row = row::rows(&plan, &sweep::run(&plan).unwrap()).pop().unwrap();
     let right = row.found.accuracy[0].unwrap().mean;

@@ -12,7 +12,7 @@ use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::{self, Law, SpeedConfig, ThresholdOn};
-use wstac_core::taxels::{Accumulators, Camera};
+use wstac_core::taxels::{FrameGeometry, TaxelSums};
 use wstac_core::trigger::{Event, Rule, TriggerConfig};
 use wstac_tests::formats;
 use wstac_tests::plain_sums::{self, Picture};
@@ -28,7 +28,7 @@ fn picture(input: &mut Unstructured<'_>) -> Result<Picture> {
     }
     Ok(Picture {
         format,
-        colour: *input.choose(&formats::COLOURS)?,
+        color: *input.choose(&formats::COLORS)?,
         method: *input.choose(&formats::METHODS)?,
         width,
         height,
@@ -39,15 +39,15 @@ fn picture(input: &mut Unstructured<'_>) -> Result<Picture> {
     })
 }
 
-fn camera(picture: &Picture, input: &mut Unstructured<'_>) -> Result<Option<Camera<Any>>> {
+fn camera(picture: &Picture, input: &mut Unstructured<'_>) -> Result<Option<FrameGeometry<Any>>> {
     let size = FrameSize::new(picture.width as u32, picture.height as u32).expect("2 to 20 pixels each way");
     let corners = picture.corners.map(|corner| corner.map(|x| x as u16));
     let layout = Layout::new(size, picture.taxel.map(|x| x as u16), corners).expect("taxels inside the frame");
     let rate = if input.arbitrary()? { (30, 1) } else { (input.arbitrary()?, input.arbitrary()?) };
     let Ok(rate) = FrameRate::new(rate.0, rate.1) else { return Ok(None) };
-    let any = Any::new(picture.format, picture.colour, picture.method);
+    let any = Any::new(picture.format, picture.color, picture.method);
     let stride = Stride::try_from(picture.stride as u32).expect("1, 2, 3 or 5");
-    let camera = Camera::with_stride(any, layout, rate, stride)
+    let camera = FrameGeometry::with_stride(any, layout, rate, stride)
         .and_then(|camera| camera.with_bytes_per_row(picture.bytes_per_row as u32));
     Ok(camera.ok())
 }
@@ -64,9 +64,9 @@ fn trigger(input: &mut Unstructured<'_>) -> Result<Option<TriggerConfig>> {
 
 fn speed(input: &mut Unstructured<'_>, rate: FrameRate) -> Result<Option<SpeedConfig>> {
     let law = match input.int_in_range(0..=3)? {
-        0 => Law::PAPER,
+        0 => Law::PUBLISHED,
         1 => Law::PHYSICAL,
-        2 => Law::Paper { intercept: input.arbitrary()?, slope: input.arbitrary()? },
+        2 => Law::Published { intercept: input.arbitrary()?, slope: input.arbitrary()? },
         _ => Law::Physical { track: input.arbitrary()?, afterglow: input.arbitrary()? },
     };
     let on = *input.choose(&[ThresholdOn::Absolute, ThresholdOn::AboveBaseline])?;
@@ -89,7 +89,7 @@ fn check(event: Option<Event<'_>>, last: &mut Option<u64>, config: &SpeedConfig)
 
 fn run<L: Ln>(
     input: &mut Unstructured<'_>,
-    camera: Camera<Any>,
+    camera: FrameGeometry<Any>,
     trigger: TriggerConfig,
     speed: &SpeedConfig,
 ) -> Result<()> {
@@ -138,7 +138,7 @@ fn try_input(data: &[u8]) -> Result<()> {
     bytes.truncate(picture.bytes());
     let (pixels, sums) = picture.sums(&bytes);
     assert_eq!(u64::from(camera.pixels()), pixels);
-    assert_eq!(Accumulators::new(camera).push_frame(&bytes), Ok(sums.map(|sum| sum as u32)));
+    assert_eq!(TaxelSums::new(camera).push_frame(&bytes), Ok(sums.map(|sum| sum as u32)));
 
     match input.int_in_range(0..=3)? {
         0 | 1 => run::<Fixed>(input, camera, trigger, &speed),

@@ -11,8 +11,8 @@ use mcap::records::op;
 use wstac_host::config::Config;
 use wstac_host::reading::{Reading, Wanted};
 use wstac_host::record::recover;
-use wstac_host::source::{Item, Source};
 use wstac_host::source::mcap::McapSource;
+use wstac_host::source::{Source, SourceEvent};
 
 /// Recordings are files: each process of the fuzzer has its own.
 static PATHS: LazyLock<[PathBuf; 2]> = LazyLock::new(|| {
@@ -46,7 +46,7 @@ fn read(path: &Path, bytes: usize) {
     };
     let mut reading = Reading::new(source.info(), &Config::default(), Wanted::default()).ok();
     for _ in 0..=bytes {
-        match source.next() {
+        match source.next_event() {
             Err(_) => return,
             Ok(item) => {
                 if let Some(reading) = &mut reading {
@@ -54,7 +54,7 @@ fn read(path: &Path, bytes: usize) {
                     if !goes_on {
                         return;
                     }
-                } else if matches!(item, Item::End) {
+                } else if matches!(item, SourceEvent::End) {
                     return;
                 }
             }
@@ -73,7 +73,8 @@ fn forget_checksums(bytes: &mut [u8]) {
         {
             checksum.fill(0);
         }
-        let next = length.and_then(|length| usize::try_from(length).ok()).and_then(|length| (at + 9).checked_add(length));
+        let next =
+            length.and_then(|length| usize::try_from(length).ok()).and_then(|length| (at + 9).checked_add(length));
         let Some(next) = next else { return };
         at = next;
     }

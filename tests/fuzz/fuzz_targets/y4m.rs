@@ -8,32 +8,32 @@ use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::layout::Layout;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
-use wstac_core::taxels::Camera;
+use wstac_core::taxels::FrameGeometry;
 use wstac_core::trigger::TriggerConfig;
 use wstac_host::source::y4m::Y4m;
-use wstac_host::source::{Item, Source};
+use wstac_host::source::{Source, SourceEvent};
 
 fuzz_target!(|data: &[u8]| {
     let Some((&first, data)) = data.split_first() else { return };
     let fps = (first & 1 == 1).then_some(FrameRate::NOMINAL);
     let Ok(mut source) = Y4m::from_reader("fuzz", Cursor::new(data.to_vec()), fps) else { return };
     let info = source.info().clone();
-    let green = Any::new(info.format, info.colour, YcbcrMethod::Exact);
+    let green = Any::new(info.format, info.color, YcbcrMethod::Exact);
     let mut pipeline = Layout::paper(info.size)
-        .and_then(|layout| Camera::new(green, layout, info.rate))
+        .and_then(|layout| FrameGeometry::new(green, layout, info.rate))
         .and_then(|camera| camera.with_bytes_per_row(info.bytes_per_row))
         .and_then(|camera| Pipeline::<Any>::new(camera, 0.5, TriggerConfig::default()))
         .ok();
     // Every frame takes at least its line of six bytes.
     for _ in 0..=data.len() {
-        match source.next() {
-            Ok(Item::Frame { bytes, .. }) => {
+        match source.next_event() {
+            Ok(SourceEvent::Frame { bytes, .. }) => {
                 if let Some(pipeline) = &mut pipeline {
                     pipeline.push_frame(bytes).expect("a frame of the size that the header says");
                 }
             }
-            Ok(Item::Taxels(_) | Item::Lost { .. } | Item::Fault(_) | Item::Waiting) => {}
-            Ok(Item::End) | Err(_) => return,
+            Ok(SourceEvent::Taxels(_) | SourceEvent::Lost { .. } | SourceEvent::Fault(_) | SourceEvent::Waiting) => {}
+            Ok(SourceEvent::End) | Err(_) => return,
         }
     }
     panic!("more frames than bytes");

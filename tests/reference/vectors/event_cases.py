@@ -91,7 +91,7 @@ def directions() -> list[Case]:
                slides=(Slide(40, only=lambda i, j: i == 2),)),
         stream("slide-grey24", "8 bit grey, 24 x 24, paper taxels of 3 x 3, padded rows", fmt="GREY", side=24,
                pad=3, base=1, shake=0, slides=(Slide(38, ORDERS["180deg"], peak=60),)),
-        stream("slide-rgb", "24-bit colour, 8 x 8", fmt="BGR24", side=8, base=1, shake=0,
+        stream("slide-rgb", "24-bit color, 8 x 8", fmt="BGR24", side=8, base=1, shake=0,
                slides=(Slide(38, ORDERS["270deg"], peak=60),)),
         stream("slide-yuyv", "YUYV, luma only, exact", fmt="YUYV", side=8, base=17, shake=0,
                slides=(Slide(38, ORDERS["90deg"], peak=60),)),

@@ -24,7 +24,7 @@ LUMA_WEIGHTS = {
 
 @dataclass(frozen=True)
 class YCbCr:
-    """How a YCbCr source states its colours, and how green is computed from them.
+    """How a YCbCr source states its colors, and how green is computed from them.
 
     `mode` exact rounds (nearest, ties up) and clamps every pixel; linear converts
     once a taxel from the sums of Y, Cb and Cr, rounds that, and clamps it to 0..255 A.

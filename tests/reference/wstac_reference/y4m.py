@@ -37,7 +37,7 @@ def _format(tag: str) -> PixelFormat:
         return FORMATS["YU12"]
     if tag in ("422", "444"):
         return FORMATS[f"YUV{tag}P"]
-    raise ValueError(f"Y4M colour space C{tag} is not supported")
+    raise ValueError(f"Y4M color space C{tag} is not supported")
 
 
 def _line(stream: BinaryIO) -> bytes:
@@ -48,7 +48,7 @@ def _line(stream: BinaryIO) -> bytes:
 
 
 def read_header(stream: BinaryIO) -> Header:
-    """Parse the stream header; C420 where no colour space is named."""
+    """Parse the stream header; C420 where no color space is named."""
     words = _line(stream).decode("ascii", "replace").split(" ")
     if words[0] != "YUV4MPEG2":
         raise ValueError("not a YUV4MPEG2 file")

@@ -11,7 +11,7 @@ use super::run::interruptions;
 use super::source_arguments::SourceArguments;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::source::{Delivery, Item, Source};
+use wstac_host::source::{FramePolicy, Source, SourceEvent};
 use wstac_host::whole_file;
 use wstac_setup::calibrate::{Calibration, UNTOUCHED, Watch};
 
@@ -102,7 +102,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     check_new(output, force)?;
     check_new(&overlay, force)?;
-    let (mut source, info) = arguments.options.open(&arguments.source, Delivery::Every)?;
+    let (mut source, info) = arguments.options.open(&arguments.source, FramePolicy::Every)?;
     note(&info.about);
     let mut watch = Watch::new(&info)?;
     read(source.as_mut(), &mut watch, arguments.frames)?;
@@ -133,15 +133,15 @@ fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64) -> Result<(), St
     let (mut frames, mut lost) = (0_u64, 0);
     while frames < limit && !interrupted.load(Ordering::Relaxed) {
         match source.next()? {
-            Item::Frame { bytes, .. } => {
+            SourceEvent::Frame { bytes, .. } => {
                 watch.take(bytes);
                 frames += 1;
                 progress.say(watch, frames);
             }
-            Item::Lost { frames: more, .. } => lost += more,
-            Item::Fault(fault) => note(format_args!("{}: {}", fault.kind, fault.message)),
-            Item::Taxels(_) | Item::Waiting => {}
-            Item::End => break,
+            SourceEvent::Lost { frames: more, .. } => lost += more,
+            SourceEvent::Fault(fault) => note(format_args!("{}: {}", fault.kind, fault.message)),
+            SourceEvent::Taxels(_) | SourceEvent::Waiting => {}
+            SourceEvent::End => break,
         }
     }
     drop(progress);
@@ -232,7 +232,7 @@ fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
     let noise = &calibration.noise;
     writeln!(
         out,
-        "taxels of {width} x {height} pixels; untouched {:.2} grey levels, noise {:.4}",
+        "taxels of {width} x {height} pixels; untouched {:.2} gray levels, noise {:.4}",
         noise.dark_levels, noise.levels
     )?;
     Ok(())

@@ -10,7 +10,7 @@ use super::source_arguments::SourceArguments;
 use wstac_host::camera::{CameraState, ControlValue};
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::source::{Delivery, Source, StreamInfo};
+use wstac_host::source::{FramePolicy, Source, StreamInfo};
 use wstac_linux::controls::controls;
 use wstac_linux::device_at;
 use wstac_linux::source::is_camera;
@@ -33,7 +33,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "S", default_value = "10", value_parser = seconds)]
     seconds: f64,
 
-    /// A pixel's value without any light, in grey levels of 255, as an earlier measurement in full darkness gave it
+    /// A pixel's value without any light, in gray levels of 255, as an earlier measurement in full darkness gave it
     /// ("black"); without it the darkest pixels stand for it, and light that falls on all pixels alike goes unseen
     #[arg(long, value_name = "LEVEL", value_parser = level)]
     black_level: Option<f64>,
@@ -53,7 +53,7 @@ pub(super) struct Arguments {
 const HELP: &str = r#"Exit code: 1 where the source or configuration cannot be used, 2 for wrong arguments, 130
 after Ctrl-C, 143 after SIGTERM, otherwise 0: a verdict is an answer, whatever it says.
 
-What is measured, in grey levels of 255 whatever the format; with --json as one object:
+What is measured, in gray levels of 255 whatever the format; with --json as one object:
   {"source":"/dev/video0: …","camera":{…},"rate":{…},"levels":{…},"noise":{…},"signal":{…},
    "drift":{…},"controls":[…],"mjpeg":{…},"healthy":false,"verdict":[…]}
   camera     who it is: "path", "links" (paths that stay, by serial number first), "serial",
@@ -82,7 +82,7 @@ What is measured, in grey levels of 255 whatever the format; with --json as one 
   drift      "levels_per_minute" of the mean of all taxels with its standard "error", of the
              "worst_taxel"; "minutes_to_trigger" until it is as much as five_taxels, null
              where it is less than four standard errors, or gets darker, which never fires
-  controls   those that change what grey levels mean, and others that changed: "name", "value",
+  controls   those that change what gray levels mean, and others that changed: "name", "value",
              "value_at_end", "locked" (null for the others), "why" not, whether it "drifts": it
              changed meanwhile, or the driver says that the hardware changes it
   mjpeg      the same scene "raw" and as "jpeg": "format", "frames", "mean", "taxel_noise",
@@ -99,7 +99,7 @@ What is measured, in grey levels of 255 whatever the format; with --json as one 
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (mut source, info, config) =
-        arguments.options.open_configured(&arguments.source, Delivery::Every, arguments.config.as_deref())?;
+        arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
     note(&info.about);
     note(format_args!("measuring for {} s at most: nothing may touch the sensor", arguments.seconds));
     let signal = signals()?;
@@ -169,7 +169,7 @@ fn compression(
 ) -> Result<Option<MjpegReport>, Stop> {
     let size = info.size.into();
     let Some(other) = counterpart(&camera.device.modes, &camera.format, size) else { return Ok(None) };
-    let opened = arguments.options.with_format(other, size).open(&arguments.source, Delivery::Every);
+    let opened = arguments.options.with_format(other, size).open(&arguments.source, FramePolicy::Every);
     let Some((mut source, other)) = compared(opened.map_err(Stop::from))? else { return Ok(None) };
     let format = other.camera.as_ref().map_or("", |camera| &camera.format).to_owned();
     if other.size != info.size || format == camera.format {

@@ -7,7 +7,7 @@ use super::source_arguments::SourceArguments;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::reading::{Reading, Wanted};
-use wstac_host::source::Delivery;
+use wstac_host::source::FramePolicy;
 use wstac_host::texture::Textures;
 use wstac_host::whole_file;
 use wstac_plot::{draw, find};
@@ -48,7 +48,7 @@ pub(super) struct Arguments {
 
 const HELP: &str = "\
 The figure has four panels, words of 7.5 pt or more at 170 mm (two columns of a journal), and
-colours that differ in brightness, too:
+colors that differ in brightness, too:
   a, b   rows and columns: natural logarithms of their light; numbers stand at the centroids that
          the direction is worked out from; thresholds of trigger and speed, the window that fired,
          first and last lit frame
@@ -70,7 +70,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     check_new(&arguments.output, arguments.force)?;
     let (mut source, info, config) =
-        arguments.options.open_configured(&arguments.source, Delivery::Every, arguments.config.as_deref())?;
+        arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
     let files = ModelFile::open_all(&arguments.models)?;
     let wanted = Wanted { features: false, samples: true };
     let mut reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);

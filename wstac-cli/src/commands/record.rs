@@ -20,7 +20,7 @@ use wstac_host::reading::{BASELINE_DISTURBED, Reading, Record, Wanted};
 use wstac_host::record::about::About;
 use wstac_host::record::{Recorder, Written};
 use wstac_host::source::Labels;
-use wstac_host::source::{Behind, Delivery, Item, Source, StreamInfo};
+use wstac_host::source::{FramePolicy, Lag, Source, SourceEvent, StreamInfo};
 use wstac_host::texture::Textures;
 use wstac_train::dataset::recordings::{NAMES, check};
 
@@ -81,12 +81,12 @@ pub(super) struct Arguments {
 const HELP: &str = r#"The file is MCAP, uncompressed. Rerun opens it as it is; its schemas are Foxglove's:
   /camera       every frame: foxglove.RawImage, or foxglove.CompressedImage with the JPEG as
                 the camera sent it. The bytes are the camera's own; of formats that viewers have
-                no name for, planes and numbers of 10 to 16 bits are shown as grey
+                no name for, planes and numbers of 10 to 16 bits are shown as gray
   /taxels       5 × 5 shares of full scale: foxglove.RawImage, 32FC1
   /features     the ten features of every frame: std_msgs/msg/Float64MultiArray (ROS 2, CDR)
   /events       events in words: foxglove.Log; /events/json has the lines of wstac run --json
   /faults       lost frames and what happened to the source: foxglove.Log; /faults/json
-  metadata      wstac.stream (size, format, colour, rate, version), wstac.camera (who it is,
+  metadata      wstac.stream (size, format, color, rate, version), wstac.camera (who it is,
                 its controls, and which are not locked), wstac.layout, wstac.configuration
                 (TOML, in full), wstac.labels
   Times are the driver's time stamps, of a file frames / rate; a frame's number is the driver's.
@@ -133,7 +133,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     check_new(&arguments.output, arguments.force)?;
     refuse_own(&arguments.source, &arguments.output)?;
     let (mut source, info, config) =
-        arguments.options.open_configured(&arguments.source, Delivery::Every, arguments.config.as_deref())?;
+        arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
     let files = ModelFile::open_all(&arguments.models)?;
     let wanted = Wanted { features: true, samples: false };
     let mut reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
@@ -198,14 +198,14 @@ fn read(
     let result = loop {
         let enough = limits.frames.is_some_and(|limit| frames >= limit)
             || limits.events.is_some_and(|limit| shown.events >= limit);
-        let item = if interrupted.load(Ordering::Relaxed) || enough { Ok(Item::End) } else { source.next() };
+        let item = if interrupted.load(Ordering::Relaxed) || enough { Ok(SourceEvent::End) } else { source.next() };
         let (item, failed) = match item {
             Ok(item) => (item, None),
-            Err(error) => (Item::End, Some(error)),
+            Err(error) => (SourceEvent::End, Some(error)),
         };
         match &item {
-            Item::Frame { .. } => frames += 1,
-            Item::Lost { frames: lost, why } => {
+            SourceEvent::Frame { .. } => frames += 1,
+            SourceEvent::Lost { frames: lost, why } => {
                 frames += lost;
                 reasons.add(*lost, why);
             }
@@ -230,7 +230,7 @@ fn read(
 }
 
 /// What was recorded, and how far anything was behind.
-fn say(path: &Path, written: Option<&Written>, behind: Behind, events: u64) {
+fn say(path: &Path, written: Option<&Written>, behind: Lag, events: u64) {
     let Some(written) = written else { return };
     let megabytes = written.bytes as f64 / 1e6;
     let (frames, waiting) = (written.frames, written.most_waiting);

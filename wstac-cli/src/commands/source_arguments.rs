@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use clap::ValueEnum;
-use wstac_core::green::ycbcr::{Matrix, Range};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrMatrix};
 use wstac_core::rate::FrameRate;
 
 use crate::open;
@@ -12,7 +12,7 @@ use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::source::open::OpenOptions;
-use wstac_host::source::{Delivery, Source, StreamInfo, config_of};
+use wstac_host::source::{FramePolicy, Source, StreamInfo, config_of};
 use wstac_scene::source::script;
 use wstac_scene::{Scene, Truth};
 
@@ -68,7 +68,7 @@ impl SourceArguments {
     pub(super) fn open_configured(
         &self,
         source: &str,
-        delivery: Delivery,
+        delivery: FramePolicy,
         file: Option<&Path>,
     ) -> Result<(Box<dyn Source>, StreamInfo, Config), Error> {
         // First: a camera, or standard input, is not asked for what could not be used.
@@ -79,7 +79,7 @@ impl SourceArguments {
     }
 
     /// Opens a source; what its frames have in common, as the arguments have it.
-    pub(super) fn open(&self, source: &str, delivery: Delivery) -> Result<(Box<dyn Source>, StreamInfo), Error> {
+    pub(super) fn open(&self, source: &str, delivery: FramePolicy) -> Result<(Box<dyn Source>, StreamInfo), Error> {
         let Self { fps, format, size, keep_controls, .. } = *self;
         let controls = self.controls.clone();
         let source = open(source, &OpenOptions { fps, format, size, delivery, keep_controls, controls })?;
@@ -88,15 +88,15 @@ impl SourceArguments {
             return Err(Error::new(&info.about, "--matrix and --range are for YCbCr sources, expected neither"));
         }
         if let Some(matrix) = self.matrix {
-            info.colour.matrix = match matrix {
-                MatrixName::Bt601 => Matrix::Bt601,
-                MatrixName::Bt709 => Matrix::Bt709,
+            info.color.matrix = match matrix {
+                MatrixName::Bt601 => YcbcrMatrix::Bt601,
+                MatrixName::Bt709 => YcbcrMatrix::Bt709,
             };
         }
         if let Some(range) = self.range {
-            info.colour.range = match range {
-                RangeName::Limited => Range::Limited,
-                RangeName::Full => Range::Full,
+            info.color.range = match range {
+                RangeName::Limited => QuantizationRange::Limited,
+                RangeName::Full => QuantizationRange::Full,
             };
         }
         Ok((source, info))

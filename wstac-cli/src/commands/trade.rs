@@ -84,7 +84,7 @@ pub(super) struct Arguments {
     #[arg(long, conflicts_with_all = ["budget", "map", "verify", "quick"])]
     fade: bool,
 
-    /// Peak light in grey levels of 255, for --fade
+    /// Peak light in gray levels of 255, for --fade
     #[arg(long, value_name = "LEVELS", value_delimiter = ',', requires = "fade", value_parser = level)]
     light: Vec<f64>,
 }
@@ -271,5 +271,5 @@ fn print(text: &str) -> Result<(), Stop> {
 /// A level of light.
 fn level(text: &str) -> Result<f64, String> {
     let level = text.parse().ok().filter(|level| (0.001..=1000.0).contains(level));
-    level.ok_or_else(|| format!("{text:?} is no level of light, expected 0.001 to 1000 grey levels"))
+    level.ok_or_else(|| format!("{text:?} is no level of light, expected 0.001 to 1000 gray levels"))
 }

@@ -10,7 +10,7 @@ use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::reading::{Reading, Wanted};
 use wstac_host::record::about::About;
-use wstac_host::source::Delivery;
+use wstac_host::source::FramePolicy;
 use wstac_host::source::Labels;
 use wstac_host::texture::Textures;
 use wstac_linux::source::is_camera;
@@ -70,7 +70,7 @@ wait for the disk. A camera's frames that were skipped for newer ones are lost i
 for every frame: wstac record. q, a signal, the source's end and its failure end a recording properly.
 A full disk ends the recording, not the view; the screen says so, and standard error at the end.
 
-From 20 x 5 characters up; a picture needs 60 x 20. Colours are what COLORTERM and TERM say: 24 bits,
+From 20 x 5 characters up; a picture needs 60 x 20. Colors are what COLORTERM and TERM say: 24 bits,
 256, or 16; with NO_COLOR set there are none, and shades are characters.
 A file that is at its end stays on the screen until q. Records for programs: wstac run --json.
 Exit code: 0 after a key; 128 + N after signal N; 1 where the source or the terminal cannot be used,
@@ -87,7 +87,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         return Err(Error::new(path.display(), "exists already, expected a new file").into());
     }
     let (mut source, info, config) =
-        arguments.options.open_configured(&arguments.source, Delivery::Newest, arguments.config.as_deref())?;
+        arguments.options.open_configured(&arguments.source, FramePolicy::Newest, arguments.config.as_deref())?;
     let files = ModelFile::open_all(&arguments.models)?;
     let wanted = Wanted { features: true, samples: false };
     let mut reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);

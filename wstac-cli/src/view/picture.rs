@@ -1,7 +1,7 @@
 //! A small picture of a frame, in green light, of any pixel format.
 
 use wstac_core::frame::{Rows, Run, Stride};
-use wstac_core::green::Green;
+use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::layout::FrameSize;
 
@@ -34,8 +34,8 @@ pub(super) struct Sampler {
 impl Sampler {
     /// For frames as `info` describes them.
     pub(super) fn new(info: &StreamInfo) -> Self {
-        // Linear: what is shown is rounded to a few colours anyway.
-        let green = Any::new(info.format, info.colour, YcbcrMethod::Linear);
+        // Linear: what is shown is rounded to a few colors anyway.
+        let green = Any::new(info.format, info.color, YcbcrMethod::Linear);
         let (width, height) = (u32::from(info.size.width()), u32::from(info.size.height()));
         let block = width.div_ceil(MOST[0]).max(height.div_ceil(MOST[1]));
         // Whole cells of subsampled formats.
@@ -91,7 +91,7 @@ impl Picture {
 mod tests {
     use super::*;
     use crate::open;
-    use wstac_host::source::Item;
+    use wstac_host::source::SourceEvent;
     use wstac_host::source::open::OpenOptions;
 
     /// The picture of a frame in the middle of a slide, in a format, and its mean light.
@@ -103,7 +103,7 @@ mod tests {
         for _ in 0..59 {
             source.next().unwrap();
         }
-        let Item::Frame { bytes, .. } = source.next().unwrap() else { panic!("no frame") };
+        let SourceEvent::Frame { bytes, .. } = source.next().unwrap() else { panic!("no frame") };
         let picture = sampler.picture(bytes);
         let light = picture.light.iter().sum::<f32>() / picture.light.len() as f32;
         (picture, light)
@@ -111,15 +111,15 @@ mod tests {
 
     #[test]
     fn every_format_shows_the_same_picture() {
-        let (grey, light) = lit("GREY");
-        assert_eq!((grey.size, grey.light.len()), ([200, 160], 200 * 160));
+        let (gray, light) = lit("GREY");
+        assert_eq!((gray.size, gray.light.len()), ([200, 160], 200 * 160));
         assert!(light > 0.01, "{light}");
         for format in ["Y16 ", "RGGB", "YUYV", "NV12", "YU12", "RGBP", "RGB3"] {
             let (picture, light_there) = lit(format);
             let side = if format == "RGGB" { [100, 80] } else { [200, 160] };
             assert_eq!(picture.size, side, "{format}");
             assert!((light_there - light).abs() < 0.15 * light, "{format}: {light_there}, expected {light}");
-            let [a, b] = [&grey, &picture].map(|picture| picture.scaled([20, 16]));
+            let [a, b] = [&gray, &picture].map(|picture| picture.scaled([20, 16]));
             let most = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
             assert!(most < 0.1, "{format}: off by {most}");
         }

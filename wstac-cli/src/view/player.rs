@@ -11,7 +11,7 @@ use super::state::{About, HISTORY, Phase, State};
 use wstac_host::camera::modes::fps;
 use wstac_host::error::Error;
 use wstac_host::reading::{BASELINE_DISTURBED, IncompleteRecord, Reading, Record};
-use wstac_host::source::{Item, Source, StreamInfo};
+use wstac_host::source::{Source, SourceEvent, StreamInfo};
 
 /// The state, whatever became of a thread that had it.
 pub(super) fn locked(state: &Mutex<State>) -> MutexGuard<'_, State> {
@@ -75,7 +75,7 @@ impl<'p, 'm> Player<'p, 'm> {
             }
         };
         let mut notes = Vec::new();
-        if self.recordings.asked && matches!(item, Item::Frame { .. }) {
+        if self.recordings.asked && matches!(item, SourceEvent::Frame { .. }) {
             self.recordings.asked = false;
             let started = self.reading.restart().map_err(|error| error.to_string()).and_then(|sample| {
                 notes.extend(sample.map(given_up));
@@ -88,19 +88,19 @@ impl<'p, 'm> Player<'p, 'm> {
         let mut passed = 1;
         let mut shown = None;
         match &item {
-            Item::Frame { bytes, timestamp, .. } => {
+            SourceEvent::Frame { bytes, timestamp, .. } => {
                 self.meter.take(*timestamp);
                 shown = self.sampler.filter(|_| picture).map(|sampler| sampler.picture(bytes));
             }
-            Item::Taxels(_) => self.meter.take(None),
-            Item::Lost { frames, .. } => {
+            SourceEvent::Taxels(_) => self.meter.take(None),
+            SourceEvent::Lost { frames, .. } => {
                 passed = *frames;
                 self.meter.lose(*frames);
             }
-            Item::Fault(_) | Item::Waiting | Item::End => passed = 0,
+            SourceEvent::Fault(_) | SourceEvent::Waiting | SourceEvent::End => passed = 0,
         }
         let (before, mut features, mut records) = (self.reading.trigger().next_frame(), Vec::new(), Vec::new());
-        let dropped = if let Item::Lost { frames, .. } = item { frames } else { 0 };
+        let dropped = if let SourceEvent::Lost { frames, .. } = item { frames } else { 0 };
         let taken = self.reading.take(&item, |record| {
             self.recordings.record(&record);
             match record {

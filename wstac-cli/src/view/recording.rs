@@ -9,7 +9,7 @@ use wstac_host::error::Error;
 use wstac_host::reading::{Reading, Record};
 use wstac_host::record::Recorder;
 use wstac_host::record::about::About;
-use wstac_host::source::Item;
+use wstac_host::source::SourceEvent;
 
 /// Names that are tried before a folder is given up.
 const MOST_NAMES: u32 = 9999;
@@ -72,11 +72,11 @@ impl Recordings {
     }
 
     /// Takes an item before the reading does.
-    pub(super) fn item(&mut self, item: &Item<'_>) {
+    pub(super) fn item(&mut self, item: &SourceEvent<'_>) {
         let Some(running) = &mut self.running else { return };
         match item {
-            Item::Frame { .. } => running.frames += 1,
-            Item::Lost { frames, .. } => running.lost = running.lost.saturating_add(*frames),
+            SourceEvent::Frame { .. } => running.frames += 1,
+            SourceEvent::Lost { frames, .. } => running.lost = running.lost.saturating_add(*frames),
             _ => {}
         }
         running.recorder.item(item);
@@ -93,10 +93,10 @@ impl Recordings {
     }
 
     /// Whether a recording must end after this item: it is the last one, or no more can be written.
-    pub(super) fn must_end(&mut self, item: &Item<'_>, reading: &Reading<'_>) -> bool {
+    pub(super) fn must_end(&mut self, item: &SourceEvent<'_>, reading: &Reading<'_>) -> bool {
         let Some(running) = &mut self.running else { return false };
         let goes_on = running.recorder.end_of_item(item, reading);
-        !goes_on || matches!(item, Item::End)
+        !goes_on || matches!(item, SourceEvent::End)
     }
 
     /// Ends the one under way, so that its file is whole: what became of it, and whether all of it is there.

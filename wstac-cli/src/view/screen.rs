@@ -12,7 +12,7 @@ use ratatui::crossterm::event;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use super::Shared;
-use super::draw::{Colours, draw};
+use super::draw::{Colors, draw};
 use super::keys::{Key, key};
 use super::player::locked;
 use wstac_host::error::Error;
@@ -23,7 +23,7 @@ const PERIOD: Duration = Duration::from_millis(67);
 /// A terminal in use: its own screen, keys as they are pressed. A panic gives it back, too.
 pub(super) struct Screen {
     terminal: DefaultTerminal,
-    colours: Colours,
+    colors: Colors,
     keyboard: Keyboard,
 }
 
@@ -32,7 +32,7 @@ impl Screen {
     pub(super) fn open() -> Result<Self, Error> {
         let keyboard = Keyboard::open().map_err(|error| Error::new("the terminal's keys", error))?;
         let terminal = ratatui::try_init().map_err(|error| Error::new("the terminal", error))?;
-        Ok(Self { terminal, colours: Colours::of(|name| std::env::var(name).ok()), keyboard })
+        Ok(Self { terminal, colors: Colors::of(|name| std::env::var(name).ok()), keyboard })
     }
 
     /// Draws the state and passes keys on until the end, or until the terminal is gone.
@@ -63,10 +63,10 @@ impl Screen {
 
     /// The state is held while it is drawn in memory, not while the terminal takes it.
     fn draw(&mut self, shared: &Shared, with_help: bool) -> io::Result<()> {
-        let colours = self.colours;
+        let colors = self.colors;
         self.terminal.draw(|frame| {
             let area = frame.area();
-            draw(&locked(&shared.state), colours, with_help, area, frame.buffer_mut());
+            draw(&locked(&shared.state), colors, with_help, area, frame.buffer_mut());
         })?;
         Ok(())
     }

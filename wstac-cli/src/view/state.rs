@@ -7,15 +7,15 @@ use wstac_core::params::{FEATURES, TAXELS};
 
 use super::picture::Picture;
 use wstac_host::reading::{EventRecord, Record};
-use wstac_host::source::Behind;
+use wstac_host::source::Lag;
 
 /// Feature frames of traces that are kept: more than a terminal is wide.
 pub(super) const HISTORY: usize = 600;
 /// Entries of the list of events that are kept.
 const ENTRIES: usize = 100;
-/// Least light that is full colour, as a share of full scale: noise stays dark.
+/// Least light that is full color, as a share of full scale: noise stays dark.
 const LEAST_PEAK: f32 = 0.02;
-/// How fast the light that is full colour falls back, a frame.
+/// How fast the light that is full color falls back, a frame.
 const PEAK_FALL: f32 = 0.985;
 
 /// What the reading is doing.
@@ -80,7 +80,7 @@ pub(super) struct State {
     pub(super) picture: Option<Picture>,
     /// Light of the taxels, as shares of full scale; nothing where the last frame was lost.
     pub(super) taxels: Option<[f32; TAXELS]>,
-    /// Taxel light that is shown in full colour.
+    /// Taxel light that is shown in full color.
     pub(super) peak: f32,
     /// Features of the last frames, the newest last; nothing for lost frames.
     pub(super) traces: VecDeque<Option<[f32; FEATURES]>>,
@@ -93,7 +93,7 @@ pub(super) struct State {
     /// Camera frames that were lost.
     pub(super) dropped: u64,
     pub(super) events: u64,
-    pub(super) behind: Behind,
+    pub(super) behind: Lag,
     pub(super) rec: Option<Rec>,
 }
 
@@ -118,7 +118,7 @@ impl State {
             frame: 0,
             dropped: 0,
             events: 0,
-            behind: Behind::default(),
+            behind: Lag::default(),
             rec: None,
         }
     }

@@ -1,14 +1,14 @@
 //! A pixel format chosen at run time, for hosts; firmware names the one type it needs instead.
 
-use super::Green;
+use super::GreenChannel;
 use super::bayer::{Bayer, BayerOrder};
-use super::grey::Grey;
+use super::gray::Gray;
 use super::packed_rgb::{Rgb24, Rgbx32, Xrgb32};
 use super::packed_ycbcr::{Uyvy, Yuyv};
 use super::planar_ycbcr::{Nv12, Yu12, Yuv422p, Yuv444p};
 use super::rgb565::Rgb565;
 use super::words::{Y10, Y12, Y16};
-use super::ycbcr::{Colour, Exact, Linear};
+use super::ycbcr::{Exact, Linear, YcbcrEncoding};
 use crate::frame::{Rows, Run};
 
 /// A pixel format by name.
@@ -17,7 +17,7 @@ use crate::frame::{Rows, Run};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum PixelFormat {
     /// One byte a pixel, taken as green.
-    Grey,
+    Gray,
     /// One little-endian word of 16 bits a pixel, of which 10 count.
     Y10,
     /// One little-endian word of 16 bits a pixel, of which 12 count.
@@ -86,7 +86,7 @@ macro_rules! any {
             $($name($format),)*
         }
 
-        impl Green for Any {
+        impl GreenChannel for Any {
             type Sum = [u32; 3];
 
             fn full_scale(&self) -> u32 {
@@ -127,7 +127,7 @@ macro_rules! any {
 }
 
 any! {
-    Grey(Grey) one;
+    Gray(Gray) one;
     Y10(Y10) one;
     Y12(Y12) one;
     Y16(Y16) one;
@@ -153,11 +153,11 @@ any! {
 }
 
 impl Any {
-    /// The format of this name. `colour` and `method` matter for YCbCr only.
-    pub const fn new(format: PixelFormat, colour: Colour, method: YcbcrMethod) -> Self {
-        let (exact, linear) = (Exact::new(colour), Linear::new(colour));
+    /// The format of this name. `color` and `method` matter for YCbCr only.
+    pub const fn new(format: PixelFormat, color: YcbcrEncoding, method: YcbcrMethod) -> Self {
+        let (exact, linear) = (Exact::new(color), Linear::new(color));
         Self(match (format, method) {
-            (PixelFormat::Grey, _) => Format::Grey(Grey),
+            (PixelFormat::Gray, _) => Format::Gray(Gray),
             (PixelFormat::Y10, _) => Format::Y10(super::words::Words),
             (PixelFormat::Y12, _) => Format::Y12(super::words::Words),
             (PixelFormat::Y16, _) => Format::Y16(super::words::Words),

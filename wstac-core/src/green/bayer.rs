@@ -1,9 +1,9 @@
 //! Bayer mosaics of 8, 10 and 12 bits: the green sites only, no demosaic.
 
-use super::{Green, full_scale, saturated_word, sum_pixels};
+use super::{GreenChannel, full_scale, saturated_word, sum_pixels};
 use crate::frame::{Rows, Run};
 
-/// Order of a Bayer mosaic: the colours of its first row's first two sites, then of its second row's.
+/// Order of a Bayer mosaic: the colors of its first row's first two sites, then of its second row's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -29,7 +29,7 @@ impl<const BITS: u32> Bayer<BITS> {
     }
 }
 
-impl<const BITS: u32> Green for Bayer<BITS> {
+impl<const BITS: u32> GreenChannel for Bayer<BITS> {
     type Sum = u32;
 
     fn full_scale(&self) -> u32 {

@@ -1,6 +1,6 @@
 //! Rows of one pixel format → green sums (SPEC §1). Nothing else knows about formats.
 //!
-//! A format is a type with [`Green`] in a file of its own; an application that names one type links that one only.
+//! A format is a type with [`GreenChannel`] in a file of its own; an application that names one type links that one only.
 //! [`any::Any`] chooses at run time, for hosts.
 
 pub mod any;
@@ -9,7 +9,7 @@ pub mod any;
 pub mod avx2;
 pub mod bayer;
 mod byte_sums;
-pub mod grey;
+pub mod gray;
 pub mod packed_rgb;
 pub mod packed_ycbcr;
 pub mod planar_ycbcr;
@@ -30,7 +30,7 @@ pub fn instruction_set() -> &'static str {
 }
 
 /// A pixel format: how the bytes of a row become green.
-pub trait Green: Copy {
+pub trait GreenChannel: Copy {
     /// What a taxel's pixels are gathered in before they are green.
     type Sum: Copy + Default + core::fmt::Debug;
 
@@ -67,7 +67,7 @@ pub trait Green: Copy {
 
 /// Adds `run` and the `count` − 1 runs below it one by one: the plain way of a block.
 #[inline(always)]
-fn row_by_row<G: Green>(green: &G, sum: &mut G::Sum, rows: &Rows<'_>, run: Run, count: u16) {
+fn row_by_row<G: GreenChannel>(green: &G, sum: &mut G::Sum, rows: &Rows<'_>, run: Run, count: u16) {
     for y in run.y..run.y + count {
         green.add_run(sum, rows, Run { y, ..run });
     }

@@ -2,7 +2,7 @@
 
 #[cfg(target_arch = "x86_64")]
 use super::avx2::Avx2;
-use super::{Green, sum_pixels};
+use super::{GreenChannel, sum_pixels};
 use crate::frame::{Rows, Run};
 
 /// Pixels of `BYTES` bytes whose byte `GREEN` is green, G = 255.
@@ -16,7 +16,7 @@ pub type Rgbx32 = PackedRgb<4, 1>;
 /// Four bytes, green third: X R G B and X B G R.
 pub type Xrgb32 = PackedRgb<4, 2>;
 
-impl<const BYTES: usize, const GREEN: usize> Green for PackedRgb<BYTES, GREEN> {
+impl<const BYTES: usize, const GREEN: usize> GreenChannel for PackedRgb<BYTES, GREEN> {
     type Sum = u32;
 
     fn full_scale(&self) -> u32 {

@@ -1,6 +1,6 @@
 //! YUYV and UYVY: four bytes for two pixels, which share one chroma sample.
 
-use super::Green;
+use super::GreenChannel;
 use super::ycbcr::{Conversion, Exact};
 use crate::frame::{Rows, Run, Stride};
 
@@ -23,7 +23,7 @@ impl<C, const LUMA: usize> PackedYcbcr<C, LUMA> {
     }
 }
 
-impl<C: Conversion, const LUMA: usize> Green for PackedYcbcr<C, LUMA> {
+impl<C: Conversion, const LUMA: usize> GreenChannel for PackedYcbcr<C, LUMA> {
     type Sum = C::Sum;
 
     fn full_scale(&self) -> u32 {

@@ -1,6 +1,6 @@
 //! NV12, YU12, YUV422P, YUV444P: a plane of luma, then chroma. They take whole frames.
 
-use super::Green;
+use super::GreenChannel;
 #[cfg(target_arch = "x86_64")]
 use super::avx2::{self, Chroma, Shared};
 use super::packed_ycbcr::add_pairs;
@@ -20,7 +20,7 @@ impl<C> Nv12<C> {
     }
 }
 
-impl<C: Conversion> Green for Nv12<C> {
+impl<C: Conversion> GreenChannel for Nv12<C> {
     type Sum = C::Sum;
 
     fn full_scale(&self) -> u32 {
@@ -83,7 +83,7 @@ impl<C, const VERTICAL: u32> PlanarPairs<C, VERTICAL> {
     }
 }
 
-impl<C: Conversion, const VERTICAL: u32> Green for PlanarPairs<C, VERTICAL> {
+impl<C: Conversion, const VERTICAL: u32> GreenChannel for PlanarPairs<C, VERTICAL> {
     type Sum = C::Sum;
 
     fn full_scale(&self) -> u32 {
@@ -151,7 +151,7 @@ impl<C> Yuv444p<C> {
     }
 }
 
-impl<C: Conversion> Green for Yuv444p<C> {
+impl<C: Conversion> GreenChannel for Yuv444p<C> {
     type Sum = C::Sum;
 
     fn full_scale(&self) -> u32 {

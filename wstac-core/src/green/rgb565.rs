@@ -1,13 +1,13 @@
 //! RGB565: 16-bit little-endian words with 6 bits of green, widened to 8.
 
-use super::{Green, sum_pixels};
+use super::{GreenChannel, sum_pixels};
 use crate::frame::{Rows, Run};
 
 /// RGB565, G = 255.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Rgb565;
 
-impl Green for Rgb565 {
+impl GreenChannel for Rgb565 {
     type Sum = u32;
 
     fn full_scale(&self) -> u32 {

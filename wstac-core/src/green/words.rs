@@ -2,7 +2,7 @@
 
 #[cfg(target_arch = "x86_64")]
 use super::avx2::{Avx2, Places};
-use super::{Green, full_scale, saturated_word, sum_pixels};
+use super::{GreenChannel, full_scale, saturated_word, sum_pixels};
 use crate::frame::{Rows, Run};
 
 /// Words of `BITS` significant bits, G = 2^BITS − 1; a word above G (a driver that sets padding bits) counts as G.
@@ -16,7 +16,7 @@ pub type Y12 = Words<12>;
 /// Y16, G = 65535.
 pub type Y16 = Words<16>;
 
-impl<const BITS: u32> Green for Words<BITS> {
+impl<const BITS: u32> GreenChannel for Words<BITS> {
     type Sum = u32;
 
     fn full_scale(&self) -> u32 {

@@ -18,7 +18,7 @@ pub(super) use vectors::Vectors;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Matrix {
+pub enum YcbcrMatrix {
     /// ITU-R BT.601: Kr = 0.299, Kb = 0.114.
     #[default]
     Bt601,
@@ -30,7 +30,7 @@ pub enum Matrix {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Range {
+pub enum QuantizationRange {
     /// Y 16..=235, Cb and Cr 16..=240.
     #[default]
     Limited,
@@ -42,21 +42,29 @@ pub enum Range {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Colour {
+pub struct YcbcrEncoding {
     /// Matrix.
-    pub matrix: Matrix,
+    pub matrix: YcbcrMatrix,
     /// Quantisation range.
-    pub range: Range,
+    pub range: QuantizationRange,
 }
 
-/// `$of($colour)`, made at compile time for each of the four colours: no 128-bit division at run time.
-macro_rules! of_colour {
-    ($of:path, $colour:expr) => {
-        match ($colour.matrix, $colour.range) {
-            (Matrix::Bt601, Range::Limited) => const { $of(Colour { matrix: Matrix::Bt601, range: Range::Limited }) },
-            (Matrix::Bt601, Range::Full) => const { $of(Colour { matrix: Matrix::Bt601, range: Range::Full }) },
-            (Matrix::Bt709, Range::Limited) => const { $of(Colour { matrix: Matrix::Bt709, range: Range::Limited }) },
-            (Matrix::Bt709, Range::Full) => const { $of(Colour { matrix: Matrix::Bt709, range: Range::Full }) },
+/// `$of($color)`, made at compile time for each of the four colors: no 128-bit division at run time.
+macro_rules! of_color {
+    ($of:path, $color:expr) => {
+        match ($color.matrix, $color.range) {
+            (YcbcrMatrix::Bt601, QuantizationRange::Limited) => {
+                const { $of(YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Limited }) }
+            }
+            (YcbcrMatrix::Bt601, QuantizationRange::Full) => {
+                const { $of(YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Full }) }
+            }
+            (YcbcrMatrix::Bt709, QuantizationRange::Limited) => {
+                const { $of(YcbcrEncoding { matrix: YcbcrMatrix::Bt709, range: QuantizationRange::Limited }) }
+            }
+            (YcbcrMatrix::Bt709, QuantizationRange::Full) => {
+                const { $of(YcbcrEncoding { matrix: YcbcrMatrix::Bt709, range: QuantizationRange::Full }) }
+            }
         }
     };
 }
@@ -76,16 +84,16 @@ struct Coefficients {
 }
 
 impl Coefficients {
-    const fn of(colour: Colour) -> Self {
+    const fn of(color: YcbcrEncoding) -> Self {
         // Kr and Kb in units of 1/10000.
-        let (kr, kb) = match colour.matrix {
-            Matrix::Bt601 => (2990_i64, 1140_i64),
-            Matrix::Bt709 => (2126, 722),
+        let (kr, kb) = match color.matrix {
+            YcbcrMatrix::Bt601 => (2990_i64, 1140_i64),
+            YcbcrMatrix::Bt709 => (2126, 722),
         };
         let kg = 10_000 - kr - kb;
-        let (luma, black, scale) = match colour.range {
-            Range::Limited => ((85, 73), 16, (73 * 255, 224)),
-            Range::Full => ((1, 1), 0, (1, 1)),
+        let (luma, black, scale) = match color.range {
+            QuantizationRange::Limited => ((85, 73), 16, (73 * 255, 224)),
+            QuantizationRange::Full => ((1, 1), 0, (1, 1)),
         };
         let cb = scale.0 * 2 * kb * (10_000 - kb);
         let cr = scale.0 * 2 * kr * (10_000 - kr);
@@ -143,13 +151,13 @@ pub struct Exact {
 }
 
 impl Exact {
-    /// The conversion for streams of this colour: one of four made at compile time.
-    pub const fn new(colour: Colour) -> Self {
-        of_colour!(Exact::of, colour)
+    /// The conversion for streams of this color: one of four made at compile time.
+    pub const fn new(color: YcbcrEncoding) -> Self {
+        of_color!(Exact::of, color)
     }
 
-    const fn of(colour: Colour) -> Self {
-        let c = Coefficients::of(colour);
+    const fn of(color: YcbcrEncoding) -> Self {
+        let c = Coefficients::of(color);
         let one = 1_i128 << (HIGH_BITS + LOW_BITS);
         let nearest = (one * c.cb as i128 + c.denominator as i128 / 2) / c.denominator as i128;
         let cb = split_at_low(nearest);
@@ -243,9 +251,9 @@ pub struct Linear {
 }
 
 impl Linear {
-    /// The conversion for streams of this colour: one of four made at compile time.
-    pub const fn new(colour: Colour) -> Self {
-        Self { coefficients: of_colour!(Coefficients::of, colour) }
+    /// The conversion for streams of this color: one of four made at compile time.
+    pub const fn new(color: YcbcrEncoding) -> Self {
+        Self { coefficients: of_color!(Coefficients::of, color) }
     }
 }
 
@@ -301,23 +309,23 @@ mod vectors {
 mod tests {
     use super::*;
 
-    const COLOURS: [Colour; 4] = [
-        Colour { matrix: Matrix::Bt601, range: Range::Limited },
-        Colour { matrix: Matrix::Bt601, range: Range::Full },
-        Colour { matrix: Matrix::Bt709, range: Range::Limited },
-        Colour { matrix: Matrix::Bt709, range: Range::Full },
+    const COLORS: [YcbcrEncoding; 4] = [
+        YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Limited },
+        YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Full },
+        YcbcrEncoding { matrix: YcbcrMatrix::Bt709, range: QuantizationRange::Limited },
+        YcbcrEncoding { matrix: YcbcrMatrix::Bt709, range: QuantizationRange::Full },
     ];
 
     /// ⌊G + 1/2⌋ in exact fractions, straight from the definition.
-    fn by_definition(colour: Colour, y: u8, cb: u8, cr: u8) -> i128 {
-        let (kr, kb) = match colour.matrix {
-            Matrix::Bt601 => (2990, 1140),
-            Matrix::Bt709 => (2126, 722),
+    fn by_definition(color: YcbcrEncoding, y: u8, cb: u8, cr: u8) -> i128 {
+        let (kr, kb) = match color.matrix {
+            YcbcrMatrix::Bt601 => (2990, 1140),
+            YcbcrMatrix::Bt709 => (2126, 722),
         };
         let kg: i128 = 10_000 - kr - kb;
-        let (black, y_span, c_span) = match colour.range {
-            Range::Limited => (16, 219, 224),
-            Range::Full => (0, 255, 255),
+        let (black, y_span, c_span) = match color.range {
+            QuantizationRange::Limited => (16, 219, 224),
+            QuantizationRange::Full => (0, 255, 255),
         };
         let denominator = 2 * y_span * c_span * kg * 10_000;
         let twice = 2
@@ -330,17 +338,17 @@ mod tests {
 
     #[test]
     fn every_chroma_and_luma_converts_as_the_exact_fractions_do() {
-        for colour in COLOURS {
-            let (exact, linear) = (Exact::new(colour), Linear::new(colour));
+        for color in COLORS {
+            let (exact, linear) = (Exact::new(color), Linear::new(color));
             for cb in 0..=255 {
                 for cr in 0..=255 {
                     for y in 0..=255 {
-                        let expected = by_definition(colour, y, cb, cr) as u32;
+                        let expected = by_definition(color, y, cb, cr) as u32;
                         let mut sum = 0;
                         exact.add(&mut sum, y, exact.chroma(cb, cr));
-                        assert_eq!(sum, expected, "{colour:?} exact {y} {cb} {cr}");
+                        assert_eq!(sum, expected, "{color:?} exact {y} {cb} {cr}");
                         let sums = [y, cb, cr].map(u32::from);
-                        assert_eq!(linear.total(&sums, 1), expected, "{colour:?} linear {y} {cb} {cr}");
+                        assert_eq!(linear.total(&sums, 1), expected, "{color:?} linear {y} {cb} {cr}");
                     }
                 }
             }
@@ -350,13 +358,13 @@ mod tests {
     #[test]
     fn the_largest_sums_fit() {
         let pixels = u32::MAX / (5 * 255);
-        for colour in COLOURS {
+        for color in COLORS {
             for corner in 0..8 {
                 let sample = |bit: u32| if corner >> bit & 1 == 1 { 255 } else { 0 };
                 let (y, cb, cr) = (sample(0), sample(1), sample(2));
-                let linear = Linear::new(colour);
+                let linear = Linear::new(color);
                 let total = linear.total(&[y, cb, cr].map(|s| s * pixels), pixels);
-                let one = by_definition(colour, y as u8, cb as u8, cr as u8);
+                let one = by_definition(color, y as u8, cb as u8, cr as u8);
                 assert!((i128::from(total) - one * i128::from(pixels)).abs() <= i128::from(pixels) / 2 + 1);
             }
         }

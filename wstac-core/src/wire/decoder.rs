@@ -57,7 +57,7 @@ pub struct Received<P> {
 /// Why a frame is no message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Refused {
+pub enum DecodeError {
     /// Its bytes are not those that were sent, or never were a frame.
     Damaged,
     /// It is of another version of the link than [`VERSION`], which it says.
@@ -79,7 +79,7 @@ impl<const N: usize> Decoder<N> {
     }
 
     /// Takes the next byte; a message, if it ends one, or what is wrong with the frame that it ends.
-    pub fn push<'a, P: Payload<'a>>(&'a mut self, byte: u8) -> Option<Result<Received<P>, Refused>> {
+    pub fn push<'a, P: Payload<'a>>(&'a mut self, byte: u8) -> Option<Result<Received<P>, DecodeError>> {
         if byte != 0 {
             self.take(byte);
             return None;
@@ -89,7 +89,7 @@ impl<const N: usize> Decoder<N> {
         match state {
             State::Nothing => None,
             State::Some if left == 0 => Some(self.read(length)),
-            State::Some | State::TooMuch => Some(Err(Refused::Damaged)),
+            State::Some | State::TooMuch => Some(Err(DecodeError::Damaged)),
         }
     }
 
@@ -121,24 +121,24 @@ impl<const N: usize> Decoder<N> {
     }
 
     /// Reads the frame of `length` bytes.
-    fn read<'a, P: Payload<'a>>(&'a mut self, length: usize) -> Result<Received<P>, Refused> {
+    fn read<'a, P: Payload<'a>>(&'a mut self, length: usize) -> Result<Received<P>, DecodeError> {
         let frame = self.bytes.get(..length).unwrap_or_default();
-        let (checked, sum) = frame.split_last_chunk::<4>().ok_or(Refused::Damaged)?;
+        let (checked, sum) = frame.split_last_chunk::<4>().ok_or(DecodeError::Damaged)?;
         if !checked.iter().fold(u32::MAX, |rest, &byte| crc(rest, byte)) != u32::from_le_bytes(*sum) {
-            return Err(Refused::Damaged);
+            return Err(DecodeError::Damaged);
         }
-        let (&version, rest) = checked.split_first().ok_or(Refused::Damaged)?;
+        let (&version, rest) = checked.split_first().ok_or(DecodeError::Damaged)?;
         if version != VERSION {
-            return Err(Refused::Version(version));
+            return Err(DecodeError::Version(version));
         }
-        let (sequence, rest) = postcard::take_from_bytes::<u16>(rest).map_err(|_| Refused::Unknown)?;
+        let (sequence, rest) = postcard::take_from_bytes::<u16>(rest).map_err(|_| DecodeError::Unknown)?;
         let message = postcard::from_bytes::<P>(rest);
         let ahead = sequence.wrapping_sub(self.next.unwrap_or(sequence));
         // Far back is not far ahead: the sender started again, and what it sent since is lost.
         let lost = if ahead > u16::MAX / 2 { sequence } else { ahead };
         self.next = Some(sequence.wrapping_add(1));
         self.lost = self.lost.saturating_add(lost);
-        let message = message.map_err(|_| Refused::Unknown)?;
+        let message = message.map_err(|_| DecodeError::Unknown)?;
         let lost = core::mem::take(&mut self.lost);
         // A board that has had no frame yet answers with the same hello, but under another number.
         let first = sequence == 0 && message.starts();

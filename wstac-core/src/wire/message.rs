@@ -11,9 +11,9 @@ use crate::model::file::Task;
 use crate::params::{FEATURES, SAMPLE_FRAMES};
 use crate::rate::FrameRate;
 use crate::sample::Sample;
-use crate::speed::{self, Duration, NoSpeed, Speed, SpeedConfig};
+use crate::speed::{self, LitSpan, NoSpeed, Speed, SpeedConfig};
 use crate::texture::Texture;
-use crate::trigger::{Event, Incomplete, StreamEnd, TriggerConfig};
+use crate::trigger::{Event, InterruptedSample, StreamEnd, TriggerConfig};
 
 /// From a board to a host. What `wstac run` would print of the same frames, in the same order but for an event whose sample
 /// is wanted, which comes after it; and how the board is.
@@ -58,7 +58,7 @@ pub enum Message<'a> {
         texture: TextureAnswer<'a>,
     },
     /// A sample that a long gap interrupted.
-    Incomplete(Incomplete),
+    InterruptedSample(InterruptedSample),
     /// Camera frames that were lost or unusable, since the last such message.
     Lost {
         /// How many.
@@ -147,7 +147,7 @@ impl<'a> Answers<'a> {
     pub fn new(event: &Event<'_>, config: &SpeedConfig) -> Self {
         Self {
             frame: event.frame,
-            duration: speed::duration(event, config).map(Duration::frames),
+            duration: speed::duration(event, config).map(LitSpan::frames),
             speed: speed::speed(event, config),
             direction: direction::direction(event),
             textures: [None; 3],

@@ -33,8 +33,8 @@
 //!
 //! ## Versions
 //! New messages, and new fields at a message's end, leave [`VERSION`] as it is: a receiver passes over messages that it does not know
-//! ([`Refused::Unknown`]) and over bytes behind the fields that it knows. Any other change counts it up; then a receiver reads nothing
-//! ([`Refused::Version`]) and says so.
+//! ([`DecodeError::Unknown`]) and over bytes behind the fields that it knows. Any other change counts it up; then a receiver reads nothing
+//! ([`DecodeError::Version`]) and says so.
 
 mod decoder;
 mod frame;
@@ -42,7 +42,7 @@ mod message;
 mod numbers;
 mod text;
 
-pub use decoder::{Decoder, Received, Refused};
+pub use decoder::{DecodeError, Decoder, Received};
 pub use frame::encode;
 pub use message::{Answers, Fault, Hello, Message, ModelFacts, Request, SAMPLE_PART, TextureAnswer, sample_parts};
 pub use text::Text;

@@ -13,7 +13,7 @@ use crate::model::forest::Forest;
 use crate::rate::FrameRate;
 use crate::speed::{NoSpeed, Speed};
 use crate::texture::texture;
-use crate::trigger::{Incomplete, Rule, StreamEnd, TriggerConfig};
+use crate::trigger::{InterruptedSample, Rule, StreamEnd, TriggerConfig};
 
 static MODEL: Forest<'static> = crate::include_model!(Forest, "../../tests/models/small.wsm");
 const LONGEST_NAME: &str = "the name of a class is at most this long: 63 bytes, in UTF-8 é";
@@ -49,7 +49,7 @@ fn answers() -> Answers<'static> {
 
 /// Every message at its longest, then some others.
 fn messages() -> Vec<Message<'static>> {
-    let incomplete = Incomplete { frame: u64::MAX, frames: 69 };
+    let incomplete = InterruptedSample { frame: u64::MAX, frames: 69 };
     let stream =
         StreamEnd { frames: u64::MAX, baseline_complete: true, baseline_quiet: true, incomplete: Some(incomplete) };
     let short = Answers {
@@ -67,7 +67,7 @@ fn messages() -> Vec<Message<'static>> {
         Message::SamplePart { frame: u64::MAX, first: 60, features: [[i16::MIN; 10]; 10] },
         Message::Event(answers()),
         Message::Texture { frame: u64::MAX, frames: 69, texture: answers().textures[0].unwrap() },
-        Message::Incomplete(incomplete),
+        Message::InterruptedSample(incomplete),
         Message::Lost { frames: u64::MAX },
         Message::Fault(Fault::LastRun(Text::new(LONGEST_REASON))),
         Message::Status { stream, dropped: u64::MAX },
@@ -86,7 +86,7 @@ fn frame(message: &Message, sequence: u16) -> Vec<u8> {
 }
 
 /// What a decoder finds, in words, so that nothing borrows it.
-type Found = Result<(String, u16), Refused>;
+type Found = Result<(String, u16), DecodeError>;
 
 fn received(decoder: &mut Decoder, bytes: &[u8]) -> Vec<Found> {
     let mut all = Vec::new();
@@ -167,7 +167,11 @@ fn every_truncation_and_every_changed_byte_is_refused() {
         for length in 2..bytes.len() - 1 {
             let mut cut = bytes[..length].to_vec();
             cut.push(0);
-            assert_eq!(received(&mut Decoder::new(), &cut), [Err(Refused::Damaged)], "{message:?} of {length} bytes");
+            assert_eq!(
+                received(&mut Decoder::new(), &cut),
+                [Err(DecodeError::Damaged)],
+                "{message:?} of {length} bytes"
+            );
         }
         for at in 1..bytes.len() - 1 {
             for change in 1..=u8::MAX {
@@ -175,7 +179,7 @@ fn every_truncation_and_every_changed_byte_is_refused() {
                 damaged[at] ^= change;
                 let found = received(&mut Decoder::new(), &damaged);
                 // Where a zero came in there are two frames, or one and nothing.
-                assert!(found.iter().all(|one| *one == Err(Refused::Damaged)), "{message:?} byte {at} ^ {change}");
+                assert!(found.iter().all(|one| *one == Err(DecodeError::Damaged)), "{message:?} byte {at} ^ {change}");
                 assert!((1..=2).contains(&found.len()), "{message:?} byte {at} ^ {change}");
             }
         }
@@ -193,7 +197,7 @@ fn garbage_costs_no_message_and_gaps_are_counted() {
     bytes.extend(frame(&lost(3), 0));
     bytes.extend(&frame(&lost(4), 1)[..6]);
     bytes.extend(frame(&lost(5), 4));
-    let damaged = Err(Refused::Damaged);
+    let damaged = Err(DecodeError::Damaged);
     let found = received(&mut Decoder::new(), &bytes);
     let expected = [
         damaged.clone(),
@@ -233,7 +237,7 @@ fn a_frame_that_is_too_long_for_a_decoder_is_refused_whatever_its_beginning() {
         bytes.iter().filter_map(|&byte| decoder.push::<Request>(byte)).collect::<Vec<_>>()
     };
     assert_eq!(push(&cobs(&checked)), [Ok(Received { message: Request::Features(true), lost: 0, first: false })]);
-    assert_eq!(push(&cobs(&[&checked[..], &[9]].concat())), [Err(Refused::Damaged)]);
+    assert_eq!(push(&cobs(&[&checked[..], &[9]].concat())), [Err(DecodeError::Damaged)]);
 }
 
 /// A frame of any content, with its CRC.
@@ -261,15 +265,15 @@ fn other_versions_and_unknown_messages_are_told_apart_from_damage() {
     let lost = Message::Lost { frames: 9 };
     assert_eq!(frame_of(&[1, 5, 6, 9]), frame(&lost, 5));
     for (content, expected) in [
-        (&[2, 5, 6, 9][..], Err(Refused::Version(2))),
-        (&[0, 5, 6, 9], Err(Refused::Version(0))),
-        (&[1, 5, 99, 1, 2, 3], Err(Refused::Unknown)),
-        (&[1, 5, 6], Err(Refused::Unknown)),
-        (&[1], Err(Refused::Unknown)),
-        (&[], Err(Refused::Damaged)),
+        (&[2, 5, 6, 9][..], Err(DecodeError::Version(2))),
+        (&[0, 5, 6, 9], Err(DecodeError::Version(0))),
+        (&[1, 5, 99, 1, 2, 3], Err(DecodeError::Unknown)),
+        (&[1, 5, 6], Err(DecodeError::Unknown)),
+        (&[1], Err(DecodeError::Unknown)),
+        (&[], Err(DecodeError::Damaged)),
         // A fault of another number, a direction of another kind, a name that is no UTF-8.
-        (&[1, 5, 7, 99], Err(Refused::Unknown)),
-        (&[1, 5, 7, 6, 1, 0xFF], Err(Refused::Unknown)),
+        (&[1, 5, 7, 99], Err(DecodeError::Unknown)),
+        (&[1, 5, 7, 6, 1, 0xFF], Err(DecodeError::Unknown)),
         // A field more.
         (&[1, 5, 6, 9, 1, 2, 3], arrived(&lost, 0)),
     ] {

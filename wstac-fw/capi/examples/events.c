@@ -1,7 +1,7 @@
 /*
  * Tactile events of frames that arrive in stripes, as a camera's DMA delivers them; here they come from a file:
  *
- *     events FRAMES WIDTH HEIGHT [MODEL.wsm]      8 bits of grey, frames back to back, as wstac run --save-raw writes them
+ *     events FRAMES WIDTH HEIGHT [MODEL.wsm]      8 bits of gray, frames back to back, as wstac run --save-raw writes them
  *
  * On a board the loop is an interrupt's or a task's, FRAMES is the camera, and the model lies in flash.
  */

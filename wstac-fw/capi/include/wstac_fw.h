@@ -323,16 +323,16 @@ typedef struct WstacFwSpeedLaw {
 extern "C" {
 #endif // __cplusplus
 
-// 8 bits of grey.
+// 8 bits of gray.
 extern const struct WstacFwFormat WSTAC_FW_GREY;
 
-// 10 bits of grey in 16-bit little-endian words.
+// 10 bits of gray in 16-bit little-endian words.
 extern const struct WstacFwFormat WSTAC_FW_Y10;
 
-// 12 bits of grey in 16-bit little-endian words.
+// 12 bits of gray in 16-bit little-endian words.
 extern const struct WstacFwFormat WSTAC_FW_Y12;
 
-// 16 bits of grey, little-endian.
+// 16 bits of gray, little-endian.
 extern const struct WstacFwFormat WSTAC_FW_Y16;
 
 // Three bytes, green in the middle: R G B and B G R.
@@ -518,7 +518,7 @@ WstacFwStatus wstac_fw_speed_law_defaults(struct WstacFwSpeedLaw *law, bool phys
 // `pipeline` is null or a pipeline's memory; `law` is null or a law.
 WstacFwStatus wstac_fw_set_speed_law(struct WstacFwPipeline *pipeline, const struct WstacFwSpeedLaw *law);
 
-// Sets the darkness floor of a pipeline that has not had a frame: grey levels of a taxel, 0 to full scale; 0.5 where it is not set.
+// Sets the darkness floor of a pipeline that has not had a frame: gray levels of a taxel, 0 to full scale; 0.5 where it is not set.
 //
 // # Safety
 // `pipeline` is null or a pipeline's memory.

@@ -4,15 +4,15 @@ use core::mem::offset_of;
 
 use wstac_core::features::Floor;
 use wstac_core::frame::{Rows, Run};
-use wstac_core::green::Green;
+use wstac_core::green::GreenChannel;
 use wstac_core::green::bayer::{Bayer, BayerOrder};
-use wstac_core::green::grey::Grey;
+use wstac_core::green::gray::Gray;
 use wstac_core::green::packed_rgb::{Rgb24, Rgbx32, Xrgb32};
 use wstac_core::green::packed_ycbcr::{Uyvy, Yuyv};
 use wstac_core::green::planar_ycbcr::{Nv12, Yu12};
 use wstac_core::green::rgb565::Rgb565;
 use wstac_core::green::words::{Y10, Y12, Y16};
-use wstac_core::green::ycbcr::{Colour, Exact, Linear};
+use wstac_core::green::ycbcr::{Exact, Linear, YcbcrEncoding};
 use wstac_core::params::DEFAULT_FLOOR_LEVELS;
 
 use crate::status::WstacFwStatus;
@@ -28,9 +28,9 @@ pub struct WstacFwFormat {
     row_bytes: fn(u16) -> usize,
     cell: fn() -> u16,
     chroma_bytes: fn(usize, u16) -> Option<usize>,
-    add_run: fn(Colour, &mut Sum, &Rows<'_>, Run),
-    add_block: fn(Colour, &mut Sum, &Rows<'_>, Run, u16),
-    total: fn(Colour, &Sum, u32) -> u32,
+    add_run: fn(YcbcrEncoding, &mut Sum, &Rows<'_>, Run),
+    add_block: fn(YcbcrEncoding, &mut Sum, &Rows<'_>, Run, u16),
+    total: fn(YcbcrEncoding, &Sum, u32) -> u32,
 }
 
 /// What tells a format from anything else that a pointer may point to.
@@ -44,39 +44,39 @@ const fn floor(full_scale: u32) -> Floor {
     }
 }
 
-/// A format's table: its full scale, which numbers of the sum it uses, and the format itself for a colour.
+/// A format's table: its full scale, which numbers of the sum it uses, and the format itself for a color.
 macro_rules! format {
-    ($full_scale:literal, $numbers:tt, |$colour:ident| $green:expr) => {{
+    ($full_scale:literal, $numbers:tt, |$color:ident| $green:expr) => {{
         fn full_scale() -> u32 {
-            let $colour = Colour::default();
-            let _ = $colour;
+            let $color = YcbcrEncoding::default();
+            let _ = $color;
             $green.full_scale()
         }
         fn row_bytes(width: u16) -> usize {
-            let $colour = Colour::default();
-            let _ = $colour;
+            let $color = YcbcrEncoding::default();
+            let _ = $color;
             $green.row_bytes(width)
         }
         fn cell() -> u16 {
-            let $colour = Colour::default();
-            let _ = $colour;
+            let $color = YcbcrEncoding::default();
+            let _ = $color;
             $green.cell()
         }
         fn chroma_bytes(bytes_per_row: usize, rows: u16) -> Option<usize> {
-            let $colour = Colour::default();
-            let _ = $colour;
+            let $color = YcbcrEncoding::default();
+            let _ = $color;
             $green.chroma_bytes(bytes_per_row, rows)
         }
-        fn add_run($colour: Colour, sum: &mut Sum, rows: &Rows<'_>, run: Run) {
-            let _ = $colour;
+        fn add_run($color: YcbcrEncoding, sum: &mut Sum, rows: &Rows<'_>, run: Run) {
+            let _ = $color;
             $green.add_run(format!(@mut $numbers sum), rows, run);
         }
-        fn add_block($colour: Colour, sum: &mut Sum, rows: &Rows<'_>, run: Run, count: u16) {
-            let _ = $colour;
+        fn add_block($color: YcbcrEncoding, sum: &mut Sum, rows: &Rows<'_>, run: Run, count: u16) {
+            let _ = $color;
             $green.add_block(format!(@mut $numbers sum), rows, run, count);
         }
-        fn total($colour: Colour, sum: &Sum, pixels: u32) -> u32 {
-            let _ = $colour;
+        fn total($color: YcbcrEncoding, sum: &Sum, pixels: u32) -> u32 {
+            let _ = $color;
             $green.total(format!(@ref $numbers sum), pixels)
         }
         WstacFwFormat {
@@ -97,66 +97,66 @@ macro_rules! format {
     (@ref three $sum:ident) => { $sum };
 }
 
-/// 8 bits of grey.
+/// 8 bits of gray.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_GREY: WstacFwFormat = format!(255, one, |_colour| Grey);
-/// 10 bits of grey in 16-bit little-endian words.
+pub static WSTAC_FW_GREY: WstacFwFormat = format!(255, one, |_color| Gray);
+/// 10 bits of gray in 16-bit little-endian words.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_Y10: WstacFwFormat = format!(1023, one, |_colour| Y10::default());
-/// 12 bits of grey in 16-bit little-endian words.
+pub static WSTAC_FW_Y10: WstacFwFormat = format!(1023, one, |_color| Y10::default());
+/// 12 bits of gray in 16-bit little-endian words.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_Y12: WstacFwFormat = format!(4095, one, |_colour| Y12::default());
-/// 16 bits of grey, little-endian.
+pub static WSTAC_FW_Y12: WstacFwFormat = format!(4095, one, |_color| Y12::default());
+/// 16 bits of gray, little-endian.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_Y16: WstacFwFormat = format!(65535, one, |_colour| Y16::default());
+pub static WSTAC_FW_Y16: WstacFwFormat = format!(65535, one, |_color| Y16::default());
 /// Three bytes, green in the middle: R G B and B G R.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_RGB24: WstacFwFormat = format!(255, one, |_colour| Rgb24::default());
+pub static WSTAC_FW_RGB24: WstacFwFormat = format!(255, one, |_color| Rgb24::default());
 /// Four bytes, green second: R G B X and B G R X.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_RGBX32: WstacFwFormat = format!(255, one, |_colour| Rgbx32::default());
+pub static WSTAC_FW_RGBX32: WstacFwFormat = format!(255, one, |_color| Rgbx32::default());
 /// Four bytes, green third: X R G B and X B G R.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_XRGB32: WstacFwFormat = format!(255, one, |_colour| Xrgb32::default());
+pub static WSTAC_FW_XRGB32: WstacFwFormat = format!(255, one, |_color| Xrgb32::default());
 /// 5, 6 and 5 bits in 16-bit little-endian words.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_RGB565: WstacFwFormat = format!(255, one, |_colour| Rgb565);
+pub static WSTAC_FW_RGB565: WstacFwFormat = format!(255, one, |_color| Rgb565);
 /// Bayer mosaic of 8 bits whose even rows have green second: RGGB and BGGR.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_RGGB8: WstacFwFormat = format!(255, one, |_colour| Bayer::<8>::new(BayerOrder::Rggb));
+pub static WSTAC_FW_RGGB8: WstacFwFormat = format!(255, one, |_color| Bayer::<8>::new(BayerOrder::Rggb));
 /// Bayer mosaic of 8 bits whose even rows have green first: GRBG and GBRG.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_GRBG8: WstacFwFormat = format!(255, one, |_colour| Bayer::<8>::new(BayerOrder::Grbg));
+pub static WSTAC_FW_GRBG8: WstacFwFormat = format!(255, one, |_color| Bayer::<8>::new(BayerOrder::Grbg));
 /// The same as WSTAC_FW_RGGB8 of 10 bits in 16-bit little-endian words.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_RGGB10: WstacFwFormat = format!(1023, one, |_colour| Bayer::<10>::new(BayerOrder::Rggb));
+pub static WSTAC_FW_RGGB10: WstacFwFormat = format!(1023, one, |_color| Bayer::<10>::new(BayerOrder::Rggb));
 /// The same as WSTAC_FW_GRBG8 of 10 bits in 16-bit little-endian words.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_GRBG10: WstacFwFormat = format!(1023, one, |_colour| Bayer::<10>::new(BayerOrder::Grbg));
+pub static WSTAC_FW_GRBG10: WstacFwFormat = format!(1023, one, |_color| Bayer::<10>::new(BayerOrder::Grbg));
 /// The same as WSTAC_FW_RGGB8 of 12 bits in 16-bit little-endian words.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_RGGB12: WstacFwFormat = format!(4095, one, |_colour| Bayer::<12>::new(BayerOrder::Rggb));
+pub static WSTAC_FW_RGGB12: WstacFwFormat = format!(4095, one, |_color| Bayer::<12>::new(BayerOrder::Rggb));
 /// The same as WSTAC_FW_GRBG8 of 12 bits in 16-bit little-endian words.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_GRBG12: WstacFwFormat = format!(4095, one, |_colour| Bayer::<12>::new(BayerOrder::Grbg));
+pub static WSTAC_FW_GRBG12: WstacFwFormat = format!(4095, one, |_color| Bayer::<12>::new(BayerOrder::Grbg));
 /// Y Cb Y Cr, green exact to the pixel.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_YUYV: WstacFwFormat = format!(255, one, |colour| Yuyv::new(Exact::new(colour)));
+pub static WSTAC_FW_YUYV: WstacFwFormat = format!(255, one, |color| Yuyv::new(Exact::new(color)));
 /// Y Cb Y Cr, green once a taxel: fewer instructions, as `[green] yuv = "linear"` has it.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_YUYV_LINEAR: WstacFwFormat = format!(255, three, |colour| Yuyv::new(Linear::new(colour)));
+pub static WSTAC_FW_YUYV_LINEAR: WstacFwFormat = format!(255, three, |color| Yuyv::new(Linear::new(color)));
 /// Cb Y Cr Y, green exact to the pixel.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_UYVY: WstacFwFormat = format!(255, one, |colour| Uyvy::new(Exact::new(colour)));
+pub static WSTAC_FW_UYVY: WstacFwFormat = format!(255, one, |color| Uyvy::new(Exact::new(color)));
 /// Cb Y Cr Y, green once a taxel: fewer instructions, as `[green] yuv = "linear"` has it.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_UYVY_LINEAR: WstacFwFormat = format!(255, three, |colour| Uyvy::new(Linear::new(colour)));
+pub static WSTAC_FW_UYVY_LINEAR: WstacFwFormat = format!(255, three, |color| Uyvy::new(Linear::new(color)));
 /// A plane of Y, then rows of Cb Cr for every 2 x 2 pixels. Whole frames only.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_NV12: WstacFwFormat = format!(255, one, |colour| Nv12::new(Exact::new(colour)));
+pub static WSTAC_FW_NV12: WstacFwFormat = format!(255, one, |color| Nv12::new(Exact::new(color)));
 /// Planes of Y, of Cb and of Cr, these for every 2 x 2 pixels. Whole frames only.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_YU12: WstacFwFormat = format!(255, one, |colour| Yu12::new(Exact::new(colour)));
+pub static WSTAC_FW_YU12: WstacFwFormat = format!(255, one, |color| Yu12::new(Exact::new(color)));
 
 impl WstacFwFormat {
     /// The format that a program names: one of this library's constants, which its mark confirms before the rest of it is looked at.
@@ -190,10 +190,10 @@ impl WstacFwFormat {
 #[derive(Clone, Copy)]
 pub(crate) struct Chosen {
     pub(crate) format: &'static WstacFwFormat,
-    pub(crate) colour: Colour,
+    pub(crate) color: YcbcrEncoding,
 }
 
-impl Green for Chosen {
+impl GreenChannel for Chosen {
     type Sum = Sum;
 
     fn full_scale(&self) -> u32 {
@@ -214,14 +214,14 @@ impl Green for Chosen {
     }
 
     fn add_run(&self, sum: &mut Sum, rows: &Rows<'_>, run: Run) {
-        (self.format.add_run)(self.colour, sum, rows, run);
+        (self.format.add_run)(self.color, sum, rows, run);
     }
 
     fn add_block(&self, sum: &mut Sum, rows: &Rows<'_>, run: Run, count: u16) {
-        (self.format.add_block)(self.colour, sum, rows, run, count);
+        (self.format.add_block)(self.color, sum, rows, run, count);
     }
 
     fn total(&self, sum: &Sum, pixels: u32) -> u32 {
-        (self.format.total)(self.colour, sum, pixels)
+        (self.format.total)(self.color, sum, pixels)
     }
 }

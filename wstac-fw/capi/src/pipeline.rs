@@ -2,17 +2,17 @@
 
 use core::slice;
 
+use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::features::Features;
-use wstac_core::following::Follow;
 use wstac_core::frame::Stride;
-use wstac_core::green::ycbcr::{Colour, Matrix, Range};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::fixed::Fixed;
 use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::SpeedConfig;
 use wstac_core::stream::{FeatureFrame, FeatureStream};
-use wstac_core::taxels::Camera;
+use wstac_core::taxels::FrameGeometry;
 use wstac_core::trigger::{Event, Trigger, TriggerConfig};
 
 use crate::format::{Chosen, WstacFwFormat};
@@ -46,7 +46,7 @@ unsafe impl Memory for WstacFwPipeline {
 /// What a pipeline is.
 pub(crate) struct State {
     pub(crate) stream: FeatureStream<Chosen, Fixed>,
-    pub(crate) trigger: Trigger<Option<Follow>>,
+    pub(crate) trigger: Trigger<Option<TrackingBaseline>>,
     pub(crate) speed: SpeedConfig,
     /// Those of the feature frame that the last call completed, and its number.
     pub(crate) features: Option<(u64, Features)>,
@@ -91,19 +91,19 @@ impl State {
             (0, 0) => FrameRate::NOMINAL,
             (numerator, denominator) => FrameRate::new(numerator, denominator)?,
         };
-        let colour = Colour {
-            matrix: if options.bt709 { Matrix::Bt709 } else { Matrix::Bt601 },
-            range: if options.full_range { Range::Full } else { Range::Limited },
+        let color = YcbcrEncoding {
+            matrix: if options.bt709 { YcbcrMatrix::Bt709 } else { YcbcrMatrix::Bt601 },
+            range: if options.full_range { QuantizationRange::Full } else { QuantizationRange::Limited },
         };
         let stride = Stride::try_from(options.stride.max(1))?;
-        let mut camera = Camera::with_stride(Chosen { format, colour }, layout, rate, stride)?;
+        let mut camera = FrameGeometry::with_stride(Chosen { format, color }, layout, rate, stride)?;
         if options.bytes_per_row != 0 {
             camera = camera.with_bytes_per_row(options.bytes_per_row)?;
         }
         Ok(Self {
             stream: FeatureStream::with_floor(camera, format.default_floor())?,
             trigger: Trigger::with(TriggerConfig::default(), 0, None),
-            speed: SpeedConfig::paper(rate),
+            speed: SpeedConfig::published(rate),
             features: None,
             seen: None,
             phase: Phase::SetUp,
@@ -127,7 +127,7 @@ impl State {
         self.phase = Phase::Started;
         self.features = frame.map(|frame| (self.trigger.next_frame(), frame.features));
         self.seen = if let Some(frame) = frame {
-            self.trigger.push_then_lose(frame.features, frame.patched, lost).map(Seen::from)
+            self.trigger.push_then_lose(frame.features, frame.has_missing_frames, lost).map(Seen::from)
         } else {
             self.trigger.push_lost(lost);
             None
@@ -269,7 +269,7 @@ pub unsafe extern "C" fn wstac_fw_abandon_frame(pipeline: *mut WstacFwPipeline) 
         // SAFETY: the caller's.
         let state = unsafe { value_mut(pipeline) }?;
         let loss = state.stream()?.abandon_frame();
-        Ok(state.step(loss.patched, loss.frames))
+        Ok(state.step(loss.has_missing_frames, loss.frames))
     };
     status(abandon())
 }
@@ -285,7 +285,7 @@ pub unsafe extern "C" fn wstac_fw_push_lost(pipeline: *mut WstacFwPipeline, fram
         // SAFETY: the caller's.
         let state = unsafe { value_mut(pipeline) }?;
         let loss = state.stream()?.push_lost(frames);
-        Ok(state.step(loss.patched, loss.frames))
+        Ok(state.step(loss.has_missing_frames, loss.frames))
     };
     status(lose())
 }

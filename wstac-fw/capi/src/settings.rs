@@ -1,8 +1,8 @@
 //! A pipeline's parameters, which may be changed before its first frame. What a program does not call it does not link: these take 64-bit
 //! floating point.
 
+use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::features::Floor;
-use wstac_core::following::Follow;
 use wstac_core::params::{
     AFTERGLOW_FRAMES, DEFAULT_BACKTRACK, DEFAULT_MARGIN, DEFAULT_MULTIPLIER, DEFAULT_WINDOW, FASTEST_FITTED,
     SLOWEST_FITTED, SPEED_INTERCEPT, SPEED_SLOPE, TRACK_LENGTH, VALID_THRESHOLD,
@@ -95,7 +95,7 @@ pub unsafe extern "C" fn wstac_fw_set_trigger(
         let keys = unsafe { borrowed(trigger) }?;
         let rule = if keys.literal { Rule::Literal } else { Rule::Signed };
         let config = TriggerConfig::new(keys.window, keys.multiplier, keys.backtrack, rule, keys.margin)?;
-        let following = if keys.follow == 0 { None } else { Some(Follow::new(keys.follow)?) };
+        let following = if keys.follow == 0 { None } else { Some(TrackingBaseline::new(keys.follow)?) };
         state.trigger = Trigger::with(config, 0, following);
         Ok(WstacFwStatus::Ok)
     };
@@ -140,7 +140,7 @@ pub unsafe extern "C" fn wstac_fw_set_speed_law(
         let law = if keys.physical {
             Law::Physical { track: first, afterglow: second }
         } else {
-            Law::Paper { intercept: first, slope: second }
+            Law::Published { intercept: first, slope: second }
         };
         let on = if keys.above_baseline { ThresholdOn::AboveBaseline } else { ThresholdOn::Absolute };
         let config = SpeedConfig::new(law, keys.threshold, on, state.stream.camera().rate())?;
@@ -150,7 +150,7 @@ pub unsafe extern "C" fn wstac_fw_set_speed_law(
     status(set())
 }
 
-/// Sets the darkness floor of a pipeline that has not had a frame: grey levels of a taxel, 0 to full scale; 0.5 where it is not set.
+/// Sets the darkness floor of a pipeline that has not had a frame: gray levels of a taxel, 0 to full scale; 0.5 where it is not set.
 ///
 /// # Safety
 /// `pipeline` is null or a pipeline's memory.

@@ -14,7 +14,7 @@ use wstac_core::model::file::INPUTS;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed;
 use wstac_core::stream::FeatureStream;
-use wstac_core::taxels::Camera;
+use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture;
 use wstac_core::trigger::Trigger;
 use wstac_fw::emulated::clock::Clock;
@@ -60,8 +60,8 @@ fn run() -> Result<(), Error> {
     let Some(clock) = Clock::start() else { return Ok(()) };
     let (frames, features) = (File::open(b"frames\0"), File::create(b"features\0"));
     let layout = setup::layout(FrameSize::new(SIDE as u32, SIDE as u32)?)?;
-    let camera = Camera::with_stride(setup::GREEN, layout, FrameRate::NOMINAL, setup::STRIDE)?;
-    let mut stream = FeatureStream::<setup::Green, setup::Ln>::with_floor(camera, setup::FLOOR)?;
+    let camera = FrameGeometry::with_stride(setup::GREEN, layout, FrameRate::NOMINAL, setup::STRIDE)?;
+    let mut stream = FeatureStream::<setup::GreenChannel, setup::Ln>::with_floor(camera, setup::FLOOR)?;
     let mut trigger = Trigger::with(setup::TRIGGER, 0, setup::FOLLOWING);
     let speed = setup::speed(FrameRate::NOMINAL)?;
     let [mut to_features, mut to_trigger, mut to_speed, mut to_direction, mut to_texture] =
@@ -74,7 +74,7 @@ fn run() -> Result<(), Error> {
         let Some(frame) = frame? else { continue };
         to_features.add(core::mem::take(&mut frame_ticks));
         features.write(&frame.features);
-        let (ticks, event) = clock.ticks(|| trigger.push(frame.features, frame.patched));
+        let (ticks, event) = clock.ticks(|| trigger.push(frame.features, frame.has_missing_frames));
         to_trigger.add(ticks);
         if let Some(event) = event {
             to_speed.add(clock.ticks(|| speed::speed(&event, &speed)).0);
@@ -121,7 +121,7 @@ fn answers(clock: &Clock) -> u64 {
 
 /// Instructions from a whole frame to its features: 0 on a board that has no room for one.
 #[cfg(not(microbit))]
-fn whole_frames(clock: &Clock, mut stream: FeatureStream<setup::Green, setup::Ln>) -> Result<u64, Error> {
+fn whole_frames(clock: &Clock, mut stream: FeatureStream<setup::GreenChannel, setup::Ln>) -> Result<u64, Error> {
     #[allow(clippy::large_stack_arrays, reason = "it is none: the start-up code writes it")]
     let Some(frame) = cortex_m::singleton!(: [u8; FRAME] = [0; FRAME]) else { return Ok(0) };
     let frames = File::open(b"frames\0");
@@ -136,6 +136,6 @@ fn whole_frames(clock: &Clock, mut stream: FeatureStream<setup::Green, setup::Ln
 
 #[cfg(microbit)]
 #[allow(clippy::unnecessary_wraps)]
-fn whole_frames(_: &Clock, _: FeatureStream<setup::Green, setup::Ln>) -> Result<u64, Error> {
+fn whole_frames(_: &Clock, _: FeatureStream<setup::GreenChannel, setup::Ln>) -> Result<u64, Error> {
     Ok(0)
 }

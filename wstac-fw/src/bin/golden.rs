@@ -7,18 +7,18 @@ use cortex_m_rt::entry;
 use wstac_core::direction::{self, Heading};
 use wstac_core::error::Error;
 use wstac_core::frame::Stride;
-use wstac_core::green::Green;
+use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
 use wstac_core::green::bayer::BayerOrder;
-use wstac_core::green::grey::Grey;
-use wstac_core::green::ycbcr::{Colour, Matrix, Range};
+use wstac_core::green::gray::Gray;
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::fixed::Fixed;
 use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::{self, Duration, Law, SpeedConfig, ThresholdOn};
+use wstac_core::speed::{self, Law, LitSpan, SpeedConfig, ThresholdOn};
 use wstac_core::stream::FeatureStream;
-use wstac_core::taxels::{Accumulators, Camera};
+use wstac_core::taxels::{FrameGeometry, TaxelSums};
 use wstac_core::trigger::{Event, Rule, Trigger, TriggerConfig};
 use wstac_fw::emulated::host::{self, File};
 
@@ -89,9 +89,9 @@ fn sums_by_chance(room: &mut [u8; ROOM]) -> Result<(), Error> {
         let corners: [[u16; 2]; TAXELS] =
             core::array::from_fn(|_| [below(width + 1 - taxel[0]) as u16, below(height + 1 - taxel[1]) as u16]);
         let layout = Layout::new(FrameSize::new(width as u32, height as u32)?, taxel.map(|side| side as u16), corners)?;
-        let camera = Camera::new(Grey, layout, FrameRate::NOMINAL)?.with_bytes_per_row(bytes_per_row as u32)?;
+        let camera = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL)?.with_bytes_per_row(bytes_per_row as u32)?;
         let bytes = room.get(offset..offset + height * bytes_per_row).unwrap_or_default();
-        let sums = Accumulators::new(camera).push_frame(bytes)?;
+        let sums = TaxelSums::new(camera).push_frame(bytes)?;
         for (sum, [x, y]) in sums.iter().zip(corners) {
             let rows = bytes.chunks(bytes_per_row).skip(y.into()).take(taxel[1]);
             let one_by_one = rows.flat_map(|row| row.iter().skip(x.into()).take(taxel[0])).map(|&byte| u32::from(byte));
@@ -108,8 +108,8 @@ fn run(cases: &File, results: &File, header: &[u8], room: &mut [u8; ROOM]) -> Re
     let (format, size) = (words.u32(), FrameSize::new(words.u32(), words.u32())?);
     let (bytes_per_row, frame_bytes) = (words.u32(), words.u32() as usize);
     let rate = FrameRate::new(words.u32(), words.u32())?;
-    let matrix = if words.u32() == 0 { Matrix::Bt601 } else { Matrix::Bt709 };
-    let range = if words.u32() == 0 { Range::Limited } else { Range::Full };
+    let matrix = if words.u32() == 0 { YcbcrMatrix::Bt601 } else { YcbcrMatrix::Bt709 };
+    let range = if words.u32() == 0 { QuantizationRange::Limited } else { QuantizationRange::Full };
     let method = if words.u32() == 0 { YcbcrMethod::Exact } else { YcbcrMethod::Linear };
     let stride = Stride::try_from(words.u32())?;
     let taxel = [words.u32() as u16, words.u32() as u16];
@@ -123,11 +123,11 @@ fn run(cases: &File, results: &File, header: &[u8], room: &mut [u8; ROOM]) -> Re
     let threshold = words.f64();
     let on = if words.u32() == 0 { ThresholdOn::Absolute } else { ThresholdOn::AboveBaseline };
     let law = Law::Physical { track: words.f32(), afterglow: words.f32() };
-    let speed = SpeedConfig::new(if physical { law } else { Law::PAPER }, threshold, on, rate)?;
+    let speed = SpeedConfig::new(if physical { law } else { Law::PUBLISHED }, threshold, on, rate)?;
     let frames = words.u32();
 
-    let green = Any::new(pixel_format(format), Colour { matrix, range }, method);
-    let camera = Camera::with_stride(green, layout, rate, stride)?.with_bytes_per_row(bytes_per_row)?;
+    let green = Any::new(pixel_format(format), YcbcrEncoding { matrix, range }, method);
+    let camera = FrameGeometry::with_stride(green, layout, rate, stride)?.with_bytes_per_row(bytes_per_row)?;
     let planar = green.chroma_bytes(camera.bytes_per_row(), size.height()).is_some();
     let mut stream = FeatureStream::<Any, Fixed>::new(camera, floor)?;
     let mut trigger = Trigger::new(trigger);
@@ -151,9 +151,9 @@ fn run(cases: &File, results: &File, header: &[u8], room: &mut [u8; ROOM]) -> Re
             let frame =
                 if planar || at_once == frame_bytes { stream.push_frame(bytes)? } else { stream.push_stripe(bytes)? };
             if let Some(frame) = frame {
-                results.write(&[FEATURES, i16::from(frame.patched)]);
+                results.write(&[FEATURES, i16::from(frame.has_missing_frames)]);
                 results.write(&frame.features);
-                give(results, trigger.push(frame.features, frame.patched).as_ref(), &speed);
+                give(results, trigger.push(frame.features, frame.has_missing_frames).as_ref(), &speed);
             }
         }
     }
@@ -178,11 +178,15 @@ fn lose(
         return;
     }
     let loss = stream.push_lost(lost);
-    match loss.patched {
+    match loss.has_missing_frames {
         Some(frame) => {
-            results.write(&[FEATURES, i16::from(frame.patched)]);
+            results.write(&[FEATURES, i16::from(frame.has_missing_frames)]);
             results.write(&frame.features);
-            give(results, trigger.push_then_lose(frame.features, frame.patched, loss.frames).as_ref(), speed);
+            give(
+                results,
+                trigger.push_then_lose(frame.features, frame.has_missing_frames, loss.frames).as_ref(),
+                speed,
+            );
         }
         None => trigger.push_lost(loss.frames),
     }
@@ -192,7 +196,7 @@ fn lose(
 /// 1/16 mm/s.
 fn give(results: &File, event: Option<&Event<'_>>, config: &SpeedConfig) {
     let Some(event) = event else { return };
-    let duration = speed::duration(event, config).map_or(-1, |duration: Duration| i16::from(duration.frames()));
+    let duration = speed::duration(event, config).map_or(-1, |duration: LitSpan| i16::from(duration.frames()));
     let degrees = direction::direction(event).heading.map_or(-1, |heading: Heading| heading.degrees() as i16);
     let speed = speed::speed(event, config).map_or(-1.0, |speed| speed.mm_s * 16.0);
     let reliable = i16::from(event.reliable);
@@ -211,7 +215,7 @@ fn give(results: &File, event: Option<&Event<'_>>, config: &SpeedConfig) {
 fn pixel_format(number: u32) -> PixelFormat {
     use PixelFormat as F;
     const FORMATS: [PixelFormat; 14] = [
-        F::Grey,
+        F::Gray,
         F::Y10,
         F::Y12,
         F::Y16,

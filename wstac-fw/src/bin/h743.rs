@@ -29,7 +29,7 @@ use wstac_fw::serial::{self, Serial};
 use wstac_fw::stripes::dcmi::{CHANGED, Dcmi, Interrupts, Ring};
 use wstac_fw::stripes::{self, Step, Stripes};
 use wstac_fw::window::Window;
-use wstac_fw::{last_words, setup};
+use wstac_fw::{crash_record, setup};
 
 /// The sensors that are looked for, in this order. All give frames of one size.
 const SENSORS: [Sensor; 3] = [OV7690, OV7692, OV7725];
@@ -77,7 +77,7 @@ async fn main(_spawner: Spawner) {
     let mut line = Link::new(serial, Output::new(p.PB14, Level::Low, Speed::Low));
     let Some(reader) = reader() else { return };
     reader.hello(&mut line);
-    if let Some(words) = last_words::take() {
+    if let Some(words) = crash_record::take() {
         line.fault(Fault::LastRun(Text::new(words.text().unwrap_or_default())));
     }
 

@@ -3,14 +3,14 @@
 use std::vec::Vec;
 
 use wstac_core::features::Features;
-use wstac_core::green::grey::Grey;
+use wstac_core::green::gray::Gray;
 use wstac_core::wire::{Decoder, LONGEST, encode};
 
 use super::*;
 
 const SIZE: u16 = 40;
 const FRAME: usize = SIZE as usize * SIZE as usize;
-const SPEED: SpeedConfig = SpeedConfig::paper(FrameRate::NOMINAL);
+const SPEED: SpeedConfig = SpeedConfig::published(FrameRate::NOMINAL);
 
 /// What is kept of a message.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,8 +76,8 @@ fn run(reader: &mut Reader, frames: core::ops::Range<usize>, parts_a_frame: usiz
 
 /// The event of the same frames, taken whole: its first frame and its sample.
 fn expected(lost: core::ops::Range<usize>) -> (u64, Vec<Features>) {
-    let camera = Camera::new(Grey, layout(), FrameRate::NOMINAL).unwrap();
-    let mut stream = FeatureStream::<Grey, setup::Ln>::with_floor(camera, setup::FLOOR).unwrap();
+    let camera = Camera::new(Gray, layout(), FrameRate::NOMINAL).unwrap();
+    let mut stream = FeatureStream::<Gray, setup::Ln>::with_floor(camera, setup::FLOOR).unwrap();
     let mut trigger = Trigger::with(setup::TRIGGER, 0, setup::FOLLOWING);
     for t in 0..130 {
         if lost.contains(&t) {

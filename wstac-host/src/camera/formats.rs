@@ -18,7 +18,7 @@ pub enum Coding {
 /// All formats that are read. Where nothing else decides, an earlier one is preferred: green straight from the
 /// bytes of a monochrome or YCbCr camera first, the sensor's own mosaic later, lossy pictures last.
 const READABLE: [(FourCc, Coding); 36] = [
-    (*b"GREY", Coding::Raw(PixelFormat::Grey)),
+    (*b"GREY", Coding::Raw(PixelFormat::Gray)),
     (*b"YUYV", Coding::Raw(PixelFormat::Yuyv)),
     (*b"UYVY", Coding::Raw(PixelFormat::Uyvy)),
     (*b"NV12", Coding::Raw(PixelFormat::Nv12)),
@@ -128,7 +128,7 @@ mod tests {
         };
         let raw = |format| Some(Coding::Raw(format));
         for (name, expected) in [
-            ("GREY", raw(PixelFormat::Grey)),
+            ("GREY", raw(PixelFormat::Gray)),
             ("Y10", raw(PixelFormat::Y10)),
             ("Y12", raw(PixelFormat::Y12)),
             ("Y16", raw(PixelFormat::Y16)),

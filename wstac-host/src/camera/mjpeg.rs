@@ -89,7 +89,7 @@ mod tests {
     fn picture() -> Vec<u8> {
         let pixel = |x: u16, y: u16| {
             let texture = (x / 8 + y / 8) % 2 * 20;
-            [x / 2, u16::midpoint(x, y) + texture, y / 2].map(|colour| colour as u8)
+            [x / 2, u16::midpoint(x, y) + texture, y / 2].map(|color| color as u8)
         };
         (0..SIDE.1).flat_map(|y| (0..SIDE.0).flat_map(move |x| pixel(x, y))).collect()
     }
@@ -196,10 +196,10 @@ mod tests {
     }
 
     #[test]
-    fn a_grey_picture_is_decoded() {
+    fn a_gray_picture_is_decoded() {
         let mut bytes = Vec::new();
-        let grey: Vec<u8> = picture().chunks_exact(3).map(|pixel| pixel[1]).collect();
-        Encoder::new(&mut bytes, 95).encode(&grey, SIDE.0, SIDE.1, ColorType::Luma).unwrap();
+        let gray: Vec<u8> = picture().chunks_exact(3).map(|pixel| pixel[1]).collect();
+        Encoder::new(&mut bytes, 95).encode(&gray, SIDE.0, SIDE.1, ColorType::Luma).unwrap();
         assert_is_the_picture(Decoder::new(size()).decode(&bytes));
     }
 

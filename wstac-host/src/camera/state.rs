@@ -20,7 +20,7 @@ pub struct CameraState {
     pub bus: String,
     /// Four-character code of what it sends.
     pub format: String,
-    /// The controls that change what grey levels mean, as they were read back.
+    /// The controls that change what gray levels mean, as they were read back.
     pub controls: Vec<LockedControl>,
 }
 
@@ -51,7 +51,7 @@ pub struct LockedControl {
 }
 
 impl CameraState {
-    /// Whether a control that changes what grey levels mean may change by itself.
+    /// Whether a control that changes what gray levels mean may change by itself.
     pub fn is_unlocked(&self) -> bool {
         self.controls.iter().any(|control| !control.locked)
     }

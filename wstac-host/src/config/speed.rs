@@ -48,7 +48,7 @@ impl SpeedKeys {
     /// The law with its parameters.
     pub fn law(&self) -> Law {
         match self.law {
-            LawName::Paper => Law::Paper {
+            LawName::Paper => Law::Published {
                 intercept: self.intercept.unwrap_or(params::SPEED_INTERCEPT),
                 slope: self.slope.unwrap_or(params::SPEED_SLOPE),
             },
@@ -68,7 +68,7 @@ impl SpeedKeys {
     pub(super) fn in_full(self) -> Self {
         let range_mm_s = Some(self.range());
         match self.law() {
-            Law::Paper { intercept, slope } => {
+            Law::Published { intercept, slope } => {
                 Self { intercept: Some(intercept), slope: Some(slope), range_mm_s, ..self }
             }
             Law::Physical { track, afterglow } => {

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::speed::Speed;
-use wstac_core::trigger::{Incomplete, StreamEnd};
+use wstac_core::trigger::{InterruptedSample, StreamEnd};
 use wstac_core::wire::{Answers, Fault, Hello, Message, ModelFacts, TextureAnswer};
 
 use super::Report;
@@ -62,13 +62,13 @@ impl Board {
             }
             Message::Event(answers) => self.event(answers, give),
             Message::Texture { frame, frames, texture } => {
-                let so_far = Incomplete { frame: *frame, frames: *frames };
+                let so_far = InterruptedSample { frame: *frame, frames: *frames };
                 self.progress.contact(frame.saturating_add(u64::from(*frames)), Some(so_far));
                 let texture = TextureRecord::of(texture.task, texture.label.to_string());
                 let (frame, frames) = (*frame, *frames);
                 give(Report::Record(Record::Texture(EarlyTextureRecord { frame, frames, texture })))
             }
-            Message::Incomplete(sample) => {
+            Message::InterruptedSample(sample) => {
                 self.progress.contact(sample.frame.saturating_add(u64::from(sample.frames)), None);
                 give(Report::Record(Record::Incomplete((*sample).into())))
             }

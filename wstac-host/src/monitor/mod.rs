@@ -5,7 +5,7 @@ pub mod port;
 mod progress;
 mod sample;
 
-use wstac_core::wire::{Decoder, Message, Refused, VERSION};
+use wstac_core::wire::{DecodeError, Decoder, Message, VERSION};
 
 use self::board::Board;
 use crate::error::Error;
@@ -73,19 +73,19 @@ impl Monitor {
                         return Ok(false);
                     }
                 }
-                Some(Err(Refused::Version(version))) => {
+                Some(Err(DecodeError::Version(version))) => {
                     let age = if version > VERSION { "newer" } else { "older" };
                     let expected = format!("expected {VERSION}: it is {age} than this wstac");
                     let message = format!("speaks version {version} of the link, {expected}");
                     return Err(Error::new("the board's firmware", message).into());
                 }
-                Some(Err(Refused::Unknown)) => {
+                Some(Err(DecodeError::Unknown)) => {
                     if !std::mem::replace(&mut self.unknown_said, true) {
                         give(Report::Note("messages of a newer firmware are passed over".to_owned()))?;
                     }
                     self.heard = true;
                 }
-                Some(Err(Refused::Damaged)) => {
+                Some(Err(DecodeError::Damaged)) => {
                     self.damaged += 1;
                     if !self.heard && self.damaged == ONLY_NOISE {
                         let noise = "nothing but noise so far: is it the right port, and --baud the board's?";

@@ -1,6 +1,6 @@
 //! How far a board's stream has come, as its messages show it: for an end that the board does not tell.
 
-use wstac_core::trigger::{Incomplete, StreamEnd};
+use wstac_core::trigger::{InterruptedSample, StreamEnd};
 
 use crate::reading::{Completeness, EndRecord, IncompleteRecord};
 
@@ -10,7 +10,7 @@ pub(super) struct Progress {
     frames: u64,
     dropped: u64,
     baseline_complete: bool,
-    incomplete: Option<Incomplete>,
+    incomplete: Option<InterruptedSample>,
 }
 
 impl Progress {
@@ -35,7 +35,7 @@ impl Progress {
     }
 
     /// A sample was under way until so many frames had passed, or begins to be: the baseline is complete.
-    pub(super) fn contact(&mut self, frames: u64, incomplete: Option<Incomplete>) {
+    pub(super) fn contact(&mut self, frames: u64, incomplete: Option<InterruptedSample>) {
         self.reach(frames);
         self.baseline_complete = true;
         self.incomplete = incomplete;

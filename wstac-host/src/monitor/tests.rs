@@ -16,7 +16,7 @@ fn hello(frame: u64) -> Message<'static> {
         firmware: Text::new("board"),
         version: Text::new("1"),
         size: FrameSize::new(320, 240).unwrap(),
-        format: PixelFormat::Grey,
+        format: PixelFormat::Gray,
         rate: FrameRate::new(30_000, 1001).unwrap(),
         trigger: TriggerConfig::default(),
         models: [None; 3],
@@ -64,7 +64,7 @@ fn end(frames: u64, baseline: Completeness, incomplete: Option<IncompleteRecord>
 
 #[test]
 fn a_board_that_starts_again_starts_from_nothing() {
-    let said = note("board 1: 320x240 Grey at 30000/1001 frames a second, baseline of 25 frames");
+    let said = note("board 1: 320x240 Gray at 30000/1001 frames a second, baseline of 25 frames");
     let (found, last) = numbered(Wanted::default(), [(0, &hello(0)), (1, &hello(90)), (0, &hello(0))]);
     assert_eq!(found, [Report::Started, said, note("the board has started again"), Report::Started]);
     assert_eq!(last, end(0, Completeness::Incomplete, None));
@@ -72,7 +72,7 @@ fn a_board_that_starts_again_starts_from_nothing() {
 
 #[test]
 fn a_start_is_told_from_an_answer() {
-    let said = note("board 1: 320x240 Grey at 30000/1001 frames a second, baseline of 25 frames");
+    let said = note("board 1: 320x240 Gray at 30000/1001 frames a second, baseline of 25 frames");
     let again = note("the board has started again");
     // A board without frames is asked twice, then starts anew.
     let (found, _) = numbered(Wanted::default(), [(0, &hello(0)), (1, &hello(0)), (2, &hello(0)), (0, &hello(0))]);
@@ -129,7 +129,7 @@ fn numbers_that_cannot_be_are_borne() {
     let last = u64::MAX;
     let early = Message::Texture { frame: last, frames: 255, texture };
     let lost = Message::Lost { frames: last };
-    let incomplete = Message::Incomplete(wstac_core::trigger::Incomplete { frame: last, frames: 255 });
+    let incomplete = Message::InterruptedSample(wstac_core::trigger::InterruptedSample { frame: last, frames: 255 });
     let features = Message::Features { frame: last, features: [i16::MIN; 10] };
     let (found, record) = reports(Wanted::default(), &[early, event(last), lost, lost, incomplete, features]);
     assert_eq!(found.len(), 5);

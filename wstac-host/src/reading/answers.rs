@@ -29,7 +29,7 @@ impl EventAnswers {
     fn of(event: &Event<'_>, config: &SpeedConfig) -> Self {
         Self {
             frame: event.frame,
-            duration: speed::duration(event, config).map(speed::Duration::frames),
+            duration: speed::duration(event, config).map(speed::LitSpan::frames),
             speed: speed::speed(event, config),
             direction: direction(event),
             frames_filled: event.frames_filled,

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use wstac_core::params::FEATURES;
-use wstac_core::trigger::Incomplete;
+use wstac_core::trigger::InterruptedSample;
 
 use crate::texture::TextureRecord;
 
@@ -140,8 +140,8 @@ pub struct IncompleteRecord {
     pub frames: u8,
 }
 
-impl From<Incomplete> for IncompleteRecord {
-    fn from(sample: Incomplete) -> Self {
+impl From<InterruptedSample> for IncompleteRecord {
+    fn from(sample: InterruptedSample) -> Self {
         Self { frame: sample.frame, frames: sample.frames }
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use mcap::write::Metadata;
 use serde::{Deserialize, Serialize};
 use wstac_core::green::any::PixelFormat;
-use wstac_core::green::ycbcr::Colour;
+use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::rate::FrameRate;
 
@@ -30,7 +30,7 @@ struct Stream {
     wstac: String,
     size: FrameSize,
     format: PixelFormat,
-    colour: Colour,
+    color: YcbcrEncoding,
     bytes_per_row: u32,
     rate: FrameRate,
     /// Whether times and numbers of frames are the driver's own.
@@ -76,7 +76,7 @@ impl About {
             wstac: env!("CARGO_PKG_VERSION").into(),
             size: info.size,
             format: info.format,
-            colour: info.colour,
+            color: info.color,
             bytes_per_row: info.bytes_per_row,
             rate: info.rate,
             driver_times: *driver_times,
@@ -115,7 +115,7 @@ impl About {
         let info = StreamInfo {
             size: stream.size,
             format: stream.format,
-            colour: stream.colour,
+            color: stream.color,
             bytes_per_row: stream.bytes_per_row,
             rate: stream.rate,
             taxels_only: false,

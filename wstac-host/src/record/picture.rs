@@ -1,10 +1,10 @@
 //! A camera's frame as a viewer's picture.
 //!
-//! The bytes are the camera's own in every case. Where viewers have no name for a format, its bytes are shown as grey
-//! numbers: a mosaic of 10 bits as 16-bit grey, planes one below the other. What they really are is in the
+//! The bytes are the camera's own in every case. Where viewers have no name for a format, its bytes are shown as gray
+//! numbers: a mosaic of 10 bits as 16-bit gray, planes one below the other. What they really are is in the
 //! recording's metadata.
 
-use wstac_core::green::Green;
+use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
 use wstac_core::green::bayer::BayerOrder;
 
@@ -13,7 +13,7 @@ use crate::source::StreamInfo;
 
 /// Bytes of a whole frame.
 pub(crate) fn frame_bytes(info: &StreamInfo) -> usize {
-    let green = Any::new(info.format, info.colour, YcbcrMethod::Exact);
+    let green = Any::new(info.format, info.color, YcbcrMethod::Exact);
     let (row, rows) = (info.bytes_per_row as usize, info.size.height());
     row * usize::from(rows) + green.chroma_bytes(row, rows).unwrap_or(0)
 }
@@ -24,7 +24,7 @@ pub(crate) fn shape(info: &StreamInfo) -> Shape {
     let (mut width, mut height) = (u32::from(info.size.width()), u32::from(info.size.height()));
     let step = info.bytes_per_row;
     let encoding = match info.format {
-        P::Grey => "mono8",
+        P::Gray => "mono8",
         P::Y10 | P::Y12 | P::Y16 | P::Bayer10(_) | P::Bayer12(_) | P::Rgb565 => "mono16",
         P::Rgb24 => "rgb8",
         P::Bgr24 => "bgr8",
@@ -58,7 +58,7 @@ fn is_blue_first(info: &StreamInfo) -> bool {
 mod tests {
     use super::*;
     use wstac_core::green::bayer::BayerOrder;
-    use wstac_core::green::ycbcr::Colour;
+    use wstac_core::green::ycbcr::YcbcrEncoding;
     use wstac_core::layout::FrameSize;
     use wstac_core::rate::FrameRate;
 
@@ -66,7 +66,7 @@ mod tests {
         let info = StreamInfo {
             size: FrameSize::new(40, 40).unwrap(),
             format,
-            colour: Colour::default(),
+            color: YcbcrEncoding::default(),
             bytes_per_row,
             rate: FrameRate::NOMINAL,
             taxels_only: false,
@@ -79,7 +79,7 @@ mod tests {
     #[test]
     fn viewers_see_as_many_bytes_as_there_are() {
         let shape = |encoding, width, height, step| Shape { encoding, width, height, step };
-        assert_eq!(of(PixelFormat::Grey, 40), (shape("mono8", 40, 40, 40), 1600));
+        assert_eq!(of(PixelFormat::Gray, 40), (shape("mono8", 40, 40, 40), 1600));
         assert_eq!(of(PixelFormat::Yuyv, 80), (shape("yuyv", 40, 40, 80), 3200));
         assert_eq!(of(PixelFormat::Nv12, 40), (shape("mono8", 40, 60, 40), 2400));
         assert_eq!(of(PixelFormat::Y10, 80), (shape("mono16", 40, 40, 80), 3200));

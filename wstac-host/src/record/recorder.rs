@@ -13,7 +13,7 @@ use super::picture;
 use super::writer::{Writer, Written};
 use crate::error::Error;
 use crate::reading::{Reading, Record};
-use crate::source::Item;
+use crate::source::SourceEvent;
 
 /// What stands beside a picture: where it was taken.
 const FRAME_ID: &str = "camera";
@@ -95,9 +95,9 @@ impl Recorder {
     }
 
     /// Takes one item of the stream before `reading` does.
-    pub fn item(&mut self, item: &Item<'_>) {
+    pub fn item(&mut self, item: &SourceEvent<'_>) {
         match item {
-            Item::Frame { bytes, timestamp, sequence, encoded } => {
+            SourceEvent::Frame { bytes, timestamp, sequence, encoded } => {
                 let counted = self.time.frames as u32;
                 let (time, taken) = self.time.frame(*timestamp);
                 for mut message in self.early.drain(..) {
@@ -114,12 +114,12 @@ impl Recorder {
                 let sequence = sequence.filter(|_| self.time.driver_times).unwrap_or(counted);
                 self.messages.push(Message { topic, time, taken, sequence, data });
             }
-            Item::Lost { frames, why } => {
+            SourceEvent::Lost { frames, why } => {
                 self.time.frames = self.time.frames.saturating_add(*frames);
                 let text = format!("{frames} frame(s) lost: {why}");
                 self.said([Topic::Faults, Topic::FaultsJson], Level::Warning, &text, &Lost { frames: *frames, why });
             }
-            Item::Taxels(_) | Item::Fault(_) | Item::Waiting | Item::End => {}
+            SourceEvent::Taxels(_) | SourceEvent::Fault(_) | SourceEvent::Waiting | SourceEvent::End => {}
         }
     }
 
@@ -139,8 +139,8 @@ impl Recorder {
 
     /// Takes the taxels of the frame that was read, and gives everything of this moment to the disk. Whether the
     /// recording goes on: not where the disk is full, which [`finish`](Self::finish) tells.
-    pub fn end_of_item(&mut self, item: &Item<'_>, reading: &Reading<'_>) -> bool {
-        if let (Item::Frame { .. }, Some(taxels)) = (item, reading.taxels()) {
+    pub fn end_of_item(&mut self, item: &SourceEvent<'_>, reading: &Reading<'_>) -> bool {
+        if let (SourceEvent::Frame { .. }, Some(taxels)) = (item, reading.taxels()) {
             let data = foxglove::taxels(self.time.now.unwrap_or(0), &taxels);
             self.add(Topic::Taxels, data);
         }

@@ -10,7 +10,7 @@ use serde::Deserialize;
 use wstac_core::rate::FrameRate;
 
 use self::words::keep;
-use super::{Fault, Item, Labels, Source, StreamInfo};
+use super::{Fault, Labels, Source, SourceEvent, StreamInfo};
 use crate::camera::mjpeg::Decoder;
 use crate::error::Error;
 use crate::record::about::About;
@@ -169,7 +169,7 @@ impl McapSource {
     }
 
     /// The frame that `scan` has.
-    fn frame(&mut self, content: Content) -> Result<Item<'_>, Error> {
+    fn frame(&mut self, content: Content) -> Result<SourceEvent<'_>, Error> {
         let message = MessageBody::parse(self.scan.body());
         let data = message.as_ref().map(|message| image_data(message.data, content == Content::Jpeg));
         let (Some(message), Some(Ok(data))) = (message, data) else {
@@ -179,12 +179,12 @@ impl McapSource {
         let timestamp = of_driver.then(|| Duration::from_nanos(message.times[1]));
         let sequence = of_driver.then_some(message.sequence);
         if content == Content::Raw {
-            return Ok(Item::Frame { bytes: data, timestamp, sequence, encoded: None });
+            return Ok(SourceEvent::Frame { bytes: data, timestamp, sequence, encoded: None });
         }
         let decoder = self.decoder.get_or_insert_with(|| Decoder::new(self.info.size));
         Ok(match decoder.decode(data) {
-            Some(bytes) => Item::Frame { bytes, timestamp, sequence, encoded: Some(data) },
-            None => Item::Lost { frames: 1, why: "corrupt JPEG picture" },
+            Some(bytes) => SourceEvent::Frame { bytes, timestamp, sequence, encoded: Some(data) },
+            None => SourceEvent::Lost { frames: 1, why: "corrupt JPEG picture" },
         })
     }
 }
@@ -194,9 +194,9 @@ impl Source for McapSource {
         &self.info
     }
 
-    fn next(&mut self) -> Result<Item<'_>, Error> {
+    fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
         if self.ended {
-            return Ok(Item::End);
+            return Ok(SourceEvent::End);
         }
         // After an error there is nothing that could be relied on.
         self.ended = true;
@@ -204,9 +204,9 @@ impl Source for McapSource {
         self.ended = matches!(next, Next::End);
         match next {
             Next::Frame(content) => self.frame(content),
-            Next::Lost(frames, why) => Ok(Item::Lost { frames, why }),
-            Next::Fault(fault) => Ok(Item::Fault(fault)),
-            Next::End => Ok(Item::End),
+            Next::Lost(frames, why) => Ok(SourceEvent::Lost { frames, why }),
+            Next::Fault(fault) => Ok(SourceEvent::Fault(fault)),
+            Next::End => Ok(SourceEvent::End),
         }
     }
 

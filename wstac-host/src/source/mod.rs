@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use wstac_core::green::any::PixelFormat;
-use wstac_core::green::ycbcr::Colour;
+use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::layout::FrameSize;
 use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
@@ -31,7 +31,7 @@ pub struct StreamInfo {
     /// Pixel format of the bytes that the source hands out (of a compressed stream: as decoded).
     pub format: PixelFormat,
     /// What YCbCr numbers mean, as the source states it.
-    pub colour: Colour,
+    pub color: YcbcrEncoding,
     /// Bytes from row to row.
     pub bytes_per_row: u32,
     /// Frames a second.
@@ -46,7 +46,7 @@ pub struct StreamInfo {
 
 /// Which frames of a live source are handed out where the program is slower than the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Delivery {
+pub enum FramePolicy {
     /// All of them, the oldest first, as long as the driver has buffers: for recording.
     #[default]
     Every,
@@ -56,7 +56,7 @@ pub enum Delivery {
 
 /// How far the program is behind a live source; all 0 for files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Behind {
+pub struct Lag {
     /// Frames that waited behind the one handed out last.
     pub frames: u32,
     /// The most that ever waited.
@@ -78,7 +78,7 @@ pub struct Fault {
 
 /// What a source gives next.
 #[derive(Debug)]
-pub enum Item<'a> {
+pub enum SourceEvent<'a> {
     /// A frame's bytes.
     Frame {
         /// Its bytes, laid out as the stream's information says.
@@ -117,11 +117,11 @@ pub trait Source: Send {
     ///
     /// # Errors
     /// Where the source cannot be read any further: what was read before stays valid.
-    fn next(&mut self) -> Result<Item<'_>, Error>;
+    fn next_event(&mut self) -> Result<SourceEvent<'_>, Error>;
 
     /// How far reading is behind the source.
-    fn behind(&self) -> Behind {
-        Behind::default()
+    fn behind(&self) -> Lag {
+        Lag::default()
     }
 
     /// The configuration, as TOML, that the source was recorded with: it holds where the user gives none.

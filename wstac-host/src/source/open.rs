@@ -12,7 +12,7 @@ use super::mcap::McapSource;
 #[cfg(feature = "png")]
 use super::png_folder::PngFolder;
 use super::y4m::{MAGIC, Y4m};
-use super::{Delivery, Source};
+use super::{FramePolicy, Source};
 use crate::camera::ControlSetting;
 use crate::error::Error;
 
@@ -26,7 +26,7 @@ pub struct OpenOptions {
     /// Width and height in pixels; cameras and scenes.
     pub size: Option<(u32, u32)>,
     /// Which frames of a camera are handed out where the program is slower.
-    pub delivery: Delivery,
+    pub delivery: FramePolicy,
     /// Leave a camera's controls as they are, instead of locking them.
     pub keep_controls: bool,
     /// Values of a camera's controls that are to be set.

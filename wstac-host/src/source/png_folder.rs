@@ -8,11 +8,11 @@ mod picture;
 
 use std::path::{Path, PathBuf};
 
-use wstac_core::green::ycbcr::Colour;
+use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::rate::FrameRate;
 
 use self::picture::{Picture, Problem, Shape};
-use super::{Item, Source, StreamInfo};
+use super::{Source, SourceEvent, StreamInfo};
 use crate::error::Error;
 
 /// The pictures of a folder.
@@ -52,7 +52,7 @@ impl PngFolder {
         let info = StreamInfo {
             size: shape.size,
             format: shape.format(),
-            colour: Colour::default(),
+            color: YcbcrEncoding::default(),
             bytes_per_row: shape.bytes_per_row(),
             rate,
             taxels_only: false,
@@ -78,14 +78,14 @@ impl Source for PngFolder {
         &self.info
     }
 
-    fn next(&mut self) -> Result<Item<'_>, Error> {
-        let Some(file) = self.files.next() else { return Ok(Item::End) };
+    fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
+        let Some(file) = self.files.next() else { return Ok(SourceEvent::End) };
         match self.read(&file) {
             Ok(converted) => {
                 let bytes = if converted { &self.frame } else { &self.decoded };
-                Ok(Item::Frame { bytes, timestamp: None, sequence: None, encoded: None })
+                Ok(SourceEvent::Frame { bytes, timestamp: None, sequence: None, encoded: None })
             }
-            Err(Problem::Corrupt(_)) => Ok(Item::Lost { frames: 1, why: "picture that cannot be decoded" }),
+            Err(Problem::Corrupt(_)) => Ok(SourceEvent::Lost { frames: 1, why: "picture that cannot be decoded" }),
             Err(Problem::Refused(message)) => {
                 self.files = Vec::new().into_iter();
                 Err(Error::new(file.display(), message))

@@ -15,14 +15,14 @@ use std::os::fd::AsFd;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use wstac_core::green::Green;
+use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::rate::FrameRate;
 
 use self::header::Header;
 use self::input::{Got, Input};
 pub use self::writer::header_of;
-use super::{Item, Source, StreamInfo};
+use super::{Source, SourceEvent, StreamInfo};
 use crate::error::Error;
 
 /// The word that a Y4M stream starts with.
@@ -114,7 +114,7 @@ impl Y4m {
         let line_bytes = reader.buffer.get(MAGIC.len()..line).unwrap_or_default();
         let header = Header::parse(line_bytes, fps).map_err(|message| Error::new(&reader.subject, message))?;
         reader.used = line + 1;
-        let green = Any::new(header.format, header.colour, YcbcrMethod::Exact);
+        let green = Any::new(header.format, header.color, YcbcrMethod::Exact);
         let (rows, bytes_per_row) = (header.size.height(), green.row_bytes(header.size.width()));
         // 2^14 · 2^15 bytes at most, or three planes of 2^28.
         let frame_bytes = bytes_per_row * usize::from(rows) + green.chroma_bytes(bytes_per_row, rows).unwrap_or(0);
@@ -131,7 +131,7 @@ impl Y4m {
         let info = StreamInfo {
             size: header.size,
             format: header.format,
-            colour: header.colour,
+            color: header.color,
             bytes_per_row: bytes_per_row as u32,
             rate: header.rate,
             taxels_only: false,
@@ -178,21 +178,21 @@ impl Source for Y4m {
         &self.info
     }
 
-    fn next(&mut self) -> Result<Item<'_>, Error> {
+    fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
         if self.ended {
-            return Ok(Item::End);
+            return Ok(SourceEvent::End);
         }
         let step = self.step();
         self.ended = matches!(step, Err(_) | Ok(Step::End));
         Ok(match step? {
-            Step::Frame(range) => Item::Frame {
+            Step::Frame(range) => SourceEvent::Frame {
                 bytes: self.reader.buffer.get(range).unwrap_or_default(),
                 timestamp: None,
                 sequence: None,
                 encoded: None,
             },
-            Step::Waiting => Item::Waiting,
-            Step::End => Item::End,
+            Step::Waiting => SourceEvent::Waiting,
+            Step::End => SourceEvent::End,
         })
     }
 }

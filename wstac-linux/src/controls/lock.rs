@@ -24,7 +24,7 @@ struct Attempt {
     automatic: bool,
 }
 
-/// Locks the controls that change what grey levels mean, and sets those that a user names; all of them, as they were
+/// Locks the controls that change what gray levels mean, and sets those that a user names; all of them, as they were
 /// read back. `keep` leaves those that no user names as they are. What the driver refuses is no error: the list says so.
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! A camera's controls: which there are, and how those that change what grey levels mean are locked.
+//! A camera's controls: which there are, and how those that change what gray levels mean are locked.
 
 mod lock;
 mod plan;

@@ -128,7 +128,7 @@ fn automatic_goes_off_before_the_value_is_set() {
     // The value that it had when the automatic was switched off, not before.
     assert_eq!((camera.value(EXPOSURE), one(&locked, "exposure_time_absolute").value), (333, 333));
     assert_eq!(one(&locked, "white_balance_temperature").value, 4000);
-    assert!(locked.iter().all(|control| control.name != "zoom_absolute"), "it changes no grey level by itself");
+    assert!(locked.iter().all(|control| control.name != "zoom_absolute"), "it changes no gray level by itself");
 }
 
 #[test]

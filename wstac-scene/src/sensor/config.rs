@@ -21,7 +21,7 @@
 //! and a table `[sensor.pose]` where the camera does not look straight on: [`Pose`].
 
 use serde::Deserialize;
-use wstac_core::green::ycbcr::{Colour, Matrix, Range};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 
@@ -40,7 +40,7 @@ pub struct SensorConfig {
     /// Pixel format.
     pub format: SensorFormat,
     /// Matrix and range; they matter for YCbCr formats only.
-    pub colour: Colour,
+    pub color: YcbcrEncoding,
     /// JPEG quality, 1..=100; it matters for JPEG pictures only.
     pub quality: u8,
     /// Share of the frame interval during which the shutter is open, 0.01..=1. The sensor itself takes light that is
@@ -73,7 +73,7 @@ impl Default for SensorConfig {
             size: DEFAULT_SIZE,
             rate: FrameRate::NOMINAL,
             format: SensorFormat::GREY,
-            colour: Colour::default(),
+            color: YcbcrEncoding::default(),
             quality: 85,
             exposure: 1.0,
             full_well: 25_500.0,
@@ -127,9 +127,13 @@ impl TryFrom<Keys> for SensorConfig {
             size: keys.size.map_or(Ok(default.size), checked_size)?,
             rate: keys.fps.map_or(Ok(default.rate), checked_rate)?,
             format: keys.format.map_or(Ok(default.format), |format| format.parse())?,
-            colour: Colour {
-                matrix: one_of("matrix", keys.matrix, [("bt601", Matrix::Bt601), ("bt709", Matrix::Bt709)])?,
-                range: one_of("range", keys.range, [("limited", Range::Limited), ("full", Range::Full)])?,
+            color: YcbcrEncoding {
+                matrix: one_of("matrix", keys.matrix, [("bt601", YcbcrMatrix::Bt601), ("bt709", YcbcrMatrix::Bt709)])?,
+                range: one_of(
+                    "range",
+                    keys.range,
+                    [("limited", QuantizationRange::Limited), ("full", QuantizationRange::Full)],
+                )?,
             },
             quality: keys.quality.map_or(Ok(default.quality), checked_quality)?,
             exposure: keys.exposure.unwrap_or(default.exposure),
@@ -231,7 +235,7 @@ mod tests {
     fn keys_are_read() {
         let config = read("size = [100, 80]\nfps = 60\nformat = \"Y12\"\nrange = \"full\"\ngain = 2").unwrap();
         assert_eq!((config.size.width(), config.rate), (100, FrameRate::new(60, 1).unwrap()));
-        assert_eq!((config.format.code(), config.colour.range), (*b"Y12 ", Range::Full));
+        assert_eq!((config.format.code(), config.color.range), (*b"Y12 ", QuantizationRange::Full));
         assert!((config.gain - 2.0).abs() < 1e-12);
     }
 
@@ -255,7 +259,7 @@ mod tests {
     #[test]
     fn what_is_wrong_is_named() {
         for (text, parts) in [
-            ("colour = 1", ["colour", "format"]),
+            ("color = 1", ["color", "format"]),
             ("size = [0, 5]", ["size is [0, 5]", "1 to 16384"]),
             ("size = [-1, 5]", ["size is [-1, 5]", "1 to 16384"]),
             ("size = [1]", ["size", "2"]),

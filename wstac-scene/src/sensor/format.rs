@@ -15,8 +15,8 @@ pub struct SensorFormat {
 }
 
 impl SensorFormat {
-    /// 8 bits of grey, the default.
-    pub const GREY: Self = Self { code: *b"GREY", coding: Coding::Raw(PixelFormat::Grey) };
+    /// 8 bits of gray, the default.
+    pub const GREY: Self = Self { code: *b"GREY", coding: Coding::Raw(PixelFormat::Gray) };
 
     /// The format of this code; nothing where no camera is read in it.
     pub fn new(code: FourCc) -> Option<Self> {
@@ -82,7 +82,7 @@ mod tests {
             assert_eq!(format.to_string(), "Y10");
         }
         assert_eq!("GREY".parse(), Ok(SensorFormat::GREY));
-        for text in ["", "grey", "GREYS", "YÜY", "H264"] {
+        for text in ["", "gray", "GREYS", "YÜY", "H264"] {
             let message = text.parse::<SensorFormat>().unwrap_err();
             assert!(message.contains(&format!("{text:?}")) && message.contains("YUYV"), "{message}");
         }

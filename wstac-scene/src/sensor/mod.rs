@@ -18,11 +18,11 @@ mod whole;
 
 use serde::Deserialize;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
-use wstac_core::green::ycbcr::Colour;
+use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::layout::Layout;
 use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
-use wstac_core::taxels::{Accumulators, Camera};
+use wstac_core::taxels::{FrameGeometry, TaxelSums};
 
 pub use self::config::SensorConfig;
 use self::encode::Mosaic;
@@ -51,9 +51,9 @@ pub enum Fidelity {
 /// A camera that looks at 25 spots, through the paper's layout.
 #[derive(Clone, Debug)]
 pub struct Sensor {
-    camera: Camera<Any>,
+    camera: FrameGeometry<Any>,
     format: PixelFormat,
-    colour: Colour,
+    color: YcbcrEncoding,
     kind: Kind,
 }
 
@@ -88,7 +88,7 @@ impl Picture {
 }
 
 impl Sensor {
-    /// A camera of this configuration and noise. `leak` is ambient light, even over every pixel of every colour, as a
+    /// A camera of this configuration and noise. `leak` is ambient light, even over every pixel of every color, as a
     /// share of full scale at a gain of 1; one that is negative or no number is none.
     ///
     /// # Errors
@@ -103,11 +103,11 @@ impl Sensor {
             return Err(Error::new("scene", message));
         }
         let format = config.format.pixels();
-        // A JPEG picture's own colour is undone by its decoder.
-        let colour = if format.is_ycbcr() { config.colour } else { Colour::default() };
+        // A JPEG picture's own color is undone by its decoder.
+        let color = if format.is_ycbcr() { config.color } else { YcbcrEncoding::default() };
         let (width, height) = config.size.into();
         let camera = Layout::paper(config.size)
-            .and_then(|layout| Camera::new(Any::new(format, colour, YcbcrMethod::Exact), layout, config.rate))
+            .and_then(|layout| FrameGeometry::new(Any::new(format, color, YcbcrMethod::Exact), layout, config.rate))
             .map_err(|error| Error::new("scene", format_args!("size is [{width}, {height}]: {error}")))?;
         let pixel = Pixel::new(config, camera.full_scale(), leak);
         let spot = Spot::new(camera.layout().taxel().map(usize::from), config.blur, Mosaic::of(format));
@@ -125,7 +125,7 @@ impl Sensor {
             }
             Fidelity::Rendered => Kind::Rendered(rendered(rng)),
         };
-        Ok(Self { camera, format, colour, kind })
+        Ok(Self { camera, format, color, kind })
     }
 
     /// Takes a frame. `light` is each taxel's mean light over the exposure, as a share of full scale at a gain of 1.
@@ -158,7 +158,7 @@ impl Sensor {
         if let Kind::Taxel(sums) = &mut self.kind {
             return sums.next(light);
         }
-        let mut accumulators = Accumulators::new(self.camera);
+        let mut accumulators = TaxelSums::new(self.camera);
         // A frame is never short: it is as long as the camera says.
         accumulators.push_frame(self.expose(light)).unwrap_or([0; TAXELS])
     }
@@ -169,8 +169,8 @@ impl Sensor {
     }
 
     /// What YCbCr numbers mean; the default where there are none.
-    pub fn colour(&self) -> Colour {
-        self.colour
+    pub fn color(&self) -> YcbcrEncoding {
+        self.color
     }
 
     /// Where the taxels are, snapped to cells for Bayer formats.

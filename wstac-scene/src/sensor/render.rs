@@ -5,7 +5,7 @@ use std::sync::Arc;
 use wstac_core::green::any::Any;
 use wstac_core::layout::Layout;
 use wstac_core::params::TAXELS;
-use wstac_core::taxels::Camera;
+use wstac_core::taxels::FrameGeometry;
 
 use super::config::SensorConfig;
 use super::encode::{Block, Encoder, Frame, encoder};
@@ -14,7 +14,7 @@ use super::pixel::{Pixel, Rendering, checked_light};
 use super::spot::Spot;
 use crate::rng::Rng;
 
-/// Light of each colour as a share of green: ZnS:Cu shines at about 520 nm, and a camera's red and blue filters let
+/// Light of each color as a share of green: ZnS:Cu shines at about 520 nm, and a camera's red and blue filters let
 /// some of that through (guesses).
 pub(super) const RED_SHARE: f64 = 0.25;
 pub(super) const BLUE_SHARE: f64 = 0.3;
@@ -38,10 +38,16 @@ pub(super) struct Renderer {
 
 impl Renderer {
     /// A renderer of a camera's frames, which are black at first.
-    pub(super) fn new(config: &SensorConfig, camera: &Camera<Any>, pixel: &Pixel, spot: &Spot, rng: Rng) -> Self {
+    pub(super) fn new(
+        config: &SensorConfig,
+        camera: &FrameGeometry<Any>,
+        pixel: &Pixel,
+        spot: &Spot,
+        rng: Rng,
+    ) -> Self {
         let layout = *camera.layout();
         let [width, _] = layout.taxel().map(usize::from);
-        let encoder = encoder(config.format, config.colour);
+        let encoder = encoder(config.format, config.color);
         let frame = Frame {
             bytes: vec![0; camera.frame_bytes()],
             bytes_per_row: camera.bytes_per_row(),
@@ -60,9 +66,9 @@ impl Renderer {
         };
         renderer.blacken();
         let [columns, rows] = renderer.encoder.cell();
-        let colours = renderer.colours().map(|(colour, _)| colour);
-        for colour in colours {
-            if let Some(values) = renderer.values.get_mut(colour) {
+        let colors = renderer.colors().map(|(color, _)| color);
+        for color in colors {
+            if let Some(values) = renderer.values.get_mut(color) {
                 *values = vec![renderer.outside; (width + columns).next_multiple_of(columns) * rows];
             }
         }
@@ -89,8 +95,8 @@ impl Renderer {
         let before = left % columns;
         let block_width = (before + width).next_multiple_of(columns);
         for y in (top - top % rows..top + height).step_by(rows) {
-            for (colour, share) in self.colours() {
-                let values = self.values.get_mut(colour).map(Vec::as_mut_slice).unwrap_or_default();
+            for (color, share) in self.colors() {
+                let values = self.values.get_mut(color).map(Vec::as_mut_slice).unwrap_or_default();
                 let values = values.get_mut(..block_width * rows).unwrap_or_default();
                 if columns * rows > 1 {
                     values.fill(self.outside);
@@ -106,17 +112,17 @@ impl Renderer {
                     }
                 }
             }
-            let colours = self.values.each_ref().map(|values| values.get(..block_width * rows).unwrap_or_default());
-            let block = Block { left: left - before, top: y, width: block_width, colours };
+            let colors = self.values.each_ref().map(|values| values.get(..block_width * rows).unwrap_or_default());
+            let block = Block { left: left - before, top: y, width: block_width, colors };
             self.encoder.encode(&block, &mut self.frame);
         }
     }
 
-    /// Places and shares of the colours that are rendered.
-    fn colours(&self) -> impl Iterator<Item = (usize, f64)> + use<> {
-        let colours = [(0, RED_SHARE), (1, 1.0), (2, BLUE_SHARE)];
-        let coloured = self.encoder.is_coloured();
-        colours.into_iter().filter(move |&(colour, _)| coloured || colour == 1)
+    /// Places and shares of the colors that are rendered.
+    fn colors(&self) -> impl Iterator<Item = (usize, f64)> + use<> {
+        let colors = [(0, RED_SHARE), (1, 1.0), (2, BLUE_SHARE)];
+        let colored = self.encoder.is_colored();
+        colors.into_iter().filter(move |&(color, _)| colored || color == 1)
     }
 
     /// Writes the whole frame as it is outside of taxels.
@@ -125,7 +131,7 @@ impl Renderer {
         let width = usize::from(self.layout.frame().width()).next_multiple_of(columns);
         let values = vec![self.outside; width * rows];
         for top in (0..self.frame.height).step_by(rows) {
-            let block = Block { left: 0, top, width, colours: [&values; 3] };
+            let block = Block { left: 0, top, width, colors: [&values; 3] };
             self.encoder.encode(&block, &mut self.frame);
         }
     }

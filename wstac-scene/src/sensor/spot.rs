@@ -27,7 +27,7 @@ pub(super) fn brightest() -> f64 {
 /// Where a taxel's light falls, as multiples of the taxel's mean light.
 #[derive(Clone, Debug)]
 pub(super) struct Spot {
-    /// Light of every pixel, row by row; of a mosaic's sites, of the colour that they see.
+    /// Light of every pixel, row by row; of a mosaic's sites, of the color that they see.
     pub(super) light: Vec<f64>,
     /// Light of the pixels that are counted as green, in no order.
     pub(super) green: Vec<f64>,

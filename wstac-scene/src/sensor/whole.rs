@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use wstac_core::green::any::Any;
 use wstac_core::params::{PAPER_IMAGE_SIDE, PAPER_TAXEL_SIDE, TAXELS};
-use wstac_core::taxels::Camera;
+use wstac_core::taxels::FrameGeometry;
 
 use super::config::SensorConfig;
 use super::encode::{Block, Encoder, Frame, Mosaic, Site, encoder};
@@ -36,10 +36,16 @@ pub(super) struct WholeRenderer {
 
 impl WholeRenderer {
     /// A renderer of a camera's frames.
-    pub(super) fn new(config: &SensorConfig, pose: &Pose, camera: &Camera<Any>, pixel: &Pixel, rng: Rng) -> Self {
+    pub(super) fn new(
+        config: &SensorConfig,
+        pose: &Pose,
+        camera: &FrameGeometry<Any>,
+        pixel: &Pixel,
+        rng: Rng,
+    ) -> Self {
         let size = camera.layout().frame();
         let (width, height) = (usize::from(size.width()), usize::from(size.height()));
-        let encoder = encoder(config.format, config.colour);
+        let encoder = encoder(config.format, config.color);
         let [columns, rows] = encoder.cell();
         let block_width = width.next_multiple_of(columns);
         let view = View::new(pose, size);
@@ -48,12 +54,12 @@ impl WholeRenderer {
         let shares = if config.blur > 0.0 { blurred(&shares, width, config.blur) } else { shares };
         let mosaic = Mosaic::of(config.format.pixels());
         let seen = taxels.into_iter().zip(shares).enumerate().map(|(k, (taxel, share))| {
-            let colour = mosaic.map_or(1.0, |mosaic| match mosaic.site(k % width, k / width) {
+            let color = mosaic.map_or(1.0, |mosaic| match mosaic.site(k % width, k / width) {
                 Site::Red => RED_SHARE,
                 Site::Green => 1.0,
                 Site::Blue => BLUE_SHARE,
             });
-            (taxel, (share * colour * values_of_light) as f32)
+            (taxel, (share * color * values_of_light) as f32)
         });
         let seen = seen.collect();
         Self {
@@ -78,10 +84,10 @@ impl WholeRenderer {
         let light = light.map(checked_light);
         let [columns, rows] = self.encoder.cell();
         let (width, block_width) = (self.width, self.width.next_multiple_of(columns));
-        let coloured = self.encoder.is_coloured();
+        let colored = self.encoder.is_colored();
         for top in (0..self.frame.height).step_by(rows) {
-            for (values, (colour, share)) in self.values.iter_mut().zip([(0, RED_SHARE), (1, 1.0), (2, BLUE_SHARE)]) {
-                if !coloured && colour != 1 {
+            for (values, (color, share)) in self.values.iter_mut().zip([(0, RED_SHARE), (1, 1.0), (2, BLUE_SHARE)]) {
+                if !colored && color != 1 {
                     continue;
                 }
                 let light = light.map(|light| (light * share) as f32);
@@ -97,8 +103,8 @@ impl WholeRenderer {
                     }
                 }
             }
-            let colours = self.values.each_ref().map(Vec::as_slice);
-            self.encoder.encode(&Block { left: 0, top, width: block_width, colours }, &mut self.frame);
+            let colors = self.values.each_ref().map(Vec::as_slice);
+            self.encoder.encode(&Block { left: 0, top, width: block_width, colors }, &mut self.frame);
         }
     }
 }

@@ -1,11 +1,11 @@
 //! Frames of any pixel format as cells of green: squares of pixels, small against a whisker's spot of light.
 
 use wstac_core::frame::{Rows, Run, Stride};
-use wstac_core::green::Green;
+use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::layout::Layout;
 use wstac_core::params::TAXELS;
-use wstac_core::taxels::Camera;
+use wstac_core::taxels::FrameGeometry;
 
 use wstac_host::error::Error;
 use wstac_host::source::StreamInfo;
@@ -16,7 +16,7 @@ const FINENESS: u16 = 300;
 /// How frames of one stream become cells.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cells {
-    camera: Camera<Any>,
+    camera: FrameGeometry<Any>,
     green: Any,
     /// Pixels of a cell's side: a multiple of a Bayer cell.
     pub(super) side: u16,
@@ -29,12 +29,12 @@ impl Cells {
     /// Where the frame's size, format and bytes a row do not fit each other.
     pub(super) fn new(info: &StreamInfo) -> Result<Self, Error> {
         let (width, height) = (info.size.width(), info.size.height());
-        let green = Any::new(info.format, info.colour, YcbcrMethod::Exact);
+        let green = Any::new(info.format, info.color, YcbcrMethod::Exact);
         let cell = green.cell();
         let side = (width.min(height) / FINENESS).max(1).next_multiple_of(cell);
         let size = [width / side, height / side].map(usize::from);
         let camera = Layout::new(info.size, [cell; 2], [[0; 2]; TAXELS])
-            .and_then(|layout| Camera::new(green, layout, info.rate))
+            .and_then(|layout| FrameGeometry::new(green, layout, info.rate))
             .and_then(|camera| camera.with_bytes_per_row(info.bytes_per_row))
             .map_err(|error| Error::new(&info.about, error))?;
         Ok(Self { camera, green, side, size })
@@ -56,7 +56,7 @@ impl Cells {
         shares.clear();
         shares.extend((0..rows * columns).map(|k| {
             let [x, y] = [k % columns, k / columns].map(|at| at as u16 * self.side);
-            let mut sum = <Any as Green>::Sum::default();
+            let mut sum = <Any as GreenChannel>::Sum::default();
             let run = Run { y, x, width: self.side, stride: Stride::One };
             self.green.add_block(&mut sum, &frame, run, self.side);
             self.green.total(&sum, pixels) as f32 / full

@@ -50,7 +50,7 @@ impl Calibration {
         writeln!(text, "]\n")?;
         writeln!(
             text,
-            "# Untouched, the brightest row or column has {:.2} grey levels as a mean; the noisiest",
+            "# Untouched, the brightest row or column has {:.2} gray levels as a mean; the noisiest",
             noise.dark_levels
         )?;
         writeln!(
@@ -85,7 +85,7 @@ impl Calibration {
                 "# Untouched there are {:.4} already, more than half of the default: it is measured above",
                 noise.dark_sum
             )?;
-            writeln!(text, "# the baseline, and less by what one grey level in five taxels is.")?;
+            writeln!(text, "# the baseline, and less by what one gray level in five taxels is.")?;
         } else {
             writeln!(text, "# Untouched there are {:.4}, less than half of the default.", noise.dark_sum)?;
         }

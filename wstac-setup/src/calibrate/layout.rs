@@ -1,6 +1,6 @@
 //! Bases → the layout of the taxels: squares around them, as large a share of the pitch as in the paper's layout.
 
-use wstac_core::green::Green;
+use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::layout::Layout;
 use wstac_core::params::{PAPER_PITCH, PAPER_TAXEL_SIDE, TAXELS};
@@ -18,7 +18,7 @@ const LEAST_SHARE: f64 = 0.45;
 /// # Errors
 /// Where a whisker is too close to the picture's edge for a taxel around it.
 pub(super) fn layout(info: &StreamInfo, centres: &[[f64; 2]; TAXELS], pitch: [f64; 2]) -> Result<Layout, String> {
-    let cell = f64::from(Any::new(info.format, info.colour, YcbcrMethod::Exact).cell());
+    let cell = f64::from(Any::new(info.format, info.color, YcbcrMethod::Exact).cell());
     let frame = [info.size.width(), info.size.height()].map(f64::from);
     let mut taxel = [0; 2];
     let mut corners = [[0; 2]; TAXELS];

@@ -4,7 +4,7 @@ use wstac_core::features::line_sums;
 use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::layout::Layout;
 use wstac_core::params::{DEFAULT_FLOOR_LEVELS, DEFAULT_MARGIN, DEFAULT_WINDOW, FEATURES, TAXELS, VALID_THRESHOLD};
-use wstac_core::taxels::{Accumulators, Camera};
+use wstac_core::taxels::{FrameGeometry, TaxelSums};
 
 use wstac_host::source::StreamInfo;
 
@@ -19,13 +19,13 @@ const MOST_DARK: f64 = 0.5;
 /// What the untouched sensor shows, and the settings that keep clear of it. A line is a row or a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
-    /// Mean of the brightest line's taxels, in grey levels of the pixel format.
+    /// Mean of the brightest line's taxels, in gray levels of the pixel format.
     pub dark_levels: f64,
-    /// Deviation of the noisiest line's mean from frame to frame, in grey levels.
+    /// Deviation of the noisiest line's mean from frame to frame, in gray levels.
     pub levels: f64,
     /// The same of a line's feature, in units of a natural logarithm.
     pub feature: f64,
-    /// Suggested darkness floor, in grey levels.
+    /// Suggested darkness floor, in gray levels.
     pub floor_levels: f64,
     /// Suggested margin of the trigger, in units of a natural logarithm a frame.
     pub margin: f64,
@@ -45,19 +45,19 @@ impl Noise {
     /// # Errors
     /// Where the frames' sums do not fit the core.
     pub(super) fn measured(info: &StreamInfo, layout: Layout, untouched: &[Vec<u8>]) -> Result<Self, String> {
-        let green = Any::new(info.format, info.colour, YcbcrMethod::Exact);
-        let camera = Camera::new(green, layout, info.rate)
+        let green = Any::new(info.format, info.color, YcbcrMethod::Exact);
+        let camera = FrameGeometry::new(green, layout, info.rate)
             .and_then(|camera| camera.with_bytes_per_row(info.bytes_per_row))
             .map_err(|error| error.to_string())?;
         let full = f64::from(camera.pixels()) * f64::from(camera.full_scale());
-        let grey = f64::from(camera.full_scale());
-        let mut accumulators = Accumulators::new(camera);
+        let gray = f64::from(camera.full_scale());
+        let mut accumulators = TaxelSums::new(camera);
         let lines = untouched.iter().filter_map(|bytes| accumulators.push_frame(bytes).ok());
-        Ok(Self::of_lines(&lines.map(|sums| lines_of(&sums, full)).collect::<Vec<_>>(), grey))
+        Ok(Self::of_lines(&lines.map(|sums| lines_of(&sums, full)).collect::<Vec<_>>(), gray))
     }
 
-    /// The noise of line sums, shares of a full scale of `grey` levels.
-    fn of_lines(frames: &[[f64; FEATURES]], grey: f64) -> Self {
+    /// The noise of line sums, shares of a full scale of `gray` levels.
+    fn of_lines(frames: &[[f64; FEATURES]], gray: f64) -> Self {
         let (mut dark_sum, mut sum, mut feature) = (0.0_f64, 0.0_f64, 0.0_f64);
         for line in 0..FEATURES {
             let values = || frames.iter().map(|frame| frame[line]);
@@ -66,10 +66,10 @@ impl Noise {
             let variance = values().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
             (dark_sum, sum) = (dark_sum.max(mean), sum.max(variance.sqrt()));
             if mean > 0.0 {
-                feature = feature.max(variance.sqrt() / mean.max(5.0 * DEFAULT_FLOOR_LEVELS / grey));
+                feature = feature.max(variance.sqrt() / mean.max(5.0 * DEFAULT_FLOOR_LEVELS / gray));
             }
         }
-        let to_levels = grey / 5.0;
+        let to_levels = gray / 5.0;
         let up = |value: f64, unit: f64| (value / unit - 1e-9).ceil() * unit;
         let above_baseline = dark_sum > MOST_DARK * VALID_THRESHOLD;
         let threshold = if above_baseline { VALID_THRESHOLD - PUBLISHED_DARK } else { VALID_THRESHOLD };

@@ -5,7 +5,7 @@ mod glyphs;
 
 use wstac_core::params::{COLUMNS, TAXELS};
 
-use self::canvas::{Canvas, Colour};
+use self::canvas::{Canvas, Color};
 use super::{Calibration, Outcome, Refusal};
 
 /// Shorter side of a picture at least, so that numbers can be read: smaller frames are enlarged.
@@ -13,12 +13,12 @@ const READABLE: usize = 720;
 /// Light that is shown as brightest: what this share of cells is dimmer than.
 const BRIGHTEST: f32 = 0.985;
 
-const TAXEL: Colour = [255, 255, 255];
-const DEAD: Colour = [255, 150, 40];
-const BASE: Colour = [255, 70, 90];
-const LINK: Colour = [90, 110, 140];
-const ON_LATTICE: Colour = [255, 255, 255];
-const STRAY: Colour = [255, 150, 40];
+const TAXEL: Color = [255, 255, 255];
+const DEAD: Color = [255, 150, 40];
+const BASE: Color = [255, 70, 90];
+const LINK: Color = [90, 110, 140];
+const ON_LATTICE: Color = [255, 255, 255];
+const STRAY: Color = [255, 150, 40];
 
 impl Outcome {
     /// The picture as the bytes of a PNG file.
@@ -57,8 +57,8 @@ impl Outcome {
         for (k, (light, dark)) in self.seen.light.values.iter().zip(&self.seen.dark.values).enumerate() {
             let glow = ((light - hidden) / (most - hidden)).clamp(0.0, 1.0).sqrt();
             let dark = 22.0 + 70.0 * dark.clamp(0.0, 1.0).sqrt();
-            let colour = [dark + 30.0 * glow, dark + (235.0 - dark) * glow, dark * 1.25 + 40.0 * glow];
-            canvas.fill([k % columns * scale, k / columns * scale], [scale; 2], colour.map(|part| part as u8));
+            let color = [dark + 30.0 * glow, dark + (235.0 - dark) * glow, dark * 1.25 + 40.0 * glow];
+            canvas.fill([k % columns * scale, k / columns * scale], [scale; 2], color.map(|part| part as u8));
         }
         canvas
     }
@@ -90,11 +90,11 @@ impl Outcome {
     fn draw_spots(&self, canvas: &mut Canvas, refusal: &Refusal) {
         let scale = self.scale() as f64;
         for (k, spot) in self.spots.iter().enumerate() {
-            let colour = if refusal.lattice.contains(&k) { ON_LATTICE } else { STRAY };
+            let color = if refusal.lattice.contains(&k) { ON_LATTICE } else { STRAY };
             let centre = spot.centre.map(|at| (at + 0.5) * scale - 0.5);
             let radius = (spot.area as f64 / core::f64::consts::PI).sqrt() * 1.3 * scale + 3.0;
-            canvas.ring(centre, radius, colour);
-            canvas.text([centre[0] + radius * 0.75, centre[1] - radius * 0.75 - 14.0], &(k + 1).to_string(), colour);
+            canvas.ring(centre, radius, color);
+            canvas.text([centre[0] + radius * 0.75, centre[1] - radius * 0.75 - 14.0], &(k + 1).to_string(), color);
         }
     }
 }

@@ -5,8 +5,8 @@ use wstac_core::layout::FrameSize;
 
 use super::*;
 use wstac_host::config::Config;
-use wstac_host::source::{Item, Source};
-use wstac_scene::Script;
+use wstac_host::source::{Source, SourceEvent};
+use wstac_scene::SceneConfig;
 use wstac_scene::rng::Rng;
 use wstac_scene::sensor::Pose;
 use wstac_scene::source::SceneSource;
@@ -15,18 +15,18 @@ use wstac_scene::source::SceneSource;
 const MOST_OFF: f64 = 1.5;
 
 /// A scene from its text, and its pose.
-fn scene(text: &str) -> Script {
-    Script::from_toml("scene", text).unwrap()
+fn scene(text: &str) -> SceneConfig {
+    SceneConfig::from_toml("scene", text).unwrap()
 }
 
 /// What a scene's frames come to.
-fn seen(script: &Script) -> (Outcome, FrameSize) {
+fn seen(script: &SceneConfig) -> (Outcome, FrameSize) {
     let mut source = SceneSource::new(script).unwrap();
     let mut watch = Watch::new(source.info()).unwrap();
     let last = source.truth().last().unwrap().end_s * 30.0 + 12.0;
     for _ in 0..last as u32 {
         match source.next().unwrap() {
-            Item::Frame { bytes, .. } => watch.take(bytes),
+            SourceEvent::Frame { bytes, .. } => watch.take(bytes),
             _ => break,
         }
     }
@@ -78,7 +78,7 @@ fn pose(rng: &mut Rng, size: FrameSize) -> Pose {
 }
 
 /// A random slide before a random camera; every tenth has a dead whisker.
-fn random(number: u64) -> (Script, Option<usize>) {
+fn random(number: u64) -> (SceneConfig, Option<usize>) {
     let mut rng = Rng::new(number, 99);
     let specimens = ["Fla0", "Sin2", "Sin4", "Saw3", "Tri2", "Tri4"];
     let (specimen, turn) = (specimens[rng.below(6)], 90 * rng.below(4));

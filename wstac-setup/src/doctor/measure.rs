@@ -10,7 +10,7 @@ use super::pixels::{PixelGrid, Pixels};
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::reading::{Reading, Record, Wanted};
-use wstac_host::source::{Fault, Item, Source, StreamInfo};
+use wstac_host::source::{Fault, Source, SourceEvent, StreamInfo};
 
 /// Frames that a camera takes to settle after its start; they are not measured.
 pub const SETTLING: u32 = 15;
@@ -22,7 +22,7 @@ const LEAST: usize = 10;
 pub struct Moment {
     /// When it was taken, in s since the first: by the driver's timestamps, else by its number.
     pub at: f64,
-    /// Mean of each taxel, in grey levels of 255.
+    /// Mean of each taxel, in gray levels of 255.
     pub levels: [f64; TAXELS],
     /// Whether the frame before it is the one before it here: nothing was lost between them.
     pub follows: bool,
@@ -49,7 +49,7 @@ pub struct Measured {
     pub fps: f64,
     /// Camera frames that are added up to one feature frame.
     pub frames_added: u32,
-    /// Smallest step of a block's mean in grey levels, where the pictures are JPEG and say.
+    /// Smallest step of a block's mean in gray levels, where the pictures are JPEG and say.
     pub dc_step: Option<f64>,
 }
 
@@ -103,19 +103,19 @@ pub fn measure(
     while stop.load(Ordering::Relaxed) == 0 && limit.frames.is_none_or(|most| steps < most) {
         let item = source.next()?;
         // It may come back, but not as a camera that was watched all the time; and it may never.
-        if let Item::Fault(Fault { kind: "disconnected" | "no-signal", message }) = &item {
+        if let SourceEvent::Fault(Fault { kind: "disconnected" | "no-signal", message }) = &item {
             let why = message.split("; waiting for").next().unwrap_or_default();
             return Err(Error::new(&info.about, format_args!("broke off while it was measured: {why}")));
         }
-        if settling > 0 && !matches!(item, Item::End) {
-            settling -= u32::from(matches!(item, Item::Frame { .. } | Item::Lost { .. }));
+        if settling > 0 && !matches!(item, SourceEvent::End) {
+            settling -= u32::from(matches!(item, SourceEvent::Frame { .. } | SourceEvent::Lost { .. }));
             continue;
         }
         let by_number = steps as f64 * period;
         let mut at = by_number;
         match &item {
-            Item::End => break,
-            Item::Lost { frames, why } => {
+            SourceEvent::End => break,
+            SourceEvent::Lost { frames, why } => {
                 *measured.lost.entry(why).or_default() += frames;
                 steps = steps.saturating_add(*frames);
                 follows = false;
@@ -124,7 +124,7 @@ pub fn measure(
                     break;
                 }
             }
-            Item::Frame { bytes, timestamp, sequence, encoded } => {
+            SourceEvent::Frame { bytes, timestamp, sequence, encoded } => {
                 steps += 1;
                 if let Some(timestamp) = *timestamp {
                     at = timestamp.saturating_sub(*first.get_or_insert(timestamp)).as_secs_f64();
@@ -137,15 +137,15 @@ pub fn measure(
                     measured.dc_step = encoded.and_then(super::mjpeg::dc_step);
                 }
             }
-            Item::Taxels(_) => steps += 1,
-            Item::Fault(_) | Item::Waiting => {}
+            SourceEvent::Taxels(_) => steps += 1,
+            SourceEvent::Fault(_) | SourceEvent::Waiting => {}
         }
         let touched = &mut measured.touched;
         reading.take(&item, |record| {
             notice(touched, &record);
             Ok::<(), Error>(())
         })?;
-        if matches!(item, Item::Frame { .. } | Item::Taxels(_)) {
+        if matches!(item, SourceEvent::Frame { .. } | SourceEvent::Taxels(_)) {
             if let Some(shares) = reading.taxels() {
                 let levels = shares.map(|share| 255.0 * f64::from(share));
                 measured.moments.push(Moment { at, levels, follows });

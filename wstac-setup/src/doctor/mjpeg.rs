@@ -25,7 +25,7 @@ pub struct Side {
     pub pixel_noise: Option<f64>,
 }
 
-/// The comparison, in grey levels of 255.
+/// The comparison, in gray levels of 255.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MjpegReport {
     /// Uncompressed.

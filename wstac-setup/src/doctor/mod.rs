@@ -1,7 +1,7 @@
 //! What is right and wrong with a sensor that nothing touches, in numbers and in words.
 //!
 //! [`measure`] reads any source; [`still`], [`pace`] and [`pixels`] make numbers of what it gave; [`signal`] says what the
-//! trigger would see of it, [`mjpeg`] what compression costs; [`verdict`] says what to change. Levels are grey levels of
+//! trigger would see of it, [`mjpeg`] what compression costs; [`verdict`] says what to change. Levels are gray levels of
 //! 255, whatever the format's full scale is.
 
 pub mod controls;
@@ -88,7 +88,7 @@ pub struct RateReport {
     pub lost: BTreeMap<&'static str, u64>,
 }
 
-/// How bright the sensor is, in grey levels of 255.
+/// How bright the sensor is, in gray levels of 255.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LevelsReport {
     /// Full scale of the format, in its own steps.
@@ -112,7 +112,7 @@ pub struct LevelsReport {
     pub clipped: Option<f64>,
 }
 
-/// How levels vary from frame to frame, in grey levels of 255, rms; slower changes are not counted.
+/// How levels vary from frame to frame, in gray levels of 255, rms; slower changes are not counted.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct NoiseReport {
     /// Of a taxel's mean, over all taxels.
@@ -126,7 +126,7 @@ pub struct NoiseReport {
 /// How levels change slowly.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DriftReport {
-    /// Slope of the mean of all taxels, in grey levels of 255 a minute.
+    /// Slope of the mean of all taxels, in gray levels of 255 a minute.
     pub levels_per_minute: f64,
     /// Standard error of that.
     pub error: f64,
@@ -151,7 +151,7 @@ impl DriftReport {
 pub struct Known {
     /// Frames a second that were asked for.
     pub asked_fps: Option<f64>,
-    /// A pixel's value without light, in grey levels of 255, measured with the sensor in the dark.
+    /// A pixel's value without light, in gray levels of 255, measured with the sensor in the dark.
     pub black: Option<f64>,
 }
 

@@ -3,12 +3,12 @@
 //! Their green is the core's, bit for bit, in any format: each is a taxel of one pixel (of a Bayer mosaic: one cell, two
 //! green sites), 25 of them a layout.
 
-use wstac_core::green::Green;
+use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::layout::Layout;
 use wstac_core::params::{COLUMNS, ROWS, TAXELS};
 use wstac_core::rate::FrameRate;
-use wstac_core::taxels::{Accumulators, Camera};
+use wstac_core::taxels::{FrameGeometry, TaxelSums};
 
 use wstac_host::error::Error;
 use wstac_host::source::StreamInfo;
@@ -18,7 +18,7 @@ const SIDE: u16 = 100;
 /// Share of pixels that are taken for dark: few enough to lie in shadow, enough for a mean.
 const DARKEST: f64 = 0.01;
 
-/// What single pixels did, in grey levels of 255 and shares.
+/// What single pixels did, in gray levels of 255 and shares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pixels {
     /// Temporal noise of a pixel inside a taxel, rms; of all pixels where none is inside.
@@ -47,7 +47,7 @@ struct History {
 /// The grid.
 #[derive(Clone, Debug)]
 pub struct PixelGrid {
-    groups: Vec<(Accumulators<Any>, [History; TAXELS])>,
+    groups: Vec<(TaxelSums<Any>, [History; TAXELS])>,
     frames: u64,
     steps: u64,
 }
@@ -58,7 +58,7 @@ impl PixelGrid {
     /// # Errors
     /// Where the frame is too small.
     pub fn new(info: &StreamInfo, taxels: &Layout) -> Result<Self, Error> {
-        let green = Any::new(info.format, info.colour, YcbcrMethod::Exact);
+        let green = Any::new(info.format, info.color, YcbcrMethod::Exact);
         let cell = green.cell();
         let (width, height) = (info.size.width(), info.size.height());
         let (xs, ys) = (places(width, cell), places(height, cell));
@@ -69,11 +69,11 @@ impl PixelGrid {
                 let places = ys.iter().flat_map(|y| xs.iter().map(move |x| [*x, *y]));
                 corners.iter_mut().zip(places).for_each(|(corner, place)| *corner = place);
                 let camera = Layout::new(info.size, [cell; 2], corners)
-                    .and_then(|layout| Camera::new(green, layout, FrameRate::NOMINAL))
+                    .and_then(|layout| FrameGeometry::new(green, layout, FrameRate::NOMINAL))
                     .and_then(|camera| camera.with_bytes_per_row(info.bytes_per_row))
                     .map_err(|error| Error::new(&info.about, error))?;
                 let history = |corner| History { inside: is_inside(corner, taxels), ..History::default() };
-                groups.push((Accumulators::new(camera), corners.map(history)));
+                groups.push((TaxelSums::new(camera), corners.map(history)));
             }
         }
         Ok(Self { groups, frames: 0, steps: 0 })

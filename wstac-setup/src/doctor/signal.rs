@@ -20,7 +20,7 @@ const SURE: f64 = 3.09;
 /// No more false triggers an hour are told than there could be windows in it.
 const HOUR_S: f64 = 3600.0;
 
-/// In grey levels of 255.
+/// In gray levels of 255.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SignalReport {
     /// What one taxel alone must gain over a window to fire, wherever it is: of its row and its column the more

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicUsize;
 use std::time::Duration;
 
 use wstac_core::green::any::PixelFormat;
-use wstac_core::green::ycbcr::Colour;
+use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::layout::FrameSize;
 use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
@@ -14,8 +14,8 @@ use super::*;
 use wstac_host::camera::CameraState;
 use wstac_host::config::Config;
 use wstac_host::reading::{Reading, Record, Wanted};
-use wstac_host::source::{Fault, Item, Source};
-use wstac_scene::Script;
+use wstac_host::source::{Fault, Source, SourceEvent};
+use wstac_scene::SceneConfig;
 use wstac_scene::source::SceneSource;
 
 static RUNNING: AtomicUsize = AtomicUsize::new(0);
@@ -27,7 +27,7 @@ fn scene(sensor: &str, leak: f64) -> (StreamInfo, Measured) {
     let toml = format!(
         "specimen = \"Fla0\"\nspeed = 200\nlead_in = 300\nseed = 5\nnoise = 1.0\n[light]\nleak = {leak}\n[sensor]\nsize = [400, 400]\n{sensor}"
     );
-    let mut source = SceneSource::new(&Script::from_toml("test", &toml).unwrap()).unwrap();
+    let mut source = SceneSource::new(&SceneConfig::from_toml("test", &toml).unwrap()).unwrap();
     let limit = Limit { frames: Some(source.truth()[0].start_frame()), ..ALL };
     let info = source.info().clone();
     let measured = measure(&mut source, &info, &Config::default(), limit, &RUNNING).unwrap();
@@ -79,7 +79,7 @@ fn noise_black_level_and_leak_are_the_scenes() {
 }
 
 #[test]
-fn colour_formats_have_the_same_level() {
+fn color_formats_have_the_same_level() {
     // RGB565 has steps of four levels.
     for (format, tolerance) in [("YUYV", 1.0), ("NV12", 1.0), ("MJPG", 1.0), ("RGBP", 2.1)] {
         let (info, measured) = scene(&format!("format = \"{format}\"\nblack_level = 16.0\nread_noise = 100.0"), 0.02);
@@ -92,7 +92,7 @@ fn colour_formats_have_the_same_level() {
 #[test]
 fn taxel_sums_alone_give_noise_and_levels() {
     let toml = "specimen = \"Fla0\"\nspeed = 200\nlead_in = 300\nnoise = 1.0\nfidelity = \"taxel\"\n[sensor]\nblack_level = 6.0\nread_noise = 100.0";
-    let mut source = SceneSource::new(&Script::from_toml("test", toml).unwrap()).unwrap();
+    let mut source = SceneSource::new(&SceneConfig::from_toml("test", toml).unwrap()).unwrap();
     let info = source.info().clone();
     let measured =
         measure(&mut source, &info, &Config::default(), Limit { frames: Some(300), ..ALL }, &RUNNING).unwrap();
@@ -146,7 +146,7 @@ fn played(format: PixelFormat, items: Vec<Shown>, camera: bool) -> Played {
     let info = StreamInfo {
         size: FrameSize::new(400, 400).unwrap(),
         format,
-        colour: Colour::default(),
+        color: YcbcrEncoding::default(),
         bytes_per_row: if format == PixelFormat::Y16 { 800 } else { 400 },
         rate: FrameRate::NOMINAL,
         taxels_only: matches!(items.first(), Some(Shown::Sums(_))),
@@ -169,8 +169,8 @@ impl Source for Played {
         &self.info
     }
 
-    fn next(&mut self) -> Result<Item<'_>, Error> {
-        let Some(item) = self.items.next() else { return Ok(Item::End) };
+    fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
+        let Some(item) = self.items.next() else { return Ok(SourceEvent::End) };
         let steps = match item {
             Shown::Lost(frames) => frames,
             Shown::Level(_) | Shown::Sums(_) => 1,
@@ -179,17 +179,17 @@ impl Source for Played {
         self.time += steps as f64 * self.step_s;
         self.sequence = self.sequence.wrapping_add(steps as u32);
         Ok(match item {
-            Shown::Lost(frames) => Item::Lost { frames, why: "dropped by the driver" },
-            Shown::Sums(sums) => Item::Taxels(sums),
-            Shown::Fault(kind, message) => Item::Fault(Fault { kind, message: message.into() }),
-            Shown::Waiting => Item::Waiting,
+            Shown::Lost(frames) => SourceEvent::Lost { frames, why: "dropped by the driver" },
+            Shown::Sums(sums) => SourceEvent::Taxels(sums),
+            Shown::Fault(kind, message) => SourceEvent::Fault(Fault { kind, message: message.into() }),
+            Shown::Waiting => SourceEvent::Waiting,
             Shown::Level(level) => {
                 for byte in &mut self.bytes {
                     self.random = self.random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                     *byte = (level + f64::from(self.random >> 8) / f64::from(1 << 24)).clamp(0.0, 255.0) as u8;
                 }
                 let timestamp = Some(Duration::from_secs_f64(self.time));
-                Item::Frame { bytes: &self.bytes, timestamp, sequence: Some(self.sequence), encoded: None }
+                SourceEvent::Frame { bytes: &self.bytes, timestamp, sequence: Some(self.sequence), encoded: None }
             }
         })
     }
@@ -204,7 +204,7 @@ fn read(mut source: Played) -> (StreamInfo, Measured) {
 #[test]
 fn the_first_frames_of_a_camera_are_left_out_and_all_of_its_recording_are_measured() {
     for (limit, frames) in [(OF_A_CAMERA, 35), (ALL, 50)] {
-        let mut source = played(PixelFormat::Grey, (0..50).map(|_| Shown::Level(1.4)).collect(), true);
+        let mut source = played(PixelFormat::Gray, (0..50).map(|_| Shown::Level(1.4)).collect(), true);
         let info = source.info.clone();
         let measured = measure(&mut source, &info, &Config::default(), limit, &RUNNING).unwrap();
         assert_eq!(measured.moments.len(), frames);
@@ -214,7 +214,7 @@ fn the_first_frames_of_a_camera_are_left_out_and_all_of_its_recording_are_measur
 #[test]
 fn a_sensor_in_order_has_nothing_to_change() {
     let frames = (0..150).map(|_| Shown::Level(1.4)).collect();
-    let (info, measured) = read(played(PixelFormat::Grey, frames, false));
+    let (info, measured) = read(played(PixelFormat::Gray, frames, false));
     let report = report(&info, &measured, None);
     assert!(report.healthy && report.verdict.is_empty(), "{report}");
     assert_near("rate", report.rate.measured.unwrap(), 30.0, 1e-3);
@@ -225,7 +225,7 @@ fn a_sensor_in_order_has_nothing_to_change() {
 fn drift_is_measured_and_told_in_minutes() {
     // 18 levels a minute, from 20 levels to 23.
     let frames = (0..300).map(|t| Shown::Level(20.0 + 18.0 / 1800.0 * f64::from(t))).collect();
-    let (info, measured) = read(played(PixelFormat::Grey, frames, false));
+    let (info, measured) = read(played(PixelFormat::Gray, frames, false));
     let report = report(&info, &measured, None);
     assert_near("drift", report.drift.levels_per_minute, 18.0, 0.1);
     assert_near("drift of the worst taxel", report.drift.worst_taxel, 18.0, 0.3);
@@ -238,7 +238,7 @@ fn drift_is_measured_and_told_in_minutes() {
 #[test]
 fn falling_light_never_fires_and_is_told_all_the_same() {
     let frames = (0..300).map(|t| Shown::Level(23.0 - 18.0 / 1800.0 * f64::from(t))).collect();
-    let (info, measured) = read(played(PixelFormat::Grey, frames, false));
+    let (info, measured) = read(played(PixelFormat::Gray, frames, false));
     let report = report(&info, &measured, None);
     assert_near("drift", report.drift.levels_per_minute, -18.0, 0.1);
     assert_eq!(report.drift.minutes_to_trigger, None);
@@ -250,7 +250,7 @@ fn falling_light_never_fires_and_is_told_all_the_same() {
 fn a_slow_camera_losses_and_a_touch_are_told() {
     let mut items: Vec<_> = (0..120).map(|t| Shown::Level(if t < 80 { 1.4 } else { 40.4 })).collect();
     items.insert(30, Shown::Lost(4));
-    let mut source = played(PixelFormat::Grey, items, true);
+    let mut source = played(PixelFormat::Gray, items, true);
     source.step_s = 1.0 / 7.5;
     let info = source.info.clone();
     let measured = measure(&mut source, &info, &Config::default(), OF_A_CAMERA, &RUNNING).unwrap();
@@ -279,14 +279,14 @@ fn a_slow_camera_losses_and_a_touch_are_told() {
 #[test]
 fn a_picture_that_never_changes_is_told() {
     let frames = (0..60).map(|_| Shown::Level(255.0)).collect();
-    let (info, measured) = read(played(PixelFormat::Grey, frames, false));
+    let (info, measured) = read(played(PixelFormat::Gray, frames, false));
     assert!(kinds(&report(&info, &measured, None)).contains(&"frozen"));
 }
 
 #[test]
 fn the_smallest_signal_is_where_the_trigger_fires() {
     let even = |level: f64, full: f64| [(level / 255.0 * full * 2500.0).round() as u32; TAXELS];
-    for (format, full) in [(PixelFormat::Y16, 65_535.0), (PixelFormat::Grey, 255.0)] {
+    for (format, full) in [(PixelFormat::Y16, 65_535.0), (PixelFormat::Gray, 255.0)] {
         for text in [
             "",
             "[trigger]\nmargin = 0.5",
@@ -309,7 +309,7 @@ fn the_smallest_signal_is_where_the_trigger_fires() {
                     let mut reading = Reading::new(&info, &config, Wanted::default()).unwrap();
                     let mut fired = false;
                     for t in 0..200 {
-                        let item = Item::Taxels(if t < 60 { even(level, full) } else { sums });
+                        let item = SourceEvent::Taxels(if t < 60 { even(level, full) } else { sums });
                         let give = |record| {
                             fired |= matches!(record, Record::Event(_));
                             Ok::<(), Error>(())
@@ -355,12 +355,12 @@ fn mjpeg_is_held_against_the_uncompressed_picture() {
 
 #[test]
 fn too_few_frames_are_an_error() {
-    let mut source = played(PixelFormat::Grey, (0..9).map(|_| Shown::Level(3.0)).collect(), false);
+    let mut source = played(PixelFormat::Gray, (0..9).map(|_| Shown::Level(3.0)).collect(), false);
     let info = source.info.clone();
     let error = measure(&mut source, &info, &Config::default(), ALL, &RUNNING).unwrap_err().to_string();
     assert_eq!(error, "played: gave 9 frames, expected at least 10 to measure");
     let nothing: Vec<_> = (0..100).map(|_| Shown::Lost(30)).collect();
-    let mut source = played(PixelFormat::Grey, nothing, true);
+    let mut source = played(PixelFormat::Gray, nothing, true);
     let limit = Limit { seconds: 10.0, ..OF_A_CAMERA };
     let error = measure(&mut source, &info, &Config::default(), limit, &RUNNING).unwrap_err().to_string();
     assert!(error.contains("gave 0 frames (600 dropped by the driver)") && source.items.len() > 60, "{error}");
@@ -378,7 +378,7 @@ fn a_camera_that_goes_away_is_an_error_however_early() {
             let mut items: Vec<_> = (0..frames).map(|_| Shown::Level(1.4)).collect();
             items.extend([Shown::Waiting, Shown::Fault("slow", "slow"), Shown::Fault(kind, message)]);
             items.extend((0..100).map(|_| Shown::Waiting));
-            let mut source = played(PixelFormat::Grey, items, true);
+            let mut source = played(PixelFormat::Gray, items, true);
             let info = source.info.clone();
             let measured = measure(&mut source, &info, &Config::default(), OF_A_CAMERA, &RUNNING);
             let error = measured.unwrap_err().to_string();

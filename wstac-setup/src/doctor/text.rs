@@ -11,7 +11,7 @@ impl fmt::Display for Report {
         if let Some(camera) = &self.camera {
             writeln!(f, "\n{}", camera.device)?;
         }
-        writeln!(f, "\nGrey levels are of 255 (full scale here: {}).", self.levels.full_scale)?;
+        writeln!(f, "\nGray levels are of 255 (full scale here: {}).", self.levels.full_scale)?;
         rate(f, &self.rate)?;
         levels(f, &self.levels)?;
         let noise = &self.noise;

@@ -82,7 +82,7 @@ fn controls(findings: &mut Findings, controls: &[ControlReport]) {
             } else if why.contains("as asked") {
                 "leave that --control away: wstac then switches it off"
             } else {
-                "switch it off with v4l2-ctl or the maker's tool, or use a camera that lets it be locked: grey levels \
+                "switch it off with v4l2-ctl or the maker's tool, or use a camera that lets it be locked: gray levels \
                  may change by themselves"
             };
             findings.add("unlocked", format!("{name} is not locked: {why}"), advice);
@@ -152,7 +152,7 @@ fn light(findings: &mut Findings, report: &Report) {
         findings.add("clipped", found, advice);
     }
     if let Some(leak) = levels.leak.filter(|leak| *leak > LEAK * lit) {
-        let found = format!("{leak:.1} grey levels of light leak in, a touch counts as light from {lit:.1} on");
+        let found = format!("{leak:.1} gray levels of light leak in, a touch counts as light from {lit:.1} on");
         findings.add("leak", found, "cover the sensor better; light that is always there hides light that is not");
     }
     if report.signal.rest_of_lit >= 1.0 {
@@ -176,7 +176,7 @@ fn trigger(findings: &mut Findings, report: &Report) {
     let full = 5.0 * signal.lit;
     if one > full {
         let found =
-            format!("one taxel has to gain {one:.1} grey levels to be seen, a touch counts as light from {full:.1} on");
+            format!("one taxel has to gain {one:.1} gray levels to be seen, a touch counts as light from {full:.1} on");
         findings.add(
             "insensitive",
             found,
@@ -188,7 +188,7 @@ fn trigger(findings: &mut Findings, report: &Report) {
         let levels = drift.levels_per_minute;
         let (how, what) = if levels > 0.0 { ("brighter", "fires the trigger") } else { ("darker", "hides light") };
         let found = format!(
-            "the picture gets {how} by {:.2} grey levels a minute: a trigger's worth, which {what}, in {}",
+            "the picture gets {how} by {:.2} gray levels a minute: a trigger's worth, which {what}, in {}",
             levels.abs(),
             if minutes < 1.0 { "less than a minute".to_owned() } else { format!("{minutes:.0} minutes") }
         );
@@ -200,7 +200,7 @@ fn mjpeg(findings: &mut Findings, report: &Report) {
     let Some(mjpeg) = &report.mjpeg else { return };
     if mjpeg.error > HALF * mjpeg.lit {
         let found = format!(
-            "MJPEG is off by up to {:.1} grey levels a taxel, a touch counts as light from {:.1} on",
+            "MJPEG is off by up to {:.1} gray levels a taxel, a touch counts as light from {:.1} on",
             mjpeg.error, mjpeg.lit
         );
         let advice =

@@ -135,9 +135,9 @@ impl<'d> Axes<'d> {
     }
 
     /// A line through points of the data.
-    pub(super) fn line(&mut self, points: &[[f64; 2]], colour: &str) {
+    pub(super) fn line(&mut self, points: &[[f64; 2]], color: &str) {
         let points: Vec<_> = points.iter().map(|point| self.at(*point)).collect();
-        self.drawing.line(&points, colour, 0.9);
+        self.drawing.line(&points, color, 0.9);
         // No label on it: squares along each piece.
         for piece in points.windows(2) {
             let [[ax, ay], [bx, by]] = [piece[0], piece[1]];
@@ -150,11 +150,11 @@ impl<'d> Axes<'d> {
     }
 
     /// A bar from one y to another, with caps.
-    pub(super) fn bar(&mut self, x: f64, [low, high]: [f64; 2], colour: &str) {
+    pub(super) fn bar(&mut self, x: f64, [low, high]: [f64; 2], color: &str) {
         let ([x, bottom], [_, top]) = (self.at([x, low]), self.at([x, high]));
-        self.drawing.line(&[[x, bottom], [x, top]], colour, 0.9);
+        self.drawing.line(&[[x, bottom], [x, top]], color, 0.9);
         for y in [bottom, top] {
-            self.drawing.line(&[[x - 2.5, y], [x + 2.5, y]], colour, 0.9);
+            self.drawing.line(&[[x - 2.5, y], [x + 2.5, y]], color, 0.9);
         }
         self.taken.push([x - 2.5, top, x + 2.5, bottom]);
     }

@@ -17,7 +17,7 @@ use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::reading::{Reading, Record, Wanted, units};
 use wstac_host::source::Source;
-use wstac_scene::Script;
+use wstac_scene::SceneConfig;
 use wstac_scene::source::SceneSource;
 
 /// To be raised by whoever changes what samples a sweep gives: half a data set of the old kind must not be completed
@@ -51,7 +51,7 @@ pub enum Outcome {
 ///
 /// # Errors
 /// Where the scene cannot be made, or does not fit the configuration.
-pub fn sample(script: &Script, config: &Config) -> Result<Outcome, Error> {
+pub fn sample(script: &SceneConfig, config: &Config) -> Result<Outcome, Error> {
     let (mut source, mut reading) = stream(script, config)?;
     let mut first = None;
     // What comes after the first event does not matter.
@@ -81,11 +81,11 @@ pub fn sample(script: &Script, config: &Config) -> Result<Outcome, Error> {
 ///
 /// # Errors
 /// As [`sample`].
-pub fn check(script: &Script, config: &Config) -> Result<(), Error> {
+pub fn check(script: &SceneConfig, config: &Config) -> Result<(), Error> {
     stream(script, config).map(drop)
 }
 
-fn stream(script: &Script, config: &Config) -> Result<(SceneSource, Reading<'static>), Error> {
+fn stream(script: &SceneConfig, config: &Config) -> Result<(SceneSource, Reading<'static>), Error> {
     let source = SceneSource::new(script)?;
     let reading = Reading::new(source.info(), config, Wanted { samples: true, features: false })?;
     Ok((source, reading))
@@ -106,7 +106,7 @@ fn quantised(features: &[Vec<f64>]) -> Box<Sample> {
 ///
 /// # Errors
 /// As [`sample`].
-pub fn samples(scripts: &[Script], config: &Config) -> Result<Vec<Outcome>, Error> {
+pub fn samples(scripts: &[SceneConfig], config: &Config) -> Result<Vec<Outcome>, Error> {
     scripts.par_iter().map(|script| sample(script, config)).collect()
 }
 
@@ -117,7 +117,7 @@ pub fn samples(scripts: &[Script], config: &Config) -> Result<Vec<Outcome>, Erro
 /// As [`sample`]; those of `take`.
 pub fn each_sample<E: From<Error> + Send>(
     numbers: &[u32],
-    script: impl Fn(u32) -> Script + Sync,
+    script: impl Fn(u32) -> SceneConfig + Sync,
     config: &Config,
     take: impl FnMut(u32, Outcome) -> Result<(), E> + Send,
 ) -> Result<(), E> {

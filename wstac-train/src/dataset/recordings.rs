@@ -238,7 +238,7 @@ mod tests {
     use wstac_scene::source::SceneSource;
 
     fn recording(name: &str, specimen: &str, configuration: &str, change: impl Fn(&mut About)) -> Recording {
-        let script = wstac_scene::Script::from_toml("s", "specimen = \"Saw3\"\nspeed = 150").unwrap();
+        let script = wstac_scene::SceneConfig::from_toml("s", "specimen = \"Saw3\"\nspeed = 150").unwrap();
         let info = SceneSource::new(&script).unwrap().info().clone();
         let labels = Labels::from([("specimen".into(), specimen.into())]);
         let config = Config::parse(configuration).unwrap();

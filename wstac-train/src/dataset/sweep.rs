@@ -19,7 +19,7 @@ use wstac_core::rate::FrameRate;
 
 use wstac_host::error::Error;
 use wstac_scene::specimen::Specimen;
-use wstac_scene::{Script, Slide};
+use wstac_scene::{SceneConfig, Slide};
 
 /// Most slides of a data set: the file stays below the 4 GiB that a plain zip archive can hold.
 const MOST_SLIDES: u64 = 1_000_000;
@@ -62,7 +62,7 @@ const SET_BY_THE_SWEEP: [(&str, &str); 5] = [
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sweep {
     /// The first slide's scene; the others differ in the slide and the seed.
-    base: Script,
+    base: SceneConfig,
     specimens: Vec<Specimen>,
     speeds_mm_s: Vec<f64>,
     headings: Vec<Heading>,
@@ -99,14 +99,14 @@ impl Sweep {
             scene.insert(key.into(), values.first().ok_or_else(expected)?.clone());
         }
         // One scene for each value of a list: so all go through the one reader of scenes, whatever it checks.
-        let base = Script::from_table(subject, scene.clone())?;
+        let base = SceneConfig::from_table(subject, scene.clone())?;
         let each = |key: &str, values: &[Value]| -> Result<Vec<Slide>, Error> {
             let slides = values.iter().zip(0..).map(|(value, index)| {
                 let mut scene = scene.clone();
                 scene.insert(key.into(), value.clone());
                 // A scene of one slide has one.
-                let slide = |script: Script| script.slides.into_iter().next();
-                let script = Script::from_table(&format!("{subject}: {key}s[{index}]"), scene);
+                let slide = |script: SceneConfig| script.slides.into_iter().next();
+                let script = SceneConfig::from_table(&format!("{subject}: {key}s[{index}]"), scene);
                 script.map(slide).transpose()
             });
             slides.flatten().collect()
@@ -150,9 +150,9 @@ impl Sweep {
     }
 
     /// The scene of a slide of this number, as [`slide`](Self::slide).
-    pub fn script(&self, number: u32) -> Script {
+    pub fn script(&self, number: u32) -> SceneConfig {
         let (slide, seed) = self.slide(number);
-        Script { slides: vec![slide], seed, ..self.base.clone() }
+        SceneConfig { slides: vec![slide], seed, ..self.base.clone() }
     }
 }
 

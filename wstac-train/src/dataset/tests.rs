@@ -59,7 +59,7 @@ fn what_is_wrong_with_a_sweep_is_named() {
         ("seed = -1", vec!["seed is -1", "expected 0"]),
         ("[scene]\nseed = 1", vec!["[scene] has seed", "above"]),
         ("[scene]\nslide = 1", vec!["[scene] has slide", "above"]),
-        ("[scene]\ncolour = 1", vec!["unknown field `colour`", "noise"]),
+        ("[scene]\ncolor = 1", vec!["unknown field `color`", "noise"]),
         ("[scene]\nnoise = -1", vec!["noise is -1", "0 to 100"]),
         ("[scene]\ndepth = 1", vec!["depth is 1", "only with Sin, Saw or Tri"]),
         ("[scene.light]\nleak = 2", vec!["[light] leak is 2", "0 to 1"]),

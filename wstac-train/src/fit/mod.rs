@@ -73,7 +73,7 @@ impl Fit {
             return wrong("all slides last equally long, expected durations that fall with speed".into());
         };
         let law = match kind {
-            Kind::Paper => Law::Paper { intercept: line.intercept as f32, slope: -line.slope as f32 },
+            Kind::Paper => Law::Published { intercept: line.intercept as f32, slope: -line.slope as f32 },
             Kind::Physical => Law::Physical { track: line.slope as f32, afterglow: line.intercept as f32 },
         };
         let falls = if kind == Kind::Paper { line.slope < 0.0 } else { line.slope > 0.0 };
@@ -129,7 +129,7 @@ mod tests {
     fn a_law_is_found_again() {
         let paper = slides(|v| 151.06 - 56.29 * v.log10());
         let fit = Fit::new(Kind::Paper, &paper, "it").unwrap();
-        assert_eq!(fit.law, Law::PAPER);
+        assert_eq!(fit.law, Law::PUBLISHED);
         assert!(fit.line.r2 > 1.0 - 1e-12 && fit.line.deviation < 1e-9 && fit.speed_error.unwrap() < 1e-5);
         // What the core's own constants of the physical law are: least squares on the paper's.
         let physical = Fit::new(Kind::Physical, &paper, "it").unwrap();

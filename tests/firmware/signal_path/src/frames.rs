@@ -2,13 +2,13 @@
 
 use wstac_core::error::Error;
 use wstac_core::features::Floor;
-use wstac_core::green::grey::Grey;
+use wstac_core::green::gray::Gray;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::fixed::Fixed;
 use wstac_core::params::{COLUMNS, TAXELS};
 use wstac_core::rate::FrameRate;
 use wstac_core::stream::FeatureStream;
-use wstac_core::taxels::Camera;
+use wstac_core::taxels::FrameGeometry;
 use wstac_core::trigger::{Trigger, TriggerConfig};
 use wstac_fw::emulated::clock::Clock;
 
@@ -21,7 +21,8 @@ const FLOOR: Floor = match Floor::new(0.5, 255) {
 
 /// Instructions of `count` frames, bytes to trigger.
 fn frames(clock: &Clock, stripe: &[u8; STRIPE], layout: Layout, count: u32) -> Result<f64, Error> {
-    let mut stream = FeatureStream::<_, Fixed>::with_floor(Camera::new(Grey, layout, FrameRate::NOMINAL)?, FLOOR)?;
+    let mut stream =
+        FeatureStream::<_, Fixed>::with_floor(FrameGeometry::new(Gray, layout, FrameRate::NOMINAL)?, FLOOR)?;
     let mut trigger = Trigger::new(TriggerConfig::default());
     let (width, height) = (usize::from(layout.frame().width()), usize::from(layout.frame().height()));
     let mut all = 0;

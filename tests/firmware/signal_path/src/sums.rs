@@ -1,11 +1,11 @@
 //! Taxel sums of a frame of 400 × 400 GREY in stripes, by the core and by plain loops over the taxels' bytes.
 
 use wstac_core::error::Error;
-use wstac_core::green::grey::Grey;
+use wstac_core::green::gray::Gray;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
-use wstac_core::taxels::{Accumulators, Camera};
+use wstac_core::taxels::{FrameGeometry, TaxelSums};
 use wstac_fw::emulated::clock::Clock;
 use wstac_fw::emulated::host;
 
@@ -43,7 +43,7 @@ fn plain(stripe: &[u8], first: usize, layout: &Layout, sums: &mut [u32; TAXELS])
 /// Measures the core and both loops on the same stripes; their sums must be equal.
 pub fn measure(clock: &Clock, stripe: &[u8; STRIPE]) -> Result<(), Error> {
     let layout = Layout::paper(FrameSize::new(SIDE as u32, SIDE as u32)?)?;
-    let mut accumulators = Accumulators::new(Camera::new(Grey, layout, FrameRate::NOMINAL)?);
+    let mut accumulators = TaxelSums::new(FrameGeometry::new(Gray, layout, FrameRate::NOMINAL)?);
     let [mut of_core, mut in_rust, mut in_c] = [[0; TAXELS]; 3];
     let mut ticks = [0; 3];
     let corners = *layout.corners();

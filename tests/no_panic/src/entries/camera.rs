@@ -6,7 +6,7 @@ use wstac_core::fixed::Q16;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
 use wstac_core::green::bayer::{Bayer, BayerOrder};
-use wstac_core::green::ycbcr::{Colour, Exact, Linear};
+use wstac_core::green::ycbcr::{Exact, Linear, YcbcrEncoding};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::constant;
 use wstac_core::rate::FrameRate;
@@ -24,9 +24,9 @@ entries! {
     floor(levels: f64, full_scale: u32) -> Result<Floor, Error> { Floor::new(levels, full_scale) }
     stride(stride: u32) -> Result<Stride, Error> { Stride::try_from(stride) }
     q16(x: f64) -> Option<Q16> { Q16::new(x) }
-    any_format(format: PixelFormat, colour: Colour, method: YcbcrMethod) -> Any { Any::new(format, colour, method) }
-    exact(colour: Colour) -> Exact { Exact::new(colour) }
-    linear(colour: Colour) -> Linear { Linear::new(colour) }
+    any_format(format: PixelFormat, color: YcbcrEncoding, method: YcbcrMethod) -> Any { Any::new(format, color, method) }
+    exact(color: YcbcrEncoding) -> Exact { Exact::new(color) }
+    linear(color: YcbcrEncoding) -> Linear { Linear::new(color) }
     mosaic(order: BayerOrder) -> Bayer<10> { Bayer::new(order) }
     sums_of_lines(taxels: &[u32; 25]) -> [u32; 10] { line_sums(taxels) }
     real_feature(feature: i16) -> f32 { to_f32(feature) }

@@ -1,14 +1,14 @@
 //! From features to events, and from events to answers.
 
 use wstac_core::baseline::Baseline;
+use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::direction::{self, Direction, Heading};
 use wstac_core::error::Error;
 use wstac_core::features::Features;
-use wstac_core::following::Follow;
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
-use wstac_core::speed::{self, Duration, Law, NoSpeed, Speed, SpeedConfig, ThresholdOn};
-use wstac_core::trigger::{Event, Incomplete, Rule, StreamEnd, Trigger, TriggerConfig};
+use wstac_core::speed::{self, Law, LitSpan, NoSpeed, Speed, SpeedConfig, ThresholdOn};
+use wstac_core::trigger::{Event, InterruptedSample, Rule, StreamEnd, Trigger, TriggerConfig};
 
 entries! {
     trigger:
@@ -18,17 +18,17 @@ entries! {
     baseline_frames(config: &TriggerConfig) -> u16 { config.baseline_frames() }
     new_default() -> TriggerConfig { TriggerConfig::default() }
     new(config: TriggerConfig, frame: u64) -> Trigger { Trigger::starting_at(config, frame) }
-    push<'a>(trigger: &'a mut Trigger, features: Features, patched: bool) -> Option<Event<'a>> {
-        trigger.push(features, patched)
+    push<'a>(trigger: &'a mut Trigger, features: Features, has_missing_frames: bool) -> Option<Event<'a>> {
+        trigger.push(features, has_missing_frames)
     }
-    push_then_lose<'a>(trigger: &'a mut Trigger, features: Features, patched: bool, lost: u64) -> Option<Event<'a>> {
-        trigger.push_then_lose(features, patched, lost)
+    push_then_lose<'a>(trigger: &'a mut Trigger, features: Features, has_missing_frames: bool, lost: u64) -> Option<Event<'a>> {
+        trigger.push_then_lose(features, has_missing_frames, lost)
     }
     lost(trigger: &mut Trigger, frames: u64) -> () { trigger.push_lost(frames) }
     finish<'a>(trigger: &'a mut Trigger) -> Option<Event<'a>> { trigger.finish() }
     end(trigger: &Trigger) -> StreamEnd { trigger.end() }
     next(trigger: &Trigger) -> u64 { trigger.next_frame() }
-    interrupted(trigger: &mut Trigger) -> Option<Incomplete> { trigger.take_interrupted() }
+    interrupted(trigger: &mut Trigger) -> Option<InterruptedSample> { trigger.take_interrupted() }
     recent<'a>(trigger: &'a Trigger) -> (u64, Sample<'a>) { trigger.recent() }
     baseline(trigger: &Trigger) -> Option<&Baseline> { trigger.baseline() }
     thresholds(trigger: &Trigger) -> Option<&[i32; 10]> { trigger.thresholds() }
@@ -37,17 +37,17 @@ entries! {
 
 entries! {
     following:
-    new_follow(windows: u32) -> Result<Follow, Error> { Follow::new(windows) }
-    follow_windows(follow: &Follow) -> u32 { follow.windows() }
-    new_following(config: TriggerConfig, frame: u64, follow: Follow) -> Trigger<Follow> {
+    new_follow(windows: u32) -> Result<TrackingBaseline, Error> { TrackingBaseline::new(windows) }
+    follow_windows(follow: &TrackingBaseline) -> u32 { follow.windows() }
+    new_following(config: TriggerConfig, frame: u64, follow: TrackingBaseline) -> Trigger<TrackingBaseline> {
         Trigger::with(config, frame, follow)
     }
-    push_following<'a>(trigger: &'a mut Trigger<Follow>, features: Features, patched: bool, lost: u64) -> Option<Event<'a>> {
-        trigger.push_then_lose(features, patched, lost)
+    push_following<'a>(trigger: &'a mut Trigger<TrackingBaseline>, features: Features, has_missing_frames: bool, lost: u64) -> Option<Event<'a>> {
+        trigger.push_then_lose(features, has_missing_frames, lost)
     }
-    finish_following<'a>(trigger: &'a mut Trigger<Follow>) -> Option<Event<'a>> { trigger.finish() }
-    push_chosen<'a>(trigger: &'a mut Trigger<Option<Follow>>, features: Features, patched: bool, lost: u64) -> Option<Event<'a>> {
-        trigger.push_then_lose(features, patched, lost)
+    finish_following<'a>(trigger: &'a mut Trigger<TrackingBaseline>) -> Option<Event<'a>> { trigger.finish() }
+    push_chosen<'a>(trigger: &'a mut Trigger<Option<TrackingBaseline>>, features: Features, has_missing_frames: bool, lost: u64) -> Option<Event<'a>> {
+        trigger.push_then_lose(features, has_missing_frames, lost)
     }
 }
 
@@ -56,10 +56,10 @@ entries! {
     direction(event: &Event<'_>) -> Direction { direction::direction(event) }
     degrees(heading: Heading) -> u16 { heading.degrees() }
     confidence(direction: &Direction) -> f32 { direction.confidence() }
-    duration(event: &Event<'_>, config: &SpeedConfig) -> Option<Duration> { speed::duration(event, config) }
+    duration(event: &Event<'_>, config: &SpeedConfig) -> Option<LitSpan> { speed::duration(event, config) }
     speed(event: &Event<'_>, config: &SpeedConfig) -> Result<Speed, NoSpeed> { speed::speed(event, config) }
-    duration_frames(duration: Duration) -> u8 { duration.frames() }
-    duration_cut_off(duration: Duration) -> bool { duration.is_cut_off() }
+    duration_frames(duration: LitSpan) -> u8 { duration.frames() }
+    duration_cut_off(duration: LitSpan) -> bool { duration.is_cut_off() }
     law_speed(law: Law, frames: f32) -> Option<f32> { law.speed(frames) }
     new_speed_config(law: Law, threshold: f64, on: ThresholdOn, rate: FrameRate) -> Result<SpeedConfig, Error> {
         SpeedConfig::new(law, threshold, on, rate)
@@ -68,5 +68,5 @@ entries! {
         config.fitted_on(slowest, fastest)
     }
     speed_marked(config: &SpeedConfig, mm_s: f32) -> Speed { config.marked(mm_s) }
-    new_paper_speed(rate: FrameRate) -> SpeedConfig { SpeedConfig::paper(rate) }
+    new_paper_speed(rate: FrameRate) -> SpeedConfig { SpeedConfig::published(rate) }
 }

@@ -5,7 +5,7 @@ use wstac_core::features::Floor;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
 use wstac_core::green::bayer::Bayer;
-use wstac_core::green::grey::Grey;
+use wstac_core::green::gray::Gray;
 use wstac_core::green::packed_rgb::{Rgb24, Rgbx32, Xrgb32};
 use wstac_core::green::packed_ycbcr::{Uyvy, Yuyv};
 use wstac_core::green::planar_ycbcr::{Nv12, Yu12, Yuv422p, Yuv444p};
@@ -17,8 +17,8 @@ use wstac_core::ln::{fixed::Fixed, libm::Libm, micromath::Micromath};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
-use wstac_core::taxels::{Accumulators, Camera};
-use wstac_core::trigger::{Event, Incomplete, StreamEnd, TriggerConfig};
+use wstac_core::taxels::{FrameGeometry, TaxelSums};
+use wstac_core::trigger::{Event, InterruptedSample, StreamEnd, TriggerConfig};
 
 /// The entry points of one pixel format.
 macro_rules! format {
@@ -30,20 +30,20 @@ macro_rules! format {
 
             entries! {
                 $group:
-                new_camera(green: G, layout: Layout, rate: FrameRate) -> Result<Camera<G>, Error> { Camera::new(green, layout, rate) }
-                new_camera_with_stride(green: G, layout: Layout, rate: FrameRate, stride: Stride) -> Result<Camera<G>, Error> {
-                    Camera::with_stride(green, layout, rate, stride)
+                new_camera(green: G, layout: Layout, rate: FrameRate) -> Result<FrameGeometry<G>, Error> { FrameGeometry::new(green, layout, rate) }
+                new_camera_with_stride(green: G, layout: Layout, rate: FrameRate, stride: Stride) -> Result<FrameGeometry<G>, Error> {
+                    FrameGeometry::with_stride(green, layout, rate, stride)
                 }
-                new_camera_with_bytes_per_row(camera: Camera<G>, bytes: u32) -> Result<Camera<G>, Error> { camera.with_bytes_per_row(bytes) }
-                camera_sizes(camera: &Camera<G>) -> (usize, usize, u32, u32) {
+                new_camera_with_bytes_per_row(camera: FrameGeometry<G>, bytes: u32) -> Result<FrameGeometry<G>, Error> { camera.with_bytes_per_row(bytes) }
+                camera_sizes(camera: &FrameGeometry<G>) -> (usize, usize, u32, u32) {
                     (camera.frame_bytes(), camera.bytes_per_row(), camera.pixels(), camera.full_scale())
                 }
-                new_sums(camera: Camera<G>) -> Accumulators<G> { Accumulators::new(camera) }
-                sums_push_frame(sums: &mut Accumulators<G>, bytes: &[u8]) -> Result<[u32; 25], Error> { sums.push_frame(bytes) }
-                sums_push_stripe(sums: &mut Accumulators<G>, bytes: &[u8]) -> Result<Option<[u32; 25]>, Error> { sums.push_stripe(bytes) }
-                sums_abandon(sums: &mut Accumulators<G>) -> () { sums.abandon_frame(); }
-                new_stream(camera: Camera<G>, floor: f64) -> Result<FeatureStream<G, L>, Error> { FeatureStream::new(camera, floor) }
-                new_stream_with_floor(camera: Camera<G>, floor: Floor) -> Result<FeatureStream<G, L>, Error> {
+                new_sums(camera: FrameGeometry<G>) -> TaxelSums<G> { TaxelSums::new(camera) }
+                sums_push_frame(sums: &mut TaxelSums<G>, bytes: &[u8]) -> Result<[u32; 25], Error> { sums.push_frame(bytes) }
+                sums_push_stripe(sums: &mut TaxelSums<G>, bytes: &[u8]) -> Result<Option<[u32; 25]>, Error> { sums.push_stripe(bytes) }
+                sums_abandon(sums: &mut TaxelSums<G>) -> () { sums.abandon_frame(); }
+                new_stream(camera: FrameGeometry<G>, floor: f64) -> Result<FeatureStream<G, L>, Error> { FeatureStream::new(camera, floor) }
+                new_stream_with_floor(camera: FrameGeometry<G>, floor: Floor) -> Result<FeatureStream<G, L>, Error> {
                     FeatureStream::with_floor(camera, floor)
                 }
                 stream_push_frame(stream: &mut FeatureStream<G, L>, bytes: &[u8]) -> Result<Option<FeatureFrame>, Error> {
@@ -57,10 +57,10 @@ macro_rules! format {
                 }
                 stream_push_lost(stream: &mut FeatureStream<G, L>, frames: u64) -> Loss { stream.push_lost(frames) }
                 stream_abandon(stream: &mut FeatureStream<G, L>) -> Loss { stream.abandon_frame() }
-                new_pipeline(camera: Camera<G>, floor: f64, trigger: TriggerConfig) -> Result<Pipeline<G, L>, Error> {
+                new_pipeline(camera: FrameGeometry<G>, floor: f64, trigger: TriggerConfig) -> Result<Pipeline<G, L>, Error> {
                     Pipeline::new(camera, floor, trigger)
                 }
-                new_pipeline_with_floor(camera: Camera<G>, floor: Floor, trigger: TriggerConfig) -> Result<Pipeline<G, L>, Error> {
+                new_pipeline_with_floor(camera: FrameGeometry<G>, floor: Floor, trigger: TriggerConfig) -> Result<Pipeline<G, L>, Error> {
                     Pipeline::with_floor(camera, floor, trigger)
                 }
                 push_frame<'a>(pipeline: &'a mut Pipeline<G, L>, bytes: &[u8]) -> Result<Option<Event<'a>>, Error> {
@@ -73,16 +73,16 @@ macro_rules! format {
                 abandon<'a>(pipeline: &'a mut Pipeline<G, L>) -> Option<Event<'a>> { pipeline.abandon_frame() }
                 finish<'a>(pipeline: &'a mut Pipeline<G, L>) -> Option<Event<'a>> { pipeline.finish() }
                 end(pipeline: &Pipeline<G, L>) -> StreamEnd { pipeline.end() }
-                interrupted(pipeline: &mut Pipeline<G, L>) -> Option<Incomplete> { pipeline.take_interrupted() }
+                interrupted(pipeline: &mut Pipeline<G, L>) -> Option<InterruptedSample> { pipeline.take_interrupted() }
             }
         }
     };
 }
 
-format!(grey, Grey, Fixed);
-format!(grey_fixed_32, Grey, Fixed<32>);
-format!(grey_libm, Grey, Libm);
-format!(grey_micromath, Grey, Micromath);
+format!(gray, Gray, Fixed);
+format!(gray_fixed_32, Gray, Fixed<32>);
+format!(gray_libm, Gray, Libm);
+format!(gray_micromath, Gray, Micromath);
 format!(y10, Y10, Fixed);
 format!(y12, Y12, Fixed);
 format!(y16, Y16, Fixed);

@@ -1,6 +1,6 @@
 //! Samples, and the beginnings of such.
 
-use wstac_core::early::{Beginning, Early};
+use wstac_core::early::{EarlySampler, SamplePrefix};
 use wstac_core::features::Features;
 use wstac_core::sample::Sample;
 use wstac_core::trigger::Trigger;
@@ -12,8 +12,8 @@ entries! {
     flat(sample: Sample<'_>) -> [i16; 700] { sample.flat() }
     copy_to(sample: Sample<'_>, flat: &mut [i16; 700]) -> () { sample.copy_to(flat) }
     frames(sample: Sample<'_>) -> usize { sample.frames().count() }
-    new_early(frames: u8) -> Early { Early::new(frames) }
-    early_take<'a>(early: &mut Early, trigger: &'a Trigger) -> Option<Beginning<'a>> { early.take(trigger) }
-    beginning_flat(beginning: &Beginning<'_>) -> [i16; 700] { beginning.flat() }
-    beginning_copy_to(beginning: &Beginning<'_>, flat: &mut [i16; 700]) -> () { beginning.copy_to(flat) }
+    new_early(frames: u8) -> EarlySampler { EarlySampler::new(frames) }
+    early_take<'a>(early: &mut EarlySampler, trigger: &'a Trigger) -> Option<SamplePrefix<'a>> { early.take(trigger) }
+    beginning_flat(beginning: &SamplePrefix<'_>) -> [i16; 700] { beginning.flat() }
+    beginning_copy_to(beginning: &SamplePrefix<'_>, flat: &mut [i16; 700]) -> () { beginning.copy_to(flat) }
 }

@@ -5,7 +5,7 @@ use wstac_core::sample::Sample;
 use wstac_core::speed::SpeedConfig;
 use wstac_core::texture;
 use wstac_core::trigger::Event;
-use wstac_core::wire::{self, Answers, Decoder, Message, Received, Refused, Request, Text};
+use wstac_core::wire::{self, Answers, DecodeError, Decoder, Message, Received, Request, Text};
 
 entries! {
     wire:
@@ -16,10 +16,10 @@ entries! {
         wire::encode(request, sequence, buffer)
     }
     new_decoder() -> Decoder { Decoder::new() }
-    decode<'a>(decoder: &'a mut Decoder, byte: u8) -> Option<Result<Received<Message<'a>>, Refused>> {
+    decode<'a>(decoder: &'a mut Decoder, byte: u8) -> Option<Result<Received<Message<'a>>, DecodeError>> {
         decoder.push(byte)
     }
-    decode_request(decoder: &mut Decoder<16>, byte: u8) -> Option<Result<Received<Request>, Refused>> {
+    decode_request(decoder: &mut Decoder<16>, byte: u8) -> Option<Result<Received<Request>, DecodeError>> {
         decoder.push(byte)
     }
     text<'a>(text: &'a str) -> Text<'a> { Text::new(text) }

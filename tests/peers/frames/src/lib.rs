@@ -8,19 +8,19 @@ use std::ffi::c_char;
 
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
 use wstac_core::green::bayer::BayerOrder;
-use wstac_core::green::ycbcr::Colour;
+use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::fixed::Fixed;
 use wstac_core::rate::FrameRate;
 use wstac_core::stream::FeatureStream;
-use wstac_core::taxels::Camera;
+use wstac_core::taxels::FrameGeometry;
 
 /// A stream of one format and layout.
 pub struct Stream(FeatureStream<Any, Fixed>);
 
 /// The formats by number; `signal.py` has their names in the same order.
 const FORMATS: [(PixelFormat, YcbcrMethod); 12] = [
-    (PixelFormat::Grey, YcbcrMethod::Exact),
+    (PixelFormat::Gray, YcbcrMethod::Exact),
     (PixelFormat::Yuyv, YcbcrMethod::Linear),
     (PixelFormat::Yuyv, YcbcrMethod::Exact),
     (PixelFormat::Nv12, YcbcrMethod::Linear),
@@ -51,7 +51,8 @@ pub unsafe extern "C" fn wstac_open(format: u32, width: u32, height: u32, layout
     let stream = || {
         let &(format, method) = FORMATS.get(format as usize)?;
         let layout = Layout::new(FrameSize::new(width, height).ok()?, taxel, *corners).ok()?;
-        let camera = Camera::new(Any::new(format, Colour::default(), method), layout, FrameRate::NOMINAL).ok()?;
+        let camera =
+            FrameGeometry::new(Any::new(format, YcbcrEncoding::default(), method), layout, FrameRate::NOMINAL).ok()?;
         FeatureStream::new(camera, 0.5).ok()
     };
     stream().map_or(std::ptr::null_mut(), |stream| Box::into_raw(Box::new(Stream(stream))))

@@ -19,7 +19,7 @@ use wstac_host::record::Recorder;
 use wstac_host::record::about::About;
 use wstac_host::record::plan::{self, PlannedSlide};
 use wstac_host::source::Labels;
-use wstac_host::source::{Delivery, Item, Source, StreamInfo};
+use wstac_host::source::{FramePolicy, Source, SourceEvent, StreamInfo};
 use wstac_host::texture::Textures;
 use wstac_linux::source::is_camera;
 
@@ -70,7 +70,7 @@ pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
         return Err(Error::new("--label", format_args!("{name} is {value:?}, expected none: {plan} gives it")).into());
     }
     let (source, info, config) =
-        arguments.options.open_configured(&arguments.source, Delivery::Every, arguments.config.as_deref())?;
+        arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
     let models = ModelFile::open_all(&arguments.models)?;
     let folder = &arguments.output;
     // What does not fit is said before a person waits.
@@ -163,8 +163,8 @@ impl Session<'_> {
             }
             let line = if self.is_live {
                 match self.source.next()? {
-                    Item::End => return Ok(None),
-                    Item::Fault(fault) => note(format_args!("{}: {}", fault.kind, fault.message)),
+                    SourceEvent::End => return Ok(None),
+                    SourceEvent::Fault(fault) => note(format_args!("{}: {}", fault.kind, fault.message)),
                     _ => {}
                 }
                 self.keys.try_recv().map_err(|error| error == TryRecvError::Disconnected)
@@ -290,7 +290,7 @@ fn remove(path: &Path) -> Result<(), Error> {
 #[cfg(test)]
 mod tests {
     use wstac_core::green::any::PixelFormat;
-    use wstac_core::green::ycbcr::Colour;
+    use wstac_core::green::ycbcr::YcbcrEncoding;
     use wstac_core::layout::FrameSize;
     use wstac_core::rate::FrameRate;
 
@@ -309,9 +309,9 @@ mod tests {
             &self.info
         }
 
-        fn next(&mut self) -> Result<Item<'_>, Error> {
+        fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
             self.left = self.left.checked_sub(1).ok_or_else(|| Error::new("camera", "unplugged"))?;
-            Ok(Item::Frame { bytes: &self.bytes, timestamp: None, sequence: None, encoded: None })
+            Ok(SourceEvent::Frame { bytes: &self.bytes, timestamp: None, sequence: None, encoded: None })
         }
     }
 
@@ -319,8 +319,8 @@ mod tests {
     fn session() -> Session<'static> {
         let info = StreamInfo {
             size: FrameSize::new(100, 100).unwrap(),
-            format: PixelFormat::Grey,
-            colour: Colour::default(),
+            format: PixelFormat::Gray,
+            color: YcbcrEncoding::default(),
             bytes_per_row: 100,
             rate: FrameRate::NOMINAL,
             taxels_only: false,
@@ -341,9 +341,9 @@ mod tests {
         assert_eq!(failed.to_string(), "camera: unplugged");
         let mut source = McapSource::open(&part, None).unwrap();
         for _ in 0..3 {
-            assert!(matches!(source.next(), Ok(Item::Frame { .. })));
+            assert!(matches!(source.next(), Ok(SourceEvent::Frame { .. })));
         }
-        assert!(matches!(source.next(), Ok(Item::End)));
+        assert!(matches!(source.next(), Ok(SourceEvent::End)));
         fs::remove_file(&part).unwrap();
     }
 

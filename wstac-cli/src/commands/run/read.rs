@@ -15,7 +15,7 @@ use super::sensors::Sensor;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::reading::{BASELINE_DISTURBED, Reading, Wanted};
-use wstac_host::source::{Behind, Delivery, Item, Source};
+use wstac_host::source::{FramePolicy, Lag, Source, SourceEvent};
 use wstac_host::texture::Textures;
 
 /// What all sensors of a run have in common.
@@ -46,7 +46,7 @@ impl<'a> Run<'a> {
         let Self { arguments, files, interrupted } = self;
         let form = if arguments.json { Form::Json } else { Form::Text };
         let records = Records::new(form).of_sensor(sensor.name);
-        let delivery = if arguments.save_raw.is_some() { Delivery::Every } else { Delivery::Newest };
+        let delivery = if arguments.save_raw.is_some() { FramePolicy::Every } else { FramePolicy::Newest };
         let (source, info, config) =
             arguments.options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
         let wanted = Wanted { features: arguments.features, samples: arguments.samples };
@@ -138,19 +138,19 @@ impl Opened<'_> {
                 }
             };
             match &item {
-                Item::Frame { bytes, .. } => {
+                SourceEvent::Frame { bytes, .. } => {
                     seen += 1;
                     if let Some(error) = raw.as_mut().and_then(|raw| raw.write(bytes).err()) {
                         reading.finish(|record| records.write(&record))?;
                         return Err(error.into());
                     }
                 }
-                Item::Taxels(_) => seen += 1,
-                Item::Lost { frames, why } => {
+                SourceEvent::Taxels(_) => seen += 1,
+                SourceEvent::Lost { frames, why } => {
                     seen = seen.saturating_add(*frames);
                     reasons.add(*frames, why);
                 }
-                Item::Fault(_) | Item::Waiting | Item::End => {}
+                SourceEvent::Fault(_) | SourceEvent::Waiting | SourceEvent::End => {}
             }
             if !reading.take(&item, |record| records.write(&record))? {
                 return Ok(());
@@ -163,7 +163,7 @@ impl Opened<'_> {
 }
 
 /// How far reading ever was behind a camera.
-fn say_behind(behind: Behind, records: &Records) {
+fn say_behind(behind: Lag, records: &Records) {
     if behind.most == 0 {
         return;
     }

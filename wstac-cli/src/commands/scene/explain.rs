@@ -10,7 +10,7 @@ use wstac_host::source::open::OpenOptions;
 use wstac_scene::effects::{EFFECTS, Effect, NEVER};
 use wstac_scene::sensor::Fidelity;
 use wstac_scene::source::script;
-use wstac_scene::{Scene, Script, Truth};
+use wstac_scene::{Scene, SceneConfig, Truth};
 
 /// Say what a scene models, what it does not, and what each effect costs in ns a frame
 ///
@@ -94,7 +94,7 @@ const ROUNDS: u32 = 5;
 
 /// ns a frame: of the bare scene, of every effect that the scene has (nothing where that is less than what repeated
 /// measurements differ by), of the whole.
-fn costs(script: &Script) -> Result<Vec<Option<f64>>, Error> {
+fn costs(script: &SceneConfig) -> Result<Vec<Option<f64>>, Error> {
     let mut scripts = vec![wstac_scene::effects::bare(script)];
     for effect in EFFECTS.iter().filter(|effect| (effect.value)(script).is_some()) {
         let mut without = script.clone();
@@ -123,7 +123,7 @@ fn costs(script: &Script) -> Result<Vec<Option<f64>>, Error> {
 }
 
 /// Mean over the frames of the first slide and what follows it, but for at most 100 ms.
-fn ns_a_frame(script: &Script) -> Result<f64, Error> {
+fn ns_a_frame(script: &SceneConfig) -> Result<f64, Error> {
     const LONGEST: Duration = Duration::from_millis(100);
     let mut scene = Scene::new(script)?;
     let first = scene.truth().first().map_or(0, Truth::start_frame);

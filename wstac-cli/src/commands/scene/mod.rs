@@ -136,7 +136,7 @@ fn named(scene: &str) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use wstac_scene::Script;
+    use wstac_scene::SceneConfig;
 
     #[test]
     fn examples_can_be_pasted_from_a_narrow_terminal() {
@@ -151,8 +151,8 @@ mod tests {
         let lines = KEYS.lines().skip_while(|line| !line.starts_with("  specimen"));
         let text: String =
             lines.take_while(|line| !line.starts_with("Several")).fold(String::new(), |text, line| text + line + "\n");
-        let expected = Script::parse_short("Saw3@150").unwrap();
-        assert_eq!(Script::from_toml("help", &text).unwrap(), expected);
+        let expected = SceneConfig::parse_short("Saw3@150").unwrap();
+        assert_eq!(SceneConfig::from_toml("help", &text).unwrap(), expected);
         // Every key is there, or this fails: what is left out of a table takes its default, so count them.
         assert_eq!(text.lines().filter(|line| line.contains(" = ")).count(), 12 + 1 + 8 + 12 + 15 + 7);
     }

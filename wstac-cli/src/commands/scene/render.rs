@@ -11,7 +11,7 @@ use super::named;
 use wstac_host::error::Error;
 use wstac_host::source::open::OpenOptions;
 use wstac_host::source::y4m::header_of;
-use wstac_host::source::{Item, Source};
+use wstac_host::source::{Source, SourceEvent};
 use wstac_scene::source::SceneSource;
 use wstac_scene::source::script;
 
@@ -60,15 +60,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             return Err(Stop::Interrupted(signal_hook::consts::SIGINT as u8));
         }
         match source.next()? {
-            Item::Frame { bytes, .. } => {
+            SourceEvent::Frame { bytes, .. } => {
                 if header.is_some() {
                     out.write(b"FRAME\n")?;
                 }
                 out.write(bytes)?;
             }
-            Item::Lost { frames, .. } => lost += frames,
-            Item::Taxels(_) | Item::Fault(_) | Item::Waiting => {}
-            Item::End => break,
+            SourceEvent::Lost { frames, .. } => lost += frames,
+            SourceEvent::Taxels(_) | SourceEvent::Fault(_) | SourceEvent::Waiting => {}
+            SourceEvent::End => break,
         }
     }
     out.finish()?;

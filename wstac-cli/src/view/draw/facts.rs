@@ -4,14 +4,14 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
 
-use super::colours::Colours;
+use super::colors::Colors;
 use crate::view::state::{Phase, State};
 
 /// Draws the panel: a fact a row.
-pub(super) fn draw(state: &State, colours: Colours, area: Rect, buffer: &mut Buffer) {
-    let mut lines = vec![doing(state, colours)];
-    let calm = colours.calm();
-    let if_any = |count: u64| if count > 0 { colours.warning() } else { calm };
+pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
+    let mut lines = vec![doing(state, colors)];
+    let calm = colors.calm();
+    let if_any = |count: u64| if count > 0 { colors.warning() } else { calm };
     lines.push((rate(state), calm));
     lines.push((format!("frame   {}", state.frame), calm));
     lines.push((format!("dropped {}", state.dropped), if_any(state.dropped)));
@@ -23,41 +23,41 @@ pub(super) fn draw(state: &State, colours: Colours, area: Rect, buffer: &mut Buf
         lines.push((format!("behind  {}, most {}", behind.frames, behind.most), if_any(behind.frames.into())));
         lines.push((format!("skipped {}", behind.skipped), if_any(behind.skipped)));
     }
-    for ((text, colour), row) in lines.iter().zip(area.rows()) {
-        buffer.set_stringn(row.x, row.y, text, usize::from(row.width), *colour);
+    for ((text, color), row) in lines.iter().zip(area.rows()) {
+        buffer.set_stringn(row.x, row.y, text, usize::from(row.width), *color);
     }
     // Why, in as many rows as are left.
     if let Phase::Failed(why) = &state.phase {
         let mut rows = area.rows().skip(lines.len() + 1);
         for text in wrapped(why, usize::from(area.width)) {
             let Some(row) = rows.next() else { return };
-            buffer.set_stringn(row.x, row.y, text, usize::from(row.width), colours.warning());
+            buffer.set_stringn(row.x, row.y, text, usize::from(row.width), colors.warning());
         }
     }
 }
 
 /// Draws the most important in a line.
-pub(super) fn line(state: &State, colours: Colours, area: Rect, buffer: &mut Buffer) {
-    let (doing, colour) = doing(state, colours);
+pub(super) fn line(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
+    let (doing, color) = doing(state, colors);
     let behind =
         state.behind.latency.map(|latency| format!("  {} ms, {} behind", latency.as_millis(), state.behind.frames));
     let behind = behind.unwrap_or_default();
     let text = format!("{doing}  {}  {} dropped  frame {}{behind}", rate(state), state.dropped, state.frame);
-    buffer.set_stringn(area.x, area.y, &text, usize::from(area.width), colour);
+    buffer.set_stringn(area.x, area.y, &text, usize::from(area.width), color);
 }
 
 /// What it is doing, and how that looks.
-fn doing(state: &State, colours: Colours) -> (String, Color) {
+fn doing(state: &State, colors: Colors) -> (String, Color) {
     let text = match &state.phase {
-        Phase::Failed(_) => return ("FAILED".to_owned(), colours.warning()),
-        Phase::Ended => return ("ended".to_owned(), colours.warning()),
-        _ if state.paused && !state.live => return ("PAUSED".to_owned(), colours.warning()),
-        Phase::Baseline(done, of) => (format!("baseline {done}/{of}"), colours.warning()),
-        Phase::Watching => ("watching".to_owned(), colours.calm()),
-        Phase::Capturing(frames) => (format!("event {frames}/70"), colours.lit()),
+        Phase::Failed(_) => return ("FAILED".to_owned(), colors.warning()),
+        Phase::Ended => return ("ended".to_owned(), colors.warning()),
+        _ if state.paused && !state.live => return ("PAUSED".to_owned(), colors.warning()),
+        Phase::Baseline(done, of) => (format!("baseline {done}/{of}"), colors.warning()),
+        Phase::Watching => ("watching".to_owned(), colors.calm()),
+        Phase::Capturing(frames) => (format!("event {frames}/70"), colors.lit()),
     };
     // A camera goes on behind a picture that stands still.
-    if state.paused { (format!("PAUSED: {}", text.0), colours.warning()) } else { text }
+    if state.paused { (format!("PAUSED: {}", text.0), colors.warning()) } else { text }
 }
 
 /// Frames a second: as measured, or as a file says.

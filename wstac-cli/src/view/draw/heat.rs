@@ -5,7 +5,7 @@ use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
 use wstac_core::params::{COLUMNS, ROWS};
 
-use super::colours::Colours;
+use super::colors::Colors;
 use crate::view::state::State;
 
 /// Columns of a taxel's cell: two characters are about as wide as one is high, and a number needs five.
@@ -25,12 +25,12 @@ pub(super) const fn columns(rows: u16) -> u16 {
 }
 
 /// Draws it from the top left corner of `area`.
-pub(super) fn draw(state: &State, colours: Colours, area: Rect, buffer: &mut Buffer) {
+pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
     let height = cell_height(area.height);
     let width = cell_width(height).min(area.width / COLUMNS as u16);
     let Some(taxels) = state.taxels.filter(|_| width > 0) else {
         let text = if state.frame == 0 { "no frame yet" } else { "frame lost" };
-        buffer.set_stringn(area.x, area.y, text, usize::from(area.width), colours.calm());
+        buffer.set_stringn(area.x, area.y, text, usize::from(area.width), colors.calm());
         return;
     };
     let lines = taxels.as_chunks::<COLUMNS>().0;
@@ -39,11 +39,11 @@ pub(super) fn draw(state: &State, colours: Colours, area: Rect, buffer: &mut Buf
             let shade = (light / state.peak).sqrt();
             let cell = Rect { x, y, width, height }.intersection(area);
             let dark = Color::Black;
-            let style = match colours {
-                Colours::None if shade > 0.5 => Style::new().add_modifier(Modifier::REVERSED),
-                Colours::None => Style::new(),
+            let style = match colors {
+                Colors::None if shade > 0.5 => Style::new().add_modifier(Modifier::REVERSED),
+                Colors::None => Style::new(),
                 // Ink that can be read on it.
-                _ => Style::new().bg(colours.light(shade)).fg(if shade > 0.6 { dark } else { colours.calm() }),
+                _ => Style::new().bg(colors.light(shade)).fg(if shade > 0.6 { dark } else { colors.calm() }),
             };
             for at in cell.positions() {
                 buffer[at].set_char(' ').set_style(style);

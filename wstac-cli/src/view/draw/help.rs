@@ -3,7 +3,7 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 
-use super::colours::Colours;
+use super::colors::Colors;
 
 /// Short lines first what matters most: a small terminal shows the beginning.
 const HELP: &str = "\
@@ -24,8 +24,8 @@ Events   first frame, speed (* extrapolated, ≤ cut off), direction and its
          confidence, frames lit, texture if there is a model";
 
 /// Draws as much of it as fits.
-pub(super) fn draw(colours: Colours, area: Rect, buffer: &mut Buffer) {
+pub(super) fn draw(colors: Colors, area: Rect, buffer: &mut Buffer) {
     for (line, row) in HELP.lines().zip(area.rows()) {
-        buffer.set_stringn(row.x, row.y, line, usize::from(row.width), colours.calm());
+        buffer.set_stringn(row.x, row.y, line, usize::from(row.width), colors.calm());
     }
 }

@@ -1,6 +1,6 @@
 //! The state on a terminal: one file a panel.
 
-mod colours;
+mod colors;
 mod facts;
 mod heat;
 mod help;
@@ -11,7 +11,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
 
-pub(super) use self::colours::Colours;
+pub(super) use self::colors::Colors;
 use super::state::{About, Rec, State};
 
 /// From here on there is room for all panels.
@@ -22,35 +22,35 @@ const TRACES: u16 = 6;
 const FACTS: u16 = 17;
 
 /// Draws all of it.
-pub(super) fn draw(state: &State, colours: Colours, with_help: bool, area: Rect, buffer: &mut Buffer) {
+pub(super) fn draw(state: &State, colors: Colors, with_help: bool, area: Rect, buffer: &mut Buffer) {
     if area.is_empty() {
         return;
     }
     let about = format!("wstac view  {}", state.about);
-    let (title, colour) = match &state.rec {
+    let (title, color) = match &state.rec {
         Some(rec) => {
             let Rec { name, frames, waiting } = rec;
-            (format!("● REC {name}, {frames} frames, {waiting} behind"), colours.warning())
+            (format!("● REC {name}, {frames} frames, {waiting} behind"), colors.warning())
         }
-        None => (about, colours.faint()),
+        None => (about, colors.faint()),
     };
-    buffer.set_stringn(area.x, area.y, &title, usize::from(area.width), colour);
+    buffer.set_stringn(area.x, area.y, &title, usize::from(area.width), color);
     let mut body = Rect { y: area.y + 1, height: area.height - 1, ..area };
     if body.height >= 2 {
         body.height -= 1;
-        keys(state, colours, Rect { y: body.bottom(), height: 1, ..area }, buffer);
+        keys(state, colors, Rect { y: body.bottom(), height: 1, ..area }, buffer);
     }
     if with_help {
-        help::draw(colours, body, buffer);
+        help::draw(colors, body, buffer);
     } else if area.width >= ROOMY.0 && area.height >= ROOMY.1 {
-        roomy(state, colours, body, buffer);
+        roomy(state, colors, body, buffer);
     } else {
-        narrow(state, colours, body, buffer);
+        narrow(state, colors, body, buffer);
     }
 }
 
 /// Picture, map and facts above, then traces, then events.
-fn roomy(state: &State, colours: Colours, body: Rect, buffer: &mut Buffer) {
+fn roomy(state: &State, colors: Colors, body: Rect, buffer: &mut Buffer) {
     let traces_height = 1 + 5 * ((body.height - 4) / 12).clamp(1, 4);
     let events_height = (body.height / 6).max(3);
     let bands = [Constraint::Fill(1), Constraint::Length(traces_height), Constraint::Length(events_height)];
@@ -62,34 +62,34 @@ fn roomy(state: &State, colours: Colours, body: Rect, buffer: &mut Buffer) {
     let columns = [Constraint::Length(picture_width), Constraint::Length(map_width), Constraint::Fill(1)];
     let [picture, map, facts] = Layout::horizontal(columns).spacing(2).areas(top);
     let titled = |area: Rect, title: &str, buffer: &mut Buffer| {
-        buffer.set_stringn(area.x, area.y, title, usize::from(area.width), colours.faint());
+        buffer.set_stringn(area.x, area.y, title, usize::from(area.width), colors.faint());
         Rect { y: area.y + 1, height: area.height - 1, ..area }
     };
     let inside = titled(picture, &format!("picture, white: {:.0} %", 100.0 * state.peak), buffer);
-    picture::draw(state, colours, inside, buffer);
+    picture::draw(state, colors, inside, buffer);
     let inside = titled(map, "taxels, % of full scale", buffer);
-    heat::draw(state, colours, inside, buffer);
-    facts::draw(state, colours, facts, buffer);
-    traces::draw(state, colours, traces, buffer);
-    list(state, colours, events, buffer);
+    heat::draw(state, colors, inside, buffer);
+    facts::draw(state, colors, facts, buffer);
+    traces::draw(state, colors, traces, buffer);
+    list(state, colors, events, buffer);
 }
 
 /// The facts in a line, then traces or else the events, as many as fit.
-fn narrow(state: &State, colours: Colours, body: Rect, buffer: &mut Buffer) {
+fn narrow(state: &State, colors: Colors, body: Rect, buffer: &mut Buffer) {
     let Some(left) = body.height.checked_sub(1) else { return };
-    facts::line(state, colours, Rect { height: 1, ..body }, buffer);
+    facts::line(state, colors, Rect { height: 1, ..body }, buffer);
     let rest = Rect { y: body.y + 1, height: left, ..body };
     if rest.height < TRACES {
-        return list(state, colours, rest, buffer);
+        return list(state, colors, rest, buffer);
     }
     let height = (1 + 5 * ((rest.height - 1) / 6)).max(TRACES);
     let [traces, events] = Layout::vertical([Constraint::Length(height), Constraint::Fill(1)]).areas(rest);
-    traces::draw(state, colours, traces, buffer);
-    list(state, colours, events, buffer);
+    traces::draw(state, colors, traces, buffer);
+    list(state, colors, events, buffer);
 }
 
 /// The last events, the newest first.
-fn list(state: &State, colours: Colours, area: Rect, buffer: &mut Buffer) {
+fn list(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
     let mut rows = area.rows();
     // What the columns are, where there is room for it.
     if area.height >= 3
@@ -97,31 +97,31 @@ fn list(state: &State, colours: Colours, area: Rect, buffer: &mut Buffer) {
         && let Some(row) = rows.next()
     {
         let title = "  frame  speed      direction     duration";
-        buffer.set_stringn(row.x, row.y, title, usize::from(row.width), colours.faint());
+        buffer.set_stringn(row.x, row.y, title, usize::from(row.width), colors.faint());
     }
     if state.entries.is_empty()
         && let Some(row) = rows.next()
     {
-        buffer.set_stringn(row.x, row.y, "no event yet", usize::from(row.width), colours.calm());
+        buffer.set_stringn(row.x, row.y, "no event yet", usize::from(row.width), colors.calm());
     }
     for (entry, row) in state.entries.iter().zip(rows) {
-        let colour = match entry.about {
-            About::Event => colours.lit(),
-            About::Trouble => colours.warning(),
-            About::Note => colours.calm(),
+        let color = match entry.about {
+            About::Event => colors.lit(),
+            About::Trouble => colors.warning(),
+            About::Note => colors.calm(),
         };
-        buffer.set_stringn(row.x, row.y, &entry.text, usize::from(row.width), colour);
+        buffer.set_stringn(row.x, row.y, &entry.text, usize::from(row.width), color);
     }
 }
 
 /// What keys do.
-fn keys(state: &State, colours: Colours, row: Rect, buffer: &mut Buffer) {
+fn keys(state: &State, colors: Colors, row: Rect, buffer: &mut Buffer) {
     let pause = if state.paused { "space go on" } else { "space pause" };
     let record = if state.rec.is_some() { "r end recording" } else { "r record" };
     let text = format!("q quit  z re-zero  {record}  {pause}  ? help");
     let short = "q quit z zero ? help";
     let text = if text.len() > usize::from(row.width) { short } else { &text };
-    buffer.set_stringn(row.x, row.y, text, usize::from(row.width), Style::new().fg(colours.faint()));
+    buffer.set_stringn(row.x, row.y, text, usize::from(row.width), Style::new().fg(colors.faint()));
 }
 
 #[cfg(test)]

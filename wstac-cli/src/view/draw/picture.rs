@@ -4,7 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use wstac_core::layout::Layout;
 
-use super::colours::Colours;
+use super::colors::Colors;
 use crate::view::state::State;
 
 /// Least pixels of a taxel's side that an outline is drawn around: below that it would be all outline.
@@ -17,14 +17,14 @@ pub(super) fn columns(state: &State, rows: u16) -> u16 {
 }
 
 /// Draws it into all of `area`, as large as fits, from its top left corner.
-pub(super) fn draw(state: &State, colours: Colours, area: Rect, buffer: &mut Buffer) {
+pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
     let rows = (u32::from(area.width) * u32::from(state.size.height()))
         .div_ceil(2 * u32::from(state.size.width()))
         .clamp(1, u32::from(area.height.max(1))) as u16;
     let columns = columns(state, rows).clamp(1, area.width.max(1));
     let Some(picture) = state.picture.as_ref().filter(|_| !area.is_empty()) else {
         let text = if state.frame == 0 { "no frame yet" } else { "taxel sums only, no picture" };
-        buffer.set_stringn(area.x, area.y, text, usize::from(area.width), colours.calm());
+        buffer.set_stringn(area.x, area.y, text, usize::from(area.width), colors.calm());
         return;
     };
     let [width, height] = [usize::from(columns), 2 * usize::from(rows)];
@@ -38,15 +38,15 @@ pub(super) fn draw(state: &State, colours: Colours, area: Rect, buffer: &mut Buf
             let upper = 2 * usize::from(y) * width + usize::from(x);
             let [upper, lower] = [upper, upper + width];
             let cell = &mut buffer[(area.x + x, area.y + y)];
-            if colours == Colours::None {
+            if colors == Colors::None {
                 let mean = f32::midpoint(shade(upper), shade(lower));
-                let character = Colours::character(mean);
+                let character = Colors::character(mean);
                 let is_outline = character == ' ' && (outlined[upper] || outlined[lower]);
                 cell.set_char(if is_outline { '·' } else { character });
                 continue;
             }
-            let colour = |at: usize| if outlined[at] { colours.outline() } else { colours.light(shade(at)) };
-            cell.set_char('▀').set_fg(colour(upper)).set_bg(colour(lower));
+            let color = |at: usize| if outlined[at] { colors.outline() } else { colors.light(shade(at)) };
+            cell.set_char('▀').set_fg(color(upper)).set_bg(color(lower));
         }
     }
 }

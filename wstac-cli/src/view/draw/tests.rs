@@ -40,12 +40,12 @@ fn recordings(info: &StreamInfo, named: Option<PathBuf>) -> Recordings {
 }
 
 /// What a terminal of this size shows, a line a row.
-fn screen(state: &State, colours: Colours, with_help: bool, [width, height]: [u16; 2]) -> (Vec<String>, Buffer) {
+fn screen(state: &State, colors: Colors, with_help: bool, [width, height]: [u16; 2]) -> (Vec<String>, Buffer) {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
     terminal
         .draw(|frame| {
             let area = frame.area();
-            draw(state, colours, with_help, area, frame.buffer_mut());
+            draw(state, colors, with_help, area, frame.buffer_mut());
         })
         .unwrap();
     let buffer = terminal.backend().buffer().clone();
@@ -60,7 +60,7 @@ fn count(lines: &[String], text: &str) -> usize {
 #[test]
 fn all_panels_of_a_slide_are_there() {
     let state = after("scene:Saw3@150,90deg", 120);
-    let (lines, _) = screen(&state, Colours::True, false, [80, 24]);
+    let (lines, _) = screen(&state, Colors::True, false, [80, 24]);
     let all = lines.join("\n");
     assert!(lines[0].starts_with("wstac view  scene: Saw3 at 150 mm/s, 90 degrees"), "{all}");
     for text in
@@ -85,20 +85,20 @@ fn the_baseline_then_watching_then_an_event_then_the_end() {
     assert_eq!(phase(60), Phase::Capturing(25));
     assert_eq!(phase(200), Phase::Ended);
     let state = after("scene:Saw3@150", 60);
-    assert!(screen(&state, Colours::True, false, [80, 24]).0.iter().any(|line| line.contains("event 25/70")));
+    assert!(screen(&state, Colors::True, false, [80, 24]).0.iter().any(|line| line.contains("event 25/70")));
     // At 20 columns, too.
-    assert!(screen(&state, Colours::True, false, [20, 5]).0[1].starts_with("event 25/70"), "narrow");
+    assert!(screen(&state, Colors::True, false, [20, 5]).0[1].starts_with("event 25/70"), "narrow");
 }
 
 #[test]
 fn no_size_is_too_small_and_none_too_large() {
     let states = [after("scene:Saw3@150", 0), after("scene:Saw3@150", 70), after("scene:Saw3@150", 200)];
     for state in &states {
-        for colours in [Colours::None, Colours::Few, Colours::Many, Colours::True] {
+        for colors in [Colors::None, Colors::Few, Colors::Many, Colors::True] {
             for size in [[1, 1], [20, 5], [3, 60], [200, 2], [59, 19], [60, 20], [61, 21], [80, 24], [300, 100]] {
                 let with_help = size[0] % 2 == 0;
-                screen(state, colours, with_help, size);
-                screen(state, colours, !with_help, size);
+                screen(state, colors, with_help, size);
+                screen(state, colors, !with_help, size);
             }
         }
     }
@@ -112,15 +112,15 @@ fn lit_taxels_are_bright_on_the_map() {
     taxels[8] = 0.5;
     state.peak = 0.02;
     state.set_taxels(Some(taxels));
-    let (lines, buffer) = screen(&state, Colours::True, false, [80, 24]);
+    let (lines, buffer) = screen(&state, Colors::True, false, [80, 24]);
     let (y, line) = lines.iter().enumerate().skip(2).find(|(_, line)| line.contains(" 50 ")).unwrap();
     let x = line.find(" 50 ").map(|at| line[..at].chars().count()).unwrap();
     let bright = buffer[(x as u16 + 1, y as u16)].bg;
     let dark = buffer[(x as u16 - 4, y as u16)].bg;
-    assert_eq!(bright, Colours::True.light(1.0));
+    assert_eq!(bright, Colors::True.light(1.0));
     assert!(matches!(dark, Color::Rgb(_, g, _) if g < 60), "{dark:?}");
-    // Without colours the number stands out by itself.
-    let (lines, buffer) = screen(&state, Colours::None, false, [80, 24]);
+    // Without colors the number stands out by itself.
+    let (lines, buffer) = screen(&state, Colors::None, false, [80, 24]);
     assert!(lines.iter().any(|line| line.contains(" 50 ")));
     assert!(buffer.content().iter().all(|cell| cell.fg == Color::Reset && cell.bg == Color::Reset));
 }
@@ -135,15 +135,15 @@ fn a_trace_above_its_threshold_looks_otherwise() {
         features[2] = if frame >= 20 { -1.0 } else { -4.5 };
         state.add_trace((frame != 10).then_some(features));
     }
-    let (lines, buffer) = screen(&state, Colours::True, false, [100, 40]);
+    let (lines, buffer) = screen(&state, Colors::True, false, [100, 40]);
     let row = |name: &str| lines.iter().position(|line| line.starts_with(name)).unwrap() as u16;
-    let colours = |name: &str| {
+    let colors = |name: &str| {
         let y = row(name);
         (0..46_u16).flat_map(|x| [y - 1, y, y + 1].map(|y| buffer[(x, y)].fg)).collect::<Vec<_>>()
     };
-    assert!(colours("r3").contains(&Colours::True.lit()));
-    assert!(!colours("r1").contains(&Colours::True.lit()));
-    assert!(colours("r1").contains(&Colours::True.warning()), "the threshold");
+    assert!(colors("r3").contains(&Colors::True.lit()));
+    assert!(!colors("r1").contains(&Colors::True.lit()));
+    assert!(colors("r1").contains(&Colors::True.warning()), "the threshold");
     let all = lines.join("\n");
     assert!(all.contains("-1.00") && all.contains("-4.50"), "{all}");
 }
@@ -151,11 +151,11 @@ fn a_trace_above_its_threshold_looks_otherwise() {
 #[test]
 fn help_and_faults_can_be_read() {
     let mut state = after("scene:Saw3@150", 30);
-    let (lines, _) = screen(&state, Colours::None, true, [80, 24]);
+    let (lines, _) = screen(&state, Colors::None, true, [80, 24]);
     assert!(lines.iter().any(|line| line.starts_with("z       re-zero")), "{lines:#?}");
     state.say(About::Trouble, "     30  disconnected: the camera is gone".into());
     state.phase = Phase::Failed("/dev/video0: no frame for 5 s: check the cable".into());
-    let (lines, _) = screen(&state, Colours::None, false, [80, 24]);
+    let (lines, _) = screen(&state, Colors::None, false, [80, 24]);
     let all = lines.join("\n");
     assert!(
         all.contains("FAILED") && all.contains("disconnected: the camera is gone") && all.contains("check"),
@@ -206,7 +206,7 @@ fn a_recording_starts_afresh_and_gives_the_same_events_again() {
     {
         let state = locked(&state);
         assert_eq!(state.rec.as_ref().map(|rec| rec.frames), Some(120));
-        let (lines, _) = screen(&state, Colours::True, false, [200, 24]);
+        let (lines, _) = screen(&state, Colors::True, false, [200, 24]);
         assert!(lines[0].starts_with("● REC ") && lines[0].contains(".mcap, 120 frames, "), "{lines:#?}");
         assert_eq!(count(&lines, "r end recording"), 1, "{lines:#?}");
     }

@@ -4,7 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use wstac_core::params::{FEATURES, ROWS};
 
-use super::colours::Colours;
+use super::colors::Colors;
 use crate::view::state::State;
 
 /// Dots of a character of Braille: two columns of four, each with the bit that sets it.
@@ -45,7 +45,7 @@ impl Range {
 }
 
 /// Draws rows on the left, columns on the right, each as many rows high as five of them fit; a title above them.
-pub(super) fn draw(state: &State, colours: Colours, area: Rect, buffer: &mut Buffer) {
+pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
     let half = area.width / 2;
     let height = area.height.saturating_sub(1) / ROWS as u16;
     if height == 0 || half <= LABEL + 1 {
@@ -62,13 +62,13 @@ pub(super) fn draw(state: &State, colours: Colours, area: Rect, buffer: &mut Buf
         let place = Rect { x: x + LABEL, y, width, height };
         let middle = y + (height - 1) / 2;
         let name = format!("{}{}", if column == 0 { 'r' } else { 'c' }, line + 1);
-        buffer.set_stringn(x, middle, &name, 2, colours.faint());
-        let above = trace(state, feature, range, colours, place, buffer);
+        buffer.set_stringn(x, middle, &name, 2, colors.faint());
+        let above = trace(state, feature, range, colors, place, buffer);
         if value == VALUE {
             let newest = state.traces.back().copied().flatten().map(|features| features[feature]);
             let text = newest.map_or("    –".to_owned(), |newest| format!("{newest:5.2}"));
-            let colour = if above { colours.lit() } else { colours.calm() };
-            buffer.set_stringn(x + LABEL + width + 1, middle, &text, usize::from(VALUE), colour);
+            let color = if above { colors.lit() } else { colors.calm() };
+            buffer.set_stringn(x + LABEL + width + 1, middle, &text, usize::from(VALUE), color);
         }
     }
     let Range { low, high } = range;
@@ -77,13 +77,13 @@ pub(super) fn draw(state: &State, colours: Colours, area: Rect, buffer: &mut Buf
     } else {
         format!("rows {low:.1}…{high:.1}")
     };
-    buffer.set_stringn(area.x, area.y, &title, usize::from(half - 1), colours.faint());
+    buffer.set_stringn(area.x, area.y, &title, usize::from(half - 1), colors.faint());
     let seconds = if half >= 34 { "columns; - - threshold" } else { "columns" };
-    buffer.set_stringn(area.x + half, area.y, seconds, usize::from(half), colours.faint());
+    buffer.set_stringn(area.x + half, area.y, seconds, usize::from(half), colors.faint());
 }
 
 /// A trace and its threshold; whether the newest frame is above it.
-fn trace(state: &State, feature: usize, range: Range, colours: Colours, place: Rect, buffer: &mut Buffer) -> bool {
+fn trace(state: &State, feature: usize, range: Range, colors: Colors, place: Rect, buffer: &mut Buffer) -> bool {
     let threshold = state.thresholds.map(|thresholds| thresholds[feature]);
     let (columns, dots) = (2 * usize::from(place.width), 4 * place.height);
     let is_above = |value: f32| threshold.is_some_and(|threshold| value > threshold);
@@ -121,13 +121,13 @@ fn trace(state: &State, feature: usize, range: Range, colours: Colours, place: R
     }
     for (at, (bits, of_trace, above)) in (0_u16..).zip(&cells) {
         let cell = &mut buffer[(place.x + at % place.width, place.y + at / place.width)];
-        let colour = match (of_trace, above) {
-            (true, true) => colours.lit(),
-            (true, false) => colours.calm(),
-            (false, _) => colours.warning(),
+        let color = match (of_trace, above) {
+            (true, true) => colors.lit(),
+            (true, false) => colors.calm(),
+            (false, _) => colors.warning(),
         };
         let dots = char::from_u32(BLANK + bits).filter(|_| *bits > 0);
-        cell.set_char(dots.unwrap_or(' ')).set_fg(colour);
+        cell.set_char(dots.unwrap_or(' ')).set_fg(color);
     }
     state.traces.back().copied().flatten().is_some_and(|features| is_above(features[feature]))
 }

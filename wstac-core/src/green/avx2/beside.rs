@@ -5,16 +5,16 @@ use std::vec::Vec;
 
 use super::tests::{Chance, machine_has};
 use crate::frame::{Rows, Run, Stride};
-use crate::green::Green;
-use crate::green::grey::Grey;
+use crate::green::GreenChannel;
+use crate::green::gray::Gray;
 use crate::green::packed_rgb::{Rgb24, Rgbx32, Xrgb32};
 use crate::green::packed_ycbcr::{Uyvy, Yuyv};
 use crate::green::planar_ycbcr::{Nv12, Yu12, Yuv422p};
 use crate::green::words::{Y10, Y16};
-use crate::green::ycbcr::{Colour, Exact, Linear, Matrix, Range};
+use crate::green::ycbcr::{Exact, Linear, QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 
 /// Taxels anywhere in frames of any size, with any bytes between rows, of which the last is as short as it may be.
-fn check<G: Green>(name: &str, green: G) {
+fn check<G: GreenChannel>(name: &str, green: G) {
     let mut chance = Chance(1);
     for turn in 0..600 {
         let mut next = |below| chance.below(below) as u16;
@@ -44,7 +44,7 @@ fn one_byte_of_a_pixel_is_summed_as_the_plain_way_does() {
     if machine_has().is_none() {
         return;
     }
-    check("GREY", Grey);
+    check("GREY", Gray);
     check("RGB24", Rgb24::default());
     check("32-bit RGB, green second", Rgbx32::default());
     check("32-bit RGB, green third", Xrgb32::default());
@@ -57,9 +57,9 @@ fn pixels_that_share_chroma_are_summed_as_the_plain_way_does() {
     if machine_has().is_none() {
         return;
     }
-    for matrix in [Matrix::Bt601, Matrix::Bt709] {
-        for range in [Range::Limited, Range::Full] {
-            let exact = Exact::new(Colour { matrix, range });
+    for matrix in [YcbcrMatrix::Bt601, YcbcrMatrix::Bt709] {
+        for range in [QuantizationRange::Limited, QuantizationRange::Full] {
+            let exact = Exact::new(YcbcrEncoding { matrix, range });
             check("YUYV exact", Yuyv::new(exact));
             check("UYVY exact", Uyvy::new(exact));
             check("NV12 exact", Nv12::new(exact));
@@ -67,7 +67,7 @@ fn pixels_that_share_chroma_are_summed_as_the_plain_way_does() {
             check("YUV422P exact", Yuv422p::new(exact));
         }
     }
-    let linear = Linear::new(Colour::default());
+    let linear = Linear::new(YcbcrEncoding::default());
     check("YUYV linear", Yuyv::new(linear));
     check("UYVY linear", Uyvy::new(linear));
     check("NV12 linear", Nv12::new(linear));

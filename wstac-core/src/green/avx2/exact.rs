@@ -2,7 +2,7 @@
 //!
 //! As in `ycbcr`, round(G) = ⌊(p · y + w) / q⌋ with w = ⌊o − q B b − q C r⌋. One instruction multiplies Cb and Cr by factors of 16 bits and
 //! adds the products up; with factors of 30 bits, in a high and a low part of 15, that is two for a cell. So many bits are enough for each of
-//! the four colours: all 2^24 triples are tested. p · y + w is within 16 bits, and so is its quotient: the high half of a product with 2^21 / q.
+//! the four colors: all 2^24 triples are tested. p · y + w is within 16 bits, and so is its quotient: the high half of a product with 2^21 / q.
 
 use core::arch::x86_64::{
     __m128i, __m256i, _mm_cvtsi32_si128, _mm_loadl_epi64, _mm_loadu_si128, _mm_unpacklo_epi8, _mm256_add_epi16,

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::vec::Vec;
 
 use super::*;
-use crate::green::ycbcr::{Colour, Conversion, Exact, GUARDS, Matrix, Range, Vectors};
+use crate::green::ycbcr::{Conversion, Exact, GUARDS, QuantizationRange, Vectors, YcbcrEncoding, YcbcrMatrix};
 
 /// AVX2, if the machine has it. Where it has not there is nothing to compare, and this says so even where a test's output is kept back.
 pub(super) fn machine_has() -> Option<Avx2> {
@@ -70,9 +70,9 @@ fn sums_are_the_plain_ones() {
 #[test]
 fn exact_green_is_that_of_the_plain_way_for_all_2_to_the_24_triples() {
     let Some(avx2) = machine_has() else { return };
-    for matrix in [Matrix::Bt601, Matrix::Bt709] {
-        for range in [Range::Limited, Range::Full] {
-            let exact = Exact::new(Colour { matrix, range });
+    for matrix in [YcbcrMatrix::Bt601, YcbcrMatrix::Bt709] {
+        for range in [QuantizationRange::Limited, QuantizationRange::Full] {
+            let exact = Exact::new(YcbcrEncoding { matrix, range });
             for chroma in 0..=u16::MAX {
                 let [cb, cr] = chroma.to_le_bytes();
                 let green = |y| {
@@ -99,10 +99,11 @@ fn exact_green_is_that_of_the_plain_way_for_all_2_to_the_24_triples() {
 
 #[test]
 fn factors_of_30_bits_make_the_same_w_with_any_guard_from_least_to_most() {
-    let colours = [Matrix::Bt601, Matrix::Bt709]
-        .map(|matrix| [Range::Limited, Range::Full].map(|range| Exact::new(Colour { matrix, range })));
+    let colors = [YcbcrMatrix::Bt601, YcbcrMatrix::Bt709].map(|matrix| {
+        [QuantizationRange::Limited, QuantizationRange::Full].map(|range| Exact::new(YcbcrEncoding { matrix, range }))
+    });
     let same = |guard: &i64| {
-        colours.as_flattened().iter().all(|exact| {
+        colors.as_flattened().iter().all(|exact| {
             let factors = exact.factors_with(*guard);
             (0..=u16::MAX).map(u16::to_le_bytes).all(|[cb, cr]| factors.w(cb, cr) == exact.chroma(cb, cr))
         })

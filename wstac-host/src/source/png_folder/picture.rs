@@ -39,34 +39,34 @@ pub(super) struct Shape {
 /// What a pixel is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
-    Grey8,
-    GreyAlpha8,
+    Gray8,
+    GrayAlpha8,
     Rgb8,
     Rgba8,
-    Grey16,
-    GreyAlpha16,
+    Gray16,
+    GrayAlpha16,
     Rgb16,
     Rgba16,
 }
 
 impl Shape {
-    /// The format of the frames: alpha is dropped, and of 16-bit colours green is taken.
+    /// The format of the frames: alpha is dropped, and of 16-bit colors green is taken.
     pub(super) fn format(self) -> PixelFormat {
         match self.kind {
-            Kind::Grey8 | Kind::GreyAlpha8 => PixelFormat::Grey,
+            Kind::Gray8 | Kind::GrayAlpha8 => PixelFormat::Gray,
             Kind::Rgb8 => PixelFormat::Rgb24,
             Kind::Rgba8 => PixelFormat::Rgbx32,
-            Kind::Grey16 | Kind::GreyAlpha16 | Kind::Rgb16 | Kind::Rgba16 => PixelFormat::Y16,
+            Kind::Gray16 | Kind::GrayAlpha16 | Kind::Rgb16 | Kind::Rgba16 => PixelFormat::Y16,
         }
     }
 
     /// Bytes from row to row of a frame.
     pub(super) fn bytes_per_row(self) -> u32 {
         let pixel = match self.kind {
-            Kind::Grey8 | Kind::GreyAlpha8 => 1,
+            Kind::Gray8 | Kind::GrayAlpha8 => 1,
             Kind::Rgb8 => 3,
             Kind::Rgba8 => 4,
-            Kind::Grey16 | Kind::GreyAlpha16 | Kind::Rgb16 | Kind::Rgba16 => 2,
+            Kind::Gray16 | Kind::GrayAlpha16 | Kind::Rgb16 | Kind::Rgba16 => 2,
         };
         pixel * u32::from(self.size.width())
     }
@@ -75,12 +75,12 @@ impl Shape {
 impl fmt::Display for Shape {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let kind = match self.kind {
-            Kind::Grey8 => "8-bit grey",
-            Kind::GreyAlpha8 => "8-bit grey with alpha",
+            Kind::Gray8 => "8-bit gray",
+            Kind::GrayAlpha8 => "8-bit gray with alpha",
             Kind::Rgb8 => "8-bit RGB",
             Kind::Rgba8 => "8-bit RGBA",
-            Kind::Grey16 => "16-bit grey",
-            Kind::GreyAlpha16 => "16-bit grey with alpha",
+            Kind::Gray16 => "16-bit gray",
+            Kind::GrayAlpha16 => "16-bit gray with alpha",
             Kind::Rgb16 => "16-bit RGB",
             Kind::Rgba16 => "16-bit RGBA",
         };
@@ -107,12 +107,12 @@ impl Picture {
         let size = FrameSize::new(width, height).map_err(|error| Problem::Refused(error.to_string()))?;
         let reader = decoder.read_info()?;
         let kind = match reader.output_color_type() {
-            (ColorType::Grayscale, BitDepth::Sixteen) => Kind::Grey16,
-            (ColorType::GrayscaleAlpha, BitDepth::Sixteen) => Kind::GreyAlpha16,
+            (ColorType::Grayscale, BitDepth::Sixteen) => Kind::Gray16,
+            (ColorType::GrayscaleAlpha, BitDepth::Sixteen) => Kind::GrayAlpha16,
             (ColorType::Rgb, BitDepth::Sixteen) => Kind::Rgb16,
             (ColorType::Rgba, BitDepth::Sixteen) => Kind::Rgba16,
-            (ColorType::Grayscale, _) => Kind::Grey8,
-            (ColorType::GrayscaleAlpha, _) => Kind::GreyAlpha8,
+            (ColorType::Grayscale, _) => Kind::Gray8,
+            (ColorType::GrayscaleAlpha, _) => Kind::GrayAlpha8,
             // Palettes are looked up by the decoder.
             (ColorType::Rgb | ColorType::Indexed, _) => Kind::Rgb8,
             (ColorType::Rgba, _) => Kind::Rgba8,
@@ -137,15 +137,15 @@ impl Picture {
         }
         let pixels = usize::from(self.shape.size.width()) * usize::from(self.shape.size.height());
         match self.shape.kind {
-            Kind::Grey8 | Kind::Rgb8 | Kind::Rgba8 => return Ok(false),
-            Kind::GreyAlpha8 => {
+            Kind::Gray8 | Kind::Rgb8 | Kind::Rgba8 => return Ok(false),
+            Kind::GrayAlpha8 => {
                 resize(frame, pixels)?;
-                for (grey, [value, _alpha]) in frame.iter_mut().zip(decoded.as_chunks().0) {
-                    *grey = *value;
+                for (gray, [value, _alpha]) in frame.iter_mut().zip(decoded.as_chunks().0) {
+                    *gray = *value;
                 }
             }
-            Kind::Grey16 => words(decoded, frame, pixels, |&[high, low]: &[u8; 2]| [low, high])?,
-            Kind::GreyAlpha16 => words(decoded, frame, pixels, |&[high, low, ..]: &[u8; 4]| [low, high])?,
+            Kind::Gray16 => words(decoded, frame, pixels, |&[high, low]: &[u8; 2]| [low, high])?,
+            Kind::GrayAlpha16 => words(decoded, frame, pixels, |&[high, low, ..]: &[u8; 4]| [low, high])?,
             Kind::Rgb16 => words(decoded, frame, pixels, |&[_, _, high, low, ..]: &[u8; 6]| [low, high])?,
             Kind::Rgba16 => words(decoded, frame, pixels, |&[_, _, high, low, ..]: &[u8; 8]| [low, high])?,
         }

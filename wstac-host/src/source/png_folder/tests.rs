@@ -51,9 +51,9 @@ fn frames(source: &mut PngFolder) -> Vec<Option<Vec<u8>>> {
     let mut frames = vec![];
     loop {
         match source.next().unwrap() {
-            Item::Frame { bytes, .. } => frames.push(Some(bytes.to_vec())),
-            Item::Lost { frames: 1, .. } => frames.push(None),
-            Item::End => return frames,
+            SourceEvent::Frame { bytes, .. } => frames.push(Some(bytes.to_vec())),
+            SourceEvent::Lost { frames: 1, .. } => frames.push(None),
+            SourceEvent::End => return frames,
             other => panic!("{other:?}"),
         }
     }
@@ -63,9 +63,9 @@ fn frames(source: &mut PngFolder) -> Vec<Option<Vec<u8>>> {
 fn every_type_of_picture() {
     use BitDepth::{Eight, One, Sixteen};
     for (color, depth, data, format, expected) in [
-        (ColorType::Grayscale, Eight, &[1, 2][..], PixelFormat::Grey, &[1, 2][..]),
-        (ColorType::Grayscale, One, &[0b0100_0000], PixelFormat::Grey, &[0, 255]),
-        (ColorType::GrayscaleAlpha, Eight, &[1, 2, 3, 4], PixelFormat::Grey, &[1, 3]),
+        (ColorType::Grayscale, Eight, &[1, 2][..], PixelFormat::Gray, &[1, 2][..]),
+        (ColorType::Grayscale, One, &[0b0100_0000], PixelFormat::Gray, &[0, 255]),
+        (ColorType::GrayscaleAlpha, Eight, &[1, 2, 3, 4], PixelFormat::Gray, &[1, 3]),
         (ColorType::Rgb, Eight, &[1, 2, 3, 4, 5, 6], PixelFormat::Rgb24, &[1, 2, 3, 4, 5, 6]),
         (ColorType::Indexed, Eight, &[1, 0], PixelFormat::Rgb24, &[6, 5, 4, 9, 8, 7]),
         (ColorType::Rgba, Eight, &[1, 2, 3, 4, 5, 6, 7, 8], PixelFormat::Rgbx32, &[1, 2, 3, 4, 5, 6, 7, 8]),
@@ -104,18 +104,18 @@ fn natural_order_and_lost_frames() {
 #[test]
 fn a_picture_of_another_size_or_type_is_named() {
     for (name, width, color, data, part) in [
-        ("size", 2, ColorType::Grayscale, &[1, 2][..], "2x1 8-bit grey, expected 1x1 8-bit grey as a1.png"),
-        ("type", 1, ColorType::Rgb, &[1, 2, 3], "1x1 8-bit RGB, expected 1x1 8-bit grey as a1.png"),
+        ("size", 2, ColorType::Grayscale, &[1, 2][..], "2x1 8-bit gray, expected 1x1 8-bit gray as a1.png"),
+        ("type", 1, ColorType::Rgb, &[1, 2, 3], "1x1 8-bit RGB, expected 1x1 8-bit gray as a1.png"),
     ] {
         let folder = Folder::new(name);
         folder.picture("a1.png", 1, ColorType::Grayscale, BitDepth::Eight, &[1]);
         folder.picture("a2.png", width, color, BitDepth::Eight, data);
         folder.picture("a3.png", 1, ColorType::Grayscale, BitDepth::Eight, &[1]);
         let mut source = folder.open().unwrap();
-        assert!(matches!(source.next(), Ok(Item::Frame { .. })));
+        assert!(matches!(source.next(), Ok(SourceEvent::Frame { .. })));
         let error = source.next().unwrap_err().to_string();
         assert!(error.contains("a2.png: is ") && error.contains(part), "{error}");
-        assert!(matches!(source.next(), Ok(Item::End)));
+        assert!(matches!(source.next(), Ok(SourceEvent::End)));
     }
 }
 

@@ -1,7 +1,7 @@
 //! The header line: what it says, and what is wrong with it.
 
 use wstac_core::green::any::PixelFormat;
-use wstac_core::green::ycbcr::{Colour, Matrix, Range};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::FrameSize;
 use wstac_core::params::LARGEST_FRAME_SIDE;
 use wstac_core::rate::FrameRate;
@@ -12,7 +12,7 @@ pub(super) struct Header {
     pub(super) size: FrameSize,
     pub(super) rate: FrameRate,
     pub(super) format: PixelFormat,
-    pub(super) colour: Colour,
+    pub(super) color: YcbcrEncoding,
     /// Whether the range of Y, Cb and Cr is not stated, though it matters.
     pub(super) is_range_assumed: bool,
     /// The format as Y4M calls it.
@@ -24,7 +24,7 @@ pub(super) struct Header {
 struct Tags {
     /// Values of W, H, F, I, A and C.
     values: [Option<String>; KEYS.len()],
-    range: Option<Range>,
+    range: Option<QuantizationRange>,
     /// An old writer's X tag for the chroma's sampling.
     sampling: Option<String>,
 }
@@ -50,7 +50,10 @@ impl Header {
             size: size.map_err(|error| error.to_string())?,
             rate,
             format,
-            colour: Colour { matrix: Matrix::Bt601, range: tags.range.unwrap_or(Range::Limited) },
+            color: YcbcrEncoding {
+                matrix: YcbcrMatrix::Bt601,
+                range: tags.range.unwrap_or(QuantizationRange::Limited),
+            },
             is_range_assumed: tags.range.is_none() && format.is_ycbcr(),
             name,
         })
@@ -80,8 +83,8 @@ impl Tags {
     /// An X tag: anybody's own, but for two that change what the bytes mean.
     fn extension(&mut self, value: &str) -> Result<(), String> {
         match value.split_once('=') {
-            Some(("COLORRANGE", "FULL")) => self.range = Some(Range::Full),
-            Some(("COLORRANGE", "LIMITED")) => self.range = Some(Range::Limited),
+            Some(("COLORRANGE", "FULL")) => self.range = Some(QuantizationRange::Full),
+            Some(("COLORRANGE", "LIMITED")) => self.range = Some(QuantizationRange::Limited),
             Some(("COLORRANGE", other)) => {
                 return Err(format!("XCOLORRANGE is {other:?}, expected FULL or LIMITED"));
             }
@@ -119,7 +122,7 @@ fn checked_format(found: Option<&str>, sampling: Option<&str>) -> Result<(String
         "420" | "420jpeg" | "420mpeg2" | "420paldv" => PixelFormat::Yu12,
         "422" => PixelFormat::Yuv422p,
         "444" => PixelFormat::Yuv444p,
-        "mono" => PixelFormat::Grey,
+        "mono" => PixelFormat::Gray,
         "mono10" => PixelFormat::Y10,
         "mono12" => PixelFormat::Y12,
         "mono16" => PixelFormat::Y16,

@@ -1,7 +1,7 @@
 use std::io::Write;
 
 use wstac_core::green::any::PixelFormat;
-use wstac_core::green::ycbcr::Range;
+use wstac_core::green::ycbcr::QuantizationRange;
 
 use super::*;
 
@@ -28,11 +28,11 @@ fn frames(source: &mut Y4m) -> (Vec<Vec<u8>>, Option<String>) {
     let mut frames = vec![];
     loop {
         match source.next() {
-            Ok(Item::Frame { bytes, .. }) => frames.push(bytes.to_vec()),
-            Ok(Item::End) => return (frames, None),
+            Ok(SourceEvent::Frame { bytes, .. }) => frames.push(bytes.to_vec()),
+            Ok(SourceEvent::End) => return (frames, None),
             Ok(other) => panic!("{other:?}"),
             Err(error) => {
-                assert!(matches!(source.next(), Ok(Item::End)), "ended after an error");
+                assert!(matches!(source.next(), Ok(SourceEvent::End)), "ended after an error");
                 return (frames, Some(error.to_string()));
             }
         }
@@ -60,7 +60,7 @@ fn every_format_and_odd_sizes() {
         (" C420paldv", PixelFormat::Yu12, 7 * 5 + 2 * 4 * 3),
         (" C422", PixelFormat::Yuv422p, 7 * 5 + 2 * 4 * 5),
         (" C444", PixelFormat::Yuv444p, 3 * 7 * 5),
-        (" Cmono", PixelFormat::Grey, 7 * 5),
+        (" Cmono", PixelFormat::Gray, 7 * 5),
         (" Cmono10", PixelFormat::Y10, 2 * 7 * 5),
         (" Cmono12", PixelFormat::Y12, 2 * 7 * 5),
         (" Cmono16", PixelFormat::Y16, 2 * 7 * 5),
@@ -80,12 +80,12 @@ fn every_format_and_odd_sizes() {
 #[test]
 fn the_range_is_what_the_header_says() {
     for (tag, expected) in [
-        ("", Range::Limited),
-        (" XCOLORRANGE=FULL", Range::Full),
-        (" XCOLORRANGE=LIMITED XYSCSS=420JPEG Xwhatever", Range::Limited),
+        ("", QuantizationRange::Limited),
+        (" XCOLORRANGE=FULL", QuantizationRange::Full),
+        (" XCOLORRANGE=LIMITED XYSCSS=420JPEG Xwhatever", QuantizationRange::Limited),
     ] {
         let source = open(format!("YUV4MPEG2 W2 H2 F1:1{tag}\n").as_bytes()).unwrap();
-        assert_eq!(source.info().colour.range, expected);
+        assert_eq!(source.info().color.range, expected);
     }
 }
 
@@ -170,9 +170,9 @@ fn a_pipe_is_waited_for_and_then_goes_on() {
     writer.write_all(b"YUV4MPEG2 W2 H2 F1:1 Cmono\nFRA").unwrap();
     let mut source = Y4m::from_fd("standard input", &reader, None).unwrap();
     drop(reader);
-    assert!(matches!(source.next(), Ok(Item::Waiting)));
+    assert!(matches!(source.next(), Ok(SourceEvent::Waiting)));
     writer.write_all(b"ME\nab").unwrap();
-    assert!(matches!(source.next(), Ok(Item::Waiting)));
+    assert!(matches!(source.next(), Ok(SourceEvent::Waiting)));
     writer.write_all(b"cdFRAME\nefgh").unwrap();
     drop(writer);
     assert_eq!(frames(&mut source), (vec![b"abcd".to_vec(), b"efgh".to_vec()], None));

@@ -1,4 +1,4 @@
-//! Bayer mosaics: every site sees one colour. Bytes are those of a grey format of the same depth.
+//! Bayer mosaics: every site sees one color. Bytes are those of a gray format of the same depth.
 
 use wstac_core::green::any::PixelFormat;
 use wstac_core::green::bayer::BayerOrder;
@@ -11,7 +11,7 @@ pub(in crate::sensor) enum Site {
     Blue,
 }
 
-/// A mosaic's order of colours.
+/// A mosaic's order of colors.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::sensor) struct Mosaic(BayerOrder);
 

@@ -12,7 +12,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use wstac_core::green::any::PixelFormat;
-use wstac_core::green::ycbcr::Colour;
+use wstac_core::green::ycbcr::YcbcrEncoding;
 
 pub(super) use self::bayer::{Mosaic, Site};
 use self::packed_rgb::PackedRgb;
@@ -23,7 +23,7 @@ use self::words::{Bytes, Words};
 use self::ycbcr::Conversion;
 use super::format::SensorFormat;
 
-/// Pixels in rows, of one colour or of three.
+/// Pixels in rows, of one color or of three.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block<'a> {
     /// First column: a multiple of the encoder's cell.
@@ -32,20 +32,20 @@ pub(super) struct Block<'a> {
     pub(super) top: usize,
     /// Columns, likewise: the last of them may be outside of the frame, and so may the last row.
     pub(super) width: usize,
-    /// Red, green and blue values of 0..=G, row by row; of encoders for one colour, only green ones.
-    pub(super) colours: [&'a [u16]; 3],
+    /// Red, green and blue values of 0..=G, row by row; of encoders for one color, only green ones.
+    pub(super) colors: [&'a [u16]; 3],
 }
 
 impl<'a> Block<'a> {
-    /// The rows of a colour and their numbers in the frame.
-    fn rows(&self, colour: usize) -> impl Iterator<Item = (usize, &'a [u16])> {
-        let values = self.colours.get(colour).copied().unwrap_or_default();
+    /// The rows of a color and their numbers in the frame.
+    fn rows(&self, color: usize) -> impl Iterator<Item = (usize, &'a [u16])> {
+        let values = self.colors.get(color).copied().unwrap_or_default();
         (self.top..).zip(values.chunks_exact(self.width.max(1)))
     }
 
     /// Pixels of the only row, as red, green and blue.
     fn pixels(&self) -> impl Iterator<Item = [u16; 3]> {
-        let [red, green, blue] = self.colours;
+        let [red, green, blue] = self.colors;
         red.iter().zip(green).zip(blue).map(|((&red, &green), &blue)| [red, green, blue])
     }
 }
@@ -80,7 +80,7 @@ impl Frame {
 /// A pixel format's way from values to bytes.
 pub(super) trait Encoder: Debug + Send + Sync {
     /// Whether it needs red and blue beside green.
-    fn is_coloured(&self) -> bool;
+    fn is_colored(&self) -> bool;
 
     /// Columns and rows of the cells that blocks consist of: of pixels that share bytes.
     fn cell(&self) -> [usize; 2] {
@@ -92,10 +92,10 @@ pub(super) trait Encoder: Debug + Send + Sync {
 }
 
 /// The encoder of a format; JPEG pictures are made from R G B.
-pub(super) fn encoder(format: SensorFormat, colour: Colour) -> Arc<dyn Encoder> {
-    let conversion = Conversion::new(colour);
+pub(super) fn encoder(format: SensorFormat, color: YcbcrEncoding) -> Arc<dyn Encoder> {
+    let conversion = Conversion::new(color);
     match format.pixels() {
-        PixelFormat::Grey | PixelFormat::Bayer8(_) => Arc::new(Bytes),
+        PixelFormat::Gray | PixelFormat::Bayer8(_) => Arc::new(Bytes),
         PixelFormat::Y10 | PixelFormat::Y12 | PixelFormat::Y16 | PixelFormat::Bayer10(_) | PixelFormat::Bayer12(_) => {
             Arc::new(Words)
         }

@@ -1,10 +1,10 @@
-//! RGB24, BGR24 and the 32-bit orders: a byte for each colour.
+//! RGB24, BGR24 and the 32-bit orders: a byte for each color.
 
 use super::{Block, Encoder, Frame};
 use wstac_host::camera::formats::FourCc;
 
-/// Value of the byte that is no colour: opaque.
-const NO_COLOUR: u8 = 255;
+/// Value of the byte that is no color: opaque.
+const NO_COLOR: u8 = 255;
 
 /// Pixels of `BYTES` bytes.
 #[derive(Debug)]
@@ -35,17 +35,17 @@ impl PackedRgb<4> {
 }
 
 impl<const BYTES: usize> Encoder for PackedRgb<BYTES> {
-    fn is_coloured(&self) -> bool {
+    fn is_colored(&self) -> bool {
         true
     }
 
     fn encode(&self, block: &Block<'_>, frame: &mut Frame) {
         let pixels = frame.row(block.top, BYTES * block.left, BYTES * block.width).as_chunks_mut::<BYTES>().0;
-        for (bytes, colours) in pixels.iter_mut().zip(block.pixels()) {
-            *bytes = [NO_COLOUR; BYTES];
-            for (place, colour) in self.places.into_iter().zip(colours) {
+        for (bytes, colors) in pixels.iter_mut().zip(block.pixels()) {
+            *bytes = [NO_COLOR; BYTES];
+            for (place, color) in self.places.into_iter().zip(colors) {
                 if let Some(byte) = bytes.get_mut(place) {
-                    *byte = colour as u8;
+                    *byte = color as u8;
                 }
             }
         }

@@ -8,7 +8,7 @@ use super::{Block, Encoder, Frame};
 pub(super) struct PackedPairs<const LUMA: usize>(pub(super) Conversion);
 
 impl<const LUMA: usize> Encoder for PackedPairs<LUMA> {
-    fn is_coloured(&self) -> bool {
+    fn is_colored(&self) -> bool {
         true
     }
 
@@ -17,7 +17,7 @@ impl<const LUMA: usize> Encoder for PackedPairs<LUMA> {
     }
 
     fn encode(&self, block: &Block<'_>, frame: &mut Frame) {
-        let [red, green, blue] = block.colours.map(|values| values.as_chunks::<2>().0);
+        let [red, green, blue] = block.colors.map(|values| values.as_chunks::<2>().0);
         let cells = frame.row(block.top, 2 * block.left, 2 * block.width).as_chunks_mut::<4>().0;
         for (((cell, red), green), blue) in cells.iter_mut().zip(red).zip(green).zip(blue) {
             let [first, second] = [0, 1].map(|k| self.0.luma([red[k], green[k], blue[k]]));

@@ -24,7 +24,7 @@ pub(super) struct Planar {
 }
 
 impl Encoder for Planar {
-    fn is_coloured(&self) -> bool {
+    fn is_colored(&self) -> bool {
         true
     }
 
@@ -79,7 +79,7 @@ impl Planar {
     }
 }
 
-/// Sums of the colours over each cell of a block that is `ROWS` rows high: up to 4 · 255.
+/// Sums of the colors over each cell of a block that is `ROWS` rows high: up to 4 · 255.
 fn sums<'a, const COLUMNS: usize, const ROWS: usize>(
     block: &Block<'a>,
 ) -> impl Iterator<Item = [u16; 3]> + use<'a, COLUMNS, ROWS> {
@@ -90,6 +90,6 @@ fn sums<'a, const COLUMNS: usize, const ROWS: usize>(
         let pairs = first.as_chunks::<COLUMNS>().0.iter().zip(second.as_chunks::<COLUMNS>().0);
         pairs.map(|(first, second)| first.iter().sum::<u16>() + if ROWS == 2 { second.iter().sum() } else { 0 })
     };
-    let [red, green, blue] = block.colours.map(cells);
+    let [red, green, blue] = block.colors.map(cells);
     red.zip(green).zip(blue).map(|((red, green), blue)| [red, green, blue])
 }

@@ -23,7 +23,7 @@ pub(in crate::sensor) fn nearest_green(value: u16) -> u16 {
 pub(super) struct Rgb565;
 
 impl Encoder for Rgb565 {
-    fn is_coloured(&self) -> bool {
+    fn is_colored(&self) -> bool {
         true
     }
 

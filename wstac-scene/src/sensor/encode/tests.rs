@@ -1,11 +1,11 @@
-use wstac_core::green::ycbcr::{Matrix, Range};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrMatrix};
 
 use super::*;
 
 /// Red, green and blue of 2 × 2 pixels, one row after the other where a cell has one, encoded.
 fn bytes(format: &str, pixels: [[u16; 3]; 4], frame_bytes: usize) -> Vec<u8> {
     let format: SensorFormat = format.parse().unwrap();
-    let encoder = encoder(format, Colour { matrix: Matrix::Bt601, range: Range::Full });
+    let encoder = encoder(format, Color { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Full });
     let mut frame = Frame { bytes: vec![0; frame_bytes], bytes_per_row: 0, height: 2 };
     frame.bytes_per_row = match format.pixels() {
         // Luma's.
@@ -14,15 +14,14 @@ fn bytes(format: &str, pixels: [[u16; 3]; 4], frame_bytes: usize) -> Vec<u8> {
     };
     let [_, rows] = encoder.cell();
     for top in (0..2).step_by(rows) {
-        let colours = [0, 1, 2].map(|colour| -> Vec<u16> {
-            pixels[2 * top..2 * (top + rows)].iter().map(|pixel| pixel[colour]).collect()
-        });
-        encoder.encode(&Block { left: 0, top, width: 2, colours: colours.each_ref().map(Vec::as_slice) }, &mut frame);
+        let colors = [0, 1, 2]
+            .map(|color| -> Vec<u16> { pixels[2 * top..2 * (top + rows)].iter().map(|pixel| pixel[color]).collect() });
+        encoder.encode(&Block { left: 0, top, width: 2, colors: colors.each_ref().map(Vec::as_slice) }, &mut frame);
     }
     frame.bytes
 }
 
-/// Every order of bytes, as V4L2 describes it; BT.601, full range, of which this colour is 124, 86, 182.
+/// Every order of bytes, as V4L2 describes it; BT.601, full range, of which this color is 124, 86, 182.
 #[test]
 fn bytes_are_where_v4l2_puts_them() {
     const BITS: u16 = 24 << 11 | 25 << 5 | 6;

@@ -7,12 +7,12 @@ use super::{Block, Encoder, Frame};
 pub(super) struct Bytes;
 
 impl Encoder for Bytes {
-    fn is_coloured(&self) -> bool {
+    fn is_colored(&self) -> bool {
         false
     }
 
     fn encode(&self, block: &Block<'_>, frame: &mut Frame) {
-        for (byte, &value) in frame.row(block.top, block.left, block.width).iter_mut().zip(block.colours[1]) {
+        for (byte, &value) in frame.row(block.top, block.left, block.width).iter_mut().zip(block.colors[1]) {
             *byte = value as u8;
         }
     }
@@ -23,13 +23,13 @@ impl Encoder for Bytes {
 pub(super) struct Words;
 
 impl Encoder for Words {
-    fn is_coloured(&self) -> bool {
+    fn is_colored(&self) -> bool {
         false
     }
 
     fn encode(&self, block: &Block<'_>, frame: &mut Frame) {
         let words = frame.row(block.top, 2 * block.left, 2 * block.width).as_chunks_mut().0;
-        for (word, value) in words.iter_mut().zip(block.colours[1]) {
+        for (word, value) in words.iter_mut().zip(block.colors[1]) {
             *word = value.to_le_bytes();
         }
     }

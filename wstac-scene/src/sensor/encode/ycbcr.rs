@@ -1,6 +1,6 @@
 //! R, G, B of 0..=255 → Y, Cb, Cr, as a camera's own processor does it: rounded to nearest.
 
-use wstac_core::green::ycbcr::{Colour, Matrix, Range};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 
 /// Added to a number of 0..=255, leaves it, rounded to nearest, in the low bits of a single precision number.
 const ROUNDER: f32 = 8_388_608.0;
@@ -16,15 +16,15 @@ pub(super) struct Conversion {
 }
 
 impl Conversion {
-    /// The conversion of this colour.
-    pub(super) fn new(colour: Colour) -> Self {
-        let (red, blue) = match colour.matrix {
-            Matrix::Bt601 => (0.299, 0.114),
-            Matrix::Bt709 => (0.2126, 0.0722),
+    /// The conversion of this color.
+    pub(super) fn new(color: YcbcrEncoding) -> Self {
+        let (red, blue) = match color.matrix {
+            YcbcrMatrix::Bt601 => (0.299, 0.114),
+            YcbcrMatrix::Bt709 => (0.2126, 0.0722),
         };
-        let (black, luma_span, chroma_span) = match colour.range {
-            Range::Limited => (16.0, 219.0 / 255.0, 224.0 / 255.0),
-            Range::Full => (0.0, 1.0, 1.0),
+        let (black, luma_span, chroma_span) = match color.range {
+            QuantizationRange::Limited => (16.0, 219.0 / 255.0, 224.0 / 255.0),
+            QuantizationRange::Full => (0.0, 1.0, 1.0),
         };
         let chroma = |share: f64| 0.5 * chroma_span * share;
         let cb = [chroma(-red / (1.0 - blue)), chroma((red + blue - 1.0) / (1.0 - blue)), chroma(1.0)];
@@ -40,7 +40,7 @@ impl Conversion {
         (self.black + dot(self.luma, pixel) + ROUNDER).to_bits() as u8
     }
 
-    /// Cb of pixels whose colours are summed: of their mean, which is the sum times `share`.
+    /// Cb of pixels whose colors are summed: of their mean, which is the sum times `share`.
     #[inline(always)]
     pub(super) fn cb(&self, sum: [u16; 3], share: f32) -> u8 {
         level(dot(self.cb, sum) * share)
@@ -72,23 +72,23 @@ mod tests {
     use super::*;
 
     /// Straight from the definition: Y' = Kr R + Kg G + Kb B, Cb = (B − Y') / 2 (1 − Kb), Cr likewise.
-    fn by_definition(colour: Colour, [r, g, b]: [u16; 3]) -> [f64; 3] {
-        let (kr, kb) = if colour.matrix == Matrix::Bt601 { (0.299, 0.114) } else { (0.2126, 0.0722) };
+    fn by_definition(color: YcbcrEncoding, [r, g, b]: [u16; 3]) -> [f64; 3] {
+        let (kr, kb) = if color.matrix == YcbcrMatrix::Bt601 { (0.299, 0.114) } else { (0.2126, 0.0722) };
         let [r, g, b] = [r, g, b].map(|value| f64::from(value) / 255.0);
         let y = kr * r + (1.0 - kr - kb) * g + kb * b;
         let [cb, cr] = [(b - y) / (2.0 * (1.0 - kb)), (r - y) / (2.0 * (1.0 - kr))];
-        match colour.range {
-            Range::Limited => [16.0 + 219.0 * y, 128.0 + 224.0 * cb, 128.0 + 224.0 * cr],
-            Range::Full => [255.0 * y, 128.0 + 255.0 * cb, 128.0 + 255.0 * cr],
+        match color.range {
+            QuantizationRange::Limited => [16.0 + 219.0 * y, 128.0 + 224.0 * cb, 128.0 + 224.0 * cr],
+            QuantizationRange::Full => [255.0 * y, 128.0 + 255.0 * cb, 128.0 + 255.0 * cr],
         }
     }
 
     #[test]
-    fn every_colour_is_converted_to_nearest() {
-        for matrix in [Matrix::Bt601, Matrix::Bt709] {
-            for range in [Range::Limited, Range::Full] {
-                let (colour, steps) = (Colour { matrix, range }, (0..=255).step_by(5));
-                let conversion = Conversion::new(colour);
+    fn every_color_is_converted_to_nearest() {
+        for matrix in [YcbcrMatrix::Bt601, YcbcrMatrix::Bt709] {
+            for range in [QuantizationRange::Limited, QuantizationRange::Full] {
+                let (color, steps) = (YcbcrEncoding { matrix, range }, (0..=255).step_by(5));
+                let conversion = Conversion::new(color);
                 for pixel in steps.clone().flat_map(|r| {
                     let steps = steps.clone();
                     steps.clone().flat_map(move |g| steps.clone().map(move |b| [r, g, b]))
@@ -100,14 +100,14 @@ mod tests {
                     let [cb, cr] = chroma(4, 0.25);
                     assert_eq!([cb, cr], chroma(1, 1.0));
                     for (found, expected) in
-                        [conversion.luma(pixel), cb, cr].into_iter().zip(by_definition(colour, pixel))
+                        [conversion.luma(pixel), cb, cr].into_iter().zip(by_definition(color, pixel))
                     {
                         let expected = expected.min(255.0);
                         assert!((f64::from(found) - expected).abs() < 0.501, "{pixel:?}: {found} {expected}");
                     }
                 }
-                for grey in 0..=255 {
-                    assert_eq!([conversion.cb([grey; 3], 1.0), conversion.cr([grey; 3], 1.0)], [128, 128]);
+                for gray in 0..=255 {
+                    assert_eq!([conversion.cb([gray; 3], 1.0), conversion.cr([gray; 3], 1.0)], [128, 128]);
                 }
             }
         }

@@ -3,7 +3,7 @@
 use super::glyphs::{WIDTH, glyph};
 
 /// Red, green and blue.
-pub(super) type Colour = [u8; 3];
+pub(super) type Color = [u8; 3];
 
 /// Pixels of a glyph's dot.
 const DOT: usize = 2;
@@ -12,12 +12,12 @@ const PEN: i64 = 2;
 /// Pixels of a dash and of the gap after it.
 const DASH: usize = 8;
 /// Under text and lines: the picture's own light does not hide them.
-const SHADE: Colour = [0, 0, 0];
+const SHADE: Color = [0, 0, 0];
 
 pub(super) struct Canvas {
     width: usize,
     height: usize,
-    pixels: Vec<Colour>,
+    pixels: Vec<Color>,
 }
 
 impl Canvas {
@@ -25,78 +25,78 @@ impl Canvas {
         Self { width, height, pixels: vec![[0; 3]; width * height] }
     }
 
-    pub(super) fn fill(&mut self, [left, top]: [usize; 2], [width, height]: [usize; 2], colour: Colour) {
+    pub(super) fn fill(&mut self, [left, top]: [usize; 2], [width, height]: [usize; 2], color: Color) {
         let right = (left + width).min(self.width);
         for y in top..(top + height).min(self.height) {
             if let Some(pixels) = self.pixels.get_mut(y * self.width + left..y * self.width + right) {
-                pixels.fill(colour);
+                pixels.fill(color);
             }
         }
     }
 
     /// A square of `side` pixels around a point.
-    fn dot(&mut self, [x, y]: [f64; 2], side: i64, colour: Colour) {
+    fn dot(&mut self, [x, y]: [f64; 2], side: i64, color: Color) {
         let [left, top] = [x, y].map(|at| at.round() as i64 - (side - 1) / 2);
         for y in top..top + side {
             for x in left..left + side {
                 let place = usize::try_from(x).ok().zip(usize::try_from(y).ok());
                 let inside = place.filter(|&(x, y)| x < self.width && y < self.height);
                 if let Some(pixel) = inside.and_then(|(x, y)| self.pixels.get_mut(y * self.width + x)) {
-                    *pixel = colour;
+                    *pixel = color;
                 }
             }
         }
     }
 
     /// Points with a shade around them.
-    fn strokes(&mut self, points: &[[f64; 2]], colour: Colour) {
-        for (side, colour) in [(PEN + 2, SHADE), (PEN, colour)] {
+    fn strokes(&mut self, points: &[[f64; 2]], color: Color) {
+        for (side, color) in [(PEN + 2, SHADE), (PEN, color)] {
             for &point in points {
-                self.dot(point, side, colour);
+                self.dot(point, side, color);
             }
         }
     }
 
-    pub(super) fn line(&mut self, from: [f64; 2], to: [f64; 2], colour: Colour) {
+    pub(super) fn line(&mut self, from: [f64; 2], to: [f64; 2], color: Color) {
         for point in along(from, to) {
-            self.dot(point, PEN, colour);
+            self.dot(point, PEN, color);
         }
     }
 
     /// A rectangle's outline, within it.
-    pub(super) fn outline(&mut self, [x, y]: [f64; 2], [width, height]: [f64; 2], colour: Colour, dashed: bool) {
+    pub(super) fn outline(&mut self, [x, y]: [f64; 2], [width, height]: [f64; 2], color: Color, dashed: bool) {
         let (right, bottom) = (x + width - 2.0, y + height - 2.0);
         let corners = [[x, y], [right, y], [right, bottom], [x, bottom], [x, y]];
         let mut points: Vec<[f64; 2]> = corners.windows(2).flat_map(|pair| along(pair[0], pair[1])).collect();
         if dashed {
             points = points.chunks(DASH).step_by(2).flatten().copied().collect();
         }
-        self.strokes(&points, colour);
+        self.strokes(&points, color);
     }
 
-    pub(super) fn ring(&mut self, [x, y]: [f64; 2], radius: f64, colour: Colour) {
+    pub(super) fn ring(&mut self, [x, y]: [f64; 2], radius: f64, color: Color) {
         let count = (radius * 7.0).clamp(16.0, 20_000.0) as usize;
         let points = (0..count).map(|k| {
             let (sin, cos) = (core::f64::consts::TAU * k as f64 / count as f64).sin_cos();
             [x + radius * cos, y + radius * sin]
         });
-        self.strokes(&points.collect::<Vec<_>>(), colour);
+        self.strokes(&points.collect::<Vec<_>>(), color);
     }
 
-    pub(super) fn cross(&mut self, [x, y]: [f64; 2], reach: f64, colour: Colour) {
+    pub(super) fn cross(&mut self, [x, y]: [f64; 2], reach: f64, color: Color) {
         let mut points = along([x - reach, y], [x + reach, y]);
         points.extend(along([x, y - reach], [x, y + reach]));
-        self.strokes(&points, colour);
+        self.strokes(&points, color);
     }
 
     /// Digits and commas from this point on to the right and down.
-    pub(super) fn text(&mut self, [x, y]: [f64; 2], text: &str, colour: Colour) {
-        for (side, colour) in [(DOT as i64 + 2, SHADE), (DOT as i64, colour)] {
+    pub(super) fn text(&mut self, [x, y]: [f64; 2], text: &str, color: Color) {
+        for (side, color) in [(DOT as i64 + 2, SHADE), (DOT as i64, color)] {
             for (k, character) in text.chars().enumerate() {
                 for (row, bits) in glyph(character).into_iter().enumerate() {
                     for column in (0..WIDTH).filter(|column| bits >> (WIDTH - 1 - column) & 1 == 1) {
                         let at = [k * (WIDTH + 1) + column, row].map(|at| (at * DOT) as f64);
-                        self.dot([x + at[0], y + at[1]], side, colour);
+                        self.dot([x + at[0], y + at[1]], side, color);
                     }
                 }
             }

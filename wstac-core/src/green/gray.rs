@@ -1,13 +1,13 @@
 //! GREY: one byte a pixel, taken as green.
 
-use super::{Green, byte_sums, sum_pixels};
+use super::{GreenChannel, byte_sums, sum_pixels};
 use crate::frame::{Rows, Run};
 
 /// GREY, G = 255.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Grey;
+pub struct Gray;
 
-impl Green for Grey {
+impl GreenChannel for Gray {
     type Sum = u32;
 
     fn full_scale(&self) -> u32 {

@@ -8,8 +8,8 @@ use crate::error::Error;
 use crate::params::{FEATURES, LONGEST_FOLLOW, SAMPLE_FRAMES, SHORTEST_FOLLOW};
 use crate::trigger_config::TriggerConfig;
 
-/// What becomes of the baseline. There are three: [`Kept`], [`Follow`] and `Option<Follow>`.
-pub trait Following: sealed::Sealed + Clone + core::fmt::Debug {
+/// What becomes of the baseline. There are three: [`FixedBaseline`], [`TrackingBaseline`] and `Option<Follow>`.
+pub trait BaselinePolicy: sealed::Sealed + Clone + core::fmt::Debug {
     /// A window has fired.
     #[doc(hidden)]
     fn fired(&mut self, config: &TriggerConfig);
@@ -27,17 +27,17 @@ pub trait Following: sealed::Sealed + Clone + core::fmt::Debug {
 
 mod sealed {
     pub trait Sealed {}
-    impl Sealed for super::Kept {}
-    impl Sealed for super::Follow {}
-    impl Sealed for Option<super::Follow> {}
+    impl Sealed for super::FixedBaseline {}
+    impl Sealed for super::TrackingBaseline {}
+    impl Sealed for Option<super::TrackingBaseline> {}
 }
 
 /// The first 5m frames' baseline stays (paper).
 #[derive(Clone, Copy, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Kept;
+pub struct FixedBaseline;
 
-impl Following for Kept {
+impl BaselinePolicy for FixedBaseline {
     #[inline]
     fn fired(&mut self, _: &TriggerConfig) {}
 
@@ -52,10 +52,10 @@ impl Following for Kept {
 /// remainders are kept. The ⌈35/m⌉ windows after one that fired are left out (afterglow). Frames of a long gap are in no window.
 ///
 /// What is so slow that it rises by less than the margin within N windows is drift, whatever causes it: a press that slow fires with
-/// [`Kept`], and not with this. A step fires as before, and is not followed as long as its windows fire.
+/// [`FixedBaseline`], and not with this. A step fires as before, and is not followed as long as its windows fire.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Follow {
+pub struct TrackingBaseline {
     /// log2 N.
     shift: u8,
     /// Windows to leave out.
@@ -64,14 +64,14 @@ pub struct Follow {
     remainders: [i32; FEATURES],
 }
 
-impl Follow {
+impl TrackingBaseline {
     /// A time constant of N windows, a power of two from 16 to 32768.
     ///
     /// # Errors
-    /// [`Error::Follow`] for another number.
+    /// [`Error::TrackingBaseline`] for another number.
     pub const fn new(windows: u32) -> Result<Self, Error> {
         if !windows.is_power_of_two() || windows < SHORTEST_FOLLOW || windows > LONGEST_FOLLOW {
-            return Err(Error::Follow(windows));
+            return Err(Error::TrackingBaseline(windows));
         }
         Ok(Self { shift: windows.ilog2() as u8, pause: 0, remainders: [0; FEATURES] })
     }
@@ -82,7 +82,7 @@ impl Follow {
     }
 }
 
-impl Following for Follow {
+impl BaselinePolicy for TrackingBaseline {
     fn fired(&mut self, config: &TriggerConfig) {
         self.pause = (SAMPLE_FRAMES as u8 / 2).div_ceil(config.window().max(1));
     }
@@ -103,7 +103,7 @@ impl Following for Follow {
     }
 }
 
-impl Following for Option<Follow> {
+impl BaselinePolicy for Option<TrackingBaseline> {
     fn fired(&mut self, config: &TriggerConfig) {
         if let Some(follow) = self {
             follow.fired(config);

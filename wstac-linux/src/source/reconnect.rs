@@ -70,7 +70,7 @@ impl CameraSource {
     }
 
     /// Looks for the camera and starts it. Nothing where it is not there yet, or refuses: asked again later.
-    pub(super) fn come_back(&mut self) -> Result<(), Error> {
+    pub(super) fn try_reconnect(&mut self) -> Result<(), Error> {
         let away = self.away.get_or_insert_default();
         // The first try is at once: most faults are over then.
         if std::mem::replace(&mut away.tried, true) {
@@ -79,7 +79,7 @@ impl CameraSource {
         let Some(path) = self.known.find() else { return Ok(()) };
         self.request.path = path;
         match Camera::open(&self.request) {
-            Ok(camera) => self.welcome(camera),
+            Ok(camera) => self.resume(camera),
             Err(error) => {
                 let why = error.to_string();
                 if away.is_new(&why) {
@@ -92,14 +92,14 @@ impl CameraSource {
     }
 
     /// Takes up a stream that was started again, if it is what it was.
-    fn welcome(&mut self, camera: Camera) -> Result<(), Error> {
+    fn resume(&mut self, camera: Camera) -> Result<(), Error> {
         if let Some(difference) = difference(&self.negotiated, &camera.negotiated) {
             return Err(Error::new(self.request.path.display(), difference));
         }
         let state = Some(Box::new(camera.state.clone()));
         let before = std::mem::replace(&mut self.info.camera, state).map(|state| state.controls).unwrap_or_default();
         if let Some(changed) = changed(&before, &camera.state.controls) {
-            let message = format!("{}: {changed}: grey levels may have changed", self.request.path.display());
+            let message = format!("{}: {changed}: gray levels may have changed", self.request.path.display());
             self.told.push_back(Told::Fault(Fault { kind: "controls", message }));
         }
         (self.waits, self.errors) = (0, 0);
@@ -112,13 +112,13 @@ impl CameraSource {
 fn difference(before: &Negotiated, now: &Negotiated) -> Option<String> {
     let is_same = before.fourcc == now.fourcc
         && before.size == now.size
-        && before.colour == now.colour
+        && before.color == now.color
         && before.bytes_per_row == now.bytes_per_row
         && before.frame_bytes == now.frame_bytes
         && same(before.rate, now.rate);
     let words = |negotiated: &Negotiated| {
-        let colour = negotiated.colour;
-        format!("{} ({} bytes a row, {:?})", stream(negotiated), negotiated.bytes_per_row, colour)
+        let color = negotiated.color;
+        format!("{} ({} bytes a row, {:?})", stream(negotiated), negotiated.bytes_per_row, color)
     };
     (!is_same).then(|| format!("the camera came back with {}, expected {} as before", words(now), words(before)))
 }
@@ -136,7 +136,7 @@ fn changed(before: &[LockedControl], now: &[LockedControl]) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use wstac_core::green::any::PixelFormat;
-    use wstac_core::green::ycbcr::Colour;
+    use wstac_core::green::ycbcr::YcbcrEncoding;
     use wstac_core::layout::FrameSize;
     use wstac_core::rate::FrameRate;
 
@@ -146,9 +146,9 @@ mod tests {
     fn negotiated() -> Negotiated {
         Negotiated {
             fourcc: *b"GREY",
-            coding: Coding::Raw(PixelFormat::Grey),
+            coding: Coding::Raw(PixelFormat::Gray),
             size: FrameSize::new(640, 360).unwrap(),
-            colour: Colour::default(),
+            color: YcbcrEncoding::default(),
             bytes_per_row: 640,
             frame_bytes: 640 * 360,
             rate: FrameRate::NOMINAL,

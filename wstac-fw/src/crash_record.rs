@@ -14,14 +14,14 @@ const MAGIC: u32 = 0x5753_7461;
 /// Text with what proves that it is one.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
-pub struct LastWords {
+pub struct CrashRecord {
     magic: u32,
     checksum: u32,
     length: u32,
     text: [u8; MOST],
 }
 
-impl LastWords {
+impl CrashRecord {
     /// No words yet.
     pub const fn new() -> Self {
         Self { magic: MAGIC, checksum: 0, length: 0, text: [0; MOST] }
@@ -81,7 +81,7 @@ impl LastWords {
     }
 }
 
-impl Default for LastWords {
+impl Default for CrashRecord {
     fn default() -> Self {
         Self::new()
     }
@@ -98,34 +98,34 @@ mod kept {
     use cortex_m::peripheral::SCB;
     use cortex_m_rt::{ExceptionFrame, exception};
 
-    use super::{LastWords, Ordering, compiler_fence};
+    use super::{CrashRecord, Ordering, compiler_fence};
 
     /// Bytes of a panic's path that are kept.
     const PATH: usize = 40;
 
     /// Not touched by the start-up code.
-    #[unsafe(link_section = ".uninit.last_words")]
-    static mut KEPT: MaybeUninit<LastWords> = MaybeUninit::uninit();
+    #[unsafe(link_section = ".uninit.crash_record")]
+    static mut KEPT: MaybeUninit<CrashRecord> = MaybeUninit::uninit();
 
     /// Memory with error correction keeps the last write in a buffer, which a reset clears: this one follows.
-    #[unsafe(link_section = ".uninit.last_words")]
+    #[unsafe(link_section = ".uninit.crash_record")]
     static mut FLUSH: MaybeUninit<u64> = MaybeUninit::uninit();
 
     /// The words of the last run, once.
     #[allow(unsafe_code)]
-    pub fn take() -> Option<LastWords> {
+    pub fn take() -> Option<CrashRecord> {
         // SAFETY: any bytes are a record, one of numbers alone; nothing else reads or writes it but a handler that does not
         // return.
-        let words = unsafe { addr_of!(KEPT).cast::<LastWords>().read_volatile() };
-        keep(LastWords { magic: 0, ..LastWords::new() });
+        let words = unsafe { addr_of!(KEPT).cast::<CrashRecord>().read_volatile() };
+        keep(CrashRecord { magic: 0, ..CrashRecord::new() });
         words.text().is_some().then_some(words)
     }
 
     #[allow(unsafe_code)]
-    fn keep(words: LastWords) {
+    fn keep(words: CrashRecord) {
         // SAFETY: as above.
         unsafe {
-            addr_of_mut!(KEPT).cast::<LastWords>().write_volatile(words);
+            addr_of_mut!(KEPT).cast::<CrashRecord>().write_volatile(words);
             addr_of_mut!(FLUSH).cast::<u64>().write_volatile(0);
         }
         compiler_fence(Ordering::SeqCst);
@@ -135,7 +135,7 @@ mod kept {
     #[panic_handler]
     fn panic(info: &PanicInfo<'_>) -> ! {
         cortex_m::interrupt::disable();
-        let mut words = LastWords::new();
+        let mut words = CrashRecord::new();
         words.add("panic");
         // The place first, and the end of its path: what is too much is cut.
         if let Some(place) = info.location() {
@@ -156,7 +156,7 @@ mod kept {
     #[allow(unsafe_code)]
     #[exception]
     unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-        let mut words = LastWords::new();
+        let mut words = CrashRecord::new();
         words.add("hard fault at 0x");
         words.add_number(frame.pc(), 16);
         words.add(", called from 0x");
@@ -178,7 +178,7 @@ mod tests {
 
     #[test]
     fn words_come_back_as_they_were() {
-        let mut words = LastWords::new();
+        let mut words = CrashRecord::new();
         words.add("at 0x");
         words.add_number(0xBEEF_0000, 16);
         words.add(" line ");
@@ -189,7 +189,7 @@ mod tests {
 
     #[test]
     fn too_many_are_cut_between_characters() {
-        let mut words = LastWords::new();
+        let mut words = CrashRecord::new();
         for _ in 0..MOST {
             words.add("½a");
         }
@@ -199,9 +199,9 @@ mod tests {
 
     #[test]
     fn what_was_not_written_is_not_believed() {
-        let mut words = LastWords::new();
+        let mut words = CrashRecord::new();
         words.add("overflow");
-        for byte in 0..size_of::<LastWords>() {
+        for byte in 0..size_of::<CrashRecord>() {
             let mut bytes = words;
             // Any bit of the record.
             let flip = |value: u32| value ^ 1 << (byte % 4 * 8);
@@ -213,8 +213,8 @@ mod tests {
             }
             assert_eq!(bytes.text(), None, "byte {byte}");
         }
-        assert_eq!(LastWords { length: u32::MAX, ..words }.text(), None);
+        assert_eq!(CrashRecord { length: u32::MAX, ..words }.text(), None);
         // An empty record that was never added to has no checksum.
-        assert_eq!(LastWords::new().text(), None);
+        assert_eq!(CrashRecord::new().text(), None);
     }
 }

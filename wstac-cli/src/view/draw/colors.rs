@@ -1,10 +1,10 @@
-//! Colours of light, for terminals with many colours, few or none.
+//! Colors of light, for terminals with many colors, few or none.
 
 use ratatui::style::Color;
 
-/// How many colours a terminal has.
+/// How many colors a terminal has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in super::super) enum Colours {
+pub(in super::super) enum Colors {
     /// None, or none are wanted: shades are characters.
     None,
     /// The 16 of old.
@@ -18,12 +18,12 @@ pub(in super::super) enum Colours {
 /// Dark to bright: black, greens as the sensor's light is, and white at last; each step is about as much brighter as the one
 /// before.
 const RAMP: [[u8; 3]; 6] = [[0, 0, 0], [0, 52, 28], [0, 104, 46], [22, 164, 60], [128, 216, 92], [250, 255, 214]];
-/// The same of the 16 colours.
+/// The same of the 16 colors.
 const FEW: [Color; 5] = [Color::Black, Color::DarkGray, Color::Green, Color::LightGreen, Color::White];
 /// The same in characters.
 const CHARACTERS: [char; 10] = [' ', '.', ':', '-', '=', '+', '*', '#', '%', '@'];
 
-impl Colours {
+impl Colors {
     /// What this terminal has, by what it says: `NO_COLOR`, `COLORTERM` and `TERM`.
     pub(in super::super) fn of(variable: impl Fn(&str) -> Option<String>) -> Self {
         let is = |name: &str, found: &dyn Fn(&str) -> bool| variable(name).is_some_and(|value| found(&value));
@@ -40,7 +40,7 @@ impl Colours {
         }
     }
 
-    /// The colour of light, 0 to 1.
+    /// The color of light, 0 to 1.
     pub(super) fn light(self, light: f32) -> Color {
         let light = if light.is_finite() { light.clamp(0.0, 1.0) } else { 0.0 };
         if self == Self::Few {
@@ -52,20 +52,20 @@ impl Colours {
             let [low, high] = [RAMP[below][k], RAMP[below + 1][k]].map(f32::from);
             (low + (high - low) * (place - below as f32)).round() as u8
         };
-        self.colour([mixed(0), mixed(1), mixed(2)])
+        self.color([mixed(0), mixed(1), mixed(2)])
     }
 
-    /// The nearest colour that there is.
-    fn colour(self, [r, g, b]: [u8; 3]) -> Color {
+    /// The nearest color that there is.
+    fn color(self, [r, g, b]: [u8; 3]) -> Color {
         if self == Self::True {
             return Color::Rgb(r, g, b);
         }
-        // The cube of 256 colours has steps at 0, 95, 135, 175, 215 and 255.
+        // The cube of 256 colors has steps at 0, 95, 135, 175, 215 and 255.
         let step = |value: u8| if value < 48 { 0 } else { value.saturating_sub(35) / 40 };
         Color::Indexed(16 + 36 * step(r) + 6 * step(g) + step(b))
     }
 
-    /// A character as bright as light, 0 to 1, where there are no colours.
+    /// A character as bright as light, 0 to 1, where there are no colors.
     pub(super) fn character(light: f32) -> char {
         CHARACTERS[(light.clamp(0.0, 1.0) * 9.999) as usize]
     }
@@ -99,7 +99,7 @@ impl Colours {
         match self {
             Self::None => Color::Reset,
             Self::Few => few,
-            Self::Many | Self::True => self.colour(many),
+            Self::Many | Self::True => self.color(many),
         }
     }
 }
@@ -108,24 +108,24 @@ impl Colours {
 mod tests {
     use super::*;
 
-    fn of(variables: &[(&str, &str)]) -> Colours {
-        Colours::of(|name| variables.iter().find(|(own, _)| *own == name).map(|(_, value)| (*value).to_owned()))
+    fn of(variables: &[(&str, &str)]) -> Colors {
+        Colors::of(|name| variables.iter().find(|(own, _)| *own == name).map(|(_, value)| (*value).to_owned()))
     }
 
     #[test]
     fn a_terminal_says_what_it_has() {
-        assert_eq!(of(&[("TERM", "xterm-256color"), ("COLORTERM", "truecolor")]), Colours::True);
-        assert_eq!(of(&[("TERM", "tmux-256color")]), Colours::Many);
-        assert_eq!(of(&[("TERM", "linux")]), Colours::Few);
-        assert_eq!(of(&[]), Colours::Few);
-        assert_eq!(of(&[("TERM", "dumb")]), Colours::None);
-        assert_eq!(of(&[("TERM", "xterm-256color"), ("NO_COLOR", "1")]), Colours::None);
-        assert_eq!(of(&[("TERM", "xterm-256color"), ("NO_COLOR", "")]), Colours::Many);
+        assert_eq!(of(&[("TERM", "xterm-256color"), ("COLORTERM", "truecolor")]), Colors::True);
+        assert_eq!(of(&[("TERM", "tmux-256color")]), Colors::Many);
+        assert_eq!(of(&[("TERM", "linux")]), Colors::Few);
+        assert_eq!(of(&[]), Colors::Few);
+        assert_eq!(of(&[("TERM", "dumb")]), Colors::None);
+        assert_eq!(of(&[("TERM", "xterm-256color"), ("NO_COLOR", "1")]), Colors::None);
+        assert_eq!(of(&[("TERM", "xterm-256color"), ("NO_COLOR", "")]), Colors::Many);
     }
 
     #[test]
     fn more_light_is_never_darker() {
-        let brightness = |light: f32| match Colours::True.light(light) {
+        let brightness = |light: f32| match Colors::True.light(light) {
             Color::Rgb(r, g, b) => 0.2126 * f32::from(r) + 0.7152 * f32::from(g) + 0.0722 * f32::from(b),
             other => panic!("{other:?}"),
         };
@@ -133,7 +133,7 @@ mod tests {
             let light = f32::from(step) / 100.0;
             assert!(brightness(light) >= brightness(light - 0.01), "at {light}");
         }
-        assert_eq!([f32::NAN, -1.0].map(|light| Colours::Few.light(light)), [Color::Black; 2]);
-        assert_eq!(Colours::Many.light(1.0), Color::Indexed(230));
+        assert_eq!([f32::NAN, -1.0].map(|light| Colors::Few.light(light)), [Color::Black; 2]);
+        assert_eq!(Colors::Many.light(1.0), Color::Indexed(230));
     }
 }
