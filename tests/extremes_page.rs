@@ -121,11 +121,12 @@ fn a_row_that_lacks_a_cell_is_found() {
 #[test]
 fn every_line_names_a_test_that_runs_and_no_extreme_is_left_out() {
     let page = text("docs/EXTREMES.md");
-    let stages = text("ci/test");
-    // Its lanes: name=(stage …).
-    let lanes = stages.lines().filter_map(|line| line.split_once("=(")?.1.strip_suffix(')'));
+    let scripts = [text("ci/test"), text("ci/long")];
+    // Lanes of the first and parts of the second: name=(stage …).
+    let lanes = scripts.iter().flat_map(|script| script.lines());
+    let lanes = lanes.filter_map(|line| line.split_once("=(")?.1.strip_suffix(')'));
     let stages: BTreeSet<&str> = lanes.flat_map(str::split_whitespace).chain(["long"]).collect();
-    assert!(stages.contains("unit") && stages.contains("vm"), "{stages:?}");
+    assert!(stages.contains("unit") && stages.contains("vm") && stages.contains("fuzz"), "{stages:?}");
     assert!(text("ci/unit").contains("cargo test --locked --workspace"));
     let mut named = BTreeSet::new();
     let rows = rows_of(&page);

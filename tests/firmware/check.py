@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""The firmware on emulated boards: its events are the host's, and what it costs is no more than was kept.
+"""Checks the firmware on emulated boards: its events are the host's, and its costs are within their budgets (budgets.toml).
 
-    check.py WSTAC            checks; what is worse than the kept numbers fails, what is better asks for an update
-    check.py WSTAC --keep     keeps the numbers (kept.json) and writes the table of docs/FIRMWARE.md
+    check.py WSTAC            checks; published numbers that are more than 2 % off fail as well
+    check.py WSTAC --base     checks one image per board, GREY without a model, and its numbers alone
+    check.py WSTAC --write    checks, and writes the table of docs/FIRMWARE.md
 """
 
 import json
@@ -12,9 +13,9 @@ import tempfile
 from pathlib import Path
 
 import boards
+import budget
 import golden
 import images
-import kept
 import link
 from boards import BOARDS, ROOT
 from counter import Counter, Setting, formats, write_samples
@@ -22,6 +23,8 @@ from host import features, host, same
 
 HERE = Path(__file__).resolve().parent
 MODELS = {None: None} | {name: ROOT / f"wstac-host/models/{name}.wsm" for name in ("svm", "forest", "boosted")}
+# The numbers of an image without a model.
+BASE = ("whole", "stripes", "trigger", "speed", "direction", "flash", "ram")
 FRAME = 400 * 400
 STRIPE = 8 * 400
 
@@ -41,14 +44,14 @@ def clip(wstac, folder):
     return file
 
 
-def measure(wstac, folder):
-    """Builds and runs everything; numbers by core and program."""
+def measure(wstac, folder, models):
+    """Builds and runs the firmware with each of these models; numbers by core and program."""
     file = clip(wstac, folder)
     write_samples(wstac, folder / "samples")
     numbers = {board.core: {} for board in BOARDS}
     everything = host(wstac, "run", file, "--json", "--features", "--samples")
     on_host = [record["f"] for record in map(json.loads, everything) if record["kind"] == "features"]
-    for name, model in MODELS.items():
+    for name, model in models.items():
         asked = [] if model is None else ["--model", model]
         events = host(wstac, "run", file, "--json", *asked)
         for target in boards.TARGETS:
@@ -88,18 +91,22 @@ def formats_too(wstac, folder):
 
 
 def main():
-    if len(sys.argv) not in (2, 3) or sys.argv[2:] not in ([], ["--keep"]):
-        sys.exit(__doc__)
+    match sys.argv[1:]:
+        case [wstac, *rest] if rest in ([], ["--base"], ["--write"]):
+            base = rest == ["--base"]
+        case _:
+            sys.exit(__doc__)
     with tempfile.TemporaryDirectory() as folder:
-        numbers = measure(sys.argv[1], Path(folder))
-        formats_too(sys.argv[1], Path(folder))
-    for target in boards.TARGETS:
-        images.measure(target, numbers)
-    print("\n".join(kept.table(numbers)))
-    if sys.argv[2:]:
-        kept.keep(numbers)
-    elif not kept.compare(numbers):
-        sys.exit(1)
+        numbers = measure(wstac, Path(folder), {None: None} if base else MODELS)
+        if not base:
+            formats_too(wstac, Path(folder))
+    if not base:
+        for target in boards.TARGETS:
+            images.measure(target, numbers)
+    print("\n".join(budget.table(numbers)))
+    if rest == ["--write"]:
+        budget.write(numbers)
+    sys.exit(not budget.check(numbers, BASE if base else budget.ROWS))
 
 
 if __name__ == "__main__":

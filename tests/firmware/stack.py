@@ -1,30 +1,28 @@
 #!/usr/bin/env python3
 """Worst-case stack of a Cortex-M program's functions, from its disassembly.
 
-    stack.py ELF…            of the entry points in tests/no_panic's programs, one a core, compared with the numbers in stack.json
-    stack.py --keep ELF…     keeps the numbers
-    stack.py --of NAME ELF   of one function in any program
+    stack.py ELF…            checks the entry points in tests/no_panic's programs, one per core, against budgets.toml
+    stack.py --of NAME ELF   prints what one function of any program takes
 
 On every path through a function it follows how deep the stack is at each instruction, and at each call what the called function takes
 in turn. Recursion is an error, and so is an instruction that changes the stack pointer in an unknown way. Calls through a register
 cannot be followed: they are listed, and an entry point must have none. What interrupts take comes on top.
 
-Rows are groups of entry points, with the deepest of each: what makes something (`.new`) apart from what runs once a frame or event.
-Numbers are a compiler's: those of one that is not kept may be a quarter and 32 bytes above the largest that are.
+Rows are groups of entry points, with the deepest of each: what makes something (`.new`) apart from what runs once per frame or event.
 """
 
 import functools
-import json
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 from disassembly import Unclear, parse
 from walk import Analysis
 
 OBJDUMP = "arm-none-eabi-objdump"
-KEPT = Path(__file__).with_name("stack.json")
+BUDGETS = Path(__file__).with_name("budgets.toml")
 CORES = {"armv6s-m": "M0", "armv7": "M3", "armv7e-m": "M4F"}
 
 
@@ -81,83 +79,48 @@ def core(elf):
     return CORES[architecture[1]]
 
 
-def compiler(elf):
-    """The version of the compiler that made a program."""
-    version = re.search(rb"rustc version (\d+\.\d+)", Path(elf).read_bytes())
-    if not version:
-        sys.exit(f"stack.py: {elf}: its compiler is not named in it")
-    return version[1].decode()
+def budgets():
+    """The bytes that each row may take, by row."""
+    rows = {}
+    for most, names in tomllib.loads(BUDGETS.read_text())["stack"].items():
+        for name in names:
+            if name in rows:
+                sys.exit(f"stack.py: {BUDGETS.name}: {name} has two budgets")
+            rows[name] = int(most)
+    return rows
 
 
-def bounds(kept, version):
-    """The numbers that a compiler's are compared with, and what to say of them."""
-    if version in kept:
-        return kept[version], f"those kept of rustc {version}"
-    largest = {}
-    for table in kept.values():
-        for row, numbers in table.items():
-            most = largest.setdefault(row, {})
-            most.update({core: max(bytes_ * 5 // 4 + 32, most.get(core, 0)) for core, bytes_ in numbers.items()})
-    return largest, f"a quarter and 32 bytes above those of rustc {' and '.join(kept)}, for none are kept of {version}"
+def problems(found, most):
+    """What is wrong with rows of bytes by core, as lines of text: over budget, without a budget, or gone."""
+    lines = [f"{row}: no budget, found {found[row]}" for row in sorted(found.keys() - most.keys())]
+    lines += [f"{row}: a budget, but no entry point" for row in sorted(most.keys() - found.keys())]
+    for row in sorted(found.keys() & most.keys()):
+        lines += [f"{row}, {core}: {taken} bytes, at most {most[row]}" for core, taken in found[row].items() if taken > most[row]]
+    return lines
 
 
-def compare(found, bound):
-    """What got worse, and what got better; both as lines of text."""
-    worse, better = [], []
-    for row in sorted({*found, *bound}):
-        for name in sorted({*found.get(row, {}), *bound.get(row, {})}):
-            now, then = found.get(row, {}).get(name), bound.get(row, {}).get(name)
-            if now is None or then is None or now > then:
-                worse.append(f"{row}, {name}: {now} bytes, kept {then}")
-            elif now < then:
-                better.append(f"{row}, {name}: {now} bytes, kept {then}")
-    return worse, better
-
-
-def write(kept):
-    """Writes the kept numbers, a row a line."""
-    tables = []
-    for version, table in sorted(kept.items()):
-        lines = ",\n".join(f"    {json.dumps(row)}: {json.dumps(numbers)}" for row, numbers in sorted(table.items()))
-        tables.append(f"  {json.dumps(version)}: {{\n{lines}\n  }}")
-    KEPT.write_text("{\n" + ",\n".join(tables) + "\n}\n")
-
-
-def show(tables):
-    """Prints a table of rows, a column a core, and the path of the last column's deepest entry point."""
-    print("".join(f"{core:>6}" for core in tables), " deepest")
+def show(tables, most):
+    """Prints a table of rows with a column per core, the budget, and the path of the first column's deepest entry point."""
+    print("".join(f"{core:>6}" for core in (*tables, "most")), " deepest")
     for row in sorted(next(iter(tables.values()))):
         numbers = "".join(f"{table[row][1].bytes:6}" for table in tables.values())
         entry, use = list(tables.values())[0][row]
+        numbers += f"{most.get(row, '-'):>6}"
         steps = [re.sub(r"<.*>|.*::(?=\w+$)", "", step) for step in use.path[1:]]
         print(numbers, "", " > ".join([entry, *steps]))
 
 
-def main(arguments):
-    """Measures, shows and compares."""
-    keep = "--keep" in arguments
-    elves = [argument for argument in arguments if argument != "--keep"]
+def main(elves):
+    """Measures, shows and checks."""
     if not elves or elves[0].startswith("-"):
         sys.exit(__doc__)
-    versions = {compiler(elf) for elf in elves}
-    if len(versions) > 1:
-        sys.exit(f"stack.py: programs of several compilers: {', '.join(sorted(versions))}")
-    version = versions.pop()
-    tables = {core(elf): rows(elf) for elf in elves}
-    show(tables)
+    tables, most = {core(elf): rows(elf) for elf in elves}, budgets()
+    show(tables, most)
     every = sorted(set().union(*tables.values()))
     found = {row: {core: table[row][1].bytes for core, table in tables.items() if row in table} for row in every}
-    kept = json.loads(KEPT.read_text()) if KEPT.exists() else {}
-    if keep:
-        write(kept | {version: found})
-        return
-    bound, of_what = bounds(kept, version)
-    worse, better = compare(found, bound)
-    if better and version in kept:
-        print("less than is kept; please keep it (ci/no-panic --keep):", *better, sep="\n  ")
-    if worse:
-        sys.exit("\n  ".join([f"stack.py: more stack than {of_what}:", *worse]))
-    print(f"stack: {len(found)} rows within {of_what}")
+    if wrong := problems(found, most):
+        sys.exit("\n  ".join([f"stack.py: not within {BUDGETS.name}:", *wrong]))
+    print(f"stack: {len(found)} rows within their budgets")
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 """Whether the map of `wstac trade` holds: what a budget's choice claims is found again, and its price is counted.
 
     check.py WSTAC            checks the three recommended points, and that the pages show the kept map
+    check.py WSTAC --pages    checks only that the pages show the kept map, and that its models are those that were counted
     check.py WSTAC --write    writes the kept map's pages: docs/TRADE.md and docs/plots/trade.svg
     check.py WSTAC --sweep    sweeps, and keeps the map; then the command must be built again
     check.py WSTAC --times    times the settings of the kept map on this machine anew; then the command must be built again
@@ -30,8 +31,8 @@ POINTS = (
 )
 # Models that fade in the default setting; the first of them in all others.
 FADING = ("svm", "svm-int8", "svm-20f", "ovr", "forest", "forest-10", "forest-depth6", "boosted", "boosted-10")
-# As a share: how far a sum of prices may be from a count.
-SLACK = 0.01
+# As a fraction: how far a published sum of prices may be from a count. A compiler's output differs a little between two paths.
+SLACK = 0.02
 
 
 def run(*command):
@@ -160,13 +161,14 @@ def holds(wstac, name, core, budget):
 
 def main():
     match sys.argv[1:]:
-        case [wstac]:
+        case [wstac] | [wstac, "--pages"]:
             fine = models_are_those_that_were_counted()
             for file, text in pages(wstac).items():
                 if file.read_text() != text:
                     fine = False
                     print(f"{file.relative_to(ROOT)} does not show the kept map: ci/trade --write writes it")
-            fine &= all([holds(wstac, *point) for point in POINTS])
+            if not sys.argv[2:]:
+                fine &= all([holds(wstac, *point) for point in POINTS])
             sys.exit(not fine)
         case [wstac, "--write"]:
             PICTURE.touch()

@@ -9,6 +9,7 @@ import json
 import os
 import pathlib
 import re
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -30,7 +31,7 @@ class Terminal:
         # As the kernel has it.
         self.name = pathlib.Path(wstac).name[:15]
         width, height = size
-        command = " ".join([*variables, str(wstac), "view", *arguments])
+        command = " ".join([*variables, shlex.quote(str(wstac)), "view", *arguments])
         # What a shell finds afterwards: the exit code, and whether lines and echo are as they were.
         script = f"stty sane; {command}; echo \"left $?\"; stty -a | grep -q ' icanon' && stty -a | grep -q ' echo ' && echo given back; exec sleep 1000"
         self.tmux("-f", "/dev/null", "new-session", "-d", "-x", str(width), "-y", str(height), "sh", "-c", script)

@@ -7,9 +7,9 @@ use std::time::Instant;
 
 use v4l::Device;
 use v4l::control::{Control, Value};
-use wstac_host::source::CameraSource;
 use wstac_host::source::{Source, SourceEvent};
 use wstac_linux::CameraRequest;
+use wstac_linux::source::CameraSource;
 
 /// What one process holds.
 #[derive(Clone, Copy)]

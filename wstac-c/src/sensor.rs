@@ -124,7 +124,7 @@ impl Sensor {
                 waiting.push_back(record);
                 Ok(())
             };
-            match source.next() {
+            match source.next_event() {
                 Ok(SourceEvent::Waiting) => return Ok((self.given.waiting(), None)),
                 Ok(item) => {
                     if !self.reading.take(&item, give)? {

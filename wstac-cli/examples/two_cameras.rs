@@ -86,7 +86,7 @@ fn read(
     while !stop.load(Ordering::Relaxed) {
         // Comes back at least once a second, with SourceEvent::Waiting where there is nothing, so that `stop` is seen. A camera
         // that was unplugged is waited for, which is a Record::Fault and no error.
-        let item = match source.next() {
+        let item = match source.next_event() {
             Ok(item) => item,
             Err(error) => {
                 reading.finish(give).map_err(no_listener)?;

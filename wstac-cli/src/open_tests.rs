@@ -28,7 +28,7 @@ fn every_kind_of_source_opens() {
     fs::write(path("s.toml"), "specimen = \"Saw3\"\nspeed = 150").unwrap();
     for name in ["clip.y4m", "clip.dat"] {
         let mut source = open(&path(name), &OpenOptions::default()).unwrap();
-        assert!(matches!(source.next(), Ok(SourceEvent::Frame { bytes: b"x", .. })));
+        assert!(matches!(source.next_event(), Ok(SourceEvent::Frame { bytes: b"x", .. })));
     }
     let scene = open(&format!("scene:{}", path("s.toml")), &OpenOptions::default()).unwrap();
     assert!(scene.info().about.contains("Saw3 at 150 mm/s"), "{}", scene.info().about);

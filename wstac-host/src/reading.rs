@@ -289,7 +289,7 @@ pub fn read_all<E: From<Error>>(
     mut give: impl FnMut(Record) -> Result<(), E>,
 ) -> Result<(), E> {
     loop {
-        match source.next() {
+        match source.next_event() {
             Ok(item) => {
                 if !reading.take(&item, &mut give)? {
                     return Ok(());

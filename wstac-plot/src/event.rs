@@ -98,7 +98,7 @@ pub fn find(
 ) -> Result<Found, Error> {
     let (mut recent, mut seen) = (Recent::default(), 0);
     loop {
-        let item = source.next()?;
+        let item = source.next_event()?;
         let frame = reading.trigger().next_frame();
         let has_light = matches!(item, SourceEvent::Frame { .. } | SourceEvent::Taxels(_));
         let mut events = Vec::new();

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
-use crate::open;
 use numpy::PyArray1;
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
@@ -12,10 +11,11 @@ use wstac_core::params::{COLUMNS, FEATURES, ROWS};
 use wstac_host::config::Config as Parsed;
 use wstac_host::error::Error;
 use wstac_host::reading::{Reading, Wanted};
-use wstac_host::source::{Source as Frames, SourceEvent, config_of};
 use wstac_scene::SceneConfig;
-use wstac_scene::source::SceneSource;
+use crate::open;
 use wstac_scene::source::script;
+use wstac_scene::source::SceneSource;
+use wstac_host::source::{SourceEvent, Source as Frames, config_of};
 
 use crate::asked::Asked;
 use crate::config::{Config, table};
@@ -64,11 +64,8 @@ pub(crate) fn open_source(py: Python<'_>, spec: &str, asked: Asked, features: bo
 /// Opens a scene, of its short form or file, or of a table in JSON; and what truly happens in it, in JSON.
 #[pyfunction]
 pub(crate) fn open_scene(scene: &str, is_table: bool, asked: Asked) -> PyResult<(Source, String)> {
-    let script = if is_table {
-        SceneConfig::from_table("scene", table("scene", scene)?)
-    } else {
-        script(scene, &asked.options()?)
-    };
+    let script =
+        if is_table { SceneConfig::from_table("scene", table("scene", scene)?) } else { script(scene, &asked.options()?) };
     let source = SceneSource::new(&script.map_err(refused)?).map_err(refused)?;
     let truth = source.truth().iter().map(|truth| {
         serde_json::json!({
@@ -256,7 +253,7 @@ impl State {
     fn step(&mut self, keep: Option<(&mut Kept, Option<usize>)>) -> Result<bool, Failure> {
         let Self { source, reading, gathered, error, frames } = self;
         let Some(open) = source else { return Ok(false) };
-        let item = match open.next() {
+        let item = match open.next_event() {
             Ok(item) => item,
             Err(failed) => {
                 *error = Some(failed);

@@ -3,12 +3,12 @@
 use pyo3::prelude::*;
 use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
-use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
+use wstac_core::green::ycbcr::{YcbcrEncoding, YcbcrMatrix, QuantizationRange};
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 use wstac_host::camera::formats::readable;
-use wstac_host::source::StreamInfo;
 use wstac_scene::sensor::SensorFormat;
+use wstac_host::source::StreamInfo;
 
 use crate::refused;
 

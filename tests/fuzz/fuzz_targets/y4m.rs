@@ -11,7 +11,7 @@ use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::trigger::TriggerConfig;
 use wstac_host::source::y4m::Y4m;
-use wstac_host::source::{Source, SourceEvent};
+use wstac_host::source::{SourceEvent, Source};
 
 fuzz_target!(|data: &[u8]| {
     let Some((&first, data)) = data.split_first() else { return };

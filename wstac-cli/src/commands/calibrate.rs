@@ -132,7 +132,7 @@ fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64) -> Result<(), St
     let mut progress = Progress { shown: std::io::stderr().is_terminal() };
     let (mut frames, mut lost) = (0_u64, 0);
     while frames < limit && !interrupted.load(Ordering::Relaxed) {
-        match source.next()? {
+        match source.next_event()? {
             SourceEvent::Frame { bytes, .. } => {
                 watch.take(bytes);
                 frames += 1;

@@ -198,7 +198,8 @@ fn read(
     let result = loop {
         let enough = limits.frames.is_some_and(|limit| frames >= limit)
             || limits.events.is_some_and(|limit| shown.events >= limit);
-        let item = if interrupted.load(Ordering::Relaxed) || enough { Ok(SourceEvent::End) } else { source.next() };
+        let item =
+            if interrupted.load(Ordering::Relaxed) || enough { Ok(SourceEvent::End) } else { source.next_event() };
         let (item, failed) = match item {
             Ok(item) => (item, None),
             Err(error) => (SourceEvent::End, Some(error)),

@@ -101,9 +101,9 @@ mod tests {
         let mut source = open("scene:Saw3@150", &options).unwrap();
         let sampler = Sampler::new(source.info());
         for _ in 0..59 {
-            source.next().unwrap();
+            source.next_event().unwrap();
         }
-        let SourceEvent::Frame { bytes, .. } = source.next().unwrap() else { panic!("no frame") };
+        let SourceEvent::Frame { bytes, .. } = source.next_event().unwrap() else { panic!("no frame") };
         let picture = sampler.picture(bytes);
         let light = picture.light.iter().sum::<f32>() / picture.light.len() as f32;
         (picture, light)

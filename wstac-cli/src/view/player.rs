@@ -58,7 +58,7 @@ impl<'p, 'm> Player<'p, 'm> {
         if self.ended {
             return Ok(0);
         }
-        let item = match self.source.next() {
+        let item = match self.source.next_event() {
             Ok(item) => item,
             Err(error) => {
                 self.ended = true;

@@ -11,14 +11,14 @@ use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
 use wstac_core::green::bayer::BayerOrder;
 use wstac_core::green::gray::Gray;
-use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
+use wstac_core::green::ycbcr::{YcbcrEncoding, YcbcrMatrix, QuantizationRange};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::fixed::Fixed;
 use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::{self, Law, LitSpan, SpeedConfig, ThresholdOn};
+use wstac_core::speed::{self, LitSpan, Law, SpeedConfig, ThresholdOn};
 use wstac_core::stream::FeatureStream;
-use wstac_core::taxels::{FrameGeometry, TaxelSums};
+use wstac_core::taxels::{TaxelSums, FrameGeometry};
 use wstac_core::trigger::{Event, Rule, Trigger, TriggerConfig};
 use wstac_fw::emulated::host::{self, File};
 
@@ -182,11 +182,7 @@ fn lose(
         Some(frame) => {
             results.write(&[FEATURES, i16::from(frame.has_missing_frames)]);
             results.write(&frame.features);
-            give(
-                results,
-                trigger.push_then_lose(frame.features, frame.has_missing_frames, loss.frames).as_ref(),
-                speed,
-            );
+            give(results, trigger.push_then_lose(frame.features, frame.has_missing_frames, loss.frames).as_ref(), speed);
         }
         None => trigger.push_lost(loss.frames),
     }

@@ -32,7 +32,7 @@ use self::pixel::Pixel;
 pub use self::pose::Pose;
 use self::render::Renderer;
 use self::spot::Spot;
-use self::taxel::TaxelSums;
+use self::taxel::TaxelSampler;
 use self::whole::WholeRenderer;
 use super::rng::Rng;
 use wstac_host::error::Error;
@@ -61,7 +61,7 @@ pub struct Sensor {
 enum Kind {
     Rendered(Picture),
     Compressed(Picture, Compression),
-    Taxel(Box<TaxelSums>),
+    Taxel(Box<TaxelSampler>),
 }
 
 /// What makes frames: of a camera that looks straight on the pixels under whiskers, of another one all of them.
@@ -119,7 +119,7 @@ impl Sensor {
             None => Picture::Taxels(Renderer::new(config, &camera, &pixel, &spot, rng)),
         };
         let kind = match fidelity {
-            Fidelity::Taxel => Kind::Taxel(Box::new(TaxelSums::new(pixel, format, &spot.green, rng))),
+            Fidelity::Taxel => Kind::Taxel(Box::new(TaxelSampler::new(pixel, format, &spot.green, rng))),
             Fidelity::Rendered if config.format.is_jpeg() => {
                 Kind::Compressed(rendered(rng), Compression::new(config.size, config.quality))
             }

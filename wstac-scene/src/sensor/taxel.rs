@@ -31,7 +31,7 @@ const HIDING: f64 = 0.3;
 
 /// Draws the sums of taxels.
 #[derive(Clone, Debug)]
-pub(super) struct TaxelSums {
+pub(super) struct TaxelSampler {
     /// Pixels of a taxel that are counted, A.
     pixels: f64,
     /// Highest sum, A · G.
@@ -56,7 +56,7 @@ struct Curves {
     brightest: f64,
 }
 
-impl TaxelSums {
+impl TaxelSampler {
     /// The sums of taxels whose counted pixels get these multiples of the taxel's light.
     pub(super) fn new(pixel: Pixel, format: PixelFormat, green: &[f64], rng: Rng) -> Self {
         let values = match format {

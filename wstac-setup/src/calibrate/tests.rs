@@ -25,7 +25,7 @@ fn seen(script: &SceneConfig) -> (Outcome, FrameSize) {
     let mut watch = Watch::new(source.info()).unwrap();
     let last = source.truth().last().unwrap().end_s * 30.0 + 12.0;
     for _ in 0..last as u32 {
-        match source.next().unwrap() {
+        match source.next_event().unwrap() {
             SourceEvent::Frame { bytes, .. } => watch.take(bytes),
             _ => break,
         }

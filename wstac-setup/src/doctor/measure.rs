@@ -101,7 +101,7 @@ pub fn measure(
     let period = f64::from(info.rate.denominator()) / f64::from(info.rate.numerator());
     let (mut steps, mut first, mut follows) = (0_u64, None, false);
     while stop.load(Ordering::Relaxed) == 0 && limit.frames.is_none_or(|most| steps < most) {
-        let item = source.next()?;
+        let item = source.next_event()?;
         // It may come back, but not as a camera that was watched all the time; and it may never.
         if let SourceEvent::Fault(Fault { kind: "disconnected" | "no-signal", message }) = &item {
             let why = message.split("; waiting for").next().unwrap_or_default();

@@ -56,7 +56,7 @@ pub fn sample(script: &SceneConfig, config: &Config) -> Result<Outcome, Error> {
     let mut first = None;
     // What comes after the first event does not matter.
     while first.is_none() {
-        let goes_on = reading.take(&source.next()?, |record| {
+        let goes_on = reading.take(&source.next_event()?, |record| {
             let outcome = match record {
                 Record::Event(event) => {
                     let duration = event.duration_frames.filter(|_| !event.is_cut_off());

@@ -96,7 +96,7 @@ pub fn read(path: &Path, config: Option<&Config>) -> Result<Recording, Error> {
     let mut reading = Reading::new(source.info(), &recording.config, wanted)?;
     let (samples, incomplete) = (&mut recording.samples, &mut recording.incomplete);
     loop {
-        let goes_on = reading.take(&source.next()?, |record| {
+        let goes_on = reading.take(&source.next_event()?, |record| {
             match record {
                 Record::Event(event) => {
                     let duration = event.duration_frames.filter(|_| !event.is_cut_off());

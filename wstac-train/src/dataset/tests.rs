@@ -16,7 +16,7 @@ fn sweep(text: &str) -> Sweep {
     Sweep::parse("s.toml", text).unwrap()
 }
 
-fn scripts(sweep: &Sweep) -> Vec<Script> {
+fn scripts(sweep: &Sweep) -> Vec<SceneConfig> {
     (0..sweep.count()).map(|number| sweep.script(number)).collect()
 }
 
@@ -24,9 +24,9 @@ fn scripts(sweep: &Sweep) -> Vec<Script> {
 fn slides_are_numbered_and_all_combinations_come_round() {
     let default = sweep("");
     assert_eq!((default.count(), default.specimens().len()), (1000, 10));
-    assert_eq!(default.script(100), Script { fidelity: Fidelity::Taxel, ..short("Sin2@150,seed=101") });
+    assert_eq!(default.script(100), SceneConfig { fidelity: Fidelity::Taxel, ..short("Sin2@150,seed=101") });
     let text = "specimens = [\"Fla0\", \"Saw3\"]\nspeeds = [100, 110.5]\ndirections = [0, 90]\nslides = 5\nseed = 7";
-    let said = |script: &Script| {
+    let said = |script: &SceneConfig| {
         let Slide { specimen, speed_mm_s, heading } = script.slides[0];
         format!("{specimen}@{speed_mm_s},{}deg,seed={}", heading.degrees(), script.seed)
     };
@@ -41,8 +41,8 @@ fn slides_are_numbered_and_all_combinations_come_round() {
     assert_eq!(script.fidelity, Fidelity::Rendered);
 }
 
-fn short(text: &str) -> Script {
-    Script::parse_short(text).unwrap()
+fn short(text: &str) -> SceneConfig {
+    SceneConfig::parse_short(text).unwrap()
 }
 
 #[test]
@@ -100,7 +100,7 @@ fn a_sweep_gives_the_same_samples_everywhere() {
 
 #[test]
 fn a_sample_is_that_of_the_first_event() {
-    let script = Script::from_toml("s", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"").unwrap();
+    let script = SceneConfig::from_toml("s", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"").unwrap();
     let mut source = SceneSource::new(&script).unwrap();
     let config = Config::default();
     let wanted = Wanted { features: true, samples: false };

@@ -21,8 +21,7 @@ const FLOOR: Floor = match Floor::new(0.5, 255) {
 
 /// Instructions of `count` frames, bytes to trigger.
 fn frames(clock: &Clock, stripe: &[u8; STRIPE], layout: Layout, count: u32) -> Result<f64, Error> {
-    let mut stream =
-        FeatureStream::<_, Fixed>::with_floor(FrameGeometry::new(Gray, layout, FrameRate::NOMINAL)?, FLOOR)?;
+    let mut stream = FeatureStream::<_, Fixed>::with_floor(FrameGeometry::new(Gray, layout, FrameRate::NOMINAL)?, FLOOR)?;
     let mut trigger = Trigger::new(TriggerConfig::default());
     let (width, height) = (usize::from(layout.frame().width()), usize::from(layout.frame().height()));
     let mut all = 0;

@@ -6,7 +6,7 @@ use wstac_core::fixed::Q16;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
 use wstac_core::green::bayer::{Bayer, BayerOrder};
-use wstac_core::green::ycbcr::{Exact, Linear, YcbcrEncoding};
+use wstac_core::green::ycbcr::{YcbcrEncoding, Exact, Linear};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::constant;
 use wstac_core::rate::FrameRate;

@@ -1,13 +1,13 @@
 //! From features to events, and from events to answers.
 
 use wstac_core::baseline::Baseline;
-use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::direction::{self, Direction, Heading};
 use wstac_core::error::Error;
 use wstac_core::features::Features;
+use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
-use wstac_core::speed::{self, Law, LitSpan, NoSpeed, Speed, SpeedConfig, ThresholdOn};
+use wstac_core::speed::{self, LitSpan, Law, NoSpeed, Speed, SpeedConfig, ThresholdOn};
 use wstac_core::trigger::{Event, InterruptedSample, Rule, StreamEnd, Trigger, TriggerConfig};
 
 entries! {

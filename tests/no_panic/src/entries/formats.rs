@@ -17,7 +17,7 @@ use wstac_core::ln::{fixed::Fixed, libm::Libm, micromath::Micromath};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
-use wstac_core::taxels::{FrameGeometry, TaxelSums};
+use wstac_core::taxels::{TaxelSums, FrameGeometry};
 use wstac_core::trigger::{Event, InterruptedSample, StreamEnd, TriggerConfig};
 
 /// The entry points of one pixel format.

@@ -1,6 +1,6 @@
 //! Samples, and the beginnings of such.
 
-use wstac_core::early::{EarlySampler, SamplePrefix};
+use wstac_core::early::{SamplePrefix, EarlySampler};
 use wstac_core::features::Features;
 use wstac_core::sample::Sample;
 use wstac_core::trigger::Trigger;

@@ -5,7 +5,7 @@ use wstac_core::sample::Sample;
 use wstac_core::speed::SpeedConfig;
 use wstac_core::texture;
 use wstac_core::trigger::Event;
-use wstac_core::wire::{self, Answers, DecodeError, Decoder, Message, Received, Request, Text};
+use wstac_core::wire::{self, Answers, Decoder, Message, Received, DecodeError, Request, Text};
 
 entries! {
     wire:

@@ -162,7 +162,7 @@ impl Session<'_> {
                 return Ok(None);
             }
             let line = if self.is_live {
-                match self.source.next()? {
+                match self.source.next_event()? {
                     SourceEvent::End => return Ok(None),
                     SourceEvent::Fault(fault) => note(format_args!("{}: {}", fault.kind, fault.message)),
                     _ => {}
@@ -247,7 +247,7 @@ impl Session<'_> {
             if self.interrupted.load(Ordering::Relaxed) {
                 return Ok(Some(Outcome::Ended));
             }
-            let item = self.source.next()?;
+            let item = self.source.next_event()?;
             recorder.item(&item);
             let mut found = None;
             let shown = &mut self.shown;
@@ -341,9 +341,9 @@ mod tests {
         assert_eq!(failed.to_string(), "camera: unplugged");
         let mut source = McapSource::open(&part, None).unwrap();
         for _ in 0..3 {
-            assert!(matches!(source.next(), Ok(SourceEvent::Frame { .. })));
+            assert!(matches!(source.next_event(), Ok(SourceEvent::Frame { .. })));
         }
-        assert!(matches!(source.next(), Ok(SourceEvent::End)));
+        assert!(matches!(source.next_event(), Ok(SourceEvent::End)));
         fs::remove_file(&part).unwrap();
     }
 

@@ -129,7 +129,7 @@ impl Opened<'_> {
             if interrupted.load(Ordering::Relaxed) || limit.is_some_and(|limit| seen >= limit) {
                 return reading.finish(|record| records.write(&record));
             }
-            let item = match source.next() {
+            let item = match source.next_event() {
                 Ok(item) => item,
                 Err(error) => {
                     // The source's error is the one that matters, whatever becomes of the end record.

@@ -59,7 +59,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         if interrupted.load(Ordering::Relaxed) {
             return Err(Stop::Interrupted(signal_hook::consts::SIGINT as u8));
         }
-        match source.next()? {
+        match source.next_event()? {
             SourceEvent::Frame { bytes, .. } => {
                 if header.is_some() {
                     out.write(b"FRAME\n")?;

@@ -50,7 +50,7 @@ fn encoded(width: u32, color: ColorType, depth: BitDepth, data: &[u8]) -> Vec<u8
 fn frames(source: &mut PngFolder) -> Vec<Option<Vec<u8>>> {
     let mut frames = vec![];
     loop {
-        match source.next().unwrap() {
+        match source.next_event().unwrap() {
             SourceEvent::Frame { bytes, .. } => frames.push(Some(bytes.to_vec())),
             SourceEvent::Lost { frames: 1, .. } => frames.push(None),
             SourceEvent::End => return frames,
@@ -112,10 +112,10 @@ fn a_picture_of_another_size_or_type_is_named() {
         folder.picture("a2.png", width, color, BitDepth::Eight, data);
         folder.picture("a3.png", 1, ColorType::Grayscale, BitDepth::Eight, &[1]);
         let mut source = folder.open().unwrap();
-        assert!(matches!(source.next(), Ok(SourceEvent::Frame { .. })));
-        let error = source.next().unwrap_err().to_string();
+        assert!(matches!(source.next_event(), Ok(SourceEvent::Frame { .. })));
+        let error = source.next_event().unwrap_err().to_string();
         assert!(error.contains("a2.png: is ") && error.contains(part), "{error}");
-        assert!(matches!(source.next(), Ok(SourceEvent::End)));
+        assert!(matches!(source.next_event(), Ok(SourceEvent::End)));
     }
 }
 

@@ -27,12 +27,12 @@ fn with_fps(header: &str, fps: u32) -> Result<Y4m, Error> {
 fn frames(source: &mut Y4m) -> (Vec<Vec<u8>>, Option<String>) {
     let mut frames = vec![];
     loop {
-        match source.next() {
+        match source.next_event() {
             Ok(SourceEvent::Frame { bytes, .. }) => frames.push(bytes.to_vec()),
             Ok(SourceEvent::End) => return (frames, None),
             Ok(other) => panic!("{other:?}"),
             Err(error) => {
-                assert!(matches!(source.next(), Ok(SourceEvent::End)), "ended after an error");
+                assert!(matches!(source.next_event(), Ok(SourceEvent::End)), "ended after an error");
                 return (frames, Some(error.to_string()));
             }
         }
@@ -170,9 +170,9 @@ fn a_pipe_is_waited_for_and_then_goes_on() {
     writer.write_all(b"YUV4MPEG2 W2 H2 F1:1 Cmono\nFRA").unwrap();
     let mut source = Y4m::from_fd("standard input", &reader, None).unwrap();
     drop(reader);
-    assert!(matches!(source.next(), Ok(SourceEvent::Waiting)));
+    assert!(matches!(source.next_event(), Ok(SourceEvent::Waiting)));
     writer.write_all(b"ME\nab").unwrap();
-    assert!(matches!(source.next(), Ok(SourceEvent::Waiting)));
+    assert!(matches!(source.next_event(), Ok(SourceEvent::Waiting)));
     writer.write_all(b"cdFRAME\nefgh").unwrap();
     drop(writer);
     assert_eq!(frames(&mut source), (vec![b"abcd".to_vec(), b"efgh".to_vec()], None));

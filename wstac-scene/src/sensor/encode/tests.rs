@@ -5,7 +5,7 @@ use super::*;
 /// Red, green and blue of 2 × 2 pixels, one row after the other where a cell has one, encoded.
 fn bytes(format: &str, pixels: [[u16; 3]; 4], frame_bytes: usize) -> Vec<u8> {
     let format: SensorFormat = format.parse().unwrap();
-    let encoder = encoder(format, Color { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Full });
+    let encoder = encoder(format, YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Full });
     let mut frame = Frame { bytes: vec![0; frame_bytes], bytes_per_row: 0, height: 2 };
     frame.bytes_per_row = match format.pixels() {
         // Luma's.

@@ -1,0 +1,134 @@
+"""The limits of what the firmware may cost (budgets.toml), and the table of what it costs in docs/FIRMWARE.md."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import boards
+from boards import BOARDS, ROOT
+
+BUDGETS = Path(__file__).with_name("budgets.toml")
+PAGE = ROOT / "docs/FIRMWARE.md"
+BEGIN, END = "<!-- measured: ci/firmware --write -->\n", "<!-- end -->\n"
+# How far a published number may be from what is measured. A compiler's output differs a little between two paths of a checkout.
+SLACK = 0.02
+
+ROWS = {
+    "whole": "whole frame → features, instructions",
+    "stripes": "frame → features in 50 stripes of 8 rows, instructions",
+    "trigger": "trigger, instructions per frame",
+    "speed": "speed, instructions per event",
+    "direction": "direction, instructions per event",
+    "svm": "texture by the shipped SVM, instructions per event",
+    "forest": "texture by the shipped forest, instructions per event",
+    "boosted": "texture by the shipped boosted trees, instructions per event",
+    "flash": "flash of the whole firmware with its link, without a model, bytes",
+    "svm, flash": "flash that the SVM adds, bytes",
+    "forest, flash": "flash that the forest adds, bytes",
+    "boosted, flash": "flash that the boosted trees add, bytes",
+    "ram": "RAM without a model, with the measured stack, without the stripe, bytes",
+    "svm, ram": "RAM with the SVM, bytes",
+    "forest, ram": "RAM with the forest, bytes",
+    "boosted, ram": "RAM with the boosted trees, bytes",
+} | {
+    f"image {name}": f"image: {what}, bytes"
+    for name, what in {
+        "features": "only features",
+        "trigger": "features and trigger",
+        "speed": "features, trigger and speed",
+        "direction": "features, trigger, speed and direction",
+        "linear_svm": "trigger and SVM, model included",
+        "forest": "trigger and forest, model included",
+        "boosted": "trigger and boosted trees, model included",
+    }.items()
+}
+FRAMES_A_SECOND = 30
+# Cycles an instruction is taken to need: docs/FIRMWARE.md says why.
+CYCLES = 1.75
+CLOCKS = (64, 168, 480)
+
+
+def table(numbers):
+    """Lines of Markdown."""
+    cores = [board.core for board in BOARDS]
+    lines = ["| | " + " | ".join(cores) + " |", "| --- |" + " ---: |" * len(cores)]
+    for key, what in ROWS.items():
+        cells = [numbers[core].get(key) for core in cores]
+        if not any(cells):
+            continue
+        lines.append(f"| {what} | " + " | ".join("–" if cell is None else f"{cell:,}" for cell in cells) + " |")
+    for clock in CLOCKS:
+        cells = []
+        for core in cores:
+            frame = numbers[core]["stripes"] + numbers[core]["trigger"]
+            cells.append(f"{100 * frame * CYCLES * FRAMES_A_SECOND / (clock * 1e6):.2g} %")
+        lines.append(f"| fraction of the time at {FRAMES_A_SECOND} frames per second and {clock} MHz | " + " | ".join(cells) + " |")
+    return lines
+
+
+def budgets():
+    """The most that each number may be, by core and key."""
+    rows = tomllib.loads(BUDGETS.read_text())["firmware"]
+    cores = [board.core for board in BOARDS]
+    return {core: {key: most if isinstance(most, int) else most[core] for key, most in rows.items() if isinstance(most, int) or core in most} for core in cores}
+
+
+def within(numbers, keys=ROWS):
+    """Whether every number of these keys is there and within its budget; says which are not."""
+    wrong = []
+    for core, limits in budgets().items():
+        found = numbers[core]
+        limits = {key: most for key, most in limits.items() if key in keys}
+        wrong += [f"{core}, {key}: no budget in {BUDGETS.name}, found {found[key]:,}" for key in found.keys() - limits.keys()]
+        wrong += [f"{core}, {key}: a budget in {BUDGETS.name}, but no number" for key in limits.keys() - found.keys()]
+        over = [key for key in found.keys() & limits.keys() if found[key] > limits[key]]
+        wrong += [f"{core}, {ROWS[key]}: {found[key]:,}, above the budget of {limits[key]:,}" for key in over]
+    print(*sorted(wrong), sep="\n", end="\n" if wrong else "")
+    return not wrong
+
+
+def published():
+    """The numbers of docs/FIRMWARE.md by core and key, and the compiler that they are of."""
+    text = PAGE.read_text().split(BEGIN)[1].split(END)[0]
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line.startswith("|")]
+    keys = {what: key for key, what in ROWS.items()}
+    numbers = {core: {} for core in rows[0][1:]}
+    for what, *cells in rows[2:]:
+        for core, cell in zip(numbers, cells, strict=True):
+            if what in keys and cell != "–":
+                numbers[core][keys[what]] = int(cell.replace(",", ""))
+    return numbers, re.search(r"^Compiler: (.*)\.$", text, re.MULTILINE)[1]
+
+
+def differences(numbers, page, keys=ROWS):
+    """Where the page's numbers of these keys are further than the slack from what was measured, as lines of text."""
+    lines = []
+    for core in sorted(numbers.keys() | page.keys()):
+        found, said = numbers.get(core, {}), page.get(core, {})
+        for key in sorted((found.keys() | said.keys()) & set(keys)):
+            new, old = found.get(key), said.get(key)
+            # A tick of the boards' timers is 40 or 63 instructions, and a mean is rounded down.
+            if new is None or old is None or abs(new - old) > SLACK * old + 1:
+                lines.append(f"{core}, {ROWS[key]}: measured {new}, published {old}")
+    return lines
+
+
+def check(numbers, keys=ROWS):
+    """Whether the numbers of these keys are within their budgets and the page is true of this compiler."""
+    fine = within(numbers, keys)
+    page, compiler = published()
+    apart = differences(numbers, page, keys)
+    if apart and compiler == boards.compiler():
+        print(f"{PAGE.relative_to(ROOT)} is more than {SLACK:.0%} off (ci/firmware --write corrects it):", *apart, sep="\n  ")
+        return False
+    if apart:
+        print(f"{PAGE.relative_to(ROOT)} has numbers of {compiler}, this is {boards.compiler()}: {len(apart)} of them differ by more than {SLACK:.0%}")
+    return fine
+
+
+def write(numbers):
+    """Writes the table into the page."""
+    before, rest = PAGE.read_text().split(BEGIN)
+    after = rest.split(END)[1]
+    lines = "\n".join(table(numbers))
+    PAGE.write_text(f"{before}{BEGIN}\n{lines}\n\nCompiler: {boards.compiler()}.\n\n{END}{after}")
