@@ -15,7 +15,6 @@ use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::stream::FeatureStream;
 use wstac_core::taxels::{FrameGeometry, TaxelSums};
-use wstac_core::trigger::TriggerConfig;
 use wstac_tests::extreme::{feature, size, stacked};
 use wstac_tests::formats;
 use wstac_tests::plain_sums::{full_scale, row_bytes};
@@ -61,9 +60,9 @@ fn all_black_is_the_floor_and_no_event() {
         assert_eq!(features_of::<Any, Micromath>(camera, 0.5, &bytes), [floor; 10], "{format:?}");
         let one_count = feature(1.0 / (full_scale * f64::from(camera.pixels())));
         assert_eq!(features_of::<Any, Libm>(camera, 0.0, &bytes), [one_count; 10], "{format:?}");
-        let mut pipeline = Pipeline::<Any>::new(camera, 0.5, TriggerConfig::default()).unwrap();
+        let mut pipeline = Pipeline::builder(camera).build().unwrap();
         for _ in 0..200 {
-            assert!(pipeline.push_frame(&bytes).unwrap().is_none(), "{format:?}");
+            assert!(pipeline.push_frame(&bytes).unwrap().event().is_none(), "{format:?}");
         }
         assert!(pipeline.end().baseline_quiet);
     }
@@ -294,13 +293,13 @@ fn the_32_bit_limit_counts_what_the_stride_counts() {
 #[test]
 fn a_frame_that_stops_in_its_stripes_can_be_given_up() {
     let camera = FrameGeometry::new(Gray, Layout::paper(size(40, 40)).unwrap(), FrameRate::NOMINAL).unwrap();
-    let mut pipeline: Pipeline = Pipeline::new(camera, 0.5, TriggerConfig::default()).unwrap();
+    let mut pipeline = Pipeline::builder(camera).build().unwrap();
     let frame = [3; 1600];
-    assert!(pipeline.push_frame(&frame).unwrap().is_none());
-    assert!(pipeline.push_stripe(&frame[..400]).unwrap().is_none());
-    assert!(pipeline.push_lost(1).is_none());
+    assert!(pipeline.push_frame(&frame).unwrap().event().is_none());
+    assert!(pipeline.push_stripe(&frame[..400]).unwrap().frame().is_none());
+    assert!(pipeline.push_lost(1).event().is_none());
     assert!(matches!(pipeline.push_frame(&frame), Err(Error::FrameUnderWay { rows: 10 })));
-    assert!(pipeline.abandon_frame().is_none());
-    assert!(pipeline.push_frame(&frame).unwrap().is_none());
+    assert!(pipeline.abandon_frame().event().is_none());
+    assert!(pipeline.push_frame(&frame).unwrap().event().is_none());
     assert_eq!(pipeline.end().frames, 4);
 }

@@ -173,7 +173,7 @@ fn losses_up_to_the_largest_number() {
         let layout = stacked(size(2, 2), [1, 1], [0, 0]);
         let camera = FrameGeometry::new(Gray, layout, FrameRate::new(fps, 1).unwrap()).unwrap();
         let added = u64::from(camera.rate().frames_added());
-        let mut pipeline: Pipeline = Pipeline::new(camera, 0.5, TriggerConfig::default()).unwrap();
+        let mut pipeline = Pipeline::builder(camera).build().unwrap();
         pipeline.push_lost(u64::MAX);
         assert_eq!(pipeline.end().frames, 0, "lost before the first frame");
         pipeline.push_frame(&[9; 4]).unwrap();

@@ -49,7 +49,7 @@ struct Kernel {
 }
 
 fn kernel<L: Ln>(name: &'static str, error: f64) -> Kernel {
-    Kernel { name, ln: L::ln, feature: worst::<L>, error }
+    Kernel { name, ln: |x| L::default().ln(x), feature: worst::<L>, error }
 }
 
 fn kernels() -> [Kernel; 4] {

@@ -8,11 +8,11 @@ use wstac_core::green::gray::Gray;
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::{fixed::Fixed, libm::Libm, micromath::Micromath};
-use wstac_core::pipeline::Pipeline;
+use wstac_core::pipeline::{CompletedFrame, Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::{self, Law, SpeedConfig, ThresholdOn};
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::{Event, TriggerConfig};
+use wstac_core::trigger::{Event, InterruptedSample, TriggerConfig};
 use wstac_tests::OwnedEvent;
 use wstac_tests::random::Random;
 
@@ -81,6 +81,22 @@ fn check_answers(event: &Event<'_>, config: &SpeedConfig) {
     }
 }
 
+/// Everything that updates have brought.
+#[derive(Debug, Default, PartialEq)]
+struct Brought {
+    frames: Vec<CompletedFrame>,
+    events: Vec<OwnedEvent>,
+    interrupted: Vec<InterruptedSample>,
+}
+
+impl Brought {
+    fn take(&mut self, update: &Update<'_>) {
+        self.frames.extend(update.frame());
+        self.events.extend(update.event().map(OwnedEvent::from));
+        self.interrupted.extend(update.interrupted());
+    }
+}
+
 proptest! {
     #![proptest_config(config(400))]
 
@@ -93,30 +109,35 @@ proptest! {
         fn run<L: wstac_core::ln::Ln>(
             camera: FrameGeometry<Any>, floor: f64, trigger: TriggerConfig, speed: &SpeedConfig, steps: &[Step],
         ) {
-            let Ok(mut pipeline) = Pipeline::<Any, L>::new(camera, floor, trigger) else { return };
+            let builder = Pipeline::builder(camera).floor_levels(floor).ln(L::default()).trigger(trigger);
+            let Ok(mut pipeline) = builder.build() else { return };
             let mut buffer = vec![0; camera.frame_bytes()];
             for step in steps {
-                let event = match *step {
+                let update = match *step {
                     Step::Frame(seed) => {
                         let mut random = Random::new(seed);
                         let most = 1 + random.below(255);
                         buffer.fill_with(|| random.below(most) as u8);
-                        pipeline.push_frame(&buffer).unwrap_or(None)
+                        pipeline.push_frame(&buffer).ok()
                     }
                     Step::Dark => {
                         buffer.fill(3);
-                        pipeline.push_frame(&buffer).unwrap_or(None)
+                        pipeline.push_frame(&buffer).ok()
                     }
-                    Step::ShortFrame(bytes) => pipeline.push_frame(&buffer[..bytes.min(buffer.len())]).unwrap_or(None),
-                    Step::Stripe(bytes) => pipeline.push_stripe(&buffer[..bytes.min(buffer.len())]).unwrap_or(None),
-                    Step::Lost(frames) => pipeline.push_lost(frames),
-                    Step::Abandon => pipeline.abandon_frame(),
-                    Step::Finish => pipeline.finish(),
+                    Step::ShortFrame(bytes) => pipeline.push_frame(&buffer[..bytes.min(buffer.len())]).ok(),
+                    Step::Stripe(bytes) => pipeline.push_stripe(&buffer[..bytes.min(buffer.len())]).ok(),
+                    Step::Lost(frames) => Some(pipeline.push_lost(frames)),
+                    Step::Abandon => Some(pipeline.abandon_frame()),
+                    Step::Finish => {
+                        if let Some(event) = pipeline.finish().event() {
+                            check_answers(&event, speed);
+                        }
+                        None
+                    }
                 };
-                if let Some(event) = event {
+                if let Some(event) = update.and_then(|update| update.event()) {
                     check_answers(&event, speed);
                 }
-                pipeline.take_interrupted();
                 pipeline.end();
             }
         }
@@ -140,19 +161,19 @@ proptest! {
         let layout = Layout::paper(FrameSize::new(10, 8).unwrap()).unwrap();
         let rate = FrameRate::new(fps, 1).unwrap();
         let camera = FrameGeometry::new(Gray, layout, rate).unwrap().with_bytes_per_row(13).unwrap();
-        let mut whole: Pipeline = Pipeline::new(camera, 0.5, config).unwrap();
+        let mut whole = Pipeline::builder(camera).trigger(config).build().unwrap();
         let mut striped = whole.clone();
         let mut events = 0;
         for frame in 0..400 * rate.frames_added() {
             let level = if frame / 120 % 2 == 1 { 150 } else { 10 };
             let bytes: Vec<u8> = (0..8 * 13).map(|_| level + random.below(20) as u8).collect();
-            let expected = whole.push_frame(&bytes).unwrap().map(OwnedEvent::from);
+            let expected = whole.push_frame(&bytes).unwrap().event().map(OwnedEvent::from);
             let mut found = None;
             let mut left = &bytes[..];
             while !left.is_empty() {
                 let (stripe, rest) = left.split_at((13 * (1 + random.below(8) as usize)).min(left.len()));
                 prop_assert!(found.is_none());
-                found = striped.push_stripe(stripe).unwrap().map(OwnedEvent::from);
+                found = striped.push_stripe(stripe).unwrap().event().map(OwnedEvent::from);
                 left = rest;
             }
             events += usize::from(found.is_some());
@@ -168,27 +189,30 @@ proptest! {
         let mut random = Random::new(seed);
         let rate = FrameRate::new(fps, 1).unwrap();
         let layout = Layout::paper(FrameSize::new(5, 5).unwrap()).unwrap();
-        let mut once: Pipeline = Pipeline::new(FrameGeometry::new(Gray, layout, rate).unwrap(), 0.5, config).unwrap();
+        let camera = FrameGeometry::new(Gray, layout, rate).unwrap();
+        let mut once = Pipeline::builder(camera).trigger(config).build().unwrap();
         let mut twice = once.clone();
-        let (mut first, mut second) = (Vec::new(), Vec::new());
+        let (mut first, mut second) = (Brought::default(), Brought::default());
         for frame in 0..300 * rate.frames_added() {
             let bytes = [if frame / 90 % 2 == 1 { 150 } else { 10 } + random.below(9) as u8; 25];
-            first.extend(once.push_frame(&bytes).unwrap().map(OwnedEvent::from));
-            second.extend(twice.push_frame(&bytes).unwrap().map(OwnedEvent::from));
+            first.take(&once.push_frame(&bytes).unwrap());
+            second.take(&twice.push_frame(&bytes).unwrap());
             if random.below(20) == 0 {
                 let most = [3, 12, 300][random.below(3) as usize];
                 let (a, b) = (random.below(most), random.below(most));
-                first.extend(once.push_lost(a + b).map(OwnedEvent::from));
-                second.extend(twice.push_lost(a).map(OwnedEvent::from));
-                second.extend(twice.push_lost(b).map(OwnedEvent::from));
+                first.take(&once.push_lost(a + b));
+                second.take(&twice.push_lost(a));
+                second.take(&twice.push_lost(b));
             }
             prop_assert_eq!(once.end().frames, twice.end().frames);
-            prop_assert_eq!(once.take_interrupted(), twice.take_interrupted());
+            prop_assert_eq!(&first.interrupted, &second.interrupted);
         }
-        first.extend(once.finish().map(OwnedEvent::from));
-        second.extend(twice.finish().map(OwnedEvent::from));
+        let (end_of_once, end_of_twice) = (once.finish(), twice.finish());
+        first.events.extend(end_of_once.event().map(OwnedEvent::from));
+        second.events.extend(end_of_twice.event().map(OwnedEvent::from));
         prop_assert_eq!(first, second);
-        prop_assert_eq!(once.end(), twice.end());
+        prop_assert_eq!(end_of_once.interrupted(), end_of_twice.interrupted());
+        prop_assert_eq!(end_of_once.end(), end_of_twice.end());
     }
 
     #[test]

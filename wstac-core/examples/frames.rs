@@ -11,7 +11,7 @@ use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::{SpeedConfig, duration, speed};
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::{Event, TriggerConfig};
+use wstac_core::trigger::Event;
 
 /// Frames of 640 × 480 RGB, whose rows take 2048 bytes each because the driver likes powers of two.
 const SIZE: (u32, u32) = (640, 480);
@@ -27,15 +27,15 @@ fn main() -> Result<(), Error> {
     let layout = Layout::new(FrameSize::new(SIZE.0, SIZE.1)?, TAXEL, corners)?;
     let rate = FrameRate::NOMINAL;
     let camera = FrameGeometry::new(Rgb24::default(), layout, rate)?.with_bytes_per_row(BYTES_PER_ROW)?;
-    let mut pipeline: Pipeline<Rgb24> = Pipeline::new(camera, 0.5, TriggerConfig::default())?;
+    let mut pipeline = Pipeline::builder(camera).build()?;
     let speed_config = SpeedConfig::published(rate);
 
     let mut grabber = Grabber::new();
     loop {
-        let event = match grabber.grab() {
+        let update = match grabber.grab() {
             // Fails on bytes that are no frame, which the grabber could have told before: that is a lost frame, too.
             Grabbed::Frame(bytes) => match pipeline.push_frame(bytes) {
-                Ok(event) => event,
+                Ok(update) => update,
                 Err(error) => {
                     println!("a frame is lost: {error}");
                     pipeline.push_lost(1)
@@ -45,15 +45,16 @@ fn main() -> Result<(), Error> {
             Grabbed::Lost(frames) => pipeline.push_lost(frames),
             Grabbed::End => break,
         };
-        if let Some(event) = event {
+        if let Some(event) = update.event() {
             print(&event, &speed_config);
         }
     }
     // The last frames may complete an event, too.
-    if let Some(event) = pipeline.finish() {
+    let finished = pipeline.finish();
+    if let Some(event) = finished.event() {
         print(&event, &speed_config);
     }
-    println!("{} frames", pipeline.end().frames);
+    println!("{} frames", finished.end().frames);
     Ok(())
 }
 

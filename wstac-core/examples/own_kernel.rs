@@ -15,13 +15,12 @@ use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture::texture;
-use wstac_core::trigger::TriggerConfig;
 
 /// A forest in 1,660 bytes of flash: a damaged file, or one of another kind, does not compile.
 static MODEL: Forest<'static> = include_model!(Forest, "../tests/models/small.wsm");
 
 /// log2(1 + m) as the parabola m + 0.344 m (1 − m), within 0.0083: within 0.0058 as a natural logarithm, 12 units of a feature.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Parabola;
 
 /// ln 2 in units of 2^-16.
@@ -29,7 +28,7 @@ const LN_2: u64 = 45_426;
 
 impl Ln for Parabola {
     // A kernel is asked for x ≥ 1 and answers ln x in units of 2^-26. It must not panic, whatever x is.
-    fn ln(x: u32) -> i32 {
+    fn ln(&self, x: u32) -> i32 {
         let exponent = x.max(1).ilog2();
         // The mantissa without its leading one, 0 to 1 in units of 2^-16.
         let m = ((u64::from(x) << 16) >> exponent) as u32 & 0xFFFF;
@@ -43,14 +42,14 @@ impl Ln for Parabola {
 /// What the frames of one slide give with a logarithm: the highest features, and the texture.
 fn slide<L: Ln>() -> Result<(Features, String), Error> {
     let camera = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
-    let mut pipeline: Pipeline<Gray, L> = Pipeline::new(camera, 0.5, TriggerConfig::default())?;
+    let mut pipeline = Pipeline::builder(camera).ln(L::default()).build()?;
     let mut frame = vec![0; 400 * 400];
     for t in 0..120_usize {
         frame.fill(2);
         if let Some(left) = t.checked_sub(40).map(|frames| 12 * frames).filter(|left| *left < 388) {
             frame.chunks_mut(400).for_each(|row| row[left..][..12].fill(200));
         }
-        if let Some(event) = pipeline.push_frame(&frame)? {
+        if let Some(event) = pipeline.push_frame(&frame)?.event() {
             let highest = core::array::from_fn(|feature| event.sample.feature(feature).max().unwrap_or(i16::MIN));
             // For a model that is no file, `event.sample.flat()` is what it takes: 700 numbers, frame by frame.
             return Ok((highest, texture(&event.sample.flat(), &MODEL).label.to_string()));

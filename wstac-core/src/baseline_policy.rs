@@ -10,6 +10,11 @@ use crate::trigger_config::TriggerConfig;
 
 /// What becomes of the baseline. There are three: [`FixedBaseline`], [`TrackingBaseline`] and `Option<Follow>`.
 pub trait BaselinePolicy: sealed::Sealed + Clone + core::fmt::Debug {
+    /// The same before its first window.
+    #[doc(hidden)]
+    #[must_use]
+    fn anew(&self) -> Self;
+
     /// A window has fired.
     #[doc(hidden)]
     fn fired(&mut self, config: &TriggerConfig);
@@ -38,6 +43,11 @@ mod sealed {
 pub struct FixedBaseline;
 
 impl BaselinePolicy for FixedBaseline {
+    #[inline]
+    fn anew(&self) -> Self {
+        Self
+    }
+
     #[inline]
     fn fired(&mut self, _: &TriggerConfig) {}
 
@@ -83,6 +93,10 @@ impl TrackingBaseline {
 }
 
 impl BaselinePolicy for TrackingBaseline {
+    fn anew(&self) -> Self {
+        Self { shift: self.shift, pause: 0, remainders: [0; FEATURES] }
+    }
+
     fn fired(&mut self, config: &TriggerConfig) {
         self.pause = (SAMPLE_FRAMES as u8 / 2).div_ceil(config.window().max(1));
     }
@@ -104,6 +118,10 @@ impl BaselinePolicy for TrackingBaseline {
 }
 
 impl BaselinePolicy for Option<TrackingBaseline> {
+    fn anew(&self) -> Self {
+        self.as_ref().map(TrackingBaseline::anew)
+    }
+
     fn fired(&mut self, config: &TriggerConfig) {
         if let Some(follow) = self {
             follow.fired(config);

@@ -1,12 +1,9 @@
 //! The beginning of a sample, before the rest of it has arrived: for texture models that need no more (SPEC §6).
 
 use crate::baseline_policy::BaselinePolicy;
-use crate::green::GreenChannel;
-use crate::ln::Ln;
 use crate::params::{FEATURES, SAMPLE_FRAMES};
-use crate::pipeline::Pipeline;
 use crate::sample::Sample;
-use crate::trigger::Trigger;
+use crate::trigger::{Trigger, TriggerState};
 
 /// The first frames of a sample that is still being captured.
 #[derive(Clone, Copy, Debug)]
@@ -30,28 +27,18 @@ impl SamplePrefix<'_> {
     }
 }
 
-/// Gives the beginning of every sample, once.
-///
-/// ```
-/// use wstac_core::{early::EarlySampler, green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline};
-/// use wstac_core::{rate::FrameRate, taxels::FrameGeometry, trigger::TriggerConfig};
-///
-/// let camera = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
-/// let mut pipeline: Pipeline = Pipeline::new(camera, 0.5, TriggerConfig::default())?;
-/// let mut early = EarlySampler::new(20); // such as the frames of a model
-/// # let frames = (0..120).map(|t| vec![if t == 40 { 200 } else { 3_u8 }; 160_000]);
-/// # let mut given = Vec::new();
-/// for (number, frame) in frames.enumerate() {
-///     if let Some(event) = pipeline.push_frame(&frame)? {
-///         // The whole sample: speed, direction.
-///     } else if let Some(beginning) = early.take(&pipeline) {
-///         // The first 20 frames of it: model.classify(&beginning.flat()).
-/// #       given.push((number, beginning.frame));
-///     }
-/// }
-/// # assert_eq!(given, [(49, 30)]);
-/// # Ok::<(), wstac_core::error::Error>(())
-/// ```
+/// Returns the first `frames` frames of the sample under way if the last of them came after the first `before`.
+pub(crate) fn prefix(trigger: &TriggerState, before: u8, frames: u8) -> Option<SamplePrefix<'_>> {
+    let so_far = trigger.under_way()?;
+    let wanted = frames.max(1);
+    if wanted <= before || wanted > so_far.frames {
+        return None;
+    }
+    Some(SamplePrefix { frame: so_far.frame, first: trigger.last(so_far.frames).first(usize::from(frames)) })
+}
+
+/// Gives the beginning of every sample of a [`Trigger`], once. A [`Pipeline`](crate::pipeline::Pipeline) needs none:
+/// [`Update::prefix`](crate::pipeline::Update::prefix) gives beginnings of any length.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct EarlySampler {
@@ -69,18 +56,12 @@ impl EarlySampler {
 
     /// The beginning of the sample that is being captured, if it has just become long enough: call it after every frame that
     /// completes no event. Lost frames are filled, so the sample may be longer by then.
-    pub fn take<'a, B: BaselinePolicy + 'a>(&mut self, from: impl Into<&'a Trigger<B>>) -> Option<SamplePrefix<'a>> {
-        let (so_far, sample) = from.into().captured()?;
+    pub fn take<'a, B: BaselinePolicy>(&mut self, from: &'a Trigger<B>) -> Option<SamplePrefix<'a>> {
+        let (so_far, sample) = from.captured()?;
         if so_far.frames < self.frames || self.given == Some(so_far.frame) {
             return None;
         }
         self.given = Some(so_far.frame);
         Some(SamplePrefix { frame: so_far.frame, first: sample.first(usize::from(self.frames)) })
-    }
-}
-
-impl<'a, G: GreenChannel, L: Ln, B: BaselinePolicy> From<&'a Pipeline<G, L, B>> for &'a Trigger<B> {
-    fn from(pipeline: &'a Pipeline<G, L, B>) -> Self {
-        pipeline.trigger()
     }
 }

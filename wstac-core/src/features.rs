@@ -1,7 +1,5 @@
 //! 25 taxel sums → ten features (SPEC §2, equation 1 of the paper).
 
-use core::marker::PhantomData;
-
 use crate::error::Error;
 use crate::ln::constant;
 use crate::ln::{LN_FRACTION_BITS, Ln, fixed::Fixed};
@@ -64,26 +62,43 @@ pub struct FeatureScale<L = Fixed> {
     /// ln(G · A · frames), by the same kernel, so that full scale is 0 exactly.
     reference: i32,
     floor: i16,
-    kernel: PhantomData<L>,
+    kernel: L,
 }
 
 impl<L: Ln> FeatureScale<L> {
-    /// The scale for taxels of `pixels` pixels at green full scale `full_scale`, `frames` of them added up.
+    /// Creates the scale for taxels of `pixels` pixels at green full scale `full_scale`, `frames` of them added up, with the default
+    /// value of the log kernel.
     ///
     /// # Errors
-    /// [`Error::FloorFullScale`] where the floor is for another full scale; [`Error::SumTooLarge`] where
+    /// [`Error::FloorFullScale`] if the floor is for another full scale; [`Error::SumTooLarge`] if
     /// 5 · `pixels` · `full_scale` · `frames` exceeds 32 bits.
     pub fn new(pixels: u32, full_scale: u32, frames: u32, floor: Floor) -> Result<Self, Error> {
+        Self::with_ln(pixels, full_scale, frames, floor, L::default())
+    }
+
+    /// Creates the scale for taxels of `pixels` pixels at green full scale `full_scale`, `frames` of them added up, with a log
+    /// kernel that was chosen at run time.
+    ///
+    /// # Errors
+    /// As [`FeatureScale::new`].
+    pub fn with_ln(pixels: u32, full_scale: u32, frames: u32, floor: Floor, kernel: L) -> Result<Self, Error> {
         let fits = pixels.checked_mul(full_scale).and_then(|most| most.checked_mul(frames));
         let Some(most) = fits.filter(|most| most.checked_mul(5).is_some()) else {
             return Err(Error::SumTooLarge { pixels, full_scale, frames });
         };
+        let mut scale = Self { reference: kernel.ln(most), floor: i16::MIN, kernel };
+        scale.set_floor(floor, full_scale)?;
+        Ok(scale)
+    }
+
+    /// Replaces the floor of a scale for pixels of this full scale.
+    pub(crate) fn set_floor(&mut self, floor: Floor, full_scale: u32) -> Result<(), Error> {
         if floor.full_scale != full_scale {
             return Err(Error::FloorFullScale { found: floor.full_scale, expected: full_scale });
         }
-        let mut scale = Self { reference: L::ln(most), floor: i16::MIN, kernel: PhantomData };
-        scale.floor = floor.feature.unwrap_or_else(|| scale.feature(1));
-        Ok(scale)
+        self.floor = i16::MIN;
+        self.floor = floor.feature.unwrap_or_else(|| self.feature(1));
+        Ok(())
     }
 
     /// The least feature there is.
@@ -102,7 +117,7 @@ impl<L: Ln> FeatureScale<L> {
             return self.floor;
         }
         // At most ln 5 · 2048 = 3296 for a sum of five taxels; what is no such sum saturates.
-        let feature = (L::ln(sum) - self.reference + (1 << (SHIFT - 1))) >> SHIFT;
+        let feature = (self.kernel.ln(sum) - self.reference + (1 << (SHIFT - 1))) >> SHIFT;
         feature.clamp(i32::from(self.floor), i32::from(i16::MAX)) as i16
     }
 

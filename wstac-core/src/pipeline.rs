@@ -1,28 +1,36 @@
-//! The whole way from a camera's bytes to events.
+//! The whole way from a camera's bytes to events, and the only one who knows its order: bytes, taxel sums, features, trigger.
 
+use crate::baseline::Baseline;
 use crate::baseline_policy::{BaselinePolicy, FixedBaseline};
+use crate::early::{self, SamplePrefix};
 use crate::error::Error;
-use crate::features::Floor;
+use crate::features::{Features, Floor};
 use crate::green::{GreenChannel, gray::Gray};
 use crate::ln::{Ln, fixed::Fixed};
-use crate::stream::{FeatureStream, Loss};
+use crate::params::{DEFAULT_FLOOR_LEVELS, FEATURES, TAXELS};
+use crate::sample::Sample;
+use crate::stream::{FeatureFrame, FeatureStream, Loss};
 use crate::taxels::FrameGeometry;
-use crate::trigger::{Event, InterruptedSample, StreamEnd, Trigger, TriggerConfig};
+use crate::trigger::{Event, InterruptedSample, StreamEnd, Trigger, TriggerConfig, TriggerState};
 
-/// Frames or stripes in, events out: [`FeatureStream`], then [`Trigger`]. Everything is checked when it is built.
+/// Turns frames, stripes of frames, taxel sums and lost frames into features, events and early samples. Everything is checked when
+/// it is built.
+///
+/// Every push returns an [`Update`]: whatever the frame brought.
 ///
 /// ```
-/// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
-/// use wstac_core::{speed::{self, SpeedConfig}, direction, taxels::FrameGeometry, trigger::TriggerConfig};
+/// use wstac_core::{direction, green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
+/// use wstac_core::{speed::{self, SpeedConfig}, taxels::FrameGeometry};
 ///
 /// let layout = Layout::paper(FrameSize::new(400, 400)?)?;
-/// let camera = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL)?;
-/// let mut pipeline: Pipeline = Pipeline::new(camera, 0.5, TriggerConfig::default())?;
+/// let geometry = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL)?;
+/// let mut pipeline = Pipeline::builder(geometry).build()?;
 /// let speed_config = SpeedConfig::published(FrameRate::NOMINAL);
 /// # let frames = (0..120).map(|t| vec![if t == 40 { 200 } else { 3_u8 }; 160_000]);
 /// # let mut events = 0;
 /// for frame in frames {
-///     if let Some(event) = pipeline.push_frame(&frame)? {
+///     let update = pipeline.push_frame(&frame)?;
+///     if let Some(event) = update.event() {
 ///         let speed = speed::speed(&event, &speed_config);
 ///         let direction = direction::direction(&event);
 ///         // …
@@ -43,96 +51,376 @@ pub struct Pipeline<G: GreenChannel = Gray, L = Fixed, B = FixedBaseline> {
 const MOST_BYTES: usize = 2048;
 const _: () = assert!(size_of::<Pipeline>() < MOST_BYTES);
 
-impl<G: GreenChannel, L: Ln> Pipeline<G, L> {
-    /// A pipeline from this camera, with features floored at `floor_levels` gray levels a taxel.
-    ///
-    /// # Errors
-    /// [`Error::FloorLevels`] where that is not 0 to the green full scale.
-    pub fn new(camera: FrameGeometry<G>, floor_levels: f64, trigger: TriggerConfig) -> Result<Self, Error> {
-        Ok(Self { stream: FeatureStream::new(camera, floor_levels)?, trigger: Trigger::new(trigger) })
+/// Whatever one push brought. Most pushes bring features and nothing else; a stripe that does not complete its frame brings nothing.
+///
+/// It is a view of the pipeline: events, samples and prefixes are borrowed until the next push, and what nobody asks for costs nothing.
+#[derive(Clone, Copy, Debug)]
+pub struct Update<'a> {
+    completed: Option<Completed<'a>>,
+}
+
+/// What one feature frame brought.
+#[derive(Clone, Copy, Debug)]
+struct Completed<'a> {
+    trigger: &'a TriggerState,
+    /// Number of the feature frame.
+    number: u64,
+    /// First frame of the sample that was completed.
+    event: Option<u64>,
+    /// Frames of the sample under way that had arrived before: 0..=68.
+    before: u8,
+}
+
+impl<'a> Update<'a> {
+    const NOTHING: Self = Self { completed: None };
+
+    /// Returns the feature frame that was completed. At most one is: lost frames bring none of their own.
+    pub fn frame(&self) -> Option<CompletedFrame> {
+        let Completed { trigger, number, .. } = self.completed?;
+        let (features, has_missing_frames) = trigger.newest()?;
+        Some(CompletedFrame { number, features: *features, has_missing_frames })
     }
 
-    /// The same with a floor that has been worked out.
+    /// Returns the event that was completed.
+    pub fn event(&self) -> Option<Event<'a>> {
+        let Completed { trigger, event, .. } = self.completed?;
+        event.map(|first| trigger.event(first))
+    }
+
+    /// Returns the sample that a long gap interrupted, which has no event.
+    pub fn interrupted(&self) -> Option<InterruptedSample> {
+        self.completed?.trigger.interrupted()
+    }
+
+    /// Returns whether the push completed a feature frame.
+    pub fn is_frame(&self) -> bool {
+        self.completed.is_some()
+    }
+
+    /// Returns the first `frames` frames of the sample under way if this push brought the last of them: once a sample for each
+    /// number of frames, and before the sample's event. 70 or more frames are a whole sample, and never a prefix.
     ///
-    /// # Errors
-    /// [`Error::FloorFullScale`] where it is for pixels of another full scale.
-    pub fn with_floor(camera: FrameGeometry<G>, floor: Floor, trigger: TriggerConfig) -> Result<Self, Error> {
-        Self::with_following(camera, floor, trigger, FixedBaseline)
+    /// Texture models that need no more frames than that answer on it as they will on the whole sample. By default the trigger fires
+    /// when 15 frames of a sample have arrived (its backtrack and a window): shorter prefixes come with the 15th.
+    ///
+    /// ```
+    /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate, taxels::FrameGeometry};
+    ///
+    /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
+    /// let mut pipeline = Pipeline::builder(geometry).build()?;
+    /// # let frames = (0..120).map(|t| vec![if t == 40 { 200 } else { 3_u8 }; 160_000]);
+    /// # let mut given = Vec::new();
+    /// for (number, frame) in frames.enumerate() {
+    ///     let update = pipeline.push_frame(&frame)?;
+    ///     for frames in [15, 20] { // such as the frames of two models
+    ///         if let Some(prefix) = update.prefix(frames) {
+    ///             // model.classify(&prefix.flat())
+    /// #           given.push((number, frames, prefix.frame));
+    ///         }
+    ///     }
+    /// }
+    /// # assert_eq!(given, [(44, 15, 30), (49, 20, 30)]);
+    /// # Ok::<(), wstac_core::error::Error>(())
+    /// ```
+    pub fn prefix(&self, frames: u8) -> Option<SamplePrefix<'a>> {
+        let Completed { trigger, before, .. } = self.completed?;
+        early::prefix(trigger, before, frames)
+    }
+}
+
+/// A feature frame at its place in time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub struct CompletedFrame {
+    /// The frame's number, counted from the pipeline's first frame. Lost frames are counted, too.
+    pub number: u64,
+    /// The ten features, five rows, then five columns, in units of 2^-11.
+    pub features: Features,
+    /// Some, but not all, of its camera frames were lost; the others stand for them.
+    pub has_missing_frames: bool,
+}
+
+/// What the end of a stream brought.
+#[derive(Clone, Copy, Debug)]
+pub struct Finished<'a> {
+    trigger: &'a TriggerState,
+    event: Option<u64>,
+}
+
+impl<'a> Finished<'a> {
+    /// Returns the event that frames lost at the very end completed.
+    pub fn event(&self) -> Option<Event<'a>> {
+        self.event.map(|first| self.trigger.event(first))
+    }
+
+    /// Returns the sample that a long gap at the very end interrupted.
+    pub fn interrupted(&self) -> Option<InterruptedSample> {
+        self.trigger.interrupted()
+    }
+
+    /// Returns how the stream ended.
+    pub fn end(&self) -> StreamEnd {
+        self.trigger.end()
+    }
+}
+
+impl Pipeline {
+    /// Starts to build a pipeline for frames of this geometry: pixel format, layout, stride and rate.
+    ///
+    /// Without another call it has a darkness floor of half a gray level, the trigger's default parameters, the log kernel [`Fixed`]
+    /// and a fixed baseline.
+    ///
+    /// ```
+    /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate, taxels::FrameGeometry};
+    /// use wstac_core::{baseline_policy::TrackingBaseline, ln::any::AnyLn, trigger::{Rule, TriggerConfig}};
+    ///
+    /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
+    /// let pipeline = Pipeline::builder(geometry)
+    ///     .floor_levels(1.0)
+    ///     .trigger(TriggerConfig::new(10, 1.5, 10, Rule::Signed, 0.2)?)
+    ///     .baseline(Some(TrackingBaseline::new(256)?))
+    ///     .ln(AnyLn::Libm)
+    ///     .build()?;
+    /// assert_eq!(pipeline.next_frame(), 0);
+    /// # Ok::<(), wstac_core::error::Error>(())
+    /// ```
+    pub fn builder<G: GreenChannel>(geometry: FrameGeometry<G>) -> PipelineBuilder<G> {
+        PipelineBuilder {
+            geometry,
+            floor: DEFAULT_FLOOR_LEVELS,
+            ln: Fixed,
+            trigger: TriggerConfig::default(),
+            baseline: FixedBaseline,
+            first_frame: 0,
+        }
     }
 }
 
 impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
-    /// The same with what becomes of the baseline after its 5m frames.
-    ///
-    /// # Errors
-    /// As [`Pipeline::with_floor`].
-    pub fn with_following(
-        camera: FrameGeometry<G>,
-        floor: Floor,
-        trigger: TriggerConfig,
-        following: B,
-    ) -> Result<Self, Error> {
-        Ok(Self { stream: FeatureStream::with_floor(camera, floor)?, trigger: Trigger::with(trigger, 0, following) })
-    }
-
-    /// Takes a whole frame; an event, if it completes one.
+    /// Takes a whole frame.
     ///
     /// # Errors
     /// [`Error::FrameTooShort`]: the frame was not taken; count it with [`Pipeline::push_lost`] to keep time.
     /// [`Error::FrameUnderWay`]: a frame in stripes is not complete; give it up with [`Pipeline::abandon_frame`],
     /// which counts it as lost, and push again.
-    pub fn push_frame(&mut self, bytes: &[u8]) -> Result<Option<Event<'_>>, Error> {
-        let Some(frame) = self.stream.push_frame(bytes)? else { return Ok(None) };
-        Ok(self.trigger.push(frame.features, frame.has_missing_frames))
+    pub fn push_frame(&mut self, bytes: &[u8]) -> Result<Update<'_>, Error> {
+        let Some(frame) = self.stream.push_frame(bytes)? else { return Ok(Update::NOTHING) };
+        Ok(self.advance(frame, 0))
     }
 
-    /// Takes the next rows of a frame, as a DMA delivers them; an event, if they complete one. The event is
-    /// bit-identical to that of the whole frame.
+    /// Takes the next rows of a frame, as a DMA delivers them. What the last of them bring is bit-identical to what the whole frame
+    /// brings.
     ///
     /// # Errors
     /// [`Error::StripeNotWholeRows`], [`Error::StripeTooLong`], [`Error::StripeOfPlanar`]: the stripe was not taken.
-    pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<Option<Event<'_>>, Error> {
-        let Some(frame) = self.stream.push_stripe(bytes)? else { return Ok(None) };
-        Ok(self.trigger.push(frame.features, frame.has_missing_frames))
+    pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<Update<'_>, Error> {
+        let Some(frame) = self.stream.push_stripe(bytes)? else { return Ok(Update::NOTHING) };
+        Ok(self.advance(frame, 0))
+    }
+
+    /// Takes the 25 taxel sums of a frame that was summed elsewhere, row by row, each at most G · A; larger ones saturate.
+    pub fn push_taxels(&mut self, taxels: &[u32; TAXELS]) -> Update<'_> {
+        match self.stream.push_taxels(taxels) {
+            Some(frame) => self.advance(frame, 0),
+            None => Update::NOTHING,
+        }
     }
 
     /// Forgets the rows of a frame whose rest will not arrive, and counts it as lost.
-    pub fn abandon_frame(&mut self) -> Option<Event<'_>> {
+    pub fn abandon_frame(&mut self) -> Update<'_> {
         let loss = self.stream.abandon_frame();
         self.lose(loss)
     }
 
-    /// Keeps the place of lost camera frames in time. A frame that is under way in stripes stays so.
-    pub fn push_lost(&mut self, frames: u64) -> Option<Event<'_>> {
+    /// Keeps the place of lost camera frames in time: a short gap is filled, a long one interrupts the sample under way. Lost before the
+    /// first frame, they have no place. A frame that is under way in stripes stays so.
+    pub fn push_lost(&mut self, frames: u64) -> Update<'_> {
         let loss = self.stream.push_lost(frames);
         self.lose(loss)
     }
 
-    /// Settles what is pending at the end of a stream.
-    pub fn finish(&mut self) -> Option<Event<'_>> {
-        self.trigger.finish()
+    /// Settles what is pending at the end of a stream, and says how it ended.
+    pub fn finish(&mut self) -> Finished<'_> {
+        self.trigger.forget_interrupted();
+        let event = self.trigger.settle();
+        Finished { trigger: self.trigger.state(), event }
     }
 
-    /// How the stream stands; after [`Pipeline::finish`], how it ended.
+    /// Gathers a new baseline from the next feature frame on. Returns the sample that was being captured, which ends here.
+    pub fn rezero(&mut self) -> Option<InterruptedSample> {
+        self.trigger.rezero()
+    }
+
+    /// Takes the next camera frame as a stream's first: a new baseline, and no feature frame of which a part has arrived. What follows is
+    /// what a new pipeline gives, apart from the frames' numbers, which go on. Returns the sample that was being captured, which ends here.
+    pub fn restart(&mut self) -> Option<InterruptedSample> {
+        self.stream.restart();
+        self.trigger.rezero()
+    }
+
+    /// Replaces the trigger's parameters and what becomes of the baseline, and gathers a new baseline from the next feature frame on.
+    /// Returns the sample that was being captured, which ends here.
+    pub fn set_trigger(&mut self, config: TriggerConfig, baseline: B) -> Option<InterruptedSample> {
+        let end = self.trigger.end();
+        self.trigger = Trigger::with(config, end.frames, baseline);
+        end.incomplete
+    }
+
+    /// Replaces the darkness floor of the features to come.
+    ///
+    /// # Errors
+    /// [`Error::FloorFullScale`] if the floor is for pixels of another full scale; nothing has changed then.
+    pub fn set_floor(&mut self, floor: Floor) -> Result<(), Error> {
+        self.stream.set_floor(floor)
+    }
+
+    /// Returns the geometry of the frames.
+    pub fn geometry(&self) -> &FrameGeometry<G> {
+        self.stream.camera()
+    }
+
+    /// Returns the 25 taxel sums of the last camera frame that was pushed as bytes, until the next frame begins or is lost.
+    pub fn taxels(&self) -> Option<[u32; TAXELS]> {
+        self.stream.taxels()
+    }
+
+    /// Returns the number of the feature frame that comes next: lost frames are counted.
+    pub fn next_frame(&self) -> u64 {
+        self.trigger.next_frame()
+    }
+
+    /// Returns the trigger's parameters.
+    pub fn trigger_config(&self) -> &TriggerConfig {
+        self.trigger.config()
+    }
+
+    /// Returns the baseline once its 5m frames have arrived: as it is now, if it tracks drift.
+    pub fn baseline(&self) -> Option<&Baseline> {
+        self.trigger.baseline()
+    }
+
+    /// Returns the highest window sum of each feature that does not fire, in units of 2^-11, once the baseline is complete.
+    pub fn thresholds(&self) -> Option<&[i32; FEATURES]> {
+        self.trigger.thresholds()
+    }
+
+    /// Returns the last feature frames, at most 70, lost ones filled; and the number of the frame after the last of them. An event's
+    /// sample is among them for a while: a link sends it in parts, without a copy.
+    pub fn recent(&self) -> (u64, Sample<'_>) {
+        self.trigger.recent()
+    }
+
+    /// Returns how the stream stands; after [`Pipeline::finish`], how it ended.
     pub fn end(&self) -> StreamEnd {
         self.trigger.end()
     }
 
-    /// The sample that a long gap has interrupted, once.
-    pub fn take_interrupted(&mut self) -> Option<InterruptedSample> {
-        self.trigger.take_interrupted()
-    }
-
-    /// What finds the events.
-    pub fn trigger(&self) -> &Trigger<B> {
-        &self.trigger
-    }
-
-    fn lose(&mut self, loss: Loss) -> Option<Event<'_>> {
+    fn lose(&mut self, loss: Loss) -> Update<'_> {
         if let Some(frame) = loss.has_missing_frames {
-            return self.trigger.push_then_lose(frame.features, frame.has_missing_frames, loss.frames);
+            return self.advance(frame, loss.frames);
         }
         self.trigger.push_lost(loss.frames);
-        None
+        Update::NOTHING
     }
+
+    /// Hands a feature frame, and `lost_after` lost ones behind it, to the trigger.
+    fn advance(&mut self, frame: FeatureFrame, lost_after: u64) -> Update<'_> {
+        let trigger = self.trigger.state();
+        let (number, before) = (trigger.next_frame(), trigger.under_way());
+        self.trigger.forget_interrupted();
+        let event = self.trigger.advance(frame.features, frame.has_missing_frames, lost_after);
+        let trigger = self.trigger.state();
+        // A sample that was interrupted is not the one under way now.
+        let before = if trigger.interrupted().is_some() { 0 } else { before.map_or(0, |before| before.frames) };
+        Update { completed: Some(Completed { trigger, number, event, before }) }
+    }
+}
+
+/// Builds a [`Pipeline`]; [`Pipeline::builder`] makes one.
+#[derive(Clone, Copy, Debug)]
+#[must_use]
+pub struct PipelineBuilder<G, L = Fixed, B = FixedBaseline, F = f64> {
+    geometry: FrameGeometry<G>,
+    /// In gray levels of a taxel, or worked out: a type, so that a board needs no 64-bit floating point for the other one.
+    floor: F,
+    ln: L,
+    trigger: TriggerConfig,
+    baseline: B,
+    first_frame: u64,
+}
+
+impl<G: GreenChannel, L: Ln, B: BaselinePolicy, F: FloorChoice> PipelineBuilder<G, L, B, F> {
+    /// Floors features at this many gray levels of a taxel, from 0 to the green full scale.
+    pub fn floor_levels(self, levels: f64) -> PipelineBuilder<G, L, B, f64> {
+        let Self { geometry, ln, trigger, baseline, first_frame, .. } = self;
+        PipelineBuilder { geometry, floor: levels, ln, trigger, baseline, first_frame }
+    }
+
+    /// Floors features at a floor that has been worked out, in a `const` as a rule: then a board needs no 64-bit floating point.
+    pub fn floor(self, floor: Floor) -> PipelineBuilder<G, L, B, Floor> {
+        let Self { geometry, ln, trigger, baseline, first_frame, .. } = self;
+        PipelineBuilder { geometry, floor, ln, trigger, baseline, first_frame }
+    }
+
+    /// Takes logarithms with another kernel. A host that chooses at run time has [`AnyLn`](crate::ln::any::AnyLn).
+    pub fn ln<K: Ln>(self, ln: K) -> PipelineBuilder<G, K, B, F> {
+        let Self { geometry, floor, trigger, baseline, first_frame, .. } = self;
+        PipelineBuilder { geometry, floor, ln, trigger, baseline, first_frame }
+    }
+
+    /// Sets the trigger's parameters.
+    pub fn trigger(self, trigger: TriggerConfig) -> Self {
+        Self { trigger, ..self }
+    }
+
+    /// Sets what becomes of the baseline after its 5m frames. A host that chooses at run time has
+    /// `Option<`[`TrackingBaseline`](crate::baseline_policy::TrackingBaseline)`>`.
+    pub fn baseline<P: BaselinePolicy>(self, baseline: P) -> PipelineBuilder<G, L, P, F> {
+        let Self { geometry, floor, ln, trigger, first_frame, .. } = self;
+        PipelineBuilder { geometry, floor, ln, trigger, baseline, first_frame }
+    }
+
+    /// Sets the number of the first feature frame, for a recording that does not start at 0.
+    pub fn starting_at(self, frame: u64) -> Self {
+        Self { first_frame: frame, ..self }
+    }
+
+    /// Builds the pipeline.
+    ///
+    /// # Errors
+    /// [`Error::FloorLevels`] if the floor is not 0 to the green full scale, [`Error::FloorFullScale`] if it is for pixels of another
+    /// full scale.
+    pub fn build(self) -> Result<Pipeline<G, L, B>, Error> {
+        let Self { geometry, floor, ln, trigger, baseline, first_frame } = self;
+        Ok(Pipeline {
+            stream: FeatureStream::with_ln(geometry, floor.floor(geometry.full_scale())?, ln)?,
+            trigger: Trigger::with(trigger, first_frame, baseline),
+        })
+    }
+}
+
+/// How a darkness floor is given to [`PipelineBuilder`]: in gray levels or worked out.
+pub trait FloorChoice: sealed::Sealed + Copy {
+    /// Works the floor out for pixels of this full scale.
+    #[doc(hidden)]
+    fn floor(self, full_scale: u32) -> Result<Floor, Error>;
+}
+
+impl FloorChoice for f64 {
+    fn floor(self, full_scale: u32) -> Result<Floor, Error> {
+        Floor::new(self, full_scale)
+    }
+}
+
+impl FloorChoice for Floor {
+    fn floor(self, _: u32) -> Result<Floor, Error> {
+        Ok(self)
+    }
+}
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f64 {}
+    impl Sealed for super::Floor {}
 }

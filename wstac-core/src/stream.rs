@@ -55,9 +55,17 @@ impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
     /// # Errors
     /// [`Error::FloorFullScale`] where it is for pixels of another full scale.
     pub fn with_floor(camera: FrameGeometry<G>, floor: Floor) -> Result<Self, Error> {
+        Self::with_ln(camera, floor, L::default())
+    }
+
+    /// Creates a stream with a floor that has been worked out and a log kernel that was chosen at run time.
+    ///
+    /// # Errors
+    /// [`Error::FloorFullScale`] if the floor is for pixels of another full scale.
+    pub fn with_ln(camera: FrameGeometry<G>, floor: Floor, ln: L) -> Result<Self, Error> {
         let frames = camera.rate().frames_added();
         Ok(Self {
-            scale: FeatureScale::new(camera.pixels(), camera.full_scale(), frames, floor)?,
+            scale: FeatureScale::with_ln(camera.pixels(), camera.full_scale(), frames, floor, ln)?,
             accumulators: TaxelSums::new(camera),
             lines: [0; FEATURES],
             present: 0,
@@ -77,7 +85,7 @@ impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
     /// Those of [`TaxelSums::push_frame`]; nothing has changed then.
     pub fn push_frame(&mut self, bytes: &[u8]) -> Result<Option<FeatureFrame>, Error> {
         let taxels = self.accumulators.push_frame(bytes)?;
-        Ok(self.push_taxels(&taxels))
+        Ok(self.add(&taxels))
     }
 
     /// Takes the next rows of a frame; features, if they complete a feature frame.
@@ -86,11 +94,37 @@ impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
     /// Those of [`TaxelSums::push_stripe`]; nothing has changed then.
     pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<Option<FeatureFrame>, Error> {
         let Some(taxels) = self.accumulators.push_stripe(bytes)? else { return Ok(None) };
-        Ok(self.push_taxels(&taxels))
+        Ok(self.add(&taxels))
     }
 
     /// Takes the 25 taxel sums of a frame that was summed elsewhere, each at most G · A; larger ones saturate.
     pub fn push_taxels(&mut self, taxels: &[u32; TAXELS]) -> Option<FeatureFrame> {
+        self.accumulators.forget_taxels();
+        self.add(taxels)
+    }
+
+    /// Returns the taxel sums of the last camera frame that was pushed as bytes, until the next frame begins or is lost.
+    pub fn taxels(&self) -> Option<[u32; TAXELS]> {
+        self.accumulators.taxels()
+    }
+
+    /// Starts anew: the next camera frame is the stream's first. Rows and camera frames of which the rest is missing are forgotten.
+    pub fn restart(&mut self) {
+        self.accumulators.abandon_rows();
+        self.lines = [0; FEATURES];
+        (self.present, self.lost, self.started) = (0, 0, false);
+    }
+
+    /// Replaces the darkness floor.
+    ///
+    /// # Errors
+    /// [`Error::FloorFullScale`] if the floor is for pixels of another full scale; nothing has changed then.
+    pub fn set_floor(&mut self, floor: Floor) -> Result<(), Error> {
+        self.scale.set_floor(floor, self.accumulators.camera().full_scale())
+    }
+
+    /// Adds one camera frame to the feature frame under way.
+    fn add(&mut self, taxels: &[u32; TAXELS]) -> Option<FeatureFrame> {
         self.started = true;
         self.present += 1;
         for (line, sum) in self.lines.iter_mut().zip(line_sums(taxels)) {
@@ -102,12 +136,19 @@ impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
     /// Forgets the rows of a frame whose rest will not arrive, and counts it as lost.
     pub fn abandon_frame(&mut self) -> Loss {
         self.accumulators.abandon_frame();
-        self.push_lost(1)
+        self.lose(1)
     }
 
     /// Keeps the place of `frames` lost camera frames in time. Lost before the first frame, they have none. A frame
     /// that is under way in stripes stays so: [`FeatureStream::abandon_frame`] gives that up.
     pub fn push_lost(&mut self, frames: u64) -> Loss {
+        if frames > 0 {
+            self.accumulators.forget_taxels();
+        }
+        self.lose(frames)
+    }
+
+    fn lose(&mut self, frames: u64) -> Loss {
         let size = self.camera().rate().frames_added();
         let room = u64::from(size - self.present - self.lost);
         if !self.started {

@@ -128,7 +128,9 @@ fn bands(layout: &Layout) -> [[u16; 2]; ROWS] {
 #[derive(Clone, Debug)]
 pub struct TaxelSums<G: GreenChannel> {
     camera: FrameGeometry<G>,
+    /// The sums of a complete frame stay here until the next frame's first row.
     sums: [G::Sum; TAXELS],
+    /// Rows that have arrived; all of them after a complete frame.
     rows: u16,
 }
 
@@ -152,11 +154,12 @@ impl<G: GreenChannel> TaxelSums<G> {
         if bytes.len() < expected {
             return Err(Error::FrameTooShort { found: bytes.len(), expected });
         }
-        if self.rows != 0 {
-            return Err(Error::FrameUnderWay { rows: self.rows });
+        let rows = self.rows_under_way();
+        if rows != 0 {
+            return Err(Error::FrameUnderWay { rows });
         }
-        self.add_rows(bytes, self.camera.layout.frame().height());
-        Ok(self.take())
+        self.add_rows(bytes, 0, self.camera.layout.frame().height());
+        Ok(self.totals())
     }
 
     /// Adds the next rows of a frame; the 25 taxel sums when the last row has arrived. The sums are bit-identical to
@@ -175,27 +178,56 @@ impl<G: GreenChannel> TaxelSums<G> {
         if bytes.len() < camera.packed_bytes(rows) {
             return Err(Error::StripeNotWholeRows { found: bytes.len(), bytes_per_row });
         }
-        let left = height - self.rows;
+        let before = self.rows_under_way();
+        let left = height - before;
         if rows > usize::from(left) {
             return Err(Error::StripeTooLong { found: rows, left: usize::from(left) });
         }
-        self.add_rows(bytes, rows as u16);
-        Ok((self.rows == height).then(|| self.take()))
+        if rows == 0 {
+            return Ok(None);
+        }
+        self.add_rows(bytes, before, rows as u16);
+        Ok((self.rows == height).then(|| self.totals()))
+    }
+
+    /// Returns the taxel sums of the last frame, until the first row of the next one arrives; `None` before the first frame and
+    /// after [`TaxelSums::abandon_frame`].
+    pub fn taxels(&self) -> Option<[u32; TAXELS]> {
+        (self.rows == self.camera.layout.frame().height()).then(|| self.totals())
     }
 
     /// Forgets the rows of a frame whose rest will not arrive.
     pub fn abandon_frame(&mut self) {
-        self.sums = [G::Sum::default(); TAXELS];
         self.rows = 0;
     }
 
-    /// Adds `count` rows, the frame's next ones, to the taxels that they cross.
+    /// Forgets the rows of a frame under way; the sums of a complete one stay.
+    pub(crate) fn abandon_rows(&mut self) {
+        if self.rows_under_way() != 0 {
+            self.rows = 0;
+        }
+    }
+
+    /// Forgets the sums of a complete frame; the rows of one under way stay.
+    pub(crate) fn forget_taxels(&mut self) {
+        self.rows = self.rows_under_way();
+    }
+
+    /// Rows of the frame that has begun and is not complete.
+    fn rows_under_way(&self) -> u16 {
+        if self.rows == self.camera.layout.frame().height() { 0 } else { self.rows }
+    }
+
+    /// Adds `count` rows, the frame's next ones behind its first `first`, to the taxels that they cross.
     // A function of its own: what it takes does not hang on what else a program links.
     #[inline(never)]
-    fn add_rows(&mut self, bytes: &[u8], count: u16) {
+    fn add_rows(&mut self, bytes: &[u8], first: u16, count: u16) {
+        if first == 0 {
+            self.sums = [G::Sum::default(); TAXELS];
+        }
         let camera = &self.camera;
         let frame_rows = camera.layout.frame().height();
-        let (first, end) = (self.rows, self.rows + count);
+        let end = first + count;
         let rows = Rows::new(bytes, camera.bytes_per_row(), first, frame_rows);
         let [width, height] = camera.layout.taxel();
         let cell_rows = camera.green.cell() == 2;
@@ -225,13 +257,12 @@ impl<G: GreenChannel> TaxelSums<G> {
         self.rows = end;
     }
 
-    /// The taxel sums of the frame that is complete, and empty accumulators.
-    fn take(&mut self) -> [u32; TAXELS] {
+    /// The taxel sums of the frame that is complete.
+    fn totals(&self) -> [u32; TAXELS] {
         let mut totals = [0; TAXELS];
         for (total, sum) in totals.iter_mut().zip(&self.sums) {
             *total = self.camera.green.total(sum, self.camera.pixels);
         }
-        self.abandon_frame();
         totals
     }
 }

@@ -68,6 +68,13 @@ enum Phase {
 /// [`TrackingBaseline`](crate::baseline_policy::TrackingBaseline).
 #[derive(Clone, Debug)]
 pub struct Trigger<B = FixedBaseline> {
+    state: TriggerState,
+    following: B,
+}
+
+/// All of a trigger but what becomes of the baseline: what updates borrow, whatever that is.
+#[derive(Clone, Debug)]
+pub(crate) struct TriggerState {
     config: TriggerConfig,
     /// The last frames: all of a sample when it is complete.
     ring: Ring,
@@ -86,7 +93,6 @@ pub struct Trigger<B = FixedBaseline> {
     /// What an event was returned in front of: frames to fill, then one that arrived.
     backlog: Option<(u8, Features, bool)>,
     interrupted: Option<InterruptedSample>,
-    following: B,
 }
 
 impl Trigger {
@@ -102,50 +108,56 @@ impl Trigger {
 }
 
 impl<B: BaselinePolicy> Trigger<B> {
-    /// [`Trigger::starting_at`] with what becomes of the baseline after its 5m frames.
+    /// Creates a trigger before its baseline whose first frame is number `frame`, with what becomes of the baseline after its 5m frames.
     pub fn with(config: TriggerConfig, frame: u64, following: B) -> Self {
         Self {
-            config,
-            ring: Ring::new(),
-            filled: [0; 2],
-            frame,
-            phase: Phase::Baseline,
-            window_sums: [0; FEATURES],
-            baseline: Baseline::empty(),
-            quiet: true,
-            bounds: [[i32::MAX; FEATURES], [i32::MIN; FEATURES]],
-            lost: 0,
-            backlog: None,
-            interrupted: None,
+            state: TriggerState {
+                config,
+                ring: Ring::new(),
+                filled: [0; 2],
+                frame,
+                phase: Phase::Baseline,
+                window_sums: [0; FEATURES],
+                baseline: Baseline::empty(),
+                quiet: true,
+                bounds: [[i32::MAX; FEATURES], [i32::MIN; FEATURES]],
+                lost: 0,
+                backlog: None,
+                interrupted: None,
+            },
             following,
         }
     }
 
+    /// Returns what the trigger knows.
+    pub(crate) fn state(&self) -> &TriggerState {
+        &self.state
+    }
+
     /// The trigger's parameters.
     pub fn config(&self) -> &TriggerConfig {
-        &self.config
+        &self.state.config
     }
 
     /// The baseline, once its 5m frames have arrived: as it is now, where it follows drift.
     pub fn baseline(&self) -> Option<&Baseline> {
-        (self.phase != Phase::Baseline).then_some(&self.baseline)
+        (self.state.phase != Phase::Baseline).then_some(&self.state.baseline)
     }
 
     /// The highest window sum of each feature that does not fire, in units of 2^-11; once the baseline is complete.
     pub fn thresholds(&self) -> Option<&[i32; FEATURES]> {
-        (self.phase != Phase::Baseline).then_some(&self.bounds[1])
+        (self.state.phase != Phase::Baseline).then_some(&self.state.bounds[1])
     }
 
     /// Number of the frame that the next push is: lost frames are counted.
     pub fn next_frame(&self) -> u64 {
-        let backlog = self.backlog.map_or(0, |(fills, ..)| u64::from(fills) + 1);
-        self.frame.saturating_add(backlog).saturating_add(self.lost)
+        self.state.next_frame()
     }
 
     /// The last frames that were taken, 70 at most, lost ones filled; and the number of the frame after the last of them. An
     /// event's sample is among them for a while: a link sends it in parts, without a copy.
     pub fn recent(&self) -> (u64, Sample<'_>) {
-        (self.frame, Sample::new(self.ring.as_slices()))
+        (self.state.frame, Sample::new(self.state.ring.as_slices()))
     }
 
     /// Takes the features of the next frame; an event, if they complete a sample. `has_missing_frames` says that some, but not
@@ -154,47 +166,63 @@ impl<B: BaselinePolicy> Trigger<B> {
         self.push_then_lose(features, has_missing_frames, 0)
     }
 
-    /// [`Trigger::push`], then [`Trigger::push_lost`] of `lost_after` frames.
+    /// Takes the features of the next frame, then `lost_after` lost frames, as [`Trigger::push`] and [`Trigger::push_lost`] do.
     pub fn push_then_lose(
         &mut self,
         features: Features,
         has_missing_frames: bool,
         lost_after: u64,
     ) -> Option<Event<'_>> {
+        let first = self.advance(features, has_missing_frames, lost_after)?;
+        Some(self.state.event(first))
+    }
+
+    /// Takes the features of the next frame, then `lost_after` lost frames; the first frame of the sample that they complete.
+    pub(crate) fn advance(&mut self, features: Features, has_missing_frames: bool, lost_after: u64) -> Option<u64> {
         self.clear_backlog();
-        let lost = core::mem::replace(&mut self.lost, lost_after);
+        let lost = core::mem::replace(&mut self.state.lost, lost_after);
         if lost > u64::from(LONGEST_FILLED_GAP) {
             self.skip(lost);
         } else {
             for left in (0..lost as u8).rev() {
                 if let Some(first) = self.fill() {
-                    self.backlog = Some((left, features, has_missing_frames));
-                    return Some(self.event(first));
+                    self.state.backlog = Some((left, features, has_missing_frames));
+                    return Some(first);
                 }
             }
         }
-        let first = self.step(features, has_missing_frames)?;
-        Some(self.event(first))
+        self.step(features, has_missing_frames)
     }
 
     /// Takes note of `frames` lost frames: they keep their place in time. Up to 7 in a row are filled with the last
     /// features; more end what was under way.
     pub fn push_lost(&mut self, frames: u64) {
         // Before the first frame there is no time to keep.
-        if !self.ring.is_empty() {
-            self.lost = self.lost.saturating_add(frames);
+        if !self.state.ring.is_empty() {
+            self.state.lost = self.state.lost.saturating_add(frames);
         }
     }
 
     /// The sample that a long gap has interrupted, once.
     pub fn take_interrupted(&mut self) -> Option<InterruptedSample> {
-        self.interrupted.take()
+        self.state.interrupted.take()
+    }
+
+    /// Forgets the sample that a long gap has interrupted.
+    pub(crate) fn forget_interrupted(&mut self) {
+        self.state.interrupted = None;
     }
 
     /// Settles what is pending at the end of a stream: an event, if lost frames at the very end complete a sample.
     pub fn finish(&mut self) -> Option<Event<'_>> {
+        let first = self.settle()?;
+        Some(self.state.event(first))
+    }
+
+    /// Settles what is pending at the end of a stream; the first frame of the sample that it completes.
+    pub(crate) fn settle(&mut self) -> Option<u64> {
         self.clear_backlog();
-        let lost = core::mem::take(&mut self.lost);
+        let lost = core::mem::take(&mut self.state.lost);
         if lost > u64::from(LONGEST_FILLED_GAP) {
             self.skip(lost);
             return None;
@@ -203,43 +231,35 @@ impl<B: BaselinePolicy> Trigger<B> {
         for _ in 0..lost {
             // A gap of 7 completes one sample at most; what follows it would shift the ring under the event.
             if complete.is_some() {
-                self.frame = self.frame.saturating_add(1);
+                self.state.frame = self.state.frame.saturating_add(1);
             } else {
                 complete = self.fill();
             }
         }
-        complete.map(|first| self.event(first))
+        complete
+    }
+
+    /// Gathers a new baseline from the next frame on. Returns the sample that was being captured, which ends here.
+    pub fn rezero(&mut self) -> Option<InterruptedSample> {
+        let end = self.end();
+        *self = Self::with(self.state.config, end.frames, self.following.anew());
+        end.incomplete
     }
 
     /// How the stream stands; after [`Trigger::finish`], how it ended.
     pub fn end(&self) -> StreamEnd {
-        StreamEnd {
-            frames: self.next_frame(),
-            baseline_complete: self.phase != Phase::Baseline,
-            baseline_quiet: self.quiet,
-            incomplete: self.under_way(),
-        }
+        self.state.end()
     }
 
     /// The sample that is being captured, as far as it has arrived; nothing outside an event.
     pub(crate) fn captured(&self) -> Option<(InterruptedSample, Sample<'_>)> {
-        let so_far = self.under_way()?;
-        Some((so_far, Sample::last(self.ring.as_slices(), usize::from(so_far.frames))))
-    }
-
-    /// The sample that is being captured.
-    fn under_way(&self) -> Option<InterruptedSample> {
-        match self.phase {
-            Phase::Capture { first, left } => {
-                Some(InterruptedSample { frame: first, frames: SAMPLE_FRAMES as u8 - left })
-            }
-            _ => None,
-        }
+        let so_far = self.state.under_way()?;
+        Some((so_far, self.state.last(so_far.frames)))
     }
 
     /// Takes what an event was returned in front of. No second event can be in it: the next is 70 frames away.
     fn clear_backlog(&mut self) {
-        if let Some((fills, features, has_missing_frames)) = self.backlog.take() {
+        if let Some((fills, features, has_missing_frames)) = self.state.backlog.take() {
             for _ in 0..fills {
                 self.fill();
             }
@@ -249,34 +269,149 @@ impl<B: BaselinePolicy> Trigger<B> {
 
     /// Repeats the last features for one lost frame.
     fn fill(&mut self) -> Option<u64> {
-        let last = *self.ring.newest()?;
+        let last = *self.state.ring.newest()?;
         self.step(last, true)
     }
 
     /// Ends what was under way, and moves time on by a gap of `lost` frames.
     fn skip(&mut self, lost: u64) {
         let mut left = lost;
-        self.interrupted = self.under_way().or(self.interrupted);
-        while self.phase == Phase::Baseline && left > 0 {
-            self.quiet = false;
+        self.state.interrupted = self.state.under_way().or(self.state.interrupted);
+        while self.state.phase == Phase::Baseline && left > 0 {
+            self.state.quiet = false;
             self.fill();
             left -= 1;
         }
-        if self.phase != Phase::Baseline {
-            // Of more frames than the ring holds only the last can be seen again.
-            for _ in 0..left.min(SAMPLE_FRAMES as u64) {
-                if let Some(&last) = self.ring.newest() {
-                    self.remember(last, true);
-                }
-            }
-            self.frame = self.frame.saturating_add(left);
-            self.phase = match self.phase {
-                // Before t + l a window's backtrack would reach into the sample that is out.
-                Phase::Rest { left: rest } if left < u64::from(rest) => Phase::Rest { left: rest - left as u8 },
-                _ => Phase::Watch { seen: 0 },
-            };
-            self.window_sums = [0; FEATURES];
+        if self.state.phase != Phase::Baseline {
+            self.state.skip_windows(left);
         }
+    }
+
+    /// Takes one frame in its place in time; the first frame of the sample that it completes.
+    fn step(&mut self, features: Features, filled: bool) -> Option<u64> {
+        let Self { state, following } = self;
+        state.remember(features, filled);
+        let now = state.frame;
+        state.frame = state.frame.saturating_add(1);
+        match &mut state.phase {
+            Phase::Baseline => {
+                state.baseline.add(&features);
+                state.add_to_window(&features);
+                if state.baseline.frames().is_multiple_of(u16::from(state.config.window())) {
+                    state.end_baseline_window();
+                }
+                None
+            }
+            Phase::Watch { seen } => {
+                *seen += 1;
+                let complete = *seen == state.config.window();
+                state.add_to_window(&features);
+                if !complete {
+                    return None;
+                }
+                let fired = state.window_sums.iter().zip(&state.bounds[1]).any(|(sum, threshold)| sum > threshold);
+                if !fired {
+                    let [_, thresholds] = &mut state.bounds;
+                    following.quiet(&state.window_sums, &mut state.baseline, thresholds, &state.config);
+                    state.start_windows();
+                    return None;
+                }
+                following.fired(&state.config);
+                let arrived = state.config.backtrack() + state.config.window();
+                let first = now - u64::from(arrived - 1);
+                state.capture(first, SAMPLE_FRAMES as u8 - arrived)
+            }
+            Phase::Capture { first, left } => {
+                let (first, left) = (*first, *left - 1);
+                state.capture(first, left)
+            }
+            Phase::Rest { left } => {
+                *left -= 1;
+                if *left == 0 {
+                    state.start_windows();
+                }
+                None
+            }
+        }
+    }
+}
+
+impl TriggerState {
+    /// Number of the frame that the next push is.
+    // A function of its own: it is asked for in many places, and takes 50 bytes in each on a Cortex-M0.
+    #[inline(never)]
+    pub(crate) fn next_frame(&self) -> u64 {
+        let backlog = self.backlog.map_or(0, |(fills, ..)| u64::from(fills) + 1);
+        self.frame.saturating_add(backlog).saturating_add(self.lost)
+    }
+
+    /// How the stream stands.
+    pub(crate) fn end(&self) -> StreamEnd {
+        StreamEnd {
+            frames: self.next_frame(),
+            baseline_complete: self.phase != Phase::Baseline,
+            baseline_quiet: self.quiet,
+            incomplete: self.under_way(),
+        }
+    }
+
+    /// The sample that is being captured.
+    pub(crate) fn under_way(&self) -> Option<InterruptedSample> {
+        match self.phase {
+            Phase::Capture { first, left } => {
+                Some(InterruptedSample { frame: first, frames: SAMPLE_FRAMES as u8 - left })
+            }
+            _ => None,
+        }
+    }
+
+    /// The sample that the last gap has interrupted.
+    pub(crate) fn interrupted(&self) -> Option<InterruptedSample> {
+        self.interrupted
+    }
+
+    /// The features that were pushed last, and whether they are patched.
+    pub(crate) fn newest(&self) -> Option<(&Features, bool)> {
+        match &self.backlog {
+            Some((_, features, has_missing_frames)) => Some((features, *has_missing_frames)),
+            None => self.ring.newest().map(|features| (features, self.filled[0] & 1 == 1)),
+        }
+    }
+
+    /// The last `frames` frames.
+    pub(crate) fn last(&self, frames: u8) -> Sample<'_> {
+        Sample::last(self.ring.as_slices(), usize::from(frames))
+    }
+
+    /// The event whose sample the ring holds.
+    pub(crate) fn event(&self, frame: u64) -> Event<'_> {
+        let [low, high] = self.filled;
+        let in_sample = (1 << (SAMPLE_FRAMES - 64)) - 1;
+        let frames_filled = low.count_ones() + (high & in_sample).count_ones();
+        Event {
+            frame,
+            sample: Sample::new(self.ring.as_slices()),
+            baseline: &self.baseline,
+            frames_filled: frames_filled as u8,
+            reliable: self.quiet && frames_filled <= LONGEST_FILLED_GAP,
+        }
+    }
+
+    /// Moves time on by `left` frames of a long gap after the baseline.
+    fn skip_windows(&mut self, left: u64) {
+        // Of more frames than the ring holds only the last can be seen again.
+        for _ in 0..left.min(SAMPLE_FRAMES as u64) {
+            if let Some(&last) = self.ring.newest() {
+                self.remember(last, true);
+            }
+        }
+        self.frame = self.frame.saturating_add(left);
+        self.phase = match self.phase {
+            // Before t + l a window's backtrack would reach into the sample that is out.
+            Phase::Rest { left: rest } if left < u64::from(rest) => Phase::Rest { left: rest - left as u8 },
+            _ => Phase::Watch { seen: 0 },
+        };
+        self.window_sums = [0; FEATURES];
     }
 
     fn start_windows(&mut self) {
@@ -288,53 +423,6 @@ impl<B: BaselinePolicy> Trigger<B> {
         self.ring.push(features);
         let [low, high] = self.filled;
         self.filled = [low << 1 | u64::from(filled), high << 1 | low >> 63];
-    }
-
-    /// Takes one frame in its place in time; the first frame of the sample that it completes.
-    fn step(&mut self, features: Features, filled: bool) -> Option<u64> {
-        self.remember(features, filled);
-        let now = self.frame;
-        self.frame = self.frame.saturating_add(1);
-        match &mut self.phase {
-            Phase::Baseline => {
-                self.baseline.add(&features);
-                self.add_to_window(&features);
-                if self.baseline.frames().is_multiple_of(u16::from(self.config.window())) {
-                    self.end_baseline_window();
-                }
-                None
-            }
-            Phase::Watch { seen } => {
-                *seen += 1;
-                let complete = *seen == self.config.window();
-                self.add_to_window(&features);
-                if !complete {
-                    return None;
-                }
-                let fired = self.window_sums.iter().zip(&self.bounds[1]).any(|(sum, threshold)| sum > threshold);
-                if !fired {
-                    let [_, thresholds] = &mut self.bounds;
-                    self.following.quiet(&self.window_sums, &mut self.baseline, thresholds, &self.config);
-                    self.start_windows();
-                    return None;
-                }
-                self.following.fired(&self.config);
-                let arrived = self.config.backtrack() + self.config.window();
-                let first = now - u64::from(arrived - 1);
-                self.capture(first, SAMPLE_FRAMES as u8 - arrived)
-            }
-            Phase::Capture { first, left } => {
-                let (first, left) = (*first, *left - 1);
-                self.capture(first, left)
-            }
-            Phase::Rest { left } => {
-                *left -= 1;
-                if *left == 0 {
-                    self.start_windows();
-                }
-                None
-            }
-        }
     }
 
     /// Goes on capturing the sample that starts at `first`, of which `left` frames are to come.
@@ -368,20 +456,6 @@ impl<B: BaselinePolicy> Trigger<B> {
             self.quiet &= self.baseline.is_quiet(lowest, highest, &self.config);
             self.bounds[1] = self.baseline.thresholds(&self.config);
             self.phase = Phase::Watch { seen: 0 };
-        }
-    }
-
-    /// The event whose sample the ring holds.
-    fn event(&self, frame: u64) -> Event<'_> {
-        let [low, high] = self.filled;
-        let in_sample = (1 << (SAMPLE_FRAMES - 64)) - 1;
-        let frames_filled = low.count_ones() + (high & in_sample).count_ones();
-        Event {
-            frame,
-            sample: Sample::new(self.ring.as_slices()),
-            baseline: &self.baseline,
-            frames_filled: frames_filled as u8,
-            reliable: self.quiet && frames_filled <= LONGEST_FILLED_GAP,
         }
     }
 }

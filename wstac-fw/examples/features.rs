@@ -1,35 +1,23 @@
-//! Features alone: a stripe of rows in, ten features a frame out.
+//! Features alone: a stripe of rows in, ten features a frame out. What wants no events needs no pipeline.
 #![no_std]
 #![no_main]
 
 use cortex_m_rt::entry;
 use wstac_core::error::Error;
-use wstac_core::layout::{FrameSize, Layout};
-use wstac_core::rate::FrameRate;
 use wstac_core::stream::FeatureStream;
-use wstac_core::taxels::FrameGeometry;
 use wstac_fw::emulated::{bench, host};
 use wstac_fw::setup;
-
-const LAYOUT: Layout = match FrameSize::new(400, 400) {
-    Ok(size) => match setup::layout(size) {
-        Ok(layout) => layout,
-        Err(_) => panic!("the configuration does not fit frames of 400 x 400"),
-    },
-    Err(_) => panic!("400 x 400 is a size of frames"),
-};
 
 #[entry]
 fn main() -> ! {
     match run() {
         Ok(()) => host::done(),
-        Err(_) => host::fail("the configuration does not fit the camera\n"),
+        Err(_) => host::fail(bench::DOES_NOT_FIT),
     }
 }
 
 fn run() -> Result<(), Error> {
-    let camera = FrameGeometry::with_stride(setup::GREEN, LAYOUT, FrameRate::NOMINAL, setup::STRIDE)?;
-    let mut stream = FeatureStream::<setup::GreenChannel, setup::Ln>::with_floor(camera, setup::FLOOR)?;
+    let mut stream = FeatureStream::<setup::GreenChannel, setup::Ln>::with_floor(bench::camera()?, setup::FLOOR)?;
     loop {
         if let Some(frame) = stream.push_stripe(bench::stripe())? {
             bench::show(frame.features);

@@ -7,8 +7,7 @@ use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::{self, SpeedConfig};
 use wstac_core::stream::FeatureStream;
-use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::TriggerConfig;
+use wstac_core::taxels::Camera;
 
 use super::specimen::Specimen;
 use super::surface::Surface;
@@ -40,12 +39,12 @@ fn one(slide: Slide, seed: u64, size: (u32, u32)) -> SceneConfig {
 
 /// The events of a scene, through the whole core.
 fn events(script: &SceneConfig) -> Vec<Answer> {
-    let camera = FrameGeometry::new(Gray, Layout::paper(script.sensor.size).unwrap(), script.sensor.rate).unwrap();
-    let mut pipeline: Pipeline = Pipeline::new(camera, 0.5, TriggerConfig::default()).unwrap();
+    let camera = Camera::new(Gray, Layout::paper(script.sensor.size).unwrap(), script.sensor.rate).unwrap();
+    let mut pipeline = Pipeline::builder(camera).build().unwrap();
     let config = SpeedConfig::published(script.sensor.rate);
     let (mut scene, mut answers) = (Scene::new(script).unwrap(), Vec::new());
     while let Some(SimulatedFrame::Frame(frame)) = scene.next_shot() {
-        let Some(event) = pipeline.push_frame(frame).unwrap() else { continue };
+        let Some(event) = pipeline.push_frame(frame).unwrap().event() else { continue };
         let direction = direction::direction(&event);
         answers.push(Answer {
             frame: event.frame,
@@ -55,8 +54,9 @@ fn events(script: &SceneConfig) -> Vec<Answer> {
             confidence: direction.confidence(),
         });
     }
-    assert!(pipeline.finish().is_none());
-    assert!(pipeline.end().incomplete.is_none());
+    let finished = pipeline.finish();
+    assert!(finished.event().is_none());
+    assert!(finished.end().incomplete.is_none());
     answers
 }
 

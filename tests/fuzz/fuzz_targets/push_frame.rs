@@ -94,7 +94,10 @@ fn run<L: Ln>(
     speed: &SpeedConfig,
 ) -> Result<()> {
     let floor = if input.arbitrary()? { 0.5 } else { input.arbitrary()? };
-    let Ok(mut pipeline) = Pipeline::<Any, L>::new(camera, floor, trigger) else { return Ok(()) };
+    let Ok(mut pipeline) = Pipeline::builder(camera).floor_levels(floor).ln(L::default()).trigger(trigger).build()
+    else {
+        return Ok(());
+    };
     let mut bytes = vec![0; camera.frame_bytes()];
     let mut last = None;
     for _ in 0..100 {
@@ -104,24 +107,23 @@ fn run<L: Ln>(
         match input.int_in_range(0..=9)? {
             0 => {
                 let given = input.bytes(input.len().min(bytes.len()))?;
-                check(pipeline.push_frame(given).unwrap_or(None), &mut last, speed);
+                check(pipeline.push_frame(given).ok().and_then(|update| update.event()), &mut last, speed);
             }
             1 => {
                 let length = input.int_in_range(0..=bytes.len())?;
-                check(pipeline.push_stripe(&bytes[..length]).unwrap_or(None), &mut last, speed);
+                check(pipeline.push_stripe(&bytes[..length]).ok().and_then(|update| update.event()), &mut last, speed);
             }
-            2 => check(pipeline.push_lost(input.int_in_range(0..=12)?), &mut last, speed),
-            3 => check(pipeline.push_lost(input.arbitrary()?), &mut last, speed),
-            4 => check(pipeline.abandon_frame(), &mut last, speed),
-            5 => check(pipeline.finish(), &mut last, speed),
+            2 => check(pipeline.push_lost(input.int_in_range(0..=12)?).event(), &mut last, speed),
+            3 => check(pipeline.push_lost(input.arbitrary()?).event(), &mut last, speed),
+            4 => check(pipeline.abandon_frame().event(), &mut last, speed),
+            5 => check(pipeline.finish().event(), &mut last, speed),
             _ => {
                 bytes.fill(input.arbitrary()?);
                 for _ in 0..input.int_in_range(1..=80)? {
-                    check(pipeline.push_frame(&bytes).unwrap_or(None), &mut last, speed);
+                    check(pipeline.push_frame(&bytes).ok().and_then(|update| update.event()), &mut last, speed);
                 }
             }
         }
-        pipeline.take_interrupted();
         pipeline.end();
     }
     Ok(())

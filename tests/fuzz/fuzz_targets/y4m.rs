@@ -9,7 +9,6 @@ use wstac_core::layout::Layout;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::TriggerConfig;
 use wstac_host::source::y4m::Y4m;
 use wstac_host::source::{SourceEvent, Source};
 
@@ -22,14 +21,14 @@ fuzz_target!(|data: &[u8]| {
     let mut pipeline = Layout::paper(info.size)
         .and_then(|layout| FrameGeometry::new(green, layout, info.rate))
         .and_then(|camera| camera.with_bytes_per_row(info.bytes_per_row))
-        .and_then(|camera| Pipeline::<Any>::new(camera, 0.5, TriggerConfig::default()))
+        .and_then(|camera| Pipeline::builder(camera).build())
         .ok();
     // Every frame takes at least its line of six bytes.
     for _ in 0..=data.len() {
         match source.next_event() {
             Ok(SourceEvent::Frame { bytes, .. }) => {
                 if let Some(pipeline) = &mut pipeline {
-                    pipeline.push_frame(bytes).expect("a frame of the size that the header says");
+                    let _ = pipeline.push_frame(bytes).expect("a frame of the size that the header says");
                 }
             }
             Ok(SourceEvent::Taxels(_) | SourceEvent::Lost { .. } | SourceEvent::Fault(_) | SourceEvent::Waiting) => {}

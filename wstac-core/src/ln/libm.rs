@@ -7,7 +7,7 @@ use super::{LN_FRACTION_BITS, Ln};
 pub struct Libm;
 
 impl Ln for Libm {
-    fn ln(x: u32) -> i32 {
+    fn ln(&self, x: u32) -> i32 {
         (::libm::log(f64::from(x.max(1))) * f64::from(1 << LN_FRACTION_BITS) + 0.5) as i32
     }
 }

@@ -9,7 +9,7 @@ use ::micromath::F32Ext;
 pub struct Micromath;
 
 impl Ln for Micromath {
-    fn ln(x: u32) -> i32 {
+    fn ln(&self, x: u32) -> i32 {
         // Called by its trait: with `std` in the build, f32 has an ln of its own that would win.
         (F32Ext::ln(x.max(1) as f32) * (1 << LN_FRACTION_BITS) as f32) as i32
     }

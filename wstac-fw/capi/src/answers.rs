@@ -247,7 +247,7 @@ pub unsafe extern "C" fn wstac_fw_take_interrupted(
         // SAFETY: the caller's.
         let state = unsafe { value_mut(pipeline) }?;
         let to = place(incomplete)?;
-        let Some(sample) = state.trigger.take_interrupted() else { return Ok(WstacFwStatus::None) };
+        let Some(sample) = state.interrupted.take() else { return Ok(WstacFwStatus::None) };
         // SAFETY: the caller's.
         unsafe { give(to, WstacFwIncomplete { frame: sample.frame, frames: sample.frames }) }
     };
@@ -263,7 +263,7 @@ pub unsafe extern "C" fn wstac_fw_end(pipeline: *const WstacFwPipeline, end: *mu
     let give_end = || {
         // SAFETY: the caller's.
         let state = unsafe { value(pipeline) }?;
-        let found = state.trigger.end();
+        let found = state.pipeline.end();
         let given = WstacFwEnd {
             frames: found.frames,
             incomplete_frame: found.incomplete.map_or(0, |sample| sample.frame),

@@ -2,18 +2,19 @@
 
 use core::slice;
 
-use wstac_core::features::Features;
 use wstac_core::baseline_policy::TrackingBaseline;
+use wstac_core::error::Error;
+use wstac_core::features::Features;
 use wstac_core::frame::Stride;
 use wstac_core::green::ycbcr::{YcbcrEncoding, YcbcrMatrix, QuantizationRange};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::fixed::Fixed;
 use wstac_core::params::TAXELS;
+use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::SpeedConfig;
-use wstac_core::stream::{FeatureFrame, FeatureStream};
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::{Event, Trigger, TriggerConfig};
+use wstac_core::trigger::{Event, InterruptedSample};
 
 use crate::format::{Chosen, WstacFwFormat};
 use crate::memory::{Memory, borrowed, fits, set_up, value_mut};
@@ -45,13 +46,14 @@ unsafe impl Memory for WstacFwPipeline {
 
 /// What a pipeline is.
 pub(crate) struct State {
-    pub(crate) stream: FeatureStream<Chosen, Fixed>,
-    pub(crate) trigger: Trigger<Option<TrackingBaseline>>,
+    pub(crate) pipeline: Pipeline<Chosen, Fixed, Option<TrackingBaseline>>,
     pub(crate) speed: SpeedConfig,
     /// Those of the feature frame that the last call completed, and its number.
     pub(crate) features: Option<(u64, Features)>,
-    /// The event that the last call completed, whose sample the trigger still holds.
+    /// The event that the last call completed, whose sample the pipeline still holds.
     seen: Option<Seen>,
+    /// The sample that a long gap has interrupted, until it is asked for.
+    pub(crate) interrupted: Option<InterruptedSample>,
     phase: Phase,
 }
 
@@ -63,7 +65,7 @@ enum Phase {
     Ended,
 }
 
-/// Of an event what the trigger does not keep.
+/// Of an event what the pipeline does not keep.
 #[derive(Clone, Copy)]
 struct Seen {
     frame: u64,
@@ -101,11 +103,11 @@ impl State {
             camera = camera.with_bytes_per_row(options.bytes_per_row)?;
         }
         Ok(Self {
-            stream: FeatureStream::with_floor(camera, format.default_floor())?,
-            trigger: Trigger::with(TriggerConfig::default(), 0, None),
+            pipeline: Pipeline::builder(camera).floor(format.default_floor()).baseline(None).build()?,
             speed: SpeedConfig::published(rate),
             features: None,
             seen: None,
+            interrupted: None,
             phase: Phase::SetUp,
         })
     }
@@ -118,26 +120,36 @@ impl State {
     /// The event that the last call completed.
     pub(crate) fn event(&self) -> Option<Event<'_>> {
         let Seen { frame, frames_filled, reliable } = self.seen?;
-        let (_, sample) = self.trigger.recent();
-        Some(Event { frame, sample, baseline: self.trigger.baseline()?, frames_filled, reliable })
+        let (_, sample) = self.pipeline.recent();
+        Some(Event { frame, sample, baseline: self.pipeline.baseline()?, frames_filled, reliable })
     }
 
-    /// What the stream made of what it has taken, and `lost` feature frames behind it: from now on it has started.
-    fn step(&mut self, frame: Option<FeatureFrame>, lost: u64) -> WstacFwStatus {
+    /// Pushes something, as long as the stream has not ended: from now on it has started.
+    fn push(
+        &mut self,
+        push: impl FnOnce(&mut Pipeline<Chosen, Fixed, Option<TrackingBaseline>>) -> Result<Update<'_>, Error>,
+    ) -> Result<WstacFwStatus, WstacFwStatus> {
+        if self.phase == Phase::Ended {
+            return Err(WstacFwStatus::State);
+        }
+        let update = push(&mut self.pipeline)?;
         self.phase = Phase::Started;
-        self.features = frame.map(|frame| (self.trigger.next_frame(), frame.features));
-        self.seen = if let Some(frame) = frame {
-            self.trigger.push_then_lose(frame.features, frame.has_missing_frames, lost).map(Seen::from)
-        } else {
-            self.trigger.push_lost(lost);
-            None
-        };
-        if self.seen.is_some() { WstacFwStatus::Event } else { WstacFwStatus::Ok }
+        self.features = update.frame().map(|frame| (frame.number, frame.features));
+        self.seen = update.event().map(Seen::from);
+        self.interrupted = update.interrupted().or(self.interrupted);
+        Ok(if self.seen.is_some() { WstacFwStatus::Event } else { WstacFwStatus::Ok })
     }
 
-    /// The stream, as long as it has not ended.
-    fn stream(&mut self) -> Result<&mut FeatureStream<Chosen, Fixed>, WstacFwStatus> {
-        if self.phase == Phase::Ended { Err(WstacFwStatus::State) } else { Ok(&mut self.stream) }
+    fn finish(&mut self) -> Result<WstacFwStatus, WstacFwStatus> {
+        if self.phase == Phase::Ended {
+            return Err(WstacFwStatus::State);
+        }
+        self.phase = Phase::Ended;
+        self.features = None;
+        let finished = self.pipeline.finish();
+        self.seen = finished.event().map(Seen::from);
+        self.interrupted = finished.interrupted().or(self.interrupted);
+        Ok(if self.seen.is_some() { WstacFwStatus::Event } else { WstacFwStatus::Ok })
     }
 }
 
@@ -231,8 +243,7 @@ pub unsafe extern "C" fn wstac_fw_push_frame(
         let state = unsafe { value_mut(pipeline) }?;
         // SAFETY: the caller's.
         let frame = unsafe { bytes(frame, length) }?;
-        let features = state.stream()?.push_frame(frame)?;
-        Ok(state.step(features, 0))
+        state.push(|pipeline| pipeline.push_frame(frame))
     };
     status(push())
 }
@@ -253,8 +264,7 @@ pub unsafe extern "C" fn wstac_fw_push_stripe(
         let state = unsafe { value_mut(pipeline) }?;
         // SAFETY: the caller's.
         let rows = unsafe { bytes(rows, length) }?;
-        let features = state.stream()?.push_stripe(rows)?;
-        Ok(state.step(features, 0))
+        state.push(|pipeline| pipeline.push_stripe(rows))
     };
     status(push())
 }
@@ -268,8 +278,7 @@ pub unsafe extern "C" fn wstac_fw_abandon_frame(pipeline: *mut WstacFwPipeline) 
     let abandon = || {
         // SAFETY: the caller's.
         let state = unsafe { value_mut(pipeline) }?;
-        let loss = state.stream()?.abandon_frame();
-        Ok(state.step(loss.has_missing_frames, loss.frames))
+        state.push(|pipeline| Ok(pipeline.abandon_frame()))
     };
     status(abandon())
 }
@@ -284,8 +293,7 @@ pub unsafe extern "C" fn wstac_fw_push_lost(pipeline: *mut WstacFwPipeline, fram
     let lose = || {
         // SAFETY: the caller's.
         let state = unsafe { value_mut(pipeline) }?;
-        let loss = state.stream()?.push_lost(frames);
-        Ok(state.step(loss.has_missing_frames, loss.frames))
+        state.push(|pipeline| Ok(pipeline.push_lost(frames)))
     };
     status(lose())
 }
@@ -300,11 +308,7 @@ pub unsafe extern "C" fn wstac_fw_finish(pipeline: *mut WstacFwPipeline) -> Wsta
     let finish = || {
         // SAFETY: the caller's.
         let state = unsafe { value_mut(pipeline) }?;
-        state.stream()?;
-        state.phase = Phase::Ended;
-        state.features = None;
-        state.seen = state.trigger.finish().map(Seen::from);
-        Ok(if state.seen.is_some() { WstacFwStatus::Event } else { WstacFwStatus::Ok })
+        state.finish()
     };
     status(finish())
 }

@@ -8,8 +8,7 @@ use wstac_core::params::{
     SLOWEST_FITTED, SPEED_INTERCEPT, SPEED_SLOPE, TRACK_LENGTH, VALID_THRESHOLD,
 };
 use wstac_core::speed::{Law, SpeedConfig, ThresholdOn};
-use wstac_core::stream::FeatureStream;
-use wstac_core::trigger::{Rule, Trigger, TriggerConfig};
+use wstac_core::trigger::{Rule, TriggerConfig};
 
 use crate::memory::{borrowed, give, value_mut};
 use crate::pipeline::{State, WstacFwPipeline};
@@ -96,7 +95,7 @@ pub unsafe extern "C" fn wstac_fw_set_trigger(
         let rule = if keys.literal { Rule::Literal } else { Rule::Signed };
         let config = TriggerConfig::new(keys.window, keys.multiplier, keys.backtrack, rule, keys.margin)?;
         let following = if keys.follow == 0 { None } else { Some(TrackingBaseline::new(keys.follow)?) };
-        state.trigger = Trigger::with(config, 0, following);
+        state.pipeline.set_trigger(config, following);
         Ok(WstacFwStatus::Ok)
     };
     status(set())
@@ -143,7 +142,7 @@ pub unsafe extern "C" fn wstac_fw_set_speed_law(
             Law::Published { intercept: first, slope: second }
         };
         let on = if keys.above_baseline { ThresholdOn::AboveBaseline } else { ThresholdOn::Absolute };
-        let config = SpeedConfig::new(law, keys.threshold, on, state.stream.camera().rate())?;
+        let config = SpeedConfig::new(law, keys.threshold, on, state.pipeline.geometry().rate())?;
         state.speed = config.fitted_on(keys.slowest_mm_s, keys.fastest_mm_s)?;
         Ok(WstacFwStatus::Ok)
     };
@@ -159,8 +158,8 @@ pub unsafe extern "C" fn wstac_fw_set_floor(pipeline: *mut WstacFwPipeline, leve
     let set = || {
         // SAFETY: the caller's.
         let state = unsafe { fresh(pipeline) }?;
-        let camera = *state.stream.camera();
-        state.stream = FeatureStream::with_floor(camera, Floor::new(levels, camera.full_scale())?)?;
+        let floor = Floor::new(levels, state.pipeline.geometry().full_scale())?;
+        state.pipeline.set_floor(floor)?;
         Ok(WstacFwStatus::Ok)
     };
     status(set())

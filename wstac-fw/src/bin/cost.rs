@@ -16,7 +16,6 @@ use wstac_core::speed;
 use wstac_core::stream::FeatureStream;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture;
-use wstac_core::trigger::Trigger;
 use wstac_fw::emulated::clock::Clock;
 use wstac_fw::emulated::host::{self, Console, File};
 use wstac_fw::emulated::stack;
@@ -62,21 +61,28 @@ fn run() -> Result<(), Error> {
     let layout = setup::layout(FrameSize::new(SIDE as u32, SIDE as u32)?)?;
     let camera = FrameGeometry::with_stride(setup::GREEN, layout, FrameRate::NOMINAL, setup::STRIDE)?;
     let mut stream = FeatureStream::<setup::GreenChannel, setup::Ln>::with_floor(camera, setup::FLOOR)?;
-    let mut trigger = Trigger::with(setup::TRIGGER, 0, setup::FOLLOWING);
+    let mut pipeline = setup::pipeline(camera)?;
     let speed = setup::speed(FrameRate::NOMINAL)?;
     let [mut to_features, mut to_trigger, mut to_speed, mut to_direction, mut to_texture] =
         [const { Cost { times: 0, ticks: 0 } }; 5];
     let mut stripe = [0; ROWS * SIDE * setup::PIXEL_BYTES];
     let mut frame_ticks = 0;
     while frames.read(&mut stripe) {
-        let (ticks, frame) = clock.ticks(|| stream.push_stripe(&stripe));
-        frame_ticks += ticks;
-        let Some(frame) = frame? else { continue };
+        let (stream_ticks, frame) = clock.ticks(|| stream.push_stripe(&stripe));
+        frame_ticks += stream_ticks;
+        let frame = frame?;
+        let (ticks, update) = clock.ticks(|| pipeline.push_stripe(&stripe));
+        let update = update?;
+        if frame.is_none() {
+            continue;
+        }
         to_features.add(core::mem::take(&mut frame_ticks));
-        features.write(&frame.features);
-        let (ticks, event) = clock.ticks(|| trigger.push(frame.features, frame.has_missing_frames));
-        to_trigger.add(ticks);
-        if let Some(event) = event {
+        // The whole pipeline does what the stream does, then the trigger's part.
+        to_trigger.add(ticks.saturating_sub(stream_ticks));
+        if let Some(frame) = update.frame() {
+            features.write(&frame.features);
+        }
+        if let Some(event) = update.event() {
             to_speed.add(clock.ticks(|| speed::speed(&event, &speed)).0);
             to_direction.add(clock.ticks(|| direction::direction(&event)).0);
             if let Some(model) = setup::MODEL {

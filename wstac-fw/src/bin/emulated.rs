@@ -5,10 +5,9 @@
 
 use cortex_m_rt::entry;
 use wstac_core::error::Error;
-use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::SpeedConfig;
 use wstac_core::wire::{self, Decoder, Message, Received, Request};
+use wstac_fw::emulated::bench::{LAYOUT, SPEED};
 use wstac_fw::emulated::clock::Clock;
 use wstac_fw::emulated::host::{self, File};
 use wstac_fw::emulated::stack;
@@ -19,11 +18,6 @@ use wstac_fw::setup;
 const SIDE: usize = 400;
 /// Rows that a DMA would bring at a time.
 const ROWS: usize = 8;
-
-const SPEED: SpeedConfig = match setup::speed(FrameRate::NOMINAL) {
-    Ok(speed) => speed,
-    Err(_) => panic!("checked by the build script"),
-};
 
 /// The UART with what is sent on it.
 struct Link {
@@ -49,8 +43,7 @@ fn main() -> ! {
 
 fn run() -> Result<(), Error> {
     let frames = File::open(b"frames\0");
-    let size = FrameSize::new(SIDE as u32, SIDE as u32)?;
-    let mut reader = Reader::new(setup::layout(size)?, size, FrameRate::NOMINAL, SPEED)?;
+    let mut reader = Reader::new(LAYOUT, LAYOUT.frame(), FrameRate::NOMINAL, SPEED)?;
     Clock::tick();
     let mut link = Link { uart: Uart::start(), sequence: 0 };
     let mut decoder = Decoder::<16>::new();

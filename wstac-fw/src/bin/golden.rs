@@ -13,13 +13,12 @@ use wstac_core::green::bayer::BayerOrder;
 use wstac_core::green::gray::Gray;
 use wstac_core::green::ycbcr::{YcbcrEncoding, YcbcrMatrix, QuantizationRange};
 use wstac_core::layout::{FrameSize, Layout};
-use wstac_core::ln::fixed::Fixed;
 use wstac_core::params::TAXELS;
+use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::{self, LitSpan, Law, SpeedConfig, ThresholdOn};
-use wstac_core::stream::FeatureStream;
-use wstac_core::taxels::{TaxelSums, FrameGeometry};
-use wstac_core::trigger::{Event, Rule, Trigger, TriggerConfig};
+use wstac_core::speed::{self, Law, LitSpan, SpeedConfig, ThresholdOn};
+use wstac_core::taxels::{FrameGeometry, TaxelSums};
+use wstac_core::trigger::{Event, Rule, TriggerConfig};
 use wstac_fw::emulated::host::{self, File};
 
 /// Frames that are larger come in stripes.
@@ -129,10 +128,9 @@ fn run(cases: &File, results: &File, header: &[u8], room: &mut [u8; ROOM]) -> Re
     let green = Any::new(pixel_format(format), YcbcrEncoding { matrix, range }, method);
     let camera = FrameGeometry::with_stride(green, layout, rate, stride)?.with_bytes_per_row(bytes_per_row)?;
     let planar = green.chroma_bytes(camera.bytes_per_row(), size.height()).is_some();
-    let mut stream = FeatureStream::<Any, Fixed>::new(camera, floor)?;
-    let mut trigger = Trigger::new(trigger);
+    let mut pipeline = Pipeline::builder(camera).floor_levels(floor).trigger(trigger).build()?;
     for _ in 0..frames {
-        lose(cases, results, &mut stream, &mut trigger, &speed);
+        lose(cases, results, &mut pipeline, &speed);
         // Whole frames where there is room; or else rows, as many as there is room for.
         let at_once = if frame_bytes <= ROOM || planar {
             frame_bytes
@@ -148,49 +146,39 @@ fn run(cases: &File, results: &File, header: &[u8], room: &mut [u8; ROOM]) -> Re
                 host::fail("the file of golden cases ends too early\n");
             }
             left -= bytes.len();
-            let frame =
-                if planar || at_once == frame_bytes { stream.push_frame(bytes)? } else { stream.push_stripe(bytes)? };
-            if let Some(frame) = frame {
-                results.write(&[FEATURES, i16::from(frame.has_missing_frames)]);
-                results.write(&frame.features);
-                give(results, trigger.push(frame.features, frame.has_missing_frames).as_ref(), &speed);
-            }
+            let whole = planar || at_once == frame_bytes;
+            give(results, &if whole { pipeline.push_frame(bytes)? } else { pipeline.push_stripe(bytes)? }, &speed);
         }
     }
-    lose(cases, results, &mut stream, &mut trigger, &speed);
-    give(results, trigger.finish().as_ref(), &speed);
-    results.write(&[END, trigger.end().frames as i16, i16::from(trigger.end().baseline_complete)]);
+    lose(cases, results, &mut pipeline, &speed);
+    let finished = pipeline.finish();
+    give_event(results, finished.event().as_ref(), &speed);
+    results.write(&[END, finished.end().frames as i16, i16::from(finished.end().baseline_complete)]);
     Ok(())
 }
 
 /// Takes note of the frames that were lost before the next: a number of the file says how many.
-fn lose(
-    cases: &File,
-    results: &File,
-    stream: &mut FeatureStream<Any, Fixed>,
-    trigger: &mut Trigger,
-    speed: &SpeedConfig,
-) {
+fn lose(cases: &File, results: &File, pipeline: &mut Pipeline<Any>, speed: &SpeedConfig) {
     let mut lost = [0; 4];
     cases.read(&mut lost);
     let lost = u64::from(u32::from_le_bytes(lost));
-    if lost == 0 {
-        return;
+    if lost > 0 {
+        give(results, &pipeline.push_lost(lost), speed);
     }
-    let loss = stream.push_lost(lost);
-    match loss.has_missing_frames {
-        Some(frame) => {
-            results.write(&[FEATURES, i16::from(frame.has_missing_frames)]);
-            results.write(&frame.features);
-            give(results, trigger.push_then_lose(frame.features, frame.has_missing_frames, loss.frames).as_ref(), speed);
-        }
-        None => trigger.push_lost(loss.frames),
+}
+
+/// Writes what a push brought: a frame's features, an event.
+fn give(results: &File, update: &Update<'_>, config: &SpeedConfig) {
+    if let Some(frame) = update.frame() {
+        results.write(&[FEATURES, i16::from(frame.has_missing_frames)]);
+        results.write(&frame.features);
     }
+    give_event(results, update.event().as_ref(), config);
 }
 
 /// Writes an event: its frame, how many were filled, whether it is reliable, its duration and direction, −1 for none, and its speed in
 /// 1/16 mm/s.
-fn give(results: &File, event: Option<&Event<'_>>, config: &SpeedConfig) {
+fn give_event(results: &File, event: Option<&Event<'_>>, config: &SpeedConfig) {
     let Some(event) = event else { return };
     let duration = speed::duration(event, config).map_or(-1, |duration: LitSpan| i16::from(duration.frames()));
     let degrees = direction::direction(event).heading.map_or(-1, |heading: Heading| heading.degrees() as i16);

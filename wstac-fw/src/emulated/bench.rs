@@ -1,11 +1,64 @@
-//! What stands in for a board in the examples, whose sizes are measured: pixels come from somewhere, answers go somewhere.
+//! What programs on emulated boards share: frames of 400 × 400 pixels. Of the examples, whose sizes are measured, pixels come from
+//! somewhere and answers go somewhere.
 
 use core::hint::black_box;
 
+use wstac_core::error::Error;
+use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::rate::FrameRate;
+use wstac_core::speed::SpeedConfig;
+use wstac_core::taxels::FrameGeometry;
+use wstac_core::trigger::Event;
+
+use super::host;
 use crate::setup;
 
 /// Bytes of a stripe: eight rows of 400 pixels.
 pub const STRIPE: usize = 8 * 400 * setup::PIXEL_BYTES;
+
+/// Where the taxels are in the frames.
+pub const LAYOUT: Layout = match FrameSize::new(400, 400) {
+    Ok(size) => match setup::layout(size) {
+        Ok(layout) => layout,
+        Err(_) => panic!("the configuration does not fit frames of 400 x 400"),
+    },
+    Err(_) => panic!("400 x 400 is a size of frames"),
+};
+
+/// The speed law of the configuration.
+pub const SPEED: SpeedConfig = match setup::speed(FrameRate::NOMINAL) {
+    Ok(speed) => speed,
+    Err(_) => panic!("checked by the build script"),
+};
+
+/// What is said of a configuration that does not fit the frames.
+pub const DOES_NOT_FIT: &str = "the configuration does not fit the camera\n";
+
+/// Returns the geometry of the frames: 400 × 400 pixels.
+///
+/// # Errors
+/// If the configuration does not fit them.
+pub fn camera() -> Result<FrameGeometry<setup::GreenChannel>, Error> {
+    FrameGeometry::with_stride(setup::GREEN, LAYOUT, FrameRate::NOMINAL, setup::STRIDE)
+}
+
+/// Hands every event of endless stripes to `show`.
+#[inline(always)]
+pub fn events(show: impl FnMut(&Event<'_>)) -> ! {
+    match run(show) {
+        Ok(()) => host::done(),
+        Err(_) => host::fail(DOES_NOT_FIT),
+    }
+}
+
+fn run(mut show: impl FnMut(&Event<'_>)) -> Result<(), Error> {
+    let mut pipeline = setup::pipeline(camera()?)?;
+    loop {
+        if let Some(event) = pipeline.push_stripe(stripe())?.event() {
+            show(&event);
+        }
+    }
+}
 
 /// The next stripe, in RAM as a DMA would leave it.
 pub fn stripe() -> &'static [u8] {

@@ -77,15 +77,10 @@ fn run(reader: &mut Reader, frames: core::ops::Range<usize>, parts_a_frame: usiz
 /// The event of the same frames, taken whole: its first frame and its sample.
 fn expected(lost: core::ops::Range<usize>) -> (u64, Vec<Features>) {
     let camera = Camera::new(Gray, layout(), FrameRate::NOMINAL).unwrap();
-    let mut stream = FeatureStream::<Gray, setup::Ln>::with_floor(camera, setup::FLOOR).unwrap();
-    let mut trigger = Trigger::with(setup::TRIGGER, 0, setup::FOLLOWING);
+    let mut pipeline = setup::pipeline(camera).unwrap();
     for t in 0..130 {
-        if lost.contains(&t) {
-            trigger.push_lost(1);
-            continue;
-        }
-        let features = stream.push_frame(&frame(t)).unwrap().unwrap().features;
-        if let Some(event) = trigger.push(features, false) {
+        let update = if lost.contains(&t) { pipeline.push_lost(1) } else { pipeline.push_frame(&frame(t)).unwrap() };
+        if let Some(event) = update.event() {
             return (event.frame, event.sample.frames().copied().collect());
         }
     }

@@ -4,12 +4,10 @@ use wstac_core::error::Error;
 use wstac_core::features::Floor;
 use wstac_core::green::gray::Gray;
 use wstac_core::layout::{FrameSize, Layout};
-use wstac_core::ln::fixed::Fixed;
 use wstac_core::params::{COLUMNS, TAXELS};
+use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
-use wstac_core::stream::FeatureStream;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::{Trigger, TriggerConfig};
 use wstac_fw::emulated::clock::Clock;
 
 use crate::{ROWS, STRIPE};
@@ -21,18 +19,15 @@ const FLOOR: Floor = match Floor::new(0.5, 255) {
 
 /// Instructions of `count` frames, bytes to trigger.
 fn frames(clock: &Clock, stripe: &[u8; STRIPE], layout: Layout, count: u32) -> Result<f64, Error> {
-    let mut stream = FeatureStream::<_, Fixed>::with_floor(FrameGeometry::new(Gray, layout, FrameRate::NOMINAL)?, FLOOR)?;
-    let mut trigger = Trigger::new(TriggerConfig::default());
+    let mut pipeline = Pipeline::builder(FrameGeometry::new(Gray, layout, FrameRate::NOMINAL)?).floor(FLOOR).build()?;
     let (width, height) = (usize::from(layout.frame().width()), usize::from(layout.frame().height()));
     let mut all = 0;
     for _ in 0..count {
         for first in (0..height).step_by(ROWS) {
             let rows = &stripe[..width * ROWS.min(height - first)];
-            let (ticks, done) = clock.ticks(|| stream.push_stripe(rows));
+            let (ticks, done) = clock.ticks(|| pipeline.push_stripe(rows).map(drop));
+            done?;
             all += u64::from(ticks);
-            if let Some(frame) = done? {
-                all += u64::from(clock.ticks(|| trigger.push(frame.features, false).is_some()).0);
-            }
         }
     }
     Ok(clock.instructions(all) as f64)

@@ -4,7 +4,9 @@ use wstac_core::baseline::Baseline;
 use wstac_core::direction::{self, Direction, Heading};
 use wstac_core::error::Error;
 use wstac_core::features::Features;
-use wstac_core::baseline_policy::TrackingBaseline;
+use wstac_core::green::gray::Gray;
+use wstac_core::ln::fixed::Fixed;
+use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
 use wstac_core::speed::{self, LitSpan, Law, NoSpeed, Speed, SpeedConfig, ThresholdOn};
@@ -28,6 +30,7 @@ entries! {
     finish<'a>(trigger: &'a mut Trigger) -> Option<Event<'a>> { trigger.finish() }
     end(trigger: &Trigger) -> StreamEnd { trigger.end() }
     next(trigger: &Trigger) -> u64 { trigger.next_frame() }
+    rezero(trigger: &mut Trigger) -> Option<InterruptedSample> { trigger.rezero() }
     interrupted(trigger: &mut Trigger) -> Option<InterruptedSample> { trigger.take_interrupted() }
     recent<'a>(trigger: &'a Trigger) -> (u64, Sample<'a>) { trigger.recent() }
     baseline(trigger: &Trigger) -> Option<&Baseline> { trigger.baseline() }
@@ -46,6 +49,11 @@ entries! {
         trigger.push_then_lose(features, has_missing_frames, lost)
     }
     finish_following<'a>(trigger: &'a mut Trigger<TrackingBaseline>) -> Option<Event<'a>> { trigger.finish() }
+    push_frame<'a>(pipeline: &'a mut Pipeline<Gray, Fixed, TrackingBaseline>, bytes: &[u8]) -> Result<Update<'a>, Error> {
+        pipeline.push_frame(bytes)
+    }
+    rezero_following(pipeline: &mut Pipeline<Gray, Fixed, TrackingBaseline>) -> Option<InterruptedSample> { pipeline.rezero() }
+    rezero_chosen(trigger: &mut Trigger<Option<TrackingBaseline>>) -> Option<InterruptedSample> { trigger.rezero() }
     push_chosen<'a>(trigger: &'a mut Trigger<Option<TrackingBaseline>>, features: Features, has_missing_frames: bool, lost: u64) -> Option<Event<'a>> {
         trigger.push_then_lose(features, has_missing_frames, lost)
     }

@@ -1,5 +1,6 @@
 //! Every pixel format: camera, sums, features and pipeline.
 
+use wstac_core::baseline_policy::FixedBaseline;
 use wstac_core::error::Error;
 use wstac_core::features::Floor;
 use wstac_core::frame::Stride;
@@ -13,12 +14,13 @@ use wstac_core::green::rgb565::Rgb565;
 use wstac_core::green::words::{Y10, Y12, Y16};
 use wstac_core::green::ycbcr::{Exact, Linear};
 use wstac_core::layout::Layout;
-use wstac_core::ln::{fixed::Fixed, libm::Libm, micromath::Micromath};
-use wstac_core::pipeline::Pipeline;
+use wstac_core::ln::{Ln, any::AnyLn, fixed::Fixed, libm::Libm, micromath::Micromath};
+use wstac_core::pipeline::{Finished, Pipeline, Update};
 use wstac_core::rate::FrameRate;
+use wstac_core::sample::Sample;
 use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
-use wstac_core::taxels::{TaxelSums, FrameGeometry};
-use wstac_core::trigger::{Event, InterruptedSample, StreamEnd, TriggerConfig};
+use wstac_core::taxels::{FrameGeometry, TaxelSums};
+use wstac_core::trigger::{InterruptedSample, StreamEnd, TriggerConfig};
 
 /// The entry points of one pixel format.
 macro_rules! format {
@@ -57,23 +59,33 @@ macro_rules! format {
                 }
                 stream_push_lost(stream: &mut FeatureStream<G, L>, frames: u64) -> Loss { stream.push_lost(frames) }
                 stream_abandon(stream: &mut FeatureStream<G, L>) -> Loss { stream.abandon_frame() }
+                stream_taxels(stream: &FeatureStream<G, L>) -> Option<[u32; 25]> { stream.taxels() }
                 new_pipeline(camera: FrameGeometry<G>, floor: f64, trigger: TriggerConfig) -> Result<Pipeline<G, L>, Error> {
-                    Pipeline::new(camera, floor, trigger)
+                    Pipeline::builder(camera).ln(L::default()).floor_levels(floor).trigger(trigger).build()
                 }
-                new_pipeline_with_floor(camera: FrameGeometry<G>, floor: Floor, trigger: TriggerConfig) -> Result<Pipeline<G, L>, Error> {
-                    Pipeline::with_floor(camera, floor, trigger)
+                new_pipeline_with_floor(camera: FrameGeometry<G>, floor: Floor, frame: u64) -> Result<Pipeline<G, L>, Error> {
+                    Pipeline::builder(camera).ln(L::default()).floor(floor).starting_at(frame).build()
                 }
-                push_frame<'a>(pipeline: &'a mut Pipeline<G, L>, bytes: &[u8]) -> Result<Option<Event<'a>>, Error> {
+                push_frame<'a>(pipeline: &'a mut Pipeline<G, L>, bytes: &[u8]) -> Result<Update<'a>, Error> {
                     pipeline.push_frame(bytes)
                 }
-                push_stripe<'a>(pipeline: &'a mut Pipeline<G, L>, bytes: &[u8]) -> Result<Option<Event<'a>>, Error> {
+                push_stripe<'a>(pipeline: &'a mut Pipeline<G, L>, bytes: &[u8]) -> Result<Update<'a>, Error> {
                     pipeline.push_stripe(bytes)
                 }
-                push_lost<'a>(pipeline: &'a mut Pipeline<G, L>, frames: u64) -> Option<Event<'a>> { pipeline.push_lost(frames) }
-                abandon<'a>(pipeline: &'a mut Pipeline<G, L>) -> Option<Event<'a>> { pipeline.abandon_frame() }
-                finish<'a>(pipeline: &'a mut Pipeline<G, L>) -> Option<Event<'a>> { pipeline.finish() }
+                push_taxels<'a>(pipeline: &'a mut Pipeline<G, L>, taxels: &[u32; 25]) -> Update<'a> { pipeline.push_taxels(taxels) }
+                push_lost<'a>(pipeline: &'a mut Pipeline<G, L>, frames: u64) -> Update<'a> { pipeline.push_lost(frames) }
+                abandon<'a>(pipeline: &'a mut Pipeline<G, L>) -> Update<'a> { pipeline.abandon_frame() }
+                finish<'a>(pipeline: &'a mut Pipeline<G, L>) -> Finished<'a> { pipeline.finish() }
+                rezero(pipeline: &mut Pipeline<G, L>) -> Option<InterruptedSample> { pipeline.rezero() }
+                restart(pipeline: &mut Pipeline<G, L>) -> Option<InterruptedSample> { pipeline.restart() }
+                set_trigger(pipeline: &mut Pipeline<G, L>, trigger: TriggerConfig) -> Option<InterruptedSample> {
+                    pipeline.set_trigger(trigger, FixedBaseline)
+                }
+                set_floor(pipeline: &mut Pipeline<G, L>, floor: Floor) -> Result<(), Error> { pipeline.set_floor(floor) }
+                taxels(pipeline: &Pipeline<G, L>) -> Option<[u32; 25]> { pipeline.taxels() }
+                next_frame(pipeline: &Pipeline<G, L>) -> u64 { pipeline.next_frame() }
+                recent<'a>(pipeline: &'a Pipeline<G, L>) -> (u64, Sample<'a>) { pipeline.recent() }
                 end(pipeline: &Pipeline<G, L>) -> StreamEnd { pipeline.end() }
-                interrupted(pipeline: &mut Pipeline<G, L>) -> Option<InterruptedSample> { pipeline.take_interrupted() }
             }
         }
     };
@@ -105,4 +117,4 @@ format!(yuv422p, Yuv422p<Exact>, Fixed);
 format!(yuv422p_linear, Yuv422p<Linear>, Fixed);
 format!(yuv444p, Yuv444p<Exact>, Fixed);
 format!(yuv444p_linear, Yuv444p<Linear>, Fixed);
-format!(any, Any, Fixed);
+format!(any, Any, AnyLn);

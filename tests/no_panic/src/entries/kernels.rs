@@ -17,7 +17,7 @@ macro_rules! kernel {
                 }
                 feature(scale: &FeatureScale<$kernel>, sum: u32) -> i16 { scale.feature(sum).max(scale.floor()) }
                 features(scale: &FeatureScale<$kernel>, lines: &[u32; 10]) -> Features { scale.features(lines) }
-                ln(x: u32) -> i32 { <$kernel as Ln>::ln(x) }
+                ln(x: u32) -> i32 { <$kernel>::default().ln(x) }
             }
         }
     };
