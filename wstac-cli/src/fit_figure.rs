@@ -69,7 +69,7 @@ fn span(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
 }
 
 /// The picture: a column for each law, the durations above, the residuals below.
-pub fn draw(fits: &[Fit], slides: &Slides) -> String {
+pub(crate) fn draw(fits: &[Fit], slides: &Slides) -> String {
     let width = FIRST[0] + APART[0] * fits.len() as f64;
     let mut drawing = Drawing::new([width, FIRST[1] + APART[1] + SIZE[1] + 48.0], "Speed laws fitted to slides");
     let x = span(slides.used.iter().map(|slide| slide.speed_mm_s));
