@@ -1,7 +1,16 @@
-//! A sensor made of arithmetic (SPEC §8): a specimen bends whiskers, their bases glow, a camera looks on.
+#![doc = include_str!("../README.md")]
+//! ## Modules
+//! Data flows one way (SPEC §8): a script says what there is, whiskers bend and glow, and a camera makes frames of the light.
 //!
-//! Data flows one way: [`script`] says what there is, [`elastomer`] makes it light at 25 bases over time ([`surface`],
-//! [`contact`], [`whisker`], [`light`]), [`sensor`] makes that the bytes of frames.
+//! | module | what it has |
+//! | --- | --- |
+//! | [`script`] | what a scene's file says |
+//! | [`specimen`] | what slides over the sensor |
+//! | [`sensor`] | the camera: noise, pixels and formats |
+//! | [`source`] | scenes as sources of `wstac-host` |
+//! | [`effects`] | what is modeled, and how to switch it off |
+//! | [`along`] | the strain along one whisker |
+//! | [`rng`] | random numbers that are the same on every machine |
 
 pub mod along;
 mod beam;

@@ -7,7 +7,6 @@ mod demo;
 mod devices;
 mod doctor;
 mod fit_speed;
-mod loss_report;
 mod man;
 mod model;
 mod monitor;

@@ -37,6 +37,26 @@ impl From<io::Error> for Stop {
     }
 }
 
+/// Frames lost, counted by reason.
+#[derive(Default)]
+pub(super) struct LossReport(Vec<(&'static str, u64)>);
+
+impl LossReport {
+    pub(super) fn add(&mut self, frames: u64, why: &'static str) {
+        match self.0.iter_mut().find(|(reason, _)| *reason == why) {
+            Some((_, count)) => *count = count.saturating_add(frames),
+            None => self.0.push((why, frames)),
+        }
+    }
+
+    /// A line a reason.
+    pub(super) fn say(&self, note: impl Fn(String)) {
+        for (why, count) in &self.0 {
+            note(format!("{count} frame(s) lost: {why}"));
+        }
+    }
+}
+
 /// Refuses to write over a file, unless forced to; and over what is no file, or into no folder, always.
 pub(super) fn check_new(path: &Path, force: bool) -> Result<(), Error> {
     let refused = |message: &str| Err(Error::new(path.display(), message));

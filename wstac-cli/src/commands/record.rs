@@ -10,8 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use signal_hook::consts::SIGHUP;
 
-use super::loss_report::LossReport;
-use super::output::{Form, Records, Stop, check_new, note, text_of};
+use super::output::{Form, LossReport, Records, Stop, check_new, note, text_of};
 use super::run::interruptions;
 use super::source_arguments::{SourceArguments, doubts_of_textures};
 use wstac_host::error::Error;

@@ -3,12 +3,6 @@
 mod device_info;
 pub mod formats;
 #[cfg(feature = "jpeg")]
-mod jpeg_data;
-#[cfg(feature = "jpeg")]
-mod jpeg_headers;
-#[cfg(feature = "jpeg")]
-mod jpeg_tables;
-#[cfg(feature = "jpeg")]
 pub mod mjpeg;
 pub mod modes;
 mod state;

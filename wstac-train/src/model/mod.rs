@@ -1,7 +1,7 @@
 //! Texture models from their trainers' files to the model file that the core reads, what is in one, and how good it is.
 //!
-//! [`mod@file`] is what other programs need. Hidden beside it: `trained` is what every reader makes, `write` makes a model file of it,
-//! `inspect` and `eval` read one.
+//! [`import`] reads a trainer's file as a [`trained`] model and makes a model file of it ([`write`](mod@write)), [`import_inline`] makes
+//! Rust ([`inline`]). [`mod@inspect`] says what is in a model file, and [`eval`] how good it is.
 
 pub mod eval;
 mod exact;
