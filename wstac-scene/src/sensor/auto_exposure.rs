@@ -46,7 +46,7 @@ impl AutoExposure {
     }
 
     /// How long the next frame lasts.
-    pub(crate) fn interval(&self) -> Interval {
+    pub(crate) fn interval(self) -> Interval {
         self.interval
     }
 
