@@ -81,3 +81,8 @@ pub mod trigger;
 mod trigger_config;
 #[cfg(feature = "wire")]
 pub mod wire;
+
+/// The example of README.md, tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -16,8 +16,6 @@ use std::time::Duration;
 
 use wstac_core::rate::FrameRate;
 
-use wstac_host::rate::per_second;
-
 /// Periods behind the grid from which frames are missing: more than jitter of ±0.6 reaches, less than one.
 const LATE: f64 = 0.75;
 /// What is added to `LATE` for the second frame; it falls with the square root of the frames that the grid rests on.
@@ -33,7 +31,7 @@ const UNSURE: Duration = Duration::from_secs(2);
 
 /// The time line of one stream.
 #[derive(Clone, Debug)]
-pub struct Timeline {
+pub(crate) struct Timeline {
     /// Frames a second.
     rate: f64,
     last: Option<(u32, Option<Duration>)>,
@@ -49,19 +47,19 @@ pub struct Timeline {
 
 impl Timeline {
     /// A time line of frames at this rate.
-    pub fn new(rate: FrameRate) -> Self {
-        let rate = per_second(rate);
+    pub(crate) fn new(rate: FrameRate) -> Self {
+        let rate = rate.per_second();
         Self { rate, last: None, late: 0.0, frames: 1.0, reported: 0, guessed: 0.0 }
     }
 
     /// A frame was lost that no buffer stands for. Those that the next buffer's gap shows include it.
-    pub fn report_lost(&mut self) {
+    pub(crate) fn report_lost(&mut self) {
         self.reported += u64::from(self.last.is_some());
     }
 
     /// A buffer arrived, good or not: how many frames were lost before it, beside those already reported. `timestamp`
     /// is of the monotonic clock, nothing where the driver has none. Nothing is lost before the first.
-    pub fn arrive(&mut self, sequence: u32, timestamp: Option<Duration>) -> u64 {
+    pub(crate) fn arrive(&mut self, sequence: u32, timestamp: Option<Duration>) -> u64 {
         let Some((last_sequence, last_timestamp)) = self.last.replace((sequence, timestamp)) else { return 0 };
         let reported = std::mem::take(&mut self.reported);
         let counted = f64::from(sequence.wrapping_sub(last_sequence));
@@ -86,7 +84,7 @@ impl Timeline {
     /// The first buffer after the stream was broken off and started anew: how many frames would have come meanwhile, beside
     /// those already reported. The driver's timestamps say so, before and after; where they do not, or cannot be right,
     /// the time between both buffers' arrivals does. Sequence numbers start anew. Nothing is lost before the first buffer.
-    pub fn resume(&mut self, sequence: u32, timestamp: Option<Duration>, between: Duration) -> u64 {
+    pub(crate) fn resume(&mut self, sequence: u32, timestamp: Option<Duration>, between: Duration) -> u64 {
         let reported = std::mem::take(&mut self.reported);
         self.restart_grid();
         let Some((_, before)) = self.last.replace((sequence, timestamp)) else { return 0 };

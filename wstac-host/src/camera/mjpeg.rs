@@ -3,14 +3,18 @@
 //! USB transfers lose packets, so a picture is only taken if it is whole: headers, the size that was agreed on, an end
 //! marker, as many blocks in between as the size asks for, and no error on the way.
 
+mod data;
+mod headers;
+mod tables;
+
 use wstac_core::layout::FrameSize;
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-use super::jpeg_headers::Headers;
-use super::jpeg_tables::STANDARD_TABLES;
+use self::headers::Headers;
+use self::tables::STANDARD_TABLES;
 
 /// Decodes the pictures of one stream into one buffer.
 #[derive(Clone, Debug)]

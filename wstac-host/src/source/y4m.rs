@@ -6,7 +6,6 @@
 
 mod header;
 mod input;
-mod writer;
 
 use std::fs::File;
 use std::io::Read;
@@ -20,8 +19,8 @@ use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::rate::FrameRate;
 
 use self::header::Header;
+pub use self::header::header_of;
 use self::input::{Got, Input};
-pub use self::writer::header_of;
 use super::{Frame, Source, SourceEvent, StreamInfo};
 use crate::error::Error;
 

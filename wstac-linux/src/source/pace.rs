@@ -7,7 +7,6 @@ use std::time::Duration;
 
 use wstac_core::rate::FrameRate;
 
-use wstac_host::rate::per_second;
 use wstac_host::source::{Fault, FaultKind};
 
 /// What is measured at a time, at least.
@@ -34,7 +33,7 @@ pub(super) struct Pace {
 
 impl Pace {
     pub(super) fn new(rate: FrameRate) -> Self {
-        let rate = per_second(rate);
+        let rate = rate.per_second();
         Self { rate, start: None, last: 0, slow: false }
     }
 

@@ -10,7 +10,6 @@ use wstac_core::rate::FrameRate;
 use super::npz::{Dtype, Npz};
 use super::part::Part;
 use super::sweep::Sweep;
-use wstac_host::rate::per_second;
 use wstac_scene::Slide;
 use wstac_scene::specimen::{Pattern, Specimen};
 
@@ -68,7 +67,7 @@ pub(super) fn numbers_of(
 
 /// Frames a second of the camera, an array without dimension.
 pub(super) fn fps(npz: &mut Npz<BufWriter<File>>, rate: FrameRate) -> io::Result<()> {
-    let fps = per_second(rate);
+    let fps = rate.per_second();
     npz.array("fps", Dtype::Float64, &[], |out| out.write_all(&fps.to_le_bytes()))
 }
 
