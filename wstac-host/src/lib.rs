@@ -1,5 +1,6 @@
 //! Tactile events of a WSTac sensor on a host: sources of frames, sessions, recordings, configuration and model files.
 
+pub mod atomic_write;
 mod builtin_models;
 pub mod camera;
 pub mod config;
@@ -12,4 +13,3 @@ pub mod reading;
 pub mod record;
 pub mod source;
 pub mod texture;
-pub mod whole_file;

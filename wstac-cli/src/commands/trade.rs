@@ -6,9 +6,9 @@ mod fade;
 use std::path::{Path, PathBuf};
 
 use super::output::{Stop, check_new, note};
+use wstac_host::atomic_write::atomic_write;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::whole_file;
 use wstac_tradeoff::budget::{Budget, By};
 use wstac_tradeoff::candidate::Candidate;
 use wstac_tradeoff::knobs::Setting;
@@ -261,7 +261,7 @@ fn models(named: &[PathBuf]) -> Result<Vec<Candidate>, Error> {
 }
 
 fn write(folder: &Path, name: &str, text: &str) -> Result<(), Error> {
-    whole_file::write(&folder.join(name), text)
+    atomic_write(&folder.join(name), text)
 }
 
 fn print(text: &str) -> Result<(), Stop> {
