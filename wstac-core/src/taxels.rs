@@ -96,19 +96,12 @@ impl<G: GreenChannel> FrameGeometry<G> {
 
     /// Least bytes of a whole frame: the last row's padding may be missing.
     pub fn frame_bytes(&self) -> usize {
-        let rows = self.layout.frame().height();
-        match self.green.chroma_bytes(self.bytes_per_row(), rows) {
-            // More than a 32-bit machine can address saturates: no slice is as long.
-            Some(chroma) => self.bytes_per_row().saturating_mul(usize::from(rows)).saturating_add(chroma),
-            None => self.packed_bytes(usize::from(rows)),
-        }
+        self.green.least_frame_bytes(self.layout.frame(), self.bytes_per_row())
     }
 
     /// Least bytes of `rows` rows of a packed format.
     fn packed_bytes(&self, rows: usize) -> usize {
-        let last = self.green.row_bytes(self.layout.frame().width());
-        let before = rows.saturating_sub(1).saturating_mul(self.bytes_per_row());
-        before.saturating_add(if rows == 0 { 0 } else { last })
+        self.green.packed_bytes(self.layout.frame().width(), rows, self.bytes_per_row())
     }
 }
 

@@ -17,6 +17,7 @@ use wstac_host::output::{Output, OutputOptions};
 use wstac_host::session::Processor;
 use wstac_host::source::{Fault, Frame, LossReason, Source, SourceEvent};
 use wstac_scene::SceneConfig;
+use wstac_scene::rng::Rng;
 use wstac_scene::source::SceneSource;
 
 static RUNNING: AtomicUsize = AtomicUsize::new(0);
@@ -128,7 +129,7 @@ struct Played {
     info: StreamInfo,
     items: std::vec::IntoIter<Shown>,
     bytes: Vec<u8>,
-    random: u32,
+    random: Rng,
     time: f64,
     sequence: u32,
     step_s: f64,
@@ -159,7 +160,7 @@ fn played(format: PixelFormat, items: Vec<Shown>, camera: bool) -> Played {
         info,
         items: items.into_iter(),
         bytes: vec![0; 160_000],
-        random: 1,
+        random: Rng::new(1, 0),
         time: 50.0,
         sequence: 7,
         step_s: 1.0 / 30.0,
@@ -187,8 +188,7 @@ impl Source for Played {
             Shown::Waiting => SourceEvent::Waiting,
             Shown::Level(level) => {
                 for byte in &mut self.bytes {
-                    self.random = self.random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                    *byte = (level + f64::from(self.random >> 8) / f64::from(1 << 24)).clamp(0.0, 255.0) as u8;
+                    *byte = (level + self.random.uniform()).clamp(0.0, 255.0) as u8;
                 }
                 let timestamp = Some(Duration::from_secs_f64(self.time));
                 SourceEvent::Frame(Frame { timestamp, sequence: Some(self.sequence), ..Frame::new(&self.bytes) })
