@@ -24,8 +24,8 @@ use crate::frame::Block;
 #[cfg(not(target_arch = "arm"))]
 #[inline(always)]
 pub(super) fn sum(block: Block<'_>) -> u32 {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(sum) = super::avx2::Avx2::get().and_then(|avx2| avx2.sum::<1, 0>(block)) {
+    #[cfg(simd)]
+    if let Some(sum) = super::simd::Simd::get().and_then(|simd| simd.sum::<1, 0>(block)) {
         return sum;
     }
     plain(block)

@@ -5,26 +5,29 @@
 
 pub mod any;
 #[cfg(target_arch = "x86_64")]
-#[doc(hidden)]
-pub mod avx2;
+mod avx2;
 pub mod bayer;
 mod byte_sums;
 pub mod grey;
+#[cfg(all(simd, target_arch = "aarch64"))]
+mod neon;
 pub mod packed_rgb;
 pub mod packed_ycbcr;
 pub mod planar_ycbcr;
 pub mod rgb565;
+#[cfg(simd)]
+#[doc(hidden)]
+pub mod simd;
 pub mod words;
 pub mod ycbcr;
 
 use crate::frame::{Rows, Run, Stride};
 
-/// The instructions that frames are summed with on this machine: `AVX2` where it has them, `plain` where those are all that the program was
-/// compiled for.
+/// Returns the name of the instructions that frames are summed with on this machine: `AVX2`, `NEON`, or `plain` if it has neither.
 pub fn instruction_set() -> &'static str {
-    #[cfg(target_arch = "x86_64")]
-    if avx2::Avx2::get().is_some() {
-        return "AVX2";
+    #[cfg(simd)]
+    if simd::Simd::get().is_some() {
+        return simd::Simd::NAME;
     }
     "plain"
 }

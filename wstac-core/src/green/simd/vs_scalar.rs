@@ -1,4 +1,4 @@
-//! Blocks of every format that has vectors beside the same runs one by one, which know of none.
+//! Compares blocks of every format that has vector kernels with the plain code, run by run.
 
 use std::format;
 use std::vec::Vec;
@@ -13,12 +13,12 @@ use crate::green::planar_ycbcr::{Nv12, Yu12, Yuv422p};
 use crate::green::words::{Y10, Y16};
 use crate::green::ycbcr::{Colour, Exact, Linear, Matrix, Range};
 
-/// Taxels anywhere in frames of any size, with any bytes between rows, of which the last is as short as it may be.
+/// Checks taxels at any place of frames of any size, with any bytes between rows. The last row is as short as allowed.
 fn check<G: Green>(name: &str, green: G) {
     let mut chance = Chance(1);
     for turn in 0..600 {
         let mut next = |below| chance.below(below) as u16;
-        // Some are wider than what sums of 16 bits hold.
+        // Some are wider than sums of 16 bits allow.
         let width = if turn % 50 == 0 { 4_000 + next(500) } else { 16 + next(285) };
         let (x, y, count) = (next(9), next(4), 1 + next(9));
         let (frame_width, height) = (x + width + next(4), y + count + next(4));
@@ -40,7 +40,7 @@ fn check<G: Green>(name: &str, green: G) {
 }
 
 #[test]
-fn one_byte_of_a_pixel_is_summed_as_the_plain_way_does() {
+fn one_byte_of_a_pixel_is_summed_as_the_plain_code_does() {
     if machine_has().is_none() {
         return;
     }
@@ -53,7 +53,7 @@ fn one_byte_of_a_pixel_is_summed_as_the_plain_way_does() {
 }
 
 #[test]
-fn pixels_that_share_chroma_are_summed_as_the_plain_way_does() {
+fn pixels_that_share_chroma_are_summed_as_the_plain_code_does() {
     if machine_has().is_none() {
         return;
     }

@@ -1,23 +1,23 @@
-//! Blocks of pixels of which each even one and the next share a chroma sample.
+//! Blocks of cells: two pixels that share a chroma sample.
 
-use super::Avx2;
+use super::{LEAST_CELLS, Simd};
 use crate::frame::{Block, Run};
 use crate::green::ycbcr::Conversion;
 
-/// The cells of a block, 8 of them a row at least: two pixels' luma and their chroma sample.
+/// The cells of a block, of which each row has at least 8: the luma of two pixels and their chroma sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Cells<'a> {
-    /// Rows of luma, of all pixels of the cells; or of everything where chroma is within them.
-    pub(super) luma: Block<'a>,
-    pub(super) chroma: Chroma<'a>,
-    /// How many pixels of the first cell, and of the last, are beside the block: 0 or 1.
-    pub(super) beside: [usize; 2],
+    /// Rows of luma, of all pixels of the cells. If chroma lies between luma, rows of both.
+    pub(in crate::green) luma: Block<'a>,
+    pub(in crate::green) chroma: Chroma<'a>,
+    /// How many pixels of the first cell of a row, and of the last, are outside the block: 0 or 1.
+    pub(in crate::green) outside: [usize; 2],
 }
 
-/// Where the chroma samples of cells are.
+/// Says where the chroma samples of cells are.
 #[derive(Clone, Copy, Debug)]
 pub enum Chroma<'a> {
-    /// Between luma, the first of which is at this byte of every four.
+    /// Between luma. The first luma byte has this place in each group of four.
     Within(usize),
     /// In rows of Cb Cr pairs.
     Pairs(Block<'a>, Shared),
@@ -25,35 +25,35 @@ pub enum Chroma<'a> {
     Planes([Block<'a>; 2], Shared),
 }
 
-/// How rows of luma share rows of chroma.
+/// Says how rows of luma share rows of chroma.
 #[derive(Clone, Copy, Debug)]
 pub struct Shared {
-    /// A row of chroma is for 2^`vertical` rows of luma.
+    /// 2^`vertical` rows of luma share a row of chroma.
     vertical: u32,
-    /// Rows of luma above the block that have the first row of chroma, too: 0 or 1.
+    /// The number of rows of luma above the block that share its first row of chroma: 0 or 1.
     above: usize,
 }
 
 impl Shared {
-    /// Of a block that starts at frame row `y`.
+    /// Creates the rule for a block that starts at frame row `y`.
     #[inline(always)]
     pub(in crate::green) fn new(y: u16, vertical: u32) -> Self {
         Self { vertical, above: usize::from(y) & ((1 << vertical) - 1) }
     }
 
-    /// How many rows of chroma this many rows of luma have.
+    /// Returns the number of rows of chroma that this many rows of luma have.
     #[inline(always)]
     pub(in crate::green) fn rows(self, luma: u16) -> u16 {
         (luma + self.above as u16).div_ceil(1 << self.vertical)
     }
 
-    /// The row of chroma of a row of luma, both counted from the first of their blocks.
+    /// Returns the row of chroma of a row of luma. Both are counted from the first row of their blocks.
     #[inline(always)]
-    pub(super) fn row(self, luma: usize) -> usize {
+    pub(in crate::green) fn row(self, luma: usize) -> usize {
         (luma + self.above) >> self.vertical
     }
 
-    /// The sum over rows of luma of what `sum` finds in a block of chroma's rows.
+    /// Adds up what `sum` finds in the chroma of each of `luma` rows of luma.
     #[inline(always)]
     fn sum<const N: usize>(
         self,
@@ -73,13 +73,13 @@ impl Shared {
 }
 
 impl Cells<'_> {
-    /// The sums of Y, Cb and Cr over the pixels of the block; nothing where rows are too narrow for vectors, or too wide.
+    /// Sums Y, Cb and Cr over the pixels of the block, or returns `None` if rows are too narrow for vectors, or too wide.
     #[inline(always)]
-    pub(in crate::green) fn sums(&self, avx2: Avx2) -> Option<[u32; 3]> {
-        let [left, right] = self.beside.map(|pixels| pixels as u32);
+    pub(in crate::green) fn sums(&self, simd: Simd) -> Option<[u32; 3]> {
+        let [left, right] = self.outside.map(|pixels| pixels as u32);
         match self.chroma {
             Chroma::Within(luma) => {
-                let places = avx2.places(self.luma)?;
+                let places = simd.places(self.luma)?;
                 let [y, next, cb, cr] = [luma, luma + 2, 1 - luma, 3 - luma];
                 let at = |sums: &[u32; 4], place: usize| sums.get(place).copied().unwrap_or(0);
                 let of = |place| (at(&places.all, place), at(&places.first, place), at(&places.last, place));
@@ -92,14 +92,14 @@ impl Cells<'_> {
             }
             Chroma::Pairs(pairs, shared) => {
                 let [cb, cr] = shared.sum(pairs, self.luma.rows(), |pairs| {
-                    let places = avx2.places(pairs)?;
+                    let places = simd.places(pairs)?;
                     let ([a, b, c, d], [cb, cr, ..], [.., last_cb, last_cr]) = (places.all, places.first, places.last);
                     Some([2 * (a + c) - left * cb - right * last_cb, 2 * (b + d) - left * cr - right * last_cr])
                 })?;
-                Some([avx2.sum::<1, 0>(self.counted()?)?, cb, cr])
+                Some([simd.sum::<1, 0>(self.counted()?)?, cb, cr])
             }
             Chroma::Planes(planes, shared) => {
-                // Chroma first: its rows are the narrower ones, and where they are too narrow nothing has been summed for nothing.
+                // Chroma comes first. Its rows are narrower, and if they are too narrow then no work is lost.
                 let plane = |plane: Block<'_>| {
                     let [sum] = shared.sum(plane, self.luma.rows(), |plane| {
                         let column = |at: fn(&[u8]) -> Option<&u8>| {
@@ -107,27 +107,29 @@ impl Cells<'_> {
                         };
                         let first = if left == 1 { column(<[u8]>::first) } else { 0 };
                         let last = if right == 1 { column(<[u8]>::last) } else { 0 };
-                        Some([2 * avx2.sum::<1, 0>(plane)? - first - last])
+                        Some([2 * simd.sum::<1, 0>(plane)? - first - last])
                     })?;
                     Some(sum)
                 };
                 let [cb, cr] = planes;
                 let (cb, cr) = (plane(cb)?, plane(cr)?);
-                Some([avx2.sum::<1, 0>(self.counted()?)?, cb, cr])
+                Some([simd.sum::<1, 0>(self.counted()?)?, cb, cr])
             }
         }
     }
 
-    /// The luma of the pixels that count.
+    /// Returns the luma of the pixels that count.
     fn counted(&self) -> Option<Block<'_>> {
-        let ([left, right], luma) = (self.beside, self.luma);
+        let ([left, right], luma) = (self.outside, self.luma);
         let width = luma.width().checked_sub(left + right)?;
         Block::new(luma.bytes().get(left..)?, luma.bytes_per_row(), width, luma.rows())
     }
 }
 
-/// Adds the pixels of a block whose stride is one. `parts` finds luma and chroma of cells: the first of them in its row, and how many. Whether it
-/// did: narrow blocks, and machines that have no AVX2, are left to the plain way.
+/// Adds the pixels of a block whose stride is one, and returns whether it did.
+///
+/// `parts` finds the luma and chroma of cells, given the first cell of a row and the number of cells.
+/// Narrow blocks, and machines without the instructions, are left to the plain code.
 #[inline(always)]
 pub(in crate::green) fn add_block<'a, C: Conversion>(
     conversion: &C,
@@ -137,10 +139,10 @@ pub(in crate::green) fn add_block<'a, C: Conversion>(
 ) -> bool {
     let (x, end) = (usize::from(run.x), usize::from(run.x) + usize::from(run.width));
     let (first, cells) = (x / 2, end.div_ceil(2) - x / 2);
-    if cells < super::exact::CELLS {
+    if cells < LEAST_CELLS {
         return false;
     }
-    let Some(avx2) = Avx2::get() else { return false };
+    let Some(simd) = Simd::get() else { return false };
     let Some((luma, chroma)) = parts(first, cells) else { return false };
-    conversion.add_cells(sum, &Cells { luma, chroma, beside: [x % 2, end % 2] }, avx2)
+    conversion.add_cells(sum, &Cells { luma, chroma, outside: [x % 2, end % 2] }, simd)
 }
