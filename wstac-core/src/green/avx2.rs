@@ -14,9 +14,8 @@ mod places;
 
 use core::arch::x86_64::{__m128i, __m256i, _MM_HINT_T0, _mm_prefetch};
 
-use super::simd::{AHEAD, Cells, Places, Wide};
+use super::simd::{AHEAD, Cells, Factors, Places, Wide};
 use crate::frame::Block;
-pub(super) use exact::Factors;
 
 cpufeatures::new!(avx2, "avx2");
 

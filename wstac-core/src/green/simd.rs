@@ -12,22 +12,20 @@
 //! x86-64 is asked for AVX2 when the first frame comes; every aarch64 has NEON, so that is decided by the compiler.
 //! `docs/SIGNAL.md` has the measured gain on a whole frame.
 
-mod pairs;
+pub(super) mod cells;
+mod factors;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
 mod vs_scalar;
 
 use crate::frame::Block;
-pub(super) use pairs::add_block;
-pub use pairs::{Cells, Chroma, Shared};
+pub(super) use cells::add_block;
+pub use cells::{Cells, Chroma, Shared};
+pub(super) use factors::Factors;
 
 #[cfg(target_arch = "x86_64")]
-pub(super) use super::avx2::Factors;
-#[cfg(target_arch = "x86_64")]
 pub use super::avx2::Simd;
-#[cfg(target_arch = "aarch64")]
-pub(super) use super::neon::Factors;
 #[cfg(target_arch = "aarch64")]
 pub use super::neon::Simd;
 
@@ -35,10 +33,10 @@ pub use super::neon::Simd;
 #[cfg(target_arch = "x86_64")]
 pub(super) const AHEAD: usize = 8;
 
-/// Cells that the narrowest row of the `exact` kernel has.
+/// Cells that the `exact` kernels take at once, and so those of the narrowest row.
 pub(super) const LEAST_CELLS: usize = 8;
 
-/// Vectors of `N` bytes that an accumulator of 16 bits can add up, one byte a lane each time.
+/// The number of bytes whose sum always fits 16 bits.
 pub(super) const ROOM: usize = 257;
 
 /// Sums of bytes by their place in each group of four.

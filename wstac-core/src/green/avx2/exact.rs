@@ -23,61 +23,8 @@ use core::arch::x86_64::{
 use core::hint::black_box;
 
 use super::{VECTOR, half, numbers, prefetch, vector};
-use crate::green::simd::{BlockRows, Cells, Chroma};
-
-/// Cells of a vector.
-const CELLS: usize = 8;
-
-/// The numbers that a conversion multiplies by.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::green) struct Factors {
-    /// p.
-    luma: i8,
-    /// The 7 bits that Cb and Cr are multiplied by first.
-    scale: [i8; 2],
-    /// The factors of the results, with 16 fraction bits.
-    high: [i16; 2],
-    /// What is missing in the factors, with 32 fraction bits.
-    low: [i16; 2],
-    /// What Cb = Cr = 0 makes, with 16 fraction bits.
-    offset: i32,
-}
-
-impl Factors {
-    /// Splits q B and q C, which have 48 fraction bits. `offset` has 16.
-    pub(in crate::green) const fn new(luma: i32, chroma: [i64; 2], offset: i32) -> Self {
-        let (cb, cr) = (split(chroma[0]), split(chroma[1]));
-        Self { luma: luma as i8, scale: [cb.0, cr.0], high: [cb.1, cr.1], low: [cb.2, cr.2], offset }
-    }
-
-    /// Returns w as the lanes find it, with another offset.
-    #[cfg(test)]
-    pub(in crate::green) fn w(&self, chroma: [u8; 2], offset: i32) -> i32 {
-        let sum = |factors: [i16; 2]| {
-            let one = |n: usize| i32::from(chroma[n]) * i32::from(self.scale[n]) * i32::from(factors[n]);
-            one(0) + one(1)
-        };
-        (sum(self.high) + (sum(self.low) >> 16) + self.offset + offset) >> 16
-    }
-}
-
-/// Splits −`factor` into s · (h · 2^−16 + l · 2^−32), with the s of 7 bits that comes nearest.
-const fn split(factor: i64) -> (i8, i16, i16) {
-    let (mut nearest, mut least) = ((0, 0, 0), i64::MAX);
-    let mut scale = 1;
-    while scale < 128 {
-        // The factor with 32 fraction bits, over the scale.
-        let unit = scale << 16;
-        let quotient = -((factor + unit / 2) / unit);
-        let high = (quotient + (1 << 15)) >> 16;
-        let error = (factor + quotient * unit).abs();
-        if high >= i16::MIN as i64 && error < least {
-            (nearest, least) = ((scale as i8, high as i16, (quotient - (high << 16)) as i16), error);
-        }
-        scale += 1;
-    }
-    nearest
-}
+use crate::green::simd::cells::{Bytes, CellRows, Cells, Chroma, PackedRows, PairRows, PlaneRows, Row};
+use crate::green::simd::{Factors, LEAST_CELLS as CELLS};
 
 /// Sums the green of cells.
 #[target_feature(enable = "avx2")]
@@ -88,111 +35,19 @@ pub(super) fn sum(cells: &Cells<'_>, factors: &Factors) -> u32 {
 #[inline]
 #[target_feature(enable = "avx2")]
 fn of_range<const LIMITED: bool>(cells: &Cells<'_>, factors: &Factors) -> u32 {
-    let (luma, mut rows) = (cells.luma, BlockRows::new(cells.luma));
+    let lanes = Lanes::<LIMITED>::new(factors, cells.place());
     match cells.chroma {
-        Chroma::Within(place) => {
-            let lanes = Lanes::<LIMITED>::new(factors, place);
-            of_rows(&lanes, cells, luma.width() / 4, |_| Vectors::<VECTOR>::new(rows.next()?))
-        }
-        Chroma::Pairs(pairs, shared) => {
-            let lanes = Lanes::<LIMITED>::new(factors, 0);
-            let row = |row| Some((Vectors::<16>::new(rows.next()?)?, Vectors::<16>::new(pairs.row(shared.row(row)))?));
-            of_rows(&lanes, cells, luma.width() / 2, row)
-        }
-        Chroma::Planes([cb, cr], shared) => {
-            let lanes = Lanes::<LIMITED>::new(factors, 0);
-            let row = |row| {
-                let chroma = shared.row(row);
-                let chroma = [Vectors::<8>::new(cb.row(chroma))?, Vectors::<8>::new(cr.row(chroma))?];
-                Some((Vectors::<16>::new(rows.next()?)?, chroma))
-            };
-            of_rows(&lanes, cells, luma.width() / 2, row)
-        }
+        Chroma::Within(_) => of_rows(&lanes, cells, PackedRows::new(cells.luma)),
+        Chroma::Pairs(pairs, shared) => of_rows(&lanes, cells, PairRows::new(cells.luma, pairs, shared)),
+        Chroma::Planes(planes, shared) => of_rows(&lanes, cells, PlaneRows::new(cells.luma, planes, shared)),
     }
 }
 
-/// The bytes of 8 cells.
-#[derive(Clone, Copy)]
-enum Bytes<'a> {
-    /// Luma and chroma within each other.
-    Packed(&'a [u8; VECTOR]),
-    /// Luma, and Cb Cr pairs.
-    Pairs(&'a [u8; 16], &'a [u8; 16]),
-    /// Luma, Cb and Cr.
-    Planes(&'a [u8; 16], [&'a [u8; 8]; 2]),
-}
-
-/// A row of bytes as vectors of `N`.
-#[derive(Clone, Copy)]
-struct Vectors<'a, const N: usize> {
-    whole: &'a [[u8; N]],
-    /// The last `N` bytes, which repeat bytes of the vector before unless the row is whole vectors.
-    last: &'a [u8; N],
-}
-
-impl<'a, const N: usize> Vectors<'a, N> {
-    #[inline(always)]
-    fn new(row: &'a [u8]) -> Option<Self> {
-        Some(Self { whole: row.as_chunks().0, last: row.last_chunk()? })
-    }
-}
-
-/// A row of cells.
-trait Row: Copy {
-    /// Returns the bytes of 8 cells, of which `index` times as many lie before them.
-    fn cells(&self, index: usize) -> Option<Bytes<'_>>;
-
-    /// Returns the bytes of the last 8 cells.
-    fn last(&self) -> Bytes<'_>;
-}
-
-impl Row for Vectors<'_, VECTOR> {
-    #[inline(always)]
-    fn cells(&self, index: usize) -> Option<Bytes<'_>> {
-        self.whole.get(index).map(Bytes::Packed)
-    }
-
-    #[inline(always)]
-    fn last(&self) -> Bytes<'_> {
-        Bytes::Packed(self.last)
-    }
-}
-
-impl Row for (Vectors<'_, 16>, Vectors<'_, 16>) {
-    #[inline(always)]
-    fn cells(&self, index: usize) -> Option<Bytes<'_>> {
-        Some(Bytes::Pairs(self.0.whole.get(index)?, self.1.whole.get(index)?))
-    }
-
-    #[inline(always)]
-    fn last(&self) -> Bytes<'_> {
-        Bytes::Pairs(self.0.last, self.1.last)
-    }
-}
-
-impl Row for (Vectors<'_, 16>, [Vectors<'_, 8>; 2]) {
-    #[inline(always)]
-    fn cells(&self, index: usize) -> Option<Bytes<'_>> {
-        let [cb, cr] = &self.1;
-        Some(Bytes::Planes(self.0.whole.get(index)?, [cb.whole.get(index)?, cr.whole.get(index)?]))
-    }
-
-    #[inline(always)]
-    fn last(&self) -> Bytes<'_> {
-        Bytes::Planes(self.0.last, [self.1[0].last, self.1[1].last])
-    }
-}
-
-/// Sums rows of `count` cells, of which some pixels of the first and of the last do not count.
+/// Sums rows of cells, of which some pixels of the first and of the last do not count.
 #[inline]
 #[target_feature(enable = "avx2")]
-fn of_rows<const LIMITED: bool, R: Row>(
-    lanes: &Lanes<LIMITED>,
-    cells: &Cells<'_>,
-    count: usize,
-    mut row: impl FnMut(usize) -> Option<R>,
-) -> u32 {
-    let [left, right] = cells.outside;
+fn of_rows<'a, const LIMITED: bool>(lanes: &Lanes<LIMITED>, cells: &Cells<'a>, mut rows: impl CellRows<'a>) -> u32 {
+    let (count, [left, right]) = (cells.in_row(), cells.outside);
     // Whole pairs of vectors, then one or two vectors of which the last ends with the row.
     let before = count.saturating_sub(1) / (2 * CELLS);
     let rest = count.saturating_sub(2 * CELLS * before);
@@ -206,8 +61,8 @@ fn of_rows<const LIMITED: bool, R: Row>(
         counted([2 * old + in_rest, right], [2 * CELLS, 0])
     });
     let mut sum = _mm256_setzero_si256();
-    for index in 0..cells.luma.rows() {
-        let Some(row) = row(index) else { break };
+    for _ in 0..cells.luma.rows() {
+        let Some(row) = rows.next() else { break };
         match (row.last(), cells.chroma) {
             (Bytes::Packed(luma), _) => prefetch(luma, cells.luma),
             (Bytes::Pairs(luma, chroma), Chroma::Pairs(pairs, _)) => {

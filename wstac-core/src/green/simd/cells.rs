@@ -1,6 +1,6 @@
 //! Blocks of cells: two pixels that share a chroma sample.
 
-use super::{LEAST_CELLS, Simd};
+use super::{BlockRows, LEAST_CELLS, Simd};
 use crate::frame::{Block, Run};
 use crate::green::ycbcr::Conversion;
 
@@ -73,6 +73,18 @@ impl Shared {
 }
 
 impl Cells<'_> {
+    /// Returns the number of cells in a row.
+    #[inline(always)]
+    pub(in crate::green) fn in_row(&self) -> usize {
+        self.luma.width() / if let Chroma::Within(_) = self.chroma { 4 } else { 2 }
+    }
+
+    /// Returns the place of luma in each pair of bytes if chroma lies between luma, and 0 otherwise.
+    #[inline(always)]
+    pub(in crate::green) fn place(&self) -> usize {
+        if let Chroma::Within(place) = self.chroma { place } else { 0 }
+    }
+
     /// Sums Y, Cb and Cr over the pixels of the block, or returns `None` if rows are too narrow for vectors, or too wide.
     #[inline(always)]
     pub(in crate::green) fn sums(&self, simd: Simd) -> Option<[u32; 3]> {
@@ -123,6 +135,158 @@ impl Cells<'_> {
         let ([left, right], luma) = (self.outside, self.luma);
         let width = luma.width().checked_sub(left + right)?;
         Block::new(luma.bytes().get(left..)?, luma.bytes_per_row(), width, luma.rows())
+    }
+}
+
+/// The bytes of 8 cells.
+#[derive(Clone, Copy)]
+pub(in crate::green) enum Bytes<'a> {
+    /// Luma and chroma within each other.
+    Packed(&'a [u8; 32]),
+    /// Luma, and Cb Cr pairs.
+    Pairs(&'a [u8; 16], &'a [u8; 16]),
+    /// Luma, Cb and Cr.
+    Planes(&'a [u8; 16], [&'a [u8; 8]; 2]),
+}
+
+/// A row of cells.
+pub(in crate::green) trait Row<'a>: Copy {
+    /// Returns the bytes of 8 cells, of which `index` times as many come before them.
+    fn cells(self, index: usize) -> Option<Bytes<'a>>;
+
+    /// Returns the bytes of the last 8 cells.
+    fn last(self) -> Bytes<'a>;
+}
+
+/// The rows of cells of a block, one after the other. All of their code is inlined, so that kernels keep their vectors in registers.
+pub(in crate::green) trait CellRows<'a> {
+    type Row: Row<'a>;
+
+    fn next(&mut self) -> Option<Self::Row>;
+}
+
+/// A row of bytes as vectors of `N`.
+#[derive(Clone, Copy)]
+pub(in crate::green) struct Vectors<'a, const N: usize> {
+    whole: &'a [[u8; N]],
+    /// The last `N` bytes, which repeat bytes of the vector before unless the row is whole vectors.
+    last: &'a [u8; N],
+}
+
+impl<'a, const N: usize> Vectors<'a, N> {
+    #[inline(always)]
+    fn new(row: &'a [u8]) -> Option<Self> {
+        Some(Self { whole: row.as_chunks().0, last: row.last_chunk()? })
+    }
+}
+
+/// Rows of luma and chroma within each other.
+pub(in crate::green) struct PackedRows<'a>(BlockRows<'a>);
+
+impl<'a> PackedRows<'a> {
+    #[inline(always)]
+    pub(in crate::green) fn new(block: Block<'a>) -> Self {
+        Self(BlockRows::new(block))
+    }
+}
+
+impl<'a> CellRows<'a> for PackedRows<'a> {
+    type Row = Vectors<'a, 32>;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Self::Row> {
+        Vectors::new(self.0.next()?)
+    }
+}
+
+impl<'a> Row<'a> for Vectors<'a, 32> {
+    #[inline(always)]
+    fn cells(self, index: usize) -> Option<Bytes<'a>> {
+        self.whole.get(index).map(Bytes::Packed)
+    }
+
+    #[inline(always)]
+    fn last(self) -> Bytes<'a> {
+        Bytes::Packed(self.last)
+    }
+}
+
+/// Rows of luma, and their rows of Cb Cr pairs.
+pub(in crate::green) struct PairRows<'a> {
+    luma: BlockRows<'a>,
+    pairs: Block<'a>,
+    shared: Shared,
+    row: usize,
+}
+
+impl<'a> PairRows<'a> {
+    #[inline(always)]
+    pub(in crate::green) fn new(luma: Block<'a>, pairs: Block<'a>, shared: Shared) -> Self {
+        Self { luma: BlockRows::new(luma), pairs, shared, row: 0 }
+    }
+}
+
+impl<'a> CellRows<'a> for PairRows<'a> {
+    type Row = (Vectors<'a, 16>, Vectors<'a, 16>);
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Self::Row> {
+        let row = self.shared.row(self.row);
+        self.row += 1;
+        Some((Vectors::new(self.luma.next()?)?, Vectors::new(self.pairs.row(row))?))
+    }
+}
+
+impl<'a> Row<'a> for (Vectors<'a, 16>, Vectors<'a, 16>) {
+    #[inline(always)]
+    fn cells(self, index: usize) -> Option<Bytes<'a>> {
+        Some(Bytes::Pairs(self.0.whole.get(index)?, self.1.whole.get(index)?))
+    }
+
+    #[inline(always)]
+    fn last(self) -> Bytes<'a> {
+        Bytes::Pairs(self.0.last, self.1.last)
+    }
+}
+
+/// Rows of luma, and their rows of Cb and of Cr.
+pub(in crate::green) struct PlaneRows<'a> {
+    luma: BlockRows<'a>,
+    planes: [Block<'a>; 2],
+    shared: Shared,
+    row: usize,
+}
+
+impl<'a> PlaneRows<'a> {
+    #[inline(always)]
+    pub(in crate::green) fn new(luma: Block<'a>, planes: [Block<'a>; 2], shared: Shared) -> Self {
+        Self { luma: BlockRows::new(luma), planes, shared, row: 0 }
+    }
+}
+
+impl<'a> CellRows<'a> for PlaneRows<'a> {
+    type Row = (Vectors<'a, 16>, [Vectors<'a, 8>; 2]);
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Self::Row> {
+        let row = self.shared.row(self.row);
+        self.row += 1;
+        let [cb, cr] = self.planes;
+        Some((Vectors::new(self.luma.next()?)?, [Vectors::new(cb.row(row))?, Vectors::new(cr.row(row))?]))
+    }
+}
+
+impl<'a> Row<'a> for (Vectors<'a, 16>, [Vectors<'a, 8>; 2]) {
+    #[inline(always)]
+    fn cells(self, index: usize) -> Option<Bytes<'a>> {
+        let (luma, [cb, cr]) = self;
+        Some(Bytes::Planes(luma.whole.get(index)?, [cb.whole.get(index)?, cr.whole.get(index)?]))
+    }
+
+    #[inline(always)]
+    fn last(self) -> Bytes<'a> {
+        let (luma, [cb, cr]) = self;
+        Bytes::Planes(luma.last, [cb.last, cr.last])
     }
 }
 
