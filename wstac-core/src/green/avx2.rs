@@ -18,23 +18,33 @@ use super::simd::{AHEAD, Cells, Factors, Places, Wide};
 use crate::frame::Block;
 
 cpufeatures::new!(avx2, "avx2");
+cpufeatures::new!(avx512, "avx512bw");
 
 /// Bytes of a vector.
 const VECTOR: usize = 32;
 
 /// Proves that the machine has AVX2.
 #[derive(Clone, Copy, Debug)]
-pub struct Simd(());
+pub struct Simd {
+    /// Whether it has AVX-512 as well, which the `exact` kernel uses.
+    avx512: bool,
+}
 
 #[expect(clippy::unused_self, reason = "the value is the proof")]
 impl Simd {
-    /// The name of the instruction set.
-    pub(super) const NAME: &'static str = "AVX2";
+    /// Returns the name of the instruction set.
+    pub(super) fn name(self) -> &'static str {
+        if self.avx512 { "AVX-512" } else { "AVX2" }
+    }
 
     /// Returns the proof if the machine has AVX2. A program built with `--cfg wstac_plain` never does, so that both ways can be timed and tested.
     #[inline(always)]
     pub(super) fn get() -> Option<Self> {
-        (cfg!(not(wstac_plain)) && avx2::get()).then_some(Self(()))
+        #[cfg(test)]
+        let allowed = !super::simd::tests::NARROW.get();
+        #[cfg(not(test))]
+        let allowed = true;
+        (cfg!(not(wstac_plain)) && avx2::get()).then(|| Self { avx512: allowed && avx512::get() })
     }
 
     /// Sums the bytes at `PLACE` of every `PERIOD` bytes of each row, or returns `None` if rows are narrower than a vector.
@@ -62,8 +72,12 @@ impl Simd {
     /// Sums the green of cells, of which each row has at least [`LEAST_CELLS`](super::simd::LEAST_CELLS).
     #[inline(always)]
     pub(super) fn exact(self, cells: &Cells<'_>, factors: &Factors) -> u32 {
+        if self.avx512 && cells.in_row() >= exact::wide::CELLS {
+            // SAFETY: the machine has AVX-512.
+            return unsafe { exact::wide::sum(cells, factors) };
+        }
         // SAFETY: the machine has AVX2.
-        unsafe { exact::sum(cells, factors) }
+        unsafe { exact::narrow::sum(cells, factors) }
     }
 }
 
@@ -91,16 +105,17 @@ fn numbers(vector: __m256i) -> [u32; 8] {
     unsafe { core::mem::transmute(vector) }
 }
 
-/// Requests the cache lines of the row of `block` that is [`AHEAD`] rows below the row that ends with these bytes.
+/// Requests the cache lines of the row of `block` that is [`AHEAD`] rows below the row that ends with these bytes: those of the first of
+/// `bytes` bytes and of every 64th from there, and that of the row's last byte.
 ///
 /// The memory need not be there.
 #[inline]
 #[target_feature(enable = "avx2")]
-fn prefetch(last: &[u8], block: Block<'_>) {
+fn prefetch(last: &[u8], block: Block<'_>, bytes: usize) {
     let behind = last.as_ptr_range().end.wrapping_add(AHEAD * block.bytes_per_row());
     let first = behind.wrapping_sub(block.width());
     let mut line = 0;
-    while line < block.width() {
+    while line < bytes {
         _mm_prefetch::<_MM_HINT_T0>(first.wrapping_add(line).cast());
         line += 64;
     }

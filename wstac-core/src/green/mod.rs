@@ -23,11 +23,12 @@ pub mod ycbcr;
 
 use crate::frame::{Rows, Run, Stride};
 
-/// Returns the name of the instructions that frames are summed with on this machine: `AVX2`, `NEON`, or `plain` if it has neither.
+/// Returns the name of the instructions that frames are summed with on this machine: `AVX-512` (with `AVX2` for most formats), `AVX2`, `NEON`, or
+/// `plain` if it has none of them.
 pub fn instruction_set() -> &'static str {
     #[cfg(simd)]
-    if simd::Simd::get().is_some() {
-        return simd::Simd::NAME;
+    if let Some(simd) = simd::Simd::get() {
+        return simd.name();
     }
     "plain"
 }

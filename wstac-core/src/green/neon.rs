@@ -27,8 +27,10 @@ pub struct Simd(());
 
 #[expect(clippy::unused_self, reason = "the value is the proof")]
 impl Simd {
-    /// The name of the instruction set.
-    pub(super) const NAME: &'static str = "NEON";
+    /// Returns the name of the instruction set.
+    pub(super) fn name(self) -> &'static str {
+        "NEON"
+    }
 
     /// Returns the proof. A program built with `--cfg wstac_plain` never does, so that both ways can be timed and tested.
     #[inline(always)]

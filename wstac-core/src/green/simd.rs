@@ -9,13 +9,13 @@
 //! | `exact` | green of every pixel, rounded and clamped | `exact` YUYV, UYVY, NV12, YU12 and YUV422P |
 //!
 //! Each format keeps its plain code, which other machines run and which every kernel is tested to equal (`vs_scalar`).
-//! x86-64 is asked for AVX2 when the first frame comes; every aarch64 has NEON, so that is decided by the compiler.
+//! x86-64 is asked for AVX2 and AVX-512 when the first frame comes; every aarch64 has NEON, so that is decided by the compiler.
 //! `docs/SIGNAL.md` has the measured gain on a whole frame.
 
 pub(super) mod cells;
 mod factors;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 #[cfg(test)]
 mod vs_scalar;
 
@@ -82,8 +82,9 @@ impl<'a, const N: usize> Wide<'a, N> {
     /// Returns a mask of the bytes of the last vector that the vector before it does not have.
     #[inline(always)]
     pub(super) fn tail(self) -> [u8; N] {
-        let old = N - 1 - (self.0.width() - 1) % N;
-        core::array::from_fn(|index| if index < old { 0 } else { u8::MAX })
+        // In bytes, of which the compiler makes vectors.
+        let old = (N - 1 - (self.0.width() - 1) % N) as u8;
+        core::array::from_fn(|index| if (index as u8) < old { 0 } else { u8::MAX })
     }
 }
 

@@ -50,7 +50,8 @@ fn of_vectors<const BEFORE: usize>(wide: Wide<'_, VECTOR>) -> Places {
         }
         room -= before + 1;
         let first = whole.first().unwrap_or(last);
-        prefetch(last, wide.block());
+        // A constant number of lines, if the number of vectors is constant.
+        prefetch(last, wide.block(), VECTOR * before + 1);
         for bytes in whole {
             lanes.add(vector(bytes));
         }

@@ -40,7 +40,11 @@ fn of_range<const LIMITED: bool>(cells: &Cells<'_>, factors: &Factors) -> u32 {
 /// Sums rows of cells, of which some pixels of the first and of the last do not count. `LIMITED` means p/q = 85/73; otherwise it is 1.
 #[inline]
 #[target_feature(enable = "neon")]
-fn of_rows<'a, const LIMITED: bool>(factors: &Factors, cells: &Cells<'a>, mut rows: impl CellRows<'a>) -> u32 {
+fn of_rows<'a, const LIMITED: bool>(
+    factors: &Factors,
+    cells: &Cells<'a>,
+    mut rows: impl CellRows<'a, 8, 16, 32>,
+) -> u32 {
     let (count, place, [left, right]) = (cells.in_row(), cells.place(), cells.outside);
     // Whole vectors, then one that ends with the row.
     let before = count.saturating_sub(1) / CELLS;
@@ -76,7 +80,7 @@ fn counted(left: usize, right: usize) -> [u8; VECTOR] {
 /// Returns the green of 16 pixels: the first pixels of cells, then the second ones.
 #[inline]
 #[target_feature(enable = "neon")]
-fn green<const LIMITED: bool>(factors: &Factors, place: usize, cells: Bytes<'_>) -> uint8x16_t {
+fn green<const LIMITED: bool>(factors: &Factors, place: usize, cells: Bytes<'_, 8, 16, 32>) -> uint8x16_t {
     let (luma, cb, cr) = split(place, cells);
     let [cb_scale, cr_scale] = factors.scale.map(|scale| vdup_n_u8(scale as u8));
     let cb = vreinterpretq_s16_u16(vmull_u8(cb, cb_scale));
@@ -122,7 +126,7 @@ fn clamped<const LIMITED: bool>(n: int16x8_t) -> uint8x8_t {
 /// Returns the luma of 16 pixels, and the Cb and the Cr of 8 cells. `place` is that of luma in each pair of packed bytes.
 #[inline]
 #[target_feature(enable = "neon")]
-fn split(place: usize, cells: Bytes<'_>) -> (uint8x16_t, uint8x8_t, uint8x8_t) {
+fn split(place: usize, cells: Bytes<'_, 8, 16, 32>) -> (uint8x16_t, uint8x8_t, uint8x8_t) {
     let (luma, pairs) = match cells {
         Bytes::Packed(bytes) => {
             let [first, last] =

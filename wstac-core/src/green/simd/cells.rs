@@ -138,29 +138,31 @@ impl Cells<'_> {
     }
 }
 
-/// The bytes of 8 cells.
+/// The bytes of `ONE` cells; `TWO` and `FOUR` are twice and four times as many.
 #[derive(Clone, Copy)]
-pub(in crate::green) enum Bytes<'a> {
+pub(in crate::green) enum Bytes<'a, const ONE: usize, const TWO: usize, const FOUR: usize> {
     /// Luma and chroma within each other.
-    Packed(&'a [u8; 32]),
+    Packed(&'a [u8; FOUR]),
     /// Luma, and Cb Cr pairs.
-    Pairs(&'a [u8; 16], &'a [u8; 16]),
+    Pairs(&'a [u8; TWO], &'a [u8; TWO]),
     /// Luma, Cb and Cr.
-    Planes(&'a [u8; 16], [&'a [u8; 8]; 2]),
+    Planes(&'a [u8; TWO], [&'a [u8; ONE]; 2]),
 }
 
 /// A row of cells.
-pub(in crate::green) trait Row<'a>: Copy {
-    /// Returns the bytes of 8 cells, of which `index` times as many come before them.
-    fn cells(self, index: usize) -> Option<Bytes<'a>>;
+pub(in crate::green) trait Row<'a, const ONE: usize, const TWO: usize, const FOUR: usize>:
+    Copy
+{
+    /// Returns the bytes of `ONE` cells, of which `index` times as many come before them.
+    fn cells(self, index: usize) -> Option<Bytes<'a, ONE, TWO, FOUR>>;
 
-    /// Returns the bytes of the last 8 cells.
-    fn last(self) -> Bytes<'a>;
+    /// Returns the bytes of the last `ONE` cells.
+    fn last(self) -> Bytes<'a, ONE, TWO, FOUR>;
 }
 
 /// The rows of cells of a block, one after the other. All of their code is inlined, so that kernels keep their vectors in registers.
-pub(in crate::green) trait CellRows<'a> {
-    type Row: Row<'a>;
+pub(in crate::green) trait CellRows<'a, const ONE: usize, const TWO: usize, const FOUR: usize> {
+    type Row: Row<'a, ONE, TWO, FOUR>;
 
     fn next(&mut self) -> Option<Self::Row>;
 }
@@ -190,8 +192,8 @@ impl<'a> PackedRows<'a> {
     }
 }
 
-impl<'a> CellRows<'a> for PackedRows<'a> {
-    type Row = Vectors<'a, 32>;
+impl<'a, const ONE: usize, const TWO: usize, const FOUR: usize> CellRows<'a, ONE, TWO, FOUR> for PackedRows<'a> {
+    type Row = Vectors<'a, FOUR>;
 
     #[inline(always)]
     fn next(&mut self) -> Option<Self::Row> {
@@ -199,14 +201,14 @@ impl<'a> CellRows<'a> for PackedRows<'a> {
     }
 }
 
-impl<'a> Row<'a> for Vectors<'a, 32> {
+impl<'a, const ONE: usize, const TWO: usize, const FOUR: usize> Row<'a, ONE, TWO, FOUR> for Vectors<'a, FOUR> {
     #[inline(always)]
-    fn cells(self, index: usize) -> Option<Bytes<'a>> {
+    fn cells(self, index: usize) -> Option<Bytes<'a, ONE, TWO, FOUR>> {
         self.whole.get(index).map(Bytes::Packed)
     }
 
     #[inline(always)]
-    fn last(self) -> Bytes<'a> {
+    fn last(self) -> Bytes<'a, ONE, TWO, FOUR> {
         Bytes::Packed(self.last)
     }
 }
@@ -226,8 +228,8 @@ impl<'a> PairRows<'a> {
     }
 }
 
-impl<'a> CellRows<'a> for PairRows<'a> {
-    type Row = (Vectors<'a, 16>, Vectors<'a, 16>);
+impl<'a, const ONE: usize, const TWO: usize, const FOUR: usize> CellRows<'a, ONE, TWO, FOUR> for PairRows<'a> {
+    type Row = (Vectors<'a, TWO>, Vectors<'a, TWO>);
 
     #[inline(always)]
     fn next(&mut self) -> Option<Self::Row> {
@@ -237,14 +239,16 @@ impl<'a> CellRows<'a> for PairRows<'a> {
     }
 }
 
-impl<'a> Row<'a> for (Vectors<'a, 16>, Vectors<'a, 16>) {
+impl<'a, const ONE: usize, const TWO: usize, const FOUR: usize> Row<'a, ONE, TWO, FOUR>
+    for (Vectors<'a, TWO>, Vectors<'a, TWO>)
+{
     #[inline(always)]
-    fn cells(self, index: usize) -> Option<Bytes<'a>> {
+    fn cells(self, index: usize) -> Option<Bytes<'a, ONE, TWO, FOUR>> {
         Some(Bytes::Pairs(self.0.whole.get(index)?, self.1.whole.get(index)?))
     }
 
     #[inline(always)]
-    fn last(self) -> Bytes<'a> {
+    fn last(self) -> Bytes<'a, ONE, TWO, FOUR> {
         Bytes::Pairs(self.0.last, self.1.last)
     }
 }
@@ -264,8 +268,8 @@ impl<'a> PlaneRows<'a> {
     }
 }
 
-impl<'a> CellRows<'a> for PlaneRows<'a> {
-    type Row = (Vectors<'a, 16>, [Vectors<'a, 8>; 2]);
+impl<'a, const ONE: usize, const TWO: usize, const FOUR: usize> CellRows<'a, ONE, TWO, FOUR> for PlaneRows<'a> {
+    type Row = (Vectors<'a, TWO>, [Vectors<'a, ONE>; 2]);
 
     #[inline(always)]
     fn next(&mut self) -> Option<Self::Row> {
@@ -276,15 +280,17 @@ impl<'a> CellRows<'a> for PlaneRows<'a> {
     }
 }
 
-impl<'a> Row<'a> for (Vectors<'a, 16>, [Vectors<'a, 8>; 2]) {
+impl<'a, const ONE: usize, const TWO: usize, const FOUR: usize> Row<'a, ONE, TWO, FOUR>
+    for (Vectors<'a, TWO>, [Vectors<'a, ONE>; 2])
+{
     #[inline(always)]
-    fn cells(self, index: usize) -> Option<Bytes<'a>> {
+    fn cells(self, index: usize) -> Option<Bytes<'a, ONE, TWO, FOUR>> {
         let (luma, [cb, cr]) = self;
         Some(Bytes::Planes(luma.whole.get(index)?, [cb.whole.get(index)?, cr.whole.get(index)?]))
     }
 
     #[inline(always)]
-    fn last(self) -> Bytes<'a> {
+    fn last(self) -> Bytes<'a, ONE, TWO, FOUR> {
         let (luma, [cb, cr]) = self;
         Bytes::Planes(luma.last, [cb.last, cr.last])
     }

@@ -1,5 +1,6 @@
 //! Compares the kernels with plain sums.
 
+use std::cell::Cell;
 use std::io::Write;
 use std::vec;
 use std::vec::Vec;
@@ -7,7 +8,7 @@ use std::vec::Vec;
 use super::*;
 use crate::green::ycbcr::{Colour, Conversion, Exact, Matrix, Range, Vectors};
 
-/// Bytes of the widest vector of any kernel.
+/// Bytes of the widest vector of kernels that sum bytes.
 const WIDEST: usize = 32;
 
 const COLOURS: [Colour; 4] = [
@@ -17,13 +18,23 @@ const COLOURS: [Colour; 4] = [
     Colour { matrix: Matrix::Bt709, range: Range::Full },
 ];
 
-/// Returns the kernels if the machine can run them. Otherwise says that nothing was compared, even if the test's output is captured.
-pub(super) fn machine_has() -> Option<Simd> {
-    let simd = Simd::get();
-    if simd.is_none() {
-        let _ = writeln!(std::io::stderr(), "no {} here: its sums were NOT compared with the plain ones", Simd::NAME);
-    }
-    simd
+std::thread_local! {
+    /// Whether this thread does without AVX-512.
+    pub(in crate::green) static NARROW: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Runs a test with each instruction set that the machine has.
+///
+/// If it has none, says that nothing was compared, even if the test's output is captured.
+pub(super) fn with_each_set(test: impl Fn(Simd)) {
+    let Some(widest) = Simd::get() else {
+        let _ = writeln!(std::io::stderr(), "no vectors here: their sums were NOT compared with the plain ones");
+        return;
+    };
+    test(widest);
+    NARROW.set(true);
+    Simd::get().filter(|narrow| narrow.name() != widest.name()).into_iter().for_each(test);
+    NARROW.set(false);
 }
 
 /// Pseudo-random numbers that are the same each time.
@@ -56,56 +67,58 @@ fn plain(block: Block<'_>, period: usize, place: usize) -> u32 {
 
 #[test]
 fn sums_are_the_plain_ones() {
-    let Some(simd) = machine_has() else { return };
-    for (bytes, pitch, width, rows) in blocks() {
-        let block = |period| Block::new(&bytes, pitch, width / period * period, rows).unwrap();
-        assert_eq!(simd.sum::<1, 0>(block(1)), Some(plain(block(1), 1, 0)), "{width} bytes in {rows} rows");
-        if width < 2 * WIDEST {
-            continue;
+    with_each_set(|simd| {
+        for (bytes, pitch, width, rows) in blocks() {
+            let block = |period| Block::new(&bytes, pitch, width / period * period, rows).unwrap();
+            assert_eq!(simd.sum::<1, 0>(block(1)), Some(plain(block(1), 1, 0)), "{width} bytes in {rows} rows");
+            if width < 2 * WIDEST {
+                continue;
+            }
+            assert_eq!(simd.sum::<3, 1>(block(3)), Some(plain(block(3), 3, 1)), "{width} bytes in {rows} rows");
+            assert_eq!(simd.sum::<4, 2>(block(4)), Some(plain(block(4), 4, 2)), "{width} bytes in {rows} rows");
+            let Some(places) = simd.places(block(4)) else {
+                assert!(width > 16 * ROOM);
+                continue;
+            };
+            for place in 0..4 {
+                assert_eq!(places.all[place], plain(block(4), 4, place), "{width} bytes in {rows} rows");
+                let ends = |at: usize| block(4).each_row().map(|row| u32::from(row[at])).sum::<u32>();
+                assert_eq!(places.first[place], ends(place));
+                assert_eq!(places.last[place], ends(block(4).width() - 4 + place));
+            }
         }
-        assert_eq!(simd.sum::<3, 1>(block(3)), Some(plain(block(3), 3, 1)), "{width} bytes in {rows} rows");
-        assert_eq!(simd.sum::<4, 2>(block(4)), Some(plain(block(4), 4, 2)), "{width} bytes in {rows} rows");
-        let Some(places) = simd.places(block(4)) else {
-            assert!(width > 16 * ROOM);
-            continue;
-        };
-        for place in 0..4 {
-            assert_eq!(places.all[place], plain(block(4), 4, place), "{width} bytes in {rows} rows");
-            let ends = |at: usize| block(4).each_row().map(|row| u32::from(row[at])).sum::<u32>();
-            assert_eq!(places.first[place], ends(place));
-            assert_eq!(places.last[place], ends(block(4).width() - 4 + place));
-        }
-    }
+    });
 }
 
 #[test]
 fn exact_green_is_that_of_the_plain_code_for_all_2_to_the_24_triples() {
     /// Cells of the test's row: a pair of the widest vectors.
-    const CELLS: usize = 16;
-    let Some(simd) = machine_has() else { return };
-    for colour in COLOURS {
-        let exact = Exact::new(colour);
-        for chroma in 0..=u16::MAX {
-            let [cb, cr] = chroma.to_le_bytes();
-            let green = |y| {
-                let mut one = 0;
-                exact.add(&mut one, y, exact.chroma(cb, cr));
-                one
-            };
-            // Of three lumas 1, 3 and 28 pixels. Three errors of -1, 0 or 1 cannot cancel each other.
-            for first in (0_u8..=255).step_by(3) {
-                let [a, b, c] = [first, first.saturating_add(1), first.saturating_add(2)];
-                let mut bytes = [[c, cb, c, cr]; CELLS];
-                bytes[0] = [a, cb, b, cr];
-                bytes[CELLS - 1] = [b, cb, b, cr];
-                let luma = Block::new(bytes.as_flattened(), 4 * CELLS, 4 * CELLS, 1).unwrap();
-                let cells = Cells { luma, chroma: Chroma::Within(0), outside: [0, 0] };
-                let mut sum = 0;
-                exact.add_cells(&mut sum, &cells, simd);
-                assert_eq!(sum, green(a) + 3 * green(b) + 28 * green(c), "{colour:?} {first} {cb} {cr}");
+    const CELLS: usize = 32;
+    with_each_set(|simd| {
+        for colour in COLOURS {
+            let exact = Exact::new(colour);
+            for chroma in 0..=u16::MAX {
+                let [cb, cr] = chroma.to_le_bytes();
+                let green = |y| {
+                    let mut one = 0;
+                    exact.add(&mut one, y, exact.chroma(cb, cr));
+                    one
+                };
+                // Of three lumas 1, 3 and 60 pixels. Three errors of -1, 0 or 1 cannot cancel each other.
+                for first in (0_u8..=255).step_by(3) {
+                    let [a, b, c] = [first, first.saturating_add(1), first.saturating_add(2)];
+                    let mut bytes = [[c, cb, c, cr]; CELLS];
+                    bytes[0] = [a, cb, b, cr];
+                    bytes[CELLS - 1] = [b, cb, b, cr];
+                    let luma = Block::new(bytes.as_flattened(), 4 * CELLS, 4 * CELLS, 1).unwrap();
+                    let cells = Cells { luma, chroma: Chroma::Within(0), outside: [0, 0] };
+                    let mut sum = 0;
+                    exact.add_cells(&mut sum, &cells, simd);
+                    assert_eq!(sum, green(a) + 3 * green(b) + 60 * green(c), "{colour:?} {first} {cb} {cr}");
+                }
             }
         }
-    }
+    });
 }
 
 #[test]
