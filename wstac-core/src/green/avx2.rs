@@ -1,10 +1,13 @@
 //! AVX2 kernels: 32 bytes an instruction, on x86-64 machines that have it.
 //!
-//! A program for x86-64 is compiled for the instructions that all such machines have: 16 bytes at a time, and no 32-bit multiplication.
-//! Compiling the plain code for AVX2 does not help much, because compilers gather the same byte of many pixels one by one.
+//! A program for x86-64 is compiled for the instructions that all such machines have: 16 bytes at a time, and no 32-bit
+//! multiplication.
+//! Compiling the plain code for AVX2 does not help much, because compilers gather the same byte of many pixels one by
+//! one.
 //! So the three loops are written with intrinsics.
 //!
-//! The only unsafe code is the calls into these functions, which need a machine with AVX2, and three casts between arrays and vectors.
+//! The only unsafe code is the calls into these functions, which need a machine with AVX2, and three casts between
+//! arrays and vectors.
 //! Loads take arrays that slices have checked.
 #![allow(unsafe_code)]
 
@@ -37,7 +40,8 @@ impl Simd {
         if self.avx512 { "AVX-512" } else { "AVX2" }
     }
 
-    /// Returns the proof if the machine has AVX2. A program built with `--cfg wstac_plain` never does, so that both ways can be timed and tested.
+    /// Returns the proof if the machine has AVX2. A program built with `--cfg wstac_plain` never does, so that both
+    /// ways can be timed and tested.
     #[inline(always)]
     pub(super) fn get() -> Option<Self> {
         #[cfg(test)]
@@ -47,7 +51,8 @@ impl Simd {
         (cfg!(not(wstac_plain)) && avx2::get()).then(|| Self { avx512: allowed && avx512::get() })
     }
 
-    /// Sums the bytes at `PLACE` of every `PERIOD` bytes of each row, or returns `None` if rows are narrower than a vector.
+    /// Sums the bytes at `PLACE` of every `PERIOD` bytes of each row, or returns `None` if rows are narrower than a
+    /// vector.
     ///
     /// Rows are whole periods of 1 to 4 bytes. The sum is below 2^32 if there are fewer than 2^24 bytes.
     #[inline(always)]
@@ -105,7 +110,8 @@ fn numbers(vector: __m256i) -> [u32; 8] {
     unsafe { core::mem::transmute(vector) }
 }
 
-/// Requests the cache lines of the row of `block` that is [`AHEAD`] rows below the row that ends with these bytes: those of the first of
+/// Requests the cache lines of the row of `block` that is [`AHEAD`] rows below the row that ends with these bytes:
+/// those of the first of
 /// `bytes` bytes and of every 64th from there, and that of the row's last byte.
 ///
 /// The memory need not be there.

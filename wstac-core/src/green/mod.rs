@@ -23,7 +23,8 @@ pub mod ycbcr;
 
 use crate::frame::{Rows, Run, Stride};
 
-/// Returns the name of the instructions that frames are summed with on this machine: `AVX-512` (with `AVX2` for most formats), `AVX2`, `NEON`, or
+/// Returns the name of the instructions that frames are summed with on this machine: `AVX-512` (with `AVX2` for most
+/// formats), `AVX2`, `NEON`, or
 /// `plain` if it has none of them.
 pub fn instruction_set() -> &'static str {
     #[cfg(simd)]

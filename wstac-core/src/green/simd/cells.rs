@@ -85,7 +85,8 @@ impl Cells<'_> {
         if let Chroma::Within(place) = self.chroma { place } else { 0 }
     }
 
-    /// Sums Y, Cb and Cr over the pixels of the block, or returns `None` if rows are too narrow for vectors, or too wide.
+    /// Sums Y, Cb and Cr over the pixels of the block, or returns `None` if rows are too narrow for vectors, or too
+    /// wide.
     #[inline(always)]
     pub(in crate::green) fn sums(&self, simd: Simd) -> Option<[u32; 3]> {
         let [left, right] = self.outside.map(|pixels| pixels as u32);
@@ -160,7 +161,8 @@ pub(in crate::green) trait Row<'a, const ONE: usize, const TWO: usize, const FOU
     fn last(self) -> Bytes<'a, ONE, TWO, FOUR>;
 }
 
-/// The rows of cells of a block, one after the other. All of their code is inlined, so that kernels keep their vectors in registers.
+/// The rows of cells of a block, one after the other. All of their code is inlined, so that kernels keep their vectors
+/// in registers.
 pub(in crate::green) trait CellRows<'a, const ONE: usize, const TWO: usize, const FOUR: usize> {
     type Row: Row<'a, ONE, TWO, FOUR>;
 
