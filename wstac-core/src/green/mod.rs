@@ -5,27 +5,32 @@
 
 pub mod any;
 #[cfg(target_arch = "x86_64")]
-#[doc(hidden)]
-pub mod avx2;
+mod avx2;
 pub mod bayer;
 mod byte_sums;
 pub mod gray;
+#[cfg(all(simd, target_arch = "aarch64"))]
+mod neon;
 pub mod packed_rgb;
 pub mod packed_ycbcr;
 pub mod planar_ycbcr;
 pub mod rgb565;
+#[cfg(simd)]
+#[doc(hidden)]
+pub mod simd;
 pub mod words;
 pub mod ycbcr;
 
 use crate::frame::{Rows, Run, Stride};
 use crate::layout::FrameSize;
 
-/// The instructions that frames are summed with on this machine: `AVX2` where it has them, `plain` where those are all that the program was
-/// compiled for.
+/// Returns the name of the instructions that frames are summed with on this machine: `AVX-512` (with `AVX2` for most
+/// formats), `AVX2`, `NEON`, or
+/// `plain` if it has none of them.
 pub fn instruction_set() -> &'static str {
-    #[cfg(target_arch = "x86_64")]
-    if avx2::Avx2::get().is_some() {
-        return "AVX2";
+    #[cfg(simd)]
+    if let Some(simd) = simd::Simd::get() {
+        return simd.name();
     }
     "plain"
 }
