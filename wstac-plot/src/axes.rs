@@ -355,7 +355,9 @@ pub fn legend(drawing: &mut Drawing, [left, top]: [f64; 2], width: f64, looks: &
     const GAP: f64 = 8.0;
     let beside = 2.0 * RADIUS + 3.0;
     let widest = looks.iter().map(|(_, name)| beside + width_of(name, SIZE)).fold(1.0, f64::max);
-    let columns = (((width + GAP) / (widest + GAP)).floor() as usize).clamp(1, looks.len().max(1));
+    let most = (((width + GAP) / (widest + GAP)).floor() as usize).clamp(1, looks.len().max(1));
+    // As many lines as that takes, equally long.
+    let columns = looks.len().div_ceil(looks.len().div_ceil(most).max(1)).max(1);
     for (place, (look, name)) in looks.iter().enumerate() {
         let x = left + RADIUS + (width / columns as f64) * (place % columns) as f64;
         let y = top + LINE * (place / columns) as f64;
