@@ -95,7 +95,7 @@ impl Span {
         }
         let digits: &[u8] = if (self.to / self.from).log10() < 4.0 { &[1, 2, 3, 4, 5, 6, 7, 8, 9] } else { &[1] };
         let minor = self.multiples(digits, 1).into_iter().map(|(tick, _)| (tick, String::new()));
-        let is_other = |(tick, _): &(f64, String)| found.iter().all(|(other, _)| other != tick);
+        let is_other = |(tick, _): &(f64, String)| found.iter().all(|(other, _)| other.total_cmp(tick).is_ne());
         minor.filter(is_other).chain(found.iter().cloned()).collect()
     }
 
