@@ -105,7 +105,7 @@ pub unsafe extern "C" fn wstac_open(
         let source = unsafe { text("source", source) }?;
         // SAFETY: the caller's.
         let options = unsafe { options::read(options) }?;
-        Sensor::open(source, options)
+        Sensor::open(source, &options)
     };
     // SAFETY: the caller's.
     unsafe { open(handle, make) }
@@ -127,8 +127,8 @@ pub unsafe extern "C" fn wstac_open_frames(
         // SAFETY: the caller's.
         let options = unsafe { options::read(options) }?;
         // SAFETY: the caller's.
-        let info = unsafe { frames.info(options.config.as_ref().map(|config| config.green.yuv).unwrap_or_default()) }?;
-        Sensor::of_frames(&info, options)
+        let info = unsafe { frames.info() }?;
+        Sensor::of_frames(info, &options)
     };
     // SAFETY: the caller's.
     unsafe { open(handle, make) }

@@ -3,8 +3,6 @@
 use std::ffi::c_char;
 use std::path::{Path, PathBuf};
 
-use wstac_core::green::GreenChannel;
-use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
@@ -121,10 +119,10 @@ pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failu
 }
 
 impl Options {
-    /// Refuses what chooses a source.
+    /// Refuses options that choose a source.
     ///
     /// # Errors
-    /// Names what is asked for.
+    /// Such an option is set. The message names it.
     pub(super) fn without_source(&self) -> Result<(), Failure> {
         let OpenOptions { fps, format, size, delivery, keep_controls, .. } = &self.open;
         let asked = [
@@ -142,14 +140,14 @@ impl Options {
 }
 
 impl WstacFrames {
-    /// The same as a source says it.
+    /// Returns what the frames have in common.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The size, the format or the rate is wrong.
     ///
     /// # Safety
     /// `format` is null or text that ends in 0.
-    pub(super) unsafe fn info(&self, yuv: YcbcrMethod) -> Result<StreamInfo, Failure> {
+    pub(super) unsafe fn info(&self) -> Result<StreamInfo, Failure> {
         let wrong = |error| failed(WstacStatus::Option, format_args!("frames: {error}"));
         let size = FrameSize::new(self.width, self.height).map_err(wrong)?;
         // SAFETY: the caller's.
@@ -157,26 +155,21 @@ impl WstacFrames {
         if format.is_jpeg() {
             return Err(failed(WstacStatus::Option, format_args!("frames: format is {format}, expected pixels")));
         }
-        let color = YcbcrEncoding {
+        let rate = rate(self.fps_numerator, self.fps_denominator)?.unwrap_or(FrameRate::NOMINAL);
+        let about = format!("frames of {}x{} {format}", self.width, self.height);
+        let mut info = StreamInfo::new(about, size, format.pixels(), rate);
+        info.color = YcbcrEncoding {
             matrix: if self.bt709 { YcbcrMatrix::Bt709 } else { YcbcrMatrix::Bt601 },
             range: if self.full_range { QuantizationRange::Full } else { QuantizationRange::Limited },
         };
-        let least = Any::new(format.pixels(), color, yuv).row_bytes(size.width());
-        Ok(StreamInfo {
-            size,
-            format: format.pixels(),
-            color,
-            // 16384 pixels have at most 65536 bytes.
-            bytes_per_row: if self.bytes_per_row == 0 { least as u32 } else { self.bytes_per_row },
-            rate: rate(self.fps_numerator, self.fps_denominator)?.unwrap_or(FrameRate::NOMINAL),
-            taxels_only: false,
-            about: format!("frames of {}x{} {format}", self.width, self.height),
-            camera: None,
-        })
+        if self.bytes_per_row != 0 {
+            info.bytes_per_row = self.bytes_per_row;
+        }
+        Ok(info)
     }
 }
 
-/// A frame rate; nothing of 0 and 0.
+/// Returns a frame rate; `None` for 0 and 0.
 fn rate(numerator: u32, denominator: u32) -> Result<Option<FrameRate>, Failure> {
     if (numerator, denominator) == (0, 0) {
         return Ok(None);

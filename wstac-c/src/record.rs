@@ -4,11 +4,11 @@ use std::ffi::{CString, c_char};
 use std::ptr;
 
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
-
-use super::status::c_string;
-use wstac_host::output::{FaultReport, Output, TactileEvent};
-use wstac_core::trigger::InterruptedSample;
+use wstac_host::json::{confidence, no_speed, rounded, unclear};
+use wstac_host::output::{FaultReport, FrameFeatures, Output, SampleFrames, TactileEvent};
 use wstac_host::texture::Texture;
+
+use crate::status::c_string;
 
 /// Features of a frame: five rows, then five columns.
 pub const WSTAC_FEATURES: usize = 10;
@@ -147,49 +147,53 @@ const EMPTY: WstacRecord = WstacRecord {
 const NO_TEXTURE: WstacTexture =
     WstacTexture { specimen: ptr::null(), pattern: ptr::null(), depth_mm: f64::NAN, other: ptr::null() };
 
-/// What the record given last points to.
+/// What the last record points to.
 #[derive(Default)]
 pub(super) struct Given {
     texts: Vec<CString>,
-    sample: Vec<[i16; FEATURES]>,
+    sample: Option<Box<SampleFrames>>,
 }
 
 impl Given {
-    /// A record that says that there is none.
+    /// Returns a record that says that there is none yet. Frees what the last record points to.
     pub(super) fn waiting(&mut self) -> WstacRecord {
         *self = Self::default();
         EMPTY
     }
 
-    /// A record for C. What the one before it points to is freed.
-    pub(super) fn record(&mut self, record: &Output) -> WstacRecord {
+    /// Returns the record of an output; `None` for lost frames and a disturbed baseline, which have none. Frees what the last record
+    /// points to.
+    pub(super) fn record(&mut self, output: Output) -> Option<WstacRecord> {
         *self = Self::default();
-        match record {
-            Output::Features { frame, f } => {
-                WstacRecord { kind: WstacKind::Features, frame: *frame, features: f.map(units), ..EMPTY }
+        Some(match output {
+            Output::Features(FrameFeatures { frame, features }) => {
+                WstacRecord { kind: WstacKind::Features, frame, features, ..EMPTY }
             }
             Output::Event(event) => WstacRecord {
                 kind: WstacKind::Event,
                 frame: event.frame,
-                event: self.event(event),
-                texture: event.texture.as_ref().map_or(NO_TEXTURE, |texture| self.texture(texture)),
+                texture: self.texture(event.texture.as_ref()),
+                event: self.event(*event),
                 ..EMPTY
             },
             Output::EarlyTexture(early) => WstacRecord {
                 kind: WstacKind::Texture,
                 frame: early.frame,
-                texture: self.texture(&early.texture),
+                texture: self.texture(Some(&early.texture)),
                 frames: u32::from(early.frames),
                 ..EMPTY
             },
-            Output::Interrupted(InterruptedSample { frame, frames }) => {
-                WstacRecord { kind: WstacKind::Incomplete, frame: *frame, frames: u32::from(*frames), ..EMPTY }
-            }
-            Output::Fault(FaultReport { frame, fault, message }) => WstacRecord {
+            Output::Interrupted(sample) => WstacRecord {
+                kind: WstacKind::Incomplete,
+                frame: sample.frame,
+                frames: u32::from(sample.frames),
+                ..EMPTY
+            },
+            Output::Fault(FaultReport { frame, fault }) => WstacRecord {
                 kind: WstacKind::Fault,
-                frame: *frame,
-                fault: self.keep(fault),
-                message: self.keep(message),
+                frame,
+                fault: self.keep(fault.kind.name()),
+                message: self.keep(&fault.message),
                 ..EMPTY
             },
             Output::End(end) => WstacRecord {
@@ -197,37 +201,36 @@ impl Given {
                 frame: end.frames,
                 end: WstacEnd {
                     dropped: end.dropped,
-                    baseline_complete: end.baseline == Completeness::Complete,
+                    baseline_complete: end.baseline_complete,
                     incomplete_frame: end.incomplete.map_or(0, |sample| sample.frame),
                     incomplete_frames: end.incomplete.map_or(0, |sample| u32::from(sample.frames)),
                 },
                 ..EMPTY
             },
-        }
+            _ => return None,
+        })
     }
 
-    fn event(&mut self, event: &TactileEvent) -> WstacEvent {
-        if let Some(features) = &event.sample {
-            let frame =
-                |t: usize| std::array::from_fn(|k| features.get(k).and_then(|f| f.get(t)).map_or(0, |x| units(*x)));
-            self.sample = (0..SAMPLE_FRAMES).map(frame).collect();
-        }
+    fn event(&mut self, event: TactileEvent) -> WstacEvent {
+        let direction = event.direction;
+        self.sample = event.sample;
         WstacEvent {
-            speed_mm_s: event.speed.map_or(f64::NAN, |speed| speed.mm_s),
-            speed_extrapolated: event.speed.is_some_and(|speed| speed.extrapolated),
-            speed_at_most_mm_s: event.speed_at_most.map_or(f64::NAN, |speed| speed.mm_s),
-            duration_frames: event.duration_frames.map_or(-1, i32::from),
-            direction_deg: event.direction.deg.map_or(f64::NAN, f64::from),
-            direction_confidence: event.direction.confidence,
+            speed_mm_s: event.speed.map_or(f64::NAN, |speed| rounded(speed.mm_s)),
+            speed_extrapolated: event.speed.is_ok_and(|speed| speed.extrapolated),
+            speed_at_most_mm_s: event.speed_at_most.map_or(f64::NAN, |speed| rounded(speed.mm_s)),
+            duration_frames: event.lit_frames.map_or(-1, i32::from),
+            direction_deg: direction.heading.map_or(f64::NAN, |heading| f64::from(heading.degrees())),
+            direction_confidence: confidence(direction),
             frames_filled: u32::from(event.frames_filled),
             reliable: event.reliable,
-            why_no_speed: self.keep_any(event.why.speed),
-            why_no_direction: self.keep_any(event.why.direction),
-            sample: if self.sample.is_empty() { ptr::null() } else { self.sample.as_ptr() },
+            why_no_speed: self.keep_any(event.speed.err().map(no_speed)),
+            why_no_direction: self.keep_any(direction.heading.err().map(unclear)),
+            sample: self.sample.as_ref().map_or(ptr::null(), |sample| sample.as_ptr()),
         }
     }
 
-    fn texture(&mut self, texture: &Texture) -> WstacTexture {
+    fn texture(&mut self, texture: Option<&Texture>) -> WstacTexture {
+        let Some(texture) = texture else { return NO_TEXTURE };
         WstacTexture {
             specimen: self.keep_any(texture.specimen.as_deref()),
             pattern: self.keep_any(texture.pattern.as_deref()),
@@ -236,12 +239,10 @@ impl Given {
         }
     }
 
-    /// A text that stays until the next record. Its bytes do not move when more texts are kept.
+    /// Keeps a text until the next record. Its bytes do not move when more texts are kept.
     fn keep(&mut self, text: &str) -> *const c_char {
-        let text = c_string(text);
-        let at = text.as_ptr();
-        self.texts.push(text);
-        at
+        self.texts.push(c_string(text));
+        self.texts.last().map_or(ptr::null(), |text| text.as_ptr())
     }
 
     fn keep_any(&mut self, text: Option<&str>) -> *const c_char {

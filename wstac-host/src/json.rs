@@ -1,13 +1,13 @@
 //! Typed outputs as the lines of `wstac run --json`. The names and values here are kept for ever.
 
 use serde::Serialize;
-use wstac_core::direction::{Heading, Unclear};
+use wstac_core::direction::{Direction, Heading, Unclear};
 use wstac_core::features::Features;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_core::speed::{NoSpeed, Speed};
 use wstac_core::trigger::InterruptedSample;
 
-use crate::output::{Output, SampleFrames, TactileEvent};
+use crate::output::{Output, SampleFrames, StreamSummary, TactileEvent};
 use crate::texture::Texture;
 
 /// A line of JSON. [`Line::new`] makes it from an output.
@@ -72,7 +72,7 @@ impl<'a> Line<'a> {
             Output::End(end) => Self::End {
                 frames: end.frames,
                 dropped: end.dropped,
-                baseline: if end.baseline_complete { "complete" } else { "incomplete" },
+                baseline: baseline(end),
                 incomplete: end.incomplete.map(IncompleteLine::from),
             },
             Output::Lost(_) | Output::BaselineDisturbed { .. } => return None,
@@ -110,7 +110,7 @@ impl<'a> EventLine<'a> {
             speed_at_most: event.speed_at_most.map(SpeedField::from),
             direction: DirectionField {
                 deg: direction.heading.ok().map(Heading::degrees),
-                confidence: (f64::from(direction.confidence()) * 1e4).round() / 1e4,
+                confidence: confidence(direction),
             },
             texture: event.texture.as_ref(),
             frames_filled: event.frames_filled,
@@ -118,7 +118,7 @@ impl<'a> EventLine<'a> {
             why: WhyField {
                 speed: event.speed.err().map(no_speed),
                 direction: direction.heading.err().map(unclear),
-                texture: event.texture.is_none().then_some("no model was given"),
+                texture: event.texture.is_none().then_some(NO_MODEL),
             },
             sample: event.sample.as_deref().map(over_time),
         }
@@ -190,6 +190,14 @@ pub fn unclear(reason: Unclear) -> &'static str {
     }
 }
 
+/// What a person is told about a missing texture.
+pub const NO_MODEL: &str = "no model was given";
+
+/// Returns `complete` or `incomplete`.
+pub fn baseline(end: &StreamSummary) -> &'static str {
+    if end.baseline_complete { "complete" } else { "incomplete" }
+}
+
 /// Returns a sample as ten features over 70 frames, as real numbers.
 fn over_time(sample: &SampleFrames) -> Vec<Vec<f64>> {
     let over_time = |feature: usize| move |frame: &Features| real(frame[feature]);
@@ -199,6 +207,11 @@ fn over_time(sample: &SampleFrames) -> Vec<Vec<f64>> {
 /// Returns a feature as a real number: an exact multiple of 1/2048.
 pub fn real(feature: i16) -> f64 {
     f64::from(feature) / f64::from(FEATURE_ONE)
+}
+
+/// Returns the confidence of a direction for output: 0 to 1 with four decimals.
+pub fn confidence(direction: Direction) -> f64 {
+    (f64::from(direction.confidence()) * 1e4).round() / 1e4
 }
 
 /// Returns a speed for output: one decimal, or four significant digits if that is finer.
