@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, Optional, Union
+from typing import Optional
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _frames, _wstac
-from ._answers import Event, Given, Recorded, Records
+from ._answers import Event, Record, Recorded
 from ._frames import Fps, Frames
 from ._models import Configuration, Models, native_config, native_models
 
@@ -52,10 +52,10 @@ def features(
     code = format or _frames.guess(stack, single=False)
     found = _frames.sides(size) if size is not None else _frames.size_of(stack, code)
     rows = _frames.rows(stack, code, found)
-    native = _native(code, found, fps, config, (), bytes_per_row, matrix, range)
+    native = _native(code, found, _frames.rate(fps), native_config(config), [], bytes_per_row, matrix, range)
     if not len(rows):
         return np.zeros((0, 10), np.int16)
-    _, values, _ = native.push(rows)
+    _, values = native.push(rows)
     return values
 
 
@@ -90,19 +90,18 @@ class Pipeline(Recorded):
         matrix: Optional[str] = None,
         range: Optional[str] = None,
     ) -> None:
+        super().__init__()
         self._format = format
         self._size = None if size is None else _frames.sides(size)
         self._made = (_frames.rate(fps), native_config(config), native_models(models), bytes_per_row, matrix, range)
         self._native: Optional[_wstac.Pipeline] = None
-        self._records = Records()
         self._features: Optional[NDArray[np.int16]] = None
         if format is not None and self._size is not None:
             self._start(format, self._size)
 
     def _start(self, code: str, size: tuple[int, int]) -> _wstac.Pipeline:
-        rate, config, models, bytes_per_row, matrix, range = self._made
         self._format, self._size = code, size
-        self._native = _native(code, size, rate, config, models, bytes_per_row, matrix, range)
+        self._native = _native(code, size, *self._made)
         return self._native
 
     def push(self, frame: Frames) -> Optional[Event]:
@@ -116,12 +115,12 @@ class Pipeline(Recorded):
         size = self._size or _frames.size_of(stack, code)
         rows = _frames.rows(stack, code, size)
         native = self._native or self._start(code, size)
-        return self._take(native.push(rows))
+        return self._pushed(native.push(rows))
 
     def lose(self, frames: int = 1) -> Optional[Event]:
         """Keeps the place of lost camera frames in time; an event, if they complete one. Lost before the first, they have none."""
         frames = _frames.count("frames", frames, 0, (1 << 63) - 1)
-        return None if self._native is None else self._take(self._native.lose(frames))
+        return None if self._native is None else self._pushed(self._native.lose(frames))
 
     def finish(self) -> Optional[Event]:
         """Ends the stream: an event that was pending, if there is one. `end` says how it ended; no frame can be pushed any more.
@@ -130,7 +129,7 @@ class Pipeline(Recorded):
         """
         if self._native is None:
             raise _wstac.Error("pipeline: no frame was pushed, expected one at least")
-        return self._take(self._native.finish())
+        return self._pushed(self._native.finish())
 
     @property
     def features(self) -> Optional[NDArray[np.int16]]:
@@ -147,33 +146,24 @@ class Pipeline(Recorded):
         """Number of the feature frame that comes next; lost ones are counted."""
         return 0 if self._native is None else self._native.next_frame()
 
-    def _take(self, pushed: tuple[list[Given], NDArray[np.int16], NDArray[np.int64]]) -> Optional[Event]:
-        records, values, _ = pushed
+    def _pushed(self, pushed: tuple[list[Record], NDArray[np.int16]]) -> Optional[Event]:
+        records, values = pushed
         self._features = values[-1] if len(values) else None
-        events = self._records.take(records)
-        self._records.forget()
+        events = self._take(records)
         return events[0] if events else None
 
 
 def _native(
     code: str,
     size: tuple[int, int],
-    fps: Union[Fps, tuple[int, int]],
-    config: Any,
-    models: Any,
+    rate: tuple[int, int],
+    config: Optional[_wstac.Config],
+    models: list[_wstac.Model],
     bytes_per_row: Optional[int],
     matrix: Optional[str],
     range: Optional[str],
 ) -> _wstac.Pipeline:
+    """Returns a pipeline of the extension."""
     if bytes_per_row is not None:
         bytes_per_row = _frames.count("bytes_per_row", bytes_per_row, 1, (1 << 32) - 1)
-    return _wstac.Pipeline(
-        format=code,
-        size=size,
-        bytes_per_row=bytes_per_row,
-        rate=fps if isinstance(fps, tuple) else _frames.rate(fps),
-        matrix=matrix,
-        range=range,
-        config=config if isinstance(config, _wstac.Config) else native_config(config) or _wstac.Config(),
-        models=list(models),
-    )
+    return _wstac.Pipeline(code, size, bytes_per_row, rate, matrix, range, config or _wstac.Config(), models)

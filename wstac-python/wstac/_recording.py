@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,7 +14,7 @@ from . import _frames, _wstac
 from ._answers import EarlyTexture, End, Event, Fault, Incomplete, Lost, Records
 from ._frames import Fps, Frames
 from ._models import Config, Configuration, Models, Path, as_json
-from ._stream import asked
+from ._stream import source_options
 from ._wstac import Error
 
 
@@ -106,8 +105,8 @@ def read(
     name = os.fspath(source)
     if _wstac.is_camera(name):
         raise Error(f"{name}: a camera has no end, expected a file; wstac.open gives its events as they come")
-    asking = asked(config, models, fps, None, None, matrix, range, True, False, None)
-    return _recording(_wstac.open_source(name, asking, True), frames, [])
+    options = source_options(config, models, fps=fps, matrix=matrix, range=range)
+    return _recording(_wstac.open_source(name, options, True), frames, [])
 
 
 def simulate(
@@ -131,15 +130,15 @@ def simulate(
     >>> scene.truth[0].speed, scene.events[0].speed.mm_s, scene.frames is None
     (120.0, 120.1, True)
     """
-    asking = asked(config, models, fps, format, size, None, None, True, False, None)
+    options = source_options(config, models, fps=fps, format=format, size=size)
     if isinstance(scene, Mapping):
         for name, value in (("fps", fps), ("format", format), ("size", size)):
             if value is not None:
                 raise Error(f'scene: {name} is {value!r}, expected it in the scene\'s table "sensor"')
-        native, truth = _wstac.open_scene(as_json("scene", scene), True, asking)
+        native, truth = _wstac.open_scene(as_json("scene", scene), True, options)
     else:
-        native, truth = _wstac.open_scene(os.fspath(scene).removeprefix("scene:"), False, asking)
-    return _recording(native, frames, [Truth(**one) for one in json.loads(truth)])
+        native, truth = _wstac.open_scene(os.fspath(scene).removeprefix("scene:"), False, options)
+    return _recording(native, frames, [Truth(*one) for one in truth])
 
 
 def _recording(native: _wstac.Source, with_frames: bool, truth: list[Truth]) -> Recording:
