@@ -143,7 +143,7 @@ fn the_budgets_of_help_and_pages_choose_something() {
             let rest = rest.lines().next().unwrap();
             let by = rest.split_once("--by ").map_or("specimen", |(_, by)| by.split([' ', '`']).next().unwrap());
             let said = output(&["trade", "--budget", budget, "--by", by]).join("\n");
-            let expected = if by == "specimen" { "% right" } else { "wrong or none" };
+            let expected = if by == "specimen" { "% right" } else { "wrong or missing" };
             assert!(said.contains(expected), "{page}: {budget} gave {said}");
             budgets += 1;
         }
@@ -182,7 +182,7 @@ fn a_model_without_a_price_keeps_what_is_known() {
     let table = output(&["trade", "--map", &map]).join("\n");
     assert!(table.contains(says) && table.contains("| 49,717 | – | – | – |"), "{table}");
     let chosen = output(&["trade", "--map", &map, "--budget", "M4F<60k"]).join("\n");
-    assert!(chosen.contains(says) && chosen.contains("49,717 instructions a frame, – an event"), "{chosen}");
+    assert!(chosen.contains(says) && chosen.contains("49,717 instructions per frame, – per event"), "{chosen}");
     let flash = Command::new(wstac()).args(["trade", "--map", &map, "--budget", "flash<64K"]).output().unwrap();
     assert!(String::from_utf8_lossy(&flash.stderr).contains("bytes of flash not known"));
     std::fs::remove_dir_all(&folder).unwrap();

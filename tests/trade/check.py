@@ -110,7 +110,7 @@ def warn_of_times(text):
     for (name, stride), of in times.items():
         if max(of.values()) > 1.2 * min(of.values()):
             said = ", ".join(f"{ln} {ns:,.0f}" for ln, ns in of.items())
-            print(f"warning: {name}, stride {stride}: {said} ns a frame: the machine was busy, sweep again", file=sys.stderr)
+            print(f"warning: {name}, stride {stride}: {said} ns per frame: the machine was busy, sweep again", file=sys.stderr)
 
 
 def models_are_those_that_were_counted():
@@ -137,7 +137,7 @@ def holds(wstac, name, core, budget):
         claimed = json.loads(Path(folder, "price.json").read_text())[core]
         # What is claimed of a frame and of an event as a whole, and what a board counted of their parts.
         totals = {
-            "instructions a frame": ("features", "trigger"), "instructions an event": ("texture", "speed", "direction"),
+            "instructions per frame": ("features", "trigger"), "instructions per event": ("texture", "speed", "direction"),
             "bytes of flash": ("flash",), "bytes of RAM": ("ram",),
         }
         count_of = {"features": "frame", "texture": "event"}

@@ -14,8 +14,8 @@ use std::thread;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
-use wstac_host::session::Processor;
 use wstac_host::output::{Output, OutputOptions};
+use wstac_host::session::Processor;
 use wstac_host::source::FramePolicy;
 use wstac_host::source::open::{OpenOptions, open};
 use wstac_host::texture::Textures;
@@ -81,7 +81,8 @@ fn read(
     let mut source =
         open(spec, &OpenOptions { delivery: FramePolicy::Newest, ..OpenOptions::default() }, &[&Cameras, &Scenes])?;
     let textures = Textures::new(models)?;
-    let mut reading = Processor::new(source.info(), &Config::default(), OutputOptions::default())?.with_textures(textures);
+    let mut reading =
+        Processor::new(source.info(), &Config::default(), OutputOptions::default())?.with_textures(textures);
     let give = |record| sender.send((sensor, Ok(record)));
     let no_listener = |_: SendError<Said>| Error::new(spec, "nobody takes its records");
     while !stop.load(Ordering::Relaxed) {

@@ -8,8 +8,8 @@ use wstac_core::layout::FrameSize;
 use crate::open;
 use wstac_core::rate::FrameRate;
 use wstac_host::camera::ControlSetting;
-use wstac_host::source::SourceEvent;
 use wstac_host::source::open::OpenOptions;
+use wstac_host::source::{Frame, SourceEvent};
 
 fn message(spec: &str, options: &OpenOptions) -> String {
     open(spec, options).err().unwrap().to_string()

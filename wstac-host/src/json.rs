@@ -198,6 +198,11 @@ pub fn baseline(end: &StreamSummary) -> &'static str {
     if end.baseline_complete { "complete" } else { "incomplete" }
 }
 
+/// Returns a direction's confidence for output, 0 to 1, with four decimals.
+pub fn confidence(direction: Direction) -> f64 {
+    (f64::from(direction.confidence()) * 1e4).round() / 1e4
+}
+
 /// Returns a sample as ten features over 70 frames, as real numbers.
 fn over_time(sample: &SampleFrames) -> Vec<Vec<f64>> {
     let over_time = |feature: usize| move |frame: &Features| real(frame[feature]);
@@ -207,11 +212,6 @@ fn over_time(sample: &SampleFrames) -> Vec<Vec<f64>> {
 /// Returns a feature as a real number: an exact multiple of 1/2048.
 pub fn real(feature: i16) -> f64 {
     f64::from(feature) / f64::from(FEATURE_ONE)
-}
-
-/// Returns the confidence of a direction for output: 0 to 1 with four decimals.
-pub fn confidence(direction: Direction) -> f64 {
-    (f64::from(direction.confidence()) * 1e4).round() / 1e4
 }
 
 /// Returns a speed for output: one decimal, or four significant digits if that is finer.

@@ -25,7 +25,7 @@ use wstac_host::camera::mjpeg::Decoder;
 use wstac_host::camera::modes::fps;
 use wstac_host::error::Error;
 use wstac_host::source::open::{OpenOptions, SourceKind};
-use wstac_host::source::{Frame, FaultKind, LossReason, Fault, FramePolicy, Lag, Source, SourceEvent, StreamInfo};
+use wstac_host::source::{Fault, FaultKind, Frame, FramePolicy, Lag, LossReason, Source, SourceEvent, StreamInfo};
 
 /// Longest wait for a frame before the caller may look for signals.
 const WAIT: Duration = Duration::from_millis(500);
@@ -255,7 +255,10 @@ impl CameraSource {
         let (kind, message) = if signal {
             (FaultKind::Signal, format!("{path}: the input has its signal again"))
         } else {
-            (FaultKind::NoSignal, format!("{path}: the driver says that the input has no signal or power; waiting for it"))
+            (
+                FaultKind::NoSignal,
+                format!("{path}: the driver says that the input has no signal or power; waiting for it"),
+            )
         };
         self.told.push_back(Told::Fault(Fault { kind, message }));
     }
@@ -318,7 +321,9 @@ impl Source for CameraSource {
             return Ok(SourceEvent::Frame(Frame { bytes, timestamp, sequence, encoded: None, lag }));
         };
         Ok(match decoder.decode(bytes) {
-            Some(decoded) => SourceEvent::Frame(Frame { bytes: decoded, timestamp, sequence, encoded: Some(bytes), lag }),
+            Some(decoded) => {
+                SourceEvent::Frame(Frame { bytes: decoded, timestamp, sequence, encoded: Some(bytes), lag })
+            }
             None => SourceEvent::Lost { frames: 1, reason: LossReason::CorruptJpeg },
         })
     }

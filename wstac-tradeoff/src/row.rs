@@ -2,7 +2,7 @@
 
 use super::candidate::Candidate;
 use super::float64::FeatureError;
-use super::knobs::Setting;
+use super::parameters::Setting;
 use super::slides::TradeSlide;
 use super::statistics::{Interval, interval, mean, percentile};
 use super::sweep::{Outcome, Plan};

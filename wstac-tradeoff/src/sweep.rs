@@ -5,7 +5,7 @@ use wstac_core::model::Model;
 
 use super::candidate::{Candidate, Right};
 use super::float64::FeatureError;
-use super::knobs::{Format, Setting};
+use super::parameters::{Format, Setting};
 use super::slides::{QUICK_SLIDES, TradeSlide};
 use super::streams::EvaluatedCamera;
 use wstac_host::config::Config;
@@ -16,7 +16,7 @@ use wstac_scene::Scene;
 /// What is swept.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan<'a> {
-    /// Everything that is not a knob.
+    /// Everything that is not a parameter.
     pub config: &'a Config,
     /// The settings before a sample.
     pub settings: &'a [Setting],

@@ -11,7 +11,7 @@ use super::run::interruptions;
 use super::source_arguments::SourceArguments;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::source::{FramePolicy, Source, SourceEvent};
+use wstac_host::source::{Frame, FramePolicy, Source, SourceEvent};
 use wstac_host::whole_file;
 use wstac_setup::calibrate::{Calibration, UNTOUCHED, Watch};
 
@@ -140,8 +140,8 @@ fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64) -> Result<(), St
             }
             SourceEvent::Lost { frames: more, .. } => lost += more,
             SourceEvent::Fault(fault) => note(format_args!("{}: {}", fault.kind, fault.message)),
-            SourceEvent::Taxels(_) | SourceEvent::Waiting => {}
             SourceEvent::End => break,
+            _ => {}
         }
     }
     drop(progress);

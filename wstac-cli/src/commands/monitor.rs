@@ -100,7 +100,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         };
         let mut started = false;
         let goes_on = monitor.take(bytes, |report| match report {
-            Report::Record(record) => records.write(&record),
+            Report::Output(output) => records.write(&output),
             Report::Note(text) => {
                 note(text);
                 Ok(())

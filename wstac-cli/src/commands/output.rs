@@ -8,7 +8,8 @@ use std::path::Path;
 use serde::Serialize;
 
 use wstac_host::error::Error;
-use wstac_host::output::{Output, TactileEvent};
+use wstac_host::json::{Line, confidence, no_speed, real, rounded, unclear};
+use wstac_host::output::{DisturbedBaseline, Output, TactileEvent};
 use wstac_host::texture::{Texture, pattern_and_depth};
 
 /// Why a command ends early.
@@ -78,7 +79,7 @@ struct OfSensor<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     sensor: Option<&'a str>,
     #[serde(flatten)]
-    record: &'a Output,
+    line: Line<'a>,
 }
 
 impl Records {
@@ -91,12 +92,19 @@ impl Records {
         Self { sensor: sensor.map(str::to_owned), ..self }
     }
 
-    pub(super) fn write(&mut self, record: &Output) -> Result<(), Stop> {
+    /// Writes a line. Lost frames have none, and a disturbed baseline is a note.
+    pub(super) fn write(&mut self, output: &Output) -> Result<(), Stop> {
+        let Some(line) = Line::new(output) else {
+            if let Output::BaselineDisturbed { .. } = output {
+                self.note(DisturbedBaseline);
+            }
+            return Ok(());
+        };
         self.line.clear();
         let sensor = self.sensor.as_deref();
         match self.form {
             Form::Json => {
-                self.line = serde_json::to_string(&OfSensor { sensor, record })
+                self.line = serde_json::to_string(&OfSensor { sensor, line })
                     .map_err(|error| Error::new("standard output", error))?;
             }
             // Writing to a string does not fail.
@@ -104,7 +112,7 @@ impl Records {
                 if let Some(sensor) = sensor {
                     let _ = write!(self.line, "{sensor}: ");
                 }
-                let _ = text(&mut self.line, record);
+                let _ = text(&mut self.line, output);
             }
         }
         self.line.push('\n');
@@ -139,9 +147,9 @@ pub(super) fn text_of(record: &Output) -> String {
 
 fn text(line: &mut String, record: &Output) -> fmt::Result {
     match record {
-        Output::Features { frame, f } => {
-            write!(line, "frame {frame}  features")?;
-            f.iter().try_for_each(|feature| write!(line, " {feature:8.4}"))
+        Output::Features(features) => {
+            write!(line, "frame {}  features", features.frame)?;
+            features.features.iter().try_for_each(|feature| write!(line, " {:8.4}", real(*feature)))
         }
         Output::Event(event) => text_of_event(line, event),
         Output::EarlyTexture(early) => {
@@ -154,37 +162,45 @@ fn text(line: &mut String, record: &Output) -> fmt::Result {
             "incomplete event at frame {}: a gap ended it after {} of 70 frames",
             sample.frame, sample.frames
         ),
-        Output::Fault(fault) => write!(line, "at frame {}: {}: {}", fault.frame, fault.fault, fault.message),
+        Output::Fault(report) => {
+            write!(line, "at frame {}: {}: {}", report.frame, report.fault.kind, report.fault.message)
+        }
+        Output::Lost(lost) => write!(line, "at frame {}: {} frame(s) lost: {}", lost.frame, lost.frames, lost.reason),
+        Output::BaselineDisturbed { frame } => write!(line, "at frame {frame}: {DisturbedBaseline}"),
         Output::End(end) => {
             write!(line, "end after {} frames, {} dropped", end.frames, end.dropped)?;
-            if end.baseline == wstac_host::reading::Completeness::Incomplete {
+            if !end.baseline_complete {
                 line.write_str("; too short for the baseline")?;
             }
             end.incomplete.map_or(Ok(()), |sample| {
                 write!(line, "; an event at frame {} was incomplete: {} of 70 frames", sample.frame, sample.frames)
             })
         }
+        _ => line.write_str("an output of a newer library"),
     }
 }
 
 fn text_of_event(line: &mut String, event: &TactileEvent) -> fmt::Result {
     write!(line, "event at frame {}: ", event.frame)?;
-    match (&event.speed, &event.speed_at_most, event.why.speed) {
-        (Some(speed), ..) => {
-            write!(line, "speed {:.0} mm/s", speed.mm_s)?;
+    match (event.speed, event.speed_at_most) {
+        (Ok(speed), _) => {
+            write!(line, "speed {:.0} mm/s", rounded(speed.mm_s))?;
             if speed.extrapolated {
                 line.write_str(" (extrapolated)")?;
             }
         }
-        (None, Some(most), why) => {
+        (Err(why), Some(most)) => {
             let extrapolated = if most.extrapolated { "extrapolated; " } else { "" };
-            write!(line, "speed at most {:.0} mm/s ({extrapolated}{})", most.mm_s, why.unwrap_or("cut off"))?;
+            write!(line, "speed at most {:.0} mm/s ({extrapolated}{})", rounded(most.mm_s), no_speed(why))?;
         }
-        (None, None, why) => write!(line, "no speed ({})", why.unwrap_or("unknown"))?,
+        (Err(why), None) => write!(line, "no speed ({})", no_speed(why))?,
     }
-    match (event.direction.deg, event.why.direction) {
-        (Some(deg), _) => write!(line, ", direction {deg}° (confidence {:.2})", event.direction.confidence)?,
-        (None, why) => write!(line, ", no direction ({})", why.unwrap_or("unclear"))?,
+    match event.direction.heading {
+        Ok(heading) => {
+            let (degrees, confidence) = (heading.degrees(), confidence(event.direction));
+            write!(line, ", direction {degrees}° (confidence {confidence:.2})")?;
+        }
+        Err(why) => write!(line, ", no direction ({})", unclear(why))?,
     }
     if let Some(texture) = &event.texture {
         line.write_str(", texture ")?;

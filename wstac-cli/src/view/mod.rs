@@ -91,7 +91,7 @@ impl Drop for EndBoth<'_> {
 pub fn run(
     source: &mut dyn Source,
     info: &StreamInfo,
-    reading: &mut Processor<'_>,
+    reading: &mut Processor,
     recordings: &mut Recordings,
     options: Options,
 ) -> Result<Ending, Error> {
@@ -124,7 +124,7 @@ pub fn run(
 }
 
 /// Reads until somebody asks for the end; the error that the source ended with.
-fn read(mut player: Player<'_, '_>, shared: &Shared, keys: &Receiver<Key>, mut pace: Option<Pace>) -> Option<Error> {
+fn read(mut player: Player<'_>, shared: &Shared, keys: &Receiver<Key>, mut pace: Option<Pace>) -> Option<Error> {
     let mut failure = None;
     while !shared.is_over() {
         let stands = {

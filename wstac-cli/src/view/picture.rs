@@ -91,8 +91,8 @@ impl Picture {
 mod tests {
     use super::*;
     use crate::open;
-    use wstac_host::source::SourceEvent;
     use wstac_host::source::open::OpenOptions;
+    use wstac_host::source::{Frame, SourceEvent};
 
     /// The picture of a frame in the middle of a slide, in a format, and its mean light.
     fn lit(format: &str) -> (Picture, f32) {

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use super::state::Rec;
 use wstac_host::error::Error;
-use wstac_host::session::Processor;
 use wstac_host::output::Output;
 use wstac_host::record::Recorder;
 use wstac_host::record::about::About;
+use wstac_host::session::Processor;
 use wstac_host::source::SourceEvent;
 
 /// Names that are tried before a folder is given up.
@@ -63,12 +63,12 @@ impl Recordings {
         })
     }
 
-    /// Starts one in a new file; `reading` has just been restarted.
-    pub(super) fn start(&mut self, reading: &Processor<'_>) -> Result<(), String> {
+    /// Starts one in a new file; `processor` has just been restarted.
+    pub(super) fn start(&mut self, processor: &Processor) -> Result<(), String> {
         let Ok(about) = &self.about else { return Ok(()) };
         let (file, path) = new_file(self.named.as_deref()).map_err(|error| error.to_string())?;
-        let recorder = Recorder::new(file, &path, about, reading).map_err(|error| error.to_string())?;
-        self.running = Some(Running { recorder, path, zero: reading.trigger().next_frame(), frames: 0, lost: 0 });
+        let recorder = Recorder::new(file, &path, about, processor).map_err(|error| error.to_string())?;
+        self.running = Some(Running { recorder, path, zero: processor.pipeline().next_frame(), frames: 0, lost: 0 });
         Ok(())
     }
 
@@ -80,7 +80,7 @@ impl Recordings {
             SourceEvent::Lost { frames, .. } => running.lost = running.lost.saturating_add(*frames),
             _ => {}
         }
-        running.recorder.item(item);
+        running.recorder.source_event(item);
     }
 
     /// Takes what the reading gave for it.
@@ -90,13 +90,13 @@ impl Recordings {
         if let Output::End(end) = &mut record {
             end.dropped = running.lost;
         }
-        running.recorder.record(&record, &(self.words)(&record));
+        running.recorder.output(&record, &(self.words)(&record));
     }
 
     /// Whether a recording must end after this item: it is the last one, or no more can be written.
-    pub(super) fn must_end(&mut self, item: &SourceEvent<'_>, reading: &Processor<'_>) -> bool {
+    pub(super) fn must_end(&mut self, item: &SourceEvent<'_>, processor: &Processor) -> bool {
         let Some(running) = &mut self.running else { return false };
-        let goes_on = running.recorder.end_of_item(item, reading);
+        let goes_on = running.recorder.processed(item, processor);
         !goes_on || matches!(item, SourceEvent::End)
     }
 

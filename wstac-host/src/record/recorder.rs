@@ -97,8 +97,8 @@ impl Recorder {
     }
 
     /// Takes one event of the source before the processor does.
-    pub fn item(&mut self, item: &SourceEvent<'_>) {
-        match item {
+    pub fn source_event(&mut self, event: &SourceEvent<'_>) {
+        match event {
             SourceEvent::Frame(Frame { bytes, timestamp, sequence, encoded, .. }) => {
                 let counted = self.time.frames as u32;
                 let (time, taken) = self.time.frame(*timestamp);
@@ -144,8 +144,8 @@ impl Recorder {
 
     /// Takes the taxels of the frame that was read, and gives everything of this moment to the disk. Whether the
     /// recording goes on: not where the disk is full, which [`finish`](Self::finish) tells.
-    pub fn end_of_item(&mut self, item: &SourceEvent<'_>, processor: &Processor) -> bool {
-        if let (SourceEvent::Frame(_), Some(taxels)) = (item, processor.taxels()) {
+    pub fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
+        if let (SourceEvent::Frame(_), Some(taxels)) = (event, processor.taxels()) {
             let data = foxglove::taxels(self.time.now.unwrap_or(0), &taxels);
             self.add(Topic::Taxels, data);
         }

@@ -65,13 +65,21 @@ impl Config {
     /// # Errors
     /// Layout, format and configuration do not fit each other.
     pub fn pipeline(&self, info: &StreamInfo) -> Result<HostPipeline, Error> {
-        let in_table = |table| move |error| self.does_not_fit(&info.about, table, error);
         let geometry = self.geometry(info)?;
         let is_published = Ok(*geometry.layout()) == Layout::paper(info.size);
         if info.taxels_only && !(is_published && self.green.stride == wstac_core::frame::Stride::One) {
             let expected = "taxel sums are of the paper's layout and every pixel, expected no other layout or stride";
             return Err(self.does_not_fit(&info.about, "[layout], [green]", expected));
         }
+        self.pipeline_of(geometry, &info.about)
+    }
+
+    /// Builds the pipeline of frames of this geometry. `about` names their source in errors.
+    ///
+    /// # Errors
+    /// `[features]` or `[trigger]` does not fit the geometry.
+    pub fn pipeline_of(&self, geometry: FrameGeometry<Any>, about: &str) -> Result<HostPipeline, Error> {
+        let in_table = |table| move |error| self.does_not_fit(about, table, error);
         let trigger = self.trigger().and_then(|trigger| Ok((trigger, self.following()?)));
         let (trigger, baseline) = trigger.map_err(in_table("[trigger]"))?;
         Pipeline::builder(geometry)

@@ -85,7 +85,10 @@ impl Pace {
             );
             return Fault { kind: FaultKind::Slow, message };
         }
-        Fault { kind: FaultKind::InTime, message: format!("the camera takes {measured:.1} of {rate:.1} frames a second again") }
+        Fault {
+            kind: FaultKind::InTime,
+            message: format!("the camera takes {measured:.1} of {rate:.1} frames a second again"),
+        }
     }
 }
 

@@ -41,7 +41,10 @@ impl Away {
         }
         let state = info.camera.as_deref();
         let name = state.map(|state| format!("{}: {}", state.path.display(), state.card)).unwrap_or_default();
-        Some(Fault { kind: FaultKind::Reconnected, message: format!("{name} is back; {lost} frame(s) were lost meanwhile") })
+        Some(Fault {
+            kind: FaultKind::Reconnected,
+            message: format!("{name} is back; {lost} frame(s) were lost meanwhile"),
+        })
     }
 
     /// Whether this is said for the first time.

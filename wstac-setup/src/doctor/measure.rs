@@ -9,9 +9,9 @@ use super::pace::Pace;
 use super::pixels::{PixelGrid, Pixels};
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::session::Processor;
 use wstac_host::output::{Output, OutputOptions};
-use wstac_host::source::{Frame, FaultKind, LossReason, Fault, Source, SourceEvent, StreamInfo};
+use wstac_host::session::Processor;
+use wstac_host::source::{Fault, FaultKind, Frame, LossReason, Source, SourceEvent, StreamInfo};
 
 /// Frames that a camera takes to settle after its start; they are not measured.
 pub const SETTLING: u32 = 15;

@@ -6,9 +6,9 @@ use super::measure::Measured;
 use super::still::Still;
 use super::tidy;
 use wstac_host::camera::formats::{self, Coding, FourCc};
-use wstac_host::source::LossReason;
 use wstac_host::camera::modes::Mode;
 use wstac_host::config::Config;
+use wstac_host::source::LossReason;
 
 /// One of the two.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -15,8 +15,8 @@ use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::session::Processor;
 use wstac_host::output::{Output, OutputOptions, SampleFrames};
+use wstac_host::session::Processor;
 use wstac_host::source::Source;
 use wstac_scene::SceneConfig;
 use wstac_scene::source::SceneSource;

@@ -11,7 +11,7 @@ use super::named;
 use wstac_host::error::Error;
 use wstac_host::source::open::OpenOptions;
 use wstac_host::source::y4m::header_of;
-use wstac_host::source::{Source, SourceEvent};
+use wstac_host::source::{Frame, Source, SourceEvent};
 use wstac_scene::source::SceneSource;
 use wstac_scene::source::script;
 
@@ -67,8 +67,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
                 out.write(bytes)?;
             }
             SourceEvent::Lost { frames, .. } => lost += frames,
-            SourceEvent::Taxels(_) | SourceEvent::Fault(_) | SourceEvent::Waiting => {}
             SourceEvent::End => break,
+            _ => {}
         }
     }
     out.finish()?;

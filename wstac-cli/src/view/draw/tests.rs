@@ -13,9 +13,9 @@ use crate::open;
 use crate::view::recording::Recordings;
 use crate::view::state::Phase;
 use wstac_host::config::Config;
-use wstac_host::session::Processor;
 use wstac_host::output::OutputOptions;
 use wstac_host::record;
+use wstac_host::session::Processor;
 use wstac_host::source::StreamInfo;
 use wstac_host::source::open::OpenOptions;
 

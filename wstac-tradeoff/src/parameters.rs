@@ -1,4 +1,4 @@
-//! What can be turned before a sample: the camera's format, the pixel stride, the log kernel.
+//! The parameters before a sample: the camera's format, the pixel stride and the kernel of the logarithm.
 
 use std::fmt;
 
@@ -111,7 +111,7 @@ impl Setting {
         Format::ALL.into_iter().flat_map(of_format).collect()
     }
 
-    /// The default and what differs from it in one knob.
+    /// Returns the default setting and all that differ from it in one parameter.
     pub fn one_at_a_time() -> Vec<Self> {
         let differs = |setting: &Self| {
             usize::from(setting.format != Self::DEFAULT.format)
