@@ -1,7 +1,8 @@
 //! The extension module `wstac._wstac`: what the package `wstac` is made of.
 //!
-//! It converts, and no more. Frames come in as rows of bytes. Typed outputs go out as objects of `wstac._answers`, numbers as NumPy
-//! arrays. What a Python program sees of them is in `wstac/`. Long calls release the interpreter's lock.
+//! It converts, and no more. Frames come in as rows of bytes. Typed outputs go out as objects of `wstac._answers`,
+//! numbers as NumPy arrays. What a Python program sees of them is in `wstac/`. Long calls release the interpreter's
+//! lock.
 
 mod config;
 mod dataset;
@@ -22,7 +23,7 @@ create_exception!(
     wstac,
     Error,
     PyValueError,
-    "What cannot be used, which part of it, what was found and what was expected: the text that the command wstac prints."
+    "What cannot be used: what was found and what was expected, in the words of the command wstac."
 );
 
 /// Makes an error of the core or the host Python's.

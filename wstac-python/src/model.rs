@@ -22,8 +22,8 @@ pub(crate) struct Model {
 
 #[pymethods]
 impl Model {
-    /// Reads and checks a model file (`wstac model import` makes one), or one that comes with wstac: `builtin:svm`, `builtin:forest`,
-    /// `builtin:boosted`. Raises `wstac.Error` if it cannot be read or used.
+    /// Reads and checks a model file (`wstac model import` makes one), or one that comes with wstac: `builtin:svm`,
+    /// `builtin:forest`, `builtin:boosted`. Raises `wstac.Error` if it cannot be read or used.
     #[staticmethod]
     fn load(path: PathBuf) -> PyResult<Self> {
         let file = ModelFile::open(&path).map_err(refused)?;

@@ -173,7 +173,8 @@ impl<'py> Classes<'py> {
         self.0.getattr(class)?.call1(fields)
     }
 
-    /// Returns the object of an output; `None` for outputs that become none. `at` is the number of the camera frame that comes next.
+    /// Returns the object of an output; `None` for outputs that become none. `at` is the number of the camera frame
+    /// that comes next.
     fn object(&self, at: u64, output: Output) -> PyResult<Option<Bound<'py, PyAny>>> {
         let object = match output {
             Output::Event(event) => self.event(*event),

@@ -178,8 +178,8 @@ impl Source {
         }
     }
 
-    /// Reads all of it: records, features and their numbers; taxels, numbers and timestamps of camera frames; on request also their
-    /// bytes.
+    /// Reads all of it: records, features and their numbers; taxels, numbers and timestamps of camera frames; on
+    /// request also their bytes.
     fn gather<'py>(&self, py: Python<'py>, with_frames: bool) -> PyResult<Bound<'py, PyDict>> {
         let size = with_frames.then_some(self.frame_bytes);
         self.locked(py, |state| state.gathered.frames = Some(Frames { size, ..Frames::default() }));

@@ -15,7 +15,8 @@ use crate::refused;
 /// Numerator and denominator of frames per second.
 pub(crate) type Rate = (u32, u32);
 
-/// Describes frames of a four-character code, a size in pixels and a rate. Rows have no padding unless `bytes_per_row` says more.
+/// Describes frames of a four-character code, a size in pixels and a rate. Rows have no padding unless `bytes_per_row`
+/// says more.
 pub(crate) fn info(
     format: &str,
     size: (u32, u32),

@@ -1,4 +1,4 @@
-"""A source of the command, read as it comes."""
+"""Sources of the command, read event by event."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Stream(Recorded):
 
     @property
     def about(self) -> str:
-        """What the source is, for a person."""
+        """A line about the source, for a person."""
         return self._native.about
 
     @property
@@ -108,10 +108,12 @@ def open(
 ) -> Stream:
     """Opens any source of the command, to iterate over its events as they come.
 
-    `source` is a camera (/dev/videoN), "scene:Saw3@150", "scene:FILE.toml", FILE.y4m, "-", a folder of PNGs, or FILE.mcap. `models` names
-    textures: one or several of "builtin:svm", paths and `Model`s. The other arguments are the options of `wstac run` of the same name:
-    `fps`, `format` and `size` are asked of a camera or scene, `fps`, `matrix` and `range` replace what a file says; `controls` are a camera's, such as
-    {"gain": 3}. `every` hands out all frames of a camera, also where the program is slower than it. Raises `Error` where the source cannot be used.
+    `source` is a camera (/dev/videoN), "scene:Saw3@150", "scene:FILE.toml", FILE.y4m, "-", a folder of PNGs, or FILE.mcap.
+    `models` is one or several of "builtin:svm", paths and `Model`s; without it, events have no texture.
+
+    The other arguments are the options of `wstac run` of the same name. `fps`, `format` and `size` are requested from a camera
+    or scene. `fps`, `matrix` and `range` replace what a file says. `controls` are those of a camera, such as {"gain": 3}.
+    `every` hands out all frames of a camera, even if the program is slower. Raises `Error` if the source cannot be used.
 
     >>> import wstac
     >>> with wstac.open("scene:Saw3@150,180deg", models="builtin:forest") as stream:
@@ -123,7 +125,16 @@ def open(
     wstac.Error: SOURCE is "nothing.mcap": no such file; expected /dev/videoN, scene:…, a .y4m or .mcap file, a folder of PNGs or -
     """
     options = source_options(
-        config, models, fps=fps, format=format, size=size, matrix=matrix, range=range, every=every, keep_controls=keep_controls, controls=controls
+        config,
+        models,
+        fps=fps,
+        format=format,
+        size=size,
+        matrix=matrix,
+        range=range,
+        every=every,
+        keep_controls=keep_controls,
+        controls=controls,
     )
     return Stream(_wstac.open_source(os.fspath(source), options, False))
 
@@ -142,7 +153,8 @@ def source_options(
     controls: Optional[Mapping[str, int]] = None,
 ) -> dict[str, Any]:
     """Returns the options of a source as the extension takes them."""
-    values = {name: _frames.count(f"control {name}", value, -(1 << 31), (1 << 31) - 1) for name, value in (controls or {}).items()}
+    least, most = -(1 << 31), (1 << 31) - 1
+    values = {name: _frames.count(f"control {name}", value, least, most) for name, value in (controls or {}).items()}
     return {
         "rate": None if fps is None else _frames.rate(fps),
         "format": format,

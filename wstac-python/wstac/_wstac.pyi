@@ -1,4 +1,4 @@
-"""The extension module: conversions only. What a program uses is in `wstac`."""
+"""The extension module, which only converts. Programs use `wstac`."""
 
 import os
 from typing import Any, Optional, Union, final
@@ -22,7 +22,7 @@ __all__ = [
 ]
 
 class Error(ValueError):
-    """What cannot be used, which part of it, what was found and what was expected: the text that the command wstac prints."""
+    """What cannot be used: what was found and what was expected, in the words of the command wstac."""
 
 @final
 class Config:

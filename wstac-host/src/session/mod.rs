@@ -97,8 +97,8 @@ impl Session {
 
     /// Starts to build a session of frames that the program pushes.
     ///
-    /// [`Session::poll`] returns [`Poll::Waiting`] until there is an output. Iterate only after [`SourceEvent::End`]: before it, the
-    /// iterator waits forever.
+    /// [`Session::poll`] returns [`Poll::Waiting`] until there is an output. Iterate only after [`SourceEvent::End`]:
+    /// before it, the iterator waits forever.
     ///
     /// ```
     /// use wstac_core::{green::any::PixelFormat, layout::FrameSize, rate::FrameRate};
@@ -152,7 +152,7 @@ impl Session {
         self.is_over
     }
 
-    /// Takes an event that the program has, as if it came from the source. [`Session::poll`] returns the outputs that follow from it.
+    /// Takes an event that the program has, as if it came from the source. [`Session::poll`] returns its outputs.
     ///
     /// [`SourceEvent::End`] ends the session before its source ends. A session that is over ignores the event.
     pub fn push(&mut self, event: &SourceEvent<'_>) {
