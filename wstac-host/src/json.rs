@@ -7,7 +7,7 @@ use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_core::speed::{NoSpeed, Speed};
 use wstac_core::trigger::InterruptedSample;
 
-use crate::output::{Output, SampleFrames, TactileEvent};
+use crate::output::{Output, SampleFrames, StreamSummary, TactileEvent};
 use crate::texture::Texture;
 
 /// A line of JSON. [`Line::new`] makes it from an output.
@@ -72,7 +72,7 @@ impl<'a> Line<'a> {
             Output::End(end) => Self::End {
                 frames: end.frames,
                 dropped: end.dropped,
-                baseline: if end.baseline_complete { "complete" } else { "incomplete" },
+                baseline: baseline(end),
                 incomplete: end.incomplete.map(IncompleteLine::from),
             },
             Output::Lost(_) | Output::BaselineDisturbed { .. } => return None,
@@ -118,7 +118,7 @@ impl<'a> EventLine<'a> {
             why: WhyField {
                 speed: event.speed.err().map(no_speed),
                 direction: direction.heading.err().map(unclear),
-                texture: event.texture.is_none().then_some("no model was given"),
+                texture: event.texture.is_none().then_some(NO_MODEL),
             },
             sample: event.sample.as_deref().map(over_time),
         }
@@ -188,6 +188,14 @@ pub fn unclear(reason: Unclear) -> &'static str {
         Unclear::NeverLit => "unclear: a row and a column never light up",
         Unclear::NoOrder => "unclear: neither rows nor columns light up in order",
     }
+}
+
+/// What a person is told about a missing texture.
+pub const NO_MODEL: &str = "no model was given";
+
+/// Returns `complete` or `incomplete`.
+pub fn baseline(end: &StreamSummary) -> &'static str {
+    if end.baseline_complete { "complete" } else { "incomplete" }
 }
 
 /// Returns a direction's confidence for output, 0 to 1, with four decimals.

@@ -33,7 +33,7 @@ pub struct ModelFile {
 
 self_cell! {
     /// A model together with the words that it reads.
-    pub(crate) struct OwnedModel {
+    pub struct OwnedModel {
         owner: Arc<[u32]>,
         #[covariant]
         dependent: Model,
@@ -44,7 +44,7 @@ self_cell! {
 
 impl OwnedModel {
     /// Returns the model.
-    pub(crate) fn get(&self) -> &Model<'_> {
+    pub fn get(&self) -> &Model<'_> {
         self.borrow_dependent()
     }
 }
@@ -124,7 +124,7 @@ impl ModelFile {
     ///
     /// # Errors
     /// What is wrong with the file.
-    pub(crate) fn owned(&self) -> Result<Arc<OwnedModel>, Error> {
+    pub fn owned(&self) -> Result<Arc<OwnedModel>, Error> {
         let model = OwnedModel::try_new(Arc::clone(&self.words), |words| Model::from_words(words));
         model.map(Arc::new).map_err(|error| Error::new(&self.about, error))
     }

@@ -14,6 +14,7 @@
 mod processor;
 
 use std::collections::VecDeque;
+use std::convert::Infallible;
 
 pub use self::processor::{HostPipeline, Processor};
 use crate::config::Config;
@@ -94,6 +95,29 @@ impl Session {
         }
     }
 
+    /// Starts to build a session of frames that the program pushes.
+    ///
+    /// [`Session::poll`] returns [`Poll::Waiting`] until there is an output. Iterate only after [`SourceEvent::End`]:
+    /// before it, the iterator waits forever.
+    ///
+    /// ```
+    /// use wstac_core::{green::any::PixelFormat, layout::FrameSize, rate::FrameRate};
+    /// use wstac_host::output::Output;
+    /// use wstac_host::session::Session;
+    /// use wstac_host::source::{Frame, SourceEvent, StreamInfo};
+    ///
+    /// let info = StreamInfo::new("my camera", FrameSize::new(400, 400)?, PixelFormat::Gray, FrameRate::NOMINAL);
+    /// let mut session = Session::of_frames(info).build()?;
+    /// session.push(&SourceEvent::Frame(Frame::new(&[1; 160_000])));
+    /// session.push(&SourceEvent::End);
+    /// let outputs = session.collect::<Result<Vec<_>, _>>()?;
+    /// assert!(matches!(outputs[..], [Output::End(end)] if end.frames == 1));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn of_frames(info: StreamInfo) -> SessionBuilder {
+        Self::builder(Pushed(info))
+    }
+
     /// Opens a file, a folder of pictures or standard input, with the default options. [`open()`] has all of them, and other kinds of
     /// sources.
     ///
@@ -121,6 +145,27 @@ impl Session {
     /// Returns how far reading is behind a live source.
     pub fn lag(&self) -> Lag {
         self.lag
+    }
+
+    /// Returns whether the session takes no more events. There may still be outputs.
+    pub fn is_over(&self) -> bool {
+        self.is_over
+    }
+
+    /// Takes an event that the program has, as if it came from the source. [`Session::poll`] returns its outputs.
+    ///
+    /// [`SourceEvent::End`] ends the session before its source ends. A session that is over ignores the event.
+    pub fn push(&mut self, event: &SourceEvent<'_>) {
+        if self.is_over {
+            return;
+        }
+        let waiting = &mut self.waiting;
+        let emit = |output| {
+            waiting.push_back(output);
+            Ok::<(), Infallible>(())
+        };
+        let Ok(goes_on) = self.processor.process(event, emit);
+        self.is_over = !goes_on;
     }
 
     /// Takes the next event of the source: hands it to `observer`, then every output that follows from it.
@@ -186,6 +231,19 @@ impl Session {
                 return Ok(Poll::Waiting);
             }
         }
+    }
+}
+
+/// A source without frames: the program pushes them.
+struct Pushed(StreamInfo);
+
+impl Source for Pushed {
+    fn info(&self) -> &StreamInfo {
+        &self.0
+    }
+
+    fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
+        Ok(SourceEvent::Waiting)
     }
 }
 
