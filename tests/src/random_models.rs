@@ -1,7 +1,7 @@
 //! Model files of every kind by chance, without the host's writer: as the core's pages say they are, extremes included.
 //!
 //! It needs no allocation: the core's own tests, a host test and the emulated board make the same models and samples, and all
-//! answers together are one number, [`ANSWERS`].
+//! answers together are one number, [`ANSWERS`]. So its random numbers are its own: no board has the simulator's.
 
 use wstac_core::model::Model;
 use wstac_core::model::file::{INPUTS, crc};
