@@ -1,8 +1,10 @@
 //! Random model files of every kind, made without the host's writer: as the pages of `wstac-core` describe them, extremes included.
 //!
-//! This crate needs no allocation and no other crate: the unit tests of `wstac-core` and the emulated board make the same models and
-//! samples, and all answers together are one number, [`ANSWERS`].
-#![no_std]
+//! It needs no allocation: the core's own tests, a host test and the emulated board make the same models and samples, and all
+//! answers together are one number, [`ANSWERS`]. So its random numbers are its own: no board has the simulator's.
+
+use wstac_core::model::Model;
+use wstac_core::model::file::{INPUTS, crc};
 
 /// Inputs of a model: ten features in each of 70 frames.
 pub const INPUTS: usize = 700;
