@@ -224,6 +224,34 @@ fn a_budget_that_cannot_be_read_or_met_says_so() {
 }
 
 #[test]
+fn a_figure_s_file_is_what_its_name_says() {
+    let folder = std::env::temp_dir().join(format!("wstac-figures-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    for (name, start) in [("a.svg", &b"<svg "[..]), ("a.png", b"\x89PNG\r\n"), ("a.pdf", b"%PDF-1.")] {
+        for arguments in [&["plot", "scene:Saw3@150"][..], &["trade", "--map", "kept"]] {
+            let path = folder.join(format!("{}-{name}", arguments[0])).to_str().unwrap().to_owned();
+            output(&[arguments, &["-o", &path]].concat());
+            let bytes = std::fs::read(&path).unwrap();
+            assert!(bytes.starts_with(start) && bytes.len() > 5000, "{path}: {} bytes", bytes.len());
+            // There is something to lose.
+            let again = Command::new(wstac()).args([arguments, &["-o", &path]].concat()).output().unwrap();
+            assert!(String::from_utf8_lossy(&again.stderr).contains("exists already"));
+        }
+    }
+    for (arguments, name, says) in [
+        (&["plot", "scene:Saw3@150"][..], "b.jpg", "(found .jpg, expected one of .svg, .png, .pdf)"),
+        (&["trade", "--budget", "M4F<60k"], "b.svg", "only the figure of a map is a file"),
+        (&["trade", "--slides", "1"], "b.pdf", "only the figure of a map is a file"),
+    ] {
+        let path = folder.join(name);
+        let refused = Command::new(wstac()).args(arguments).arg("-o").arg(&path).output().unwrap();
+        let told = String::from_utf8_lossy(&refused.stderr);
+        assert!(refused.status.code() == Some(1) && told.contains(says) && !path.exists(), "{told}");
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
 fn several_sensors_give_what_each_gives_alone_under_its_name() {
     let scenes = [("left", "scene:Saw3@150,90deg"), ("right", "scene:Fla0@120")];
     let sources = scenes.map(|(name, scene)| format!("cam:{name}={scene}"));

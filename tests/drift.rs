@@ -91,9 +91,9 @@ fn an_hour_of_drift_makes_a_kept_baseline_fire_and_a_followed_one_not() {
     for (drift, still) in
         of_slides(&truth, &followed).iter().flatten().zip(of_slides(&truth, &expected).iter().flatten())
     {
-        assert_eq!(drift.direction.deg, still.direction.deg, "at frame {}", drift.frame);
-        assert!(drift.direction.deg.is_some() && drift.reliable, "at frame {}", drift.frame);
-        let (a, b) = (drift.duration_frames.unwrap(), still.duration_frames.unwrap());
+        assert_eq!(drift.direction.heading, still.direction.heading, "at frame {}", drift.frame);
+        assert!(drift.direction.heading.is_ok() && drift.reliable, "at frame {}", drift.frame);
+        let (a, b) = (drift.lit_frames.unwrap(), still.lit_frames.unwrap());
         assert!(a.abs_diff(b) <= 1, "at frame {}: {a} frames, {b} without drift", drift.frame);
         if a == b { same += 1 } else { off += 1 }
     }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use wstac_host::source::mcap::McapSource;
-use wstac_host::source::{Source, SourceEvent};
+use wstac_host::source::{Frame, Source, SourceEvent};
 use wstac_tests::folder::Folder;
 use wstac_tests::random::Random;
 

@@ -21,6 +21,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 TRADE = ROOT / "wstac-tradeoff/data"
+MODELS = ROOT / "wstac-host/models"
 EXTREMES = ROOT / "docs/EXTREMES.md"
 PICTURE, PAGE = ROOT / "docs/plots/trade.svg", ROOT / "docs/TRADE.md"
 # Name, the core that it is for, and what may be spent.
@@ -117,7 +118,7 @@ def models_are_those_that_were_counted():
     fine = True
     for core, prices in json.loads((TRADE / "prices.json").read_text())["cores"].items():
         for name, price in prices["models"].items():
-            file = next(file for file in (TRADE.parent / "models" / name, TRADE / "models" / name) if file.exists())
+            file = next(file for file in (MODELS / name, MODELS / "tradeoff" / name) if file.exists())
             if hashlib.sha256(file.read_bytes()).hexdigest() != price["sha256"]:
                 fine = False
                 print(f"{name}: another file than the one counted on {core}: ci/prices --keep counts it")

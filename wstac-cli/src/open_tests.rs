@@ -3,7 +3,6 @@
 use std::fs;
 
 use wstac_core::green::any::PixelFormat;
-use wstac_core::layout::FrameSize;
 
 use crate::open;
 use wstac_core::rate::FrameRate;

@@ -2,12 +2,11 @@
 
 use std::fmt;
 
-use wstac_core::direction::Direction;
+use wstac_core::direction::{self, Direction};
 use wstac_core::features::Features;
 use wstac_core::params::SAMPLE_FRAMES;
-use wstac_core::speed::{NoSpeed, Speed, SpeedConfig};
+use wstac_core::speed::{self, LitSpan, NoSpeed, Speed, SpeedConfig};
 use wstac_core::trigger::{Event, InterruptedSample, StreamEnd};
-use wstac_core::wire::Answers;
 
 use crate::source::{Fault, LossReason};
 use crate::texture::{Texture, Textures};
@@ -107,24 +106,36 @@ pub struct TactileEvent {
 }
 
 impl TactileEvent {
-    /// Creates an event from a link's answers, which hold no bound and no sample.
-    ///
-    /// `bound` marks a speed in mm/s as extrapolated or not.
+    /// Creates an event of the core with the answers of `textures`.
+    pub(crate) fn new(event: &Event<'_>, config: &SpeedConfig, textures: &Textures, with_sample: bool) -> Self {
+        let flat = event.sample.flat();
+        let sample = flat.as_chunks().0.as_array().filter(|_| with_sample);
+        let speed = speed::speed(event, config);
+        Self {
+            frame: event.frame,
+            lit_frames: speed::duration(event, config).map(LitSpan::frames),
+            speed,
+            speed_at_most: bound(speed, |mm_s| config.marked(mm_s)),
+            direction: direction::direction(event),
+            texture: textures.of_sample(&flat),
+            frames_filled: event.frames_filled,
+            reliable: event.reliable,
+            sample: sample.copied().map(Box::new),
+        }
+    }
+
+    /// Creates an event from the answers of a board.
+    #[cfg(feature = "board")]
     pub(crate) fn from_answers(
-        answers: &Answers<'_>,
-        bound: impl FnOnce(f32) -> Speed,
+        answers: &wstac_core::wire::Answers<'_>,
         texture: Option<Texture>,
         sample: Option<&SampleFrames>,
     ) -> Self {
-        let speed_at_most = match answers.speed {
-            Err(NoSpeed::CutOff { at_most: Some(mm_s) }) => Some(bound(mm_s)),
-            _ => None,
-        };
         Self {
             frame: answers.frame,
             lit_frames: answers.duration,
             speed: answers.speed,
-            speed_at_most,
+            speed_at_most: bound(answers.speed, Speed::new),
             direction: answers.direction,
             texture,
             frames_filled: answers.frames_filled,
@@ -133,17 +144,17 @@ impl TactileEvent {
         }
     }
 
-    /// Creates an event of the core with the answers of `textures`.
-    pub(crate) fn new(event: &Event<'_>, config: &SpeedConfig, textures: &Textures, with_sample: bool) -> Self {
-        let flat = event.sample.flat();
-        let sample = flat.as_chunks().0.as_array().filter(|_| with_sample);
-        let answers = Answers::new(event, config);
-        Self::from_answers(&answers, |mm_s| config.marked(mm_s), textures.of_sample(&flat), sample)
-    }
-
     /// Returns whether the sample starts or ends in the light, so that the slide lasted longer than was seen.
     pub fn is_cut_off(&self) -> bool {
         matches!(self.speed, Err(NoSpeed::CutOff { .. }))
+    }
+}
+
+/// Returns the bound of a speed that is not known because its event is cut off; `mark` marks it as extrapolated or not.
+fn bound(speed: Result<Speed, NoSpeed>, mark: impl FnOnce(f32) -> Speed) -> Option<Speed> {
+    match speed {
+        Err(NoSpeed::CutOff { at_most: Some(mm_s) }) => Some(mark(mm_s)),
+        _ => None,
     }
 }
 

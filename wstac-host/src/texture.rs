@@ -42,6 +42,7 @@ impl Texture {
     }
 
     /// What several models say, each of another task; nothing where there is none.
+    #[cfg(feature = "board")]
     pub(crate) fn of_all(mut answers: Vec<(Task, String)>) -> Option<Self> {
         answers.sort_by_key(|(task, _)| rank(*task));
         Self::merged(answers.into_iter().map(|(task, label)| Self::of(task, label)))

@@ -95,7 +95,7 @@ impl Span {
         }
         let digits: &[u8] = if (self.to / self.from).log10() < 4.0 { &[1, 2, 3, 4, 5, 6, 7, 8, 9] } else { &[1] };
         let minor = self.multiples(digits, 1).into_iter().map(|(tick, _)| (tick, String::new()));
-        let is_other = |(tick, _): &(f64, String)| found.iter().all(|(other, _)| other != tick);
+        let is_other = |(tick, _): &(f64, String)| found.iter().all(|(other, _)| other.total_cmp(tick).is_ne());
         minor.filter(is_other).chain(found.iter().cloned()).collect()
     }
 
@@ -355,7 +355,9 @@ pub fn legend(drawing: &mut Drawing, [left, top]: [f64; 2], width: f64, looks: &
     const GAP: f64 = 8.0;
     let beside = 2.0 * RADIUS + 3.0;
     let widest = looks.iter().map(|(_, name)| beside + width_of(name, SIZE)).fold(1.0, f64::max);
-    let columns = (((width + GAP) / (widest + GAP)).floor() as usize).clamp(1, looks.len().max(1));
+    let most = (((width + GAP) / (widest + GAP)).floor() as usize).clamp(1, looks.len().max(1));
+    // As many lines as that takes, equally long.
+    let columns = looks.len().div_ceil(looks.len().div_ceil(most).max(1)).max(1);
     for (place, (look, name)) in looks.iter().enumerate() {
         let x = left + RADIUS + (width / columns as f64) * (place % columns) as f64;
         let y = top + LINE * (place / columns) as f64;
@@ -415,8 +417,8 @@ mod tests {
         assert_eq!(log([2e-4, 3e-3], 200.0), ["0.0002", "0.0005", "0.001", "0.002"]);
         assert_eq!(log([50.0, 400.0], 107.0), ["50", "100", "200"]);
         assert_eq!(log([60_000.0, 90_000.0], 200.0), ["60 k", "65 k", "70 k", "75 k", "80 k", "85 k", "90 k"]);
-        // Nine decades in little room: every second one, or every third.
-        assert_eq!(log([1e-3, 1e6], 100.0), ["0.001", "1", "1000", "1 M"]);
+        // Nine decades in little room: every second one.
+        assert_eq!(log([1e-3, 1e6], 100.0), ["0.01", "1", "100", "10 k", "1 M"]);
         for length in [30.0, 60.0, 107.0, 250.0] {
             for to in [2.0, 7.0, 90.0, 1e4, 1e9] {
                 let span = Span::log([1.1, to]);

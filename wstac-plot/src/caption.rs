@@ -71,8 +71,8 @@ fn drawn(found: &Found) -> String {
         ThresholdOn::AboveBaseline => " above the baseline",
     };
     format!(
-        "a, b: light of the five taxels of a row or column, numbers at its centroid; dashed, where the trigger fires, gray, the \
-         window that did; lit, above {threshold} of full scale{on}; dotted, the first and last lit frame. d: thick where the law \
-         was fitted, {slowest} to {fastest} mm/s."
+        "a, b: light of the five taxels of each row or column; numbers stand at its centroid. Dashed: thresholds of the trigger. \
+         Gray: the window that fired. Lit: above {threshold} of full scale{on}. Dotted: first and last lit frame. d: thick where \
+         the law was fitted, {slowest} to {fastest} mm/s."
     )
 }

@@ -1,6 +1,6 @@
 //! The page: four panels and a caption, 170 mm wide.
 
-use wstac_core::params::{ROWS, SAMPLE_FRAMES};
+use wstac_core::params::ROWS;
 
 use super::event::Found;
 use super::{arrival, features, law};

@@ -11,7 +11,7 @@ const FIRST: f64 = 32.0;
 const HEIGHT: f64 = 128.0;
 const BETWEEN: f64 = 28.0;
 /// The pieces of a law's curve.
-const PIECES: u32 = 60;
+const PIECES: u32 = 240;
 
 /// A fitted law in plain numbers.
 #[derive(Clone, Debug)]
@@ -69,7 +69,7 @@ impl<Law: Fn(f64) -> f64> SpeedFits<'_, Law> {
             let curve: Vec<_> = speeds.filter(|mm_s| *mm_s > 0.0).map(|mm_s| [mm_s, (fit.law)(mm_s)]).collect();
             above.line(&mut drawing, &curve, RED, THICK);
             let mut below = Axes::new([left, second], [width, HEIGHT], x, residuals);
-            below.draw(&mut drawing, ["Residuals", "speed (mm/s)", "frames minus the law's"]);
+            below.draw(&mut drawing, ["Residuals", "speed (mm/s)", "residual (frames)"]);
             below.line(&mut drawing, &[[slowest, 0.0], [fastest, 0.0]], RED, THICK);
             for slide in *slides {
                 above.point(&mut drawing, *slide, look);

@@ -51,7 +51,7 @@ fn read(path: &Path, bytes: usize) {
             Err(_) => return,
             Ok(item) => {
                 if let Some(reading) = &mut reading {
-                    let Ok(goes_on) = reading.take(&item, |_| Ok::<(), ()>(())) else { return };
+                    let Ok(goes_on) = reading.process(&item, |_| Ok::<(), ()>(())) else { return };
                     if !goes_on {
                         return;
                     }

@@ -10,6 +10,7 @@ use serde::Serialize;
 use wstac_host::error::Error;
 use wstac_host::json::{Line, confidence, no_speed, real, rounded, unclear};
 use wstac_host::output::{DisturbedBaseline, Output, TactileEvent};
+use wstac_host::source::LossReason;
 use wstac_host::texture::{Texture, pattern_and_depth};
 
 /// Why a command ends early.
@@ -34,6 +35,26 @@ impl From<io::Error> for Stop {
         match error.kind() {
             ErrorKind::BrokenPipe => Self::OutputClosed,
             _ => Self::Failed(Error::new("standard output", error)),
+        }
+    }
+}
+
+/// Frames lost, counted by reason.
+#[derive(Default)]
+pub(super) struct LossReport(Vec<(LossReason, u64)>);
+
+impl LossReport {
+    pub(super) fn add(&mut self, frames: u64, reason: &LossReason) {
+        match self.0.iter_mut().find(|(known, _)| known == reason) {
+            Some((_, count)) => *count = count.saturating_add(frames),
+            None => self.0.push((reason.clone(), frames)),
+        }
+    }
+
+    /// A line a reason.
+    pub(super) fn say(&self, note: impl Fn(String)) {
+        for (reason, count) in &self.0 {
+            note(format!("{count} frame(s) lost: {reason}"));
         }
     }
 }

@@ -10,17 +10,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use signal_hook::consts::SIGHUP;
 
-use super::loss_report::LossReport;
-use super::output::{Form, Records, Stop, check_new, note, text_of};
+use super::output::{Form, LossReport, Records, Stop, check_new, note, text_of};
 use super::run::interruptions;
 use super::source_arguments::{SourceArguments, doubts_of_textures};
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{DisturbedBaseline, Output, OutputOptions};
-use wstac_host::rate::per_second;
-use wstac_host::record::about::{About, Labels};
+use wstac_host::record::about::About;
 use wstac_host::record::{Recorder, Written};
 use wstac_host::session::{Observer, Processor, Session, Step};
+use wstac_host::source::Labels;
 use wstac_host::source::{FramePolicy, Lag, SourceEvent, StreamInfo};
 use wstac_host::texture::Textures;
 use wstac_train::dataset::recordings::{NAMES, check};
@@ -291,7 +290,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 
 /// The frames after which a recording ends.
 fn frame_limit(arguments: &Arguments, info: &StreamInfo) -> Option<u64> {
-    let rate = per_second(info.rate);
+    let rate = info.rate.per_second();
     let of_time = arguments.duration.map(|seconds| (seconds * rate).ceil() as u64);
     arguments.frames.into_iter().chain(of_time).min()
 }

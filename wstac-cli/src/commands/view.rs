@@ -9,9 +9,10 @@ use crate::view::{self, Recordings};
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::OutputOptions;
-use wstac_host::record::about::{About, Labels};
+use wstac_host::record::about::About;
 use wstac_host::session::Processor;
 use wstac_host::source::FramePolicy;
+use wstac_host::source::Labels;
 use wstac_host::texture::Textures;
 use wstac_linux::source::is_camera;
 

@@ -16,7 +16,7 @@ use wstac_host::source::SourceEvent;
 const MOST_NAMES: u32 = 9999;
 
 /// What recordings are made with, and the one under way.
-pub struct Recordings {
+pub(crate) struct Recordings {
     /// What a recording says of itself; or why there is none.
     about: Result<About, Error>,
     named: Option<PathBuf>,
@@ -40,12 +40,12 @@ struct Running {
 impl Recordings {
     /// `about` says what a recording says of itself, or why there can be none; `named` is the first one's file, otherwise it
     /// is `wstac-N.mcap`; `words` are a record's for a person.
-    pub fn new(about: Result<About, Error>, named: Option<PathBuf>, words: fn(&Output) -> String) -> Self {
+    pub(crate) fn new(about: Result<About, Error>, named: Option<PathBuf>, words: fn(&Output) -> String) -> Self {
         Self { about, named, words, running: None, asked: false, said: Vec::new() }
     }
 
     /// What became of the recordings, a line each.
-    pub fn said(&self) -> &[String] {
+    pub(crate) fn said(&self) -> &[String] {
         &self.said
     }
 

@@ -2,14 +2,13 @@
 
 use std::fmt::Write;
 
-use wstac_core::params::SAMPLE_FRAMES;
-use wstac_core::speed::Speed;
+use wstac_core::features::Features;
+use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::trigger::{InterruptedSample, StreamEnd};
-use wstac_core::wire::{Answers, Fault, Hello, Message, ModelFacts, TextureAnswer};
+use wstac_core::wire::{Answers, Fault, Hello, Message, ModelFacts, SAMPLE_PART, TextureAnswer};
 
 use super::Report;
 use super::progress::Progress;
-use super::sample::Parts;
 use crate::output::{DisturbedBaseline, EarlyTexture, FrameFeatures, Output, OutputOptions, TactileEvent};
 use crate::texture::Texture;
 use crate::texture::task_name;
@@ -120,7 +119,7 @@ impl Board {
         if self.wanted.samples && sample.is_none() {
             give(Report::Note(format!("the sample of the event at frame {} did not arrive", answers.frame)))?;
         }
-        give(Report::Output(Output::Event(Box::new(TactileEvent::from_answers(answers, Speed::new, texture, sample)))))
+        give(Report::Output(Output::Event(Box::new(TactileEvent::from_answers(answers, texture, sample)))))
     }
 
     fn status<E>(
@@ -134,6 +133,43 @@ impl Board {
             return Ok(());
         }
         give(Report::Note(DisturbedBaseline.to_string()))
+    }
+}
+
+/// The parts of one sample that have arrived.
+#[derive(Clone, Debug)]
+struct Parts {
+    /// Number of the sample's first frame.
+    frame: u64,
+    frames: [Features; SAMPLE_FRAMES],
+    arrived: [bool; SAMPLE_FRAMES / SAMPLE_PART],
+}
+
+impl Default for Parts {
+    fn default() -> Self {
+        Self { frame: 0, frames: [[0; FEATURES]; SAMPLE_FRAMES], arrived: [false; SAMPLE_FRAMES / SAMPLE_PART] }
+    }
+}
+
+impl Parts {
+    /// Takes the part of the sample at `frame` that starts with its frame `first`; what is no part is passed over.
+    fn take(&mut self, frame: u64, first: u8, part: &[Features; SAMPLE_PART]) {
+        if frame != self.frame {
+            *self = Self { frame, ..Self::default() };
+        }
+        let number = usize::from(first) / SAMPLE_PART;
+        let places = self.frames.as_chunks_mut().0;
+        if usize::from(first).is_multiple_of(SAMPLE_PART)
+            && let (Some(place), Some(arrived)) = (places.get_mut(number), self.arrived.get_mut(number))
+        {
+            *place = *part;
+            *arrived = true;
+        }
+    }
+
+    /// The sample at `frame`, if all of it has arrived.
+    fn of(&self, frame: u64) -> Option<&[Features; SAMPLE_FRAMES]> {
+        (frame == self.frame && self.arrived.iter().all(|&arrived| arrived)).then_some(&self.frames)
     }
 }
 

@@ -3,7 +3,6 @@
 mod board;
 pub mod port;
 mod progress;
-mod sample;
 
 use wstac_core::wire::{DecodeError, Decoder, Message, VERSION};
 

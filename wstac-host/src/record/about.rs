@@ -12,7 +12,7 @@ use wstac_core::rate::FrameRate;
 use crate::camera::CameraState;
 use crate::config::Config;
 use crate::error::Error;
-use crate::source::StreamInfo;
+use crate::source::{Labels, StreamInfo};
 
 /// Names of the records of metadata.
 const STREAM: &str = "wstac.stream";
@@ -23,9 +23,6 @@ const LAYOUT: &str = "wstac.layout";
 /// The key of a record that is one text.
 const JSON: &str = "json";
 const TOML: &str = "toml";
-
-/// What a person says of a recording, such as `specimen` `Saw3`.
-pub type Labels = BTreeMap<String, String>;
 
 /// The stream, as its frames are stored.
 #[derive(Debug, Serialize, Deserialize)]

@@ -12,7 +12,7 @@ use super::{Fault, FaultKind, Frame, LossReason, Recorded, Source, SourceEvent, 
 use crate::camera::mjpeg::Decoder;
 use crate::error::Error;
 use crate::record::about::About;
-use crate::record::foxglove::{Schema, image_data};
+use crate::record::foxglove::{Images, Schema};
 use crate::record::parse::parse_record;
 use crate::record::scan::{MessageBody, Scan, Step, outline};
 use crate::record::{CAMERA, FAULTS};
@@ -50,6 +50,7 @@ pub struct McapSource {
     /// Channels that matter, by their numbers; numbers of the schemas of compressed pictures.
     channels: Vec<(u16, Content)>,
     jpeg_schemas: Vec<u16>,
+    images: Images,
     decoder: Option<Decoder>,
     ended: bool,
 }
@@ -93,6 +94,7 @@ impl McapSource {
             info,
             channels: Vec::new(),
             jpeg_schemas: Vec::new(),
+            images: Images::default(),
             decoder: None,
             ended: false,
             subject,
@@ -105,8 +107,7 @@ impl McapSource {
     }
 
     fn damaged(&self, what: impl std::fmt::Display) -> Error {
-        let message = format_args!("{what}; wstac recover makes a whole recording of what is not damaged");
-        Error::new(&self.subject, message)
+        damaged(&self.subject, what)
     }
 
     /// Goes on to the next message that matters: a frame's stays in `scan`.
@@ -173,11 +174,11 @@ impl McapSource {
 
     /// The frame that `scan` has.
     fn frame(&mut self, content: Content) -> Result<SourceEvent<'_>, Error> {
-        let message = MessageBody::parse(self.scan.body());
-        let data = message.as_ref().map(|message| image_data(message.data, content == Content::Jpeg));
-        let (Some(message), Some(Ok(data))) = (message, data) else {
-            return Err(self.damaged("has a frame that is no picture"));
+        let Some(message) = MessageBody::parse(self.scan.body()) else {
+            return Err(self.damaged(NO_PICTURE));
         };
+        let data = self.images.read(message.data, content == Content::Jpeg);
+        let data = data.map_err(|_| damaged(&self.subject, NO_PICTURE))?;
         let of_driver = self.about.driver_times;
         let timestamp = of_driver.then(|| Duration::from_nanos(message.times[1]));
         let sequence = of_driver.then_some(message.sequence);
@@ -212,6 +213,12 @@ impl Source for McapSource {
             Next::End => Ok(SourceEvent::End),
         }
     }
+}
+
+const NO_PICTURE: &str = "has a frame that is no picture";
+
+fn damaged(subject: &str, what: impl std::fmt::Display) -> Error {
+    Error::new(subject, format_args!("{what}; wstac recover makes a whole recording of what is not damaged"))
 }
 
 /// Labels for a person.

@@ -1,11 +1,14 @@
 //! Where frames come from: one trait, one file a source.
 
+#[cfg(feature = "mcap")]
 pub mod mcap;
 pub mod open;
+#[cfg(feature = "png")]
 pub mod png_folder;
 mod words;
 pub mod y4m;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -19,7 +22,9 @@ use wstac_core::rate::FrameRate;
 use crate::camera::CameraState;
 use crate::config::Config;
 use crate::error::Error;
-use crate::record::about::Labels;
+
+/// What a person says of a recording, such as `specimen` `Saw3`.
+pub type Labels = BTreeMap<String, String>;
 
 pub use self::words::{FaultKind, LossReason};
 

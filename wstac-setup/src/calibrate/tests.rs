@@ -5,7 +5,7 @@ use wstac_core::layout::FrameSize;
 
 use super::*;
 use wstac_host::config::Config;
-use wstac_host::source::{Source, SourceEvent};
+use wstac_host::source::{Frame, Source, SourceEvent};
 use wstac_scene::SceneConfig;
 use wstac_scene::rng::Rng;
 use wstac_scene::sensor::Pose;

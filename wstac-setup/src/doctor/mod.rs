@@ -28,7 +28,6 @@ use wstac_host::camera::DeviceInfo;
 use wstac_host::camera::modes::fps;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::rate::per_second;
 use wstac_host::source::{LossReason, StreamInfo};
 
 /// Everything that was found out.
@@ -185,7 +184,7 @@ pub fn examine(
         camera,
         rate: RateReport {
             asked: known.asked_fps,
-            stated: per_second(info.rate),
+            stated: info.rate.per_second(),
             measured: pace.map(|pace| tidy(pace.fps)),
             jitter_ms: pace.map(|pace| tidy(1e3 * pace.jitter)),
             longest_ms: pace.map(|pace| tidy(1e3 * pace.longest)),

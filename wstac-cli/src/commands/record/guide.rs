@@ -16,10 +16,11 @@ use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::record::Recorder;
-use wstac_host::record::about::{About, Labels};
+use wstac_host::record::about::About;
 use wstac_host::record::plan::{self, PlannedSlide};
 use wstac_host::session::Processor;
-use wstac_host::source::{Frame, FramePolicy, Source, SourceEvent, StreamInfo};
+use wstac_host::source::Labels;
+use wstac_host::source::{FramePolicy, Source, SourceEvent, StreamInfo};
 use wstac_host::texture::Textures;
 use wstac_linux::source::is_camera;
 
@@ -296,6 +297,7 @@ mod tests {
     use wstac_core::rate::FrameRate;
 
     use super::*;
+    use wstac_host::source::Frame;
     use wstac_host::source::mcap::McapSource;
 
     /// A camera that fails after some frames.

@@ -7,8 +7,7 @@ use std::sync::Barrier;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use super::super::loss_report::LossReport;
-use super::super::output::{Form, Records, Stop, note};
+use super::super::output::{Form, LossReport, Records, Stop, note};
 use super::super::source_arguments::doubts_of_textures;
 use super::Arguments;
 use super::sensors::Sensor;

@@ -36,7 +36,7 @@ fn after(scene: &str, items: u32) -> State {
 }
 
 fn recordings(info: &StreamInfo, named: Option<PathBuf>) -> Recordings {
-    let about = record::about::About::new(info, &Config::default(), record::about::Labels::default(), Vec::new());
+    let about = record::about::About::new(info, &Config::default(), wstac_host::source::Labels::default(), Vec::new());
     Recordings::new(about, named, |record| format!("{record:?}"))
 }
 

@@ -1,6 +1,6 @@
 //! The headers of a JPEG picture, as far as it takes to check that its data are whole.
 
-use super::jpeg_data::{Blocks, Scan, Table};
+use super::data::{Blocks, Scan, Table};
 
 /// Most components that are looked at: Y, Cb, Cr.
 const COMPONENTS: usize = 3;

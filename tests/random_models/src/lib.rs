@@ -1,11 +1,11 @@
-//! Model files of every kind by chance, without the host's writer: as the core's pages say they are, extremes included.
+//! Random model files of every kind, made without the host's writer: as the pages of `wstac-core` describe them, extremes included.
 //!
-//! It needs no allocation: the core's own tests, a host test and the emulated board make the same models and samples, and all
-//! answers together are one number, [`ANSWERS`].
+//! This crate needs no allocation and no other crate: the unit tests of `wstac-core` and the emulated board make the same models and
+//! samples, and all answers together are one number, [`ANSWERS`].
+#![no_std]
 
-use wstac_core::model::Model;
-use wstac_core::model::file::{INPUTS, crc};
-
+/// Inputs of a model: ten features in each of 70 frames.
+pub const INPUTS: usize = 700;
 /// Words that a model may have.
 pub const MOST_WORDS: usize = 16_384;
 /// Kinds of models that there are: linear ones by weights and votes, forests, boosted trees by leaves.
@@ -13,7 +13,7 @@ pub const KINDS: u32 = 7;
 /// Models of each kind whose answers count.
 pub const ROUNDS: u64 = 40;
 /// Samples for each model.
-pub const SAMPLES: u32 = 12;
+pub const SAMPLES: usize = 12;
 /// What [`answers`] is everywhere.
 pub const ANSWERS: u32 = 2_088_475_055;
 
@@ -28,6 +28,7 @@ pub struct Maker {
     /// Places of entries in the table of leaves.
     entries: [u16; 3],
     leaves: Leaves,
+    crc: fn(&[u32]) -> u32,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -38,10 +39,10 @@ enum Leaves {
 }
 
 impl Maker {
-    /// With nothing made.
+    /// Creates a maker of models; `crc` is the checksum of a model file's words: `wstac_core::model::file::crc`.
     // A board has the room, and no heap.
-    #[allow(clippy::large_stack_arrays, clippy::new_without_default)]
-    pub const fn new() -> Self {
+    #[allow(clippy::large_stack_arrays)]
+    pub const fn new(crc: fn(&[u32]) -> u32) -> Self {
         Self {
             halves: [0; 2 * MOST_WORDS],
             length: 0,
@@ -51,6 +52,7 @@ impl Maker {
             shift: 0,
             entries: [0; 3],
             leaves: Leaves::Votes,
+            crc,
         }
     }
 
@@ -113,7 +115,7 @@ impl Maker {
             *word = u32::from(half[0]) | u32::from(half[1]) << 16;
         }
         let length = halves.len();
-        words[1] = crc(&words[..length]);
+        words[1] = (self.crc)(&words[..length]);
         length
     }
 
@@ -293,21 +295,19 @@ impl Maker {
     }
 }
 
-/// Answers of all models to their samples, as one number; `check` sees each of them first. Nothing where a model is refused.
+/// Returns all models' answers to their samples as one number. `answer` gives the class of each sample by the model of these words;
+/// `None` from it ends everything: a model was refused.
 pub fn answers(
     maker: &mut Maker,
     words: &mut [u32],
-    mut check: impl FnMut(&Model<'_>, &[i16; INPUTS], u8),
+    mut answer: impl FnMut(&[u32], &[[i16; INPUTS]; SAMPLES]) -> Option<[u8; SAMPLES]>,
 ) -> Option<u32> {
     let mut all = 0_u32;
     for round in 0..ROUNDS {
         for kind in 0..KINDS {
             let length = maker.model(kind, round, words);
-            let model = Model::from_words(words.get(..length)?).ok()?;
-            for _ in 0..SAMPLES {
-                let sample = maker.sample();
-                let class = model.classify(&sample);
-                check(&model, &sample, class);
+            let samples = [(); SAMPLES].map(|()| maker.sample());
+            for class in answer(words.get(..length)?, &samples)? {
                 all = all.wrapping_mul(31).wrapping_add(class.into());
             }
         }

@@ -1,25 +1,69 @@
-//! A least-squares line with its standard errors.
+//! Means, percentiles and least-squares lines, for all crates that need them.
 
-/// y = intercept + slope · x.
+/// Returns the mean, or `None` of no numbers.
+///
+/// ```
+/// use wstac_host::statistics::mean;
+///
+/// assert_eq!(mean([1.0, 2.0, 6.0]), Some(3.0));
+/// assert_eq!(mean([]), None);
+/// ```
+pub fn mean(numbers: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let (sum, count) = numbers.into_iter().fold((0.0, 0_u32), |(sum, count), number| (sum + number, count + 1));
+    (count > 0).then(|| sum / f64::from(count))
+}
+
+/// Returns the root of the mean square, or `None` of no numbers.
+///
+/// ```
+/// assert_eq!(wstac_host::statistics::rms([3.0, -4.0, 5.0, 0.0]), Some(12.5_f64.sqrt()));
+/// ```
+pub fn rms(numbers: impl IntoIterator<Item = f64>) -> Option<f64> {
+    mean(numbers.into_iter().map(|number| number * number)).map(f64::sqrt)
+}
+
+/// Returns the median, or `None` of no numbers. Of an even number of numbers it is the upper of the two in the middle.
+///
+/// ```
+/// assert_eq!(wstac_host::statistics::median(vec![4.0, 1.0, 3.0, 2.0]), Some(3.0));
+/// ```
+pub fn median(mut numbers: Vec<f64>) -> Option<f64> {
+    numbers.sort_by(f64::total_cmp);
+    numbers.get(numbers.len() / 2).copied()
+}
+
+/// Returns the least number that at least `fraction` of all do not exceed, or `None` of no numbers.
+///
+/// ```
+/// assert_eq!(wstac_host::statistics::percentile(vec![4.0, 1.0, 3.0, 2.0], 0.75), Some(3.0));
+/// ```
+pub fn percentile(mut numbers: Vec<f64>, fraction: f64) -> Option<f64> {
+    numbers.sort_by(f64::total_cmp);
+    let rank = (fraction * numbers.len() as f64).ceil() as usize;
+    numbers.get(rank.saturating_sub(1)).copied()
+}
+
+/// A least-squares line, y = intercept + slope · x, with its standard errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
-    /// y at x = 0.
+    /// The value of y at x = 0.
     pub intercept: f64,
     /// Standard error of the intercept.
     pub intercept_error: f64,
-    /// y a unit of x.
+    /// The change of y per unit of x.
     pub slope: f64,
     /// Standard error of the slope.
     pub slope_error: f64,
-    /// Share of the variance of y that the line explains, 0 to 1.
+    /// Fraction of the variance of y that the line explains, 0 to 1.
     pub r2: f64,
     /// Root mean square of the residuals, over n − 2.
     pub deviation: f64,
 }
 
 impl Line {
-    /// The line through points; nothing of fewer than three, or where all x or all y are the same. Sums are rounded once, so that the order of
-    /// points does not matter beyond the last digit.
+    /// Returns the line through points, or `None` if there are fewer than three, or all x or all y are the same.
+    ///
+    /// Sums are rounded once, so that the order of points does not matter beyond the last digit.
     pub fn fit(points: &[[f64; 2]]) -> Option<Self> {
         let n = points.len() as f64;
         let mean = |of: fn(&[f64; 2]) -> f64| sum(points.iter().map(of)) / n;
@@ -44,7 +88,7 @@ impl Line {
     }
 }
 
-/// A sum whose rounding errors are added up, too (Neumaier 1974).
+/// Returns a sum whose rounding errors are added up, too (Neumaier 1974).
 fn sum(numbers: impl Iterator<Item = f64>) -> f64 {
     let (mut sum, mut lost) = (0.0_f64, 0.0);
     for number in numbers {
@@ -73,6 +117,16 @@ mod tests {
         ] {
             assert!((found / expected - 1.0).abs() < 1e-11, "{found} {expected}");
         }
+    }
+
+    #[test]
+    fn percentiles_are_numbers_that_are_there() {
+        let numbers: Vec<f64> = (1..=20).rev().map(f64::from).collect();
+        assert_eq!(percentile(numbers.clone(), 0.95), Some(19.0));
+        assert_eq!(percentile(numbers.clone(), 0.951), Some(20.0));
+        assert_eq!((median(numbers), median(vec![3.0, 1.0, 2.0])), (Some(11.0), Some(2.0)));
+        assert_eq!((percentile(vec![3.0], 0.95), percentile(vec![], 0.95)), (Some(3.0), None));
+        assert_eq!((median(vec![]), mean([]), rms([])), (None, None, None));
     }
 
     #[test]
