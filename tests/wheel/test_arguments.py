@@ -86,6 +86,7 @@ def test_a_refused_frame_was_not_taken() -> None:
     assert pipeline.next_frame == 1
     assert pipeline.lose(3) is None and pipeline.next_frame == 4
     assert pipeline.features is None and pipeline.taxels is None
+    assert pipeline.lost == [wstac.Lost(1, 3, "reported lost")]
     assert pipeline.finish() is None
     assert pipeline.end == wstac.End(4, 3, "incomplete", None)
     for call in (lambda: pipeline.push(GREY[0]), lambda: pipeline.lose(), pipeline.finish):

@@ -30,6 +30,8 @@ struct Stream {
     wstac: String,
     size: FrameSize,
     format: PixelFormat,
+    /// Recordings keep the name.
+    #[serde(rename = "colour")]
     color: YcbcrEncoding,
     bytes_per_row: u32,
     rate: FrameRate,
@@ -130,5 +132,28 @@ impl About {
             labels: of(LABELS).cloned().unwrap_or_default(),
             models: stream.models,
         }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use wstac_core::green::ycbcr::YcbcrMatrix;
+
+    use super::*;
+
+    /// What the first version wrote. Recordings stay readable.
+    const OF_BEFORE: &str = concat!(
+        r#"{"wstac":"0.1.0","size":[40,40],"format":"Grey","colour":{"matrix":"Bt709","range":"Limited"},"#,
+        r#""bytes_per_row":40,"rate":[30,1],"driver_times":false,"about":"a scene","models":[]}"#
+    );
+
+    #[test]
+    fn recordings_of_before_are_read_and_written_alike() {
+        let stream = Metadata { name: STREAM.into(), metadata: BTreeMap::from([(JSON.into(), OF_BEFORE.into())]) };
+        let about = About::from_metadata(&[stream]).unwrap().unwrap();
+        assert_eq!((about.info.format, about.info.color.matrix), (PixelFormat::Gray, YcbcrMatrix::Bt709));
+        let layout = Layout::paper(about.info.size).unwrap();
+        let written = about.to_metadata(&layout).unwrap();
+        assert_eq!(written[0].metadata[JSON], OF_BEFORE);
     }
 }
