@@ -1,10 +1,8 @@
 //! Random model files of every kind, made without the host's writer: as the pages of `wstac-core` describe them, extremes included.
 //!
-//! It needs no allocation: the core's own tests, a host test and the emulated board make the same models and samples, and all
-//! answers together are one number, [`ANSWERS`]. So its random numbers are its own: no board has the simulator's.
-
-use wstac_core::model::Model;
-use wstac_core::model::file::{INPUTS, crc};
+//! This crate needs no allocation and no other crate: the unit tests of `wstac-core` and the emulated board make the same models and
+//! samples, and all answers together are one number, [`ANSWERS`]. Its random numbers are its own: no board has the simulator.
+#![no_std]
 
 /// Inputs of a model: ten features in each of 70 frames.
 pub const INPUTS: usize = 700;
