@@ -19,7 +19,7 @@ include!(concat!(env!("OUT_DIR"), "/setup.rs"));
 ///
 /// # Errors
 /// As [`PipelineBuilder::build`](wstac_core::pipeline::PipelineBuilder::build).
-pub fn pipeline(geometry: FrameGeometry<Green>) -> Result<Pipeline<Green, Ln, Following>, Error> {
+pub fn pipeline(geometry: FrameGeometry<GreenChannel>) -> Result<Pipeline<GreenChannel, Ln, BaselinePolicy>, Error> {
     let builder = Pipeline::builder(geometry).floor(FLOOR).ln(Ln::default());
     builder.trigger(TRIGGER).baseline(FOLLOWING).build()
 }
