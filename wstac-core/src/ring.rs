@@ -12,19 +12,19 @@ pub(crate) struct Ring {
     frames: [Features; SAMPLE_FRAMES],
     /// Where the next frame goes: the oldest one's place once all are taken.
     next: u8,
-    /// How many places are taken.
-    length: u8,
+    /// Whether all places are taken.
+    is_full: bool,
 }
 
 impl Ring {
     /// Creates a ring without frames.
     pub(crate) const fn new() -> Self {
-        Self { frames: [[0; FEATURES]; SAMPLE_FRAMES], next: 0, length: 0 }
+        Self { frames: [[0; FEATURES]; SAMPLE_FRAMES], next: 0, is_full: false }
     }
 
     /// Returns whether no frame has come.
     pub(crate) const fn is_empty(&self) -> bool {
-        self.length == 0
+        !self.is_full && self.next == 0
     }
 
     /// Adds a frame; the oldest one leaves if there is no room.
@@ -32,9 +32,10 @@ impl Ring {
         if let Some(place) = self.frames.get_mut(usize::from(self.next)) {
             *place = features;
         }
-        self.next = if usize::from(self.next) + 1 < SAMPLE_FRAMES { self.next + 1 } else { 0 };
-        if usize::from(self.length) < SAMPLE_FRAMES {
-            self.length += 1;
+        self.next += 1;
+        if usize::from(self.next) == SAMPLE_FRAMES {
+            self.next = 0;
+            self.is_full = true;
         }
     }
 
@@ -48,7 +49,7 @@ impl Ring {
     pub(crate) fn as_slices(&self) -> (&[Features], &[Features]) {
         let (newer, older) = self.frames.split_at_checked(usize::from(self.next)).unwrap_or_default();
         // Until the ring is full, what lies after the newest frame is empty room.
-        if usize::from(self.length) < SAMPLE_FRAMES { (newer, &[]) } else { (older, newer) }
+        if self.is_full { (older, newer) } else { (newer, &[]) }
     }
 }
 
