@@ -143,7 +143,7 @@ fn the_budgets_of_help_and_pages_choose_something() {
             let rest = rest.lines().next().unwrap();
             let by = rest.split_once("--by ").map_or("specimen", |(_, by)| by.split([' ', '`']).next().unwrap());
             let said = output(&["trade", "--budget", budget, "--by", by]).join("\n");
-            let expected = if by == "specimen" { "% right" } else { "wrong or none" };
+            let expected = if by == "specimen" { "% right" } else { "wrong or missing" };
             assert!(said.contains(expected), "{page}: {budget} gave {said}");
             budgets += 1;
         }
@@ -182,7 +182,7 @@ fn a_model_without_a_price_keeps_what_is_known() {
     let table = output(&["trade", "--map", &map]).join("\n");
     assert!(table.contains(says) && table.contains("| 49,717 | – | – | – |"), "{table}");
     let chosen = output(&["trade", "--map", &map, "--budget", "M4F<60k"]).join("\n");
-    assert!(chosen.contains(says) && chosen.contains("49,717 instructions a frame, – an event"), "{chosen}");
+    assert!(chosen.contains(says) && chosen.contains("49,717 instructions per frame, – per event"), "{chosen}");
     let flash = Command::new(wstac()).args(["trade", "--map", &map, "--budget", "flash<64K"]).output().unwrap();
     assert!(String::from_utf8_lossy(&flash.stderr).contains("bytes of flash not known"));
     std::fs::remove_dir_all(&folder).unwrap();
@@ -221,6 +221,34 @@ fn a_budget_that_cannot_be_read_or_met_says_so() {
         assert_eq!(ended.status.code(), Some(code), "{told}");
         assert!(parts.iter().all(|part| told.contains(part)), "{told}");
     }
+}
+
+#[test]
+fn a_figure_s_file_is_what_its_name_says() {
+    let folder = std::env::temp_dir().join(format!("wstac-figures-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    for (name, start) in [("a.svg", &b"<svg "[..]), ("a.png", b"\x89PNG\r\n"), ("a.pdf", b"%PDF-1.")] {
+        for arguments in [&["plot", "scene:Saw3@150"][..], &["trade", "--map", "kept"]] {
+            let path = folder.join(format!("{}-{name}", arguments[0])).to_str().unwrap().to_owned();
+            output(&[arguments, &["-o", &path]].concat());
+            let bytes = std::fs::read(&path).unwrap();
+            assert!(bytes.starts_with(start) && bytes.len() > 5000, "{path}: {} bytes", bytes.len());
+            // There is something to lose.
+            let again = Command::new(wstac()).args([arguments, &["-o", &path]].concat()).output().unwrap();
+            assert!(String::from_utf8_lossy(&again.stderr).contains("exists already"));
+        }
+    }
+    for (arguments, name, says) in [
+        (&["plot", "scene:Saw3@150"][..], "b.jpg", "(found .jpg, expected one of .svg, .png, .pdf)"),
+        (&["trade", "--budget", "M4F<60k"], "b.svg", "only the figure of a map is a file"),
+        (&["trade", "--slides", "1"], "b.pdf", "only the figure of a map is a file"),
+    ] {
+        let path = folder.join(name);
+        let refused = Command::new(wstac()).args(arguments).arg("-o").arg(&path).output().unwrap();
+        let told = String::from_utf8_lossy(&refused.stderr);
+        assert!(refused.status.code() == Some(1) && told.contains(says) && !path.exists(), "{told}");
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]

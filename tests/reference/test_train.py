@@ -30,11 +30,11 @@ def some_slides(first_seed: int, count: int) -> Slides:
 
 class TradeModelsTest(unittest.TestCase):
     def test_the_page_says_what_made_the_models_and_what_they_are(self) -> None:
-        linear = {"kind": "linear, one against one", "numbers": "int8", "rows": 45, "trees": None, "frames": 20, "bytes": 9}
+        linear = {"kind": "linear, one-vs-one", "numbers": "int8", "rows": 45, "trees": None, "frames": 20, "bytes": 9}
         trees = {"count": 10, "depth": 6, "splits": 99}
         forest = {"kind": "forest", "numbers": "votes", "rows": None, "trees": trees, "frames": 70, "bytes": 8}
         text = trade_models_report.page([("one", "A(1)", linear), ("two", "B(2)", forest)], "5 slides", "0123abcd")
-        self.assertIn("| `one.wsm` | `A(1)` | 20 | 9 | linear, one against one, int8, 45 sums |", text)
+        self.assertIn("| `one.wsm` | `A(1)` | 20 | 9 | linear, one-vs-one, int8, 45 sums |", text)
         self.assertIn("| `two.wsm` | `B(2)` | 70 | 8 | forest, 10 trees of depth at most 6, 99 splits |", text)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, "README.md")

@@ -21,6 +21,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 TRADE = ROOT / "wstac-tradeoff/data"
+MODELS = ROOT / "wstac-host/models"
 EXTREMES = ROOT / "docs/EXTREMES.md"
 PICTURE, PAGE = ROOT / "docs/plots/trade.svg", ROOT / "docs/TRADE.md"
 # Name, the core that it is for, and what may be spent.
@@ -110,14 +111,14 @@ def warn_of_times(text):
     for (name, stride), of in times.items():
         if max(of.values()) > 1.2 * min(of.values()):
             said = ", ".join(f"{ln} {ns:,.0f}" for ln, ns in of.items())
-            print(f"warning: {name}, stride {stride}: {said} ns a frame: the machine was busy, sweep again", file=sys.stderr)
+            print(f"warning: {name}, stride {stride}: {said} ns per frame: the machine was busy, sweep again", file=sys.stderr)
 
 
 def models_are_those_that_were_counted():
     fine = True
     for core, prices in json.loads((TRADE / "prices.json").read_text())["cores"].items():
         for name, price in prices["models"].items():
-            file = next(file for file in (TRADE.parent / "models" / name, TRADE / "models" / name) if file.exists())
+            file = next(file for file in (MODELS / name, MODELS / "tradeoff" / name) if file.exists())
             if hashlib.sha256(file.read_bytes()).hexdigest() != price["sha256"]:
                 fine = False
                 print(f"{name}: another file than the one counted on {core}: ci/prices --keep counts it")
@@ -137,7 +138,7 @@ def holds(wstac, name, core, budget):
         claimed = json.loads(Path(folder, "price.json").read_text())[core]
         # What is claimed of a frame and of an event as a whole, and what a board counted of their parts.
         totals = {
-            "instructions a frame": ("features", "trigger"), "instructions an event": ("texture", "speed", "direction"),
+            "instructions per frame": ("features", "trigger"), "instructions per event": ("texture", "speed", "direction"),
             "bytes of flash": ("flash",), "bytes of RAM": ("ram",),
         }
         count_of = {"features": "frame", "texture": "event"}

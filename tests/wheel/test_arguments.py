@@ -181,6 +181,6 @@ def test_a_stream_of_weeks_keeps_the_last_of_everything(monkeypatch: pytest.Monk
     monkeypatch.setattr(_answers, "MOST", 3)
     records = _answers.Records()
     for frame in range(10):
-        records.take([(f'{{"kind":"fault","frame":{frame},"fault":"slow","message":"x"}}', None)])
+        records.take([wstac.Fault(frame, "slow", "x")])
         records.forget()
     assert [fault.frame for fault in records.faults] == [7, 8, 9]

@@ -1,7 +1,6 @@
 //! The `wstac` command.
 
 mod commands;
-mod fit_figure;
 mod view;
 
 use std::process::ExitCode;

@@ -1,10 +1,13 @@
 //! Features → events: baseline, windows, capture, gaps (SPEC §3, algorithm 1 of the paper).
+//!
+//! The ring is a `Deque`, because heapless's `HistoryBuf` leaves a path to a panic in the compiled code.
+
+use heapless::Deque;
 
 use crate::baseline::Baseline;
 use crate::baseline_policy::{BaselinePolicy, FixedBaseline};
 use crate::features::Features;
 use crate::params::{FEATURES, LONGEST_FILLED_GAP, SAMPLE_FRAMES};
-use crate::ring::Ring;
 use crate::sample::Sample;
 pub use crate::trigger_config::{Rule, TriggerConfig};
 
@@ -77,7 +80,7 @@ pub struct Trigger<B = FixedBaseline> {
 pub(crate) struct TriggerState {
     config: TriggerConfig,
     /// The last frames: all of a sample when it is complete.
-    ring: Ring,
+    ring: Deque<Features, SAMPLE_FRAMES>,
     /// Which of the ring's frames were filled: bit 0 is the newest.
     filled: [u64; 2],
     /// Number of the frame that comes next; at `u64::MAX` it stays there.
@@ -113,7 +116,7 @@ impl<B: BaselinePolicy> Trigger<B> {
         Self {
             state: TriggerState {
                 config,
-                ring: Ring::new(),
+                ring: Deque::new(),
                 filled: [0; 2],
                 frame,
                 phase: Phase::Baseline,
@@ -269,7 +272,7 @@ impl<B: BaselinePolicy> Trigger<B> {
 
     /// Repeats the last features for one lost frame.
     fn fill(&mut self) -> Option<u64> {
-        let last = *self.state.ring.newest()?;
+        let last = *self.state.ring.back()?;
         self.step(last, true)
     }
 
@@ -374,7 +377,7 @@ impl TriggerState {
     pub(crate) fn newest(&self) -> Option<(&Features, bool)> {
         match &self.backlog {
             Some((_, features, has_missing_frames)) => Some((features, *has_missing_frames)),
-            None => self.ring.newest().map(|features| (features, self.filled[0] & 1 == 1)),
+            None => self.ring.back().map(|features| (features, self.filled[0] & 1 == 1)),
         }
     }
 
@@ -401,7 +404,7 @@ impl TriggerState {
     fn skip_windows(&mut self, left: u64) {
         // Of more frames than the ring holds only the last can be seen again.
         for _ in 0..left.min(SAMPLE_FRAMES as u64) {
-            if let Some(&last) = self.ring.newest() {
+            if let Some(&last) = self.ring.back() {
                 self.remember(last, true);
             }
         }
@@ -420,7 +423,11 @@ impl TriggerState {
     }
 
     fn remember(&mut self, features: Features, filled: bool) {
-        self.ring.push(features);
+        if self.ring.is_full() {
+            self.ring.pop_front();
+        }
+        // There is room now, so it is taken.
+        let _ = self.ring.push_back(features);
         let [low, high] = self.filled;
         self.filled = [low << 1 | u64::from(filled), high << 1 | low >> 63];
     }

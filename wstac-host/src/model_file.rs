@@ -3,6 +3,9 @@
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use self_cell::self_cell;
 
 use wstac_core::model::Model;
 use wstac_core::model::file::ModelError;
@@ -25,7 +28,25 @@ const MODELS: &[(&str, &[u8])] = &[];
 #[derive(Clone, Debug)]
 pub struct ModelFile {
     about: String,
-    words: Vec<u32>,
+    words: Arc<[u32]>,
+}
+
+self_cell! {
+    /// A model together with the words that it reads.
+    pub struct OwnedModel {
+        owner: Arc<[u32]>,
+        #[covariant]
+        dependent: Model,
+    }
+
+    impl {Debug}
+}
+
+impl OwnedModel {
+    /// Returns the model.
+    pub fn get(&self) -> &Model<'_> {
+        self.borrow_dependent()
+    }
 }
 
 impl ModelFile {
@@ -97,6 +118,15 @@ impl ModelFile {
     /// What is wrong with the file.
     pub fn model(&self) -> Result<Model<'_>, Error> {
         Model::from_words(&self.words).map_err(|error| Error::new(&self.about, error))
+    }
+
+    /// Returns the model with its words, all of which is checked.
+    ///
+    /// # Errors
+    /// What is wrong with the file.
+    pub fn owned(&self) -> Result<Arc<OwnedModel>, Error> {
+        let model = OwnedModel::try_new(Arc::clone(&self.words), |words| Model::from_words(words));
+        model.map(Arc::new).map_err(|error| Error::new(&self.about, error))
     }
 }
 

@@ -4,7 +4,8 @@ use wstac_core::params::{ROWS, SAMPLE_FRAMES};
 use wstac_core::speed::ThresholdOn;
 
 use super::event::Found;
-use super::panel::{GREY, LINES, PALE, Panel, SIZE, THICK, THIN, TITLE, number, spread};
+use crate::axes::{Axes, Side, Span, spread};
+use crate::style::{GRAY, ORDERED, PALE, SIZE, THICK, THIN};
 use crate::svg::{Anchor, Drawing};
 
 /// Height of the strip above the lines that their numbers stand in.
@@ -22,32 +23,32 @@ pub(super) fn range(found: &Found) -> [f64; 2] {
     [low - room, high + room]
 }
 
-/// Draws the rows (from feature 0) or the columns (from feature 5); its place, for what is drawn around it.
+/// Draws the rows (from feature 0) or the columns (from feature 5). Returns the panel, for what is drawn around it.
 pub(super) fn draw(
     drawing: &mut Drawing,
     found: &Found,
     [left, top]: [f64; 2],
     [width, height]: [f64; 2],
     first: usize,
-    title: &str,
-) -> Panel {
+) -> Axes {
     let [low, high] = range(found);
     // The strip is part of the scale.
     let above = (high - low) * STRIP / (height - STRIP);
     let last = (SAMPLE_FRAMES - 1) as f64;
-    let panel = Panel { left, top, size: [width, height], x: [-0.5, last + 0.5], y: [low, high + above] };
+    let spans = [[-0.5, last + 0.5], [low, high + above]].map(Span::linear);
+    let panel = Axes::new([left, top], [width, height], spans[0], spans[1]);
     let [from, frames] = found.window.map(f64::from);
     let (window_left, window_right) = (panel.across(from - 0.5), panel.across(from + frames - 0.5));
     drawing.rectangle([window_left, top], [window_right - window_left, height], PALE);
     if let Some(lit) = found.lit {
         for frame in [lit.first, lit.last] {
             let x = panel.across(f64::from(frame));
-            drawing.dashed(&[[x, top], [x, panel.bottom()]], GREY, THIN, [1.0, 1.6]);
+            drawing.dashed(&[[x, top], [x, panel.bottom()]], GRAY, THIN, [1.0, 1.6]);
         }
     }
     thresholds(drawing, found, &panel, first);
     let own = first..first + ROWS;
-    for (feature, color) in own.clone().zip(LINES) {
+    for (feature, color) in own.clone().zip(ORDERED) {
         let line: Vec<[f64; 2]> = (0_u8..)
             .zip(&found.features[feature])
             .map(|(frame, value)| [panel.across(f64::from(frame)), panel.up(*value)])
@@ -56,17 +57,15 @@ pub(super) fn draw(
     }
     numbers(drawing, found, &panel, first);
     panel.frame(drawing);
-    let ticks =
-        (panel.y[0].ceil() as i32..=high.floor() as i32).map(|tick| (f64::from(tick), number(f64::from(tick), 0)));
-    panel.ticks_left(drawing, &ticks.collect::<Vec<_>>());
-    drawing.text([left, top - 5.0], TITLE, Anchor::Start, title);
+    panel.ticks(drawing, Side::Left, &panel.y);
+    panel.y_title(drawing, "ln of light, fraction of full scale");
     panel
 }
 
 /// The trigger's and the speed's thresholds, named on the right.
-fn thresholds(drawing: &mut Drawing, found: &Found, panel: &Panel, first: usize) {
+fn thresholds(drawing: &mut Drawing, found: &Found, panel: &Axes, first: usize) {
     let own = first..first + ROWS;
-    for (feature, color) in own.clone().zip(LINES) {
+    for (feature, color) in own.clone().zip(ORDERED) {
         let y = panel.up(found.thresholds[feature]);
         drawing.dashed(&[[panel.left, y], [panel.right(), y]], color, THIN, [3.0, 2.0]);
     }
@@ -79,10 +78,10 @@ fn thresholds(drawing: &mut Drawing, found: &Found, panel: &Panel, first: usize)
     match on {
         ThresholdOn::Absolute => {
             let y = panel.up(lit_at(first));
-            drawing.line(&[[panel.left, y], [panel.right(), y]], GREY, THIN);
+            drawing.line(&[[panel.left, y], [panel.right(), y]], GRAY, THIN);
         }
         ThresholdOn::AboveBaseline => {
-            for (feature, color) in own.clone().zip(LINES) {
+            for (feature, color) in own.clone().zip(ORDERED) {
                 let y = panel.up(lit_at(feature));
                 drawing.line(&[[panel.left, y], [panel.right(), y]], color, THIN / 2.0);
             }
@@ -93,13 +92,13 @@ fn thresholds(drawing: &mut Drawing, found: &Found, panel: &Panel, first: usize)
     let wanted = [trigger, lit];
     let places = spread(&wanted, 1.1 * SIZE, [panel.top + SIZE, panel.bottom()]);
     for ((name, wanted), place) in ["trigger", "lit"].into_iter().zip(wanted).zip(places) {
-        drawing.line(&[[panel.right(), wanted], [panel.right() + 5.0, place]], GREY, THIN);
+        drawing.line(&[[panel.right(), wanted], [panel.right() + 5.0, place]], GRAY, THIN);
         drawing.text([panel.right() + 7.0, place + 0.35 * SIZE], SIZE, Anchor::Start, name);
     }
 }
 
 /// The numbers of rows or columns above their lines, at the centroids of their light.
-fn numbers(drawing: &mut Drawing, found: &Found, panel: &Panel, first: usize) {
+fn numbers(drawing: &mut Drawing, found: &Found, panel: &Axes, first: usize) {
     let own = (first..first + ROWS).zip(0_u8..);
     let centroids: Vec<(u8, f64)> = own.filter_map(|(feature, line)| Some((line, centroid(found, feature)?))).collect();
     let wanted: Vec<f64> = centroids.iter().map(|(_, centroid)| panel.across(*centroid)).collect();
@@ -110,7 +109,7 @@ fn numbers(drawing: &mut Drawing, found: &Found, panel: &Panel, first: usize) {
     let places = spread(&wishes, APART, [panel.left + 6.0, panel.right() - 6.0]);
     let (strip, words) = (panel.top + STRIP, panel.top + SIZE + 1.0);
     for (((line, _), x), place) in centroids.iter().zip(&wanted).zip(places) {
-        let color = LINES[usize::from(*line)];
+        let color = ORDERED[usize::from(*line)];
         drawing.line(&[[place, words + 2.0], [*x, strip - 5.0]], color, THIN);
         drawing.polygon(&[[x - 2.4, strip - 5.0], [x + 2.4, strip - 5.0], [*x, strip]], color);
         drawing.text([place, words], SIZE, Anchor::Middle, &(line + 1).to_string());

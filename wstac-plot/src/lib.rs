@@ -1,19 +1,27 @@
-//! One event as a figure for a paper.
+//! Figures of WSTac as SVG, PNG or PDF: a tactile event, fits of the speed law, and panels for other data.
 //!
-//! `event` gathers all that was seen of it, `figure` puts the panels on a page: `features` over time, `arrival` of the light at
-//! each taxel, the speed `law`; `caption` says it in words.
+//! [`find`] gathers what was seen of an event, and [`draw`] puts it on a page with a caption. [`SpeedFits`] does the same for
+//! fits of the speed law. Other figures are made of [`axes`] on a [`page`]; all have the sizes and colors of [`style`].
+//! [`Format`] makes a file of a figure.
 
 mod arrival;
+pub mod axes;
 mod caption;
 mod event;
 mod features;
 mod figure;
 mod law;
-mod panel;
+mod output;
+pub mod page;
+mod speed_fits;
+pub mod style;
 pub mod svg;
+pub mod text;
 
 pub use self::event::{Found, find};
 pub use self::figure::draw;
+pub use self::output::Format;
+pub use self::speed_fits::{SpeedFit, SpeedFits};
 
 #[cfg(test)]
 mod tests;

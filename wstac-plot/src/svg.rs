@@ -1,62 +1,66 @@
-//! A picture as SVG text: lines, markers, words. Numbers have one decimal, so the same data give the same bytes.
+//! A picture as SVG text: lines, markers, words. Numbers have one decimal, so that the same data give the same bytes.
+//!
+//! This layer is our own, and so are the axes on top of it ([`crate::axes`]), instead of the crate plotters with its SVG
+//! backend. plotters would replace frames, ticks and polylines, which are 150 lines here. It has no page in
+//! millimeters, no labels that avoid each other, no hollow markers and no captions that break by the font's own widths.
+//! Its text widths without a font library are estimates. So most of this crate would stay, and seven crates would come along.
 
 use std::fmt::Write;
 
-/// Dark enough on white paper, and the only color of axes and words.
-pub const INK: &str = "#222222";
+use crate::style::{INK, RADIUS};
+use crate::text::FAMILIES;
 
-/// How a point looks: shapes differ, so that no color is needed to tell them apart.
+/// The shape of a point. Shapes differ, so that no color is needed to tell points apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Marker {
+    /// A circle.
     Circle,
+    /// A square.
     Square,
+    /// A triangle that points up.
     Triangle,
+    /// A square that stands on a corner.
     Diamond,
+    /// Two crossed diagonals. It is never filled.
     Cross,
+    /// A horizontal and a vertical stroke. It is never filled.
     Plus,
 }
 
-/// A marker's shape, its color, and whether it is filled.
+/// The shape of a marker, its color, and whether it is filled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Look {
+    /// The shape.
     pub marker: Marker,
+    /// The color of the outline, and of the inside if it is filled.
     pub color: &'static str,
+    /// Whether the inside has the outline's color. It is white otherwise.
     pub filled: bool,
 }
 
-/// Where a text is relative to its point.
+/// The part of a text that stands at its place.
 #[derive(Clone, Copy, Debug)]
 pub enum Anchor {
+    /// The text starts there.
     Start,
+    /// The middle of the text is there.
     Middle,
+    /// The text ends there.
     End,
 }
 
-/// An SVG picture, to which elements are added one by one.
+/// An SVG picture, to which elements are added one by one. Places and sizes are in points on paper, from the top left.
 #[derive(Clone, Debug)]
 pub struct Drawing {
-    size: [f64; 2],
-    /// Width on paper in mm; nothing for a picture on a screen.
-    paper_mm: Option<f64>,
+    width: f64,
+    title: String,
     text: String,
 }
 
-/// Half of a marker's width.
-pub const RADIUS: f64 = 3.6;
-
 impl Drawing {
-    /// A white sheet of this width and height, with a title for those who hear it.
-    pub fn new(size: [f64; 2], title: &str) -> Self {
-        let mut drawing = Self { size, paper_mm: None, text: String::new() };
-        let [width, height] = size;
-        drawing.add(format_args!("<title>{}</title>", escaped(title)));
-        drawing.add(format_args!("<rect width='{width}' height='{height}' fill='#ffffff'/>"));
-        drawing
-    }
-
-    /// The same for paper: as many millimetres wide.
-    pub fn on_paper(self, width_mm: f64) -> Self {
-        Self { paper_mm: Some(width_mm), ..self }
+    /// Creates a white sheet of this width in points. Screen readers read the title aloud.
+    pub fn new(width: f64, title: &str) -> Self {
+        Self { width, title: escaped(title), text: String::new() }
     }
 
     fn add(&mut self, element: std::fmt::Arguments<'_>) {
@@ -64,42 +68,38 @@ impl Drawing {
         let _ = writeln!(self.text, "{element}");
     }
 
-    /// A line through points.
+    /// Draws a line through points.
     pub fn line(&mut self, points: &[[f64; 2]], color: &str, width: f64) {
-        let path: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
-        let path = path.join(" ");
+        let path = path(points);
         self.add(format_args!("<polyline points='{path}' fill='none' stroke='{color}' stroke-width='{width}'/>"));
     }
 
-    /// A line of dashes through points; `dashes` are lengths of ink and gap.
-    pub fn dashed(&mut self, points: &[[f64; 2]], color: &str, width: f64, dashes: [f64; 2]) {
-        let path: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
-        let path = path.join(" ");
-        let [ink, gap] = dashes;
-        let style = format_args!("stroke='{color}' stroke-width='{width}' stroke-dasharray='{ink} {gap}'").to_string();
+    /// Draws a dashed line through points; `dashes` are the lengths of ink and gap.
+    pub fn dashed(&mut self, points: &[[f64; 2]], color: &str, width: f64, [ink, gap]: [f64; 2]) {
+        let path = path(points);
+        let style = format!("stroke='{color}' stroke-width='{width}' stroke-dasharray='{ink} {gap}'");
         self.add(format_args!("<polyline points='{path}' fill='none' {style}/>"));
     }
 
-    /// A rectangle without an outline, from its top left corner.
+    /// Draws a rectangle without an outline, from its top left corner.
     pub fn rectangle(&mut self, [x, y]: [f64; 2], [width, height]: [f64; 2], fill: &str) {
         self.add(format_args!("<rect x='{x:.1}' y='{y:.1}' width='{width:.1}' height='{height:.1}' fill='{fill}'/>"));
     }
 
-    /// A polygon without an outline.
+    /// Draws a polygon without an outline.
     pub fn polygon(&mut self, points: &[[f64; 2]], fill: &str) {
-        let path: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
-        self.add(format_args!("<polygon points='{}' fill='{fill}'/>", path.join(" ")));
+        self.add(format_args!("<polygon points='{}' fill='{fill}'/>", path(points)));
     }
 
-    /// A marker.
+    /// Draws a marker around a place.
     pub fn marker(&mut self, [x, y]: [f64; 2], look: Look) {
         let r = RADIUS;
         let Look { marker, color, filled } = look;
         let fill = if filled { color } else { "#ffffff" };
-        let style = format!("fill='{fill}' stroke='{color}' stroke-width='1.3'");
+        let style = format!("fill='{fill}' stroke='{color}' stroke-width='0.9'");
         let closed = |points: &[[f64; 2]]| {
-            let path: Vec<String> = points.iter().map(|[dx, dy]| format!("{:.1},{:.1}", x + dx, y + dy)).collect();
-            format!("<polygon points='{}' {style}/>", path.join(" "))
+            let points: Vec<_> = points.iter().map(|[dx, dy]| [x + dx, y + dy]).collect();
+            format!("<polygon points='{}' {style}/>", path(&points))
         };
         let element = match marker {
             Marker::Circle => format!("<circle cx='{x:.1}' cy='{y:.1}' r='{r}' {style}/>"),
@@ -110,7 +110,7 @@ impl Drawing {
                 let (dx, dy) = if marker == Marker::Cross { (r, r) } else { (1.3 * r, 0.0) };
                 let strokes = [[[-dx, -dy], [dx, dy]], [[-dy, dx], [dy, -dx]]];
                 for [[ax, ay], [bx, by]] in strokes {
-                    self.line(&[[x + ax, y + ay], [x + bx, y + by]], color, 1.8);
+                    self.line(&[[x + ax, y + ay], [x + bx, y + by]], color, 1.3);
                 }
                 return;
             }
@@ -118,51 +118,48 @@ impl Drawing {
         self.add(format_args!("{element}"));
     }
 
-    /// A line of text.
-    pub fn text(&mut self, [x, y]: [f64; 2], size: f64, anchor: Anchor, text: &str) {
-        self.turned([x, y], size, anchor, "", INK, text);
+    /// Writes a line of text.
+    pub fn text(&mut self, at: [f64; 2], size: f64, anchor: Anchor, text: &str) {
+        self.colored(at, size, anchor, INK, text);
     }
 
-    /// A line of text in another color.
-    pub fn colored(&mut self, at: [f64; 2], size: f64, anchor: Anchor, color: &str, text: &str) {
-        self.turned(at, size, anchor, "", color, text);
-    }
-
-    /// A line of text upwards.
-    pub fn upwards(&mut self, [x, y]: [f64; 2], size: f64, text: &str) {
-        self.turned([x, y], size, Anchor::Middle, &format!(" transform='rotate(-90 {x:.1} {y:.1})'"), INK, text);
-    }
-
-    fn turned(&mut self, [x, y]: [f64; 2], size: f64, anchor: Anchor, turn: &str, color: &str, text: &str) {
+    /// Writes a line of text in another color.
+    pub fn colored(&mut self, [x, y]: [f64; 2], size: f64, anchor: Anchor, color: &str, text: &str) {
         let anchor = match anchor {
             Anchor::Start => "start",
             Anchor::Middle => "middle",
             Anchor::End => "end",
         };
-        let font = "font-family='Helvetica, Arial, sans-serif'";
         let text = escaped(text);
-        self.add(format_args!(
-            "<text x='{x:.1}' y='{y:.1}' text-anchor='{anchor}'{turn} {font} font-size='{size}' fill='{color}'>{text}</text>"
-        ));
+        let at = format!("x='{x:.1}' y='{y:.1}'");
+        self.add(format_args!("<text {at} text-anchor='{anchor}' font-size='{size}' fill='{color}'>{text}</text>"));
     }
 
-    /// The file's text.
-    pub fn finish(self) -> String {
-        let [width, height] = self.size;
-        let outer = match self.paper_mm {
-            Some(mm) => format!("width='{mm}mm' height='{:.2}mm'", mm * height / width),
-            None => format!("width='{width}' height='{height}'"),
-        };
-        let head = "<svg xmlns='http://www.w3.org/2000/svg'";
-        format!("{head} {outer} viewBox='0 0 {width} {height}' role='img'>\n{}</svg>\n", self.text)
+    /// Writes a line of text that reads upward; its middle is at this place.
+    pub fn upward(&mut self, [x, y]: [f64; 2], size: f64, text: &str) {
+        let at = format!("x='{x:.1}' y='{y:.1}' transform='rotate(-90 {x:.1} {y:.1})'");
+        let text = escaped(text);
+        self.add(format_args!("<text {at} text-anchor='middle' font-size='{size}' fill='{INK}'>{text}</text>"));
+    }
+
+    /// Returns the file's text. The sheet is this high, in points.
+    pub fn finish(self, height: f64) -> String {
+        let (Self { width, title, text }, millimeters) = (self, |points: f64| points / 72.0 * 25.4);
+        let size = format!("width='{:.2}mm' height='{:.2}mm'", millimeters(width), millimeters(height));
+        let place = format!("viewBox='0 0 {width:.2} {height:.2}' role='img' font-family='{FAMILIES}'");
+        let sheet = format!("<rect width='{width:.2}' height='{height:.2}' fill='#ffffff'/>");
+        let head = format!("<svg xmlns='http://www.w3.org/2000/svg' {size} {place}>");
+        format!("{head}\n<title>{title}</title>\n{sheet}\n{text}</svg>\n")
     }
 }
 
+fn path(points: &[[f64; 2]]) -> String {
+    let points: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
+    points.join(" ")
+}
+
+/// XML has no place for control characters.
 fn escaped(text: &str) -> String {
+    let text = text.replace(char::is_control, "\u{fffd}");
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
-}
-
-/// About how wide a text is.
-pub fn width_of(text: &str, size: f64) -> f64 {
-    0.54 * size * text.chars().count() as f64
 }

@@ -1,8 +1,11 @@
 //! The figure's words and numbers, and that it is well-formed, also of events that have no answers.
 
 use super::*;
+use wstac_core::direction::Unclear;
 use wstac_host::config::Config;
-use wstac_host::reading::{Reading, Wanted};
+use wstac_host::json::{Line, rounded};
+use wstac_host::output::{Output, OutputOptions};
+use wstac_host::session::Processor;
 use wstac_host::source::open::{OpenOptions, open};
 
 /// The first event of a source, and its figure.
@@ -14,7 +17,7 @@ fn figure(source: &str, config: &str) -> (Found, String) {
     )
     .unwrap();
     let (info, config) = (source.info().clone(), Config::parse(config).unwrap());
-    let mut reading = Reading::new(&info, &config, Wanted { features: false, samples: true }).unwrap();
+    let mut reading = Processor::new(&info, &config, OutputOptions { features: false, samples: true }).unwrap();
     let found = find(source.as_mut(), &info, &mut reading, &config, 1).unwrap();
     let text = draw(&found);
     well_formed(&text);
@@ -55,9 +58,9 @@ fn words(text: &str) -> Vec<([f64; 4], String)> {
         .map(|line| {
             let number = |name| attribute(line, name).unwrap().parse::<f64>().unwrap();
             let (x, y, size) = (number("x"), number("y"), number("font-size"));
-            let inner = line.split_once('>').unwrap().1.trim_end_matches("</text>").to_owned();
-            // Narrower than what a line is broken at: what Helvetica really takes.
-            let width = 0.47 * size * inner.chars().count() as f64;
+            let inner = line.split_once('>').unwrap().1.trim_end_matches("</text>");
+            let inner = inner.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
+            let width = text::width_of(&inner, size);
             let left = match attribute(line, "text-anchor").unwrap().as_str() {
                 "start" => x,
                 "middle" => x - width / 2.0,
@@ -71,8 +74,12 @@ fn words(text: &str) -> Vec<([f64; 4], String)> {
 /// No text lies on another, none leaves the page, none is too small.
 fn legible(text: &str) {
     let words = words(text);
+    let page = text.split("viewBox='0 0 ").nth(1).and_then(|rest| rest.split('\'').next()).unwrap();
+    let [width, height] = page.split(' ').map(|side| side.parse::<f64>().unwrap()).collect::<Vec<_>>()[..] else {
+        panic!("{page}")
+    };
     for (at, (a, one)) in words.iter().enumerate() {
-        assert!(a[0] >= 0.0 && a[2] <= 482.5 && a[1] >= 0.0, "{one:?} at {a:?}");
+        assert!(a[0] >= 0.0 && a[2] <= width && a[1] >= 0.0 && a[3] <= height, "{one:?} at {a:?}");
         for (b, other) in &words[at + 1..] {
             let apart = a[2] <= b[0] || b[2] <= a[0] || a[3] <= b[1] || b[3] <= a[1];
             assert!(apart, "{one:?} at {a:?} lies on {other:?} at {b:?}");
@@ -88,7 +95,7 @@ fn the_numbers_are_those_of_the_event() {
     let (found, text) = figure("scene:Saw3@150,90deg", "");
     legible(&text);
     let caption = words(&text).into_iter().map(|(_, words)| words).collect::<Vec<_>>().join(" ");
-    let event = serde_json::to_value(&found.record).unwrap();
+    let event = serde_json::to_value(Line::new(&Output::Event(Box::new(found.record.clone())))).unwrap();
     let speed = event["speed"]["mm_s"].as_f64().unwrap();
     for expected in [
         format!("Speed {speed} mm/s"),
@@ -124,7 +131,7 @@ fn the_light_moves_over_the_map_as_the_slide_does() {
 #[test]
 fn a_cut_off_event_shows_its_bound() {
     let (found, text) = figure("scene:Saw3@50", "");
-    let bound = found.record.speed_at_most.unwrap().mm_s;
+    let bound = rounded(found.record.speed_at_most.unwrap().mm_s);
     assert!(text.contains(&format!("Speed at most {bound} mm/s")) && text.contains("at least"), "{text}");
     legible(&text);
 }
@@ -136,8 +143,7 @@ fn no_answers_are_no_trouble() {
     assert!(found.lit.is_none() && text.contains("no speed"), "{text}");
     legible(&text);
     let (mut found, _) = figure("scene:Saw3@150", "[speed]\nthreshold_on = \"above_baseline\"\nlaw = \"physical\"");
-    found.record.direction.deg = None;
-    found.record.why.direction = Some("unclear: neither rows nor columns light up in order");
+    found.record.direction.heading = Err(Unclear::NoOrder);
     found.taxels.iter_mut().flatten().for_each(|taxels| taxels[7] = 1.0);
     let text = draw(&found);
     well_formed(&text);
@@ -173,8 +179,38 @@ fn a_source_without_the_event_says_how_many_it_has() {
         )
         .unwrap();
         let (info, config) = (source.info().clone(), Config::default());
-        let mut reading = Reading::new(&info, &config, Wanted { features: false, samples: true }).unwrap();
+        let mut reading = Processor::new(&info, &config, OutputOptions { features: false, samples: true }).unwrap();
         find(source.as_mut(), &info, &mut reading, &config, number).unwrap_err().to_string()
     };
     assert!(failed(2).ends_with("has one event, expected number 2"), "{}", failed(2));
+}
+
+#[test]
+fn fits_have_every_slide_twice_and_every_law_its_lines() {
+    let slides: Vec<[f64; 2]> = (0..11_u8)
+        .map(|n| (100.0 + 10.0 * f64::from(n), 0.3 * f64::from(n % 3)))
+        .map(|(mm_s, noise)| [mm_s, 3400.0 / mm_s + 5.0 + noise])
+        .collect();
+    let fit = |name, track: f64| SpeedFit {
+        name,
+        formula: format!("D = 30 · {track:.1} / v + 5.2, R² 0.9951"),
+        law: move |mm_s: f64| 30.0 * track / mm_s + 5.2,
+    };
+    let fits = [fit("published", 113.0), fit("physical", 111.0)];
+    for count in 1..=2 {
+        let figure = SpeedFits { slides: &slides, fits: &fits[..count] }.draw();
+        well_formed(&figure);
+        legible(&figure);
+        assert_eq!(figure.matches("<circle").count(), count * 2 * 11);
+        assert_eq!(figure.matches(style::RED).count(), count * 2);
+    }
+}
+
+#[test]
+fn a_long_name_of_a_source_stays_on_the_page() {
+    let (mut found, _) = figure("scene:Saw3@150", "");
+    found.about = format!("/{}/WWWWWWWWWWWWWWWWWWWW\u{1b} & a <clip>.y4m", "a-folder/".repeat(40));
+    let text = draw(&found);
+    well_formed(&text);
+    legible(&text);
 }

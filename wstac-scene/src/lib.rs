@@ -39,6 +39,7 @@ use self::sensor::auto_exposure::{AutoExposure, Interval};
 use self::sensor::{Fidelity, Sensor, SensorConfig};
 pub use self::whisker::{Present, WhiskerConfig};
 use wstac_host::error::Error;
+use wstac_host::source::LossReason;
 
 /// Purposes of random numbers: no two depend on each other, nor on those of the elastomer.
 const PHASES: u64 = 1;
@@ -76,7 +77,7 @@ pub enum SimulatedFrame<'a> {
     /// The taxel sums of a frame, with [`Fidelity::Taxel`].
     Taxels([u32; TAXELS]),
     /// Frames that are missing here; why, for a person.
-    Lost(u32, &'static str),
+    Lost(u32, LossReason),
 }
 
 /// A scene that is made frame by frame.
@@ -169,14 +170,11 @@ impl Scene {
         }
         let (light, intervals) = self.next_light()?;
         if self.config.dropped > 0.0 && self.drops.uniform() < self.config.dropped {
-            return Some(SimulatedFrame::Lost(intervals, "dropped by the simulated driver"));
+            return Some(SimulatedFrame::Lost(intervals, LossReason::SimulatedDrop));
         }
         if intervals > 1 {
             self.pending = Some(light);
-            return Some(SimulatedFrame::Lost(
-                intervals - 1,
-                "auto-exposure slows the simulated camera down in the dark",
-            ));
+            return Some(SimulatedFrame::Lost(intervals - 1, LossReason::SimulatedExposure));
         }
         Some(self.shot(&light, false))
     }

@@ -6,16 +6,16 @@ use std::str::FromStr;
 
 pub use self::choice::{By, Choice, best};
 use super::candidate::{NONE, short};
-use super::knobs::{Format, KERNELS, STRIDES, kernel_name};
+use super::parameters::{Format, KERNELS, STRIDES, kernel_name};
 use super::prices::Core;
 use super::row::Row;
 
 /// What a term is about.
 #[derive(Clone, Debug, PartialEq)]
 enum What {
-    /// Instructions a frame on a core.
+    /// Instructions per frame on a core.
     Frame(Core),
-    /// Instructions an event on a core.
+    /// Instructions per event on a core.
     Event(Core),
     /// Bytes of flash, on the cores that other terms name.
     Flash,
@@ -23,9 +23,9 @@ enum What {
     Ram,
     /// Frames from the first touch to the answer.
     Frames,
-    /// ns a frame on the host that the map was made on.
+    /// ns per frame on the host that the map was made on.
     Host,
-    /// ns an event there.
+    /// ns per event there.
     HostEvent,
 }
 
@@ -39,7 +39,7 @@ struct Limit {
     or_equal: bool,
 }
 
-/// Limits, and knobs that are fixed.
+/// Limits, and parameters that are fixed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Budget {
     limits: Vec<Limit>,
@@ -49,7 +49,7 @@ pub struct Budget {
     model: Option<String>,
 }
 
-const EXPECTED: &str = "M0, M3, M4F or M7 (instructions a frame), the same with .event, flash, ram, frames, host or host.event with < or \
+const EXPECTED: &str = "M0, M3, M4F or M7 (instructions per frame), the same with .event, flash, ram, frames, host or host.event with < or \
     <=, or format, stride, ln or model with =";
 
 impl FromStr for Budget {
@@ -217,7 +217,7 @@ impl Budget {
         cores
     }
 
-    /// Whether a row has the knobs that are fixed.
+    /// Whether a row has the parameters that are fixed.
     fn is_of(&self, row: &Row) -> bool {
         let format = row.setting.format;
         self.format.as_deref().is_none_or(|name| name == format.name() || format.pixels() == Some(name))

@@ -5,18 +5,18 @@ use std::fs;
 use std::path::Path;
 
 use super::candidate::Candidate;
-use super::knobs::Format::{YuyvExact, YuyvLinear};
-use super::knobs::{Setting, kernel_name};
 use super::map;
+use super::parameters::Format::{YuyvExact, YuyvLinear};
+use super::parameters::{Setting, kernel_name};
 use super::prices::{Core, Price, Prices};
 use super::row::{Row, rows};
 use super::slides::{MOST_SLIDES, QUICK_SLIDES, SENSORS, TradeSlide, fresh_slides, slides};
 use super::sweep::{self, Plan};
 use wstac_core::green::any::YcbcrMethod;
+use wstac_host::atomic_write::atomic_write;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
-use wstac_host::whole_file;
 
 /// The configuration for a board's build and for `wstac run`.
 pub const CONFIG: &str = "wstac.toml";
@@ -32,7 +32,7 @@ pub const BUILD: &str = "build.txt";
 /// All of them.
 pub const FILES: [&str; 5] = [CONFIG, MODEL, CLAIM, PRICE, BUILD];
 
-/// The configuration file of a setting: what `base`, a configuration's text, says of all that is no knob, and the knobs.
+/// The configuration file of a setting: what `base`, a configuration's text, says of all but the parameters, and the parameters.
 ///
 /// # Errors
 /// Where `base` is no configuration.
@@ -40,12 +40,12 @@ pub fn config(setting: &Setting, base: &str) -> Result<String, String> {
     Config::parse(base)?;
     let mut all: toml::Table = toml::from_str(base).map_err(|error| error.to_string())?;
     let yuv = if setting.format.method() == YcbcrMethod::Linear { "linear" } else { "exact" };
-    let knobs: [(&str, &str, toml::Value); 3] = [
+    let parameters: [(&str, &str, toml::Value); 3] = [
         ("green", "yuv", yuv.into()),
         ("green", "stride", i64::from(setting.stride.get()).into()),
         ("features", "ln", kernel_name(setting.kernel).into()),
     ];
-    for (table, key, value) in knobs {
+    for (table, key, value) in parameters {
         let table = all.entry(table).or_insert_with(|| toml::Table::new().into());
         // A configuration has tables of these names or none.
         if let Some(table) = table.as_table_mut() {
@@ -94,7 +94,7 @@ pub fn write(
     cores: &[Core],
     config: &str,
 ) -> Result<String, Error> {
-    let put = |name: &str, bytes: &[u8]| whole_file::write(&folder.join(name), bytes);
+    let put = |name: &str, bytes: &[u8]| atomic_write(&folder.join(name), bytes);
     fs::create_dir_all(folder).map_err(|error| Error::new(folder.display(), error))?;
     put(CONFIG, config.as_bytes())?;
     let path = folder.join(MODEL);
@@ -195,7 +195,7 @@ mod tests {
     use wstac_host::config::Kernel;
 
     #[test]
-    fn knobs_are_put_into_a_configuration() {
+    fn parameters_are_put_into_a_configuration() {
         let setting = Setting { format: YuyvLinear, stride: Stride::Five, kernel: Kernel::Libm };
         let text = config(&setting, "[trigger]\nwindow = 7\n[features]\nfloor_levels = 2.5\nln = \"fixed\"\n").unwrap();
         let read = Config::parse(&text).unwrap();

@@ -1,10 +1,10 @@
-//! How answers decay as light fades, for each knob turned alone.
+//! How answers decay as light fades, for each parameter alone.
 
 use std::fmt::Write;
 
 use super::candidate::{Candidate, NONE, short};
-use super::knobs::{Format, Setting};
 use super::map;
+use super::parameters::{Format, Setting};
 use super::row::{Row, rows};
 use super::slides::{TradeSlide, reference};
 use super::sweep::{self, Plan};
@@ -76,15 +76,15 @@ pub fn tables(all: &[Faded]) -> String {
         ("Slides with an event, %", |row| {
             format!("{:.0}", 100.0 * row.found.events as f64 / row.found.slides.max(1) as f64)
         }),
-        ("Specimens right, % (a slide without an event is wrong)", |row| {
+        ("Specimen accuracy, % (a slide without an event is wrong)", |row| {
             row.found.accuracy[0].map_or_else(|| "–".to_owned(), |right| format!("{:.0}", right.mean))
         }),
-        ("Error of speed, mean, % (in brackets: slides without a speed, %), 100 to 200 mm/s", |row| {
+        ("Speed error, mean, % (in brackets: slides without a speed, %), 100 to 200 mm/s", |row| {
             let missing = 100.0 * row.found.speedless as f64 / row.found.speed_slides.max(1) as f64;
             let mean = row.found.speed.map_or_else(|| "–".to_owned(), |[mean, _]| format!("{mean:.1}"));
             format!("{mean} ({missing:.0})")
         }),
-        ("Directions wrong or none, %", |row| {
+        ("Directions wrong or missing, %", |row| {
             format!("{:.0}", 100.0 * row.found.direction_errors as f64 / row.found.slides.max(1) as f64)
         }),
     ];

@@ -3,21 +3,23 @@
 //! | module | what it has |
 //! | --- | --- |
 //! | [`slides`] | the simulated slides of the study |
-//! | [`knobs`], [`candidate`] | the settings and models to choose among |
+//! | [`parameters`], [`candidate`] | the settings and models to choose among |
 //! | [`sweep`], [`row`] | running them, and what was found of each |
 //! | [`map`], [`table`], [`plot`] | all rows: kept, as a table, as a figure |
 //! | [`prices`], [`host`] | what a setting costs on a board and on a host |
 //! | [`budget`], [`pareto`], [`chosen`] | the best row within a budget, the rows that nothing beats, and their files |
-//! | [`fade`], [`float64`], [`statistics`], [`turned`] | what the tables of the study are made of |
+//! | [`fade`], [`float64`], [`statistics`], [`ablation`] | what the tables of the study are made of |
 
+pub mod ablation;
 pub mod budget;
 pub mod candidate;
 pub mod chosen;
 pub mod fade;
 pub mod float64;
 pub mod host;
-pub mod knobs;
+
 pub mod map;
+pub mod parameters;
 pub mod pareto;
 pub mod plot;
 pub mod prices;
@@ -27,7 +29,6 @@ pub mod statistics;
 mod streams;
 pub mod sweep;
 pub mod table;
-pub mod turned;
 
 #[cfg(test)]
 mod tests;

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use wstac_core::frame::Stride;
 
 use super::candidate::{Candidate, NONE};
-use super::knobs::{Format, KERNELS, STRIDES, Setting, kernel_name};
+use super::parameters::{Format, KERNELS, STRIDES, Setting, kernel_name};
 use super::prices::{Core, Prices};
 use super::row::{Found, Host, Row};
 use super::statistics::Interval;

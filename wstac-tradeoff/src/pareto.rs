@@ -10,15 +10,15 @@ const SAME_ACCURACY: f64 = 1.0;
 
 /// Rows with a board's price and a specimen's accuracy that no cheaper row is as good as; the fastest first.
 ///
-/// There are three costs: instructions a second (of 30 frames and an event), flash, and frames to the answer. From the fastest on, a
+/// There are three costs: instructions per second (of 30 frames and an event), flash, and frames to the answer. From the fastest on, a
 /// row is left out if one that was kept costs no more in all three, within 2 %, and has its accuracy or more, within a point.
 pub fn unbeaten<'r>(rows: &'r [Row], prices: &Prices, core: Core) -> Vec<(&'r Row, Price)> {
     let priced = |row: &'r Row| {
         let price = prices.of(core, &row.setting, row.model.as_deref())?;
         // A model that was not counted adds the same to all its rows, which are compared with each other alone.
-        let counted = price.instructions_a_second().zip(price.flash);
+        let counted = price.instructions_per_second().zip(price.flash);
         let rest = prices.of(core, &row.setting, None)?;
-        let (instructions, flash) = counted.or(rest.instructions_a_second().zip(rest.flash))?;
+        let (instructions, flash) = counted.or(rest.instructions_per_second().zip(rest.flash))?;
         let costs = [instructions as f64, flash as f64, row.found.latency?];
         Some((row, price, costs, row.found.accuracy[0]?.mean))
     };

@@ -1,72 +1,83 @@
-//! The map as a picture of three panels.
-
-mod axes;
+//! The map as a figure of three panels.
 
 use wstac_core::frame::Stride;
 
-use self::axes::{Axes, Scale, Span};
 use super::candidate::{Candidate, short};
-use super::knobs::{Format, STRIDES, Setting};
+use super::parameters::{Format, STRIDES, Setting};
 use super::prices::{Core, Prices};
 use super::row::Row;
 use super::table::grouped;
 use wstac_host::config::Kernel;
+use wstac_plot::axes::{Axes, Scale, Span, legend};
+use wstac_plot::page::{MARGIN, WIDTH, caption, place};
+use wstac_plot::style::{BLUE, GRAY, GREEN, INK, LINE, RED, SIZE, THICK, THIN};
 use wstac_plot::svg::{Anchor, Drawing, Look, Marker};
+use wstac_plot::text::wrapped;
 
-const BLACK: &str = "#000000";
-const BLUE: &str = "#0072b2";
-const RED: &str = "#d55e00";
-const GREEN: &str = "#2a9d72";
-const GREY: &str = "#777777";
+/// The upper edge of the first panels, and the height of panels.
+const FIRST: f64 = 18.0;
+const HEIGHT: f64 = 180.0;
+/// From a panel to its legend, and from a legend to the next panel or the caption.
+const BELOW: f64 = 36.0;
+const NEXT: f64 = 16.0;
 
-/// Size of a panel in pixels, and where the first one is.
-const PANEL: [f64; 2] = [300.0, 260.0];
-const FIRST: [f64; 2] = [66.0, 34.0];
-/// From panel to panel.
-const APART: f64 = 392.0;
-
-/// How formats look.
+/// Returns how a format looks.
 fn of_format(format: Format) -> Look {
     let (marker, color, filled) = match format {
-        Format::Gray => (Marker::Circle, BLACK, true),
-        Format::Bayer8 => (Marker::Square, GREY, true),
+        Format::Gray => (Marker::Circle, INK, true),
+        Format::Bayer8 => (Marker::Square, GRAY, true),
         Format::Rgb24 => (Marker::Diamond, BLUE, false),
         Format::Rgb565 => (Marker::Triangle, RED, true),
         Format::YuyvExact => (Marker::Square, GREEN, false),
         Format::YuyvLinear => (Marker::Circle, GREEN, false),
-        Format::Mjpeg => (Marker::Plus, BLACK, false),
+        Format::Mjpeg => (Marker::Plus, INK, false),
     };
     Look { marker, color, filled }
 }
 
-/// A model's family, and how it looks.
+/// Returns a model's family, and how it looks.
 fn family(model: &Candidate) -> (&'static str, Look) {
     let look = |marker, color, filled| Look { marker, color, filled };
     match model.about.kind {
         "forest" => ("forest", look(Marker::Triangle, GREEN, true)),
         "boosted trees" => ("boosted trees", look(Marker::Square, RED, false)),
-        "linear, one against one" => ("SVM, one against one", look(Marker::Circle, BLACK, true)),
-        _ => ("SVM, one against the rest", look(Marker::Diamond, BLUE, false)),
+        "linear, one-vs-one" => ("SVM, one-vs-one", look(Marker::Circle, INK, true)),
+        _ => ("SVM, one-vs-rest", look(Marker::Diamond, BLUE, false)),
     }
 }
 
-/// The picture, with prices on this core.
+/// Draws the map as an SVG file's text, with prices on this core.
 pub fn draw(rows: &[Row], models: &[Candidate], prices: &Prices, core: Core) -> String {
-    let size = [FIRST[0] + 2.0 * APART + PANEL[0] + 20.0, FIRST[1] + PANEL[1] + 146.0];
-    let mut drawing = Drawing::new(size, "What speed costs in accuracy");
-    front_ends(&mut drawing, rows, prices, core);
+    let mut drawing = Drawing::new(WIDTH, "What speed costs in accuracy");
     let own: Vec<(&Row, &Candidate)> = rows
         .iter()
         .filter(|row| row.setting == Setting::DEFAULT && row.found.accuracy[0].is_some())
         .filter_map(|row| Some((row, models.iter().find(|model| Some(&model.name) == row.model.as_ref())?)))
         .collect();
-    accuracy(&mut drawing, &own, prices, core);
-    latency(&mut drawing, &own);
-    drawing.finish()
+    let left = front_ends(&mut drawing, rows, prices, core);
+    let right = latency(&mut drawing, &own);
+    let second = left.max(right) + NEXT;
+    let end = accuracy(&mut drawing, &own, prices, core, second);
+    let height = caption(&mut drawing, end + NEXT, &words(&own, prices, core));
+    drawing.finish(height)
 }
 
-fn place(panel: u32) -> [f64; 2] {
-    [FIRST[0] + APART * f64::from(panel), FIRST[1]]
+/// Returns the caption.
+fn words(own: &[(&Row, &Candidate)], prices: &Prices, core: Core) -> String {
+    let mut text =
+        "a: error of the features of lit rows and columns, compared with a float64 reference; numbers are pixel \
+        strides. b: texture, mean over events; points are shifted slightly, so that they do not cover each other"
+            .to_owned();
+    let whole =
+        own.iter().filter(|(_, model)| !is_early(model)).filter_map(|(row, _)| row.found.latency).reduce(f64::max);
+    if let Some(frames) = whole {
+        text += &format!("; speed and direction come with the whole sample, at {frames:.1} frames");
+    }
+    text += ". c: models that read all 70 frames, with the size of their files";
+    if let Some(others) = prices.of(core, &Setting::DEFAULT, None).and_then(|price| price.event()) {
+        text += &format!("; speed and direction add {} instructions per event", grouped(others));
+    }
+    text + ". b, c: GREY, stride 1; bars are 95 % intervals over 20 sensors."
 }
 
 /// A point, and its pixel stride.
@@ -75,8 +86,8 @@ type Numbered = ([f64; 2], u16);
 /// Frames to the answer, and what answers.
 type Early<'r> = (f64, &'r Row, &'r Candidate);
 
-/// Feature error against instructions a frame: formats, strides and logarithms.
-fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) {
+/// Draws feature error against instructions per frame: formats, strides and logarithms. Returns where the panel ends.
+fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) -> f64 {
     let at = |setting: &Setting| {
         let row = rows.iter().find(|row| row.setting == *setting && row.model.is_none())?;
         let price = prices.of(core, setting, None)?;
@@ -93,33 +104,33 @@ fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) 
         .into_iter()
         .filter_map(|(kernel, marker, name)| {
             let setting = Setting { format: Format::Gray, stride: Stride::One, kernel };
-            Some((at(&setting)?, Look { marker, color: BLACK, filled: false }, name))
+            Some((at(&setting)?, Look { marker, color: INK, filled: false }, name))
         })
         .collect();
     let drawn = all.iter().flat_map(|(_, points)| points.iter().map(|(point, _)| *point));
     let points: Vec<[f64; 2]> = drawn.chain(others.iter().map(|(point, ..)| *point)).collect();
-    let spans =
-        Span::of(Scale::Log, points.iter().map(|[x, _]| *x)).zip(Span::of(Scale::Log, points.iter().map(|[_, y]| *y)));
-    let Some((x, y)) = spans else { return };
-    let x_title = format!("instructions a frame, Cortex-{}", core.name());
-    let titles = ["a  Formats, strides, logarithms", &x_title, "feature error, root mean square (ln)"];
-    let mut axes = Axes::new(drawing, place(0), PANEL, [x, y], titles);
+    let span = |side: usize| Span::around(Scale::Log, points.iter().map(|point| point[side]));
+    let Some((x, y)) = span(0).zip(span(1)) else { return FIRST };
+    let [left, width] = place(0, 2);
+    let mut axes = Axes::new([left, FIRST], [width, HEIGHT], x, y);
+    let x_title = format!("instructions per frame, Cortex-{}", core.name());
+    axes.draw(drawing, ["a  Formats, strides, logarithms", &x_title, "feature error, root mean square (ln)"]);
     for (format, points) in &all {
         let line: Vec<_> = points.iter().map(|(point, _)| *point).collect();
-        axes.line(&line, of_format(*format).color);
+        axes.line(drawing, &line, of_format(*format).color, THIN);
         for point in line {
-            axes.point(point, of_format(*format));
+            axes.point(drawing, point, of_format(*format));
         }
     }
     for (point, look, _) in &others {
-        axes.point(*point, *look);
+        axes.point(drawing, *point, *look);
     }
     // Markers on top of each other share a number.
     let mut numbered: Vec<Numbered> = Vec::new();
     for (point, stride) in all.iter().flat_map(|(_, points)| points) {
         let is_there = |(other, of): &Numbered| of == stride && axes.is_same_place(*other, *point);
         if !numbered.iter().any(is_there) {
-            axes.label(*point, &stride.to_string());
+            axes.label(drawing, *point, &stride.to_string());
             numbered.push((*point, *stride));
         }
     }
@@ -129,11 +140,11 @@ fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) 
         .map(|(format, _)| (of_format(*format), format.name()))
         .collect();
     looks.extend(others.iter().map(|(_, look, name)| (*look, *name)));
-    axes.legend(&looks, 3, &["Of lit rows and columns, beside float64.", "Numbers: pixel stride."]);
+    legend(drawing, [left, axes.bottom() + BELOW], width, &looks)
 }
 
-/// Accuracy against instructions an event: models that read the whole sample.
-fn accuracy(drawing: &mut Drawing, own: &[(&Row, &Candidate)], prices: &Prices, core: Core) {
+/// Draws accuracy against instructions per event: models that read the whole sample. Returns where the panel ends.
+fn accuracy(drawing: &mut Drawing, own: &[(&Row, &Candidate)], prices: &Prices, core: Core, top: f64) -> f64 {
     let whole = own.iter().filter(|(_, model)| !is_early(model));
     let points: Vec<(f64, &Row, &Candidate)> = whole
         .filter_map(|(row, model)| {
@@ -141,37 +152,40 @@ fn accuracy(drawing: &mut Drawing, own: &[(&Row, &Candidate)], prices: &Prices, 
             Some((price.texture? as f64, *row, *model))
         })
         .collect();
-    let x = Span::of(Scale::Log, points.iter().map(|(event, ..)| *event));
+    let x = Span::around(Scale::Log, points.iter().map(|(event, ..)| *event));
     let Some((x, y)) = x.zip(accuracies(points.iter().map(|(_, row, _)| *row))) else {
-        let [left, mut top] = place(1);
-        for (_, model) in own {
-            let line = format!("{} has no price on boards: ci/prices --keep {0} counts it.", short(&model.name));
-            drawing.text([left, top + 20.0], 10.0, Anchor::Start, &line);
-            top += 16.0;
+        let line = |(_, model): &(&Row, &Candidate)| {
+            let text = format!("{} has no price on boards: ci/prices --keep {0} counts it.", short(&model.name));
+            wrapped(&text, SIZE, WIDTH - 2.0 * MARGIN)
+        };
+        let mut end = top;
+        for text in own.iter().flat_map(line) {
+            drawing.text([MARGIN, end], SIZE, Anchor::Start, &text);
+            end += LINE;
         }
-        return;
+        return end;
     };
-    let x_title = format!("instructions of texture, an event, Cortex-{}", core.name());
-    let titles = ["b  Models, all 70 frames", &x_title, "specimens right (%)"];
-    let mut axes = Axes::new(drawing, place(1), PANEL, [x, y], titles);
+    let [left, width] = place(0, 1);
+    let mut axes = Axes::new([left, top], [width, HEIGHT], x, y);
+    let x_title = format!("instructions of texture per event, Cortex-{}", core.name());
+    axes.draw(drawing, ["c  Models, all 70 frames", &x_title, "specimen accuracy (%)"]);
     for (event, row, model) in &points {
         let Some(right) = row.found.accuracy[0] else { continue };
         let look = family(model).1;
-        axes.bar(*event, [right.low, right.high], look.color);
-        axes.point([*event, right.mean], look);
+        axes.bar(drawing, *event, [right.low, right.high], look.color);
+        axes.point(drawing, [*event, right.mean], look);
     }
     for (event, row, model) in &points {
         let Some(right) = row.found.accuracy[0] else { continue };
-        axes.label([*event, right.mean], &format!("{}, {} kB", short(&model.name), model.about.bytes.div_ceil(1000)));
+        let label = format!("{}, {} kB", short(&model.name), model.about.bytes.div_ceil(1000));
+        axes.label(drawing, [*event, right.mean], &label);
     }
     let families = families(points.iter().map(|(.., model)| *model));
-    let others = prices.of(core, &Setting::DEFAULT, None).and_then(|price| price.event()).unwrap_or(0);
-    let others = format!("Speed and direction add {} to each event.", grouped(others));
-    axes.legend(&families, 2, &["Bars: 95 % of 20 sensors. GREY, stride 1; bytes are the model's.", &others]);
+    legend(drawing, [left, axes.bottom() + BELOW], width, &families)
 }
 
-/// Accuracy against latency: models of a kind that read more and more of a sample.
-fn latency(drawing: &mut Drawing, own: &[(&Row, &Candidate)]) {
+/// Draws accuracy against latency: models of a kind that read more and more of a sample. Returns where the panel ends.
+fn latency(drawing: &mut Drawing, own: &[(&Row, &Candidate)]) -> f64 {
     let mut series: Vec<(&str, Vec<Early>)> = Vec::new();
     for (row, model) in own {
         let Some(latency) = row.found.latency else { continue };
@@ -186,51 +200,43 @@ fn latency(drawing: &mut Drawing, own: &[(&Row, &Candidate)]) {
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
     let all = || series.iter().flat_map(|(_, points)| points);
-    let x = Span::of(Scale::Linear, all().map(|(latency, ..)| *latency));
-    let Some((x, y)) = x.zip(accuracies(all().map(|(_, row, _)| *row))) else { return };
-    let titles = ["c  Early answers", "frames from first touch to answer", "specimens right (%)"];
-    let mut axes = Axes::new(drawing, place(2), PANEL, [x, y], titles);
-    let mean = |row: &Row| row.found.accuracy[0].map_or(0.0, |right| right.mean);
+    let x = Span::around(Scale::Linear, all().map(|(latency, ..)| *latency));
+    let Some((x, y)) = x.zip(accuracies(all().map(|(_, row, _)| *row))) else { return FIRST };
+    let [left, width] = place(1, 2);
+    let mut axes = Axes::new([left, FIRST], [width, HEIGHT], x, y);
+    axes.draw(drawing, ["b  Early answers", "frames from first touch to answer", "specimen accuracy (%)"]);
     let mut looks = Vec::new();
-    // Beside each other where they would be on top of each other.
+    // Side by side where they would be on top of each other.
     for ((name, points), number) in series.iter().zip(0..) {
-        let aside = 0.35 * (f64::from(number) - 0.5 * (series.len() as f64 - 1.0));
+        let aside = 0.5 * (f64::from(number) - 0.5 * (series.len() as f64 - 1.0));
         let Some((_, look)) = points.first().map(|(.., model)| family(model)) else { continue };
-        let line: Vec<_> = points.iter().map(|(latency, row, _)| [latency + aside, mean(row)]).collect();
-        axes.line(&line, look.color);
-        for (latency, row, _) in points {
-            let Some(right) = row.found.accuracy[0] else { continue };
-            axes.bar(latency + aside, [right.low, right.high], look.color);
-            axes.point([latency + aside, right.mean], look);
+        let answers = points.iter().filter_map(|(latency, row, _)| Some((latency + aside, row.found.accuracy[0]?)));
+        let line: Vec<_> = answers.clone().map(|(latency, right)| [latency, right.mean]).collect();
+        axes.line(drawing, &line, look.color, THICK);
+        for (latency, right) in answers {
+            axes.bar(drawing, latency, [right.low, right.high], look.color);
+            axes.point(drawing, [latency, right.mean], look);
         }
         looks.push((look, *name));
     }
-    for ((_, points), number) in series.iter().zip(0..) {
-        let aside = 0.35 * (f64::from(number) - 0.5 * (series.len() as f64 - 1.0));
-        for (latency, row, model) in points.iter().filter(|(.., model)| !is_early(model)) {
-            axes.label([latency + aside, mean(row)], short(&model.name));
-        }
-    }
-    let whole = all().filter(|(.., model)| !is_early(model)).map(|(latency, ..)| *latency).reduce(f64::max);
-    let whole = whole
-        .map_or_else(String::new, |frames| format!("Speed and direction come with the whole sample, at {frames:.1}."));
-    axes.legend(&looks, 3, &["Texture, mean over events; points are moved aside a little.", &whole]);
+    legend(drawing, [left, axes.bottom() + BELOW], width, &looks)
 }
 
-/// Whether a model reads less than the whole sample.
+/// Returns whether a model reads less than the whole sample.
 fn is_early(model: &Candidate) -> bool {
     stem(short(&model.name)) != short(&model.name) || model.about.frames < 50
 }
 
-/// A name without its frames: `forest-25` of `forest-25-40f`.
+/// Returns a name without its frames: `forest-25` of `forest-25-40f`.
 fn stem(name: &str) -> &str {
     let frames =
         |end: &str| end.strip_suffix('f').is_some_and(|digits| digits.bytes().all(|byte| byte.is_ascii_digit()));
     name.rsplit_once('-').filter(|(_, end)| frames(end)).map_or(name, |(stem, _)| stem)
 }
 
-fn accuracies<'r>(rows: impl Iterator<Item = &'r Row> + Clone) -> Option<Span> {
-    Span::of(Scale::Linear, rows.filter_map(|row| row.found.accuracy[0]).flat_map(|right| [right.low, right.high]))
+fn accuracies<'r>(rows: impl Iterator<Item = &'r Row>) -> Option<Span> {
+    let ends = rows.filter_map(|row| row.found.accuracy[0]).flat_map(|right| [right.low, right.high]);
+    Span::around(Scale::Linear, ends)
 }
 
 fn families<'m>(models: impl Iterator<Item = &'m Candidate>) -> Vec<(Look, &'static str)> {
@@ -241,4 +247,35 @@ fn families<'m>(models: impl Iterator<Item = &'m Candidate>) -> Vec<(Look, &'sta
         }
     }
     looks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map;
+
+    #[test]
+    fn every_model_that_reads_the_whole_sample_has_its_label() {
+        let (rows, prices) = (map::kept().unwrap(), Prices::kept().unwrap());
+        let models = Candidate::all_built_in().unwrap();
+        for core in Core::ALL {
+            let figure = draw(&rows, &models, &prices, core);
+            let whole: Vec<_> = models.iter().filter(|model| !is_early(model)).collect();
+            assert!(whole.len() > 10);
+            for model in whole {
+                let label = format!(">{}, {} kB<", short(&model.name), model.about.bytes.div_ceil(1000));
+                assert_eq!(figure.matches(&label).count(), 1, "{core:?}: {label}");
+            }
+            assert_eq!(figure.matches(">a  Formats").count() + figure.matches(">b  Early").count(), 2);
+        }
+    }
+
+    #[test]
+    fn models_without_a_price_are_named_instead() {
+        let (rows, models) = (map::kept().unwrap(), Candidate::all_built_in().unwrap());
+        let text = r#"{"compiler": "c", "frame": "f", "cores": {}}"#;
+        let figure = draw(&rows, &models, &Prices::read("p", text).unwrap(), Core::M0);
+        assert!(figure.contains(">svm-int8 has no price on boards: ci/prices --keep svm-int8 counts it.<"), "{figure}");
+        assert!(!figure.contains("NaN") && !figure.contains("inf"));
+    }
 }

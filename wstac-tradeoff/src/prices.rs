@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::knobs::{Format, Setting, kernel_name};
+use super::parameters::{Format, Setting, kernel_name};
 use wstac_host::error::Error;
 use wstac_host::model_file::{BUILT_IN, ModelFile};
 
@@ -61,13 +61,13 @@ impl Core {
 pub struct Price {
     /// Instructions from a frame's bytes, in stripes of eight rows, to features.
     pub features: i64,
-    /// Instructions of the trigger, a frame.
+    /// Instructions of the trigger per frame.
     pub trigger: i64,
-    /// Instructions of the model, an event; 0 without one, nothing where it was not counted.
+    /// Instructions of the model per event: 0 without one, `None` if it was not counted.
     pub texture: Option<i64>,
-    /// Instructions of speed, an event.
+    /// Instructions of speed per event.
     pub speed: i64,
-    /// Instructions of direction, an event.
+    /// Instructions of direction per event.
     pub direction: i64,
     /// Bytes of the whole firmware with its link and the model; nothing where that was not counted.
     pub flash: Option<i64>,
@@ -76,18 +76,18 @@ pub struct Price {
 }
 
 impl Price {
-    /// Instructions a frame.
+    /// Instructions per frame.
     pub fn frame(&self) -> i64 {
         self.features + self.trigger
     }
 
-    /// Instructions an event; nothing where the model was not counted.
+    /// Instructions per event; nothing where the model was not counted.
     pub fn event(&self) -> Option<i64> {
         Some(self.texture? + self.speed + self.direction)
     }
 
-    /// Instructions a second: of 30 frames, and of an event in each second.
-    pub fn instructions_a_second(&self) -> Option<i64> {
+    /// Instructions per second: of 30 frames, and of an event in each second.
+    pub fn instructions_per_second(&self) -> Option<i64> {
         Some(30 * self.frame() + self.event()?)
     }
 }
@@ -193,7 +193,7 @@ pub fn stripe_bytes(format: Format) -> Option<i64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::knobs::Format;
+    use crate::parameters::Format;
     use wstac_host::config::Kernel;
 
     #[test]
@@ -208,7 +208,7 @@ mod tests {
             Setting { format: Format::YuyvLinear, stride: wstac_core::frame::Stride::Two, kernel: Kernel::Libm };
         let price = prices.of(Core::M4F, &setting, Some("builtin:svm")).unwrap();
         assert_eq!((price.frame(), price.event(), price.flash, price.ram), (1053, Some(609), Some(20_063), Some(4088)));
-        assert_eq!(price.instructions_a_second(), Some(30 * 1053 + 609));
+        assert_eq!(price.instructions_per_second(), Some(30 * 1053 + 609));
         assert_eq!(prices.of(Core::M4F, &setting, None).unwrap().event(), Some(9));
         // A model that was not counted: all but what it adds is known. A file of a built-in's name is another model.
         for model in ["builtin:forest", "svm", "my/svm.wsm", "my/other.wsm"] {

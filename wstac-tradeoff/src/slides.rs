@@ -6,7 +6,7 @@
 use wstac_core::direction::Heading;
 use wstac_core::layout::FrameSize;
 
-use super::knobs::Format;
+use super::parameters::Format;
 use wstac_host::error::Error;
 use wstac_scene::SceneConfig;
 use wstac_scene::rng::Rng;

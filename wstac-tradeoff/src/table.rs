@@ -11,7 +11,7 @@ use wstac_core::params::SAMPLE_FRAMES;
 
 /// What the table's columns are.
 const HEAD: &str = "\
-| format | stride | ln | model | specimen, % (95 %) | pattern, % | depth, % | speed error, % | directions wrong or none | feature error, root mean square, lit | frames to the answer | instructions a frame | an event | flash, bytes | RAM |
+| format | stride | ln | model | specimen accuracy, % (95 % interval) | pattern accuracy, % | depth accuracy, % | speed error, % | directions wrong or missing | feature error where lit, root mean square | frames to the answer | instructions per frame | instructions per event | flash, bytes | RAM, bytes |
 | --- | ---: | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |
 ";
 
@@ -61,7 +61,7 @@ fn line(text: &mut String, row: &Row, price: &Price) {
         "| {} | {} | {} | {} | {whole} | {} | {} | {speed} | {} of {} | {:.4} | {latency} | {} | {} | {} | {} |",
         row.setting.format.name(),
         row.setting.stride.get(),
-        super::knobs::kernel_name(row.setting.kernel),
+        super::parameters::kernel_name(row.setting.kernel),
         short(row.model.as_deref().unwrap_or(NONE)),
         mean(pattern),
         mean(depth),
@@ -132,7 +132,7 @@ pub fn all(row: &Row, models: &[Candidate], prices: &Prices) -> String {
             "speed       off by {mean:.2} % on average, 95 % of them by at most {most:.2} %{without}, 100 to 200 mm/s"
         );
     }
-    let _ = writeln!(text, "direction   {} of {} wrong or none", found.direction_errors, found.slides);
+    let _ = writeln!(text, "direction   {} of {} wrong or missing", found.direction_errors, found.slides);
     let [max_lit, rms_lit, max, rms] = found.feature;
     let _ = writeln!(
         text,
@@ -155,7 +155,7 @@ pub fn all(row: &Row, models: &[Candidate], prices: &Prices) -> String {
         let _ = match price {
             Some(price) => writeln!(
                 text,
-                "{:11} {} instructions a frame, {} an event; {} bytes of flash, {} of RAM{stripe}",
+                "{:11} {} instructions per frame, {} per event; {} bytes of flash, {} of RAM{stripe}",
                 core.name(),
                 grouped(price.frame()),
                 known(price.event()),
@@ -168,7 +168,7 @@ pub fn all(row: &Row, models: &[Candidate], prices: &Prices) -> String {
     text.push_str(&unpriced(std::slice::from_ref(row), prices, Core::M4F));
     if let Some(host) = row.host {
         let (frame, event) = (grouped(host.frame_ns as i64), grouped(host.event_ns as i64));
-        let _ = writeln!(text, "host        {frame} ns a frame, {event} an event, on the machine that made the map");
+        let _ = writeln!(text, "host        {frame} ns per frame, {event} per event, on the machine that made the map");
     }
     text
 }
@@ -183,8 +183,12 @@ pub fn nearly(row: &Row, prices: &Prices, cores: &[Core]) -> String {
     for core in cores {
         if let Some(price) = prices.of(*core, &row.setting, row.model.as_deref()) {
             let (frame, event) = (grouped(price.frame()), known(price.event()));
-            let _ =
-                write!(text, "; {}: {frame} a frame, {event} an event, {} of flash", core.name(), known(price.flash));
+            let _ = write!(
+                text,
+                "; {}: {frame} per frame, {event} per event, {} of flash",
+                core.name(),
+                known(price.flash)
+            );
         }
     }
     text.push('\n');

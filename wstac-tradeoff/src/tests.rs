@@ -6,7 +6,7 @@ use wstac_core::taxels::TaxelSums;
 
 use super::candidate::Candidate;
 use super::chosen::Chosen;
-use super::knobs::{Format, Setting};
+use super::parameters::{Format, Setting};
 use super::slides::{SENSORS, TradeSlide, slides};
 use super::streams::{EvaluatedCamera, FirstEvent, camera};
 use super::sweep::{self, Plan};

@@ -3,7 +3,6 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use crate::fit_figure as figure;
 use clap::ValueEnum;
 use serde_json::json;
 use wstac_core::rate::FrameRate;
@@ -11,8 +10,9 @@ use wstac_core::speed::ThresholdOn;
 
 use super::output::{Stop, check_new, note};
 use super::source_arguments::frame_rate;
+use wstac_host::atomic_write::atomic_write;
 use wstac_host::config::Config;
-use wstac_host::whole_file;
+use wstac_plot::{Format, SpeedFit, SpeedFits};
 use wstac_train::fit::data::Slides;
 use wstac_train::fit::{Fit, Kind};
 
@@ -36,8 +36,8 @@ pub(super) struct Arguments {
     #[arg(short, long, value_name = "FILE.toml")]
     output: Option<PathBuf>,
 
-    /// Draw the durations, the laws and what they leave to this new file
-    #[arg(long, value_name = "FILE.svg")]
+    /// Draw the durations, the laws and the residuals to this new file: SVG, PNG (300 dots per inch) or PDF, by its ending
+    #[arg(long, value_name = "FILE.svg|png|pdf")]
     plot: Option<PathBuf>,
 
     /// Frames a second of the slides' camera, such as 30 or 30000/1001, where a data set does not say: 30 unless given
@@ -104,6 +104,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     for path in arguments.output.iter().chain(&arguments.plot) {
         check_new(path, arguments.force)?;
     }
+    let format = arguments.plot.as_deref().map(Format::of).transpose()?;
     let config = arguments.config.as_deref().map(Config::read).transpose()?;
     let mut slides = Slides::default();
     for path in &arguments.data {
@@ -118,13 +119,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         Laws::Both => vec![Kind::Paper, Kind::Physical],
     };
     let fits = kinds.into_iter().map(|kind| Fit::new(kind, &slides, &names)).collect::<Result<Vec<_>, _>>()?;
-    if let Some(path) = &arguments.plot {
-        whole_file::write(path, figure::draw(&fits, &slides))?;
+    if let (Some(path), Some(format)) = (&arguments.plot, format) {
+        atomic_write(path, format.encode(&figure(&fits, &slides))?)?;
         note(format_args!("drawn to {}", path.display()));
     }
     let best = fits.iter().min_by(|a, b| a.line.deviation.total_cmp(&b.line.deviation));
     if let (Some(path), Some(best)) = (&arguments.output, best) {
-        whole_file::write(path, table(best, &slides, &names, config.as_ref()))?;
+        atomic_write(path, table(best, &slides, &names, config.as_ref()))?;
         note(format_args!("law \"{}\" written to {}", best.kind.name(), path.display()));
         if config.is_none() {
             note(format_args!(
@@ -145,6 +146,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         }
     }
     Ok(out.flush()?)
+}
+
+/// Draws the durations, the laws and the residuals.
+fn figure<'f>(fits: &'f [Fit], slides: &Slides) -> String {
+    let slides: Vec<_> = slides.used.iter().map(|slide| [slide.speed_mm_s, slide.frames]).collect();
+    let plain = |fit: &'f Fit| SpeedFit {
+        name: fit.kind.name(),
+        formula: format!("{}, R² {:.4}", fit.words(), fit.line.r2),
+        law: move |mm_s| fit.frames(mm_s),
+    };
+    SpeedFits { slides: &slides, fits: &fits.iter().map(plain).collect::<Vec<_>>() }.draw()
 }
 
 /// Slowest and fastest of the slides' speeds.

@@ -4,26 +4,26 @@ use std::path::PathBuf;
 
 use super::output::{Stop, check_new, note};
 use super::source_arguments::SourceArguments;
-use wstac_host::error::Error;
+use wstac_host::atomic_write::atomic_write;
 use wstac_host::model_file::ModelFile;
-use wstac_host::reading::{Reading, Wanted};
+use wstac_host::output::OutputOptions;
+use wstac_host::session::Processor;
 use wstac_host::source::FramePolicy;
 use wstac_host::texture::Textures;
-use wstac_host::whole_file;
-use wstac_plot::{draw, find};
+use wstac_plot::{Format, draw, find};
 
 /// Draw one event as a figure for a paper
 ///
-/// An SVG, 170 mm wide: ten features over the event's 70 frames, when the light arrives at each taxel, direction and speed,
-/// and a caption with the numbers.
+/// The figure is 170 mm wide. It shows ten features over the event's 70 frames, when the light arrives at each taxel, direction
+/// and speed, and has a caption with the numbers.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
     /// What the event is in: as for wstac run
     source: String,
 
-    /// The figure, a new file
-    #[arg(short, long, value_name = "FILE.svg")]
+    /// Write the figure to this new file: SVG, PNG (300 dots per inch) or PDF, by its ending
+    #[arg(short, long, value_name = "FILE.svg|png|pdf")]
     output: PathBuf,
 
     /// Which event, counted from 1
@@ -58,24 +58,20 @@ colors that differ in brightness, too:
          that a cut-off event gives
 The numbers are those of wstac run --json --samples. The same source gives the same bytes.
   wstac plot scene:Saw3@150,90deg --model builtin:svm -o event.svg
-  rsvg-convert -f pdf -o event.pdf event.svg
+  wstac plot scene:Saw3@150,90deg --model builtin:svm -o event.pdf
 Exit code: 1 where the source has no such event, too.
 ";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
-    let name = arguments.output.extension();
-    if name.is_some_and(|name| !name.eq_ignore_ascii_case("svg")) {
-        let message = "is to be a figure, expected a name that ends in .svg; rsvg-convert makes PDF and PNG of it";
-        return Err(Error::new(arguments.output.display(), message).into());
-    }
+    let format = Format::of(&arguments.output)?;
     check_new(&arguments.output, arguments.force)?;
     let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
     let files = ModelFile::open_all(&arguments.models)?;
-    let wanted = Wanted { features: false, samples: true };
-    let mut reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
+    let wanted = OutputOptions { features: false, samples: true };
+    let mut reading = Processor::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
     let found = find(source.as_mut(), &info, &mut reading, &config, arguments.event)?;
-    whole_file::write(&arguments.output, draw(&found))?;
+    atomic_write(&arguments.output, format.encode(&draw(&found))?)?;
     note(format_args!("{} has event {} of {}", arguments.output.display(), arguments.event, info.about));
     Ok(())
 }

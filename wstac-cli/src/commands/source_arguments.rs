@@ -74,7 +74,7 @@ impl SourceArguments {
         // First: a camera, or standard input, is not asked for what could not be used.
         let given = file.map(Config::read).transpose()?;
         let (source, info) = self.open(source, delivery)?;
-        let config = config_of(source.as_ref(), given)?;
+        let config = config_of(&info, given)?;
         Ok((source, info, config))
     }
 
@@ -123,8 +123,8 @@ impl SourceArguments {
 
 /// What is to be said of textures: where a recording's events had some and no model is given to name them again; where
 /// frames come at another rate than models are trained at.
-pub(super) fn doubts_of_textures(source: &dyn Source, info: &StreamInfo, given: &[ModelFile]) -> Option<String> {
-    let recorded = source.models();
+pub(super) fn doubts_of_textures(info: &StreamInfo, given: &[ModelFile]) -> Option<String> {
+    let recorded = info.recorded.as_ref().map_or(&[][..], |recorded| &recorded.models);
     let ratio = info.rate.per_second() / f64::from(info.rate.frames_added()) / FrameRate::NOMINAL.per_second();
     if given.is_empty() {
         let missing = !recorded.is_empty();

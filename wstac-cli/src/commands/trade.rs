@@ -6,17 +6,18 @@ mod fade;
 use std::path::{Path, PathBuf};
 
 use super::output::{Stop, check_new, note};
+use wstac_host::atomic_write::atomic_write;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::whole_file;
+use wstac_plot::Format;
 use wstac_tradeoff::budget::{Budget, By};
 use wstac_tradeoff::candidate::Candidate;
-use wstac_tradeoff::knobs::Setting;
+use wstac_tradeoff::parameters::Setting;
 use wstac_tradeoff::prices::{Core, Prices};
 use wstac_tradeoff::row::{Row, rows};
 use wstac_tradeoff::slides::{MOST_SLIDES, QUICK_SLIDES, SENSORS, SLIDES, slides};
 use wstac_tradeoff::sweep::{self, Plan};
-use wstac_tradeoff::{host, map, plot, table, turned};
+use wstac_tradeoff::{ablation, host, map, plot, table};
 
 /// Show what speed costs in accuracy, and choose a configuration by what may be spent
 ///
@@ -28,7 +29,7 @@ use wstac_tradeoff::{host, map, plot, table, turned};
 #[expect(clippy::struct_excessive_bools, reason = "each is an option of its own")]
 pub(super) struct Arguments {
     /// Write to this folder: trade.csv, trade.md, trade.svg, map.csv and base.toml; with --budget the configuration, with --fade fade.csv
-    /// and fade.md
+    /// and fade.md. With --map also FILE.svg, FILE.png or FILE.pdf: the figure alone
     #[arg(short, value_name = "FOLDER")]
     output: Option<PathBuf>,
 
@@ -48,7 +49,7 @@ pub(super) struct Arguments {
     #[arg(long = "model", value_name = "FILE.wsm")]
     models: Vec<PathBuf>,
 
-    /// Everything that is no knob: a configuration file as for wstac run
+    /// All that is no parameter of the study: a configuration file as for wstac run
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
 
@@ -80,7 +81,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["output", "budget", "map", "slides", "quick", "config", "models"])]
     verify: Option<PathBuf>,
 
-    /// Show how answers decay as light fades, one knob turned at a time
+    /// Show how answers decay as light fades, one parameter at a time
     #[arg(long, conflicts_with_all = ["budget", "map", "verify", "quick"])]
     fade: bool,
 
@@ -93,8 +94,8 @@ pub(super) struct Arguments {
 const BASE: &str = "base.toml";
 
 const HELP: &str = r"Terms of a budget, between commas:
-  M0<90000         instructions a frame, on M0, M3, M4F or M7; k and M are thousands and millions
-  M4F.event<200k   instructions an event: speed, direction and texture
+  M0<90000         instructions per frame, on M0, M3, M4F or M7; k and M are thousands and millions
+  M4F.event<200k   instructions per event: speed, direction and texture
   flash<64K        bytes of the whole firmware with its model, on the cores that other terms name,
                    or else on --core; K is 1024
                    (64KB and 64KiB are the same)
@@ -102,12 +103,12 @@ const HELP: &str = r"Terms of a budget, between commas:
   frames<=40       frames from the first touch to the answer: a model that reads n frames answers about
                    n - 10.5 after it; with --by speed or direction to the end of the sample, about 59.5,
                    as they come with the whole of it, however early texture is
-  host<20us        ns, us or ms a frame on a host, host.event an event: of the machine that made the
+  host<20us        ns, us or ms per frame on a host, host.event per event: of the machine that made the
                    map, good to compare settings with each other
   format=YUYV      GREY, RGB24, RGB565, BAYER8 (wstac run --format RGGB), YUYV (exact or linear),
                    MJPEG; stride=2; ln=libm; model=svm, or none
 
-A core of 64 MHz, 30 frames a second, 10 % of the time, 1.75 cycles an instruction: about 122k instructions a frame.
+A core of 64 MHz, 30 frames per second, 10 % of the time, 1.75 cycles an instruction: about 122k instructions per frame.
 
 Examples:
   wstac trade --budget 'M4F<60000,flash<64K'
@@ -117,6 +118,7 @@ Examples:
   wstac trade -o found                 the whole sweep: minutes
   wstac trade --quick --model my.wsm -o found
   wstac trade --budget 'frames<=40' --map found/map.csv -o early
+  wstac trade --map kept -o map.pdf
 
 MJPEG is judged by a quarter of the slides: a budget chooses it only where it is asked for or nothing else fits.
 
@@ -127,6 +129,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if let Some(folder) = &arguments.verify {
         return choose::verify(folder);
     }
+    let figure = figure(arguments)?;
     if let Some(budget) = &arguments.budget {
         return choose::choose(arguments, budget);
     }
@@ -134,7 +137,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if arguments.fade {
         return fade::fade(arguments, &config);
     }
-    check_new_all(arguments, &["trade.csv", "trade.md", "trade.svg", "map.csv", BASE])?;
+    match figure {
+        Some((path, _)) => check_new(path, arguments.force)?,
+        None => check_new_all(arguments, &["trade.csv", "trade.md", "trade.svg", "map.csv", BASE])?,
+    }
     let (prices, (_, base)) = (prices(arguments)?, base(arguments)?);
     let (rows, models) = if let Some(path) = &arguments.map {
         let mut rows = read(path)?;
@@ -147,14 +153,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         let models = models(&arguments.models)?;
         (swept(arguments, &config, &models)?, models)
     };
-    let (pareto, knobs) =
-        (table::pareto(&rows, &prices, arguments.core), turned::one_at_a_time(&rows, &prices, arguments.core));
-    let text = format!("{pareto}\n{knobs}");
-    if let Some(folder) = &arguments.output {
+    let (pareto, parameters) =
+        (table::pareto(&rows, &prices, arguments.core), ablation::one_at_a_time(&rows, &prices, arguments.core));
+    let text = format!("{pareto}\n{parameters}");
+    let draw = || plot::draw(&rows, &models, &prices, arguments.core);
+    if let Some((path, format)) = figure {
+        atomic_write(path, format.encode(&draw())?)?;
+    } else if let Some(folder) = &arguments.output {
         std::fs::create_dir_all(folder).map_err(|error| Error::new(folder.display(), error))?;
         write(folder, "trade.csv", &map::write_all(&rows, &models, &prices))?;
         write(folder, "trade.md", &text)?;
-        write(folder, "trade.svg", &plot::draw(&rows, &models, &prices, arguments.core))?;
+        write(folder, "trade.svg", &draw())?;
         write(folder, "map.csv", &map::write(&rows))?;
         write(folder, BASE, &base)?;
     }
@@ -182,6 +191,18 @@ fn refuse_sweep(arguments: &Arguments) {
     clap::Error::raw(clap::error::ErrorKind::ArgumentConflict, message).exit();
 }
 
+/// Returns the file that the figure alone is written to, if the output is named like one.
+fn figure(arguments: &Arguments) -> Result<Option<(&Path, Format)>, Error> {
+    let Some(path) = arguments.output.as_deref().filter(|path| !path.is_dir()) else { return Ok(None) };
+    let Some(format) = Format::by_ending(path) else { return Ok(None) };
+    if arguments.map.is_none() || arguments.budget.is_some() {
+        let expected =
+            "only the figure of a map is a file (found a figure's name, expected a folder, or --map without --budget)";
+        return Err(Error::new(path.display(), expected));
+    }
+    Ok(Some((path, format)))
+}
+
 /// Refuses a file where a folder is to be.
 fn check_folder(folder: &Path) -> Result<(), Error> {
     if folder.exists() && !folder.is_dir() {
@@ -200,7 +221,7 @@ fn check_new_all(arguments: &Arguments, names: &[&str]) -> Result<(), Error> {
     names.iter().try_for_each(|name| check_new(&folder.join(name), arguments.force))
 }
 
-/// What messages call the configuration that a sweep was run with, and its text: everything that is no knob.
+/// What messages call the configuration that a sweep was run with, and its text: all that is no parameter of the study.
 fn base(arguments: &Arguments) -> Result<(String, String), Error> {
     let path = match (&arguments.config, &arguments.map) {
         (Some(path), _) => path.clone(),
@@ -261,7 +282,7 @@ fn models(named: &[PathBuf]) -> Result<Vec<Candidate>, Error> {
 }
 
 fn write(folder: &Path, name: &str, text: &str) -> Result<(), Error> {
-    whole_file::write(&folder.join(name), text)
+    atomic_write(&folder.join(name), text)
 }
 
 fn print(text: &str) -> Result<(), Stop> {

@@ -29,7 +29,7 @@ pub(crate) use self::recording::Recordings;
 use self::screen::Screen;
 use self::state::State;
 use wstac_host::error::Error;
-use wstac_host::reading::Reading;
+use wstac_host::session::Processor;
 use wstac_host::source::{Source, StreamInfo};
 
 /// Longest wait before signals are looked for.
@@ -91,7 +91,7 @@ impl Drop for EndBoth<'_> {
 pub(crate) fn run(
     source: &mut dyn Source,
     info: &StreamInfo,
-    reading: &mut Reading<'_>,
+    reading: &mut Processor,
     recordings: &mut Recordings,
     options: Options,
 ) -> Result<Ending, Error> {
@@ -124,7 +124,7 @@ pub(crate) fn run(
 }
 
 /// Reads until somebody asks for the end; the error that the source ended with.
-fn read(mut player: Player<'_, '_>, shared: &Shared, keys: &Receiver<Key>, mut pace: Option<Pace>) -> Option<Error> {
+fn read(mut player: Player<'_>, shared: &Shared, keys: &Receiver<Key>, mut pace: Option<Pace>) -> Option<Error> {
     let mut failure = None;
     while !shared.is_over() {
         let stands = {

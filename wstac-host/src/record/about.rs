@@ -121,6 +121,7 @@ impl About {
             taxels_only: false,
             about: stream.about,
             camera: camera.map(Box::new),
+            recorded: None,
         };
         Ok(Some(Self {
             info,

@@ -5,7 +5,7 @@ use std::fmt;
 
 use super::{Budget, Limit, What};
 use crate::candidate::{NONE, short};
-use crate::knobs::Format;
+use crate::parameters::Format;
 use crate::prices::{Core, Price, Prices};
 use crate::row::{Row, whole_latency};
 use crate::table::grouped;
@@ -82,7 +82,7 @@ struct Taken<'q> {
     takes: Option<f64>,
 }
 
-/// The best row that fits; of several as good, the one that takes fewest instructions a second on the first core. MJPEG, which is
+/// The best row that fits; of several as good, the one that takes fewest instructions per second on the first core. MJPEG, which is
 /// judged by fewer slides and so more by chance, only where nothing else fits.
 ///
 /// # Errors
@@ -110,11 +110,11 @@ pub fn best<'r>(
 }
 
 impl<'q> Question<'q> {
-    /// Instructions a second on the first core; those with nothing unknown come first.
+    /// Instructions per second on the first core; those with nothing unknown come first.
     fn cost(&self, row: &Row) -> (bool, i64) {
         let core = self.budget.cores(self.default).first().copied().unwrap_or(self.default);
         let price = self.prices.of(core, &row.setting, row.model.as_deref());
-        match price.map(|price| (price.instructions_a_second(), price.frame())) {
+        match price.map(|price| (price.instructions_per_second(), price.frame())) {
             Some((Some(whole), _)) => (false, whole),
             Some((None, frame)) => (true, frame),
             None => (true, i64::MAX),
@@ -162,11 +162,11 @@ impl<'q> Question<'q> {
             return format!("no configuration fits; the nearest is {}, model {model}: {missed}", row.setting);
         }
         if self.rows.iter().any(|row| self.budget.is_of(row)) {
-            return "no configuration with these knobs tells what --by is about; without a model: --by speed, direction or \
+            return "no configuration with these parameters tells what --by is about; without a model: --by speed, direction or \
                 features"
                 .to_owned();
         }
-        "no configuration of the map has these knobs".to_owned()
+        "no configuration of the map has these parameters".to_owned()
     }
 }
 
@@ -185,13 +185,13 @@ impl Taken<'_> {
 impl fmt::Display for Taken<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let unit = match self.limit.what {
-            What::Frame(_) => "instructions a frame",
-            What::Event(_) => "instructions an event",
+            What::Frame(_) => "instructions per frame",
+            What::Event(_) => "instructions per event",
             What::Flash => "bytes of flash",
             What::Ram => "bytes of RAM",
             What::Frames => "frames to the answer",
-            What::Host => "ns a frame on a host",
-            What::HostEvent => "ns an event on a host",
+            What::Host => "ns per frame on a host",
+            What::HostEvent => "ns per event on a host",
         };
         if let Some(core) = self.core {
             write!(f, "{}: ", core.name())?;

@@ -50,7 +50,7 @@ fn the_best_that_fits() {
 fn the_nearest_miss_is_told() {
     let miss = found("M4F<20000", By::Specimen).unwrap_err();
     for part in
-        ["nearest is GREY, stride 2, fixed ln, model svm", "M4F: 30,300 instructions a frame, expected M4F<20000"]
+        ["nearest is GREY, stride 2, fixed ln, model svm", "M4F: 30,300 instructions per frame, expected M4F<20000"]
     {
         assert!(miss.contains(part), "{miss}");
     }
@@ -62,7 +62,7 @@ fn the_nearest_miss_is_told() {
     assert!(miss.contains("tells what --by is about"), "{miss}");
     assert!(found("format=RGB565", By::Specimen).unwrap_err().contains("no configuration of the map"));
     let miss = found("M0<9M", By::Specimen).unwrap_err();
-    assert!(miss.contains("M0: instructions a frame not known, expected M0<9M"), "{miss}");
+    assert!(miss.contains("M0: instructions per frame not known, expected M0<9M"), "{miss}");
 }
 
 #[test]

@@ -48,8 +48,8 @@ pub fn inspect(model: &Model, words: &[u32]) -> Inspected {
     let half = |at: usize| half(words, at);
     let long = |at: usize| usize::from(half(at)) | usize::from(half(at + 1)) << 16;
     let (kind, trees) = match model {
-        Model::LinearSvm(_) if half(6) == 1 => ("linear, one against the rest", None),
-        Model::LinearSvm(_) => ("linear, one against one", None),
+        Model::LinearSvm(_) if half(6) == 1 => ("linear, one-vs-rest", None),
+        Model::LinearSvm(_) => ("linear, one-vs-one", None),
         Model::Forest(_) => ("forest", Some(HEADER_HALVES + 4 + long(HEADER_HALVES + 2))),
         Model::Boosted(_) => ("boosted trees", Some(HEADER_HALVES + 3 + 3 * usize::from(half(HEADER_HALVES)))),
     };

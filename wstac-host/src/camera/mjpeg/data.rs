@@ -3,6 +3,8 @@
 //!
 //! A USB packet that is missing in the middle leaves data that still decode to the end marker, only too early, and
 //! decoders fill in the rest without a word. Walking the Huffman codes, without computing a single pixel, tells.
+//!
+//! The check is our own, because no decoder reports data that end too early.
 
 /// Most components of a picture that a camera sends: Y, Cb, Cr.
 const COMPONENTS: usize = 3;
