@@ -76,7 +76,7 @@ class Files(unittest.TestCase):
         self.assertEqual(files(low="// never Box::leak", tests="let a = Box::leak(b);"), "")
 
     def test_nothing_points_to_itself(self):
-        for text in ("unsafe { std::mem::transmute::<A, B>(a) }", "struct A {\n    own: *const Self,\n}", "    pub own: NonNull<Self>,", "let a: &'static B = unsafe { &*self.0 };"):
+        for text in ("unsafe { transmute::<&A, &'static A>(a) }", "struct A {\n    own: *const Self,\n}", "    pub own: NonNull<Self>,", "let a: &'static B = unsafe { &*self.0 };"):
             self.assertIn("points to itself", files(high=text))
 
 

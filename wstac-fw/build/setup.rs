@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use wstac_core::model::Model;
 
-use wstac_host::config::{Config, Kernel};
 use crate::pixels::Pixels;
+use wstac_host::config::{Config, Kernel};
 
 /// The source; or what is wrong with a file or the name of a pixel format.
 pub fn source(config: Option<PathBuf>, model: Option<PathBuf>, pixels: Option<&str>) -> Result<String, String> {

@@ -4,9 +4,9 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod crash_record;
 #[cfg(feature = "emulated")]
 pub mod emulated;
-pub mod crash_record;
 #[cfg(feature = "h743")]
 pub mod link;
 pub mod reader;

@@ -161,7 +161,7 @@ impl Reader {
             while self.send_held(out) {}
         }
         if let Some(interrupted) = interrupted {
-            out.send(&Message::Incomplete(interrupted));
+            out.send(&Message::InterruptedSample(interrupted));
         }
         out.send(&Message::End { stream: end, dropped: self.dropped });
     }
@@ -181,7 +181,7 @@ impl Sender {
             out.send(&Message::Features { frame: frame.number, features: frame.features });
         }
         if let Some(interrupted) = update.interrupted() {
-            out.send(&Message::Incomplete(interrupted));
+            out.send(&Message::InterruptedSample(interrupted));
         }
         match update.event() {
             Some(event) => self.event(&event, out),

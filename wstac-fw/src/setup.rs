@@ -19,7 +19,9 @@ include!(concat!(env!("OUT_DIR"), "/setup.rs"));
 ///
 /// # Errors
 /// As [`PipelineBuilder::check`](wstac_core::pipeline::PipelineBuilder::check).
-pub fn checked(geometry: FrameGeometry<Green>) -> Result<CheckedBuilder<Green, Ln, Following>, Error> {
+pub fn checked(
+    geometry: FrameGeometry<GreenChannel>,
+) -> Result<CheckedBuilder<GreenChannel, Ln, BaselinePolicy>, Error> {
     let builder = Pipeline::builder(geometry).floor(FLOOR).ln(Ln::default());
     builder.trigger(TRIGGER).baseline(FOLLOWING).check()
 }
@@ -28,6 +30,6 @@ pub fn checked(geometry: FrameGeometry<Green>) -> Result<CheckedBuilder<Green, L
 ///
 /// # Errors
 /// As [`checked`].
-pub fn pipeline(geometry: FrameGeometry<Green>) -> Result<Pipeline<Green, Ln, Following>, Error> {
+pub fn pipeline(geometry: FrameGeometry<GreenChannel>) -> Result<Pipeline<GreenChannel, Ln, BaselinePolicy>, Error> {
     Ok(checked(geometry)?.build())
 }

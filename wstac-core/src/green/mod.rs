@@ -16,8 +16,7 @@ pub mod packed_ycbcr;
 pub mod planar_ycbcr;
 pub mod rgb565;
 #[cfg(simd)]
-#[doc(hidden)]
-pub mod simd;
+mod simd;
 pub mod words;
 pub mod ycbcr;
 

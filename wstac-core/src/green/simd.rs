@@ -22,13 +22,13 @@ mod vs_scalar;
 
 use crate::frame::Block;
 pub(super) use cells::add_block;
-pub use cells::{Cells, Chroma, Shared};
+pub(super) use cells::{Cells, Chroma, Shared};
 pub(super) use factors::Factors;
 
 #[cfg(target_arch = "x86_64")]
-pub use super::avx2::Simd;
+pub(super) use super::avx2::Simd;
 #[cfg(target_arch = "aarch64")]
-pub use super::neon::Simd;
+pub(super) use super::neon::Simd;
 
 /// Rows between the row that is summed and the row whose cache lines are requested.
 #[cfg(target_arch = "x86_64")]

@@ -11,7 +11,7 @@ use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
 use wstac_core::green::bayer::BayerOrder;
 use wstac_core::green::gray::Gray;
-use wstac_core::green::ycbcr::{YcbcrEncoding, YcbcrMatrix, QuantizationRange};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::params::TAXELS;
 use wstac_core::pipeline::{Pipeline, Update};

@@ -76,7 +76,7 @@ fn run(reader: &mut Reader, frames: core::ops::Range<usize>, parts_a_frame: usiz
 
 /// The event of the same frames, taken whole: its first frame and its sample.
 fn expected(lost: core::ops::Range<usize>) -> (u64, Vec<Features>) {
-    let camera = Camera::new(Gray, layout(), FrameRate::NOMINAL).unwrap();
+    let camera = FrameGeometry::new(Gray, layout(), FrameRate::NOMINAL).unwrap();
     let mut pipeline = setup::pipeline(camera).unwrap();
     for t in 0..130 {
         let update = if lost.contains(&t) { pipeline.push_lost(1) } else { pipeline.push_frame(&frame(t)).unwrap() };

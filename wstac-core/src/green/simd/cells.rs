@@ -16,7 +16,7 @@ pub struct Cells<'a> {
 
 /// Says where the chroma samples of cells are.
 #[derive(Clone, Copy, Debug)]
-pub enum Chroma<'a> {
+pub(crate) enum Chroma<'a> {
     /// Between luma. The first luma byte has this place in each group of four.
     Within(usize),
     /// In rows of Cb Cr pairs.
@@ -27,7 +27,7 @@ pub enum Chroma<'a> {
 
 /// Says how rows of luma share rows of chroma.
 #[derive(Clone, Copy, Debug)]
-pub struct Shared {
+pub(crate) struct Shared {
     /// 2^`vertical` rows of luma share a row of chroma.
     vertical: u32,
     /// The number of rows of luma above the block that share its first row of chroma: 0 or 1.
