@@ -85,7 +85,7 @@ fn read(
     while !stop.load(Ordering::Relaxed) {
         match session.poll()? {
             Poll::Output(output) => {
-                sender.send((sensor, Ok(output))).map_err(|_| Error::new(spec, "nobody takes its outputs"))?
+                sender.send((sensor, Ok(output))).map_err(|_| Error::new(spec, "nobody takes its outputs"))?;
             }
             Poll::Waiting => {}
             Poll::Over => return Ok(()),

@@ -84,7 +84,7 @@ fn frames(settings: &[Setting], config: &Config) -> Result<Vec<f64>, Error> {
         let camera = camera(&sensor, setting.format, setting.stride, config)?;
         let frames = shots.iter().find(|(format, _)| *format == setting.format).map_or(&[][..], |(_, frames)| frames);
         all.push(match setting.kernel {
-            Kernel::Fixed => stream(<Fixed>::default(), setting.format, camera, frames, config),
+            Kernel::Fixed => stream(Fixed::<256>, setting.format, camera, frames, config),
             Kernel::Libm => stream(Libm, setting.format, camera, frames, config),
             Kernel::Micromath => stream(Micromath, setting.format, camera, frames, config),
         }?);

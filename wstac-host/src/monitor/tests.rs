@@ -134,7 +134,7 @@ fn numbers_that_cannot_be_are_borne() {
     let last = u64::MAX;
     let early = Message::Texture { frame: last, frames: 255, texture };
     let lost = Message::Lost { frames: last };
-    let incomplete = Message::InterruptedSample(wstac_core::trigger::InterruptedSample { frame: last, frames: 255 });
+    let incomplete = Message::InterruptedSample(InterruptedSample { frame: last, frames: 255 });
     let features = Message::Features { frame: last, features: [i16::MIN; 10] };
     let (found, record) = reports(OutputOptions::default(), &[early, event(last), lost, lost, incomplete, features]);
     assert_eq!(found.len(), 5);
