@@ -129,7 +129,7 @@ fn a_new_baseline_and_a_new_stream_begin_where_the_old_ones_end() {
             let camera = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL).unwrap();
             let mut fresh = Pipeline::builder(camera).trigger(config).starting_at(first).build().unwrap();
             let light = 100 + random.below(60);
-            for frame in 0..60 + random.below(90) {
+            for frame in 0..80 + random.below(70) {
                 let taxels = [0; 25].map(|_| if frame > 40 { light as u32 } else { 3 } + random.below(2) as u32);
                 let (found, expected) = (running.push_taxels(&taxels), fresh.push_taxels(&taxels));
                 assert_eq!(found.frame(), expected.frame());

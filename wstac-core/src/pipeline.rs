@@ -262,9 +262,7 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
     /// Replaces the trigger's parameters and what becomes of the baseline, and gathers a new baseline from the next feature frame on.
     /// Returns the sample that was being captured, which ends here.
     pub fn set_trigger(&mut self, config: TriggerConfig, baseline: B) -> Option<InterruptedSample> {
-        let end = self.trigger.end();
-        self.trigger = Trigger::with(config, end.frames, baseline);
-        end.incomplete
+        self.trigger.reset(config, baseline)
     }
 
     /// Replaces the darkness floor of the features to come.

@@ -98,6 +98,9 @@ pub(crate) struct TriggerState {
     interrupted: Option<InterruptedSample>,
 }
 
+/// Lowest and highest of no window sums.
+const NO_BOUNDS: [[i32; FEATURES]; 2] = [[i32::MAX; FEATURES], [i32::MIN; FEATURES]];
+
 impl Trigger {
     /// A trigger at frame 0, before its baseline.
     pub fn new(config: TriggerConfig) -> Self {
@@ -123,7 +126,7 @@ impl<B: BaselinePolicy> Trigger<B> {
                 window_sums: [0; FEATURES],
                 baseline: Baseline::empty(),
                 quiet: true,
-                bounds: [[i32::MAX; FEATURES], [i32::MIN; FEATURES]],
+                bounds: NO_BOUNDS,
                 lost: 0,
                 backlog: None,
                 interrupted: None,
@@ -244,9 +247,14 @@ impl<B: BaselinePolicy> Trigger<B> {
 
     /// Gathers a new baseline from the next frame on. Returns the sample that was being captured, which ends here.
     pub fn rezero(&mut self) -> Option<InterruptedSample> {
-        let end = self.end();
-        *self = Self::with(self.state.config, end.frames, self.following.anew());
-        end.incomplete
+        self.reset(self.state.config, self.following.anew())
+    }
+
+    /// Gathers a new baseline with other parameters, and starts to do something else with it. Returns the sample that was being captured,
+    /// which ends here.
+    pub(crate) fn reset(&mut self, config: TriggerConfig, following: B) -> Option<InterruptedSample> {
+        self.following = following;
+        self.state.reset(config)
     }
 
     /// How the stream stands; after [`Trigger::finish`], how it ended.
@@ -340,6 +348,38 @@ impl<B: BaselinePolicy> Trigger<B> {
 }
 
 impl TriggerState {
+    /// As at the start, but that the frames' numbers go on: field by field, since a whole new state would lie on the stack first.
+    fn reset(&mut self, config: TriggerConfig) -> Option<InterruptedSample> {
+        let StreamEnd { frames, incomplete, .. } = self.end();
+        let Self {
+            config: own_config,
+            ring,
+            filled,
+            frame,
+            phase,
+            window_sums,
+            baseline,
+            quiet,
+            bounds,
+            lost,
+            backlog,
+            interrupted,
+        } = self;
+        *own_config = config;
+        ring.clear();
+        *filled = [0; 2];
+        *frame = frames;
+        *phase = Phase::Baseline;
+        *window_sums = [0; FEATURES];
+        *baseline = Baseline::empty();
+        *quiet = true;
+        *bounds = NO_BOUNDS;
+        *lost = 0;
+        *backlog = None;
+        *interrupted = None;
+        incomplete
+    }
+
     /// Number of the frame that the next push is.
     // A function of its own: it is asked for in many places, and takes 50 bytes in each on a Cortex-M0.
     #[inline(never)]

@@ -28,7 +28,7 @@
 #define WSTAC_FW_LABEL_BYTES 64
 
 // Bytes of a pipeline.
-#define WSTAC_PIPELINE_SIZE 2384
+#define WSTAC_PIPELINE_SIZE 2408
 
 // What a pipeline's address is a multiple of.
 #define WSTAC_PIPELINE_ALIGN 8
@@ -175,7 +175,7 @@ typedef struct WstacFwFormat WstacFwFormat;
 // pipeline in the same state. Nothing has to be freed.
 typedef struct WstacFwPipeline {
   // The library's own.
-  uint64_t opaque[298];
+  uint64_t opaque[301];
 } WstacFwPipeline;
 
 // A tactile event.

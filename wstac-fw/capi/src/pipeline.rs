@@ -21,7 +21,7 @@ use crate::memory::{Memory, borrowed, fits, set_up, value_mut};
 use crate::status::{WstacFwStatus, status};
 
 /// Bytes of a pipeline.
-pub const WSTAC_PIPELINE_SIZE: usize = 2384;
+pub const WSTAC_PIPELINE_SIZE: usize = 2408;
 /// What a pipeline's address is a multiple of.
 pub const WSTAC_PIPELINE_ALIGN: usize = 8;
 
@@ -30,7 +30,7 @@ pub const WSTAC_PIPELINE_ALIGN: usize = 8;
 #[repr(C)]
 pub struct WstacFwPipeline {
     /// The library's own.
-    opaque: [u64; 298],
+    opaque: [u64; 301],
 }
 
 const _: () = assert!(size_of::<WstacFwPipeline>() == WSTAC_PIPELINE_SIZE);
