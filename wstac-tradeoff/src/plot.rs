@@ -1,5 +1,7 @@
 //! The map as a figure of three panels.
 
+use std::fmt::Write;
+
 use wstac_core::frame::Stride;
 
 use super::candidate::{Candidate, short};
@@ -71,11 +73,12 @@ fn words(own: &[(&Row, &Candidate)], prices: &Prices, core: Core) -> String {
     let whole =
         own.iter().filter(|(_, model)| !is_early(model)).filter_map(|(row, _)| row.found.latency).reduce(f64::max);
     if let Some(frames) = whole {
-        text += &format!("; speed and direction come with the whole sample, at {frames:.1} frames");
+        // Writing to a string does not fail.
+        let _ = write!(text, "; speed and direction come with the whole sample, at {frames:.1} frames");
     }
     text += ". c: models that read all 70 frames, with the size of their files";
     if let Some(others) = prices.of(core, &Setting::DEFAULT, None).and_then(|price| price.event()) {
-        text += &format!("; speed and direction add {} instructions per event", grouped(others));
+        let _ = write!(text, "; speed and direction add {} instructions per event", grouped(others));
     }
     text + ". b, c: GREY, stride 1; bars are 95 % intervals over 20 sensors."
 }
