@@ -5,7 +5,8 @@ use std::fmt::Write;
 use wstac_core::baseline_policy::{FixedBaseline, TrackingBaseline};
 use wstac_core::trigger::{Rule, Trigger, TriggerConfig};
 use wstac_host::config::Config;
-use wstac_host::reading::{EventRecord, Reading, Record, Wanted, read_all};
+use wstac_host::output::{Output, OutputOptions, TactileEvent};
+use wstac_host::session::{Processor, run};
 use wstac_host::source::Source;
 use wstac_scene::source::SceneSource;
 use wstac_scene::{SceneConfig, Truth};
@@ -27,15 +28,15 @@ fn hour(leak_per_minute: f64) -> SceneConfig {
 }
 
 /// A scene's truth, its events, and how many frames it had.
-fn read(script: &SceneConfig, config: &str) -> (Vec<Truth>, Vec<EventRecord>, u64) {
+fn read(script: &SceneConfig, config: &str) -> (Vec<Truth>, Vec<TactileEvent>, u64) {
     let mut source = SceneSource::new(script).unwrap();
     let config = Config::parse(config).unwrap();
-    let mut reading = Reading::new(source.info(), &config, Wanted::default()).unwrap();
+    let mut reading = Processor::new(source.info(), &config, OutputOptions::default()).unwrap();
     let (mut events, mut frames) = (Vec::new(), 0);
-    let result = read_all::<wstac_host::error::Error>(&mut source, &mut reading, |record| {
+    let result = run::<wstac_host::error::Error>(&mut source, &mut reading, |record| {
         match record {
-            Record::Event(event) => events.push(*event),
-            Record::End(end) => frames = end.frames,
+            Output::Event(event) => events.push(*event),
+            Output::End(end) => frames = end.frames,
             _ => {}
         }
         Ok(())
@@ -45,8 +46,8 @@ fn read(script: &SceneConfig, config: &str) -> (Vec<Truth>, Vec<EventRecord>, u6
 }
 
 /// The event of each slide: the first window that sees it fires, its sample starts at most 15 frames before the touch and at most 10 after it.
-fn of_slides(truth: &[Truth], events: &[EventRecord]) -> Vec<Option<EventRecord>> {
-    let is_of = |truth: &Truth, event: &EventRecord| {
+fn of_slides(truth: &[Truth], events: &[TactileEvent]) -> Vec<Option<TactileEvent>> {
+    let is_of = |truth: &Truth, event: &TactileEvent| {
         let start = truth.start_frame();
         (start.saturating_sub(15)..=start + 10).contains(&event.frame)
     };
@@ -66,8 +67,8 @@ fn an_hour_of_drift_makes_a_kept_baseline_fire_and_a_followed_one_not() {
     let (_, expected, _) = read(&still, ABOVE);
     let (_, followed_still, _) = read(&still, FOLLOW);
 
-    let found = |events: &[EventRecord]| of_slides(&truth, events).iter().flatten().count();
-    let false_ones = |events: &[EventRecord]| events.len() - found(events);
+    let found = |events: &[TactileEvent]| of_slides(&truth, events).iter().flatten().count();
+    let false_ones = |events: &[TactileEvent]| events.len() - found(events);
     for (name, events) in [
         ("drift, kept", &kept),
         ("drift, followed", &followed),
@@ -90,9 +91,9 @@ fn an_hour_of_drift_makes_a_kept_baseline_fire_and_a_followed_one_not() {
     for (drift, still) in
         of_slides(&truth, &followed).iter().flatten().zip(of_slides(&truth, &expected).iter().flatten())
     {
-        assert_eq!(drift.direction.deg, still.direction.deg, "at frame {}", drift.frame);
-        assert!(drift.direction.deg.is_some() && drift.reliable, "at frame {}", drift.frame);
-        let (a, b) = (drift.duration_frames.unwrap(), still.duration_frames.unwrap());
+        assert_eq!(drift.direction.heading, still.direction.heading, "at frame {}", drift.frame);
+        assert!(drift.direction.heading.is_ok() && drift.reliable, "at frame {}", drift.frame);
+        let (a, b) = (drift.lit_frames.unwrap(), still.lit_frames.unwrap());
         assert!(a.abs_diff(b) <= 1, "at frame {}: {a} frames, {b} without drift", drift.frame);
         if a == b { same += 1 } else { off += 1 }
     }

@@ -75,7 +75,12 @@ fn is_run(path: &str) -> bool {
     if path.starts_with("tests/") {
         return is_declared_test(path);
     }
-    ["wstac-core/src/", "wstac-linux/src/"].iter().any(|source| path.starts_with(source)) && is_module(path)
+    // A member of the workspace.
+    let member = path.split_once("/src/").map(|(member, _)| format!("\"{member}\","));
+    let manifest = text("Cargo.toml");
+    let members =
+        manifest.split_once("members = [").and_then(|(_, rest)| rest.split_once(']')).map(|(members, _)| members);
+    member.is_some_and(|member| members.is_some_and(|all| all.contains(&member))) && is_module(path)
 }
 
 /// The page's rows of four cells, without those of headings; what is measured between its marks is of another kind.
@@ -104,9 +109,14 @@ fn a_test_that_is_left_out_is_none() {
         #[test]\n// Why.\n#[should_panic]\nfn d() {}\n#[cfg(test)]\nmod tests {\n    #[test]\n    fn e() {}\n}\nfn f() {}\n";
     assert_eq!(tests_of(source), BTreeSet::from(["d", "e"]));
     assert!(is_run("wstac-core/src/model/tests/extremes.rs") && is_run("tests/long/day.rs") && is_run("tests/ln.rs"));
-    for path in
-        ["wstac-core/src/none.rs", "tests/benches/frames.rs", "tests/long/none.rs", "wstac-core/tests/models/a.rs"]
-    {
+    assert!(is_run("wstac-train/src/model/integers.rs"));
+    for path in [
+        "wstac-core/src/none.rs",
+        "wstac-fw/src/reader.rs",
+        "tests/benches/frames.rs",
+        "tests/long/none.rs",
+        "wstac-core/tests/models/a.rs",
+    ] {
         assert!(!is_run(path), "{path}");
     }
     assert!(declares("pub(crate) mod a;", "a") && !declares("// mod a;", "a") && !declares("mod ab;", "a"));

@@ -1,10 +1,11 @@
-//! Says which instructions the target has, where the compiler does not: packed multiply-accumulate and 32-bit Thumb.
+//! Says which instructions the target has, if the compiler does not say it: packed multiply-accumulate, 32-bit Thumb,
+//! and vectors that `green::simd` has kernels for.
 
 use std::env;
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
-    println!("cargo:rustc-check-cfg=cfg(thumb2, dsp)");
+    println!("cargo:rustc-check-cfg=cfg(thumb2, dsp, simd)");
     let target = env::var("TARGET").unwrap_or_default();
     // Cores that may have no DSP extension (thumbv8m.main) are taken to have none.
     if ["thumbv7m", "thumbv7em", "thumbv8m.main"].iter().any(|core| target.starts_with(core)) {
@@ -12,5 +13,13 @@ fn main() {
     }
     if target.starts_with("thumbv7em") {
         println!("cargo:rustc-cfg=dsp");
+    }
+    let of_target = |name: &str| env::var(format!("CARGO_CFG_TARGET_{name}")).unwrap_or_default();
+    // x86-64 is asked for AVX2 when the program runs. The compiler may assume NEON, unless the target goes without.
+    let neon = of_target("FEATURE").split(',').any(|feature| feature == "neon") && of_target("ENDIAN") == "little";
+    match of_target("ARCH").as_str() {
+        "x86_64" => println!("cargo:rustc-cfg=simd"),
+        "aarch64" if neon => println!("cargo:rustc-cfg=simd"),
+        _ => {}
     }
 }

@@ -102,6 +102,9 @@ def grows(program, before, code, depth, frame):
         return -4 * registers(operands)
     if written_back := re.search(r"\[sp, #(-?\d+)\]!$|\[sp\], #(-?\d+)$", operands):
         return -int(written_back[1] or written_back[2])
+    if name in ("ldmia", "stmia", "vldmia", "vstmia") and re.match(r"sp, \{(?!.*\b(?:sp|pc)\b)", operands):
+        # Without "!" the stack pointer says where, and stays.
+        return None
     target, *sources = operands.split(", ")
     if not target.startswith("sp") or name in ("cmp", "cmn", "tst"):
         return None

@@ -8,9 +8,11 @@ On every path through a function it follows how deep the stack is at each instru
 in turn. Recursion is an error, and so is an instruction that changes the stack pointer in an unknown way. Calls through a register
 cannot be followed: they are listed, and an entry point must have none. What interrupts take comes on top.
 
-Rows are groups of entry points, with the deepest of each: what makes something (`.new`) apart from what runs once per frame or event.
+Rows are groups of entry points, with the deepest of each: what makes something (`.new`), and what makes a
+trigger again (`.restart`), apart from what runs once per frame or event.
 """
 
+import fnmatch
 import functools
 import re
 import subprocess
@@ -54,7 +56,8 @@ def worst(elf, name):
 def row_of(entry):
     """The row of the table that an entry point is in."""
     group, name = entry.split(".")
-    return f"{group}.new" if re.match(r"new(_|$)", name) else group
+    kind = re.match(r"(new|restart|rezero|set_trigger)(?:_|$)", name)
+    return group if kind is None else f"{group}.new" if kind[1] == "new" else f"{group}.restart"
 
 
 def rows(elf):
@@ -80,7 +83,7 @@ def core(elf):
 
 
 def budgets():
-    """The bytes that each row may take, by row."""
+    """The bytes that each row may take, by row or by a pattern of rows."""
     rows = {}
     for most, names in tomllib.loads(BUDGETS.read_text())["stack"].items():
         for name in names:
@@ -90,8 +93,17 @@ def budgets():
     return rows
 
 
-def problems(found, most):
+def of_rows(found, patterns):
+    """The budgets by row: a row's own, or that of the pattern that it matches. Patterns that match no row stay as they are."""
+    most = {}
+    for name, bytes_ in sorted(patterns.items(), key=lambda item: "*" not in item[0]):
+        most |= {row: bytes_ for row in fnmatch.filter(found, name) or [name]}
+    return most
+
+
+def problems(found, patterns):
     """What is wrong with rows of bytes by core, as lines of text: over budget, without a budget, or gone."""
+    most = of_rows(found, patterns)
     lines = [f"{row}: no budget, found {found[row]}" for row in sorted(found.keys() - most.keys())]
     lines += [f"{row}: a budget, but no entry point" for row in sorted(most.keys() - found.keys())]
     for row in sorted(found.keys() & most.keys()):
@@ -114,11 +126,11 @@ def main(elves):
     """Measures, shows and checks."""
     if not elves or elves[0].startswith("-"):
         sys.exit(__doc__)
-    tables, most = {core(elf): rows(elf) for elf in elves}, budgets()
-    show(tables, most)
+    tables, patterns = {core(elf): rows(elf) for elf in elves}, budgets()
+    show(tables, of_rows(next(iter(tables.values())), patterns))
     every = sorted(set().union(*tables.values()))
     found = {row: {core: table[row][1].bytes for core, table in tables.items() if row in table} for row in every}
-    if wrong := problems(found, most):
+    if wrong := problems(found, patterns):
         sys.exit("\n  ".join([f"stack.py: not within {BUDGETS.name}:", *wrong]))
     print(f"stack: {len(found)} rows within their budgets")
 

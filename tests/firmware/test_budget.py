@@ -6,6 +6,7 @@ import io
 import unittest
 
 import budget
+import images
 
 
 class Published(unittest.TestCase):
@@ -63,6 +64,11 @@ class Published(unittest.TestCase):
         for core in limits.values():
             self.assertLessEqual(core["flash"], 24 * 1024)
             self.assertLessEqual(core["ram"], 4 * 1024)
+
+
+class Images(unittest.TestCase):
+    def test_what_is_absent_has_a_name_that_exists(self):
+        self.assertEqual(images.unknown(), [])
 
 
 if __name__ == "__main__":

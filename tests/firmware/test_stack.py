@@ -61,6 +61,17 @@ class Taken(unittest.TestCase):
         self.assertEqual(use(code).bytes, 12)
         self.assertTrue(use(code).returns)
 
+    def test_registers_read_and_written_at_a_stack_pointer_that_stays(self):
+        code = """
+            00000000 <f>:
+            0: sub sp, #16
+            2: stmia.w sp, {r0, r1, r2, r3}
+            6: ldmia.w sp, {r0, r1, r2, r3}
+            a: add sp, #16
+            c: bx lr
+        """
+        self.assertEqual(use(code).bytes, 16)
+
     def test_a_large_frame_of_a_cortex_m0(self):
         code = """
             00000000 <f>:
@@ -93,7 +104,7 @@ class Taken(unittest.TestCase):
                 self.assertEqual(use(code).bytes, 72)
 
     def test_an_unknown_change_is_an_error(self):
-        for code in ("mov sp, r4", "add sp, r6", "bic.w sp, sp, #7", "ldr sp, [r0]", "sub.w sp, sp, r4", "msr MSP, r0", "ldm sp!, {r4}", "sub.w sp, r4, #8"):
+        for code in ("mov sp, r4", "add sp, r6", "bic.w sp, sp, #7", "ldr sp, [r0]", "sub.w sp, sp, r4", "msr MSP, r0", "ldm sp!, {r4}", "ldmia.w sp, {r4, sp}", "sub.w sp, r4, #8"):
             with self.subTest(code), self.assertRaisesRegex(Unclear, code.split()[-1]):
                 use(f"00000000 <f>:\n0: {code}\n4: bx lr")
 
@@ -241,12 +252,19 @@ class Numbers(unittest.TestCase):
     def test_what_makes_something_is_a_row_of_its_own(self):
         rows = [stack.row_of(entry) for entry in ("gray.new_camera", "gray.push_frame", "trigger.new", "trigger.next", "trigger.newest")]
         self.assertEqual(rows, ["gray.new", "gray", "trigger.new", "trigger", "trigger"])
+        rows = [stack.row_of(entry) for entry in ("gray.restart", "following.rezero_following", "any.set_trigger", "gray.set_floor", "gray.restarted")]
+        self.assertEqual(rows, ["gray.restart", "following.restart", "any.restart", "gray", "gray"])
 
     def test_more_than_the_budget_no_budget_and_no_entry_point_are_problems(self):
         most = {"a": 100, "gone": 8}
         found = stack.problems({"a": {"M0": 104, "M3": 100}, "new": {"M0": 8}}, most)
         self.assertEqual(found, ["new: no budget, found {'M0': 8}", "gone: a budget, but no entry point", "a, M0: 104 bytes, at most 100"])
         self.assertEqual(stack.problems({"a": {"M0": 100}, "gone": {"M0": 0}}, most), [])
+
+    def test_a_pattern_is_for_rows_without_a_budget_of_their_own(self):
+        most = {"a.x": 10, "*.x": 20, "*.y": 30}
+        found = stack.problems({"a.x": {"M0": 11}, "b.x": {"M0": 20}, "c.x": {"M0": 21}}, most)
+        self.assertEqual(found, ["*.y: a budget, but no entry point", "a.x, M0: 11 bytes, at most 10", "c.x, M0: 21 bytes, at most 20"])
 
     def test_every_row_has_one_budget(self):
         most = stack.budgets()

@@ -101,7 +101,7 @@ def agree(board):
     """Runs models of every kind by chance: the board must answer as a host does."""
     with tempfile.TemporaryDirectory() as folder:
         run(build(program="agree", board=board), folder, board=board)
-    print(f"{board.processor}: the models of tests/src/random_models.rs answer as on a host")
+    print(f"{board.processor}: the models of tests/random_models answer as on a host")
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use wstac_host::source::mcap::McapSource;
-use wstac_host::source::{Source, SourceEvent};
+use wstac_host::source::{Frame, Source, SourceEvent};
 use wstac_tests::folder::Folder;
 use wstac_tests::random::Random;
 
@@ -56,7 +56,7 @@ fn frames_of(path: &Path) -> Option<(Vec<Vec<u8>>, u64)> {
     let (mut frames, mut lost) = (Vec::new(), 0);
     loop {
         match source.next_event().unwrap() {
-            SourceEvent::Frame { bytes, .. } => frames.push(bytes.to_vec()),
+            SourceEvent::Frame(Frame { bytes, .. }) => frames.push(bytes.to_vec()),
             SourceEvent::Lost { frames, .. } => lost += frames,
             SourceEvent::End => return Some((frames, lost)),
             other => panic!("{other:?}"),

@@ -9,18 +9,19 @@ use wstac_core::rate::FrameRate;
 use wstac_host::camera::{CameraState, LockedControl};
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::reading::{Reading, Wanted};
+use wstac_host::output::OutputOptions;
 use wstac_host::record::Recorder;
 use wstac_host::record::about::About;
+use wstac_host::session::Processor;
 use wstac_host::source::mcap::McapSource;
-use wstac_host::source::{Fault, Source, SourceEvent, StreamInfo};
+use wstac_host::source::{Fault, Frame, LossReason, Source, SourceEvent, StreamInfo};
 use wstac_tests::folder::Folder;
 
 /// An item that does not borrow its source.
 #[derive(Clone, Debug, PartialEq)]
 enum Owned {
     Frame(Vec<u8>, Option<Duration>, Option<u32>, Option<Vec<u8>>),
-    Lost(u64, &'static str),
+    Lost(u64, LossReason),
     Fault(Fault),
     End,
 }
@@ -28,22 +29,25 @@ enum Owned {
 impl Owned {
     fn of(item: &SourceEvent<'_>) -> Self {
         match item {
-            SourceEvent::Frame { bytes, timestamp, sequence, encoded } => {
+            SourceEvent::Frame(Frame { bytes, timestamp, sequence, encoded, .. }) => {
                 Self::Frame(bytes.to_vec(), *timestamp, *sequence, encoded.map(<[u8]>::to_vec))
             }
-            SourceEvent::Lost { frames, why } => Self::Lost(*frames, why),
+            SourceEvent::Lost { frames, reason } => Self::Lost(*frames, reason.clone()),
             SourceEvent::Fault(fault) => Self::Fault(fault.clone()),
             SourceEvent::End => Self::End,
-            SourceEvent::Taxels(_) | SourceEvent::Waiting => panic!("not in these streams"),
+            _ => panic!("not in these streams"),
         }
     }
 
     fn item(&self) -> SourceEvent<'_> {
         match self {
-            Self::Frame(bytes, timestamp, sequence, encoded) => {
-                SourceEvent::Frame { bytes, timestamp: *timestamp, sequence: *sequence, encoded: encoded.as_deref() }
-            }
-            Self::Lost(frames, why) => SourceEvent::Lost { frames: *frames, why },
+            Self::Frame(bytes, timestamp, sequence, encoded) => SourceEvent::Frame(Frame {
+                timestamp: *timestamp,
+                sequence: *sequence,
+                encoded: encoded.as_deref(),
+                ..Frame::new(bytes)
+            }),
+            Self::Lost(frames, reason) => SourceEvent::Lost { frames: *frames, reason: reason.clone() },
             Self::Fault(fault) => SourceEvent::Fault(fault.clone()),
             Self::End => SourceEvent::End,
         }
@@ -76,6 +80,7 @@ fn info(format: PixelFormat, bytes_per_row: u32) -> StreamInfo {
         taxels_only: false,
         about: "a camera".into(),
         camera: Some(Box::new(camera)),
+        recorded: None,
     }
 }
 
@@ -83,19 +88,19 @@ fn info(format: PixelFormat, bytes_per_row: u32) -> StreamInfo {
 fn again(folder: &Folder, info: &StreamInfo, items: &[Owned]) -> (Vec<Owned>, StreamInfo) {
     let (path, config) = (folder.0.join("a.mcap"), Config::default());
     let _ = std::fs::remove_file(&path);
-    let mut reading = Reading::new(info, &config, Wanted { features: true, samples: false }).unwrap();
+    let mut processor = Processor::new(info, &config, OutputOptions { features: true, samples: false }).unwrap();
     let about = About::new(info, &config, [("specimen".into(), "Saw3".into())].into(), Vec::new()).unwrap();
-    let mut recorder = Recorder::new(File::create_new(&path).unwrap(), &path, &about, &reading).unwrap();
+    let mut recorder = Recorder::new(File::create_new(&path).unwrap(), &path, &about, &processor).unwrap();
     for item in items {
         let item = item.item();
-        recorder.item(&item);
-        reading
-            .take(&item, |record| {
-                recorder.record(&record, "");
+        recorder.source_event(&item);
+        processor
+            .process(&item, |output| {
+                recorder.output(&output, "");
                 Ok::<(), Error>(())
             })
             .unwrap();
-        assert!(recorder.end_of_item(&item, &reading));
+        assert!(recorder.processed(&item, &processor));
     }
     let written = recorder.finish().unwrap();
     assert_eq!(written.frames, items.iter().filter(|item| matches!(item, Owned::Frame(..))).count() as u64);
@@ -110,8 +115,8 @@ fn again(folder: &Folder, info: &StreamInfo, items: &[Owned]) -> (Vec<Owned>, St
     (found, source.info().clone())
 }
 
-fn fault(kind: &'static str, message: &str) -> Owned {
-    Owned::Fault(Fault { kind, message: message.into() })
+fn fault(kind: &str, message: &str) -> Owned {
+    Owned::Fault(Fault { kind: kind.into(), message: message.into() })
 }
 
 #[test]
@@ -119,16 +124,16 @@ fn a_camera_comes_again_with_its_times_gaps_and_faults() {
     let folder = Folder::new("recording-stream");
     // Rows with padding behind them.
     let info = info(PixelFormat::Gray, 80);
-    let mut items = vec![Owned::Lost(2, "dropped by the driver"), fault("slow", "7.5 frames a second \"only\"")];
+    let mut items = vec![Owned::Lost(2, LossReason::Dropped), fault("slow", "7.5 frames a second \"only\"")];
     for frame in 0..200_u32 {
         let bytes: Vec<u8> = (0..80 * 48_u32).map(|at| (at * 7 + frame * 13) as u8).collect();
         // The counter wraps, and the clock once goes back.
         let time = 5_000_000_000 + u64::from(frame) * 33_366_667 - if frame == 90 { 2_000_000_000 } else { 0 };
         items.push(Owned::Frame(bytes, Some(Duration::from_nanos(time)), Some(frame.wrapping_sub(100)), None));
         match frame {
-            30 | 31 => items.push(Owned::Lost(1, "marked as damaged by the driver")),
+            30 | 31 => items.push(Owned::Lost(1, LossReason::Damaged)),
             60 => items.push(fault("disconnected", "cable")),
-            61 => items.push(Owned::Lost(1_000_000_000_000, "dropped by the driver")),
+            61 => items.push(Owned::Lost(1_000_000_000_000, LossReason::Dropped)),
             62 => items.push(fault("reconnected", "é")),
             _ => {}
         }

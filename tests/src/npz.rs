@@ -1,4 +1,6 @@
 //! Data sets as NumPy's `savez` writes them.
+//!
+//! They are made byte by byte, not with the writer of `wstac-train`, so that reader and writer do not share a mistake.
 
 /// An `.npz` file of arrays: name, header and data of each. Its members are stored, without checksums, which are not looked at.
 pub fn npz(arrays: &[(&str, &str, Vec<u8>)]) -> Vec<u8> {

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use v4l::Device;
 use v4l::control::{Control, Value};
-use wstac_host::source::{Source, SourceEvent};
+use wstac_host::source::{FaultKind, Source, SourceEvent};
 use wstac_linux::CameraRequest;
 use wstac_linux::source::CameraSource;
 
@@ -38,11 +38,11 @@ impl std::fmt::Display for Held {
 }
 
 /// Reads until the next frame; the faults on the way.
-fn frame(source: &mut CameraSource) -> Vec<&'static str> {
+fn frame(source: &mut CameraSource) -> Vec<FaultKind> {
     let mut faults = Vec::new();
     loop {
         match source.next_event().expect("a camera that goes on") {
-            SourceEvent::Frame { .. } => return faults,
+            SourceEvent::Frame(_) => return faults,
             SourceEvent::Fault(fault) => faults.push(fault.kind),
             _ => {}
         }
@@ -89,10 +89,10 @@ fn main() -> ExitCode {
         sound &= cycles(&format!("{name}, reconnect, one frame"), count, || {
             press(path, id);
             let mut faults = Vec::new();
-            while faults.last() != Some(&"reconnected") {
+            while faults.last() != Some(&FaultKind::Reconnected) {
                 faults.extend(frame(&mut source));
             }
-            assert_eq!(faults, ["disconnected", "reconnected"], "after {name}");
+            assert_eq!(faults, [FaultKind::Disconnected, FaultKind::Reconnected], "after {name}");
         });
     }
     if sound { ExitCode::SUCCESS } else { ExitCode::FAILURE }

@@ -86,6 +86,7 @@ def test_a_refused_frame_was_not_taken() -> None:
     assert pipeline.next_frame == 1
     assert pipeline.lose(3) is None and pipeline.next_frame == 4
     assert pipeline.features is None and pipeline.taxels is None
+    assert pipeline.lost == [wstac.Lost(1, 3, "reported lost")]
     assert pipeline.finish() is None
     assert pipeline.end == wstac.End(4, 3, "incomplete", None)
     for call in (lambda: pipeline.push(GREY[0]), lambda: pipeline.lose(), pipeline.finish):
@@ -181,6 +182,6 @@ def test_a_stream_of_weeks_keeps_the_last_of_everything(monkeypatch: pytest.Monk
     monkeypatch.setattr(_answers, "MOST", 3)
     records = _answers.Records()
     for frame in range(10):
-        records.take([(f'{{"kind":"fault","frame":{frame},"fault":"slow","message":"x"}}', None)])
+        records.take([wstac.Fault(frame, "slow", "x")])
         records.forget()
     assert [fault.frame for fault in records.faults] == [7, 8, 9]

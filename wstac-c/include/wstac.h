@@ -1,8 +1,9 @@
 /*
- * WSTac for hosts: tactile events of cameras, recordings and scenes, or of frames that a program pushes.
+ * WSTac for hosts: tactile events from cameras, recordings and scenes, or from frames that a program pushes.
  *
- * The library is libwstac.so, which ci/libwstac builds and installs; docs/C.md says how to use it. The header for firmware is wstac_fw.h.
- * Made of wstac-c/src by cbindgen: change it there.
+ * The library is libwstac.so, which ci/libwstac builds and installs. docs/C.md describes its use.
+ * The header for firmware is wstac_fw.h.
+ * cbindgen makes this file from wstac-c/src: change it there.
  */
 
 #ifndef WSTAC_H
@@ -12,16 +13,16 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// Features of a frame: five rows, then five columns.
+// Number of features of a frame: five rows, then five columns.
 #define WSTAC_FEATURES 10
 
-// Frames of a sample.
+// Number of frames of a sample.
 #define WSTAC_SAMPLE_FRAMES 70
 
-// What a feature is in units of: 1/2048 of a natural logarithm.
+// Units of a feature per natural logarithm: a feature is a multiple of 1/2048.
 #define WSTAC_FEATURE_ONE 2048
 
-// What a call comes back with.
+// Status of a call.
 enum WstacStatus
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : int32_t
@@ -31,19 +32,19 @@ enum WstacStatus
   WSTAC_STATUS_OK = 0,
   // A pointer is null.
   WSTAC_STATUS_NULL = 1,
-  // A text is not UTF-8.
+  // A string is not UTF-8.
   WSTAC_STATUS_TEXT = 2,
-  // An option, or a description of frames, is wrong, or does not go with what is opened.
+  // An option or a description of frames is wrong, or does not apply to what is opened.
   WSTAC_STATUS_OPTION = 3,
   // The configuration cannot be read, or does not fit the source.
   WSTAC_STATUS_CONFIG = 4,
   // A model cannot be used.
   WSTAC_STATUS_MODEL = 5,
-  // The source cannot be opened, or not be read any further.
+  // The source cannot be opened, or cannot be read any further.
   WSTAC_STATUS_SOURCE = 6,
   // A frame has too few bytes.
   WSTAC_STATUS_FRAME = 7,
-  // The call does not fit what the handle is, or what it has done.
+  // The call does not fit the handle or its state.
   WSTAC_STATUS_STATE = 8,
   // Something inside has failed: the handle can only be closed.
   WSTAC_STATUS_PANIC = 9,
@@ -56,25 +57,26 @@ typedef int32_t WstacStatus;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// What a record is.
+// Kind of a record.
 enum WstacKind
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : int32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-  // Nothing yet: ask again, or push more frames.
+  // No record yet: call again, or push more frames.
   WSTAC_KIND_WAITING = 0,
-  // The features of a frame, where options ask for them: frame and features.
+  // The features of a frame, if the options request them. Has frame and features.
   WSTAC_KIND_FEATURES = 1,
-  // A tactile event: frame and event.
+  // A tactile event. Has frame, event and texture.
   WSTAC_KIND_EVENT = 2,
-  // What a model that needs fewer than 70 frames says before the event is complete, which will say the same: frame and texture.
+  // The answer of a model that needs fewer than 70 frames. The event follows with the same texture. Has frame,
+  // frames and texture.
   WSTAC_KIND_TEXTURE = 3,
-  // A sample that a long gap interrupted: frame, and frames of it that had arrived.
+  // A sample that a long gap interrupted. It has no event. Has frame and frames.
   WSTAC_KIND_INCOMPLETE = 4,
-  // Something happened to the source, which goes on: fault and message.
+  // A fault of the source, which goes on. Has frame, fault and message.
   WSTAC_KIND_FAULT = 5,
-  // The end: frame is the number of feature frames, and end says more.
+  // The end of the stream. Has frame, the number of feature frames, and end.
   WSTAC_KIND_END = 6,
 };
 #ifndef __cplusplus
@@ -85,88 +87,90 @@ typedef int32_t WstacKind;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// A sensor: what wstac_open and wstac_open_frames make. It belongs to the thread that opened it; several sensors share nothing.
+// A sensor, opened by wstac_open or wstac_open_frames. It belongs to the thread that opened it. Sensors share nothing.
 typedef struct Wstac Wstac;
 
-// How a sensor is opened. All zeros, `WstacOptions options = {0};`, are the defaults.
+// Options of a sensor. Zeros are the defaults: `WstacOptions options = {0};`.
 typedef struct WstacOptions {
-  // Path of a configuration file (TOML); null for the source's own, else the default.
+  // Path of a configuration file (TOML). Null: the source's own configuration, or else the default.
   const char *config;
-  // Texture models, each a path of a .wsm file or such as "builtin:svm"; the last is null. Null for none.
+  // Texture models: paths of .wsm files, or names such as "builtin:svm". The last one is null. Null: no model.
   const char *const *models;
-  // Frames a second, numerator: of a recording, instead of what it says; of a camera, to ask for. 0 and 0 ask nothing.
+  // Frames per second, numerator: requested from a camera, and assumed of a file. 0 and 0: no request.
   uint32_t fps_numerator;
-  // Frames a second, denominator.
+  // Frames per second, denominator.
   uint32_t fps_denominator;
-  // Pixel format to ask a camera for, by its four-character code, such as "YUYV"; null asks nothing.
+  // Four-character code of the pixel format requested from a camera, such as "YUYV". Null: no request.
   const char *format;
-  // Pixels of a row to ask a camera for; 0 and 0 ask nothing.
+  // Width in pixels requested from a camera. 0 and 0: no request.
   uint32_t width;
-  // Rows of a frame to ask a camera for.
+  // Height in pixels requested from a camera.
   uint32_t height;
-  // Give a record of every frame's features.
+  // Give the features of every frame as a record.
   bool features;
-  // Give every frame of a camera, the oldest first, as long as the driver has room; otherwise the newest, where the program is slower.
+  // Take every frame of a camera, the oldest first, as long as the driver has buffers. Otherwise a slow program
+  // gets the newest frame.
   bool every_frame;
-  // Leave a camera's controls automatic instead of locking them.
+  // Leave the controls of a camera as they are instead of locking them.
   bool keep_controls;
 } WstacOptions;
 
-// Frames that a program pushes.
+// Describes frames that a program pushes.
 typedef struct WstacFrames {
-  // Pixels of a row, 1 to 16384.
+  // Width in pixels, 1 to 16384.
   uint32_t width;
-  // Rows of a frame, 1 to 16384.
+  // Height in pixels, 1 to 16384.
   uint32_t height;
-  // Pixel format by its four-character code, such as "GREY", "YUYV" or "RGB3".
+  // Four-character code of the pixel format, such as "GREY", "YUYV" or "RGB3".
   const char *format;
-  // Bytes from row to row; 0 for rows without padding.
+  // Bytes from row to row. 0: rows without padding.
   uint32_t bytes_per_row;
-  // Frames a second, numerator; 0 and 0 are 30 a second. Above 45 a second frames are added up to about 30.
+  // Frames per second, numerator. 0 and 0: 30 per second. Above 45 per second, frames are added up to about 30 per
+  // second.
   uint32_t fps_numerator;
-  // Frames a second, denominator.
+  // Frames per second, denominator.
   uint32_t fps_denominator;
-  // Y Cb Cr are of ITU-R BT.709 instead of BT.601.
+  // YCbCr is encoded as ITU-R BT.709 instead of BT.601.
   bool bt709;
-  // Y Cb Cr are of full range instead of limited.
+  // YCbCr has full range instead of limited range.
   bool full_range;
 } WstacFrames;
 
-// A tactile event: what `wstac run --json` prints.
+// A tactile event, with the numbers that `wstac run --json` prints.
 typedef struct WstacEvent {
-  // Sliding speed in mm/s, to a tenth, as `wstac run` prints it; NAN where there is none.
+  // Sliding speed in mm/s: one decimal, or four significant digits if that is finer. NAN if there is none.
   double speed_mm_s;
-  // The speed is outside the range that the law was fitted on.
+  // The speed is outside the range that the speed law was fitted on.
   bool speed_extrapolated;
-  // Of a slide that is cut off: it was at most this fast, in mm/s; NAN otherwise.
+  // Upper bound in mm/s of the speed of an event that is cut off; NAN otherwise.
   double speed_at_most_mm_s;
-  // Lit frames, last less first: 0 to 69; -1 where no frame is lit.
+  // Lit frames from the first to the last, less one: 0 to 69; -1 if no frame is lit.
   int32_t duration_frames;
-  // Sliding direction in degrees: 0, 90, 180 or 270, counter-clockwise from +x; NAN where it is unclear.
+  // Sliding direction in degrees: 0, 90, 180 or 270, counter-clockwise from +x; NAN if it is unclear.
   double direction_deg;
-  // 0 to 1, to four decimals.
+  // Confidence of the direction: 0 to 1, four decimals.
   double direction_confidence;
-  // Frames of the sample that were filled: 0 to 70.
+  // Frames of the sample that were lost and filled: 0 to 70.
   uint32_t frames_filled;
   // The baseline was quiet, and at most a tenth of the sample was filled.
   bool reliable;
-  // Why there is no speed; null where there is one.
+  // Why there is no speed; null if there is one.
   const char *why_no_speed;
-  // Why there is no direction; null where there is one.
+  // Why there is no direction; null if there is one.
   const char *why_no_direction;
   // The sample: 70 frames of ten features each, natural logarithms in units of 1/2048.
   const int16_t (*sample)[10];
 } WstacEvent;
 
-// What texture models say. Texts are UTF-8, null where no model tells.
+// Answer of the texture models. Strings are UTF-8, and null if no model tells.
 typedef struct WstacTexture {
   // The specimen, such as Saw3.
   const char *specimen;
   // The pattern, such as Saw.
   const char *pattern;
-  // The depth of the pattern in mm; NAN where no model tells.
+  // The depth of the pattern in mm; NAN if no model tells.
   double depth_mm;
-  // The class of a model that tells something else apart.
+  // The class of a model of another task.
   const char *other;
 } WstacTexture;
 
@@ -174,33 +178,33 @@ typedef struct WstacTexture {
 typedef struct WstacEnd {
   // Camera frames that were lost or unusable.
   uint64_t dropped;
-  // The stream was long enough for the baseline.
+  // Whether the stream was long enough for the baseline.
   bool baseline_complete;
-  // Number of the first frame of the sample that was under way.
+  // Number of the first frame of the sample that the end interrupted.
   uint64_t incomplete_frame;
-  // Frames of it that had arrived; 0 where none was under way.
+  // Frames of that sample that had arrived; 0 if there is none.
   uint32_t incomplete_frames;
 } WstacEnd;
 
-// What wstac_next gives. Which parts mean something is said at its kind; the others are as of an event without answers, and null.
+// A record of wstac_next. Its kind tells which fields it has. The others have no value: 0, -1, NAN or null.
 typedef struct WstacRecord {
-  // What it is.
+  // Kind of the record.
   WstacKind kind;
-  // Number of a feature frame, from 0: of an event the first of its sample, of a fault the one that comes next.
+  // Number of a feature frame, from 0: the first frame of a sample, or the frame that comes after a fault.
   uint64_t frame;
-  // Natural logarithms in units of 1/2048.
+  // Features: natural logarithms in units of 1/2048.
   int16_t features[10];
-  // Of an event.
+  // Answers of an event.
   struct WstacEvent event;
-  // Of an event with models, or a texture.
+  // Texture of an event, if there is a model, or a texture before its event.
   struct WstacTexture texture;
-  // Frames of an interrupted sample that had arrived, or that a model looked at.
+  // Frames of an interrupted sample that had arrived, or frames that a model reads.
   uint32_t frames;
-  // Kind of a fault in a word, such as disconnected.
+  // Kind of a fault, such as "disconnected".
   const char *fault;
-  // What happened, for a person.
+  // Description of a fault, for a person.
   const char *message;
-  // Of the end.
+  // Summary of a stream.
   struct WstacEnd end;
 } WstacRecord;
 
@@ -208,16 +212,19 @@ typedef struct WstacRecord {
 extern "C" {
 #endif // __cplusplus
 
-// Opens a source, as `wstac run SOURCE` does: "/dev/videoN", "scene:Saw3@150,90deg", a Y4M file, a folder of PNGs, a recording (.mcap), or
-// "-". `source` is UTF-8; `options` may be null. Where it fails, the handle is null, and wstac_error_message(NULL) says why.
+// Opens a source, as `wstac run SOURCE` does.
+//
+// A source is "/dev/videoN", "scene:Saw3@150,90deg", a Y4M file, a folder of PNGs, a recording (.mcap), or "-".
+// `source` is UTF-8; `options` may be null. If the call fails, the handle is null, and wstac_error_message(NULL)
+// returns the message.
 //
 // # Safety
-// `source` is null or text that ends in 0; `options` is null or options; `handle` is null or memory for a pointer.
-WstacStatus wstac_open(const char *source,
-                       const struct WstacOptions *options,
-                       struct Wstac **handle);
+// `source` is null or a string that ends in 0; `options` is null or options; `handle` is null or memory for a pointer.
+WstacStatus wstac_open(const char *source, const struct WstacOptions *options, struct Wstac **handle);
 
-// Opens a sensor whose frames the program pushes. Of `options`, which may be null, those that choose a source are refused.
+// Opens a sensor whose frames the program pushes.
+//
+// `options` may be null. Options that choose a source are refused.
 //
 // # Safety
 // `frames` is null or a description; `options` is null or options; `handle` is null or memory for a pointer.
@@ -225,54 +232,59 @@ WstacStatus wstac_open_frames(const struct WstacFrames *frames,
                               const struct WstacOptions *options,
                               struct Wstac **handle);
 
-// The next record. Of a source it reads until there is one; a camera gives WSTAC_KIND_WAITING at least once a second where there is none.
-// Of frames that are pushed it gives WSTAC_KIND_WAITING where all records are out: push more. After WSTAC_KIND_END there is no more.
-// A source that cannot be read any further comes back with WSTAC_STATUS_SOURCE, and the record is the end record. Otherwise the record is
-// written only with WSTAC_STATUS_OK. What a record points to stays until the next call of wstac_next or wstac_close.
+// Writes the next record.
+//
+// A source is read until there is a record. A camera without a frame gives WSTAC_KIND_WAITING within a second. With
+// frames that the program pushes, WSTAC_KIND_WAITING means: push more. WSTAC_KIND_END is the last record.
+//
+// If a source cannot be read any further, the call returns WSTAC_STATUS_SOURCE, and the record is the end record.
+// Otherwise the record is written only with WSTAC_STATUS_OK. What a record points to is valid until the next
+// wstac_next or wstac_close of the handle.
 //
 // # Safety
 // `handle` is null or an open handle; `record` is null or memory for one.
-WstacStatus wstac_next(struct Wstac *handle,
-                       struct WstacRecord *record);
+WstacStatus wstac_next(struct Wstac *handle, struct WstacRecord *record);
 
-// Takes the bytes of a frame, laid out as wstac_open_frames was told. wstac_next gives what follows. A frame with too few bytes is refused,
-// and has not been taken: wstac_push_lost keeps its place in time.
+// Takes a frame of `length` bytes, laid out as described to wstac_open_frames. wstac_next returns the records that
+// follow.
+//
+// A frame with too few bytes is refused and not taken. Call wstac_push_lost to keep its place in time.
 //
 // # Safety
 // `handle` is null or an open handle; `bytes` is null or `length` bytes.
-WstacStatus wstac_push_frame(struct Wstac *handle,
-                             const uint8_t *bytes,
-                             size_t length);
+WstacStatus wstac_push_frame(struct Wstac *handle, const uint8_t *bytes, size_t length);
 
-// Keeps the place of lost frames in time: a short gap is filled, a long one ends what was under way.
+// Keeps the place of lost frames in time. A short gap is filled; a long one interrupts the sample.
 //
 // # Safety
 // `handle` is null or an open handle.
 WstacStatus wstac_push_lost(struct Wstac *handle, uint64_t frames);
 
-// Ends a stream of frames that are pushed, or stops a source early: wstac_next gives what is pending, then the end record.
+// Ends a stream of pushed frames, or a source before its end. wstac_next returns what is pending, then the end record.
 //
 // # Safety
 // `handle` is null or an open handle.
 WstacStatus wstac_finish(struct Wstac *handle);
 
-// Closes a handle and frees all that belongs to it, records' texts included. Null is allowed, as in free.
+// Closes a handle and frees everything that belongs to it, strings of records included. Null is allowed, as in free.
 //
 // # Safety
 // `handle` is null or an open handle, which is not used again.
 void wstac_close(struct Wstac *handle);
 
-// What the last call on this handle that failed said: what, what was found and what was expected. Of null, what the last call of this thread
-// said that failed without a handle. UTF-8; it stays until the next call on the handle (of null: of this thread). Never null.
+// Returns the message of the last call on this handle that failed: what was found and what was expected.
+//
+// For null, it is the message of the last call of this thread that failed without a handle. The message is UTF-8,
+// never null, and valid until the next call on the handle (for null: of this thread).
 //
 // # Safety
 // `handle` is null or an open handle.
 const char *wstac_error_message(const struct Wstac *handle);
 
-// A status in words: text in English that ends in 0 and stays. Of a number that is no status it says so.
+// Returns a status in words: a static string in English. A number that is no status has a string, too.
 const char *wstac_error_text(int32_t status);
 
-// The version of the library, such as "0.1.0".
+// Returns the version of the library, such as "0.1.0".
 const char *wstac_version(void);
 
 #ifdef __cplusplus

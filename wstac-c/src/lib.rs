@@ -1,15 +1,16 @@
-//! WSTac for hosts in C: `libwstac.so`, whose header is `include/wstac.h`, made of this module by cbindgen (`ci/capi`).
+//! WSTac for C programs on hosts: `libwstac.so`. cbindgen makes its header, `include/wstac.h`, from this crate
+//! (`ci/headers`).
 //!
-//! A sensor is a handle: [`wstac_open`] makes one of what `wstac run` reads, [`wstac_open_frames`] one that the program pushes its own
-//! frames into; [`wstac_next`] gives what follows from them, [`wstac_close`] frees it. Every call checks its pointers and the handle's
-//! state; no panic leaves it, and what is wrong is a status with a text, and a message that names what was found and what was expected.
+//! A handle is a [`Session`](wstac_host::session::Session). [`wstac_open`] opens a source; [`wstac_open_frames`] takes
+//! frames that the program pushes. [`wstac_next`] returns the next record, and [`wstac_close`] frees the handle. Every
+//! call checks its pointers and the state of the handle. No panic leaves a call: an error is a status and a message.
 //!
 //! | what | file |
 //! | --- | --- |
 //! | statuses, messages | `status.rs` |
 //! | options of a program | `options.rs` |
-//! | a handle: source, core, models | `sensor.rs` |
-//! | records of a program | `record.rs` |
+//! | the session of a handle | `sensor.rs` |
+//! | records for a program | `record.rs` |
 #![warn(clippy::undocumented_unsafe_blocks)]
 
 pub mod options;
@@ -28,15 +29,15 @@ use self::record::WstacRecord;
 pub use self::sensor::Sensor;
 use self::status::{Failure, WstacStatus, failed, message, remember, text};
 
-/// A sensor: what wstac_open and wstac_open_frames make. It belongs to the thread that opened it; several sensors share nothing.
+/// A sensor, opened by wstac_open or wstac_open_frames. It belongs to the thread that opened it. Sensors share nothing.
 pub struct Wstac {
-    /// Nothing once something inside has panicked: then the handle can only be closed.
+    /// `None` after a panic: then the handle can only be closed.
     sensor: Option<Sensor>,
-    /// What the last call that failed said.
+    /// The message of the last call that failed.
     message: std::ffi::CString,
 }
 
-/// Runs a call that makes a handle; what fails is remembered for the thread, as there is no handle.
+/// Runs a call that makes a handle. If it fails, the thread keeps the message, since there is no handle.
 ///
 /// # Safety
 /// `handle` is null or memory for a pointer.
@@ -58,7 +59,7 @@ unsafe fn open(handle: *mut *mut Wstac, make: impl FnOnce() -> Result<Sensor, Fa
     }
 }
 
-/// What is said of a call that has panicked.
+/// The message of a call that has panicked.
 const PANICKED: &str = "something inside has failed, which is a fault of this library: the handle can only be closed";
 
 /// Runs a call on a handle.
@@ -89,11 +90,14 @@ unsafe fn with(handle: *mut Wstac, call: impl FnOnce(&mut Sensor) -> Result<(), 
     }
 }
 
-/// Opens a source, as `wstac run SOURCE` does: "/dev/videoN", "scene:Saw3@150,90deg", a Y4M file, a folder of PNGs, a recording (.mcap), or
-/// "-". `source` is UTF-8; `options` may be null. Where it fails, the handle is null, and wstac_error_message(NULL) says why.
+/// Opens a source, as `wstac run SOURCE` does.
+///
+/// A source is "/dev/videoN", "scene:Saw3@150,90deg", a Y4M file, a folder of PNGs, a recording (.mcap), or "-".
+/// `source` is UTF-8; `options` may be null. If the call fails, the handle is null, and wstac_error_message(NULL)
+/// returns the message.
 ///
 /// # Safety
-/// `source` is null or text that ends in 0; `options` is null or options; `handle` is null or memory for a pointer.
+/// `source` is null or a string that ends in 0; `options` is null or options; `handle` is null or memory for a pointer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_open(
     source: *const c_char,
@@ -105,13 +109,15 @@ pub unsafe extern "C" fn wstac_open(
         let source = unsafe { text("source", source) }?;
         // SAFETY: the caller's.
         let options = unsafe { options::read(options) }?;
-        Sensor::open(source, options)
+        Sensor::open(source, &options)
     };
     // SAFETY: the caller's.
     unsafe { open(handle, make) }
 }
 
-/// Opens a sensor whose frames the program pushes. Of `options`, which may be null, those that choose a source are refused.
+/// Opens a sensor whose frames the program pushes.
+///
+/// `options` may be null. Options that choose a source are refused.
 ///
 /// # Safety
 /// `frames` is null or a description; `options` is null or options; `handle` is null or memory for a pointer.
@@ -127,17 +133,21 @@ pub unsafe extern "C" fn wstac_open_frames(
         // SAFETY: the caller's.
         let options = unsafe { options::read(options) }?;
         // SAFETY: the caller's.
-        let info = unsafe { frames.info(options.config.as_ref().map(|config| config.green.yuv).unwrap_or_default()) }?;
-        Sensor::of_frames(&info, options)
+        let info = unsafe { frames.info() }?;
+        Sensor::of_frames(info, &options)
     };
     // SAFETY: the caller's.
     unsafe { open(handle, make) }
 }
 
-/// The next record. Of a source it reads until there is one; a camera gives WSTAC_KIND_WAITING at least once a second where there is none.
-/// Of frames that are pushed it gives WSTAC_KIND_WAITING where all records are out: push more. After WSTAC_KIND_END there is no more.
-/// A source that cannot be read any further comes back with WSTAC_STATUS_SOURCE, and the record is the end record. Otherwise the record is
-/// written only with WSTAC_STATUS_OK. What a record points to stays until the next call of wstac_next or wstac_close.
+/// Writes the next record.
+///
+/// A source is read until there is a record. A camera without a frame gives WSTAC_KIND_WAITING within a second. With
+/// frames that the program pushes, WSTAC_KIND_WAITING means: push more. WSTAC_KIND_END is the last record.
+///
+/// If a source cannot be read any further, the call returns WSTAC_STATUS_SOURCE, and the record is the end record.
+/// Otherwise the record is written only with WSTAC_STATUS_OK. What a record points to is valid until the next
+/// wstac_next or wstac_close of the handle.
 ///
 /// # Safety
 /// `handle` is null or an open handle; `record` is null or memory for one.
@@ -156,8 +166,10 @@ pub unsafe extern "C" fn wstac_next(handle: *mut Wstac, record: *mut WstacRecord
     unsafe { with(handle, next) }
 }
 
-/// Takes the bytes of a frame, laid out as wstac_open_frames was told. wstac_next gives what follows. A frame with too few bytes is refused,
-/// and has not been taken: wstac_push_lost keeps its place in time.
+/// Takes a frame of `length` bytes, laid out as described to wstac_open_frames. wstac_next returns the records that
+/// follow.
+///
+/// A frame with too few bytes is refused and not taken. Call wstac_push_lost to keep its place in time.
 ///
 /// # Safety
 /// `handle` is null or an open handle; `bytes` is null or `length` bytes.
@@ -177,7 +189,7 @@ pub unsafe extern "C" fn wstac_push_frame(handle: *mut Wstac, bytes: *const u8, 
     unsafe { with(handle, push) }
 }
 
-/// Keeps the place of lost frames in time: a short gap is filled, a long one ends what was under way.
+/// Keeps the place of lost frames in time. A short gap is filled; a long one interrupts the sample.
 ///
 /// # Safety
 /// `handle` is null or an open handle.
@@ -187,7 +199,7 @@ pub unsafe extern "C" fn wstac_push_lost(handle: *mut Wstac, frames: u64) -> Wst
     unsafe { with(handle, |sensor| sensor.push_lost(frames)) }
 }
 
-/// Ends a stream of frames that are pushed, or stops a source early: wstac_next gives what is pending, then the end record.
+/// Ends a stream of pushed frames, or a source before its end. wstac_next returns what is pending, then the end record.
 ///
 /// # Safety
 /// `handle` is null or an open handle.
@@ -197,7 +209,7 @@ pub unsafe extern "C" fn wstac_finish(handle: *mut Wstac) -> WstacStatus {
     unsafe { with(handle, Sensor::finish) }
 }
 
-/// Closes a handle and frees all that belongs to it, records' texts included. Null is allowed, as in free.
+/// Closes a handle and frees everything that belongs to it, strings of records included. Null is allowed, as in free.
 ///
 /// # Safety
 /// `handle` is null or an open handle, which is not used again.
@@ -208,12 +220,14 @@ pub unsafe extern "C" fn wstac_close(handle: *mut Wstac) {
     }
     // SAFETY: `open` made it of a box, and nobody uses it again (the caller).
     let wstac = unsafe { Box::from_raw(handle) };
-    // A panic must not leave; what it leaves behind is leaked.
+    // A panic must not leave; what is left behind is leaked.
     let _ = catch_unwind(AssertUnwindSafe(|| drop(wstac)));
 }
 
-/// What the last call on this handle that failed said: what, what was found and what was expected. Of null, what the last call of this thread
-/// said that failed without a handle. UTF-8; it stays until the next call on the handle (of null: of this thread). Never null.
+/// Returns the message of the last call on this handle that failed: what was found and what was expected.
+///
+/// For null, it is the message of the last call of this thread that failed without a handle. The message is UTF-8,
+/// never null, and valid until the next call on the handle (for null: of this thread).
 ///
 /// # Safety
 /// `handle` is null or an open handle.
@@ -223,13 +237,13 @@ pub unsafe extern "C" fn wstac_error_message(handle: *const Wstac) -> *const c_c
     unsafe { handle.as_ref() }.map_or_else(message, |wstac| wstac.message.as_ptr())
 }
 
-/// A status in words: text in English that ends in 0 and stays. Of a number that is no status it says so.
+/// Returns a status in words: a static string in English. A number that is no status has a string, too.
 #[unsafe(no_mangle)]
 pub extern "C" fn wstac_error_text(status: i32) -> *const c_char {
     status::in_words(status).as_ptr()
 }
 
-/// The version of the library, such as "0.1.0".
+/// Returns the version of the library, such as "0.1.0".
 #[unsafe(no_mangle)]
 pub extern "C" fn wstac_version() -> *const c_char {
     concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()
@@ -238,7 +252,7 @@ pub extern "C" fn wstac_version() -> *const c_char {
 #[cfg(test)]
 mod tests;
 
-/// The kinds of sources of this library beside files: a line for each.
+/// The kinds of sources of this library besides files: a line for each.
 const SOURCE_KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];
 
 /// Opens a source of any kind by its name.

@@ -1,10 +1,8 @@
-//! What a program in C asks for, read and checked.
+//! Options of a C program, read and checked.
 
 use std::ffi::c_char;
 use std::path::{Path, PathBuf};
 
-use wstac_core::green::GreenChannel;
-use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
@@ -16,55 +14,57 @@ use wstac_host::source::open::OpenOptions;
 use wstac_host::source::{FramePolicy, StreamInfo};
 use wstac_scene::sensor::SensorFormat;
 
-/// How a sensor is opened. All zeros, `WstacOptions options = {0};`, are the defaults.
+/// Options of a sensor. Zeros are the defaults: `WstacOptions options = {0};`.
 #[repr(C)]
 pub struct WstacOptions {
-    /// Path of a configuration file (TOML); null for the source's own, else the default.
+    /// Path of a configuration file (TOML). Null: the source's own configuration, or else the default.
     pub config: *const c_char,
-    /// Texture models, each a path of a .wsm file or such as "builtin:svm"; the last is null. Null for none.
+    /// Texture models: paths of .wsm files, or names such as "builtin:svm". The last one is null. Null: no model.
     pub models: *const *const c_char,
-    /// Frames a second, numerator: of a recording, instead of what it says; of a camera, to ask for. 0 and 0 ask nothing.
+    /// Frames per second, numerator: requested from a camera, and assumed of a file. 0 and 0: no request.
     pub fps_numerator: u32,
-    /// Frames a second, denominator.
+    /// Frames per second, denominator.
     pub fps_denominator: u32,
-    /// Pixel format to ask a camera for, by its four-character code, such as "YUYV"; null asks nothing.
+    /// Four-character code of the pixel format requested from a camera, such as "YUYV". Null: no request.
     pub format: *const c_char,
-    /// Pixels of a row to ask a camera for; 0 and 0 ask nothing.
+    /// Width in pixels requested from a camera. 0 and 0: no request.
     pub width: u32,
-    /// Rows of a frame to ask a camera for.
+    /// Height in pixels requested from a camera.
     pub height: u32,
-    /// Give a record of every frame's features.
+    /// Give the features of every frame as a record.
     pub features: bool,
-    /// Give every frame of a camera, the oldest first, as long as the driver has room; otherwise the newest, where the program is slower.
+    /// Take every frame of a camera, the oldest first, as long as the driver has buffers. Otherwise a slow program
+    /// gets the newest frame.
     pub every_frame: bool,
-    /// Leave a camera's controls automatic instead of locking them.
+    /// Leave the controls of a camera as they are instead of locking them.
     pub keep_controls: bool,
 }
 
-/// Frames that a program pushes.
+/// Describes frames that a program pushes.
 #[repr(C)]
 pub struct WstacFrames {
-    /// Pixels of a row, 1 to 16384.
+    /// Width in pixels, 1 to 16384.
     pub width: u32,
-    /// Rows of a frame, 1 to 16384.
+    /// Height in pixels, 1 to 16384.
     pub height: u32,
-    /// Pixel format by its four-character code, such as "GREY", "YUYV" or "RGB3".
+    /// Four-character code of the pixel format, such as "GREY", "YUYV" or "RGB3".
     pub format: *const c_char,
-    /// Bytes from row to row; 0 for rows without padding.
+    /// Bytes from row to row. 0: rows without padding.
     pub bytes_per_row: u32,
-    /// Frames a second, numerator; 0 and 0 are 30 a second. Above 45 a second frames are added up to about 30.
+    /// Frames per second, numerator. 0 and 0: 30 per second. Above 45 per second, frames are added up to about 30 per
+    /// second.
     pub fps_numerator: u32,
-    /// Frames a second, denominator.
+    /// Frames per second, denominator.
     pub fps_denominator: u32,
-    /// Y Cb Cr are of ITU-R BT.709 instead of BT.601.
+    /// YCbCr is encoded as ITU-R BT.709 instead of BT.601.
     pub bt709: bool,
-    /// Y Cb Cr are of full range instead of limited.
+    /// YCbCr has full range instead of limited range.
     pub full_range: bool,
 }
 
-/// Options that have been read.
+/// Options that were read.
 pub(super) struct Options {
-    /// The configuration that is asked for.
+    /// The requested configuration.
     pub(super) config: Option<Config>,
     pub(super) models: Vec<ModelFile>,
     pub(super) open: OpenOptions,
@@ -74,10 +74,10 @@ pub(super) struct Options {
 /// Reads a program's options.
 ///
 /// # Errors
-/// What is wrong with one, or with a file that it names.
+/// An option is wrong, or a file that it names.
 ///
 /// # Safety
-/// Null, or options whose texts end in 0, as does their list of models with null.
+/// `options` is null or options whose strings end in 0 and whose list of models ends in null.
 pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failure> {
     // SAFETY: null or options (the caller).
     let Some(options) = (unsafe { options.as_ref() }) else {
@@ -121,10 +121,10 @@ pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failu
 }
 
 impl Options {
-    /// Refuses what chooses a source.
+    /// Refuses options that choose a source.
     ///
     /// # Errors
-    /// Names what is asked for.
+    /// Such an option is set. The message names it.
     pub(super) fn without_source(&self) -> Result<(), Failure> {
         let OpenOptions { fps, format, size, delivery, keep_controls, .. } = &self.open;
         let asked = [
@@ -142,14 +142,14 @@ impl Options {
 }
 
 impl WstacFrames {
-    /// The same as a source says it.
+    /// Returns what the frames have in common.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The size, the format or the rate is wrong.
     ///
     /// # Safety
-    /// `format` is null or text that ends in 0.
-    pub(super) unsafe fn info(&self, yuv: YcbcrMethod) -> Result<StreamInfo, Failure> {
+    /// `format` is null or a string that ends in 0.
+    pub(super) unsafe fn info(&self) -> Result<StreamInfo, Failure> {
         let wrong = |error| failed(WstacStatus::Option, format_args!("frames: {error}"));
         let size = FrameSize::new(self.width, self.height).map_err(wrong)?;
         // SAFETY: the caller's.
@@ -157,26 +157,21 @@ impl WstacFrames {
         if format.is_jpeg() {
             return Err(failed(WstacStatus::Option, format_args!("frames: format is {format}, expected pixels")));
         }
-        let color = YcbcrEncoding {
+        let rate = rate(self.fps_numerator, self.fps_denominator)?.unwrap_or(FrameRate::NOMINAL);
+        let about = format!("frames of {}x{} {format}", self.width, self.height);
+        let mut info = StreamInfo::new(about, size, format.pixels(), rate);
+        info.color = YcbcrEncoding {
             matrix: if self.bt709 { YcbcrMatrix::Bt709 } else { YcbcrMatrix::Bt601 },
             range: if self.full_range { QuantizationRange::Full } else { QuantizationRange::Limited },
         };
-        let least = Any::new(format.pixels(), color, yuv).row_bytes(size.width());
-        Ok(StreamInfo {
-            size,
-            format: format.pixels(),
-            color,
-            // 16384 pixels have at most 65536 bytes.
-            bytes_per_row: if self.bytes_per_row == 0 { least as u32 } else { self.bytes_per_row },
-            rate: rate(self.fps_numerator, self.fps_denominator)?.unwrap_or(FrameRate::NOMINAL),
-            taxels_only: false,
-            about: format!("frames of {}x{} {format}", self.width, self.height),
-            camera: None,
-        })
+        if self.bytes_per_row != 0 {
+            info.bytes_per_row = self.bytes_per_row;
+        }
+        Ok(info)
     }
 }
 
-/// A frame rate; nothing of 0 and 0.
+/// Returns a frame rate; `None` for 0 and 0.
 fn rate(numerator: u32, denominator: u32) -> Result<Option<FrameRate>, Failure> {
     if (numerator, denominator) == (0, 0) {
         return Ok(None);
@@ -184,15 +179,15 @@ fn rate(numerator: u32, denominator: u32) -> Result<Option<FrameRate>, Failure> 
     FrameRate::new(numerator, denominator).map(Some).map_err(|error| failed(WstacStatus::Option, error))
 }
 
-/// A pixel format by its four-character code.
+/// Returns the pixel format of a four-character code.
 fn sensor_format(code: &str) -> Result<SensorFormat, Failure> {
     code.parse().map_err(|error: String| failed(WstacStatus::Option, error))
 }
 
-/// Names of a list that ends in null.
+/// Returns the names of a list that ends in null.
 ///
 /// # Safety
-/// Null, or such a list of texts that end in 0.
+/// `list` is null or such a list of strings that end in 0.
 unsafe fn names(list: *const *const c_char) -> Result<Vec<PathBuf>, Failure> {
     let mut names = Vec::new();
     if list.is_null() {

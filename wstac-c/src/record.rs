@@ -1,45 +1,47 @@
-//! Records as a program in C reads them.
+//! Records for C programs.
 
 use std::ffi::{CString, c_char};
 use std::ptr;
 
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
+use wstac_host::json::{confidence, no_speed, rounded, unclear};
+use wstac_host::output::{FaultReport, FrameFeatures, Output, SampleFrames, TactileEvent};
+use wstac_host::texture::Texture;
 
-use super::status::c_string;
-use wstac_host::reading::{Completeness, EventRecord, FaultRecord, IncompleteRecord, Record, units};
-use wstac_host::texture::TextureRecord;
+use crate::status::c_string;
 
-/// Features of a frame: five rows, then five columns.
+/// Number of features of a frame: five rows, then five columns.
 pub const WSTAC_FEATURES: usize = 10;
-/// Frames of a sample.
+/// Number of frames of a sample.
 pub const WSTAC_SAMPLE_FRAMES: usize = 70;
-/// What a feature is in units of: 1/2048 of a natural logarithm.
+/// Units of a feature per natural logarithm: a feature is a multiple of 1/2048.
 pub const WSTAC_FEATURE_ONE: i32 = 2048;
 
 const _: () = assert!(WSTAC_FEATURES == FEATURES && WSTAC_SAMPLE_FRAMES == SAMPLE_FRAMES);
 const _: () = assert!(WSTAC_FEATURE_ONE == FEATURE_ONE);
 
-/// What a record is.
+/// Kind of a record.
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WstacKind {
-    /// Nothing yet: ask again, or push more frames.
+    /// No record yet: call again, or push more frames.
     Waiting = 0,
-    /// The features of a frame, where options ask for them: frame and features.
+    /// The features of a frame, if the options request them. Has frame and features.
     Features = 1,
-    /// A tactile event: frame and event.
+    /// A tactile event. Has frame, event and texture.
     Event = 2,
-    /// What a model that needs fewer than 70 frames says before the event is complete, which will say the same: frame and texture.
+    /// The answer of a model that needs fewer than 70 frames. The event follows with the same texture. Has frame,
+    /// frames and texture.
     Texture = 3,
-    /// A sample that a long gap interrupted: frame, and frames of it that had arrived.
+    /// A sample that a long gap interrupted. It has no event. Has frame and frames.
     Incomplete = 4,
-    /// Something happened to the source, which goes on: fault and message.
+    /// A fault of the source, which goes on. Has frame, fault and message.
     Fault = 5,
-    /// The end: frame is the number of feature frames, and end says more.
+    /// The end of the stream. Has frame, the number of feature frames, and end.
     End = 6,
 }
 
-/// What texture models say. Texts are UTF-8, null where no model tells.
+/// Answer of the texture models. Strings are UTF-8, and null if no model tells.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct WstacTexture {
@@ -47,35 +49,35 @@ pub struct WstacTexture {
     pub specimen: *const c_char,
     /// The pattern, such as Saw.
     pub pattern: *const c_char,
-    /// The depth of the pattern in mm; NAN where no model tells.
+    /// The depth of the pattern in mm; NAN if no model tells.
     pub depth_mm: f64,
-    /// The class of a model that tells something else apart.
+    /// The class of a model of another task.
     pub other: *const c_char,
 }
 
-/// A tactile event: what `wstac run --json` prints.
+/// A tactile event, with the numbers that `wstac run --json` prints.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct WstacEvent {
-    /// Sliding speed in mm/s, to a tenth, as `wstac run` prints it; NAN where there is none.
+    /// Sliding speed in mm/s: one decimal, or four significant digits if that is finer. NAN if there is none.
     pub speed_mm_s: f64,
-    /// The speed is outside the range that the law was fitted on.
+    /// The speed is outside the range that the speed law was fitted on.
     pub speed_extrapolated: bool,
-    /// Of a slide that is cut off: it was at most this fast, in mm/s; NAN otherwise.
+    /// Upper bound in mm/s of the speed of an event that is cut off; NAN otherwise.
     pub speed_at_most_mm_s: f64,
-    /// Lit frames, last less first: 0 to 69; -1 where no frame is lit.
+    /// Lit frames from the first to the last, less one: 0 to 69; -1 if no frame is lit.
     pub duration_frames: i32,
-    /// Sliding direction in degrees: 0, 90, 180 or 270, counter-clockwise from +x; NAN where it is unclear.
+    /// Sliding direction in degrees: 0, 90, 180 or 270, counter-clockwise from +x; NAN if it is unclear.
     pub direction_deg: f64,
-    /// 0 to 1, to four decimals.
+    /// Confidence of the direction: 0 to 1, four decimals.
     pub direction_confidence: f64,
-    /// Frames of the sample that were filled: 0 to 70.
+    /// Frames of the sample that were lost and filled: 0 to 70.
     pub frames_filled: u32,
     /// The baseline was quiet, and at most a tenth of the sample was filled.
     pub reliable: bool,
-    /// Why there is no speed; null where there is one.
+    /// Why there is no speed; null if there is one.
     pub why_no_speed: *const c_char,
-    /// Why there is no direction; null where there is one.
+    /// Why there is no direction; null if there is one.
     pub why_no_direction: *const c_char,
     /// The sample: 70 frames of ten features each, natural logarithms in units of 1/2048.
     pub sample: *const [i16; 10],
@@ -87,38 +89,38 @@ pub struct WstacEvent {
 pub struct WstacEnd {
     /// Camera frames that were lost or unusable.
     pub dropped: u64,
-    /// The stream was long enough for the baseline.
+    /// Whether the stream was long enough for the baseline.
     pub baseline_complete: bool,
-    /// Number of the first frame of the sample that was under way.
+    /// Number of the first frame of the sample that the end interrupted.
     pub incomplete_frame: u64,
-    /// Frames of it that had arrived; 0 where none was under way.
+    /// Frames of that sample that had arrived; 0 if there is none.
     pub incomplete_frames: u32,
 }
 
-/// What wstac_next gives. Which parts mean something is said at its kind; the others are as of an event without answers, and null.
+/// A record of wstac_next. Its kind tells which fields it has. The others have no value: 0, -1, NAN or null.
 #[repr(C)]
 pub struct WstacRecord {
-    /// What it is.
+    /// Kind of the record.
     pub kind: WstacKind,
-    /// Number of a feature frame, from 0: of an event the first of its sample, of a fault the one that comes next.
+    /// Number of a feature frame, from 0: the first frame of a sample, or the frame that comes after a fault.
     pub frame: u64,
-    /// Natural logarithms in units of 1/2048.
+    /// Features: natural logarithms in units of 1/2048.
     pub features: [i16; 10],
-    /// Of an event.
+    /// Answers of an event.
     pub event: WstacEvent,
-    /// Of an event with models, or a texture.
+    /// Texture of an event, if there is a model, or a texture before its event.
     pub texture: WstacTexture,
-    /// Frames of an interrupted sample that had arrived, or that a model looked at.
+    /// Frames of an interrupted sample that had arrived, or frames that a model reads.
     pub frames: u32,
-    /// Kind of a fault in a word, such as disconnected.
+    /// Kind of a fault, such as "disconnected".
     pub fault: *const c_char,
-    /// What happened, for a person.
+    /// Description of a fault, for a person.
     pub message: *const c_char,
-    /// Of the end.
+    /// Summary of a stream.
     pub end: WstacEnd,
 }
 
-/// A record that says nothing.
+/// A record without content.
 const EMPTY: WstacRecord = WstacRecord {
     kind: WstacKind::Waiting,
     frame: 0,
@@ -146,87 +148,90 @@ const EMPTY: WstacRecord = WstacRecord {
 const NO_TEXTURE: WstacTexture =
     WstacTexture { specimen: ptr::null(), pattern: ptr::null(), depth_mm: f64::NAN, other: ptr::null() };
 
-/// What the record given last points to.
+/// What the last record points to.
 #[derive(Default)]
 pub(super) struct Given {
     texts: Vec<CString>,
-    sample: Vec<[i16; FEATURES]>,
+    sample: Option<Box<SampleFrames>>,
 }
 
 impl Given {
-    /// A record that says that there is none.
+    /// Returns a record that says that there is none yet. Frees what the last record points to.
     pub(super) fn waiting(&mut self) -> WstacRecord {
         *self = Self::default();
         EMPTY
     }
 
-    /// A record for C. What the one before it points to is freed.
-    pub(super) fn record(&mut self, record: &Record) -> WstacRecord {
+    /// Returns the record of an output; `None` for lost frames and a disturbed baseline, which have none. Frees what
+    /// the last record points to.
+    pub(super) fn record(&mut self, output: Output) -> Option<WstacRecord> {
         *self = Self::default();
-        match record {
-            Record::Features { frame, f } => {
-                WstacRecord { kind: WstacKind::Features, frame: *frame, features: f.map(units), ..EMPTY }
+        Some(match output {
+            Output::Features(FrameFeatures { frame, features }) => {
+                WstacRecord { kind: WstacKind::Features, frame, features, ..EMPTY }
             }
-            Record::Event(event) => WstacRecord {
+            Output::Event(event) => WstacRecord {
                 kind: WstacKind::Event,
                 frame: event.frame,
-                event: self.event(event),
-                texture: event.texture.as_ref().map_or(NO_TEXTURE, |texture| self.texture(texture)),
+                texture: self.texture(event.texture.as_ref()),
+                event: self.event(*event),
                 ..EMPTY
             },
-            Record::Texture(early) => WstacRecord {
+            Output::EarlyTexture(early) => WstacRecord {
                 kind: WstacKind::Texture,
                 frame: early.frame,
-                texture: self.texture(&early.texture),
+                texture: self.texture(Some(&early.texture)),
                 frames: u32::from(early.frames),
                 ..EMPTY
             },
-            Record::Incomplete(IncompleteRecord { frame, frames }) => {
-                WstacRecord { kind: WstacKind::Incomplete, frame: *frame, frames: u32::from(*frames), ..EMPTY }
-            }
-            Record::Fault(FaultRecord { frame, fault, message }) => WstacRecord {
-                kind: WstacKind::Fault,
-                frame: *frame,
-                fault: self.keep(fault),
-                message: self.keep(message),
+            Output::Interrupted(sample) => WstacRecord {
+                kind: WstacKind::Incomplete,
+                frame: sample.frame,
+                frames: u32::from(sample.frames),
                 ..EMPTY
             },
-            Record::End(end) => WstacRecord {
+            Output::Fault(FaultReport { frame, fault }) => WstacRecord {
+                kind: WstacKind::Fault,
+                frame,
+                fault: self.keep(fault.kind.name()),
+                message: self.keep(&fault.message),
+                ..EMPTY
+            },
+            Output::End(end) => WstacRecord {
                 kind: WstacKind::End,
                 frame: end.frames,
                 end: WstacEnd {
                     dropped: end.dropped,
-                    baseline_complete: end.baseline == Completeness::Complete,
+                    baseline_complete: end.baseline_complete,
                     incomplete_frame: end.incomplete.map_or(0, |sample| sample.frame),
                     incomplete_frames: end.incomplete.map_or(0, |sample| u32::from(sample.frames)),
                 },
                 ..EMPTY
             },
-        }
+            _ => return None,
+        })
     }
 
-    fn event(&mut self, event: &EventRecord) -> WstacEvent {
-        if let Some(features) = &event.sample {
-            let frame =
-                |t: usize| std::array::from_fn(|k| features.get(k).and_then(|f| f.get(t)).map_or(0, |x| units(*x)));
-            self.sample = (0..SAMPLE_FRAMES).map(frame).collect();
-        }
+    fn event(&mut self, event: TactileEvent) -> WstacEvent {
+        let direction = event.direction;
+        self.sample = event.sample;
         WstacEvent {
-            speed_mm_s: event.speed.map_or(f64::NAN, |speed| speed.mm_s),
-            speed_extrapolated: event.speed.is_some_and(|speed| speed.extrapolated),
-            speed_at_most_mm_s: event.speed_at_most.map_or(f64::NAN, |speed| speed.mm_s),
-            duration_frames: event.duration_frames.map_or(-1, i32::from),
-            direction_deg: event.direction.deg.map_or(f64::NAN, f64::from),
-            direction_confidence: event.direction.confidence,
+            speed_mm_s: event.speed.map_or(f64::NAN, |speed| rounded(speed.mm_s)),
+            speed_extrapolated: event.speed.is_ok_and(|speed| speed.extrapolated),
+            speed_at_most_mm_s: event.speed_at_most.map_or(f64::NAN, |speed| rounded(speed.mm_s)),
+            duration_frames: event.lit_frames.map_or(-1, i32::from),
+            direction_deg: direction.heading.map_or(f64::NAN, |heading| f64::from(heading.degrees())),
+            direction_confidence: confidence(direction),
             frames_filled: u32::from(event.frames_filled),
             reliable: event.reliable,
-            why_no_speed: self.keep_any(event.why.speed),
-            why_no_direction: self.keep_any(event.why.direction),
-            sample: if self.sample.is_empty() { ptr::null() } else { self.sample.as_ptr() },
+            why_no_speed: self.keep_any(event.speed.err().map(no_speed)),
+            why_no_direction: self.keep_any(direction.heading.err().map(unclear)),
+            sample: self.sample.as_ref().map_or(ptr::null(), |sample| sample.as_ptr()),
         }
     }
 
-    fn texture(&mut self, texture: &TextureRecord) -> WstacTexture {
+    fn texture(&mut self, texture: Option<&Texture>) -> WstacTexture {
+        let Some(texture) = texture else { return NO_TEXTURE };
         WstacTexture {
             specimen: self.keep_any(texture.specimen.as_deref()),
             pattern: self.keep_any(texture.pattern.as_deref()),
@@ -235,12 +240,10 @@ impl Given {
         }
     }
 
-    /// A text that stays until the next record. Its bytes do not move when more texts are kept.
+    /// Keeps a text until the next record. Its bytes do not move when more texts are kept.
     fn keep(&mut self, text: &str) -> *const c_char {
-        let text = c_string(text);
-        let at = text.as_ptr();
-        self.texts.push(text);
-        at
+        self.texts.push(c_string(text));
+        self.texts.last().map_or(ptr::null(), |text| text.as_ptr())
     }
 
     fn keep_any(&mut self, text: Option<&str>) -> *const c_char {

@@ -1,190 +1,115 @@
-//! A handle's inside: a source or frames that are pushed, the core, models, and records that wait to be asked for.
+//! The inside of a handle: a session, and what its last record points to.
 
-use std::collections::VecDeque;
-
-use super::options::Options;
-use super::record::{Given, WstacRecord};
-use super::status::{Failure, WstacStatus, failed};
-use crate::open_source;
 use wstac_host::config::Config;
-use wstac_host::error::Error;
-use wstac_host::model_file::ModelFile;
-use wstac_host::reading::{Reading, Record, Wanted};
-use wstac_host::source::{Source, SourceEvent, StreamInfo, config_of};
+use wstac_host::output::{Output, OutputOptions};
+use wstac_host::session::{Poll, Session, SessionBuilder};
+use wstac_host::source::{Frame, LossReason, SourceEvent, StreamInfo, config_of};
 use wstac_host::texture::Textures;
 
-/// Model files at a place that does not move, so that a reading may borrow them from beside it.
-struct Models(*mut Vec<ModelFile>);
+use crate::open_source;
+use crate::options::Options;
+use crate::record::{Given, WstacRecord};
+use crate::status::{Failure, WstacStatus, failed};
 
-impl Models {
-    fn new(files: Vec<ModelFile>) -> Self {
-        Self(Box::into_raw(Box::new(files)))
-    }
-
-    /// The files.
-    ///
-    /// # Safety
-    /// What is given does not outlive `self`.
-    unsafe fn files(&self) -> &'static [ModelFile] {
-        // SAFETY: `new` has made it, and only the drop frees it.
-        let files: &'static Vec<ModelFile> = unsafe { &*self.0 };
-        files
-    }
-}
-
-impl Drop for Models {
-    fn drop(&mut self) {
-        // SAFETY: `new` has made it of a box, and nobody borrows it any more (`files`).
-        drop(unsafe { Box::from_raw(self.0) });
-    }
-}
-
-/// Where a stream stands.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Phase {
-    /// Frames come.
-    Running,
-    /// The end record waits to be asked for.
-    Ending,
-    /// The end record is out.
-    Ended,
-}
-
-/// What a handle is.
+/// The inside of a handle.
 pub struct Sensor {
-    /// Dropped before the models that it borrows: fields are dropped in order.
-    reading: Reading<'static>,
-    _models: Models,
-    /// Nothing where frames are pushed.
-    source: Option<Box<dyn Source>>,
-    waiting: VecDeque<Record>,
-    /// Why the source cannot be read any further.
-    error: Option<Error>,
-    phase: Phase,
-    /// What the last record points to.
+    session: Session,
+    /// Whether the program pushes the frames.
+    takes_frames: bool,
     given: Given,
 }
 
 impl Sensor {
     /// Opens a source.
-    pub(super) fn open(source: &str, options: Options) -> Result<Self, Failure> {
+    pub(super) fn open(source: &str, options: &Options) -> Result<Self, Failure> {
         let source = open_source(source, &options.open).map_err(|error| failed(WstacStatus::Source, error))?;
-        let info = source.info().clone();
-        let config = config_of(source.as_ref(), options.config.clone());
+        let config = config_of(source.info(), options.config.clone());
         let config = config.map_err(|error| failed(WstacStatus::Config, error))?;
-        Self::new(&info, &config, options, Some(source))
-    }
-
-    /// A sensor whose frames are pushed.
-    pub(super) fn of_frames(info: &StreamInfo, options: Options) -> Result<Self, Failure> {
-        options.without_source()?;
-        let config = options.config.clone().unwrap_or_default();
-        Self::new(info, &config, options, None)
-    }
-
-    fn new(
-        info: &StreamInfo,
-        config: &Config,
-        options: Options,
-        source: Option<Box<dyn Source>>,
-    ) -> Result<Self, Failure> {
-        let models = Models::new(options.models);
-        // SAFETY: the reading that borrows them is dropped before them.
-        let textures = Textures::new(unsafe { models.files() }).map_err(|error| failed(WstacStatus::Model, error))?;
-        let wanted = Wanted { features: options.features, samples: true };
-        let reading = Reading::new(info, config, wanted).map_err(|error| failed(WstacStatus::Config, error))?;
         Ok(Self {
-            reading: reading.with_textures(textures),
-            _models: models,
-            source,
-            waiting: VecDeque::new(),
-            error: None,
-            phase: Phase::Running,
+            session: session(Session::builder(source), config, options)?,
+            takes_frames: false,
             given: Given::default(),
         })
     }
 
-    /// The next record; with the end of a source that failed, why.
+    /// Creates a sensor whose frames the program pushes.
+    pub(super) fn of_frames(info: StreamInfo, options: &Options) -> Result<Self, Failure> {
+        options.without_source()?;
+        let config = options.config.clone().unwrap_or_default();
+        Ok(Self {
+            session: session(Session::of_frames(info), config, options)?,
+            takes_frames: true,
+            given: Given::default(),
+        })
+    }
+
+    /// Returns the next record; with the end record of a source that failed, the failure.
     pub(super) fn next(&mut self) -> Result<(WstacRecord, Option<Failure>), Failure> {
+        let of_source = |error| failed(WstacStatus::Source, error);
         loop {
-            if let Some(record) = self.waiting.pop_front() {
-                let mut error = None;
-                if matches!(record, Record::End(_)) {
-                    self.phase = Phase::Ended;
-                    error = self.error.take().map(|error| failed(WstacStatus::Source, error));
+            match self.session.poll().map_err(of_source)? {
+                Poll::Waiting => return Ok((self.given.waiting(), None)),
+                Poll::Over => {
+                    let message = "the stream has ended, expected no more calls but wstac_close";
+                    return Err(failed(WstacStatus::State, message));
                 }
-                return Ok((self.given.record(&record), error));
-            }
-            if self.phase != Phase::Running {
-                return Err(failed(WstacStatus::State, "the stream has ended, expected no more calls but wstac_close"));
-            }
-            let Some(source) = &mut self.source else { return Ok((self.given.waiting(), None)) };
-            let waiting = &mut self.waiting;
-            let mut give = |record| -> Result<(), Failure> {
-                waiting.push_back(record);
-                Ok(())
-            };
-            match source.next_event() {
-                Ok(SourceEvent::Waiting) => return Ok((self.given.waiting(), None)),
-                Ok(item) => {
-                    if !self.reading.take(&item, give)? {
-                        self.phase = Phase::Ending;
+                Poll::Output(output) => {
+                    // The end is the last output: behind it there is nothing but the error of a source that failed.
+                    let is_end = matches!(output, Output::End(_));
+                    if let Some(record) = self.given.record(output) {
+                        let error = if is_end { self.session.poll().err() } else { None };
+                        return Ok((record, error.map(of_source)));
                     }
-                }
-                Err(error) => {
-                    self.reading.finish(&mut give)?;
-                    self.phase = Phase::Ending;
-                    self.error = Some(error);
                 }
             }
         }
     }
 
-    /// Takes a frame that is pushed.
+    /// Takes a frame that the program pushes.
     pub(super) fn push_frame(&mut self, bytes: &[u8]) -> Result<(), Failure> {
-        self.takes_frames()?;
-        let expected = self.reading.camera().frame_bytes();
+        self.check_pushing()?;
+        let expected = self.session.processor().geometry().frame_bytes();
         if bytes.len() < expected {
             let message = format_args!("frame has {} bytes, expected at least {expected}", bytes.len());
             return Err(failed(WstacStatus::Frame, message));
         }
-        self.take(&SourceEvent::Frame { bytes, timestamp: None, sequence: None, encoded: None })
+        self.session.push(&SourceEvent::Frame(Frame::new(bytes)));
+        Ok(())
     }
 
-    /// Keeps the place of lost frames.
+    /// Keeps the place of lost frames in time.
     pub(super) fn push_lost(&mut self, frames: u64) -> Result<(), Failure> {
-        self.takes_frames()?;
-        self.take(&SourceEvent::Lost { frames, why: "said to be lost" })
+        self.check_pushing()?;
+        self.session.push(&SourceEvent::Lost { frames, reason: LossReason::Reported });
+        Ok(())
     }
 
     /// Ends the stream.
     pub(super) fn finish(&mut self) -> Result<(), Failure> {
-        if self.phase != Phase::Running {
+        if self.session.is_over() {
             return Err(failed(WstacStatus::State, "the stream has ended already, expected one that has not"));
         }
-        self.take(&SourceEvent::End)
-    }
-
-    fn take(&mut self, item: &SourceEvent<'_>) -> Result<(), Failure> {
-        let waiting = &mut self.waiting;
-        let goes_on = self.reading.take(item, |record| -> Result<(), Failure> {
-            waiting.push_back(record);
-            Ok(())
-        })?;
-        if !goes_on {
-            self.phase = Phase::Ending;
-        }
+        self.session.push(&SourceEvent::End);
         Ok(())
     }
 
-    fn takes_frames(&self) -> Result<(), Failure> {
-        if self.source.is_some() {
+    /// Refuses frames of the program if a source gives them, or if the stream has ended.
+    fn check_pushing(&self) -> Result<(), Failure> {
+        if !self.takes_frames {
             let message = "the handle reads a source, expected one of wstac_open_frames";
             return Err(failed(WstacStatus::State, message));
         }
-        if self.phase != Phase::Running {
+        if self.session.is_over() {
             return Err(failed(WstacStatus::State, "the stream has ended, expected frames before wstac_finish"));
         }
         Ok(())
     }
+}
+
+/// Builds a session with a program's options.
+fn session(builder: SessionBuilder, config: Config, options: &Options) -> Result<Session, Failure> {
+    let textures = Textures::new(&options.models).map_err(|error| failed(WstacStatus::Model, error))?;
+    let outputs = OutputOptions { features: options.features, samples: true };
+    let built = builder.config(config).textures(textures).outputs(outputs).build();
+    built.map_err(|error| failed(WstacStatus::Config, error))
 }

@@ -1,28 +1,28 @@
 //! Two sensors at once, a thread each, into one channel.
 //!
-//!     cargo run --release -p wstac-linux --example two_cameras                            # two simulated sensors
-//!     cargo run --release -p wstac-linux --example two_cameras /dev/video0 /dev/video2
+//!     cargo run --release -p wstac-cli --example two_cameras                            # two simulated sensors
+//!     cargo run --release -p wstac-cli --example two_cameras /dev/video0 /dev/video2
 //!
 //! A source is opened in the thread that reads it and stays there: whatever one camera does, the other goes on. Texture
 //! models are only read, so the threads share them.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{SendError, Sender, channel};
+use std::sync::mpsc::{Sender, channel};
 use std::thread;
 
-use wstac_host::config::Config;
 use wstac_host::error::Error;
+use wstac_host::json::rounded;
 use wstac_host::model_file::ModelFile;
-use wstac_host::reading::{Reading, Record, Wanted};
+use wstac_host::output::Output;
+use wstac_host::session::{Poll, Session};
 use wstac_host::source::FramePolicy;
 use wstac_host::source::open::{OpenOptions, open};
-use wstac_host::texture::Textures;
 use wstac_linux::source::Cameras;
 use wstac_scene::source::Scenes;
 
 /// What a sensor's thread says, and which sensor it is.
-type Said = (usize, Result<Record, Error>);
+type Said = (usize, Result<Output, Error>);
 
 fn main() -> Result<(), Error> {
     let given: Vec<String> = std::env::args().skip(1).collect();
@@ -50,7 +50,7 @@ fn main() -> Result<(), Error> {
         drop(sender);
         for (sensor, said) in receiver {
             match said {
-                Ok(record) => print(&specs[sensor], &record),
+                Ok(output) => print(&specs[sensor], &output),
                 Err(error) => {
                     failed += 1;
                     eprintln!("{error}");
@@ -76,43 +76,37 @@ fn read(
     stop: &AtomicBool,
     sender: &Sender<Said>,
 ) -> Result<(), Error> {
-    // Answers in time: where this program is the slower one, older frames are skipped and counted as lost.
-    let mut source =
-        open(spec, &OpenOptions { delivery: FramePolicy::Newest, ..OpenOptions::default() }, &[&Cameras, &Scenes])?;
-    let textures = Textures::new(models)?;
-    let mut reading = Reading::new(source.info(), &Config::default(), Wanted::default())?.with_textures(textures);
-    let give = |record| sender.send((sensor, Ok(record)));
-    let no_listener = |_: SendError<Said>| Error::new(spec, "nobody takes its records");
+    // Answers in time: if this program is the slower one, older frames are skipped and counted as lost.
+    let options = OpenOptions { delivery: FramePolicy::Newest, ..OpenOptions::default() };
+    let source = open(spec, &options, &[&Cameras, &Scenes])?;
+    let mut session = Session::builder(source).models(models.to_vec()).build()?;
+    // `poll` returns at least once a second, so that `stop` is seen. A camera that was unplugged is waited for: that is an
+    // Output::Fault and no error.
     while !stop.load(Ordering::Relaxed) {
-        // Comes back at least once a second, with SourceEvent::Waiting where there is nothing, so that `stop` is seen. A camera
-        // that was unplugged is waited for, which is a Record::Fault and no error.
-        let item = match source.next_event() {
-            Ok(item) => item,
-            Err(error) => {
-                reading.finish(give).map_err(no_listener)?;
-                return Err(error);
+        match session.poll()? {
+            Poll::Output(output) => {
+                sender.send((sensor, Ok(output))).map_err(|_| Error::new(spec, "nobody takes its outputs"))?
             }
-        };
-        if !reading.take(&item, give).map_err(no_listener)? {
-            return Ok(());
+            Poll::Waiting => {}
+            Poll::Over => return Ok(()),
         }
     }
-    reading.finish(give).map_err(no_listener)
+    Ok(())
 }
 
-/// A line of what a sensor gives.
-fn print(sensor: &str, record: &Record) {
-    match record {
-        Record::Event(event) => {
-            let speed = event.speed.map_or("no speed".to_owned(), |speed| format!("{} mm/s", speed.mm_s));
-            let direction = event.direction.deg.map_or("no direction".to_owned(), |deg| format!("{deg}°"));
+/// Prints an output of a sensor.
+fn print(sensor: &str, output: &Output) {
+    match output {
+        Output::Event(event) => {
+            let speed = event.speed.map_or("no speed".to_owned(), |speed| format!("{} mm/s", rounded(speed.mm_s)));
+            let heading = event.direction.heading;
+            let direction = heading.map_or("no direction".to_owned(), |heading| format!("{}°", heading.degrees()));
             let texture =
                 event.texture.as_ref().and_then(|texture| texture.specimen.as_deref()).unwrap_or("no texture");
             println!("{sensor}: frame {}: {speed}, {direction}, {texture}", event.frame);
         }
-        Record::Fault(fault) => println!("{sensor}: frame {}: {}", fault.frame, fault.message),
-        Record::End(end) => println!("{sensor}: end after {} frames, {} dropped", end.frames, end.dropped),
-        // Features and early textures come where they are asked for; an incomplete sample has no answers.
-        Record::Features { .. } | Record::Texture(_) | Record::Incomplete(_) => {}
+        Output::Fault(report) => println!("{sensor}: frame {}: {}", report.frame, report.fault.message),
+        Output::End(end) => println!("{sensor}: end after {} frames, {} dropped", end.frames, end.dropped),
+        _ => {}
     }
 }

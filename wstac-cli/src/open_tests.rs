@@ -3,13 +3,12 @@
 use std::fs;
 
 use wstac_core::green::any::PixelFormat;
-use wstac_core::layout::FrameSize;
 
 use crate::open;
 use wstac_core::rate::FrameRate;
 use wstac_host::camera::ControlSetting;
-use wstac_host::source::SourceEvent;
 use wstac_host::source::open::OpenOptions;
+use wstac_host::source::{Frame, SourceEvent};
 
 fn message(spec: &str, options: &OpenOptions) -> String {
     open(spec, options).err().unwrap().to_string()
@@ -28,7 +27,7 @@ fn every_kind_of_source_opens() {
     fs::write(path("s.toml"), "specimen = \"Saw3\"\nspeed = 150").unwrap();
     for name in ["clip.y4m", "clip.dat"] {
         let mut source = open(&path(name), &OpenOptions::default()).unwrap();
-        assert!(matches!(source.next_event(), Ok(SourceEvent::Frame { bytes: b"x", .. })));
+        assert!(matches!(source.next_event(), Ok(SourceEvent::Frame(Frame { bytes: b"x", .. }))));
     }
     let scene = open(&format!("scene:{}", path("s.toml")), &OpenOptions::default()).unwrap();
     assert!(scene.info().about.contains("Saw3 at 150 mm/s"), "{}", scene.info().about);

@@ -50,7 +50,7 @@ impl<'a> Rows<'a> {
     }
 
     /// The same of rows: `rows` are the first and how many, `bytes` the first byte in each and how many; nothing if not all are there.
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(simd)]
     #[inline(always)]
     pub(crate) fn plane_block(
         &self,
@@ -123,7 +123,7 @@ impl<'a> Block<'a> {
     }
 
     /// Row `row` of them; nothing if there are not as many.
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(simd)]
     #[inline(always)]
     pub(crate) fn row(self, row: usize) -> &'a [u8] {
         let at = row * self.bytes_per_row;

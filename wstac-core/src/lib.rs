@@ -19,6 +19,31 @@
 //! | all of it | [`pipeline`] |
 //! | events → a host, with the feature `wire` | `wire` |
 //!
+//! ## Example
+//! ```rust
+//! use wstac_core::{direction, green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
+//! use wstac_core::{speed::{self, SpeedConfig}, taxels::FrameGeometry};
+//!
+//! fn main() -> Result<(), wstac_core::error::Error> {
+//!     let rate = FrameRate::NOMINAL; // 30 frames a second
+//!     let camera = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, rate)?;
+//!     let mut pipeline = Pipeline::builder(camera).build()?;
+//!     let speed_config = SpeedConfig::published(rate);
+//!     for t in 0..120 {
+//!         // From your camera; here a bright stripe moves to the right. push_stripe takes some rows at a time.
+//!         let mut frame = [1; 400 * 400];
+//!         if (40..73).contains(&t) {
+//!             frame.chunks_mut(400).for_each(|row| row[12 * (t - 40)..][..12].fill(200));
+//!         }
+//!         if let Some(event) = pipeline.push_frame(&frame)?.event() {
+//!             println!("frame {}: {:?}", event.frame, speed::speed(&event, &speed_config));
+//!             println!("{:?}", direction::direction(&event));
+//!         }
+//!     }
+//!     Ok(())
+//! }
+//! ```
+//!
 //! ## Panics
 //! None. Sizes, sums and indices are proven when a [`taxels::FrameGeometry`], a [`trigger::TriggerConfig`] or a
 //! [`speed::SpeedConfig`] is built, trees and weights when a [`model::Model`] is; slices are taken with checked access whose other branch reads nothing.
@@ -56,3 +81,8 @@ pub mod trigger;
 mod trigger_config;
 #[cfg(feature = "wire")]
 pub mod wire;
+
+/// The example of README.md, tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

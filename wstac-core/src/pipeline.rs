@@ -392,11 +392,37 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, F: FloorChoice> PipelineBuilder<
     /// [`Error::FloorLevels`] if the floor is not 0 to the green full scale, [`Error::FloorFullScale`] if it is for pixels of another
     /// full scale.
     pub fn build(self) -> Result<Pipeline<G, L, B>, Error> {
+        Ok(self.check()?.build())
+    }
+
+    /// Checks everything, so that the pipeline can be built in its place: on a board with little stack, where a `Result` of a whole
+    /// pipeline would be a copy of 2 KiB.
+    ///
+    /// # Errors
+    /// As [`PipelineBuilder::build`].
+    pub fn check(self) -> Result<CheckedBuilder<G, L, B>, Error> {
         let Self { geometry, floor, ln, trigger, baseline, first_frame } = self;
-        Ok(Pipeline {
-            stream: FeatureStream::with_ln(geometry, floor.floor(geometry.full_scale())?, ln)?,
-            trigger: Trigger::with(trigger, first_frame, baseline),
-        })
+        let stream = FeatureStream::with_ln(geometry, floor.floor(geometry.full_scale())?, ln)?;
+        Ok(CheckedBuilder { stream, trigger, baseline, first_frame })
+    }
+}
+
+/// A [`PipelineBuilder`] in which nothing is wrong.
+#[derive(Clone, Debug)]
+#[must_use]
+pub struct CheckedBuilder<G: GreenChannel, L = Fixed, B = FixedBaseline> {
+    stream: FeatureStream<G, L>,
+    trigger: TriggerConfig,
+    baseline: B,
+    first_frame: u64,
+}
+
+impl<G: GreenChannel, L: Ln, B: BaselinePolicy> CheckedBuilder<G, L, B> {
+    /// Builds the pipeline.
+    #[inline(always)]
+    pub fn build(self) -> Pipeline<G, L, B> {
+        let Self { stream, trigger, baseline, first_frame } = self;
+        Pipeline { stream, trigger: Trigger::with(trigger, first_frame, baseline) }
     }
 }
 

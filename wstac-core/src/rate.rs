@@ -38,6 +38,17 @@ impl FrameRate {
         self.denominator
     }
 
+    /// Returns the rate as the nearest real number.
+    ///
+    /// ```
+    /// use wstac_core::rate::FrameRate;
+    /// assert_eq!(FrameRate::new(15, 2)?.per_second(), 7.5);
+    /// # Ok::<(), wstac_core::error::Error>(())
+    /// ```
+    pub const fn per_second(self) -> f64 {
+        self.numerator as f64 / self.denominator as f64
+    }
+
     /// Consecutive camera frames that are added up to one feature frame: round(fps / 30), halves up, above
     /// 45 frames a second; 1 up to there.
     ///

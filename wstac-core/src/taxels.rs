@@ -96,19 +96,12 @@ impl<G: GreenChannel> FrameGeometry<G> {
 
     /// Least bytes of a whole frame: the last row's padding may be missing.
     pub fn frame_bytes(&self) -> usize {
-        let rows = self.layout.frame().height();
-        match self.green.chroma_bytes(self.bytes_per_row(), rows) {
-            // More than a 32-bit machine can address saturates: no slice is as long.
-            Some(chroma) => self.bytes_per_row().saturating_mul(usize::from(rows)).saturating_add(chroma),
-            None => self.packed_bytes(usize::from(rows)),
-        }
+        self.green.least_frame_bytes(self.layout.frame(), self.bytes_per_row())
     }
 
     /// Least bytes of `rows` rows of a packed format.
     fn packed_bytes(&self, rows: usize) -> usize {
-        let last = self.green.row_bytes(self.layout.frame().width());
-        let before = rows.saturating_sub(1).saturating_mul(self.bytes_per_row());
-        before.saturating_add(if rows == 0 { 0 } else { last })
+        self.green.packed_bytes(self.layout.frame().width(), rows, self.bytes_per_row())
     }
 }
 
@@ -130,14 +123,16 @@ pub struct TaxelSums<G: GreenChannel> {
     camera: FrameGeometry<G>,
     /// The sums of a complete frame stay here until the next frame's first row.
     sums: [G::Sum; TAXELS],
-    /// Rows that have arrived; all of them after a complete frame.
+    /// Rows of the frame under way that have arrived.
     rows: u16,
+    /// The sums are those of a complete frame.
+    is_complete: bool,
 }
 
 impl<G: GreenChannel> TaxelSums<G> {
     /// Empty accumulators.
     pub fn new(camera: FrameGeometry<G>) -> Self {
-        Self { camera, sums: [G::Sum::default(); TAXELS], rows: 0 }
+        Self { camera, sums: [G::Sum::default(); TAXELS], rows: 0, is_complete: false }
     }
 
     /// The camera that is summed.
@@ -154,12 +149,11 @@ impl<G: GreenChannel> TaxelSums<G> {
         if bytes.len() < expected {
             return Err(Error::FrameTooShort { found: bytes.len(), expected });
         }
-        let rows = self.rows_under_way();
-        if rows != 0 {
-            return Err(Error::FrameUnderWay { rows });
+        if self.rows != 0 {
+            return Err(Error::FrameUnderWay { rows: self.rows });
         }
-        self.add_rows(bytes, 0, self.camera.layout.frame().height());
-        Ok(self.totals())
+        self.add_rows(bytes, self.camera.layout.frame().height());
+        Ok(self.complete())
     }
 
     /// Adds the next rows of a frame; the 25 taxel sums when the last row has arrived. The sums are bit-identical to
@@ -178,56 +172,50 @@ impl<G: GreenChannel> TaxelSums<G> {
         if bytes.len() < camera.packed_bytes(rows) {
             return Err(Error::StripeNotWholeRows { found: bytes.len(), bytes_per_row });
         }
-        let before = self.rows_under_way();
-        let left = height - before;
+        let left = height - self.rows;
         if rows > usize::from(left) {
             return Err(Error::StripeTooLong { found: rows, left: usize::from(left) });
         }
-        if rows == 0 {
-            return Ok(None);
-        }
-        self.add_rows(bytes, before, rows as u16);
-        Ok((self.rows == height).then(|| self.totals()))
+        self.add_rows(bytes, rows as u16);
+        Ok((self.rows == height).then(|| self.complete()))
     }
 
     /// Returns the taxel sums of the last frame, until the first row of the next one arrives; `None` before the first frame and
     /// after [`TaxelSums::abandon_frame`].
     pub fn taxels(&self) -> Option<[u32; TAXELS]> {
-        (self.rows == self.camera.layout.frame().height()).then(|| self.totals())
+        self.is_complete.then(|| self.totals())
     }
 
     /// Forgets the rows of a frame whose rest will not arrive.
     pub fn abandon_frame(&mut self) {
         self.rows = 0;
+        self.is_complete = false;
     }
 
     /// Forgets the rows of a frame under way; the sums of a complete one stay.
     pub(crate) fn abandon_rows(&mut self) {
-        if self.rows_under_way() != 0 {
-            self.rows = 0;
-        }
+        self.rows = 0;
     }
 
     /// Forgets the sums of a complete frame; the rows of one under way stay.
     pub(crate) fn forget_taxels(&mut self) {
-        self.rows = self.rows_under_way();
+        self.is_complete = false;
     }
 
-    /// Rows of the frame that has begun and is not complete.
-    fn rows_under_way(&self) -> u16 {
-        if self.rows == self.camera.layout.frame().height() { 0 } else { self.rows }
-    }
-
-    /// Adds `count` rows, the frame's next ones behind its first `first`, to the taxels that they cross.
+    /// Adds `count` rows, the frame's next ones, to the taxels that they cross.
     // A function of its own: what it takes does not hang on what else a program links.
     #[inline(never)]
-    fn add_rows(&mut self, bytes: &[u8], first: u16, count: u16) {
-        if first == 0 {
+    fn add_rows(&mut self, bytes: &[u8], count: u16) {
+        if self.rows == 0 {
+            if count == 0 {
+                return;
+            }
             self.sums = [G::Sum::default(); TAXELS];
+            self.is_complete = false;
         }
         let camera = &self.camera;
         let frame_rows = camera.layout.frame().height();
-        let end = first + count;
+        let (first, end) = (self.rows, self.rows + count);
         let rows = Rows::new(bytes, camera.bytes_per_row(), first, frame_rows);
         let [width, height] = camera.layout.taxel();
         let cell_rows = camera.green.cell() == 2;
@@ -255,6 +243,13 @@ impl<G: GreenChannel> TaxelSums<G> {
             }
         }
         self.rows = end;
+    }
+
+    /// Ends the frame whose last row has arrived; its taxel sums.
+    fn complete(&mut self) -> [u32; TAXELS] {
+        self.rows = 0;
+        self.is_complete = true;
+        self.totals()
     }
 
     /// The taxel sums of the frame that is complete.

@@ -1,4 +1,6 @@
 //! Features → events: baseline, windows, capture, gaps (SPEC §3, algorithm 1 of the paper).
+//!
+//! The ring is a `Deque`, because heapless's `HistoryBuf` leaves a path to a panic in the compiled code.
 
 use heapless::Deque;
 

@@ -1,17 +1,13 @@
 //! Damaged model files: refused by their checksum; with a checksum that is right they are refused or harmless.
 #![allow(missing_docs)]
 
-#[allow(unreachable_pub, dead_code)]
-#[path = "../../tests/src/random_models.rs"]
-mod random_models;
-
-use random_models::{KINDS, MOST_WORDS, Maker};
 use wstac_core::model::Model;
 use wstac_core::model::file::{INPUTS, ModelError, crc};
+use wstac_random_models::{KINDS, MOST_WORDS, Maker};
 
 /// A small model of each kind, and samples.
 fn small() -> Vec<(Vec<u32>, Vec<[i16; INPUTS]>)> {
-    let (mut maker, mut words) = (Box::new(Maker::new()), vec![0; MOST_WORDS]);
+    let (mut maker, mut words) = (Box::new(Maker::new(crc)), vec![0; MOST_WORDS]);
     (0..KINDS)
         .map(|kind| {
             let sizes = 80..400;

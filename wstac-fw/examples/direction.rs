@@ -3,13 +3,18 @@
 #![no_main]
 
 use cortex_m_rt::entry;
+use wstac_core::trigger::Event;
 use wstac_core::{direction, speed};
 use wstac_fw::emulated::bench;
 
 #[entry]
 fn main() -> ! {
-    bench::events(|event| {
-        bench::show(speed::speed(event, &bench::SPEED));
-        bench::show(direction::direction(event));
-    })
+    bench::events(answers)
+}
+
+// A function of its own: within the loop over stripes both answers would be short of registers.
+#[inline(never)]
+fn answers(event: &Event<'_>) {
+    bench::show(speed::speed(event, &bench::SPEED));
+    bench::show(direction::direction(event));
 }

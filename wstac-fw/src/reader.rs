@@ -63,8 +63,9 @@ impl Reader {
     #[inline(never)]
     pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, speed: SpeedConfig) -> Result<Self, Error> {
         let camera = FrameGeometry::with_stride(setup::GREEN, layout, rate, setup::STRIDE)?;
+        let pipeline = setup::checked(camera)?;
         Ok(Self {
-            pipeline: setup::pipeline(camera)?,
+            pipeline: pipeline.build(),
             sender: Sender { speed, wants_features: false, wants_samples: false, held: None },
             size,
             dropped: 0,

@@ -7,7 +7,7 @@ use wstac_core::features::Floor;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::PixelFormat;
 use wstac_core::layout::{FrameSize, Layout};
-use wstac_core::pipeline::Pipeline;
+use wstac_core::pipeline::{CheckedBuilder, Pipeline};
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::{Law, SpeedConfig, ThresholdOn};
 use wstac_core::taxels::FrameGeometry;
@@ -15,11 +15,19 @@ use wstac_core::trigger::{Rule, TriggerConfig};
 
 include!(concat!(env!("OUT_DIR"), "/setup.rs"));
 
+/// Checks the pipeline of this configuration for frames of this geometry.
+///
+/// # Errors
+/// As [`PipelineBuilder::check`](wstac_core::pipeline::PipelineBuilder::check).
+pub fn checked(geometry: FrameGeometry<Green>) -> Result<CheckedBuilder<Green, Ln, Following>, Error> {
+    let builder = Pipeline::builder(geometry).floor(FLOOR).ln(Ln::default());
+    builder.trigger(TRIGGER).baseline(FOLLOWING).check()
+}
+
 /// Builds the pipeline of this configuration for frames of this geometry.
 ///
 /// # Errors
-/// As [`PipelineBuilder::build`](wstac_core::pipeline::PipelineBuilder::build).
+/// As [`checked`].
 pub fn pipeline(geometry: FrameGeometry<Green>) -> Result<Pipeline<Green, Ln, Following>, Error> {
-    let builder = Pipeline::builder(geometry).floor(FLOOR).ln(Ln::default());
-    builder.trigger(TRIGGER).baseline(FOLLOWING).build()
+    Ok(checked(geometry)?.build())
 }

@@ -1,15 +1,19 @@
-//! The models that the map has beside the shipped ones: a line each.
+//! The models that come with the program, trained on simulated slides.
 
-/// Makes the list: names of files in `wstac-host/models/tradeoff`.
+/// Makes the list of the names and contents of files in `models`, then of those in `models/tradeoff`.
 macro_rules! models {
-    ($($name:literal)*) => {
+    ($($shipped:literal)* ; $($variant:literal)*) => {
         /// Names and contents.
-        pub const MODELS: &[(&str, &[u8])] =
-            &[$(($name, include_bytes!(concat!("../models/tradeoff/", $name, ".wsm")))),*];
+        pub(crate) const MODELS: &[(&str, &[u8])] = &[
+            $(($shipped, include_bytes!(concat!("../models/", $shipped, ".wsm"))),)*
+            $(($variant, include_bytes!(concat!("../models/tradeoff/", $variant, ".wsm")))),*
+        ];
     };
 }
 
 models! {
+    "svm" "forest" "boosted";
+    // Others, which the study of speed against accuracy weighs.
     "svm-20f"
     "svm-30f"
     "svm-40f"

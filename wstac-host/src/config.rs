@@ -338,7 +338,7 @@ mod tests {
     use super::*;
 
     /// The configuration as `wstac run --help` prints it.
-    const DOCUMENTED: &str = super::DEFAULT_CONFIGURATION;
+    const DOCUMENTED: &str = DEFAULT_CONFIGURATION;
 
     #[test]
     fn the_documented_values_are_the_defaults() {

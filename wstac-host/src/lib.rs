@@ -1,15 +1,32 @@
-//! Tactile events of a WSTac sensor on a host: sources of frames, sessions, recordings, configuration and model files.
+#![doc = include_str!("../README.md")]
+//! ## Modules
+//! | module | what it has |
+//! | --- | --- |
+//! | [`source`] | frames: the trait, and Y4M; with features PNG folders and recordings |
+//! | [`session`] | a source read through `wstac-core` |
+//! | [`output`], [`json`] | what a session gives: typed, and as lines of JSON |
+//! | [`config`] | the configuration file |
+//! | [`model_file`], [`texture`] | texture models, and what they answer |
+//! | `record` | recordings: written, planned and recovered (feature `mcap`) |
+//! | `monitor` | what a board sends (feature `board`) |
+//! | [`camera`] | what is known of a camera: formats, modes, controls |
+//! | [`error`] | errors that a person reads |
 
+#[cfg(feature = "atomic-write")]
+pub mod atomic_write;
+#[cfg(feature = "builtin-models")]
 mod builtin_models;
 pub mod camera;
 pub mod config;
 pub mod error;
+pub mod json;
 pub mod model_file;
+#[cfg(feature = "board")]
 pub mod monitor;
-pub mod protobuf;
-pub mod rate;
-pub mod reading;
+pub mod output;
+#[cfg(feature = "mcap")]
 pub mod record;
+pub mod session;
 pub mod source;
+pub mod statistics;
 pub mod texture;
-pub mod whole_file;

@@ -3,10 +3,14 @@
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use self_cell::self_cell;
 
 use wstac_core::model::Model;
 use wstac_core::model::file::ModelError;
 
+#[cfg(feature = "builtin-models")]
 use crate::builtin_models::MODELS;
 use crate::error::Error;
 
@@ -16,22 +20,33 @@ pub const MOST_BYTES: u64 = 256 << 20;
 /// What the name of a model that comes with the program starts with.
 pub const BUILT_IN: &str = "builtin:";
 
-/// Models that come with the program, trained on simulated slides.
-const SHIPPED: [(&str, &[u8]); 3] = [
-    ("svm", include_bytes!("../models/svm.wsm")),
-    ("forest", include_bytes!("../models/forest.wsm")),
-    ("boosted", include_bytes!("../models/boosted.wsm")),
-];
-
-fn models() -> impl Iterator<Item = (&'static str, &'static [u8])> {
-    SHIPPED.iter().chain(MODELS).copied()
-}
+/// The models that this build comes with.
+#[cfg(not(feature = "builtin-models"))]
+const MODELS: &[(&str, &[u8])] = &[];
 
 /// A model file's content.
 #[derive(Clone, Debug)]
 pub struct ModelFile {
     about: String,
-    words: Vec<u32>,
+    words: Arc<[u32]>,
+}
+
+self_cell! {
+    /// A model together with the words that it reads.
+    pub struct OwnedModel {
+        owner: Arc<[u32]>,
+        #[covariant]
+        dependent: Model,
+    }
+
+    impl {Debug}
+}
+
+impl OwnedModel {
+    /// Returns the model.
+    pub fn get(&self) -> &Model<'_> {
+        self.borrow_dependent()
+    }
 }
 
 impl ModelFile {
@@ -52,9 +67,12 @@ impl ModelFile {
         let Some(built_in) = about.strip_prefix(BUILT_IN) else {
             return Self::of_bytes(about, &file_bytes(name)?);
         };
-        let found = models().find(|(name, _)| *name == built_in);
+        let found = MODELS.iter().find(|(name, _)| *name == built_in);
         let (_, bytes) = found.ok_or_else(|| {
-            let names: Vec<_> = models().map(|(name, _)| format!("{BUILT_IN}{name}")).collect();
+            if MODELS.is_empty() {
+                return Error::new(&about, "this build comes without models: build with the feature builtin-models");
+            }
+            let names: Vec<_> = MODELS.iter().map(|(name, _)| format!("{BUILT_IN}{name}")).collect();
             Error::new(&about, format_args!("is no model that comes with wstac, expected {}", names.join(", ")))
         })?;
         Self::of_bytes(about, bytes)
@@ -62,12 +80,12 @@ impl ModelFile {
 
     /// All that come with the program, by name.
     pub fn built_in() -> impl Iterator<Item = (&'static str, Result<Self, Error>)> {
-        models().map(|(name, bytes)| (name, Self::of_bytes(format!("{BUILT_IN}{name}"), bytes)))
+        MODELS.iter().map(|&(name, bytes)| (name, Self::of_bytes(format!("{BUILT_IN}{name}"), bytes)))
     }
 
     /// Names of all that come with the program.
     pub fn names() -> impl Iterator<Item = &'static str> {
-        models().map(|(name, _)| name)
+        MODELS.iter().map(|&(name, _)| name)
     }
 
     fn of_bytes(about: String, bytes: &[u8]) -> Result<Self, Error> {
@@ -100,6 +118,15 @@ impl ModelFile {
     /// What is wrong with the file.
     pub fn model(&self) -> Result<Model<'_>, Error> {
         Model::from_words(&self.words).map_err(|error| Error::new(&self.about, error))
+    }
+
+    /// Returns the model with its words, all of which is checked.
+    ///
+    /// # Errors
+    /// What is wrong with the file.
+    pub fn owned(&self) -> Result<Arc<OwnedModel>, Error> {
+        let model = OwnedModel::try_new(Arc::clone(&self.words), |words| Model::from_words(words));
+        model.map(Arc::new).map_err(|error| Error::new(&self.about, error))
     }
 }
 

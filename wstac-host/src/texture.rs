@@ -1,19 +1,19 @@
 //! Texture models beside a stream: what they say of samples, in words.
 
+use std::sync::Arc;
+
 use serde::Serialize;
-use wstac_core::baseline_policy::BaselinePolicy;
-use wstac_core::early::{EarlySampler, SamplePrefix};
 use wstac_core::model::Model;
 use wstac_core::model::file::{INPUTS, Task};
+use wstac_core::pipeline::Update;
 use wstac_core::texture::texture;
-use wstac_core::trigger::Trigger;
 
 use crate::error::Error;
-use crate::model_file::ModelFile;
+use crate::model_file::{ModelFile, OwnedModel};
 
 /// What texture models say of a sample; nothing where no model tells it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct TextureRecord {
+pub struct Texture {
     /// The specimen, such as `Saw3`.
     pub specimen: Option<String>,
     /// The pattern: `Fla`, `Sin`, `Saw` or `Tri`. From a model of patterns, or else that of specimens.
@@ -25,7 +25,7 @@ pub struct TextureRecord {
     pub class: Option<String>,
 }
 
-impl TextureRecord {
+impl Texture {
     /// What a model of this task says with a class's name.
     pub fn of(task: Task, label: String) -> Self {
         let mut record = Self::default();
@@ -42,6 +42,7 @@ impl TextureRecord {
     }
 
     /// What several models say, each of another task; nothing where there is none.
+    #[cfg(feature = "board")]
     pub(crate) fn of_all(mut answers: Vec<(Task, String)>) -> Option<Self> {
         answers.sort_by_key(|(task, _)| rank(*task));
         Self::merged(answers.into_iter().map(|(task, label)| Self::of(task, label)))
@@ -83,56 +84,60 @@ fn rank(task: Task) -> u8 {
     }
 }
 
-/// Texture models, each of another task.
+/// Texture models, each of another task. Clones share the models.
 #[derive(Clone, Debug, Default)]
-pub struct Textures<'m> {
-    models: Vec<(Model<'m>, EarlySampler)>,
+pub struct Textures {
+    models: Vec<Arc<OwnedModel>>,
 }
 
-impl<'m> Textures<'m> {
-    /// The models of these files.
+impl Textures {
+    /// Creates the models of these files.
     ///
     /// # Errors
-    /// A file that is no model, and a second model of the same task.
-    pub fn new(files: &'m [ModelFile]) -> Result<Self, Error> {
-        let mut models: Vec<(Model, &ModelFile)> = Vec::with_capacity(files.len());
+    /// A file is no model, or two models have the same task.
+    pub fn new(files: &[ModelFile]) -> Result<Self, Error> {
+        let mut models: Vec<(Arc<OwnedModel>, &ModelFile)> = Vec::with_capacity(files.len());
         for file in files {
-            let model = file.model()?;
-            if let Some((_, other)) = models.iter().find(|(other, _)| other.task() == model.task()) {
-                let task = task_name(model.task());
-                let message =
-                    format_args!("tells apart the same as {}: {task}, expected one model of each", other.about());
+            let model = file.owned()?;
+            let task = model.get().task();
+            if let Some((_, other)) = models.iter().find(|(other, _)| other.get().task() == task) {
+                let message = format_args!(
+                    "tells apart the same as {}: {}, expected one model of each",
+                    other.about(),
+                    task_name(task)
+                );
                 return Err(Error::new(file.about(), message));
             }
             models.push((model, file));
         }
-        models.sort_by_key(|(model, _)| rank(model.task()));
-        Ok(Self { models: models.into_iter().map(|(model, _)| (model, EarlySampler::new(model.frames()))).collect() })
+        models.sort_by_key(|(model, _)| rank(model.get().task()));
+        Ok(Self { models: models.into_iter().map(|(model, _)| model).collect() })
     }
 
-    /// What all models say of a whole sample, 70 frames of ten features each in units of 1/2048 ([`Sample::flat`]); nothing where
-    /// there is no model.
+    /// Returns the answer of all models to a whole sample, 70 frames of ten features each in units of 1/2048 ([`Sample::flat`]);
+    /// `None` without a model.
     ///
     /// [`Sample::flat`]: wstac_core::sample::Sample::flat
-    pub fn of_sample(&self, sample: &[i16; INPUTS]) -> Option<TextureRecord> {
-        TextureRecord::merged(self.models.iter().map(|(model, _)| answer(model, sample)))
+    pub fn of_sample(&self, sample: &[i16; INPUTS]) -> Option<Texture> {
+        Texture::merged(self.models.iter().map(|model| answer(model.get(), sample)))
     }
 
-    /// What models say that need no more of the sample under way than has just arrived: the number of the sample's first
-    /// frame, the frames that were looked at, and the answer.
-    pub fn of_beginning<B: BaselinePolicy>(&mut self, trigger: &Trigger<B>) -> Vec<(u64, u8, TextureRecord)> {
-        let answers = self.models.iter_mut().filter_map(|(model, early)| {
-            let beginning: SamplePrefix = early.take(trigger)?;
-            Some((beginning.frame, model.frames(), answer(model, &beginning.flat())))
+    /// Returns the answers of the models that need no more of the sample under way than has just arrived: the number of the
+    /// sample's first frame, the frames that the model reads, and the answer.
+    pub fn of_prefixes(&self, update: &Update<'_>) -> Vec<(u64, u8, Texture)> {
+        let answers = self.models.iter().filter_map(|model| {
+            let frames = model.get().frames();
+            let prefix = update.prefix(frames)?;
+            Some((prefix.frame, frames, answer(model.get(), &prefix.flat())))
         });
         answers.collect()
     }
 }
 
 /// A model's answer.
-fn answer(model: &Model, sample: &[i16; INPUTS]) -> TextureRecord {
+fn answer(model: &Model, sample: &[i16; INPUTS]) -> Texture {
     let texture = texture(sample, model);
-    TextureRecord::of(texture.task, texture.label.to_string())
+    Texture::of(texture.task, texture.label.to_string())
 }
 
 /// Returns the name of a task, as files and messages spell it.

@@ -4,7 +4,6 @@ use wstac_core::rate::FrameRate;
 
 use wstac_host::camera::formats::{self, FourCc};
 use wstac_host::camera::modes::{Mode, RateRange, Sizes};
-use wstac_host::rate::per_second;
 
 /// Rates that differ by less than this share are the same: 30000/1001 is 30.
 const SAME: f64 = 0.002;
@@ -50,7 +49,7 @@ fn distance(sizes: &Sizes, size: (u32, u32), rate: FrameRate, preference: usize)
 
 /// How far a rate is from the nearest of an offer: 0 where it is among them.
 fn apart(offer: RateRange, rate: FrameRate) -> f64 {
-    let ratio = |a: FrameRate, b: FrameRate| (per_second(a) / per_second(b)).ln();
+    let ratio = |a: FrameRate, b: FrameRate| (a.per_second() / b.per_second()).ln();
     let off = ratio(offer.slowest, rate).max(ratio(rate, offer.fastest)).max(0.0);
     if off < SAME { 0.0 } else { off }
 }

@@ -5,7 +5,7 @@ use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 
 /// Color as `v4l2_pix_format` states it: numbers of the kernel's enumerations, which may be newer than this program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Colorimetry {
+pub(crate) struct Colorimetry {
     /// `enum v4l2_colorspace`.
     pub colorspace: u32,
     /// `enum v4l2_ycbcr_encoding`.
@@ -16,7 +16,7 @@ pub struct Colorimetry {
 
 impl Colorimetry {
     /// The nearest color that is computed, and a note where it is not exactly the one stated.
-    pub fn color(self) -> (YcbcrEncoding, Option<String>) {
+    pub(crate) fn color(self) -> (YcbcrEncoding, Option<String>) {
         let (matrix, stands_for) = self.matrix();
         let range = match self.quantization {
             sys::v4l2_quantization_V4L2_QUANTIZATION_FULL_RANGE => QuantizationRange::Full,

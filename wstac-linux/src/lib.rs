@@ -1,20 +1,24 @@
-//! Cameras through V4L2: find, negotiate, lock controls, stream.
+#![doc = include_str!("../README.md")]
+//! ## Modules
+//! | module | what it has |
+//! | --- | --- |
+//! | [`source`] | a camera as a source, which reconnects |
+//! | [`devices`](mod@devices) | the cameras of this machine |
+//! | [`controls`] | exposure, gain, white balance and focus: locked, and reapplied |
 //!
-//! The `v4l` crate gives the kernel's structures and the raw calls; the capture stream is this module's own
-//! (`buffers`), because it has to end its waits, survive faults and tell damaged buffers from good ones.
+//! The `v4l` crate gives the kernel's structures and the raw calls.
+//! The capture stream is this crate's own: it ends its waits, survives faults, and tells damaged buffers from good ones.
 
 pub(crate) mod buffers;
 pub(crate) mod choose;
-#[doc(hidden)]
-pub mod color;
+mod color;
 pub mod controls;
 mod device;
 pub mod devices;
 mod negotiate;
 pub(crate) mod same;
 pub mod source;
-#[doc(hidden)]
-pub mod timeline;
+mod timeline;
 
 use std::path::PathBuf;
 

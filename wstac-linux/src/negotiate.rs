@@ -1,7 +1,7 @@
 //! Format, size and frame rate, as a driver grants them.
 
 use wstac_core::green::GreenChannel;
-use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
+use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
@@ -73,17 +73,18 @@ fn described(
     let (mut color, note) = granted.colorimetry.color();
     let (bytes_per_row, frame_bytes) = match coding {
         Coding::Raw(format) => {
-            if is_ycbcr(format) {
+            if format.is_ycbcr() {
                 notes.extend(note);
             }
-            let least = layout(format, color).row_bytes(size.width()) as u32;
+            let green = Any::new(format, color, YcbcrMethod::Exact);
+            let least = green.row_bytes(size.width()) as u32;
             // 0 means that the driver does not say; some count a planar format's chroma in, or leave something out.
             let stated = granted.bytes_per_row;
             if stated != 0 && stated < least {
                 notes.push(format!("the driver states {stated} bytes a row, fewer than a row has; read as {least}"));
             }
             let bytes_per_row = stated.max(least);
-            (bytes_per_row, frame_bytes(format, size, bytes_per_row))
+            (bytes_per_row, green.least_frame_bytes(size, bytes_per_row as usize))
         }
         Coding::Jpeg => {
             // Decoded to RGB by JPEG's own rule, whatever the driver states.
@@ -92,32 +93,6 @@ fn described(
         }
     };
     Ok(Negotiated { fourcc: granted.fourcc, coding, size, color, bytes_per_row, frame_bytes, rate, notes })
-}
-
-/// Least bytes of a frame: a packed format's last row may lack its padding.
-fn frame_bytes(format: PixelFormat, size: FrameSize, bytes_per_row: u32) -> usize {
-    let layout = layout(format, YcbcrEncoding::default());
-    let (rows, bytes_per_row) = (usize::from(size.height()), bytes_per_row as usize);
-    match layout.chroma_bytes(bytes_per_row, size.height()) {
-        Some(chroma) => bytes_per_row * rows + chroma,
-        None => bytes_per_row * (rows - 1) + layout.row_bytes(size.width()),
-    }
-}
-
-fn layout(format: PixelFormat, color: YcbcrEncoding) -> Any {
-    Any::new(format, color, YcbcrMethod::Exact)
-}
-
-fn is_ycbcr(format: PixelFormat) -> bool {
-    matches!(
-        format,
-        PixelFormat::Yuyv
-            | PixelFormat::Uyvy
-            | PixelFormat::Nv12
-            | PixelFormat::Yu12
-            | PixelFormat::Yuv422p
-            | PixelFormat::Yuv444p
-    )
 }
 
 fn differences(fourcc: FourCc, size: (u32, u32), granted: &PictureFormat) -> Vec<String> {
@@ -154,6 +129,8 @@ fn what_there_is(device: &Device) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::color::Colorimetry;
+    use wstac_core::green::any::PixelFormat;
+
     use super::*;
 
     fn granted(fourcc: FourCc, bytes_per_row: u32) -> PictureFormat {

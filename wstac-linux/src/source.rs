@@ -21,11 +21,11 @@ use crate::same::Known;
 use crate::timeline::Timeline;
 use crate::{Camera, CameraRequest, Negotiated};
 use wstac_host::camera::formats::{self, Coding};
-use wstac_host::camera::mjpeg::{CORRUPT, Decoder};
+use wstac_host::camera::mjpeg::Decoder;
 use wstac_host::camera::modes::fps;
 use wstac_host::error::Error;
 use wstac_host::source::open::{OpenOptions, SourceKind};
-use wstac_host::source::{Fault, FramePolicy, Lag, Source, SourceEvent, StreamInfo};
+use wstac_host::source::{Fault, FaultKind, Frame, FramePolicy, Lag, LossReason, Source, SourceEvent, StreamInfo};
 
 /// Longest wait for a frame before the caller may look for signals.
 const WAIT: Duration = Duration::from_millis(500);
@@ -64,7 +64,7 @@ pub struct CameraSource {
     away: Option<Away>,
     /// The driver says that its input has a signal.
     signal: bool,
-    behind: Lag,
+    lag: Lag,
     /// When the last buffer arrived, on the monotonic clock.
     arrived: Duration,
     /// Waits in a row that brought nothing.
@@ -76,7 +76,7 @@ pub struct CameraSource {
 /// An item that borrows nothing.
 #[derive(Debug)]
 enum Told {
-    Lost(u64, &'static str),
+    Lost(u64, LossReason),
     Fault(Fault),
 }
 
@@ -102,6 +102,7 @@ impl CameraSource {
             taxels_only: false,
             about: about(&camera),
             camera: Some(Box::new(camera.state.clone())),
+            recorded: None,
         };
         // A camera that was unplugged comes back with its values of power-on: those that it had are set again.
         let held = if request.keep_controls { Vec::new() } else { camera.state.settings() };
@@ -128,7 +129,7 @@ impl CameraSource {
             told: VecDeque::new(),
             away: None,
             signal: true,
-            behind: Lag::default(),
+            lag: Lag::default(),
             arrived: now(),
             waits: 0,
             errors: 0,
@@ -180,12 +181,12 @@ impl CameraSource {
             self.give_back(filled);
         }
         let waiting = self.ready.len() as u32 + skipped as u32;
-        self.behind.frames = waiting;
-        self.behind.most = self.behind.most.max(waiting);
-        self.behind.skipped += skipped;
-        let why = if self.pace.is_slow() { "never taken: the camera was slow" } else { "dropped by the driver" };
-        self.lose(dropped, why);
-        self.lose(skipped, "skipped for newer ones");
+        self.lag.frames = waiting;
+        self.lag.most = self.lag.most.max(waiting);
+        self.lag.skipped += skipped;
+        let reason = if self.pace.is_slow() { LossReason::NeverTaken } else { LossReason::Dropped };
+        self.lose(dropped, reason);
+        self.lose(skipped, LossReason::Skipped);
     }
 
     /// A buffer has come, good or not; how many frames were lost before it.
@@ -196,16 +197,16 @@ impl CameraSource {
             let lost = self.timeline.resume(filled.sequence, filled.timestamp, between);
             self.pace.restart();
             self.told.extend(away.back(&self.info, lost).map(Told::Fault));
-            self.lose(lost, away.why());
+            self.lose(lost, away.reason());
             return 0;
         }
         self.told.extend(self.pace.arrive(filled.sequence, filled.timestamp).map(Told::Fault));
         self.timeline.arrive(filled.sequence, filled.timestamp)
     }
 
-    fn lose(&mut self, frames: u64, why: &'static str) {
+    fn lose(&mut self, frames: u64, reason: LossReason) {
         if frames > 0 {
-            self.told.push_back(Told::Lost(frames, why));
+            self.told.push_back(Told::Lost(frames, reason));
         }
     }
 
@@ -215,7 +216,7 @@ impl CameraSource {
         if error.raw_os_error() == Some(libc::EIO) && self.errors < MOST_ERRORS {
             // The frame of this moment, wherever it is; the next one's sequence number may count it, too.
             self.timeline.report_lost();
-            return self.lose(1, "the driver could not read it");
+            return self.lose(1, LossReason::Unreadable);
         }
         let device = self.camera.as_ref().map(|camera| camera.buffers.device());
         if let Some(text) = device.map(|device| device.error("cannot be read any further", error).to_string()) {
@@ -252,9 +253,12 @@ impl CameraSource {
         }
         let path = self.request.path.display();
         let (kind, message) = if signal {
-            ("signal", format!("{path}: the input has its signal again"))
+            (FaultKind::Signal, format!("{path}: the input has its signal again"))
         } else {
-            ("no-signal", format!("{path}: the driver says that the input has no signal or power; waiting for it"))
+            (
+                FaultKind::NoSignal,
+                format!("{path}: the driver says that the input has no signal or power; waiting for it"),
+            )
         };
         self.told.push_back(Told::Fault(Fault { kind, message }));
     }
@@ -293,7 +297,7 @@ impl Source for CameraSource {
             }
         }
         match self.told.pop_front() {
-            Some(Told::Lost(frames, why)) => return Ok(SourceEvent::Lost { frames, why }),
+            Some(Told::Lost(frames, reason)) => return Ok(SourceEvent::Lost { frames, reason }),
             Some(Told::Fault(fault)) => return Ok(SourceEvent::Fault(fault)),
             None => {}
         }
@@ -301,28 +305,27 @@ impl Source for CameraSource {
         // Whatever becomes of it, the next call gives it back.
         let filled = self.lent.insert(filled);
         if filled.damaged {
-            return Ok(SourceEvent::Lost { frames: 1, why: "marked as damaged by the driver" });
+            return Ok(SourceEvent::Lost { frames: 1, reason: LossReason::Damaged });
         }
         if !self.signal {
-            return Ok(SourceEvent::Lost { frames: 1, why: "no signal" });
+            return Ok(SourceEvent::Lost { frames: 1, reason: LossReason::NoSignal });
         }
         let (bytes, timestamp) = (camera.buffers.bytes(filled), filled.timestamp);
         let sequence = Some(filled.sequence);
         if bytes.len() < self.negotiated.frame_bytes {
-            return Ok(SourceEvent::Lost { frames: 1, why: "shorter than a frame" });
+            return Ok(SourceEvent::Lost { frames: 1, reason: LossReason::Short });
         }
-        self.behind.latency = timestamp.and_then(|timestamp| now().checked_sub(timestamp));
+        self.lag.latency = timestamp.and_then(|timestamp| now().checked_sub(timestamp));
+        let lag = self.lag;
         let Some(decoder) = &mut self.decoder else {
-            return Ok(SourceEvent::Frame { bytes, timestamp, sequence, encoded: None });
+            return Ok(SourceEvent::Frame(Frame { bytes, timestamp, sequence, encoded: None, lag }));
         };
         Ok(match decoder.decode(bytes) {
-            Some(decoded) => SourceEvent::Frame { bytes: decoded, timestamp, sequence, encoded: Some(bytes) },
-            None => SourceEvent::Lost { frames: 1, why: CORRUPT },
+            Some(decoded) => {
+                SourceEvent::Frame(Frame { bytes: decoded, timestamp, sequence, encoded: Some(bytes), lag })
+            }
+            None => SourceEvent::Lost { frames: 1, reason: LossReason::CorruptJpeg },
         })
-    }
-
-    fn behind(&self) -> Lag {
-        self.behind
     }
 }
 

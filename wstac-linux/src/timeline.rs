@@ -16,8 +16,6 @@ use std::time::Duration;
 
 use wstac_core::rate::FrameRate;
 
-use wstac_host::rate::per_second;
-
 /// Periods behind the grid from which frames are missing: more than jitter of ±0.6 reaches, less than one.
 const LATE: f64 = 0.75;
 /// What is added to `LATE` for the second frame; it falls with the square root of the frames that the grid rests on.
@@ -33,7 +31,7 @@ const UNSURE: Duration = Duration::from_secs(2);
 
 /// The time line of one stream.
 #[derive(Clone, Debug)]
-pub struct Timeline {
+pub(crate) struct Timeline {
     /// Frames a second.
     rate: f64,
     last: Option<(u32, Option<Duration>)>,
@@ -49,19 +47,19 @@ pub struct Timeline {
 
 impl Timeline {
     /// A time line of frames at this rate.
-    pub fn new(rate: FrameRate) -> Self {
-        let rate = per_second(rate);
+    pub(crate) fn new(rate: FrameRate) -> Self {
+        let rate = rate.per_second();
         Self { rate, last: None, late: 0.0, frames: 1.0, reported: 0, guessed: 0.0 }
     }
 
     /// A frame was lost that no buffer stands for. Those that the next buffer's gap shows include it.
-    pub fn report_lost(&mut self) {
+    pub(crate) fn report_lost(&mut self) {
         self.reported += u64::from(self.last.is_some());
     }
 
     /// A buffer arrived, good or not: how many frames were lost before it, beside those already reported. `timestamp`
     /// is of the monotonic clock, nothing where the driver has none. Nothing is lost before the first.
-    pub fn arrive(&mut self, sequence: u32, timestamp: Option<Duration>) -> u64 {
+    pub(crate) fn arrive(&mut self, sequence: u32, timestamp: Option<Duration>) -> u64 {
         let Some((last_sequence, last_timestamp)) = self.last.replace((sequence, timestamp)) else { return 0 };
         let reported = std::mem::take(&mut self.reported);
         let counted = f64::from(sequence.wrapping_sub(last_sequence));
@@ -86,7 +84,7 @@ impl Timeline {
     /// The first buffer after the stream was broken off and started anew: how many frames would have come meanwhile, beside
     /// those already reported. The driver's timestamps say so, before and after; where they do not, or cannot be right,
     /// the time between both buffers' arrivals does. Sequence numbers start anew. Nothing is lost before the first buffer.
-    pub fn resume(&mut self, sequence: u32, timestamp: Option<Duration>, between: Duration) -> u64 {
+    pub(crate) fn resume(&mut self, sequence: u32, timestamp: Option<Duration>, between: Duration) -> u64 {
         let reported = std::mem::take(&mut self.reported);
         self.restart_grid();
         let Some((_, before)) = self.last.replace((sequence, timestamp)) else { return 0 };
@@ -145,9 +143,8 @@ mod tests {
     }
 
     /// Uniform in −1..1, repeatable.
-    fn noise(state: &mut u32) -> f64 {
-        *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        f64::from(*state >> 8) / f64::from(1 << 23) - 1.0
+    fn noise(random: &mut fastrand::Rng) -> f64 {
+        2.0 * random.f64() - 1.0
     }
 
     #[test]
@@ -182,8 +179,8 @@ mod tests {
     #[test]
     fn jitter_of_six_tenths_neither_invents_nor_swallows() {
         for seed in 0..200 {
-            let mut state = seed;
-            let quiet: Vec<_> = (0..2000).map(|t| (t, f64::from(t) + 0.6 * noise(&mut state))).collect();
+            let mut random = fastrand::Rng::with_seed(seed);
+            let quiet: Vec<_> = (0..2000).map(|t| (t, f64::from(t) + 0.6 * noise(&mut random))).collect();
             let losses = lost(&mut timeline(), quiet.clone());
             assert_eq!(losses.iter().sum::<u64>(), 0, "seed {seed}");
             // The sequence number counts a drop whatever the jitter.
@@ -195,10 +192,10 @@ mod tests {
     #[test]
     fn drops_that_only_time_shows_are_counted_under_jitter_as_well() {
         for seed in 0..200 {
-            let mut state = seed;
+            let mut random = fastrand::Rng::with_seed(seed);
             let frames = (0..2000_u32).filter(|t| t % 200 != 100).zip(0..);
             let jittery: Vec<_> =
-                frames.map(|(t, sequence)| (sequence, f64::from(t) + 0.2 * noise(&mut state))).collect();
+                frames.map(|(t, sequence)| (sequence, f64::from(t) + 0.2 * noise(&mut random))).collect();
             assert_eq!(lost(&mut timeline(), jittery).iter().sum::<u64>(), 10, "seed {seed}");
         }
     }

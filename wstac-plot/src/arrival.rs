@@ -2,6 +2,8 @@
 
 use wstac_core::params::{COLUMNS, TAXELS};
 
+use wstac_host::json::confidence;
+
 use super::event::Found;
 use crate::style::{GRAY, INK, PALE, SIZE, THIN, TITLE};
 use crate::svg::{Anchor, Drawing};
@@ -77,12 +79,12 @@ fn arrow(drawing: &mut Drawing, found: &Found, [x, y]: [f64; 2]) {
     const HALF: f64 = 16.0;
     let words = y + HALF + 12.0;
     let direction = &found.record.direction;
-    let Some(degrees) = direction.deg else {
+    let Ok(heading) = direction.heading else {
         drawing.text([x, y - 2.0], SIZE, Anchor::Middle, "direction");
         drawing.text([x, y + 8.0], SIZE, Anchor::Middle, "unclear");
         return;
     };
-    let [dx, dy] = match degrees {
+    let [dx, dy] = match heading.degrees() {
         0 => [1.0, 0.0],
         90 => [0.0, -1.0],
         180 => [-1.0, 0.0],
@@ -92,8 +94,8 @@ fn arrow(drawing: &mut Drawing, found: &Found, [x, y]: [f64; 2]) {
     drawing.line(&[along(-HALF, 0.0), along(HALF - 6.0, 0.0)], INK, 1.8);
     drawing.polygon(&[along(HALF, 0.0), along(HALF - 8.0, 4.5), along(HALF - 8.0, -4.5)], INK);
     drawing.line(&[along(-HALF, 3.0), along(-HALF, -3.0)], GRAY, THIN);
-    drawing.text([x, words], SIZE, Anchor::Middle, &format!("{degrees}\u{b0}"));
-    drawing.text([x, words + 9.0], SIZE, Anchor::Middle, &format!("conf. {:.2}", direction.confidence));
+    drawing.text([x, words], SIZE, Anchor::Middle, &format!("{}\u{b0}", heading.degrees()));
+    drawing.text([x, words + 9.0], SIZE, Anchor::Middle, &format!("conf. {:.2}", confidence(*direction)));
 }
 
 /// The color of a share of the time, and ink that can be read on it.

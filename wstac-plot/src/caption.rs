@@ -3,8 +3,10 @@
 use wstac_core::speed::{Law, ThresholdOn};
 
 use super::event::Found;
-use wstac_host::reading::EventRecord;
-use wstac_host::texture::TextureRecord;
+use wstac_core::params::SAMPLE_FRAMES;
+use wstac_host::json::{confidence, no_speed, rounded, unclear};
+use wstac_host::output::TactileEvent;
+use wstac_host::texture::Texture;
 
 /// All of it.
 pub(super) fn caption(found: &Found) -> String {
@@ -15,7 +17,7 @@ pub(super) fn caption(found: &Found) -> String {
     answers.extend(record.texture.as_ref().map(texture));
     let mut sentences = vec![what, format!("{}.", answers.join("; "))];
     if record.frames_filled > 0 {
-        sentences.push(format!("{} of {} frames were lost, and filled.", record.frames_filled, record.frames));
+        sentences.push(format!("{} of {} frames were lost, and filled.", record.frames_filled, SAMPLE_FRAMES));
     }
     if !record.reliable {
         sentences.push("Not reliable: the baseline was not quiet, or too many frames were filled.".to_owned());
@@ -29,30 +31,31 @@ pub(super) fn caption(found: &Found) -> String {
     sentences.join(" ")
 }
 
-fn speed(record: &EventRecord, law: Law) -> String {
+fn speed(record: &TactileEvent, law: Law) -> String {
     let law = match law {
         Law::Published { .. } => "logarithmic law",
         Law::Physical { .. } => "physical law",
     };
-    let why = record.why.speed.unwrap_or("unknown");
-    match (&record.speed, &record.speed_at_most) {
-        (Some(speed), _) => {
+    match (record.speed, record.speed_at_most) {
+        (Ok(speed), _) => {
             let doubt = if speed.extrapolated { ", extrapolated" } else { "" };
-            format!("Speed {} mm/s ({law}{doubt})", speed.mm_s)
+            format!("Speed {} mm/s ({law}{doubt})", rounded(speed.mm_s))
         }
-        (None, Some(most)) => format!("Speed at most {} mm/s ({why})", most.mm_s),
-        (None, None) => format!("No speed ({why})"),
+        (Err(why), Some(most)) => format!("Speed at most {} mm/s ({})", rounded(most.mm_s), no_speed(why)),
+        (Err(why), None) => format!("No speed ({})", no_speed(why)),
     }
 }
 
-fn direction(record: &EventRecord) -> String {
-    match record.direction.deg {
-        Some(degrees) => format!("direction {degrees}\u{b0} (confidence {})", record.direction.confidence),
-        None => format!("no direction ({})", record.why.direction.unwrap_or("unclear")),
+fn direction(record: &TactileEvent) -> String {
+    match record.direction.heading {
+        Ok(heading) => {
+            format!("direction {}\u{b0} (confidence {})", heading.degrees(), confidence(record.direction))
+        }
+        Err(why) => format!("no direction ({})", unclear(why)),
     }
 }
 
-fn texture(texture: &TextureRecord) -> String {
+fn texture(texture: &Texture) -> String {
     let mut names: Vec<String> = texture.specimen.iter().chain(&texture.class).cloned().collect();
     if texture.specimen.is_none() {
         names.extend(texture.pattern.clone());

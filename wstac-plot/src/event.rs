@@ -3,7 +3,6 @@
 use std::collections::VecDeque;
 
 use wstac_core::baseline::Baseline;
-use wstac_core::features::Features;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
@@ -12,7 +11,9 @@ use wstac_core::trigger::Event;
 
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::reading::{EventRecord, Reading, Record};
+use wstac_host::json::real;
+use wstac_host::output::{Output, TactileEvent};
+use wstac_host::session::Processor;
 use wstac_host::source::{Source, SourceEvent, StreamInfo};
 
 /// Feature frames whose taxels are kept: a sample, and those of the longest gap behind it.
@@ -24,7 +25,7 @@ const SATURATED: f32 = 0.98;
 #[derive(Clone, Debug)]
 pub struct Found {
     /// What is said of it, the sample included.
-    pub(super) record: EventRecord,
+    pub(super) record: TactileEvent,
     /// What the source is.
     pub(super) about: String,
     /// Which event of the source it is, from 1.
@@ -85,36 +86,36 @@ impl Recent {
     }
 }
 
-/// Reads a source up to its event number `number`, counted from 1. `reading` gives samples.
+/// Reads a source up to its event number `number`, counted from 1. `processor` gives samples.
 ///
 /// # Errors
 /// The source's; that it has fewer events, and how many.
 pub fn find(
     source: &mut dyn Source,
     info: &StreamInfo,
-    reading: &mut Reading<'_>,
+    processor: &mut Processor,
     config: &Config,
     number: u64,
 ) -> Result<Found, Error> {
     let (mut recent, mut seen) = (Recent::default(), 0);
     loop {
         let item = source.next_event()?;
-        let frame = reading.trigger().next_frame();
-        let has_light = matches!(item, SourceEvent::Frame { .. } | SourceEvent::Taxels(_));
+        let frame = processor.pipeline().next_frame();
+        let has_light = matches!(item, SourceEvent::Frame(_) | SourceEvent::Taxels(_));
         let mut events = Vec::new();
-        let goes_on = reading.take(&item, |record| {
-            if let Record::Event(event) = record {
+        let goes_on = processor.process(&item, |output| {
+            if let Output::Event(event) = output {
                 events.push(*event);
             }
             Ok::<(), Error>(())
         })?;
-        if let Some(taxels) = reading.taxels().filter(|_| has_light) {
+        if let Some(taxels) = processor.taxels().filter(|_| has_light) {
             recent.add(frame, &taxels);
         }
         for event in events {
             seen += 1;
             if seen == number {
-                let found = gathered(event, seen, info, reading, config, &recent);
+                let found = gathered(event, seen, info, processor, config, &recent);
                 return found.ok_or_else(|| Error::new(&info.about, "the event has no sample, expected one"));
             }
         }
@@ -131,34 +132,31 @@ pub fn find(
 }
 
 fn gathered(
-    record: EventRecord,
+    record: TactileEvent,
     number: u64,
     info: &StreamInfo,
-    reading: &Reading<'_>,
+    processor: &Processor,
     config: &Config,
     recent: &Recent,
 ) -> Option<Found> {
-    let sample = record.sample.as_ref()?;
+    let frames = record.sample.as_deref()?;
     let mut features = [[0.0; SAMPLE_FRAMES]; FEATURES];
-    let mut frames: [Features; SAMPLE_FRAMES] = [[0; FEATURES]; SAMPLE_FRAMES];
-    for (feature, values) in sample.iter().enumerate() {
-        for (frame, value) in values.iter().enumerate() {
-            features[feature][frame] = *value;
-            // An exact multiple of 1/2048.
-            frames[frame][feature] = (value * f64::from(FEATURE_ONE)) as i16;
+    for (frame, numbers) in frames.iter().enumerate() {
+        for (feature, number) in features.iter_mut().zip(numbers) {
+            feature[frame] = real(*number);
         }
     }
-    let trigger = reading.trigger();
-    let (baseline, thresholds) = (trigger.baseline()?, trigger.thresholds()?);
+    let pipeline = processor.pipeline();
+    let (baseline, thresholds) = (pipeline.baseline()?, pipeline.thresholds()?);
     let speed = config.speed(info.rate).ok()?;
     let event = Event {
         frame: record.frame,
-        sample: Sample::from_frames(&frames),
+        sample: Sample::from_frames(frames),
         baseline,
         frames_filled: record.frames_filled,
         reliable: record.reliable,
     };
-    let window = trigger.config().window();
+    let window = pipeline.trigger_config().window();
     let first = record.frame;
     Some(Found {
         lit: duration(&event, &speed),
@@ -168,7 +166,7 @@ fn gathered(
         baseline: means(baseline),
         thresholds: thresholds.map(|sum| f64::from(sum) / f64::from(FEATURE_ONE) / f64::from(window)),
         taxels: (0..SAMPLE_FRAMES as u64).map(|frame| recent.of(first.saturating_add(frame))).collect(),
-        window: [trigger.config().backtrack(), window],
+        window: [pipeline.trigger_config().backtrack(), window],
         frame_s: frame_s(info.rate),
         nominal_frames: f64::from(info.rate.nominal_frames()),
         law: config.speed.law(),

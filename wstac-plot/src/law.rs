@@ -3,6 +3,8 @@
 use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::speed::Law;
 
+use wstac_host::json::rounded;
+
 use super::event::Found;
 use crate::axes::{Axes, Span, number};
 use crate::style::{GRAY, INK, ORDERED, SIZE, THICK, THIN};
@@ -24,9 +26,9 @@ fn frames(law: Law, mm_s: f64) -> f64 {
 
 /// The event's duration at 30 frames a second and its speed, or the bound that it is.
 fn point(found: &Found) -> Option<(f64, f64, bool)> {
-    let duration = f64::from(found.record.duration_frames?) * found.nominal_frames;
-    let bound = found.record.speed_at_most.map(|speed| (duration, speed.mm_s, true));
-    found.record.speed.map(|speed| (duration, speed.mm_s, false)).or(bound)
+    let duration = f64::from(found.record.lit_frames?) * found.nominal_frames;
+    let bound = found.record.speed_at_most.map(|speed| (duration, rounded(speed.mm_s), true));
+    found.record.speed.ok().map(|speed| (duration, rounded(speed.mm_s), false)).or(bound)
 }
 
 /// Draws the curve, thick where it was fitted, and the event on it.

@@ -1,8 +1,11 @@
 //! The figure's words and numbers, and that it is well-formed, also of events that have no answers.
 
 use super::*;
+use wstac_core::direction::Unclear;
 use wstac_host::config::Config;
-use wstac_host::reading::{Reading, Wanted};
+use wstac_host::json::{Line, rounded};
+use wstac_host::output::{Output, OutputOptions};
+use wstac_host::session::Processor;
 use wstac_host::source::open::{OpenOptions, open};
 
 /// The first event of a source, and its figure.
@@ -14,7 +17,7 @@ fn figure(source: &str, config: &str) -> (Found, String) {
     )
     .unwrap();
     let (info, config) = (source.info().clone(), Config::parse(config).unwrap());
-    let mut reading = Reading::new(&info, &config, Wanted { features: false, samples: true }).unwrap();
+    let mut reading = Processor::new(&info, &config, OutputOptions { features: false, samples: true }).unwrap();
     let found = find(source.as_mut(), &info, &mut reading, &config, 1).unwrap();
     let text = draw(&found);
     well_formed(&text);
@@ -92,7 +95,7 @@ fn the_numbers_are_those_of_the_event() {
     let (found, text) = figure("scene:Saw3@150,90deg", "");
     legible(&text);
     let caption = words(&text).into_iter().map(|(_, words)| words).collect::<Vec<_>>().join(" ");
-    let event = serde_json::to_value(&found.record).unwrap();
+    let event = serde_json::to_value(Line::new(&Output::Event(Box::new(found.record.clone())))).unwrap();
     let speed = event["speed"]["mm_s"].as_f64().unwrap();
     for expected in [
         format!("Speed {speed} mm/s"),
@@ -128,7 +131,7 @@ fn the_light_moves_over_the_map_as_the_slide_does() {
 #[test]
 fn a_cut_off_event_shows_its_bound() {
     let (found, text) = figure("scene:Saw3@50", "");
-    let bound = found.record.speed_at_most.unwrap().mm_s;
+    let bound = rounded(found.record.speed_at_most.unwrap().mm_s);
     assert!(text.contains(&format!("Speed at most {bound} mm/s")) && text.contains("at least"), "{text}");
     legible(&text);
 }
@@ -140,8 +143,7 @@ fn no_answers_are_no_trouble() {
     assert!(found.lit.is_none() && text.contains("no speed"), "{text}");
     legible(&text);
     let (mut found, _) = figure("scene:Saw3@150", "[speed]\nthreshold_on = \"above_baseline\"\nlaw = \"physical\"");
-    found.record.direction.deg = None;
-    found.record.why.direction = Some("unclear: neither rows nor columns light up in order");
+    found.record.direction.heading = Err(Unclear::NoOrder);
     found.taxels.iter_mut().flatten().for_each(|taxels| taxels[7] = 1.0);
     let text = draw(&found);
     well_formed(&text);
@@ -177,7 +179,7 @@ fn a_source_without_the_event_says_how_many_it_has() {
         )
         .unwrap();
         let (info, config) = (source.info().clone(), Config::default());
-        let mut reading = Reading::new(&info, &config, Wanted { features: false, samples: true }).unwrap();
+        let mut reading = Processor::new(&info, &config, OutputOptions { features: false, samples: true }).unwrap();
         find(source.as_mut(), &info, &mut reading, &config, number).unwrap_err().to_string()
     };
     assert!(failed(2).ends_with("has one event, expected number 2"), "{}", failed(2));

@@ -8,13 +8,13 @@ use pyo3::types::PyDict;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::rate::FrameRate;
 use wstac_host::config::Config as Parsed;
-use wstac_train::dataset::sweep::Sweep;
-use wstac_train::dataset::{Outcome, each_sample};
 use wstac_host::error::Error;
 use wstac_scene::specimen::{Pattern, Specimen};
+use wstac_train::dataset::sweep::Sweep;
+use wstac_train::dataset::{Outcome, each_sample};
 
 use crate::config::{Config, table};
-use crate::gathered::shaped;
+use crate::outputs::shaped;
 use crate::refused;
 
 /// Slides between two looks for Ctrl-C.

@@ -1,33 +1,32 @@
 //! The extension module `wstac._wstac`: what the package `wstac` is made of.
 //!
-//! Here are conversions only. Frames come in as rows of bytes, records go out as the very lines of `wstac run --json`, numbers as
-//! NumPy arrays; what a Python program sees of them is in `wstac/`. Long work gives up the interpreter's lock.
+//! It converts, and no more. Frames come in as rows of bytes. Typed outputs go out as objects of `wstac._answers`,
+//! numbers as NumPy arrays. What a Python program sees of them is in `wstac/`. Long calls release the interpreter's
+//! lock.
 
-mod asked;
 mod config;
 mod dataset;
-mod gathered;
-mod kept;
 mod model;
+mod outputs;
 mod pipeline;
 mod source;
 mod stream;
 
-use wstac_host::source::Source;
-use wstac_host::source::open::{OpenOptions, SourceKind};
 use std::fmt::Display;
 
 use pyo3::exceptions::PyValueError;
 use pyo3::{PyErr, create_exception};
+use wstac_host::source::Source;
+use wstac_host::source::open::{OpenOptions, SourceKind};
 
 create_exception!(
     wstac,
     Error,
     PyValueError,
-    "What cannot be used, which part of it, what was found and what was expected: the text that the command wstac prints."
+    "What cannot be used: what was found and what was expected, in the words of the command wstac."
 );
 
-/// The core's or the host's error as Python's.
+/// Makes an error of the core or the host Python's.
 fn refused(error: impl Display) -> PyErr {
     Error::new_err(error.to_string())
 }

@@ -1,87 +1,121 @@
-//! Sources of frames: files, scenes and cameras, read item by item or to their end.
+//! Sources of frames: files, scenes and cameras, read event by event or to their end.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
 use numpy::PyArray1;
-use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use wstac_core::params::{COLUMNS, FEATURES, ROWS};
+use wstac_core::rate::FrameRate;
+use wstac_host::camera::ControlSetting;
 use wstac_host::config::Config as Parsed;
-use wstac_host::error::Error;
-use wstac_host::reading::{Reading, Wanted};
+use wstac_host::output::OutputOptions;
+use wstac_host::session::{Session, Step};
+use wstac_host::source::open::OpenOptions;
+use wstac_host::source::{FramePolicy, Recorded, Source as Open, config_of};
 use wstac_scene::SceneConfig;
-use crate::open;
-use wstac_scene::source::script;
-use wstac_scene::source::SceneSource;
-use wstac_host::source::{SourceEvent, Source as Frames, config_of};
+use wstac_scene::source::{SceneSource, script};
 
-use crate::asked::Asked;
 use crate::config::{Config, table};
 use crate::dataset::name;
-use crate::gathered::{Gathered, Given, shaped};
-use crate::kept::{Kept, NoMemory};
-use crate::model::textures;
+use crate::model::{Model, textures};
+use crate::outputs::{Failure, Frames, Gathered, objects, shaped};
 use crate::pipeline::whole_frame;
-use crate::refused;
 use crate::stream::{self, Rate};
+use crate::{open, refused};
 
-/// A source under way.
+/// What Python requests of a source; `None` requests nothing.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct SourceOptions {
+    rate: Option<Rate>,
+    format: Option<String>,
+    size: Option<(u32, u32)>,
+    matrix: Option<String>,
+    range: Option<String>,
+    every: bool,
+    keep_controls: bool,
+    controls: BTreeMap<String, i32>,
+    config: Option<Config>,
+    models: Vec<Model>,
+}
+
+impl SourceOptions {
+    /// Returns the part that opens the source.
+    fn open(&self) -> PyResult<OpenOptions> {
+        let rate = self.rate.map(|(numerator, denominator)| FrameRate::new(numerator, denominator));
+        let format = self.format.as_deref().map(|format| {
+            let padded = format!("{format:<4}");
+            let code = <[u8; 4]>::try_from(padded.as_bytes()).ok().filter(|code| code.is_ascii());
+            code.ok_or_else(|| {
+                refused(format_args!("format is {format:?}, expected a four-character code such as YUYV"))
+            })
+        });
+        let controls = self.controls.iter().map(|(name, &value)| ControlSetting { name: name.clone(), value });
+        Ok(OpenOptions {
+            fps: rate.transpose().map_err(refused)?,
+            format: format.transpose()?,
+            size: self.size,
+            delivery: if self.every { FramePolicy::Every } else { FramePolicy::Newest },
+            keep_controls: self.keep_controls,
+            controls: controls.collect(),
+        })
+    }
+}
+
+/// A source that is being read.
 #[pyclass(frozen, module = "wstac._wstac")]
 pub(crate) struct Source {
     state: Mutex<State>,
     about: String,
-    /// Four-character code, width, height, bytes from row to row, of its frames.
+    /// Four-character code, width, height, bytes from row to row.
     shape: (String, u32, u32, u32),
     rate: Rate,
-    labels: BTreeMap<String, String>,
-    models: Vec<String>,
+    recorded: Recorded,
     config: Parsed,
-    /// Bytes of a frame, the last row's padding included.
+    /// The size of a frame in bytes, the last row's padding included.
     frame_bytes: usize,
 }
 
 struct State {
-    /// Nothing after its end.
-    source: Option<Box<dyn Frames>>,
-    reading: Reading<'static>,
+    /// `None` after the end: the file or camera is released.
+    session: Option<Session>,
     gathered: Gathered,
-    /// Why it ended, until it is told.
-    error: Option<Error>,
-    /// Camera frames so far, lost ones included.
-    frames: u64,
+    /// Why reading stopped, until it is raised.
+    failure: Option<Failure>,
 }
 
-/// Opens a source, as `wstac run` would.
+/// Opens a source, as `wstac run` does.
 #[pyfunction]
-pub(crate) fn open_source(py: Python<'_>, spec: &str, asked: Asked, features: bool) -> PyResult<Source> {
-    let options = asked.options()?;
-    let source = py.detach(|| open(spec, &options)).map_err(refused)?;
-    Source::new(source, &asked, features)
+pub(crate) fn open_source(py: Python<'_>, spec: &str, options: SourceOptions, features: bool) -> PyResult<Source> {
+    let open_options = options.open()?;
+    let source = py.detach(|| open(spec, &open_options)).map_err(refused)?;
+    Source::new(source, &options, features)
 }
 
-/// Opens a scene, of its short form or file, or of a table in JSON; and what truly happens in it, in JSON.
+/// A slide of a scene as it truly is: the fields of `wstac.Truth`.
+type Truth = (String, f64, u16, u64, f64, f64);
+
+/// Opens a scene: its short form or file, or a table in JSON. Returns also what truly happens in it.
 #[pyfunction]
-pub(crate) fn open_scene(scene: &str, is_table: bool, asked: Asked) -> PyResult<(Source, String)> {
-    let script =
-        if is_table { SceneConfig::from_table("scene", table("scene", scene)?) } else { script(scene, &asked.options()?) };
+pub(crate) fn open_scene(scene: &str, is_table: bool, options: SourceOptions) -> PyResult<(Source, Vec<Truth>)> {
+    let script = if is_table {
+        SceneConfig::from_table("scene", table("scene", scene)?)
+    } else {
+        script(scene, &options.open()?)
+    };
     let source = SceneSource::new(&script.map_err(refused)?).map_err(refused)?;
     let truth = source.truth().iter().map(|truth| {
-        serde_json::json!({
-            "specimen": name(&truth.slide.specimen),
-            "speed": truth.slide.speed_mm_s,
-            "direction": truth.slide.heading.degrees(),
-            "start_frame": truth.start_frame(),
-            "start_s": truth.start_s,
-            "end_s": truth.end_s,
-        })
+        let slide = &truth.slide;
+        let degrees = slide.heading.degrees();
+        (name(&slide.specimen), slide.speed_mm_s, degrees, truth.start_frame(), truth.start_s, truth.end_s)
     });
-    let truth = truth.collect::<serde_json::Value>().to_string();
-    Ok((Source::new(Box::new(source), &asked, true)?, truth))
+    let truth = truth.collect();
+    Ok((Source::new(Box::new(source), &options, true)?, truth))
 }
 
-/// Whether a source is a camera.
+/// Returns whether a source is a camera.
 #[pyfunction]
 pub(crate) fn is_camera(spec: &str) -> bool {
     wstac_linux::source::is_camera(spec)
@@ -89,192 +123,142 @@ pub(crate) fn is_camera(spec: &str) -> bool {
 
 #[pymethods]
 impl Source {
-    /// What it is, for a person.
+    /// Returns what it is, for a person.
     #[getter]
     fn about(&self) -> &str {
         &self.about
     }
 
-    /// Four-character code of its frames, their width and height, and bytes from row to row.
+    /// Returns the four-character code of its frames, their width and height, and the bytes from row to row.
     #[getter]
     fn shape(&self) -> (String, u32, u32, u32) {
         self.shape.clone()
     }
 
-    /// Numerator and denominator of frames a second.
+    /// Returns the numerator and the denominator of frames per second.
     #[getter]
     fn rate(&self) -> Rate {
         self.rate
     }
 
-    /// What a person said of a recording.
+    /// Returns the labels of a recording.
     #[getter]
     fn labels(&self) -> BTreeMap<String, String> {
-        self.labels.clone()
+        self.recorded.labels.clone()
     }
 
-    /// Texture models that a recording was made with.
+    /// Returns the texture models that a recording was made with.
     #[getter]
     fn models(&self) -> Vec<String> {
-        self.models.clone()
+        self.recorded.models.clone()
     }
 
-    /// The configuration that it is read with.
+    /// Returns the configuration that it is read with.
     #[getter]
     fn config(&self) -> Config {
         Config(self.config.clone())
     }
 
-    /// The next records, one at least; none at the end.
-    fn next<'py>(&self, py: Python<'py>) -> PyResult<Vec<Given<'py>>> {
+    /// Returns the next records, at least one; none at the end.
+    fn next<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
         loop {
             py.check_signals()?;
-            let (goes_on, mut gathered, error) = self.locked(py, |state| {
-                let goes_on = state.step(None)?;
-                let error = if state.gathered.is_empty() { state.error.take() } else { None };
-                Ok::<_, Failure>((goes_on, std::mem::take(&mut state.gathered), error))
-            })?;
-            if let Some(error) = error {
-                return Err(refused(error));
+            let (goes_on, outputs, failure) = self.locked(py, |state| {
+                let goes_on = state.step();
+                let outputs = state.gathered.take_all().outputs;
+                let failure = if outputs.is_empty() { state.failure.take() } else { None };
+                (goes_on, outputs, failure)
+            });
+            if let Some(failure) = failure {
+                return Err(failure.into());
             }
-            let records = gathered.records(py)?;
-            if !goes_on || !records.is_empty() {
-                return Ok(records);
+            if !goes_on || !outputs.is_empty() {
+                return objects(py, outputs);
             }
         }
     }
 
-    /// Reads all of it: records, features and their numbers; taxels, numbers and timestamps of camera frames, and, where they are
-    /// wanted, their bytes.
+    /// Reads all of it: records, features and their numbers; taxels, numbers and timestamps of camera frames; on
+    /// request also their bytes.
     fn gather<'py>(&self, py: Python<'py>, with_frames: bool) -> PyResult<Bound<'py, PyDict>> {
-        let mut kept = Kept::default();
-        let frame_bytes = with_frames.then_some(self.frame_bytes);
-        loop {
+        let size = with_frames.then_some(self.frame_bytes);
+        self.locked(py, |state| state.gathered.frames = Some(Frames { size, ..Frames::default() }));
+        while self.locked(py, State::step) {
             py.check_signals()?;
-            if !self.locked(py, |state| state.step(Some((&mut kept, frame_bytes))))? {
-                break;
-            }
         }
-        let (mut gathered, error) =
-            self.locked(py, |state| Ok::<_, Error>((std::mem::take(&mut state.gathered), state.error.take())))?;
-        if let Some(error) = error {
-            return Err(refused(error));
+        let (gathered, failure) = self.locked(py, |state| (state.gathered.take_all(), state.failure.take()));
+        if let Some(failure) = failure {
+            return Err(failure.into());
         }
-        let (frames, features) = (kept.numbers.len(), gathered.numbers.len());
+        let Gathered { features, numbers, outputs, frames, .. } = gathered;
+        let frames = frames.unwrap_or_default();
+        let count = frames.numbers.len();
         let all = PyDict::new(py);
-        all.set_item("records", gathered.records(py)?)?;
-        all.set_item("features", shaped(PyArray1::from_vec(py, gathered.features), [features, FEATURES])?)?;
-        all.set_item("feature_frames", PyArray1::from_vec(py, gathered.numbers))?;
-        all.set_item("taxels", shaped(PyArray1::from_vec(py, kept.taxels), [frames, ROWS, COLUMNS])?)?;
-        all.set_item("frame_numbers", PyArray1::from_vec(py, kept.numbers))?;
-        all.set_item("timestamps", PyArray1::from_vec(py, kept.timestamps))?;
+        all.set_item("records", objects(py, outputs)?)?;
+        all.set_item("features", shaped(PyArray1::from_vec(py, features), [numbers.len(), FEATURES])?)?;
+        all.set_item("feature_frames", PyArray1::from_vec(py, numbers))?;
+        all.set_item("taxels", shaped(PyArray1::from_vec(py, frames.taxels), [count, ROWS, COLUMNS])?)?;
+        all.set_item("frame_numbers", PyArray1::from_vec(py, frames.numbers))?;
+        all.set_item("timestamps", PyArray1::from_vec(py, frames.timestamps))?;
         // A simulated sensor may make no pixels.
-        if kept.bytes.len() == frames * self.frame_bytes {
-            all.set_item("frames", shaped(PyArray1::from_vec(py, kept.bytes), [frames, self.frame_bytes])?)?;
+        if with_frames && frames.bytes.len() == count * self.frame_bytes {
+            all.set_item("frames", shaped(PyArray1::from_vec(py, frames.bytes), [count, self.frame_bytes])?)?;
         }
         Ok(all)
     }
 
-    /// Lets go of the file or camera.
-    fn close(&self, py: Python<'_>) -> PyResult<()> {
-        self.locked(py, |state| {
-            state.source = None;
-            Ok::<(), Error>(())
-        })
+    /// Releases the file or camera.
+    fn close(&self, py: Python<'_>) {
+        self.locked(py, |state| state.session = None);
     }
 }
 
 impl Source {
-    fn new(source: Box<dyn Frames>, asked: &Asked, features: bool) -> PyResult<Self> {
+    fn new(source: Box<dyn Open>, options: &SourceOptions, features: bool) -> PyResult<Self> {
         let mut info = source.info().clone();
-        if (asked.matrix.is_some() || asked.range.is_some()) && !info.format.is_ycbcr() {
+        if (options.matrix.is_some() || options.range.is_some()) && !info.format.is_ycbcr() {
             let about = &info.about;
             return Err(refused(format_args!("{about}: matrix and range are for YCbCr sources, expected neither")));
         }
-        info.color = stream::color(info.color, asked.matrix.as_deref(), asked.range.as_deref())?;
-        let given = asked.config.as_ref().map(|given| given.0.clone());
-        let config = config_of(source.as_ref(), given).map_err(refused)?;
-        let wanted = Wanted { features, samples: true };
-        let reading = Reading::new(&info, &config, wanted).map_err(refused)?.with_textures(textures(&asked.models)?);
+        info.color = stream::color(info.color, options.matrix.as_deref(), options.range.as_deref())?;
+        let given = options.config.as_ref().map(|given| given.0.clone());
+        let config = config_of(&info, given).map_err(refused)?;
+        let session = Session::builder(source)
+            .info(info.clone())
+            .config(config.clone())
+            .textures(textures(&options.models)?)
+            .outputs(OutputOptions { features, samples: true })
+            .build()
+            .map_err(refused)?;
         let (width, height) = info.size.into();
         Ok(Self {
             about: info.about,
             shape: (stream::code(info.format), width, height, info.bytes_per_row),
             rate: info.rate.into(),
-            labels: source.labels().cloned().unwrap_or_default(),
-            models: source.models().to_vec(),
+            recorded: info.recorded.map_or_else(Recorded::default, |recorded| Recorded::clone(&recorded)),
             config,
-            frame_bytes: *whole_frame(&reading).end(),
-            state: Mutex::new(State {
-                source: Some(source),
-                reading,
-                gathered: Gathered::default(),
-                error: None,
-                frames: 0,
-            }),
+            frame_bytes: *whole_frame(session.processor()).end(),
+            state: Mutex::new(State { session: Some(session), gathered: Gathered::default(), failure: None }),
         })
     }
 
-    /// Something of the state, without the interpreter's lock: another thread that has the state may be waiting for that.
-    fn locked<T: Send, E: Into<Failure> + Send>(
-        &self,
-        py: Python<'_>,
-        of: impl FnOnce(&mut State) -> Result<T, E> + Send,
-    ) -> PyResult<T> {
+    /// Uses the state without the interpreter's lock: another thread that has the state may wait for that lock.
+    fn locked<T: Send>(&self, py: Python<'_>, of: impl FnOnce(&mut State) -> T + Send) -> T {
         // Nothing in here panics, so the lock is never poisoned.
-        let result = py.detach(|| of(&mut self.state.lock().unwrap_or_else(PoisonError::into_inner)));
-        result.map_err(|error| match error.into() {
-            Failure::Refused(error) => refused(error),
-            Failure::NoMemory => PyMemoryError::new_err("frames: no memory is left for another one"),
-        })
-    }
-}
-
-/// Why reading stops.
-enum Failure {
-    Refused(Error),
-    NoMemory,
-}
-
-impl From<Error> for Failure {
-    fn from(error: Error) -> Self {
-        Self::Refused(error)
-    }
-}
-
-impl From<NoMemory> for Failure {
-    fn from(_: NoMemory) -> Self {
-        Self::NoMemory
+        py.detach(|| of(&mut self.state.lock().unwrap_or_else(PoisonError::into_inner)))
     }
 }
 
 impl State {
-    /// Takes one item. Whether the source goes on.
-    fn step(&mut self, keep: Option<(&mut Kept, Option<usize>)>) -> Result<bool, Failure> {
-        let Self { source, reading, gathered, error, frames } = self;
-        let Some(open) = source else { return Ok(false) };
-        let item = match open.next_event() {
-            Ok(item) => item,
-            Err(failed) => {
-                *error = Some(failed);
-                reading.finish(|record| gathered.take(record))?;
-                *source = None;
-                return Ok(false);
-            }
-        };
-        let goes_on = reading.take(&item, |record| gathered.take(record))?;
-        if let Some((kept, frame_bytes)) = keep {
-            kept.take(&item, reading.taxels(), frame_bytes, *frames)?;
+    /// Takes one event of the source. Returns whether the source goes on.
+    fn step(&mut self) -> bool {
+        let Some(session) = &mut self.session else { return false };
+        match session.step(&mut self.gathered) {
+            Ok(Step::GoesOn) => return true,
+            Ok(Step::Over) => {}
+            Err(failure) => self.failure = Some(failure),
         }
-        match item {
-            SourceEvent::Frame { .. } | SourceEvent::Taxels(_) => *frames += 1,
-            SourceEvent::Lost { frames: lost, why } => {
-                gathered.lost(*frames, lost, why);
-                *frames = frames.saturating_add(lost);
-            }
-            SourceEvent::Fault(_) | SourceEvent::Waiting => {}
-            SourceEvent::End => *source = None,
-        }
-        Ok(goes_on)
+        self.session = None;
+        false
     }
 }

@@ -1,21 +1,22 @@
-//! What frames have in common, as Python says it.
+//! What frames have in common, in Python's words.
 
 use pyo3::prelude::*;
 use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
-use wstac_core::green::ycbcr::{YcbcrEncoding, YcbcrMatrix, QuantizationRange};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 use wstac_host::camera::formats::readable;
-use wstac_scene::sensor::SensorFormat;
 use wstac_host::source::StreamInfo;
+use wstac_scene::sensor::SensorFormat;
 
 use crate::refused;
 
-/// Numerator and denominator of frames a second.
+/// Numerator and denominator of frames per second.
 pub(crate) type Rate = (u32, u32);
 
-/// Frames of this four-character code, size in pixels and rate; rows without padding unless `bytes_per_row` says more.
+/// Describes frames of a four-character code, a size in pixels and a rate. Rows have no padding unless `bytes_per_row`
+/// says more.
 pub(crate) fn info(
     format: &str,
     size: (u32, u32),
@@ -28,20 +29,19 @@ pub(crate) fn info(
     let pixels = pixels(format)?;
     let size = FrameSize::new(size.0, size.1).map_err(in_frames)?;
     let rate = FrameRate::new(rate.0, rate.1).map_err(in_frames)?;
-    let least = row(pixels, size.width()) as u32;
-    let bytes_per_row = bytes_per_row.unwrap_or(least);
-    Ok(StreamInfo { size, format: pixels, color, bytes_per_row, rate, taxels_only: false, about, camera: None })
+    let info = StreamInfo::new(about.clone(), size, pixels, rate);
+    Ok(StreamInfo { color, bytes_per_row: bytes_per_row.unwrap_or(info.bytes_per_row), ..info })
 }
 
-/// Bytes of a row of pixels, of a planar format those of its luma.
+/// Returns the bytes of a row of pixels; for a planar format those of its luma.
 pub(crate) fn row(format: PixelFormat, width: u16) -> usize {
     Any::new(format, YcbcrEncoding::default(), YcbcrMethod::Exact).row_bytes(width)
 }
 
-/// Planar YCbCr without subsampling, which files have and no camera: it has no four-character code of V4L2.
+/// The code of planar YCbCr without subsampling, which files have and no camera: V4L2 has no code for it.
 const PLANAR_444: &str = "444P";
 
-/// The pixel format of a four-character code.
+/// Returns the pixel format of a four-character code.
 pub(crate) fn pixels(format: &str) -> PyResult<PixelFormat> {
     if format == PLANAR_444 {
         return Ok(PixelFormat::Yuv444p);
@@ -53,14 +53,14 @@ pub(crate) fn pixels(format: &str) -> PyResult<PixelFormat> {
     Ok(format.pixels())
 }
 
-/// The four-character code of a pixel format.
+/// Returns the four-character code of a pixel format.
 pub(crate) fn code(format: PixelFormat) -> String {
     let codes = readable();
     let is_it = |code: &&str| code.parse().is_ok_and(|code: SensorFormat| !code.is_jpeg() && code.pixels() == format);
     codes.split(", ").find(is_it).unwrap_or(PLANAR_444).to_owned()
 }
 
-/// What YCbCr numbers mean: `given`, with what Python says instead.
+/// Returns the YCbCr encoding: `given`, with what Python says instead.
 pub(crate) fn color(given: YcbcrEncoding, matrix: Option<&str>, range: Option<&str>) -> PyResult<YcbcrEncoding> {
     let matrix = match matrix {
         None => given.matrix,

@@ -1,7 +1,7 @@
 """Tactile events from the camera frames of a WSTac sensor.
 
 The arithmetic is that of the command `wstac` and of the firmware, bit for bit: features are int16 in units of 1/2048 of a
-natural logarithm, and a model says of a sample here what it says on a board.
+natural logarithm, and a model gives the same answer here as on a board.
 
 >>> import wstac
 >>> scene = wstac.simulate("Saw3@150,90deg,seed=7", size=(400, 400), models="builtin:svm")
@@ -11,9 +11,9 @@ natural logarithm, and a model says of a sample here what it says on a board.
 >>> event.speed.mm_s, event.direction.deg, event.texture.specimen, event.sample.shape
 (153.5, 90, 'Saw3', (10, 70))
 
-Frames of your own go through `features`, or, one at a time, through a `Pipeline`. `open` reads any source of the command as it
-comes, cameras too; `read` all of a recording. `dataset` simulates training sets; `Model` names textures; `Config` says how
-everything is done. What cannot be used raises `Error`, a `ValueError` with the command's words.
+Frames of your own go through `features`, or one by one through a `Pipeline`. `open` gives the events of any source of the
+command, such as a camera, as they come; `read` reads all of a recording. `dataset` simulates training sets, `Model` names
+textures, and `Config` configures everything. What cannot be used raises `Error`, a `ValueError` with the words of the command.
 """
 
 from __future__ import annotations

@@ -1,16 +1,12 @@
-"""Events and their answers: what a line of `wstac run --json` says, as dataclasses with the same names."""
+"""Events and their answers, as dataclasses with the names of `wstac run --json`. The extension makes them: keep the order of fields."""
 
 from __future__ import annotations
 
-import json
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any, Optional, Union
 
 import numpy as np
 from numpy.typing import NDArray
-
-Given = tuple[str, Optional[NDArray[np.int16]]]
-"""What the extension gives: a line of `wstac run --json`, and an event's sample."""
 
 
 @dataclass(frozen=True)
@@ -18,9 +14,9 @@ class Speed:
     """A sliding speed."""
 
     mm_s: float
-    """mm/s: one decimal, or four significant digits where that is finer."""
+    """The speed in mm/s: one decimal, or four significant digits if that is finer."""
     extrapolated: bool
-    """Outside the range that the speed law was fitted on."""
+    """The speed is outside the range that the speed law was fitted on."""
 
 
 @dataclass(frozen=True)
@@ -28,14 +24,14 @@ class Direction:
     """A sliding direction."""
 
     deg: Optional[int]
-    """0, 90, 180 or 270, counter-clockwise in the picture, 0 is right; None where it is unclear."""
+    """0, 90, 180 or 270, counter-clockwise in the picture, 0 is right; None if it is unclear."""
     confidence: float
     """0 to 1."""
 
 
 @dataclass(frozen=True)
 class Texture:
-    """What texture models say; None where no model tells it."""
+    """The answer of texture models; None for what no model tells."""
 
     specimen: Optional[str] = None
     """Such as "Saw3"."""
@@ -43,56 +39,69 @@ class Texture:
     """"Fla", "Sin", "Saw" or "Tri"."""
     depth_mm: Optional[float] = None
     """Depth of the pattern in mm."""
-    # A keyword in Python: the record's "class".
+    # "class" is a keyword of Python.
     class_: Optional[str] = None
     """The class of a model that tells something else apart."""
 
 
 @dataclass(frozen=True)
 class Event:
-    """A tactile event: a sample around a contact, and what it was."""
+    """A tactile event: a sample around a contact, and its answers."""
 
     frame: int
     """Number of the sample's first feature frame, counted from 0."""
     frames: int
     """Frames of the sample: 70."""
     duration_frames: Optional[int]
-    """Lit frames, last less first; None where no frame is lit."""
+    """Lit frames from the first to the last, less one; None if no frame is lit."""
     speed: Optional[Speed]
-    """Sliding speed; None where there is none, and `why["speed"]` says why."""
+    """Sliding speed; None if there is none, and `why["speed"]` gives the reason."""
     speed_at_most: Optional[Speed]
-    """Of an event that is cut off, what the law makes of the part that was seen."""
+    """Upper bound of the speed of an event that is cut off."""
     direction: Direction
     """Sliding direction."""
     texture: Optional[Texture]
-    """What slid; None without a model."""
+    """Texture; None without a model."""
     frames_filled: int
     """Frames of the sample that were filled."""
     reliable: bool
-    """Baseline quiet, and at most 7 frames filled."""
+    """The baseline was quiet, and at most 7 frames were filled."""
     why: dict[str, str]
-    """Why an answer is missing, by answer: "speed", "direction", "texture"."""
+    """Reasons of missing answers, by answer: "speed", "direction", "texture"."""
     sample: NDArray[np.int16] = field(repr=False, compare=False)
     """The sample X: int16 (10, 70), five rows and five columns over 70 frames, in units of 1/2048 of a natural logarithm."""
-    record: dict[str, Any] = field(repr=False, compare=False)
-    """The object that `wstac run --json` prints."""
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The object that `wstac run --json` prints."""
+        found: dict[str, Any] = {"kind": "event", **asdict(self)}
+        del found["sample"]
+        if self.speed_at_most is None:
+            del found["speed_at_most"]
+        if not self.why:
+            del found["why"]
+        if self.texture is not None:
+            other = found["texture"].pop("class_")
+            if other is not None:
+                found["texture"]["class"] = other
+        return found
 
 
 @dataclass(frozen=True)
 class EarlyTexture:
-    """What a model that needs fewer than 70 frames says of an event that is still under way."""
+    """The answer of a model that needs fewer than 70 frames, before the event is complete."""
 
     frame: int
     """Number of the first frame of the event to come."""
     frames: int
-    """Frames that were looked at."""
+    """Frames of the sample that the model reads."""
     texture: Texture
-    """What slid; the event will say the same."""
+    """The texture; the event will have the same."""
 
 
 @dataclass(frozen=True)
 class Incomplete:
-    """An event that a gap of lost frames, or the end, interrupted."""
+    """A sample that a gap of lost frames, or the end, interrupted."""
 
     frame: int
     """Number of its first frame."""
@@ -102,7 +111,7 @@ class Incomplete:
 
 @dataclass(frozen=True)
 class Fault:
-    """Something that happened to a source, which goes on."""
+    """A fault of a source that goes on."""
 
     frame: int
     """Number of the feature frame that came next."""
@@ -119,9 +128,9 @@ class Lost:
     at: int
     """Number of the first of them among the camera's frames."""
     frames: int
-    """How many."""
+    """How many were lost."""
     why: str
-    """For a person."""
+    """Why they were lost, for a person."""
 
 
 @dataclass(frozen=True)
@@ -131,58 +140,23 @@ class End:
     frames: int
     """Feature frames, lost ones included."""
     dropped: int
-    """Camera frames that were lost."""
+    """Camera frames that were lost or unusable."""
     baseline: str
-    """"complete", or "incomplete" where the stream was too short for it."""
+    """"complete", or "incomplete" if the stream was too short for it."""
     incomplete: Optional[Incomplete]
-    """The event that the end interrupted."""
+    """The sample that the end interrupted."""
 
 
 Record = Union[Event, EarlyTexture, Incomplete, Fault, Lost, End]
 
 
-def _texture(found: Optional[dict[str, Any]]) -> Optional[Texture]:
-    if found is None:
-        return None
-    return Texture(found["specimen"], found["pattern"], found["depth_mm"], found.get("class"))
-
-
-def _speed(found: Optional[dict[str, Any]]) -> Optional[Speed]:
-    return None if found is None else Speed(**found)
-
-
-def record(line: str, sample: Optional[NDArray[np.int16]]) -> Record:
-    """The record of a line of JSON; of an event, with its sample."""
-    found = json.loads(line)
-    kind = found["kind"]
-    rest = {key: value for key, value in found.items() if key != "kind"}
-    if kind == "event":
-        assert sample is not None
-        rest["speed"] = _speed(rest["speed"])
-        rest["speed_at_most"] = _speed(rest.get("speed_at_most"))
-        rest["direction"] = Direction(**rest["direction"])
-        rest["texture"] = _texture(rest["texture"])
-        rest["why"] = rest.get("why", {})
-        return Event(**rest, sample=sample, record=found)
-    if kind == "texture":
-        texture = _texture(rest["texture"])
-        assert texture is not None
-        return EarlyTexture(rest["frame"], rest["frames"], texture)
-    if kind == "end":
-        incomplete = rest["incomplete"]
-        return End(rest["frames"], rest["dropped"], rest["baseline"], incomplete and Incomplete(**incomplete))
-    kinds: dict[str, Any] = {"incomplete": Incomplete, "fault": Fault, "lost": Lost}
-    found_record: Record = kinds[kind](**rest)
-    return found_record
-
-
 MOST = 10_000
-"""Most records of a kind that a stream under way keeps."""
+"""How many records of a kind a stream keeps at most."""
 
 
 @dataclass
 class Records:
-    """Records by kind, as they come."""
+    """Records by kind."""
 
     events: list[Event] = field(default_factory=list)
     early_textures: list[EarlyTexture] = field(default_factory=list)
@@ -191,49 +165,57 @@ class Records:
     lost: list[Lost] = field(default_factory=list)
     end: Optional[End] = None
 
-    def take(self, given: list[Given]) -> list[Event]:
-        """Takes records; the events among them."""
-        events = []
-        for line, sample in given:
-            one = record(line, sample)
-            if isinstance(one, Event):
-                events.append(one)
-            elif isinstance(one, EarlyTexture):
-                self.early_textures.append(one)
-            elif isinstance(one, Incomplete):
-                self.incomplete.append(one)
-            elif isinstance(one, Fault):
-                self.faults.append(one)
-            elif isinstance(one, Lost):
-                self.lost.append(one)
+    def take(self, records: list[Record]) -> list[Event]:
+        """Takes records. Returns the events among them."""
+        events: list[Event] = []
+        kinds: dict[type, list[Any]] = {
+            Event: events,
+            EarlyTexture: self.early_textures,
+            Incomplete: self.incomplete,
+            Fault: self.faults,
+            Lost: self.lost,
+        }
+        for record in records:
+            if isinstance(record, End):
+                self.end = record
             else:
-                self.end = one
+                kinds[type(record)].append(record)
         self.events += events
         return events
 
     def forget(self) -> None:
-        """Lets go of events, which have been given, and of all but the last of the rest: a stream may last for weeks."""
+        """Forgets the events, which have been given, and all but the last of the rest: a stream may last for weeks."""
         self.events.clear()
-        del self.early_textures[:-MOST]
-        del self.incomplete[:-MOST]
-        del self.faults[:-MOST]
-        del self.lost[:-MOST]
+        for records in (self.early_textures, self.incomplete, self.faults, self.lost):
+            del records[:-MOST]
 
 
 class Recorded:
-    """What anything that gives events has, beside them: records so far, the last 10 000 of a kind."""
+    """Base of everything that gives events: the other records so far, the last 10 000 of a kind."""
 
-    _records: Records
+    def __init__(self) -> None:
+        self._records = Records()
+
+    def _take(self, records: list[Record]) -> list[Event]:
+        """Takes records. Returns the events among them."""
+        events = self._records.take(records)
+        self._records.forget()
+        return events
 
     @property
     def early_textures(self) -> list[EarlyTexture]:
-        """What models that need fewer than 70 frames said before the event was complete, so far; the last 10 000."""
+        """Answers of models that need fewer than 70 frames, so far; the last 10 000."""
         return self._records.early_textures
 
     @property
     def incomplete(self) -> list[Incomplete]:
-        """Events that a gap of lost frames interrupted, so far; the last 10 000."""
+        """Samples that a gap of lost frames interrupted, so far; the last 10 000."""
         return self._records.incomplete
+
+    @property
+    def lost(self) -> list[Lost]:
+        """Camera frames that were lost, so far; the last 10 000."""
+        return self._records.lost
 
     @property
     def end(self) -> Optional[End]:

@@ -20,11 +20,12 @@ def dataset(
     config: Configuration = None,
     threads: Optional[int] = None,
 ) -> dict[str, NDArray[Any]]:
-    """A training set of simulated slides: the arrays that `wstac dataset` writes, in memory.
+    """Simulates a training set: the arrays that `wstac dataset` writes, in memory.
 
-    `sweep` is a path, SWEEP.toml, or its keys (`wstac dataset --help` lists them); {} is 1000 slides of the paper's ten specimens. Of n samples: X int16
-    (n, 10, 70), y_specimen, y_pattern, y_depth, speed, direction, seed, reliable, duration, source; and scale, fps. `threads` is the number
-    of slides that are made at a time, by default that of processors. The same sweep gives the same arrays. Slides without a whole sample are left out.
+    `sweep` is a path, SWEEP.toml, or its keys (`wstac dataset --help` lists them); {} is 1000 slides of the paper's ten specimens.
+    The arrays of n samples are X int16 (n, 10, 70), y_specimen, y_pattern, y_depth, speed, direction, seed, reliable, duration and
+    source; besides them there are scale and fps. `threads` is the number of slides that are made at a time, by default that of
+    processors. The same sweep gives the same arrays. Slides without a complete sample are left out.
 
     >>> import wstac
     >>> data = wstac.dataset({"specimens": ["Saw3", "Fla0"], "slides": 3})

@@ -1,4 +1,4 @@
-"""Arrays of frames: which shape and type each pixel format has, and what is wrong with an array that has another."""
+"""Arrays of frames: the shape and type of each pixel format, checked."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from . import _wstac
 from ._wstac import Error
 
 Fps = Union[int, float, str, Fraction]
-"""Frames a second, such as 30, 29.97, "30000/1001" or a Fraction."""
+"""Frames per second, such as 30, 29.97, "30000/1001" or a Fraction."""
 
 Frames = Union[NDArray[np.uint8], NDArray[np.uint16]]
 
@@ -24,7 +24,7 @@ _WORDS = frozenset("Y10 Y12 Y16 RGBP RG10 BA10 GB10 BG10 RG12 BA12 GB12 BG12".sp
 
 
 def pixel_shape(code: str) -> Optional[tuple[np.dtype[Any], tuple[int, ...]]]:
-    """Type and last dimensions of a picture in this format; None where its planes make no picture."""
+    """Returns the type and the last dimensions of a picture in this format; None for planar formats."""
     code = code.rstrip()
     if code in _WORDS:
         return np.dtype("<u2"), ()
@@ -32,7 +32,7 @@ def pixel_shape(code: str) -> Optional[tuple[np.dtype[Any], tuple[int, ...]]]:
 
 
 def guess(frames: Frames, single: bool) -> str:
-    """The format of frames that do not say it: 8 bits of gray, or three colors of which the middle one is green."""
+    """Returns the format of frames by their shape: 8 bits of gray, or three colors of which the middle one is green."""
     shape = frames.shape if single else frames.shape[1:]
     if frames.dtype == np.uint8:
         if len(shape) == 2:
@@ -44,7 +44,7 @@ def guess(frames: Frames, single: bool) -> str:
 
 
 def array(frames: Any) -> Frames:
-    """Frames that are an array of bytes or of words."""
+    """Returns frames that are an array of bytes or of words."""
     if not isinstance(frames, np.ndarray):
         raise TypeError(f"frames is a {type(frames).__name__}, expected a NumPy array")
     if frames.dtype not in (np.dtype("u1"), np.dtype("<u2")):
@@ -53,7 +53,7 @@ def array(frames: Any) -> Frames:
 
 
 def size_of(frames: Frames, code: str) -> tuple[int, int]:
-    """Width and height of a stack of pictures."""
+    """Returns the width and the height of a stack of pictures."""
     picture = pixel_shape(code)
     if picture is None:
         raise Error(f"frames: format {code} has planes, expected raw bytes, uint8 (n, bytes), and their size")
@@ -65,7 +65,7 @@ def size_of(frames: Frames, code: str) -> tuple[int, int]:
 
 
 def rows(frames: Frames, code: str, size: tuple[int, int]) -> NDArray[np.uint8]:
-    """Each frame's bytes in a row: of a stack of pictures of this size, or of raw bytes."""
+    """Returns the bytes of each frame as a row, from a stack of pictures of this size or from raw bytes."""
     if frames.ndim == 2 and frames.dtype == np.uint8:
         return np.ascontiguousarray(frames)
     found = size_of(frames, code)
@@ -79,7 +79,7 @@ def rows(frames: Frames, code: str, size: tuple[int, int]) -> NDArray[np.uint8]:
 
 
 def pictures(raw: NDArray[np.uint8], code: str, size: tuple[int, int], bytes_per_row: int) -> Frames:
-    """Raw bytes (n, bytes) as the pictures that they are, without a copy; of a format with planes the bytes as they are."""
+    """Returns raw bytes (n, bytes) as pictures, without a copy; for a planar format, the bytes themselves."""
     picture = pixel_shape(code)
     (width, height), n = size, len(raw)
     if picture is None:
@@ -93,7 +93,7 @@ def pictures(raw: NDArray[np.uint8], code: str, size: tuple[int, int], bytes_per
 
 
 def rate(fps: Fps) -> tuple[int, int]:
-    """Numerator and denominator; decimals are thousandths."""
+    """Returns numerator and denominator of a rate; decimals are thousandths."""
     try:
         exact = Fraction(round(fps * 1000), 1000) if isinstance(fps, float) else Fraction(fps)
         if 0 < exact and max(exact.numerator, exact.denominator) < 1 << 32:
@@ -104,7 +104,7 @@ def rate(fps: Fps) -> tuple[int, int]:
 
 
 def count(name: str, value: Any, least: int, most: int) -> int:
-    """An integer in a range."""
+    """Returns an integer that is in a range."""
     number = operator.index(value)
     if not least <= number <= most:
         raise Error(f"{name} is {number}, expected {least} to {most}")
@@ -112,7 +112,7 @@ def count(name: str, value: Any, least: int, most: int) -> int:
 
 
 def sides(size: Any) -> tuple[int, int]:
-    """Width and height."""
+    """Returns width and height."""
     try:
         width, height = size
     except (TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""The configuration and texture models, and what arguments say of them."""
+"""The configuration and texture models."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Path = Union[str, "os.PathLike[str]"]
 
 
 def as_json(what: str, table: Mapping[str, Any]) -> str:
-    """Tables of keys as JSON; NumPy's numbers and arrays are numbers and lists."""
+    """Returns tables of keys as JSON. Numbers and arrays of NumPy become numbers and lists."""
 
     def plain(value: Any) -> Any:
         if isinstance(value, (np.ndarray, np.generic)):
@@ -52,7 +52,7 @@ class Config:
 
     @classmethod
     def read(cls, path: Path) -> Config:
-        """The configuration in a file, such as `wstac calibrate` writes."""
+        """Reads the configuration in a file, such as `wstac calibrate` writes."""
         return cls._of(_wstac.Config.read(path))
 
     @classmethod
@@ -77,7 +77,7 @@ class Config:
 
 
 class Model:
-    """A texture model: what slid, by the sample of an event.
+    """A texture model: names what slid, from the sample of an event.
 
     >>> import wstac
     >>> model = wstac.Model.load("builtin:svm")
@@ -95,15 +95,17 @@ class Model:
 
     @classmethod
     def load(cls, path: Path) -> Model:
-        """A model file (`wstac model import` makes one of what scikit-learn or XGBoost trained), or one that comes with wstac:
-        "builtin:svm", "builtin:forest", "builtin:boosted"."""
+        """Loads a model file, or a model that comes with wstac: "builtin:svm", "builtin:forest", "builtin:boosted".
+
+        `wstac model import` makes a model file of what scikit-learn or XGBoost trained.
+        """
         model = cls.__new__(cls)
         model._native = _wstac.Model.load(path)
         return model
 
     @property
     def name(self) -> str:
-        """What it was loaded from."""
+        """Path or name that it was loaded from."""
         return self._native.name
 
     @property
@@ -113,18 +115,19 @@ class Model:
 
     @property
     def task(self) -> str:
-        """What it tells apart: "specimen", "pattern", "depth" or "other"."""
+        """Its task, what it tells apart: "specimen", "pattern", "depth" or "other"."""
         return self._native.task
 
     @property
     def frames(self) -> int:
-        """Frames of a sample that it looks at, from the first on: 1 to 70."""
+        """Number of frames of a sample that it reads, from the first on: 1 to 70."""
         return self._native.frames
 
     def predict(self, X: NDArray[np.int16]) -> NDArray[np.str_]:
-        """The label of each sample: of X, int16 (n, 10, 70) or (n, 700) feature by feature, in units of 1/2048, the labels (n,).
+        """Returns the label of each sample, (n,).
 
-        The answer is a board's for the same sample. Samples in natural logarithms are X * scale of a data set: give X.
+        X is int16 (n, 10, 70), or (n, 700) feature by feature, in units of 1/2048. The answers are those of a board for the same
+        samples. Of a data set, give X, not X * scale.
         """
         if not isinstance(X, np.ndarray):
             raise TypeError(f"X is a {type(X).__name__}, expected a NumPy array")
@@ -141,21 +144,21 @@ class Model:
 
 
 Models = Union[Path, Model, Sequence[Union[Path, Model]]]
-"""A model, or several of which each tells something else apart; a path or name is loaded."""
+"""A model, or several with different tasks; paths and names are loaded."""
 
 
 Configuration = Union[Config, str, Mapping[str, Any], None]
-"""A configuration, or what makes one; None for the source's own or the default."""
+"""A configuration, or what makes one; None for the source's own, or else the default."""
 
 
 def native_config(config: Configuration) -> Optional[_wstac.Config]:
-    """What an argument says; None where it says nothing."""
+    """Returns the configuration of an argument; None for None."""
     if config is None:
         return None
     return config._native if isinstance(config, Config) else Config(config)._native
 
 
 def native_models(models: Models) -> list[_wstac.Model]:
-    """Models that an argument names."""
+    """Returns the models of an argument."""
     several = [models] if isinstance(models, (str, os.PathLike, Model)) else models
     return [model._native if isinstance(model, Model) else Model.load(model)._native for model in several]

@@ -1,14 +1,14 @@
-"""Frames of one's own: to features, or one at a time to events."""
+"""Frames of your own: all to features, or one by one to events."""
 
 from __future__ import annotations
 
-from typing import Any, Optional, Union
+from typing import Optional
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _frames, _wstac
-from ._answers import Event, Given, Recorded, Records
+from ._answers import Event, Record, Recorded
 from ._frames import Fps, Frames
 from ._models import Configuration, Models, native_config, native_models
 
@@ -24,21 +24,23 @@ def features(
     matrix: Optional[str] = None,
     range: Optional[str] = None,
 ) -> NDArray[np.int16]:
-    """The ten features of each frame: int16 (n, 10), five rows, then five columns, in units of 1/2048 of a natural logarithm.
+    """Returns the ten features of each frame: int16 (n, 10), five rows, then five columns.
+
+    Features are natural logarithms in units of 1/2048.
 
     `frames` is a stack of pictures:
 
-    - uint8 (n, height, width) is GREY and uint8 (n, height, width, 3) RGB3 or BGR3 (green is in the middle of both) without
-      being told so; a mosaic of 8 bits is RGGB, GRBG, GBRG or BA81;
+    - uint8 (n, height, width) is GREY and uint8 (n, height, width, 3) RGB3 or BGR3 (green is in the middle of both) if `format`
+      is not given; a mosaic of 8 bits is RGGB, GRBG, GBRG or BA81;
     - uint8 (n, height, width, 2) is YUYV or UYVY, (n, height, width, 4) XR24 (B G R X in memory), RX24 (X R G B) and the like;
     - uint16 (n, height, width) is Y10, Y12, Y16, RGBP (RGB565) or a mosaic of 10 or 12 bits such as RG10;
 
-    or, for any format, NV12, YU12, 422P and 444P too, their raw bytes, uint8 (n, bytes), with their `size` (width, height) and, where
-    rows are padded, `bytes_per_row`. Formats are four-character codes of V4L2, as for `wstac run --format`.
+    or raw bytes, uint8 (n, bytes), with their `size` (width, height) and, if rows are padded, `bytes_per_row`. That works for every
+    format, also NV12, YU12, 422P and 444P. Formats are four-character codes of V4L2, as for `wstac run --format`.
 
-    Above 45 frames a second, round(fps / 30) frames are added up to one, and what is left over at the end is left out.
-    `matrix` ("bt601", "bt709") and `range` ("limited", "full") say what YCbCr numbers mean. Raises `Error` for a type or shape that is
-    none of these, and where layout and frames do not fit each other. No other thread may write to `frames` meanwhile.
+    Above 45 frames per second, round(fps / 30) frames are added up to one; an incomplete one at the end is left out.
+    `matrix` ("bt601", "bt709") and `range` ("limited", "full") give the YCbCr encoding. Raises `Error` for any other type or shape,
+    and if layout and frames do not fit each other. No other thread may write to `frames` meanwhile.
 
     >>> import numpy, wstac
     >>> wstac.features(numpy.full((2, 400, 400), 51, numpy.uint8))
@@ -52,17 +54,17 @@ def features(
     code = format or _frames.guess(stack, single=False)
     found = _frames.sides(size) if size is not None else _frames.size_of(stack, code)
     rows = _frames.rows(stack, code, found)
-    native = _native(code, found, fps, config, (), bytes_per_row, matrix, range)
+    native = _native(code, found, _frames.rate(fps), native_config(config), [], bytes_per_row, matrix, range)
     if not len(rows):
         return np.zeros((0, 10), np.int16)
-    _, values, _ = native.push(rows)
+    _, values = native.push(rows)
     return values
 
 
 class Pipeline(Recorded):
-    """Frames of your own in, events out, as they come.
+    """Takes frames of your own, one by one, and returns events.
 
-    Formats, shapes and arguments are those of `features`; `size` and `format` are those of the first frame unless they are given.
+    Formats, shapes and arguments are those of `features`. Without `size` and `format`, those of the first frame count.
     The first 25 frames (0.8 s) are the baseline: nothing may touch the sensor during them. One thread at a time may push.
 
     >>> import wstac
@@ -90,25 +92,24 @@ class Pipeline(Recorded):
         matrix: Optional[str] = None,
         range: Optional[str] = None,
     ) -> None:
+        super().__init__()
         self._format = format
         self._size = None if size is None else _frames.sides(size)
         self._made = (_frames.rate(fps), native_config(config), native_models(models), bytes_per_row, matrix, range)
         self._native: Optional[_wstac.Pipeline] = None
-        self._records = Records()
         self._features: Optional[NDArray[np.int16]] = None
         if format is not None and self._size is not None:
             self._start(format, self._size)
 
     def _start(self, code: str, size: tuple[int, int]) -> _wstac.Pipeline:
-        rate, config, models, bytes_per_row, matrix, range = self._made
         self._format, self._size = code, size
-        self._native = _native(code, size, rate, config, models, bytes_per_row, matrix, range)
+        self._native = _native(code, size, *self._made)
         return self._native
 
     def push(self, frame: Frames) -> Optional[Event]:
-        """Takes a frame, one picture or its raw bytes; the event that it completes, if it does.
+        """Takes a frame, a picture or its raw bytes. Returns the event that it completes, or None.
 
-        Raises `Error` for a frame of another type or size; it was not taken then: `lose(1)` keeps its place in time.
+        Raises `Error` for a frame of another type or size. That frame was not taken: `lose(1)` keeps its place in time.
         """
         picture = _frames.array(frame)
         code = self._format or _frames.guess(picture, single=True)
@@ -116,64 +117,58 @@ class Pipeline(Recorded):
         size = self._size or _frames.size_of(stack, code)
         rows = _frames.rows(stack, code, size)
         native = self._native or self._start(code, size)
-        return self._take(native.push(rows))
+        return self._pushed(native.push(rows))
 
     def lose(self, frames: int = 1) -> Optional[Event]:
-        """Keeps the place of lost camera frames in time; an event, if they complete one. Lost before the first, they have none."""
+        """Keeps the place of lost camera frames in time. Returns the event that they complete, or None.
+
+        Frames that are lost before the first frame have no place.
+        """
         frames = _frames.count("frames", frames, 0, (1 << 63) - 1)
-        return None if self._native is None else self._take(self._native.lose(frames))
+        return None if self._native is None else self._pushed(self._native.lose(frames))
 
     def finish(self) -> Optional[Event]:
-        """Ends the stream: an event that was pending, if there is one. `end` says how it ended; no frame can be pushed any more.
+        """Ends the stream. Returns the event that was pending, or None. `end` tells how the stream ended.
 
         Raises `Error` before the first frame, and the second time.
         """
         if self._native is None:
             raise _wstac.Error("pipeline: no frame was pushed, expected one at least")
-        return self._take(self._native.finish())
+        return self._pushed(self._native.finish())
 
     @property
     def features(self) -> Optional[NDArray[np.int16]]:
-        """Features of the feature frame that the last push completed, int16 (10,); None where it completed none."""
+        """Features of the feature frame that the last push completed, int16 (10,); None if it completed none."""
         return self._features
 
     @property
     def taxels(self) -> Optional[NDArray[np.float32]]:
-        """Taxels of the last frame, float32 (5, 5), each a share of full scale, 0 to 1; None where it was lost."""
+        """Taxels of the last frame, float32 (5, 5), each a fraction of full scale, 0 to 1; None if it was lost."""
         return None if self._native is None else self._native.taxels()
 
     @property
     def next_frame(self) -> int:
-        """Number of the feature frame that comes next; lost ones are counted."""
+        """Number of the feature frame that comes next, lost ones counted."""
         return 0 if self._native is None else self._native.next_frame()
 
-    def _take(self, pushed: tuple[list[Given], NDArray[np.int16], NDArray[np.int64]]) -> Optional[Event]:
-        records, values, _ = pushed
+    def _pushed(self, pushed: tuple[list[Record], NDArray[np.int16]]) -> Optional[Event]:
+        records, values = pushed
         self._features = values[-1] if len(values) else None
-        events = self._records.take(records)
-        self._records.forget()
+        events = self._take(records)
         return events[0] if events else None
 
 
 def _native(
     code: str,
     size: tuple[int, int],
-    fps: Union[Fps, tuple[int, int]],
-    config: Any,
-    models: Any,
+    rate: tuple[int, int],
+    config: Optional[_wstac.Config],
+    models: list[_wstac.Model],
     bytes_per_row: Optional[int],
     matrix: Optional[str],
     range: Optional[str],
 ) -> _wstac.Pipeline:
+    """Returns a pipeline of the extension."""
     if bytes_per_row is not None:
         bytes_per_row = _frames.count("bytes_per_row", bytes_per_row, 1, (1 << 32) - 1)
-    return _wstac.Pipeline(
-        format=code,
-        size=size,
-        bytes_per_row=bytes_per_row,
-        rate=fps if isinstance(fps, tuple) else _frames.rate(fps),
-        matrix=matrix,
-        range=range,
-        config=config if isinstance(config, _wstac.Config) else native_config(config) or _wstac.Config(),
-        models=list(models),
-    )
+    return _wstac.Pipeline(code, size, bytes_per_row, rate, matrix, range, config or _wstac.Config(), models)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,73 +14,73 @@ from . import _frames, _wstac
 from ._answers import EarlyTexture, End, Event, Fault, Incomplete, Lost, Records
 from ._frames import Fps, Frames
 from ._models import Config, Configuration, Models, Path, as_json
-from ._stream import asked
+from ._stream import source_options
 from ._wstac import Error
 
 
 @dataclass(frozen=True)
 class Truth:
-    """A slide of a simulated scene as it truly is."""
+    """A slide of a simulated scene as it truly is. The extension gives the fields in this order."""
 
     specimen: str
     """Such as "Saw3"."""
     speed: float
-    """mm/s."""
+    """Speed in mm/s."""
     direction: int
-    """Degrees, counter-clockwise in the picture."""
+    """Direction in degrees, counter-clockwise in the picture."""
     start_frame: int
     """Camera frame of the first touch."""
     start_s: float
-    """First touch in s."""
+    """Time of the first touch in s."""
     end_s: float
-    """Last touch in s."""
+    """Time of the last touch in s."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Recording:
-    """All of a recording or of a simulated scene, n camera frames and m feature frames."""
+    """A whole recording or simulated scene: n camera frames and m feature frames."""
 
     about: str
-    """What it is, for a person."""
+    """A line about it, for a person."""
     format: str
-    """Four-character code of its frames; of JPEG pictures, as they are decoded."""
+    """Four-character code of its frames; for JPEG pictures, that of the decoded frames."""
     size: tuple[int, int]
     """Width and height of its frames in pixels."""
     fps: float
-    """Camera frames a second."""
+    """Camera frames per second."""
     config: Config
     """The configuration that it was read with."""
     labels: dict[str, str]
-    """What a person said of it, such as {"specimen": "Saw3"}."""
+    """Its labels, such as {"specimen": "Saw3"}."""
     models: list[str]
     """Texture models that it was recorded with."""
     frames: Optional[Frames]
-    """The frames that arrived, in the shape that `wstac.features` takes for their format, (n, …); None where they were not asked for, and of
+    """The frames that arrived, in the shape that `wstac.features` takes for their format, (n, …). None without `frames`, and for
     scenes with fidelity "taxel"."""
     frame_numbers: NDArray[np.int64]
-    """Number of each among all of the camera's frames, lost ones included, (n,)."""
+    """The number of each frame among all camera frames, lost ones included, (n,)."""
     timestamps: NDArray[np.float64]
-    """When the driver took each, in s of its own clock, (n,); nan where that is not known."""
+    """The driver's timestamp of each frame in s, (n,); nan if it is not known."""
     taxels: NDArray[np.float32]
-    """Taxels of each, a share of full scale, (n, 5, 5)."""
+    """The taxels of each frame, fractions of full scale, (n, 5, 5)."""
     features: NDArray[np.int16]
     """Features, five rows, then five columns, in units of 1/2048 of a natural logarithm, (m, 10)."""
     feature_frames: NDArray[np.int64]
     """Number of each feature frame, lost ones included, (m,)."""
     events: list[Event]
-    """The very events that `wstac run` prints."""
+    """The events that `wstac run` prints."""
     early_textures: list[EarlyTexture]
-    """What models that need fewer than 70 frames said before the event was complete."""
+    """Answers of models that need fewer than 70 frames."""
     incomplete: list[Incomplete]
-    """Events that a gap of lost frames interrupted."""
+    """Samples that a gap of lost frames interrupted."""
     faults: list[Fault]
-    """What happened to the source."""
+    """Faults of the source."""
     lost: list[Lost]
     """Camera frames that were lost."""
     end: End
-    """How it ended."""
+    """How the stream ended."""
     truth: list[Truth]
-    """Of a simulated scene, what truly happens in it."""
+    """What truly happens in a simulated scene; empty for recordings."""
 
     def __repr__(self) -> str:
         return f"<wstac.Recording {self.about}: {len(self.events)} events>"
@@ -99,15 +98,15 @@ def read(
 ) -> Recording:
     """Reads all of a recording (FILE.mcap), or of any other source that ends, as arrays.
 
-    Features and events are worked out of its frames again, with the recording's own configuration unless `config` gives another: they are
-    those of the recorded run, and what `wstac run FILE.mcap` prints. Without `frames` the pixels are left out; with them
-    they are all in memory. Raises `Error` where it cannot be read, or not to its end: `wstac recover` makes it whole.
+    Features and events are computed again from the frames, with the recording's own configuration unless `config` gives another.
+    They are those of the recorded run, and what `wstac run FILE.mcap` prints. Without `frames` the pixels are left out; with them
+    they are all in memory. Raises `Error` if it cannot be read to its end: `wstac recover` repairs a recording.
     """
     name = os.fspath(source)
     if _wstac.is_camera(name):
         raise Error(f"{name}: a camera has no end, expected a file; wstac.open gives its events as they come")
-    asking = asked(config, models, fps, None, None, matrix, range, True, False, None)
-    return _recording(_wstac.open_source(name, asking, True), frames, [])
+    options = source_options(config, models, fps=fps, matrix=matrix, range=range)
+    return _recording(_wstac.open_source(name, options, True), frames, [])
 
 
 def simulate(
@@ -122,24 +121,24 @@ def simulate(
 ) -> Recording:
     """Simulates a scene: frames, features, events, and the truth about them.
 
-    `scene` is "Saw3@150", then any of ",90deg" and ",seed=7"; a path, FILE.toml; or a scene's keys and tables (`wstac scene --help` lists them).
-    The same scene gives the same bytes on every machine. Without `frames` pixels are made and left out; the key fidelity = "taxel" makes none,
-    which is much faster.
+    `scene` is "Saw3@150", optionally with ",90deg" and ",seed=7"; or a path, FILE.toml; or the keys and tables of a scene
+    (`wstac scene --help` lists them). The same scene gives the same bytes on every machine. Without `frames` pixels are made and
+    left out. The key fidelity = "taxel" makes no pixels, which is much faster.
 
     >>> import wstac
     >>> scene = wstac.simulate({"specimen": "Tri3", "speed": 120, "fidelity": "taxel", "sensor": {"size": [640, 480]}})
     >>> scene.truth[0].speed, scene.events[0].speed.mm_s, scene.frames is None
     (120.0, 120.1, True)
     """
-    asking = asked(config, models, fps, format, size, None, None, True, False, None)
+    options = source_options(config, models, fps=fps, format=format, size=size)
     if isinstance(scene, Mapping):
         for name, value in (("fps", fps), ("format", format), ("size", size)):
             if value is not None:
                 raise Error(f'scene: {name} is {value!r}, expected it in the scene\'s table "sensor"')
-        native, truth = _wstac.open_scene(as_json("scene", scene), True, asking)
+        native, truth = _wstac.open_scene(as_json("scene", scene), True, options)
     else:
-        native, truth = _wstac.open_scene(os.fspath(scene).removeprefix("scene:"), False, asking)
-    return _recording(native, frames, [Truth(**one) for one in json.loads(truth)])
+        native, truth = _wstac.open_scene(os.fspath(scene).removeprefix("scene:"), False, options)
+    return _recording(native, frames, [Truth(*one) for one in truth])
 
 
 def _recording(native: _wstac.Source, with_frames: bool, truth: list[Truth]) -> Recording:

@@ -1,4 +1,4 @@
-"""A source of the command, read as it comes."""
+"""Sources of the command, read event by event."""
 
 from __future__ import annotations
 
@@ -8,25 +8,25 @@ from types import TracebackType
 from typing import Any, Optional
 
 from . import _frames, _wstac
-from ._answers import Event, Fault, Lost, Recorded, Records
+from ._answers import Event, Fault, Recorded
 from ._frames import Fps
 from ._models import Config, Configuration, Models, Path, native_config, native_models
 
 
 class Stream(Recorded):
-    """Events of a source as they come: an iterator, made by `wstac.open`.
+    """An iterator over the events of a source as they come; `wstac.open` makes it.
 
-    Ctrl-C ends the wait for a camera. `with` lets go of a camera or file at the end; so does `close`.
+    Ctrl-C ends the wait for a camera. `with` and `close` release the camera or file.
     """
 
     def __init__(self, native: _wstac.Source) -> None:
+        super().__init__()
         self._native = native
-        self._records = Records()
         self._waiting: list[Event] = []
 
     @property
     def about(self) -> str:
-        """What the source is, for a person."""
+        """A line about the source, for a person."""
         return self._native.about
 
     @property
@@ -41,49 +41,43 @@ class Stream(Recorded):
 
     @property
     def fps(self) -> float:
-        """Camera frames a second."""
+        """Camera frames per second."""
         return self._native.rate[0] / self._native.rate[1]
 
     @property
     def config(self) -> Config:
-        """The configuration that it is read with: the one that was given, else a recording's own, else the default."""
+        """The configuration that it is read with: the given one, or else a recording's own, or else the default."""
         return Config._of(self._native.config)
 
     @property
     def labels(self) -> dict[str, str]:
-        """What a person said of a recording, such as {"specimen": "Saw3"}."""
+        """Labels of a recording, such as {"specimen": "Saw3"}."""
         return self._native.labels
 
     @property
     def models(self) -> list[str]:
-        """Texture models that a recording was made with; textures come from models that are given, not from these."""
+        """Texture models that a recording was made with. They are not used: textures come from the given models."""
         return self._native.models
 
     @property
     def faults(self) -> list[Fault]:
-        """What happened to the source, so far; the last 10 000."""
+        """Faults of the source so far; the last 10 000."""
         return self._records.faults
-
-    @property
-    def lost(self) -> list[Lost]:
-        """Camera frames that were lost, so far; the last 10 000."""
-        return self._records.lost
 
     def __iter__(self) -> Iterator[Event]:
         return self
 
     def __next__(self) -> Event:
-        """The next event. Raises `Error` where the source fails, once the events before have been given."""
+        """Returns the next event. Raises `Error` if the source fails, after all events before that."""
         while not self._waiting:
             given = self._native.next()
             if not given:
                 raise StopIteration
-            self._waiting += self._records.take(given)
-            self._records.forget()
+            self._waiting += self._take(given)
         return self._waiting.pop(0)
 
     def close(self) -> None:
-        """Lets go of the file or camera; the stream is at its end then."""
+        """Releases the file or camera, and ends the stream."""
         self._native.close()
 
     def __enter__(self) -> Stream:
@@ -114,10 +108,12 @@ def open(
 ) -> Stream:
     """Opens any source of the command, to iterate over its events as they come.
 
-    `source` is a camera (/dev/videoN), "scene:Saw3@150", "scene:FILE.toml", FILE.y4m, "-", a folder of PNGs, or FILE.mcap. `models` names
-    textures: one or several of "builtin:svm", paths and `Model`s. The other arguments are the options of `wstac run` of the same name:
-    `fps`, `format` and `size` are asked of a camera or scene, `fps`, `matrix` and `range` replace what a file says; `controls` are a camera's, such as
-    {"gain": 3}. `every` hands out all frames of a camera, also where the program is slower than it. Raises `Error` where the source cannot be used.
+    `source` is a camera (/dev/videoN), "scene:Saw3@150", "scene:FILE.toml", FILE.y4m, "-", a folder of PNGs, or FILE.mcap.
+    `models` is one or several of "builtin:svm", paths and `Model`s; without it, events have no texture.
+
+    The other arguments are the options of `wstac run` of the same name. `fps`, `format` and `size` are requested from a camera
+    or scene. `fps`, `matrix` and `range` replace what a file says. `controls` are those of a camera, such as {"gain": 3}.
+    `every` hands out all frames of a camera, even if the program is slower. Raises `Error` if the source cannot be used.
 
     >>> import wstac
     >>> with wstac.open("scene:Saw3@150,180deg", models="builtin:forest") as stream:
@@ -128,24 +124,37 @@ def open(
     Traceback (most recent call last):
     wstac.Error: SOURCE is "nothing.mcap": no such file; expected /dev/videoN, scene:…, a .y4m or .mcap file, a folder of PNGs or -
     """
-    asking = asked(config, models, fps, format, size, matrix, range, every, keep_controls, controls)
-    return Stream(_wstac.open_source(os.fspath(source), asking, False))
+    options = source_options(
+        config,
+        models,
+        fps=fps,
+        format=format,
+        size=size,
+        matrix=matrix,
+        range=range,
+        every=every,
+        keep_controls=keep_controls,
+        controls=controls,
+    )
+    return Stream(_wstac.open_source(os.fspath(source), options, False))
 
 
-def asked(
+def source_options(
     config: Configuration,
     models: Models,
-    fps: Optional[Fps],
-    format: Optional[str],
-    size: Optional[tuple[int, int]],
-    matrix: Optional[str],
-    range: Optional[str],
-    every: bool,
-    keep_controls: bool,
-    controls: Optional[Mapping[str, int]],
+    *,
+    fps: Optional[Fps] = None,
+    format: Optional[str] = None,
+    size: Optional[tuple[int, int]] = None,
+    matrix: Optional[str] = None,
+    range: Optional[str] = None,
+    every: bool = True,
+    keep_controls: bool = False,
+    controls: Optional[Mapping[str, int]] = None,
 ) -> dict[str, Any]:
-    """What is asked of a source, as the extension takes it."""
-    values = {name: _frames.count(f"control {name}", value, -(1 << 31), (1 << 31) - 1) for name, value in (controls or {}).items()}
+    """Returns the options of a source as the extension takes them."""
+    least, most = -(1 << 31), (1 << 31) - 1
+    values = {name: _frames.count(f"control {name}", value, least, most) for name, value in (controls or {}).items()}
     return {
         "rate": None if fps is None else _frames.rate(fps),
         "format": format,

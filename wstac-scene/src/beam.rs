@@ -140,7 +140,7 @@ fn of_complement(complement: f64) -> Bend {
 
 /// The elastica's states by the root of their shortening: linear interpolation, for what is asked many times a frame.
 #[derive(Clone, Debug)]
-pub struct BendTable {
+pub(crate) struct BendTable {
     /// Curvature times what is left of the projection, and load times its square: even in √shortening from end to end.
     values: Vec<[f64; 2]>,
 }
@@ -152,7 +152,7 @@ const MOST_SHORTENING: f64 = 0.95;
 
 impl BendTable {
     /// The table, made once; relative error of what it gives below 1e-5 (tested).
-    pub fn get() -> &'static Self {
+    pub(crate) fn get() -> &'static Self {
         static TABLE: OnceLock<BendTable> = OnceLock::new();
         TABLE.get_or_init(Self::new)
     }
@@ -169,7 +169,7 @@ impl BendTable {
 
     /// Curvature at the base κ₀ L and load α where the root of the shortening is `root` ≥ 0.
     #[inline]
-    pub fn at(&self, root: f64) -> [f64; 2] {
+    pub(crate) fn at(&self, root: f64) -> [f64; 2] {
         let root = root.min(const { MOST_ROOT });
         let position = root * const { INTERVALS as f64 / MOST_ROOT };
         let index = (position as usize).min(INTERVALS - 1);
@@ -183,7 +183,7 @@ impl BendTable {
 
 impl BendTable {
     /// d ln κ₀ / d ln √shortening where the root of the shortening is `root` ≥ 0: 1 at first, more where much is bent.
-    pub fn steepness(&self, root: f64) -> f64 {
+    pub(crate) fn steepness(&self, root: f64) -> f64 {
         let root = root.min(const { MOST_ROOT });
         let width = const { MOST_ROOT / INTERVALS as f64 };
         let index = ((root / width) as usize).min(INTERVALS - 1);

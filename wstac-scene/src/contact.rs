@@ -14,7 +14,7 @@ use super::whisker::{Bending, Bent};
 
 /// What all whiskers have in common while a specimen slides.
 #[derive(Clone, Copy, Debug)]
-pub struct Passage<'a> {
+pub(crate) struct Passage<'a> {
     /// What they touch.
     pub surface: &'a Surface,
     /// How they bend.
@@ -39,7 +39,7 @@ pub struct Passage<'a> {
 
 /// How a whisker is.
 #[derive(Clone, Debug)]
-pub struct Tip {
+pub(crate) struct Tip {
     /// How much its crests overlap it, in mm: less than the middle's where the dome lowers it.
     pub overlap_mm: f64,
     /// How it is bent now.
@@ -75,7 +75,7 @@ impl Piece {
 
 impl Passage<'_> {
     /// Goes on for `length` s, at the start of which the tip is `passed` mm behind the leading end.
-    pub fn advance(&self, tip: &mut Tip, passed: f64, length: f64, exposure: &mut Exposure) {
+    pub(crate) fn advance(&self, tip: &mut Tip, passed: f64, length: f64, exposure: &mut Exposure) {
         let reached = passed + self.speed_mm_s * length;
         let moment = |place: f64| ((place - passed) / self.speed_mm_s).clamp(0.0, length);
         // Up to where it has come. What rounding leaves between segments is no gap.
@@ -303,7 +303,7 @@ impl Passage<'_> {
 }
 
 /// A whisker that touches nothing springs back from one moment to another, in s.
-pub fn spring_back(tip: &mut Tip, relaxation_s: f64, light: f64, [from, to]: [f64; 2], exposure: &mut Exposure) {
+pub(crate) fn spring_back(tip: &mut Tip, relaxation_s: f64, light: f64, [from, to]: [f64; 2], exposure: &mut Exposure) {
     let before = tip.bent.strain;
     tip.bent = Bent::default();
     tip.loose = before > 0.0;

@@ -45,7 +45,7 @@ struct Current {
 
 /// All whiskers, and the light of their bases.
 #[derive(Clone, Debug)]
-pub struct Elastomer {
+pub(crate) struct Elastomer {
     whisker: WhiskerConfig,
     light: LightConfig,
     bending: Bending,
@@ -60,12 +60,12 @@ pub struct Elastomer {
 
 impl Elastomer {
     /// At rest.
-    pub fn new(script: &SceneConfig) -> Self {
+    pub(crate) fn new(script: &SceneConfig) -> Self {
         Self::with_fineness(script, 1.0)
     }
 
     /// The same with time in pieces that are `finer` times as short.
-    pub fn with_fineness(script: &SceneConfig, finer: f64) -> Self {
+    pub(crate) fn with_fineness(script: &SceneConfig, finer: f64) -> Self {
         let (whisker, light) = (script.whisker, script.light);
         let mut gains = Rng::new(u64::from(light.unit), GAINS);
         let mut taxel = 0..;
@@ -93,7 +93,7 @@ impl Elastomer {
 
     /// Light of every base over the next `length` s from `from` s on, of which the shutter is open for the first `open`
     /// s: brightness integrated over these, in full scales · s.
-    pub fn expose(&mut self, truth: &[Truth], from: f64, open: f64, length: f64) -> [f64; TAXELS] {
+    pub(crate) fn expose(&mut self, truth: &[Truth], from: f64, open: f64, length: f64) -> [f64; TAXELS] {
         self.turn_to(truth, from, from + length);
         let drifted = self.light.drifted(from);
         let light = self.pass(from, open);

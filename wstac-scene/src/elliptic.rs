@@ -1,5 +1,8 @@
 //! Elliptic integrals in Carlson's symmetric forms (B. C. Carlson, "Numerical computation of real or complex elliptic
 //! integrals", 1995): no cancellation where the modulus is next to 1, as it is under large loads.
+//!
+//! They are our own so that they have the same bits on every machine: they take nothing but the four operations and
+//! square roots, which IEEE 754 rounds exactly.
 
 use libm::{fabs, sqrt};
 

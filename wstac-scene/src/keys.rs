@@ -1,7 +1,7 @@
 //! Keys of a scene's tables: how what is out of range is said.
 
 /// A table of a scene's file.
-pub trait Keys {
+pub(crate) trait Keys {
     /// Its name.
     const TABLE: &'static str;
 
@@ -24,7 +24,7 @@ pub trait Keys {
 ///
 /// # Errors
 /// Names the key, what was found and what was expected.
-pub fn within(key: &str, found: f64, least: f64, most: f64) -> Result<(), String> {
+pub(crate) fn within(key: &str, found: f64, least: f64, most: f64) -> Result<(), String> {
     if found >= least && found <= most {
         return Ok(());
     }

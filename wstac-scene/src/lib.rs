@@ -1,39 +1,45 @@
-//! A sensor made of arithmetic (SPEC §8): a specimen bends whiskers, their bases glow, a camera looks on.
+#![doc = include_str!("../README.md")]
+//! ## Modules
+//! Data flows one way (SPEC §8): a script says what there is, whiskers bend and glow, and a camera makes frames of the light.
 //!
-//! Data flows one way: [`script`] says what there is, [`elastomer`] makes it light at 25 bases over time ([`surface`],
-//! [`contact`], [`whisker`], [`light`]), [`sensor`] makes that the bytes of frames.
+//! | module | what it has |
+//! | --- | --- |
+//! | [`script`] | what a scene's file says |
+//! | [`specimen`] | what slides over the sensor |
+//! | [`sensor`] | the camera: noise, pixels and formats |
+//! | [`source`] | scenes as sources of `wstac-host` |
+//! | [`effects`] | what is modeled, and how to switch it off |
+//! | [`along`] | the strain along one whisker |
+//! | [`rng`] | random numbers that are the same on every machine |
 
-#[doc(hidden)]
 pub mod along;
-#[doc(hidden)]
-pub mod beam;
-#[doc(hidden)]
-pub mod contact;
+mod beam;
+mod contact;
 pub mod effects;
-#[doc(hidden)]
-pub mod elastomer;
+mod elastomer;
 mod elliptic;
-#[doc(hidden)]
-pub mod keys;
-pub mod light;
-#[doc(hidden)]
+mod keys;
+mod light;
 pub mod rng;
 pub mod script;
 pub mod sensor;
 pub mod source;
 pub mod specimen;
-#[doc(hidden)]
-pub mod surface;
-pub mod whisker;
+mod surface;
+mod whisker;
 
 use wstac_core::params::TAXELS;
 
+pub use self::beam::Beam;
 use self::elastomer::Elastomer;
+pub use self::light::{Dead, LightConfig};
 use self::rng::Rng;
 pub use self::script::{SceneConfig, Slide};
 use self::sensor::auto_exposure::{AutoExposure, Interval};
 use self::sensor::{Fidelity, Sensor, SensorConfig};
+pub use self::whisker::{Present, WhiskerConfig};
 use wstac_host::error::Error;
+use wstac_host::source::LossReason;
 
 /// Purposes of random numbers: no two depend on each other, nor on those of the elastomer.
 const PHASES: u64 = 1;
@@ -71,7 +77,7 @@ pub enum SimulatedFrame<'a> {
     /// The taxel sums of a frame, with [`Fidelity::Taxel`].
     Taxels([u32; TAXELS]),
     /// Frames that are missing here; why, for a person.
-    Lost(u32, &'static str),
+    Lost(u32, LossReason),
 }
 
 /// A scene that is made frame by frame.
@@ -164,14 +170,11 @@ impl Scene {
         }
         let (light, intervals) = self.next_light()?;
         if self.config.dropped > 0.0 && self.drops.uniform() < self.config.dropped {
-            return Some(SimulatedFrame::Lost(intervals, "dropped by the simulated driver"));
+            return Some(SimulatedFrame::Lost(intervals, LossReason::SimulatedDrop));
         }
         if intervals > 1 {
             self.pending = Some(light);
-            return Some(SimulatedFrame::Lost(
-                intervals - 1,
-                "auto-exposure slows the simulated camera down in the dark",
-            ));
+            return Some(SimulatedFrame::Lost(intervals - 1, LossReason::SimulatedExposure));
         }
         Some(self.shot(&light, false))
     }

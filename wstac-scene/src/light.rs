@@ -122,7 +122,7 @@ impl LightConfig {
 }
 
 /// A gain around 1, held at 0.
-pub fn gain(deviation: f64, rng: &mut Rng) -> f64 {
+pub(crate) fn gain(deviation: f64, rng: &mut Rng) -> f64 {
     if deviation > 0.0 { (1.0 + deviation * rng.normal()).max(0.0) } else { 1.0 }
 }
 
@@ -131,7 +131,7 @@ pub fn gain(deviation: f64, rng: &mut Rng) -> f64 {
 /// τ dB/dt = e − B: what is emitted at a moment is B · τ more, and fades from then on. All that a stretch needs are the
 /// sum of what is emitted and the part of it that has not faded by the end.
 #[derive(Clone, Copy, Debug)]
-pub struct Exposure {
+pub(crate) struct Exposure {
     /// Time constant in s, 0 for none.
     afterglow: f64,
     /// End of the stretch in s.
@@ -142,13 +142,13 @@ pub struct Exposure {
 
 impl Exposure {
     /// A stretch that ends at `end` s.
-    pub fn new(afterglow: f64, end: f64) -> Self {
+    pub(crate) fn new(afterglow: f64, end: f64) -> Self {
         Self { afterglow, end, emitted: 0.0, left: 0.0 }
     }
 
     /// Adds what is emitted around the moment `at`, spread over about `length` s.
     #[inline]
-    pub fn add(&mut self, emitted: f64, at: f64, length: f64) {
+    pub(crate) fn add(&mut self, emitted: f64, at: f64, length: f64) {
         self.emitted += emitted;
         if self.afterglow > 0.0 {
             let age = (self.end - at) / self.afterglow;
@@ -161,7 +161,7 @@ impl Exposure {
 
     /// The exposure, brightness integrated over the stretch of `length` s, in full scales · s; `brightness` goes on to
     /// the end of the stretch.
-    pub fn close(&self, brightness: &mut f64, length: f64) -> f64 {
+    pub(crate) fn close(&self, brightness: &mut f64, length: f64) -> f64 {
         if self.afterglow <= 0.0 {
             return self.emitted;
         }
@@ -178,7 +178,7 @@ impl Exposure {
 /// A fluctuation along the way of one whisker over one specimen: independent numbers of mean 0 and deviation 1 at even
 /// distances, straight lines in between.
 #[derive(Clone, Debug)]
-pub struct Fluctuation {
+pub(crate) struct Fluctuation {
     seed: u64,
     knot: i64,
     values: [f64; 2],
@@ -186,12 +186,12 @@ pub struct Fluctuation {
 
 impl Fluctuation {
     /// The fluctuation of this seed.
-    pub fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Self { seed, knot: i64::MIN, values: [0.0; 2] }
     }
 
     /// At two places at most 1 apart, in units of the distance between its numbers, and the mean from one to the other.
-    pub fn over(&mut self, from: f64, to: f64) -> [f64; 3] {
+    pub(crate) fn over(&mut self, from: f64, to: f64) -> [f64; 3] {
         let knot = libm::floor(to);
         let first = self.at(from);
         if knot <= from {
@@ -225,14 +225,14 @@ const EVEN: f64 = 1.224_744_871_391_589;
 /// Where a change that goes with the root of something linear has its mean moment, as a share of its time: from root
 /// `from` to root `to`.
 #[inline]
-pub fn moment_of_roots(from: f64, to: f64) -> f64 {
+pub(crate) fn moment_of_roots(from: f64, to: f64) -> f64 {
     let sum = from + to;
     if sum > 0.0 { (to + 2.0 * from) / (3.0 * sum) } else { 0.5 }
 }
 
 /// Light of a change of strain.
 #[inline]
-pub fn flash(before: f64, after: f64) -> f64 {
+pub(crate) fn flash(before: f64, after: f64) -> f64 {
     fabs(after - before)
 }
 

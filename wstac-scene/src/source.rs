@@ -7,7 +7,7 @@ use crate::{Scene, SceneConfig, SimulatedFrame, Truth};
 use wstac_core::layout::FrameSize;
 use wstac_host::error::Error;
 use wstac_host::source::open::{OpenOptions, SourceKind, without_controls};
-use wstac_host::source::{Source, SourceEvent, StreamInfo};
+use wstac_host::source::{Frame, Source, SourceEvent, StreamInfo};
 
 /// The frames of a scene.
 #[derive(Clone, Debug)]
@@ -43,6 +43,7 @@ impl SceneSource {
             taxels_only: script.fidelity == Fidelity::Taxel,
             about: format!("scene: {slides}, seed {seed}, {frames} {what}"),
             camera: None,
+            recorded: None,
         };
         Ok(Self { info, scene })
     }
@@ -59,12 +60,12 @@ impl Source for SceneSource {
     }
 
     fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
-        let frame = |bytes, encoded| SourceEvent::Frame { bytes, timestamp: None, sequence: None, encoded };
+        let frame = |bytes, encoded| SourceEvent::Frame(Frame { encoded, ..Frame::new(bytes) });
         Ok(match self.scene.next_shot() {
             Some(SimulatedFrame::Frame(bytes)) => frame(bytes, None),
             Some(SimulatedFrame::Jpeg(bytes, jpeg)) => frame(bytes, Some(jpeg)),
             Some(SimulatedFrame::Taxels(sums)) => SourceEvent::Taxels(sums),
-            Some(SimulatedFrame::Lost(frames, why)) => SourceEvent::Lost { frames: frames.into(), why },
+            Some(SimulatedFrame::Lost(frames, reason)) => SourceEvent::Lost { frames: frames.into(), reason },
             None => SourceEvent::End,
         })
     }

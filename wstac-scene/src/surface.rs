@@ -9,7 +9,7 @@ const SIDE_LOBE: f64 = 4.493_409_457_909_064 / (4.0 * core::f64::consts::PI);
 
 /// A stretch of the top.
 #[derive(Clone, Copy, Debug)]
-pub struct Segment {
+pub(crate) struct Segment {
     /// Where it starts, in mm behind the leading end.
     pub from: f64,
     /// Where it ends.
@@ -29,13 +29,13 @@ enum Shape {
 
 impl Segment {
     /// Whether it is a straight line.
-    pub fn is_straight(&self) -> bool {
+    pub(crate) fn is_straight(&self) -> bool {
         matches!(self.shape, Shape::Line { .. })
     }
 
     /// How far below the crests the top is, in mm, at a place within the segment, its ends included.
     #[inline]
-    pub fn drop_mm(&self, at: f64) -> f64 {
+    pub(crate) fn drop_mm(&self, at: f64) -> f64 {
         match self.shape {
             Shape::Line { from, drop, slope } => drop + slope * (at - from),
             Shape::Sinc { crest, period, depth } => {
@@ -53,7 +53,7 @@ impl Segment {
 
 /// A specimen's top from its leading to its trailing end.
 #[derive(Clone, Debug)]
-pub struct Surface {
+pub(crate) struct Surface {
     segments: Vec<Segment>,
 }
 
@@ -61,7 +61,7 @@ impl Surface {
     /// The top of `specimen`. Its ends slope down until `overlap_mm` below its crests: there no whisker is touched.
     ///
     /// A block with two-sided texture begins on a crest; a sawtooth begins in its valley.
-    pub fn new(specimen: &Specimen, overlap_mm: f64) -> Self {
+    pub(crate) fn new(specimen: &Specimen, overlap_mm: f64) -> Self {
         if specimen.pattern == Pattern::Sphere {
             let radius = specimen.depth_mm;
             let half = |from: f64| Segment { from, to: from + radius, shape: Shape::Arc { crest: radius, radius } };
@@ -82,18 +82,18 @@ impl Surface {
     }
 
     /// Its segments in order; the ends of the block are nowhere near a whisker beyond them.
-    pub fn segments(&self) -> &[Segment] {
+    pub(crate) fn segments(&self) -> &[Segment] {
         &self.segments
     }
 
     /// Those that reach from `from` on.
-    pub fn segments_from(&self, from: f64) -> &[Segment] {
+    pub(crate) fn segments_from(&self, from: f64) -> &[Segment] {
         let first = self.segments.partition_point(|segment| segment.to <= from);
         self.segments.get(first..).unwrap_or_default()
     }
 
     /// Length in mm.
-    pub fn length_mm(&self) -> f64 {
+    pub(crate) fn length_mm(&self) -> f64 {
         self.segments.last().map_or(0.0, |segment| segment.to)
     }
 }

@@ -7,7 +7,7 @@ use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::{self, SpeedConfig};
 use wstac_core::stream::FeatureStream;
-use wstac_core::taxels::Camera;
+use wstac_core::taxels::FrameGeometry;
 
 use super::specimen::Specimen;
 use super::surface::Surface;
@@ -39,7 +39,7 @@ fn one(slide: Slide, seed: u64, size: (u32, u32)) -> SceneConfig {
 
 /// The events of a scene, through the whole core.
 fn events(script: &SceneConfig) -> Vec<Answer> {
-    let camera = Camera::new(Gray, Layout::paper(script.sensor.size).unwrap(), script.sensor.rate).unwrap();
+    let camera = FrameGeometry::new(Gray, Layout::paper(script.sensor.size).unwrap(), script.sensor.rate).unwrap();
     let mut pipeline = Pipeline::builder(camera).build().unwrap();
     let config = SpeedConfig::published(script.sensor.rate);
     let (mut scene, mut answers) = (Scene::new(script).unwrap(), Vec::new());

@@ -123,7 +123,7 @@ impl Whisker {
 
 /// How much a whisker is bent.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Bent {
+pub(crate) struct Bent {
     /// Strain of the base's surface, d/2 off the axis.
     pub strain: f64,
     /// Load at the tip, P L² / EI.
@@ -133,7 +133,7 @@ pub struct Bent {
 /// From the overlap of a whisker's tip to strain and load: the tip gives way sideways until the whisker's projection
 /// is shorter by the overlap.
 #[derive(Clone, Debug)]
-pub struct Bending {
+pub(crate) struct Bending {
     length_mm: f64,
     /// Strain of a curvature of 1 / L.
     strain: f64,
@@ -143,7 +143,7 @@ pub struct Bending {
 
 impl Bending {
     /// Of these whiskers.
-    pub fn new(config: &WhiskerConfig) -> Self {
+    pub(crate) fn new(config: &WhiskerConfig) -> Self {
         Self {
             length_mm: config.length_mm,
             strain: config.diameter_mm / 2.0 / config.length_mm,
@@ -153,7 +153,7 @@ impl Bending {
 
     /// At a root of the overlap, √mm ≥ 0.
     #[inline]
-    pub fn at_root(&self, root: f64) -> Bent {
+    pub(crate) fn at_root(&self, root: f64) -> Bent {
         let root = root / sqrt(self.length_mm);
         let [curvature, load] = match self.table {
             Some(table) => table.at(root),
@@ -165,7 +165,7 @@ impl Bending {
 
 impl Bending {
     /// d ln strain / d ln overlap at an overlap in mm.
-    pub fn steepness(&self, overlap_mm: f64) -> f64 {
+    pub(crate) fn steepness(&self, overlap_mm: f64) -> f64 {
         let root = sqrt(overlap_mm.max(0.0) / self.length_mm);
         match self.table {
             Some(table) => 0.5 * table.steepness(root),

@@ -1,4 +1,9 @@
-//! Setting up a sensor: calibration of the whiskers' places, and a check of a camera.
+#![doc = include_str!("../README.md")]
+//! ## Modules
+//! | module | what it has |
+//! | --- | --- |
+//! | [`calibrate`] | the places of the whiskers in the picture |
+//! | [`doctor`] | a camera's rate, levels, noise and drift |
 
 pub mod calibrate;
 pub mod doctor;

@@ -7,7 +7,7 @@ use wstac_core::model::file::Task;
 
 use wstac_host::error::Error;
 use wstac_host::model_file::{BUILT_IN, ModelFile};
-use wstac_host::texture::TextureRecord;
+use wstac_host::texture::Texture;
 use wstac_train::model::inspect::{Inspected, inspect};
 
 /// What stands for no model.
@@ -28,7 +28,7 @@ pub struct Candidate {
     /// What is in it: kind, weights, trees, frames.
     pub about: Inspected,
     /// What it says, by class.
-    answers: Vec<TextureRecord>,
+    answers: Vec<Texture>,
 }
 
 /// Whether specimen, pattern and depth are right; nothing where a model does not tell them.
@@ -63,7 +63,7 @@ impl Candidate {
         let model = file.model()?;
         let (labels, task): (_, Task) = (model.labels(), model.task());
         let label = |class| labels.get(class).map(|label| label.to_string());
-        let answers = (0..labels.len()).filter_map(label).map(|label| TextureRecord::of(task, label)).collect();
+        let answers = (0..labels.len()).filter_map(label).map(|label| Texture::of(task, label)).collect();
         Ok(Self { about: inspect(&model, file.words()), answers, name, file })
     }
 
@@ -76,7 +76,7 @@ impl Candidate {
     }
 
     /// Whether a class is right of a specimen.
-    pub(super) fn judge(&self, class: u8, truth: &TextureRecord) -> Right {
+    pub(super) fn judge(&self, class: u8, truth: &Texture) -> Right {
         let Some(said) = self.answers.get(usize::from(class)) else { return [None; 3] };
         [
             said.specimen.as_ref().map(|specimen| Some(specimen) == truth.specimen.as_ref()),
@@ -87,7 +87,7 @@ impl Candidate {
 
     /// Which of the three it tells at all.
     pub(super) fn tells(&self) -> [bool; 3] {
-        let any = |told: fn(&TextureRecord) -> bool| self.answers.iter().any(told);
+        let any = |told: fn(&Texture) -> bool| self.answers.iter().any(told);
         [any(|said| said.specimen.is_some()), any(|said| said.pattern.is_some()), any(|said| said.depth_mm.is_some())]
     }
 }

@@ -13,10 +13,10 @@ use super::row::{Row, rows};
 use super::slides::{MOST_SLIDES, QUICK_SLIDES, SENSORS, TradeSlide, fresh_slides, slides};
 use super::sweep::{self, Plan};
 use wstac_core::green::any::YcbcrMethod;
+use wstac_host::atomic_write::atomic_write;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
-use wstac_host::whole_file;
 
 /// The configuration for a board's build and for `wstac run`.
 pub const CONFIG: &str = "wstac.toml";
@@ -94,7 +94,7 @@ pub fn write(
     cores: &[Core],
     config: &str,
 ) -> Result<String, Error> {
-    let put = |name: &str, bytes: &[u8]| whole_file::write(&folder.join(name), bytes);
+    let put = |name: &str, bytes: &[u8]| atomic_write(&folder.join(name), bytes);
     fs::create_dir_all(folder).map_err(|error| Error::new(folder.display(), error))?;
     put(CONFIG, config.as_bytes())?;
     let path = folder.join(MODEL);

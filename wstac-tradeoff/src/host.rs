@@ -7,10 +7,10 @@ use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
 use wstac_core::green::any::Any;
 use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
 use wstac_core::model::file::INPUTS;
+use wstac_core::pipeline::Pipeline;
 use wstac_core::speed::SpeedConfig;
-use wstac_core::stream::FeatureStream;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::{Event, Trigger};
+use wstac_core::trigger::Event;
 use wstac_core::{direction, speed};
 
 use super::candidate::Candidate;
@@ -84,32 +84,38 @@ fn frames(settings: &[Setting], config: &Config) -> Result<Vec<f64>, Error> {
         let camera = camera(&sensor, setting.format, setting.stride, config)?;
         let frames = shots.iter().find(|(format, _)| *format == setting.format).map_or(&[][..], |(_, frames)| frames);
         all.push(match setting.kernel {
-            Kernel::Fixed => stream::<Fixed>(setting.format, camera, frames, config),
-            Kernel::Libm => stream::<Libm>(setting.format, camera, frames, config),
-            Kernel::Micromath => stream::<Micromath>(setting.format, camera, frames, config),
+            Kernel::Fixed => stream(<Fixed>::default(), setting.format, camera, frames, config),
+            Kernel::Libm => stream(Libm, setting.format, camera, frames, config),
+            Kernel::Micromath => stream(Micromath, setting.format, camera, frames, config),
         }?);
     }
     Ok(least(all))
 }
 
 fn stream<'a, L: Ln + 'a>(
+    ln: L,
     format: Format,
     camera: FrameGeometry<Any>,
     frames: &'a [Vec<u8>],
     config: &Config,
 ) -> Result<Round<'a>, Error> {
     let mut decoder = (format == Format::Mjpeg).then(|| Decoder::new(camera.layout().frame()));
-    let unfit = |error| config.does_not_fit("simulated frames", "[features]", error);
-    let mut stream = FeatureStream::<Any, L>::new(camera, config.features.floor_levels).map_err(unfit)?;
-    let mut trigger = Trigger::with(config.trigger().map_err(unfit)?, 0, config.following().map_err(unfit)?);
+    let unfit = |error| config.does_not_fit("simulated frames", "[features], [trigger]", error);
+    let mut pipeline = Pipeline::builder(camera)
+        .floor_levels(config.features.floor_levels)
+        .ln(ln)
+        .trigger(config.trigger().map_err(unfit)?)
+        .baseline(config.following().map_err(unfit)?)
+        .build()
+        .map_err(unfit)?;
     let round = move || {
         for frame in frames {
             let bytes = match &mut decoder {
                 Some(decoder) => decoder.decode(black_box(frame)).unwrap_or_default(),
                 None => frame,
             };
-            if let Ok(Some(frame)) = stream.push_frame(black_box(bytes)) {
-                black_box(trigger.push(frame.features, frame.has_missing_frames).is_some());
+            if let Ok(update) = pipeline.push_frame(black_box(bytes)) {
+                black_box(update.event().is_some());
             }
         }
     };
@@ -150,13 +156,13 @@ fn events(models: &[Candidate], config: &Config) -> Result<(f64, Vec<f64>), Erro
     let unfit = |error| config.does_not_fit("simulated frames", "[trigger]", error);
     let camera = camera(&sensor, Format::Gray, Setting::DEFAULT.stride, config)?;
     let speed = config.speed(camera.rate()).map_err(unfit)?;
-    let mut stream = FeatureStream::<Any, Fixed>::new(camera, config.features.floor_levels).map_err(unfit)?;
-    let mut trigger = Trigger::with(config.trigger().map_err(unfit)?, 0, config.following().map_err(unfit)?);
+    let mut config = config.clone();
+    config.features.ln = Kernel::Fixed;
+    let mut pipeline = config.pipeline_of(camera, "simulated frames")?;
     let (mut scene, mut sensor) = (Scene::new(&script)?, sensor);
     while let Some((light, _)) = scene.next_light() {
-        let frame = stream.push_frame(sensor.expose(&light)).map_err(unfit)?;
-        let event = frame.and_then(|frame| trigger.push(frame.features, frame.has_missing_frames));
-        if let Some(event) = event {
+        let update = pipeline.push_frame(sensor.expose(&light)).map_err(unfit)?;
+        if let Some(event) = update.event() {
             return answers(&event, &speed, models);
         }
     }

@@ -1,6 +1,14 @@
-//! What speed costs in accuracy: every setting and model on one set of simulated slides, beside its price on boards.
-//!
-//! [`slides`] is the scene set, [`parameters`] and [`candidate`] what is chosen among, [`sweep`] runs it and [`row`] sums it up.
+#![doc = include_str!("../README.md")]
+//! ## Modules
+//! | module | what it has |
+//! | --- | --- |
+//! | [`slides`] | the simulated slides of the study |
+//! | [`parameters`], [`candidate`] | the settings and models to choose among |
+//! | [`sweep`], [`row`] | running them, and what was found of each |
+//! | [`map`], [`table`], [`plot`] | all rows: kept, as a table, as a figure |
+//! | [`prices`], [`host`] | what a setting costs on a board and on a host |
+//! | [`budget`], [`pareto`], [`chosen`] | the best row within a budget, the rows that nothing beats, and their files |
+//! | [`fade`], [`float64`], [`statistics`], [`ablation`] | what the tables of the study are made of |
 
 pub mod ablation;
 pub mod budget;

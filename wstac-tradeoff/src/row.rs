@@ -4,9 +4,10 @@ use super::candidate::Candidate;
 use super::float64::FeatureError;
 use super::parameters::Setting;
 use super::slides::TradeSlide;
-use super::statistics::{Interval, interval, mean, percentile};
+use super::statistics::{Interval, interval};
 use super::sweep::{Outcome, Plan};
 use wstac_core::params::SAMPLE_FRAMES;
+use wstac_host::statistics::{mean, percentile};
 
 /// Speeds whose errors are counted, in mm/s: where the speed law was fitted.
 pub const FITTED: std::ops::RangeInclusive<u32> = 100..=200;
@@ -99,7 +100,7 @@ fn bare(own: &[(&TradeSlide, &Outcome)]) -> Found {
         slides: own.len(),
         events: own.iter().filter(|(_, outcome)| outcome.event.is_some()).count(),
         accuracy: [None; 3],
-        speed: mean(&errors).zip(percentile(errors.clone(), 0.95)).map(|(mean, most)| [mean, most]),
+        speed: mean(errors.iter().copied()).zip(percentile(errors.clone(), 0.95)).map(|(mean, most)| [mean, most]),
         speed_slides: speeds.len(),
         speedless: speeds.len() - errors.len(),
         direction_errors: own
@@ -132,7 +133,5 @@ fn accuracy(own: &[(&TradeSlide, &Outcome)], number: usize, model: &Candidate) -
 
 /// From the first touch to the end of the frame that completes what the answer needs.
 fn latency(own: &[(&TradeSlide, &Outcome)], frames: f64) -> Option<f64> {
-    let waits: Vec<f64> =
-        own.iter().filter_map(|(_, outcome)| outcome.event.as_ref()).map(|event| event.lead + frames).collect();
-    mean(&waits)
+    mean(own.iter().filter_map(|(_, outcome)| outcome.event.as_ref()).map(|event| event.lead + frames))
 }

@@ -1,4 +1,4 @@
-//! Means with intervals, and percentiles.
+//! Means over sensors with their intervals.
 
 use super::slides::SENSORS;
 
@@ -35,18 +35,6 @@ pub fn interval(answers: impl Iterator<Item = (u32, bool)>) -> Interval {
     Interval { mean, low: (mean - half).max(0.0), high: (mean + half).min(100.0) }
 }
 
-/// Mean; nothing of nothing.
-pub fn mean(numbers: &[f64]) -> Option<f64> {
-    (!numbers.is_empty()).then(|| numbers.iter().sum::<f64>() / numbers.len() as f64)
-}
-
-/// The least number that at least `share` of all do not exceed; nothing of nothing.
-pub fn percentile(mut numbers: Vec<f64>, share: f64) -> Option<f64> {
-    numbers.sort_by(f64::total_cmp);
-    let rank = (share * numbers.len() as f64).ceil() as usize;
-    numbers.get(rank.saturating_sub(1)).copied()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -60,13 +48,5 @@ mod tests {
         assert!((found.mean - 75.0).abs() < 1e-9 && (found.low - (75.0 - half)).abs() < 1e-9, "{found:?}");
         let all_right = interval((0..20).map(|sensor| (sensor, true)));
         assert_eq!(all_right, Interval { mean: 100.0, low: 100.0, high: 100.0 });
-    }
-
-    #[test]
-    fn percentiles_are_numbers_that_are_there() {
-        let numbers: Vec<f64> = (1..=20).rev().map(f64::from).collect();
-        assert_eq!(percentile(numbers.clone(), 0.95), Some(19.0));
-        assert_eq!(percentile(numbers, 0.951), Some(20.0));
-        assert_eq!((percentile(vec![3.0], 0.95), percentile(vec![], 0.95), mean(&[])), (Some(3.0), None, None));
     }
 }

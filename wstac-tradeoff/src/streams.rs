@@ -1,21 +1,19 @@
 //! Frames of one camera through several settings at once: pixels are summed once a stride, kernels share the sums.
 
-use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::direction::{self, Heading};
-use wstac_core::features::{FeatureScale, Features, Floor, line_sums};
 use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
-use wstac_core::ln::{fixed::Fixed, libm::Libm, micromath::Micromath};
 use wstac_core::model::file::INPUTS;
 use wstac_core::params::{FEATURES, TAXELS};
 use wstac_core::speed::{self, SpeedConfig};
 use wstac_core::taxels::{FrameGeometry, TaxelSums};
-use wstac_core::trigger::{Event, Trigger};
+use wstac_core::trigger::Event;
 
 use super::float64::{FeatureError, Float64};
 use super::parameters::{Format, Setting};
 use wstac_host::config::{Config, Kernel};
 use wstac_host::error::Error;
+use wstac_host::session::HostPipeline;
 use wstac_scene::sensor::Sensor;
 
 /// A slide's first event.
@@ -31,33 +29,6 @@ pub(super) struct FirstEvent {
     pub(super) sample: Box<[i16; INPUTS]>,
 }
 
-/// A feature scale with its kernel chosen at run time.
-#[derive(Clone, Debug)]
-enum Scale {
-    Fixed(FeatureScale<Fixed>),
-    Libm(FeatureScale<Libm>),
-    Micromath(FeatureScale<Micromath>),
-}
-
-impl Scale {
-    fn new(kernel: Kernel, camera: &FrameGeometry<Any>, floor: Floor) -> Result<Self, wstac_core::error::Error> {
-        let (pixels, full_scale, frames) = (camera.pixels(), camera.full_scale(), camera.rate().frames_added());
-        Ok(match kernel {
-            Kernel::Fixed => Self::Fixed(FeatureScale::new(pixels, full_scale, frames, floor)?),
-            Kernel::Libm => Self::Libm(FeatureScale::new(pixels, full_scale, frames, floor)?),
-            Kernel::Micromath => Self::Micromath(FeatureScale::new(pixels, full_scale, frames, floor)?),
-        })
-    }
-
-    fn features(&self, lines: &[u32; FEATURES]) -> Features {
-        match self {
-            Self::Fixed(scale) => scale.features(lines),
-            Self::Libm(scale) => scale.features(lines),
-            Self::Micromath(scale) => scale.features(lines),
-        }
-    }
-}
-
 /// One setting, waiting for its first event.
 #[derive(Clone, Debug)]
 pub(super) struct SettingStream {
@@ -67,20 +38,20 @@ pub(super) struct SettingStream {
     pub(super) first: Option<FirstEvent>,
     /// How far its features were from the reference, over all frames until then.
     pub(super) error: FeatureError,
-    scale: Scale,
-    trigger: Trigger<Option<TrackingBaseline>>,
+    pipeline: HostPipeline,
     speed: SpeedConfig,
 }
 
 impl SettingStream {
-    fn push(&mut self, lines: &[u32; FEATURES], expected: &[f64; FEATURES], float64: &Float64) {
+    fn push(&mut self, taxels: &[u32; TAXELS], expected: &[f64; FEATURES], float64: &Float64) {
         if self.first.is_some() {
             return;
         }
-        let features = self.scale.features(lines);
-        self.error.add(&features, expected, float64);
-        let event = self.trigger.push(features, false);
-        self.first = event.map(|event| first_event(&event, &self.speed));
+        let update = self.pipeline.push_taxels(taxels);
+        if let Some(frame) = update.frame() {
+            self.error.add(&frame.features, expected, float64);
+        }
+        self.first = update.event().map(|event| first_event(&event, &self.speed));
     }
 }
 
@@ -152,9 +123,9 @@ impl EvaluatedCamera {
         let own = self.float64.features(&self.whole.push_frame(bytes)?);
         let expected = colored.filter(|_| self.format.is_colored()).unwrap_or(&own);
         for sums in &mut self.sums {
-            let lines = line_sums(&sums.accumulators.push_frame(bytes)?);
+            let taxels = sums.accumulators.push_frame(bytes)?;
             for stream in &mut sums.streams {
-                stream.push(&lines, expected, &self.float64);
+                stream.push(&taxels, expected, &self.float64);
             }
         }
         Ok(own)
@@ -189,19 +160,20 @@ pub(super) fn camera(
         .map_err(|error| config.does_not_fit(&about, "[layout], [green]", error))
 }
 
-fn stream(place: usize, kernel: Kernel, camera: &FrameGeometry<Any>, config: &Config) -> Result<SettingStream, Error> {
-    let in_table = |table| move |error| config.does_not_fit("simulated frames", table, error);
-    let floor = Floor::new(config.features.floor_levels, camera.full_scale()).map_err(in_table("[features]"))?;
+fn stream(
+    place: usize,
+    kernel: Kernel,
+    geometry: &FrameGeometry<Any>,
+    config: &Config,
+) -> Result<SettingStream, Error> {
+    let mut config = config.clone();
+    config.features.ln = kernel;
+    let about = "simulated frames";
     Ok(SettingStream {
         place,
         first: None,
         error: FeatureError::default(),
-        scale: Scale::new(kernel, camera, floor).map_err(in_table("[features]"))?,
-        trigger: Trigger::with(
-            config.trigger().map_err(in_table("[trigger]"))?,
-            0,
-            config.following().map_err(in_table("[trigger]"))?,
-        ),
-        speed: config.speed(camera.rate()).map_err(in_table("[speed]"))?,
+        pipeline: config.pipeline_of(*geometry, about)?,
+        speed: config.speed(geometry.rate()).map_err(|error| config.does_not_fit(about, "[speed]", error))?,
     })
 }

@@ -10,7 +10,7 @@ use super::slides::{QUICK_SLIDES, TradeSlide};
 use super::streams::EvaluatedCamera;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::texture::{TextureRecord, pattern_and_depth};
+use wstac_host::texture::{Texture, pattern_and_depth};
 use wstac_scene::Scene;
 
 /// What is swept.
@@ -83,7 +83,7 @@ fn one(plan: &Plan<'_>, models: &[Model<'_>], slide: &TradeSlide) -> Result<Vec<
     let touch = scene.truth().first().map_or(0.0, |truth| truth.start);
     let specimen = slide.specimen.to_string();
     let (pattern, depth_mm) = pattern_and_depth(&specimen);
-    let truth = TextureRecord { specimen: Some(specimen), pattern, depth_mm, class: None };
+    let truth = Texture { specimen: Some(specimen), pattern, depth_mm, class: None };
     let mut outcomes = vec![None; plan.settings.len()];
     for stream in cameras.into_iter().flat_map(EvaluatedCamera::into_streams) {
         let event = stream.first.map(|event| Answer {

@@ -1,4 +1,10 @@
-//! Texture models, data sets and speed laws: trainers' files in, model files and Rust out.
+#![doc = include_str!("../README.md")]
+//! ## Modules
+//! | module | what it has |
+//! | --- | --- |
+//! | [`dataset`] | samples of simulated and recorded slides, and their files |
+//! | [`model`] | models of other trainers, written as model files or as Rust |
+//! | [`fit`] | speed laws, fitted to labeled slides |
 
 pub mod dataset;
 pub mod fit;

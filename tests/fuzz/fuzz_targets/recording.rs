@@ -9,7 +9,8 @@ use std::sync::LazyLock;
 use libfuzzer_sys::fuzz_target;
 use mcap::records::op;
 use wstac_host::config::Config;
-use wstac_host::reading::{Reading, Wanted};
+use wstac_host::session::Processor;
+use wstac_host::output::OutputOptions;
 use wstac_host::record::recover;
 use wstac_host::source::{SourceEvent, Source};
 use wstac_host::source::mcap::McapSource;
@@ -44,13 +45,13 @@ fn read(path: &Path, bytes: usize) {
         Ok(source) => source,
         Err(error) => return assert!(error.to_string().contains("wstac-fuzz-")),
     };
-    let mut reading = Reading::new(source.info(), &Config::default(), Wanted::default()).ok();
+    let mut reading = Processor::new(source.info(), &Config::default(), OutputOptions::default()).ok();
     for _ in 0..=bytes {
         match source.next_event() {
             Err(_) => return,
             Ok(item) => {
                 if let Some(reading) = &mut reading {
-                    let Ok(goes_on) = reading.take(&item, |_| Ok::<(), ()>(())) else { return };
+                    let Ok(goes_on) = reading.process(&item, |_| Ok::<(), ()>(())) else { return };
                     if !goes_on {
                         return;
                     }

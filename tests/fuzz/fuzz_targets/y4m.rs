@@ -26,7 +26,7 @@ fuzz_target!(|data: &[u8]| {
     // Every frame takes at least its line of six bytes.
     for _ in 0..=data.len() {
         match source.next_event() {
-            Ok(SourceEvent::Frame { bytes, .. }) => {
+            Ok(SourceEvent::Frame(Frame { bytes, .. })) => {
                 if let Some(pipeline) = &mut pipeline {
                     let _ = pipeline.push_frame(bytes).expect("a frame of the size that the header says");
                 }

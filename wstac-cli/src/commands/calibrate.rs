@@ -9,10 +9,10 @@ use serde::Serialize;
 use super::output::{Stop, check_new, note};
 use super::run::interruptions;
 use super::source_arguments::SourceArguments;
+use wstac_host::atomic_write::atomic_write;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::source::{FramePolicy, Source, SourceEvent};
-use wstac_host::whole_file;
+use wstac_host::source::{Frame, FramePolicy, Source, SourceEvent};
 use wstac_setup::calibrate::{Calibration, UNTOUCHED, Watch};
 
 /// Find the 25 whiskers in the picture and write the configuration for them
@@ -112,16 +112,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         Err(refusal) => {
             // The next try replaces it.
             let picture = arguments.overlay.clone().unwrap_or_else(|| output.with_extension("refused.png"));
-            whole_file::write(&picture, outcome.to_png())?;
+            atomic_write(&picture, outcome.to_png())?;
             let seen = format_args!("{}; {} shows what was seen", refusal.message, picture.display());
             return Err(Error::new(&arguments.source, seen).into());
         }
     };
-    whole_file::write(&overlay, outcome.to_png())?;
+    atomic_write(&overlay, outcome.to_png())?;
     let text = calibration.to_toml(&info.about);
     // What is written can be read again, or it is not written.
     Config::parse(&text).map_err(|message| Error::new(output.display(), message))?;
-    whole_file::write(output, text)?;
+    atomic_write(output, text)?;
     note(format_args!("wrote {} and {}: look at the picture", output.display(), overlay.display()));
     print(calibration, arguments.json)
 }
@@ -133,15 +133,15 @@ fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64) -> Result<(), St
     let (mut frames, mut lost) = (0_u64, 0);
     while frames < limit && !interrupted.load(Ordering::Relaxed) {
         match source.next_event()? {
-            SourceEvent::Frame { bytes, .. } => {
+            SourceEvent::Frame(Frame { bytes, .. }) => {
                 watch.take(bytes);
                 frames += 1;
                 progress.say(watch, frames);
             }
             SourceEvent::Lost { frames: more, .. } => lost += more,
             SourceEvent::Fault(fault) => note(format_args!("{}: {}", fault.kind, fault.message)),
-            SourceEvent::Taxels(_) | SourceEvent::Waiting => {}
             SourceEvent::End => break,
+            _ => {}
         }
     }
     drop(progress);

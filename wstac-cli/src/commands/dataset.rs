@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use self::progress::Progress;
 use super::output::{Stop, check_new, note};
 use super::run::signals;
+use wstac_host::atomic_write::AtomicFile;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_train::dataset::part::{Part, fingerprint};
@@ -150,25 +151,19 @@ fn simulated(arguments: &Arguments, sweep_file: &Path) -> Result<(), Stop> {
         let message = format_args!("none of {count} slides became a sample, expected one at least");
         return Err(Error::new(sweep_file.display(), message).into());
     }
-    write_all(arguments, |temporary| arrays::write(temporary, &sweep, &part))?;
+    write_all(arguments, |file| arrays::write(file, &sweep, &part))?;
     part.remove()?;
     note(format_args!("{}: {} samples", output.display(), tally.samples));
     Ok(())
 }
 
-/// Writes the file beside its place, then moves it there: it is whole or not there at all.
-fn write_all(arguments: &Arguments, write: impl FnOnce(&Path) -> std::io::Result<()>) -> Result<(), Error> {
+/// Writes the file, whole or not at all.
+fn write_all(arguments: &Arguments, write: impl FnOnce(&mut AtomicFile) -> std::io::Result<()>) -> Result<(), Error> {
     let output = &arguments.output;
-    let temporary = beside(output, ".tmp");
-    let written = write(&temporary).map_err(|error| Error::new(temporary.display(), error));
-    let finished = written.and_then(|()| {
-        check_new(output, arguments.force)?;
-        std::fs::rename(&temporary, output).map_err(|error| Error::new(output.display(), error))
-    });
-    finished.inspect_err(|_| {
-        // What is wrong is said; that the rest of it cannot be removed would not help.
-        let _ = std::fs::remove_file(&temporary);
-    })
+    let mut file = AtomicFile::create(output)?;
+    write(&mut file).map_err(|error| Error::new(output.display(), error))?;
+    check_new(output, arguments.force)?;
+    file.commit()
 }
 
 /// A share of something.

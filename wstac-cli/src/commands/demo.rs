@@ -7,13 +7,14 @@ use wstac_core::model::file::Task;
 
 use super::output::Stop;
 use crate::open;
-use wstac_host::config::Config;
 use wstac_host::error::Error;
+use wstac_host::json::{confidence, rounded};
 use wstac_host::model_file::ModelFile;
-use wstac_host::reading::{EventRecord, Reading, Record, Wanted, read_all};
+use wstac_host::output::{Output, TactileEvent};
+use wstac_host::session::Session;
 use wstac_host::source::open::OpenOptions;
 use wstac_host::texture::task_name;
-use wstac_host::texture::{TextureRecord, Textures, pattern_and_depth};
+use wstac_host::texture::{Texture, Textures, pattern_and_depth};
 
 /// Slide every specimen over a simulated sensor and print the truth beside the answers
 ///
@@ -65,18 +66,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         named += usize::from(texture.is_some() && texture == truth(task, specimen));
         write!(out, "    {:8}", texture.as_deref().unwrap_or("none"))?;
         match event.speed {
-            Some(answer) => {
-                errors.push((answer.mm_s - f64::from(speed)).abs() / f64::from(speed));
-                write!(out, "  {:6.0}", answer.mm_s)?;
+            Ok(answer) => {
+                let mm_s = rounded(answer.mm_s);
+                errors.push((mm_s - f64::from(speed)).abs() / f64::from(speed));
+                write!(out, "  {mm_s:6.0}")?;
             }
-            None => write!(out, "  {:>6}", "none")?,
+            Err(_) => write!(out, "  {:>6}", "none")?,
         }
-        right += usize::from(event.direction.deg.map(u32::from) == Some(direction));
-        match event.direction.deg {
-            Some(degrees) => write!(out, "  {degrees:8}°")?,
-            None => write!(out, "  {:>9}", "unclear")?,
+        right += usize::from(event.direction.heading.is_ok_and(|heading| u32::from(heading.degrees()) == direction));
+        match event.direction.heading {
+            Ok(heading) => write!(out, "  {:8}°", heading.degrees())?,
+            Err(_) => write!(out, "  {:>9}", "unclear")?,
         }
-        writeln!(out, "  {:10.2}", event.direction.confidence)?;
+        writeln!(out, "  {:10.2}", confidence(event.direction))?;
         out.flush()?;
     }
     let mean = 100.0 * errors.iter().sum::<f64>() / errors.len().max(1) as f64;
@@ -90,7 +92,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 }
 
 /// What a model of a task says.
-fn told(task: Task, texture: TextureRecord) -> Option<String> {
+fn told(task: Task, texture: Texture) -> Option<String> {
     match task {
         Task::Specimen => texture.specimen,
         Task::Pattern => texture.pattern,
@@ -114,17 +116,14 @@ fn in_mm(depth: f64) -> String {
     format!("{depth} mm")
 }
 
-/// The first event of a scene, if there is one.
-fn slide(source: &str, textures: &Textures) -> Result<Option<EventRecord>, Error> {
-    let mut source = open(source, &OpenOptions::default())?;
-    let reading = Reading::new(source.info(), &Config::default(), Wanted::default())?;
-    let mut reading = reading.with_textures(textures.clone());
+/// Returns the first event of a scene.
+fn slide(source: &str, textures: &Textures) -> Result<Option<TactileEvent>, Error> {
+    let session = Session::builder(open(source, &OpenOptions::default())?).textures(textures.clone()).build()?;
     let mut first = None;
-    read_all(source.as_mut(), &mut reading, |record| {
-        if let Record::Event(event) = record {
+    for output in session {
+        if let Output::Event(event) = output? {
             first.get_or_insert(*event);
         }
-        Ok::<(), Error>(())
-    })?;
+    }
     Ok(first)
 }

@@ -10,8 +10,8 @@ use wstac_core::speed::ThresholdOn;
 
 use super::output::{Stop, check_new, note};
 use super::source_arguments::frame_rate;
+use wstac_host::atomic_write::atomic_write;
 use wstac_host::config::Config;
-use wstac_host::whole_file;
 use wstac_plot::{Format, SpeedFit, SpeedFits};
 use wstac_train::fit::data::Slides;
 use wstac_train::fit::{Fit, Kind};
@@ -120,12 +120,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     };
     let fits = kinds.into_iter().map(|kind| Fit::new(kind, &slides, &names)).collect::<Result<Vec<_>, _>>()?;
     if let (Some(path), Some(format)) = (&arguments.plot, format) {
-        whole_file::write(path, format.encode(&figure(&fits, &slides))?)?;
+        atomic_write(path, format.encode(&figure(&fits, &slides))?)?;
         note(format_args!("drawn to {}", path.display()));
     }
     let best = fits.iter().min_by(|a, b| a.line.deviation.total_cmp(&b.line.deviation));
     if let (Some(path), Some(best)) = (&arguments.output, best) {
-        whole_file::write(path, table(best, &slides, &names, config.as_ref()))?;
+        atomic_write(path, table(best, &slides, &names, config.as_ref()))?;
         note(format_args!("law \"{}\" written to {}", best.kind.name(), path.display()));
         if config.is_none() {
             note(format_args!(

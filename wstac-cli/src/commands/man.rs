@@ -9,6 +9,7 @@ use clap_mangen::Man;
 use clap_mangen::roff::{Roff, roman};
 
 use super::output::Stop;
+use wstac_host::atomic_write::atomic_write;
 use wstac_host::error::Error;
 
 /// Write the man pages, one for each command, into a folder
@@ -23,17 +24,19 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let mut command = super::Arguments::command().disable_help_subcommand(true);
     command.build();
-    write_pages(command, &arguments.folder).map_err(|error| Error::new(arguments.folder.display(), error).into())
+    write_pages(command, &arguments.folder)?;
+    Ok(())
 }
 
 /// Writes the pages of a command and of those below it.
-fn write_pages(command: Command, folder: &Path) -> io::Result<()> {
-    fs::create_dir_all(folder)?;
+fn write_pages(command: Command, folder: &Path) -> Result<(), Error> {
+    let failed = |error: io::Error| Error::new(folder.display(), error);
+    fs::create_dir_all(folder).map_err(failed)?;
     for below in command.get_subcommands().filter(|below| !below.is_hide_set()) {
         write_pages(below.clone(), folder)?;
     }
-    let (name, page) = page(command)?;
-    fs::write(folder.join(name), page)
+    let (name, page) = page(command).map_err(failed)?;
+    atomic_write(&folder.join(name), page)
 }
 
 /// A command's page, and the name of its file.

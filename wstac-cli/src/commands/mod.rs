@@ -7,7 +7,6 @@ mod demo;
 mod devices;
 mod doctor;
 mod fit_speed;
-mod loss_report;
 mod man;
 mod model;
 mod monitor;
@@ -81,7 +80,7 @@ enum Command {
 
 /// Runs the command line of this process. Exit code 2 for wrong arguments, 1 for a source, file or configuration that
 /// cannot be used, 0 otherwise.
-pub fn main() -> ExitCode {
+pub(crate) fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Record(arguments) => record::run(&arguments),

@@ -9,7 +9,7 @@ use super::run::interruptions;
 use wstac_host::error::Error;
 use wstac_host::monitor::port::{self, Got, Port};
 use wstac_host::monitor::{Monitor, Report};
-use wstac_host::reading::Wanted;
+use wstac_host::output::OutputOptions;
 
 /// Waits of a port without a byte after which the board is called silent: it sends its state about once a second.
 const SILENT: u32 = 15;
@@ -51,7 +51,7 @@ Requests for features and samples need a way back to the board. To record what a
 ";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
-    let wanted = Wanted { features: arguments.features, samples: arguments.samples };
+    let wanted = OutputOptions { features: arguments.features, samples: arguments.samples };
     let mut line = Port::open(&arguments.port, arguments.baud)?;
     let interrupted = interruptions()?;
     let mut records = Records::new(if arguments.json { Form::Json } else { Form::Text });
@@ -100,7 +100,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         };
         let mut started = false;
         let goes_on = monitor.take(bytes, |report| match report {
-            Report::Record(record) => records.write(&record),
+            Report::Output(output) => records.write(&output),
             Report::Note(text) => {
                 note(text);
                 Ok(())
@@ -125,7 +125,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     records.write(&monitor.finish())
 }
 
-fn requests_for(wanted: Wanted) -> [Request; 2] {
+fn requests_for(wanted: OutputOptions) -> [Request; 2] {
     [Request::Features(wanted.features), Request::Samples(wanted.samples)]
 }
 

@@ -8,8 +8,10 @@ use std::path::Path;
 use serde::Serialize;
 
 use wstac_host::error::Error;
-use wstac_host::reading::{EventRecord, Record};
-use wstac_host::texture::{TextureRecord, pattern_and_depth};
+use wstac_host::json::{Line, confidence, no_speed, real, rounded, unclear};
+use wstac_host::output::{DisturbedBaseline, Output, TactileEvent};
+use wstac_host::source::LossReason;
+use wstac_host::texture::{Texture, pattern_and_depth};
 
 /// Why a command ends early.
 #[derive(Debug)]
@@ -33,6 +35,26 @@ impl From<io::Error> for Stop {
         match error.kind() {
             ErrorKind::BrokenPipe => Self::OutputClosed,
             _ => Self::Failed(Error::new("standard output", error)),
+        }
+    }
+}
+
+/// Frames lost, counted by reason.
+#[derive(Default)]
+pub(super) struct LossReport(Vec<(LossReason, u64)>);
+
+impl LossReport {
+    pub(super) fn add(&mut self, frames: u64, reason: &LossReason) {
+        match self.0.iter_mut().find(|(known, _)| known == reason) {
+            Some((_, count)) => *count = count.saturating_add(frames),
+            None => self.0.push((reason.clone(), frames)),
+        }
+    }
+
+    /// A line a reason.
+    pub(super) fn say(&self, note: impl Fn(String)) {
+        for (reason, count) in &self.0 {
+            note(format!("{count} frame(s) lost: {reason}"));
         }
     }
 }
@@ -78,7 +100,7 @@ struct OfSensor<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     sensor: Option<&'a str>,
     #[serde(flatten)]
-    record: &'a Record,
+    line: Line<'a>,
 }
 
 impl Records {
@@ -91,12 +113,19 @@ impl Records {
         Self { sensor: sensor.map(str::to_owned), ..self }
     }
 
-    pub(super) fn write(&mut self, record: &Record) -> Result<(), Stop> {
+    /// Writes a line. Lost frames have none, and a disturbed baseline is a note.
+    pub(super) fn write(&mut self, output: &Output) -> Result<(), Stop> {
+        let Some(line) = Line::new(output) else {
+            if let Output::BaselineDisturbed { .. } = output {
+                self.note(DisturbedBaseline);
+            }
+            return Ok(());
+        };
         self.line.clear();
         let sensor = self.sensor.as_deref();
         match self.form {
             Form::Json => {
-                self.line = serde_json::to_string(&OfSensor { sensor, record })
+                self.line = serde_json::to_string(&OfSensor { sensor, line })
                     .map_err(|error| Error::new("standard output", error))?;
             }
             // Writing to a string does not fail.
@@ -104,7 +133,7 @@ impl Records {
                 if let Some(sensor) = sensor {
                     let _ = write!(self.line, "{sensor}: ");
                 }
-                let _ = text(&mut self.line, record);
+                let _ = text(&mut self.line, output);
             }
         }
         self.line.push('\n');
@@ -130,61 +159,69 @@ pub(super) fn note(message: impl fmt::Display) {
 }
 
 /// A record for a person, on one line.
-pub(super) fn text_of(record: &Record) -> String {
+pub(super) fn text_of(record: &Output) -> String {
     let mut line = String::new();
     // Writing to a string does not fail.
     let _ = text(&mut line, record);
     line
 }
 
-fn text(line: &mut String, record: &Record) -> fmt::Result {
+fn text(line: &mut String, record: &Output) -> fmt::Result {
     match record {
-        Record::Features { frame, f } => {
-            write!(line, "frame {frame}  features")?;
-            f.iter().try_for_each(|feature| write!(line, " {feature:8.4}"))
+        Output::Features(features) => {
+            write!(line, "frame {}  features", features.frame)?;
+            features.features.iter().try_for_each(|feature| write!(line, " {:8.4}", real(*feature)))
         }
-        Record::Event(event) => text_of_event(line, event),
-        Record::Texture(early) => {
+        Output::Event(event) => text_of_event(line, event),
+        Output::EarlyTexture(early) => {
             write!(line, "at frame {}: texture ", early.frame.saturating_add(early.frames.into()))?;
             text_of_texture(line, &early.texture)?;
             write!(line, ", from the first {} frames of the event at frame {}", early.frames, early.frame)
         }
-        Record::Incomplete(sample) => write!(
+        Output::Interrupted(sample) => write!(
             line,
             "incomplete event at frame {}: a gap ended it after {} of 70 frames",
             sample.frame, sample.frames
         ),
-        Record::Fault(fault) => write!(line, "at frame {}: {}: {}", fault.frame, fault.fault, fault.message),
-        Record::End(end) => {
+        Output::Fault(report) => {
+            write!(line, "at frame {}: {}: {}", report.frame, report.fault.kind, report.fault.message)
+        }
+        Output::Lost(lost) => write!(line, "at frame {}: {} frame(s) lost: {}", lost.frame, lost.frames, lost.reason),
+        Output::BaselineDisturbed { frame } => write!(line, "at frame {frame}: {DisturbedBaseline}"),
+        Output::End(end) => {
             write!(line, "end after {} frames, {} dropped", end.frames, end.dropped)?;
-            if end.baseline == wstac_host::reading::Completeness::Incomplete {
+            if !end.baseline_complete {
                 line.write_str("; too short for the baseline")?;
             }
             end.incomplete.map_or(Ok(()), |sample| {
                 write!(line, "; an event at frame {} was incomplete: {} of 70 frames", sample.frame, sample.frames)
             })
         }
+        _ => line.write_str("an output of a newer library"),
     }
 }
 
-fn text_of_event(line: &mut String, event: &EventRecord) -> fmt::Result {
+fn text_of_event(line: &mut String, event: &TactileEvent) -> fmt::Result {
     write!(line, "event at frame {}: ", event.frame)?;
-    match (&event.speed, &event.speed_at_most, event.why.speed) {
-        (Some(speed), ..) => {
-            write!(line, "speed {:.0} mm/s", speed.mm_s)?;
+    match (event.speed, event.speed_at_most) {
+        (Ok(speed), _) => {
+            write!(line, "speed {:.0} mm/s", rounded(speed.mm_s))?;
             if speed.extrapolated {
                 line.write_str(" (extrapolated)")?;
             }
         }
-        (None, Some(most), why) => {
+        (Err(why), Some(most)) => {
             let extrapolated = if most.extrapolated { "extrapolated; " } else { "" };
-            write!(line, "speed at most {:.0} mm/s ({extrapolated}{})", most.mm_s, why.unwrap_or("cut off"))?;
+            write!(line, "speed at most {:.0} mm/s ({extrapolated}{})", rounded(most.mm_s), no_speed(why))?;
         }
-        (None, None, why) => write!(line, "no speed ({})", why.unwrap_or("unknown"))?,
+        (Err(why), None) => write!(line, "no speed ({})", no_speed(why))?,
     }
-    match (event.direction.deg, event.why.direction) {
-        (Some(deg), _) => write!(line, ", direction {deg}° (confidence {:.2})", event.direction.confidence)?,
-        (None, why) => write!(line, ", no direction ({})", why.unwrap_or("unclear"))?,
+    match event.direction.heading {
+        Ok(heading) => {
+            let (degrees, confidence) = (heading.degrees(), confidence(event.direction));
+            write!(line, ", direction {degrees}° (confidence {confidence:.2})")?;
+        }
+        Err(why) => write!(line, ", no direction ({})", unclear(why))?,
     }
     if let Some(texture) = &event.texture {
         line.write_str(", texture ")?;
@@ -199,7 +236,7 @@ fn text_of_event(line: &mut String, event: &EventRecord) -> fmt::Result {
     Ok(())
 }
 
-fn text_of_texture(line: &mut String, texture: &TextureRecord) -> fmt::Result {
+fn text_of_texture(line: &mut String, texture: &Texture) -> fmt::Result {
     // A specimen's name has both; another model may disagree with it.
     let of_name = texture.specimen.as_deref().map(pattern_and_depth);
     let (pattern, depth) = of_name.unwrap_or_default();

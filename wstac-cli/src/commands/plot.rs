@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use super::output::{Stop, check_new, note};
 use super::source_arguments::SourceArguments;
+use wstac_host::atomic_write::atomic_write;
 use wstac_host::model_file::ModelFile;
-use wstac_host::reading::{Reading, Wanted};
+use wstac_host::output::OutputOptions;
+use wstac_host::session::Processor;
 use wstac_host::source::FramePolicy;
 use wstac_host::texture::Textures;
-use wstac_host::whole_file;
 use wstac_plot::{Format, draw, find};
 
 /// Draw one event as a figure for a paper
@@ -67,10 +68,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
     let files = ModelFile::open_all(&arguments.models)?;
-    let wanted = Wanted { features: false, samples: true };
-    let mut reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
+    let wanted = OutputOptions { features: false, samples: true };
+    let mut reading = Processor::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
     let found = find(source.as_mut(), &info, &mut reading, &config, arguments.event)?;
-    whole_file::write(&arguments.output, format.encode(&draw(&found))?)?;
+    atomic_write(&arguments.output, format.encode(&draw(&found))?)?;
     note(format_args!("{} has event {} of {}", arguments.output.display(), arguments.event, info.about));
     Ok(())
 }

@@ -10,21 +10,21 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use signal_hook::consts::SIGHUP;
 
-use super::loss_report::LossReport;
-use super::output::{Form, Records, Stop, check_new, note, text_of};
+use super::output::{Form, LossReport, Records, Stop, check_new, note, text_of};
 use super::run::interruptions;
 use super::source_arguments::{SourceArguments, doubts_of_textures};
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
-use wstac_host::rate::per_second;
-use wstac_host::reading::{BASELINE_DISTURBED, Reading, Record, Wanted};
-use wstac_host::record::about::{About, Labels};
+use wstac_host::output::{DisturbedBaseline, Output, OutputOptions};
+use wstac_host::record::about::About;
 use wstac_host::record::{Recorder, Written};
-use wstac_host::source::{FramePolicy, Lag, Source, SourceEvent, StreamInfo};
+use wstac_host::session::{Observer, Processor, Session, Step};
+use wstac_host::source::Labels;
+use wstac_host::source::{FramePolicy, Lag, SourceEvent, StreamInfo};
 use wstac_host::texture::Textures;
 use wstac_train::dataset::recordings::{NAMES, check};
 
-/// Record a source: its frames and everything that became of them, for viewers, for wstac run and for wstac dataset
+/// Output a source: its frames and everything that became of them, for viewers, for wstac run and for wstac dataset
 ///
 /// Every frame goes to the file as it came, with the driver's time stamp and number, and so do lost frames, taxels,
 /// features, events, the camera's controls, the configuration and the labels. Ctrl-C ends a recording; SIGTERM and SIGHUP do, too.
@@ -132,26 +132,30 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let labels = labels(&arguments.labels)?;
     check_new(&arguments.output, arguments.force)?;
     refuse_own(&arguments.source, &arguments.output)?;
-    let (mut source, info, config) =
+    let (source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
     let files = ModelFile::open_all(&arguments.models)?;
-    let wanted = Wanted { features: true, samples: false };
-    let mut reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
+    let wanted = OutputOptions { features: true, samples: false };
+    let session = Session::builder(source).info(info.clone()).config(config.clone()).outputs(wanted);
+    let mut session = session.textures(Textures::new(&files)?).build()?;
     let models = files.iter().map(|file| file.about().to_owned()).collect();
     let about = About::new(&info, &config, labels, models)?;
     note(&info.about);
-    if let Some(doubt) = doubts_of_textures(source.as_ref(), &info, &files) {
+    if let Some(doubt) = doubts_of_textures(&info, &files) {
         note(doubt);
     }
     let interrupted = signals()?;
     let file = create(&arguments.output, arguments.force)?;
-    let mut recorder = Recorder::new(file, &arguments.output, &about, &reading)?;
+    let recorder = Recorder::new(file, &arguments.output, &about, session.processor())?;
     let form = if arguments.json { Form::Json } else { Form::Text };
-    let mut shown = Shown { records: Some(Records::new(form)), events: 0 };
+    let shown = Shown { records: Some(Records::new(form)), events: 0 };
     let limits = Limits { frames: frame_limit(arguments, &info), events: arguments.events };
-    let ended = read(source.as_mut(), &mut reading, &mut recorder, &mut shown, limits, &interrupted);
-    let written = recorder.finish();
-    say(&arguments.output, written.as_ref().ok(), source.behind(), shown.events);
+    let mut recording = Recording { recorder, shown, losses: LossReport::default(), frames: 0 };
+    let ended = read(&mut session, &mut recording, limits, &interrupted);
+    recording.losses.say(note);
+    let events = recording.shown.events;
+    let written = recording.recorder.finish();
+    say(&arguments.output, written.as_ref().ok(), session.lag(), events);
     // Both matter; a file that is not whole matters most.
     if let (Err(error), Err(_)) = (&ended, &written) {
         note(error);
@@ -174,9 +178,11 @@ struct Shown {
 }
 
 impl Shown {
-    fn show(&mut self, record: &Record) {
-        self.events += u64::from(matches!(record, Record::Event(_)));
-        if !matches!(record, Record::Features { .. })
+    fn show(&mut self, record: &Output) {
+        self.events += u64::from(matches!(record, Output::Event(_)));
+        if let Output::BaselineDisturbed { .. } = record {
+            note(DisturbedBaseline);
+        } else if !matches!(record, Output::Features(_))
             && self.records.as_mut().is_some_and(|records| records.write(record).is_err())
         {
             self.records = None;
@@ -184,59 +190,68 @@ impl Shown {
     }
 }
 
-/// Reads until the source ends or fails, a limit is reached, the disk is full, or a signal asks for the end.
-fn read(
-    source: &mut dyn Source,
-    reading: &mut Reading<'_>,
-    recorder: &mut Recorder,
-    shown: &mut Shown,
-    limits: Limits,
-    interrupted: &AtomicBool,
-) -> Result<(), Error> {
-    let mut frames = 0;
-    let mut reasons = LossReport::default();
-    let result = loop {
-        let enough = limits.frames.is_some_and(|limit| frames >= limit)
-            || limits.events.is_some_and(|limit| shown.events >= limit);
-        let item =
-            if interrupted.load(Ordering::Relaxed) || enough { Ok(SourceEvent::End) } else { source.next_event() };
-        let (item, failed) = match item {
-            Ok(item) => (item, None),
-            Err(error) => (SourceEvent::End, Some(error)),
-        };
-        match &item {
-            SourceEvent::Frame { .. } => frames += 1,
-            SourceEvent::Lost { frames: lost, why } => {
-                frames += lost;
-                reasons.add(*lost, why);
+/// Records and shows everything that passes through a session.
+struct Recording {
+    recorder: Recorder,
+    shown: Shown,
+    losses: LossReport,
+    /// Frames that have passed, lost ones included.
+    frames: u64,
+}
+
+impl Observer for Recording {
+    type Error = Error;
+
+    fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Error> {
+        match event {
+            SourceEvent::Frame(_) => self.frames += 1,
+            SourceEvent::Lost { frames, reason } => {
+                self.frames += frames;
+                self.losses.add(*frames, reason);
             }
             _ => {}
         }
-        recorder.item(&item);
-        let goes_on = reading.take(&item, |record| {
-            recorder.record(&record, &text_of(&record));
-            shown.show(&record);
-            Ok::<(), Error>(())
-        })?;
-        let has_room = recorder.end_of_item(&item, reading);
-        if !goes_on || !has_room {
-            break failed.map_or(Ok(()), Err);
+        self.recorder.source_event(event);
+        Ok(())
+    }
+
+    fn output(&mut self, output: Output) -> Result<(), Error> {
+        self.recorder.output(&output, &text_of(&output));
+        self.shown.show(&output);
+        Ok(())
+    }
+
+    fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
+        self.recorder.processed(event, processor)
+    }
+}
+
+/// Reads until the source ends or fails, a limit is reached, the disk is full, or a signal asks for the end.
+fn read(
+    session: &mut Session,
+    recording: &mut Recording,
+    limits: Limits,
+    interrupted: &AtomicBool,
+) -> Result<(), Error> {
+    loop {
+        let enough = limits.frames.is_some_and(|limit| recording.frames >= limit)
+            || limits.events.is_some_and(|limit| recording.shown.events >= limit);
+        if interrupted.load(Ordering::Relaxed) || enough {
+            return session.finish(recording);
         }
-        if reading.baseline_disturbed() {
-            note(BASELINE_DISTURBED);
+        if session.step(recording)? == Step::Over {
+            return Ok(());
         }
-    };
-    reasons.say(note);
-    result
+    }
 }
 
 /// What was recorded, and how far anything was behind.
-fn say(path: &Path, written: Option<&Written>, behind: Lag, events: u64) {
+fn say(path: &Path, written: Option<&Written>, lag: Lag, events: u64) {
     let Some(written) = written else { return };
     let megabytes = written.bytes as f64 / 1e6;
     let (frames, waiting) = (written.frames, written.most_waiting);
     note(format_args!("{}: {frames} frames, {events} events, {megabytes:.1} MB", path.display()));
-    note(format_args!("at most {waiting} frames waited for the disk, {} for the program", behind.most));
+    note(format_args!("at most {waiting} frames waited for the disk, {} for the program", lag.most));
     if written.waits > 0 {
         note(format_args!("the disk was too slow {} times: frames may have been dropped meanwhile", written.waits));
     }
@@ -275,7 +290,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 
 /// The frames after which a recording ends.
 fn frame_limit(arguments: &Arguments, info: &StreamInfo) -> Option<u64> {
-    let rate = per_second(info.rate);
+    let rate = info.rate.per_second();
     let of_time = arguments.duration.map(|seconds| (seconds * rate).ceil() as u64);
     arguments.frames.into_iter().chain(of_time).min()
 }

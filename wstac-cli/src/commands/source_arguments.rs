@@ -11,7 +11,6 @@ use wstac_host::camera::ControlSetting;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
-use wstac_host::rate::per_second;
 use wstac_host::source::open::OpenOptions;
 use wstac_host::source::{FramePolicy, Source, StreamInfo, config_of};
 use wstac_scene::source::script;
@@ -75,7 +74,7 @@ impl SourceArguments {
         // First: a camera, or standard input, is not asked for what could not be used.
         let given = file.map(Config::read).transpose()?;
         let (source, info) = self.open(source, delivery)?;
-        let config = config_of(source.as_ref(), given)?;
+        let config = config_of(&info, given)?;
         Ok((source, info, config))
     }
 
@@ -110,7 +109,7 @@ impl SourceArguments {
 
     /// Frames a second that a camera is asked for.
     pub(super) fn asked_fps(&self) -> f64 {
-        per_second(self.fps.unwrap_or(FrameRate::NOMINAL))
+        self.fps.unwrap_or(FrameRate::NOMINAL).per_second()
     }
 
     /// Camera frames of a scene before its first slide; nothing of other sources.
@@ -124,9 +123,9 @@ impl SourceArguments {
 
 /// What is to be said of textures: where a recording's events had some and no model is given to name them again; where
 /// frames come at another rate than models are trained at.
-pub(super) fn doubts_of_textures(source: &dyn Source, info: &StreamInfo, given: &[ModelFile]) -> Option<String> {
-    let recorded = source.models();
-    let ratio = per_second(info.rate) / f64::from(info.rate.frames_added()) / per_second(FrameRate::NOMINAL);
+pub(super) fn doubts_of_textures(info: &StreamInfo, given: &[ModelFile]) -> Option<String> {
+    let recorded = info.recorded.as_ref().map_or(&[][..], |recorded| &recorded.models);
+    let ratio = info.rate.per_second() / f64::from(info.rate.frames_added()) / FrameRate::NOMINAL.per_second();
     if given.is_empty() {
         let missing = !recorded.is_empty();
         missing.then(|| format!("recorded with model {}: --model gives its textures", recorded.join("; ")))
@@ -135,8 +134,8 @@ pub(super) fn doubts_of_textures(source: &dyn Source, info: &StreamInfo, given: 
             format!(
                 "textures may be wrong: features come {:.2} times a second, and models are trained at {} unless their \
                  maker says otherwise",
-                ratio * per_second(FrameRate::NOMINAL),
-                per_second(FrameRate::NOMINAL)
+                ratio * FrameRate::NOMINAL.per_second(),
+                FrameRate::NOMINAL.per_second()
             )
         })
     }

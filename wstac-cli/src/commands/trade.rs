@@ -6,9 +6,9 @@ mod fade;
 use std::path::{Path, PathBuf};
 
 use super::output::{Stop, check_new, note};
+use wstac_host::atomic_write::atomic_write;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::whole_file;
 use wstac_plot::Format;
 use wstac_tradeoff::budget::{Budget, By};
 use wstac_tradeoff::candidate::Candidate;
@@ -158,7 +158,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let text = format!("{pareto}\n{parameters}");
     let draw = || plot::draw(&rows, &models, &prices, arguments.core);
     if let Some((path, format)) = figure {
-        whole_file::write(path, format.encode(&draw())?)?;
+        atomic_write(path, format.encode(&draw())?)?;
     } else if let Some(folder) = &arguments.output {
         std::fs::create_dir_all(folder).map_err(|error| Error::new(folder.display(), error))?;
         write(folder, "trade.csv", &map::write_all(&rows, &models, &prices))?;
@@ -282,7 +282,7 @@ fn models(named: &[PathBuf]) -> Result<Vec<Candidate>, Error> {
 }
 
 fn write(folder: &Path, name: &str, text: &str) -> Result<(), Error> {
-    whole_file::write(&folder.join(name), text)
+    atomic_write(&folder.join(name), text)
 }
 
 fn print(text: &str) -> Result<(), Stop> {

@@ -8,9 +8,11 @@ use super::source_arguments::SourceArguments;
 use crate::view::{self, Recordings};
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
-use wstac_host::reading::{Reading, Wanted};
-use wstac_host::record::about::{About, Labels};
+use wstac_host::output::OutputOptions;
+use wstac_host::record::about::About;
+use wstac_host::session::Processor;
 use wstac_host::source::FramePolicy;
+use wstac_host::source::Labels;
 use wstac_host::texture::Textures;
 use wstac_linux::source::is_camera;
 
@@ -88,8 +90,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Newest, arguments.config.as_deref())?;
     let files = ModelFile::open_all(&arguments.models)?;
-    let wanted = Wanted { features: true, samples: false };
-    let mut reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
+    let wanted = OutputOptions { features: true, samples: false };
+    let mut reading = Processor::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
     let options = view::Options { live: is_camera(&arguments.source), fast: arguments.fast };
     let models = files.iter().map(|file| file.about().to_owned()).collect();
     let about = About::new(&info, &config, Labels::default(), models);

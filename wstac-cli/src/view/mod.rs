@@ -25,11 +25,11 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use self::clock::Pace;
 use self::keys::Key;
 use self::player::{Player, locked};
-pub use self::recording::Recordings;
+pub(crate) use self::recording::Recordings;
 use self::screen::Screen;
 use self::state::State;
 use wstac_host::error::Error;
-use wstac_host::reading::Reading;
+use wstac_host::session::Processor;
 use wstac_host::source::{Source, StreamInfo};
 
 /// Longest wait before signals are looked for.
@@ -37,7 +37,7 @@ const WAIT: Duration = Duration::from_millis(50);
 
 /// How a source is shown.
 #[derive(Clone, Copy, Debug)]
-pub struct Options {
+pub(crate) struct Options {
     /// It is a camera, which has a pace of its own.
     pub live: bool,
     /// A file or scene is played as fast as it can be, instead of at its own rate.
@@ -46,7 +46,7 @@ pub struct Options {
 
 /// How it ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Ending {
+pub(crate) struct Ending {
     /// The signal that asked for it; nothing where a key did, or where the terminal is gone.
     pub signal: Option<u8>,
     /// Feature frames that were read.
@@ -88,10 +88,10 @@ impl Drop for EndBoth<'_> {
 ///
 /// # Errors
 /// Where the terminal cannot be used; the source's own error, once a person has seen it and quit.
-pub fn run(
+pub(crate) fn run(
     source: &mut dyn Source,
     info: &StreamInfo,
-    reading: &mut Reading<'_>,
+    reading: &mut Processor,
     recordings: &mut Recordings,
     options: Options,
 ) -> Result<Ending, Error> {
@@ -124,7 +124,7 @@ pub fn run(
 }
 
 /// Reads until somebody asks for the end; the error that the source ended with.
-fn read(mut player: Player<'_, '_>, shared: &Shared, keys: &Receiver<Key>, mut pace: Option<Pace>) -> Option<Error> {
+fn read(mut player: Player<'_>, shared: &Shared, keys: &Receiver<Key>, mut pace: Option<Pace>) -> Option<Error> {
     let mut failure = None;
     while !shared.is_over() {
         let stands = {

@@ -91,8 +91,8 @@ impl Picture {
 mod tests {
     use super::*;
     use crate::open;
-    use wstac_host::source::SourceEvent;
     use wstac_host::source::open::OpenOptions;
+    use wstac_host::source::{Frame, SourceEvent};
 
     /// The picture of a frame in the middle of a slide, in a format, and its mean light.
     fn lit(format: &str) -> (Picture, f32) {
@@ -103,7 +103,7 @@ mod tests {
         for _ in 0..59 {
             source.next_event().unwrap();
         }
-        let SourceEvent::Frame { bytes, .. } = source.next_event().unwrap() else { panic!("no frame") };
+        let SourceEvent::Frame(Frame { bytes, .. }) = source.next_event().unwrap() else { panic!("no frame") };
         let picture = sampler.picture(bytes);
         let light = picture.light.iter().sum::<f32>() / picture.light.len() as f32;
         (picture, light)

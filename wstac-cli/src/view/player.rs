@@ -8,10 +8,13 @@ use super::clock::RateMeter;
 use super::picture::Sampler;
 use super::recording::Recordings;
 use super::state::{About, HISTORY, Phase, State};
+use wstac_core::trigger::InterruptedSample;
 use wstac_host::camera::modes::fps;
 use wstac_host::error::Error;
-use wstac_host::reading::{BASELINE_DISTURBED, IncompleteRecord, Reading, Record};
-use wstac_host::source::{Source, SourceEvent, StreamInfo};
+use wstac_host::json::real;
+use wstac_host::output::Output;
+use wstac_host::session::Processor;
+use wstac_host::source::{Frame, Lag, Source, SourceEvent, StreamInfo};
 
 /// The state, whatever became of a thread that had it.
 pub(super) fn locked(state: &Mutex<State>) -> MutexGuard<'_, State> {
@@ -19,30 +22,43 @@ pub(super) fn locked(state: &Mutex<State>) -> MutexGuard<'_, State> {
 }
 
 /// Reads a source and keeps the state up to date.
-pub(super) struct Player<'p, 'm> {
+pub(super) struct Player<'p> {
     source: &'p mut dyn Source,
-    reading: &'p mut Reading<'m>,
+    processor: &'p mut Processor,
     /// Nothing where the source makes no pixels.
     sampler: Option<Sampler>,
     recordings: &'p mut Recordings,
     meter: RateMeter,
     /// Feature frame that the baseline starts with.
     zero: u64,
+    lag: Lag,
     ended: bool,
 }
 
-impl<'p, 'm> Player<'p, 'm> {
-    /// A player, and what is shown before the first frame. `reading` gives features.
+impl<'p> Player<'p> {
+    /// A player, and what is shown before the first frame. `processor` gives features.
     pub(super) fn new(
         source: &'p mut dyn Source,
         info: &StreamInfo,
-        reading: &'p mut Reading<'m>,
+        processor: &'p mut Processor,
         recordings: &'p mut Recordings,
         live: bool,
     ) -> (Self, State) {
         let sampler = (!info.taxels_only).then(|| Sampler::new(info));
-        let state = State::new(info.about.clone(), live, *reading.camera().layout(), fps(info.rate));
-        (Self { source, reading, sampler, recordings, meter: RateMeter::default(), zero: 0, ended: false }, state)
+        let state = State::new(info.about.clone(), live, *processor.geometry().layout(), fps(info.rate));
+        (
+            Self {
+                source,
+                processor,
+                sampler,
+                recordings,
+                meter: RateMeter::default(),
+                zero: 0,
+                lag: Lag::default(),
+                ended: false,
+            },
+            state,
+        )
     }
 
     /// Whether there is more to come.
@@ -64,7 +80,7 @@ impl<'p, 'm> Player<'p, 'm> {
                 self.ended = true;
                 let mut state = locked(state);
                 // The source's error is what is shown, whatever the end of its stream was.
-                let _ = self.reading.finish(|record| {
+                let _ = self.processor.finish(|record| {
                     self.recordings.record(&record);
                     state.take(&record);
                     Ok::<(), Error>(())
@@ -75,20 +91,18 @@ impl<'p, 'm> Player<'p, 'm> {
             }
         };
         let mut notes = Vec::new();
-        if self.recordings.asked && matches!(item, SourceEvent::Frame { .. }) {
+        if self.recordings.asked && matches!(item, SourceEvent::Frame(_)) {
             self.recordings.asked = false;
-            let started = self.reading.restart().map_err(|error| error.to_string()).and_then(|sample| {
-                notes.extend(sample.map(given_up));
-                self.zero = self.reading.trigger().next_frame();
-                self.recordings.start(self.reading)
-            });
-            notes.extend(started.err());
+            notes.extend(self.processor.restart().map(given_up));
+            self.zero = self.processor.pipeline().next_frame();
+            notes.extend(self.recordings.start(self.processor).err());
         }
         self.recordings.item(&item);
         let mut passed = 1;
         let mut shown = None;
         match &item {
-            SourceEvent::Frame { bytes, timestamp, .. } => {
+            SourceEvent::Frame(Frame { bytes, timestamp, lag, .. }) => {
+                self.lag = *lag;
                 self.meter.take(*timestamp);
                 shown = self.sampler.filter(|_| picture).map(|sampler| sampler.picture(bytes));
             }
@@ -97,21 +111,21 @@ impl<'p, 'm> Player<'p, 'm> {
                 passed = *frames;
                 self.meter.lose(*frames);
             }
-            SourceEvent::Fault(_) | SourceEvent::Waiting | SourceEvent::End => passed = 0,
+            _ => passed = 0,
         }
-        let (before, mut features, mut records) = (self.reading.trigger().next_frame(), Vec::new(), Vec::new());
+        let (before, mut features, mut records) = (self.processor.pipeline().next_frame(), Vec::new(), Vec::new());
         let dropped = if let SourceEvent::Lost { frames, .. } = item { frames } else { 0 };
-        let taken = self.reading.take(&item, |record| {
+        let taken = self.processor.process(&item, |record| {
             self.recordings.record(&record);
             match record {
-                Record::Features { f, .. } => features.push(f.map(|feature| feature as f32)),
+                Output::Features(frame) => features.push(frame.features.map(|feature| real(feature) as f32)),
                 record => records.push(record),
             }
             Ok::<(), Error>(())
         });
         self.ended = !taken?;
-        let must_end = self.recordings.must_end(&item, self.reading);
-        let now = self.reading.trigger().next_frame();
+        let must_end = self.recordings.must_end(&item, self.processor);
+        let now = self.processor.pipeline().next_frame();
         let mut state = locked(state);
         for note in notes {
             state.say(About::Trouble, note);
@@ -124,15 +138,12 @@ impl<'p, 'm> Player<'p, 'm> {
             for features in features {
                 state.add_trace(Some(features));
             }
-            state.set_taxels(self.reading.taxels());
+            state.set_taxels(self.processor.taxels());
             state.picture = shown.or(state.picture.take());
         }
         self.update(&mut state);
         for record in &records {
             state.take(record);
-        }
-        if self.reading.baseline_disturbed() {
-            state.say(About::Trouble, format!("{now:>7}  {BASELINE_DISTURBED}"));
         }
         if must_end {
             say_ended(self.recordings, &mut state);
@@ -151,10 +162,10 @@ impl<'p, 'm> Player<'p, 'm> {
             return state
                 .say(About::Note, "no re-zero in a recording: r ends it, r starts one with a new baseline".into());
         }
-        if let Some(sample) = self.reading.rezero() {
+        if let Some(sample) = self.processor.rezero() {
             state.say(About::Trouble, given_up(sample));
         }
-        self.zero = self.reading.trigger().next_frame();
+        self.zero = self.processor.pipeline().next_frame();
         state.say(About::Note, format!("{:>7}  re-zero: a new baseline, keep everything off the sensor", self.zero));
         self.update(&mut state);
     }
@@ -184,18 +195,20 @@ impl<'p, 'm> Player<'p, 'm> {
 
     /// What the trigger and the source say of themselves.
     fn update(&mut self, state: &mut State) {
-        let trigger = self.reading.trigger();
-        let window = f32::from(trigger.config().window());
+        let pipeline = self.processor.pipeline();
+        let window = f32::from(pipeline.trigger_config().window());
         let real = |sum: i32| sum as f32 / FEATURE_ONE as f32 / window;
-        state.frame = trigger.next_frame();
-        state.thresholds = trigger.thresholds().map(|thresholds| thresholds.map(real));
-        state.phase = match (trigger.baseline(), trigger.end().incomplete) {
-            (None, _) => Phase::Baseline(state.frame - self.zero, u64::from(trigger.config().baseline_frames())),
+        state.frame = pipeline.next_frame();
+        state.thresholds = pipeline.thresholds().map(|thresholds| thresholds.map(real));
+        state.phase = match (pipeline.baseline(), pipeline.end().incomplete) {
+            (None, _) => {
+                Phase::Baseline(state.frame - self.zero, u64::from(pipeline.trigger_config().baseline_frames()))
+            }
             (_, Some(sample)) => Phase::Capturing(sample.frames),
             _ => Phase::Watching,
         };
         state.fps = self.meter.fps();
-        state.behind = self.source.behind();
+        state.lag = self.lag;
         state.rec = self.recordings.shown();
     }
 }
@@ -209,6 +222,6 @@ fn say_ended(recordings: &mut Recordings, state: &mut State) {
 }
 
 /// What is said of an event that a new baseline ended.
-fn given_up(sample: IncompleteRecord) -> String {
+fn given_up(sample: InterruptedSample) -> String {
     format!("{:>7}  given up after {} of 70 frames", sample.frame, sample.frames)
 }

@@ -6,20 +6,21 @@ use std::path::{Path, PathBuf};
 
 use super::state::Rec;
 use wstac_host::error::Error;
-use wstac_host::reading::{Reading, Record};
+use wstac_host::output::Output;
 use wstac_host::record::Recorder;
 use wstac_host::record::about::About;
+use wstac_host::session::Processor;
 use wstac_host::source::SourceEvent;
 
 /// Names that are tried before a folder is given up.
 const MOST_NAMES: u32 = 9999;
 
 /// What recordings are made with, and the one under way.
-pub struct Recordings {
+pub(crate) struct Recordings {
     /// What a recording says of itself; or why there is none.
     about: Result<About, Error>,
     named: Option<PathBuf>,
-    words: fn(&Record) -> String,
+    words: fn(&Output) -> String,
     running: Option<Running>,
     /// The next frame is to be a recording's first.
     pub(super) asked: bool,
@@ -39,12 +40,12 @@ struct Running {
 impl Recordings {
     /// `about` says what a recording says of itself, or why there can be none; `named` is the first one's file, otherwise it
     /// is `wstac-N.mcap`; `words` are a record's for a person.
-    pub fn new(about: Result<About, Error>, named: Option<PathBuf>, words: fn(&Record) -> String) -> Self {
+    pub(crate) fn new(about: Result<About, Error>, named: Option<PathBuf>, words: fn(&Output) -> String) -> Self {
         Self { about, named, words, running: None, asked: false, said: Vec::new() }
     }
 
     /// What became of the recordings, a line each.
-    pub fn said(&self) -> &[String] {
+    pub(crate) fn said(&self) -> &[String] {
         &self.said
     }
 
@@ -62,12 +63,12 @@ impl Recordings {
         })
     }
 
-    /// Starts one in a new file; `reading` has just been restarted.
-    pub(super) fn start(&mut self, reading: &Reading<'_>) -> Result<(), String> {
+    /// Starts one in a new file; `processor` has just been restarted.
+    pub(super) fn start(&mut self, processor: &Processor) -> Result<(), String> {
         let Ok(about) = &self.about else { return Ok(()) };
         let (file, path) = new_file(self.named.as_deref()).map_err(|error| error.to_string())?;
-        let recorder = Recorder::new(file, &path, about, reading).map_err(|error| error.to_string())?;
-        self.running = Some(Running { recorder, path, zero: reading.trigger().next_frame(), frames: 0, lost: 0 });
+        let recorder = Recorder::new(file, &path, about, processor).map_err(|error| error.to_string())?;
+        self.running = Some(Running { recorder, path, zero: processor.pipeline().next_frame(), frames: 0, lost: 0 });
         Ok(())
     }
 
@@ -75,27 +76,27 @@ impl Recordings {
     pub(super) fn item(&mut self, item: &SourceEvent<'_>) {
         let Some(running) = &mut self.running else { return };
         match item {
-            SourceEvent::Frame { .. } => running.frames += 1,
+            SourceEvent::Frame(_) => running.frames += 1,
             SourceEvent::Lost { frames, .. } => running.lost = running.lost.saturating_add(*frames),
             _ => {}
         }
-        running.recorder.item(item);
+        running.recorder.source_event(item);
     }
 
     /// Takes what the reading gave for it.
-    pub(super) fn record(&mut self, record: &Record) {
+    pub(super) fn record(&mut self, record: &Output) {
         let Some(running) = &mut self.running else { return };
         let mut record = record.clone().counted_from(running.zero);
-        if let Record::End(end) = &mut record {
+        if let Output::End(end) = &mut record {
             end.dropped = running.lost;
         }
-        running.recorder.record(&record, &(self.words)(&record));
+        running.recorder.output(&record, &(self.words)(&record));
     }
 
     /// Whether a recording must end after this item: it is the last one, or no more can be written.
-    pub(super) fn must_end(&mut self, item: &SourceEvent<'_>, reading: &Reading<'_>) -> bool {
+    pub(super) fn must_end(&mut self, item: &SourceEvent<'_>, processor: &Processor) -> bool {
         let Some(running) = &mut self.running else { return false };
-        let goes_on = running.recorder.end_of_item(item, reading);
+        let goes_on = running.recorder.processed(item, processor);
         !goes_on || matches!(item, SourceEvent::End)
     }
 

@@ -6,7 +6,9 @@ use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::params::{FEATURES, TAXELS};
 
 use super::picture::Picture;
-use wstac_host::reading::{EventRecord, Record};
+use wstac_core::direction::Heading;
+use wstac_host::json::rounded;
+use wstac_host::output::{DisturbedBaseline, Output, TactileEvent};
 use wstac_host::source::Lag;
 
 /// Feature frames of traces that are kept: more than a terminal is wide.
@@ -93,7 +95,7 @@ pub(super) struct State {
     /// Camera frames that were lost.
     pub(super) dropped: u64,
     pub(super) events: u64,
-    pub(super) behind: Lag,
+    pub(super) lag: Lag,
     pub(super) rec: Option<Rec>,
 }
 
@@ -118,7 +120,7 @@ impl State {
             frame: 0,
             dropped: 0,
             events: 0,
-            behind: Lag::default(),
+            lag: Lag::default(),
             rec: None,
         }
     }
@@ -150,21 +152,20 @@ impl State {
     }
 
     /// Takes what a reading gives, features apart.
-    pub(super) fn take(&mut self, record: &Record) {
+    pub(super) fn take(&mut self, record: &Output) {
         match record {
-            Record::Features { .. } | Record::Texture(_) => {}
-            Record::Event(event) => {
+            Output::Event(event) => {
                 self.events += 1;
                 self.say(About::Event, line(event));
             }
-            Record::Incomplete(sample) => self.say(
+            Output::Interrupted(sample) => self.say(
                 About::Trouble,
                 format!("{:>7}  ended by lost frames after {} of 70 frames", sample.frame, sample.frames),
             ),
-            Record::Fault(fault) => {
-                self.say(About::Trouble, format!("{:>7}  {}: {}", fault.frame, fault.fault, fault.message));
+            Output::Fault(fault) => {
+                self.say(About::Trouble, format!("{:>7}  {}: {}", fault.frame, fault.fault.kind, fault.fault.message));
             }
-            Record::End(end) => {
+            Output::End(end) => {
                 self.phase = Phase::Ended;
                 self.dropped = end.dropped;
                 if let Some(sample) = end.incomplete {
@@ -172,23 +173,27 @@ impl State {
                     self.say(About::Trouble, text);
                 }
             }
+            Output::BaselineDisturbed { frame } => {
+                self.say(About::Trouble, format!("{frame:>7}  {DisturbedBaseline}"));
+            }
+            _ => {}
         }
     }
 }
 
 /// An event in a line: frame, speed, direction, texture, duration, and what is to be doubted.
-fn line(event: &EventRecord) -> String {
-    let speed = match (&event.speed, &event.speed_at_most) {
-        (Some(speed), _) => format!("{:.0} mm/s{}", speed.mm_s, if speed.extrapolated { "*" } else { "" }),
-        (None, Some(most)) => format!("≤ {:.0} mm/s", most.mm_s),
-        (None, None) => "no speed".to_owned(),
+fn line(event: &TactileEvent) -> String {
+    let speed = match (event.speed, event.speed_at_most) {
+        (Ok(speed), _) => format!("{:.0} mm/s{}", rounded(speed.mm_s), if speed.extrapolated { "*" } else { "" }),
+        (Err(_), Some(most)) => format!("≤ {:.0} mm/s", rounded(most.mm_s)),
+        (Err(_), None) => "no speed".to_owned(),
     };
-    let direction = match event.direction.deg {
-        Some(0) => "→   0°",
-        Some(90) => "↑  90°",
-        Some(180) => "← 180°",
-        Some(_) => "↓ 270°",
-        None => "unclear",
+    let direction = match event.direction.heading {
+        Ok(Heading::Right) => "→   0°",
+        Ok(Heading::Up) => "↑  90°",
+        Ok(Heading::Left) => "← 180°",
+        Ok(Heading::Down) => "↓ 270°",
+        Err(_) => "unclear",
     };
     let texture = event.texture.iter().flat_map(|texture| {
         let depth = texture.depth_mm.map(|depth| format!("{depth} mm"));
@@ -199,7 +204,7 @@ fn line(event: &EventRecord) -> String {
         }
     });
     let texture = texture.collect::<Vec<_>>().join(" ");
-    let lit = event.duration_frames.map_or(String::new(), |frames| format!("lit {frames:>2}"));
+    let lit = event.lit_frames.map_or(String::new(), |frames| format!("lit {frames:>2}"));
     let doubt = if event.reliable { "" } else { "  not reliable" };
     let text = format!(
         "{:>7}  {speed:<10} {direction:<7} {:.2}  {lit:<6}  {texture}{doubt}",

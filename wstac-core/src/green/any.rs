@@ -17,6 +17,8 @@ use crate::frame::{Rows, Run};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum PixelFormat {
     /// One byte a pixel, taken as green.
+    // Recordings keep the name.
+    #[cfg_attr(feature = "serde", serde(rename = "Grey"))]
     Gray,
     /// One little-endian word of 16 bits a pixel, of which 10 count.
     Y10,

@@ -1,9 +1,12 @@
-//! Sums of bytes over a block of rows: what a taxel of one byte a pixel comes down to.
+//! Sums the bytes of a block of rows: what a taxel of one byte per pixel comes down to.
 //!
-//! The plain way is right anywhere, and a host's compiler makes packed instructions of it. A Cortex-M's does not, so there four bytes
-//! are added as one word, and a Cortex-M4 or M7 has an instruction for their sum. Instructions from a frame of 400 × 400, 62,500 bytes under
-//! taxels, to features; in stripes of eight rows on a Cortex-M0, whole on the others (`cost` of wstac-fw; `ci/firmware` keeps the second
-//! column, and the first is what it prints with [`plain`] in the place of these):
+//! The plain code is right anywhere, and a host's compiler makes packed instructions of it. A Cortex-M's compiler does
+//! not.
+//! So there four bytes are added as one word, and a Cortex-M4 or M7 has an instruction for their sum.
+//!
+//! The table has the instructions from a frame of 400 × 400 to its features, with 62,500 bytes under taxels.
+//! The Cortex-M0 gets stripes of eight rows, the others whole frames. `cost` of wstac-fw counts them.
+//! `ci/firmware` checks the second column; the first is counted with [`plain`] in the place of these kernels.
 //!
 //! | core | plain | here |
 //! | --- | ---: | ---: |
@@ -11,7 +14,8 @@
 //! | Cortex-M3 | 278,236 | 196,215 |
 //! | Cortex-M4 | 278,149 | 39,124 |
 //!
-//! All ways are tested to give the same sums: here the words, on emulated boards (`golden` of wstac-fw) whatever each has.
+//! All kernels are tested to give the same sums: words here, and the kernel of each board on an emulated one (`golden`
+//! of wstac-fw).
 
 #[cfg(dsp)]
 mod packed;
@@ -20,18 +24,18 @@ mod words;
 
 use crate::frame::Block;
 
-/// The sum of a block's bytes; below 2^32 if there are fewer than 2^24 of them.
+/// Sums a block's bytes. The sum is below 2^32 if there are fewer than 2^24 bytes.
 #[cfg(not(target_arch = "arm"))]
 #[inline(always)]
 pub(super) fn sum(block: Block<'_>) -> u32 {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(sum) = super::avx2::Avx2::get().and_then(|avx2| avx2.sum::<1, 0>(block)) {
+    #[cfg(simd)]
+    if let Some(sum) = super::simd::Simd::get().and_then(|simd| simd.sum::<1, 0>(block)) {
         return sum;
     }
     plain(block)
 }
 
-/// The sum of a block's bytes; below 2^32 if there are fewer than 2^24 of them.
+/// Sums a block's bytes. The sum is below 2^32 if there are fewer than 2^24 bytes.
 #[cfg(target_arch = "arm")]
 #[inline(always)]
 pub(super) fn sum(block: Block<'_>) -> u32 {
@@ -43,7 +47,7 @@ pub(super) fn sum(block: Block<'_>) -> u32 {
     Strip::<MOST_WIDTH>::new(block).map_or_else(|| in_strips(block, of_strip), of_strip)
 }
 
-/// The plain way.
+/// Sums a block's bytes by plain code.
 #[cfg(any(test, not(target_arch = "arm")))]
 #[inline(always)]
 fn plain(block: Block<'_>) -> u32 {
@@ -55,14 +59,15 @@ fn of_run(bytes: &[u8]) -> u32 {
     bytes.iter().map(|&byte| u32::from(byte)).sum()
 }
 
-/// A block as kernels want it: at least a row, rows aligned alike, so wide that there is a word in each, and at most `MOST` bytes wide.
+/// A block that kernels can sum: at least one row, rows of the same alignment, each with an aligned word and at most
+/// `MOST` bytes wide.
 #[cfg(any(test, target_arch = "arm"))]
 #[derive(Clone, Copy)]
 struct Strip<'a, const MOST: usize>(Block<'a>);
 
 #[cfg(any(test, target_arch = "arm"))]
 impl<'a, const MOST: usize> Strip<'a, MOST> {
-    /// Fewer bytes may have no aligned word.
+    /// The least bytes that always have an aligned word.
     const LEAST: usize = 7;
 
     #[inline(always)]
@@ -73,7 +78,7 @@ impl<'a, const MOST: usize> Strip<'a, MOST> {
     }
 }
 
-/// The sum of any block, in strips of single rows.
+/// Sums any block in strips of single rows.
 #[cfg(any(test, target_arch = "arm"))]
 #[cold]
 #[inline(never)]
@@ -98,7 +103,7 @@ mod tests {
             ((u64::from(seed) * u64::from(below)) >> 32) as usize
         };
         for turn in 0..3_000 {
-            // Widths beyond what 16-bit lanes hold, too.
+            // Some rows have sums that do not fit 16-bit lanes.
             let width = 1 + next(if turn % 50 == 0 { 9_000 } else { 120 });
             let bytes_per_row = width + next(9);
             let (rows, offset) = (1 + next(60), next(4));

@@ -5,26 +5,32 @@
 
 pub mod any;
 #[cfg(target_arch = "x86_64")]
-#[doc(hidden)]
-pub mod avx2;
+mod avx2;
 pub mod bayer;
 mod byte_sums;
 pub mod gray;
+#[cfg(all(simd, target_arch = "aarch64"))]
+mod neon;
 pub mod packed_rgb;
 pub mod packed_ycbcr;
 pub mod planar_ycbcr;
 pub mod rgb565;
+#[cfg(simd)]
+#[doc(hidden)]
+pub mod simd;
 pub mod words;
 pub mod ycbcr;
 
 use crate::frame::{Rows, Run, Stride};
+use crate::layout::FrameSize;
 
-/// The instructions that frames are summed with on this machine: `AVX2` where it has them, `plain` where those are all that the program was
-/// compiled for.
+/// Returns the name of the instructions that frames are summed with on this machine: `AVX-512` (with `AVX2` for most
+/// formats), `AVX2`, `NEON`, or
+/// `plain` if it has none of them.
 pub fn instruction_set() -> &'static str {
-    #[cfg(target_arch = "x86_64")]
-    if avx2::Avx2::get().is_some() {
-        return "AVX2";
+    #[cfg(simd)]
+    if let Some(simd) = simd::Simd::get() {
+        return simd.name();
     }
     "plain"
 }
@@ -50,6 +56,46 @@ pub trait GreenChannel: Copy {
     /// stripes.
     fn chroma_bytes(&self, _bytes_per_row: usize, _rows: u16) -> Option<usize> {
         None
+    }
+
+    /// Returns the least bytes of `rows` rows of a packed format: padding after the last row may be missing.
+    ///
+    /// More than a 32-bit machine can address saturates: no slice is as long.
+    #[inline]
+    fn packed_bytes(&self, width: u16, rows: usize, bytes_per_row: usize) -> usize {
+        let before = rows.saturating_sub(1).saturating_mul(bytes_per_row);
+        before.saturating_add(if rows == 0 { 0 } else { self.row_bytes(width) })
+    }
+
+    /// Returns the least bytes of a frame: of a packed format, padding after the last row may be missing.
+    #[inline]
+    fn least_frame_bytes(&self, size: FrameSize, bytes_per_row: usize) -> usize {
+        let rows = usize::from(size.height());
+        match self.chroma_bytes(bytes_per_row, size.height()) {
+            Some(chroma) => bytes_per_row.saturating_mul(rows).saturating_add(chroma),
+            None => self.packed_bytes(size.width(), rows, bytes_per_row),
+        }
+    }
+
+    /// Returns the bytes of a frame with the padding of all its rows.
+    ///
+    /// ```
+    /// use wstac_core::green::GreenChannel;
+    /// use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
+    /// use wstac_core::green::ycbcr::YcbcrEncoding;
+    /// use wstac_core::layout::FrameSize;
+    ///
+    /// let rgb = Any::new(PixelFormat::Rgb24, YcbcrEncoding::default(), YcbcrMethod::Exact);
+    /// let size = FrameSize::new(640, 480)?;
+    /// assert_eq!(rgb.row_bytes(640), 1920);
+    /// assert_eq!(rgb.frame_bytes(size, 2048), 480 * 2048);
+    /// assert_eq!(rgb.least_frame_bytes(size, 2048), 479 * 2048 + 1920);
+    /// # Ok::<(), wstac_core::error::Error>(())
+    /// ```
+    #[inline]
+    fn frame_bytes(&self, size: FrameSize, bytes_per_row: usize) -> usize {
+        let chroma = self.chroma_bytes(bytes_per_row, size.height()).unwrap_or(0);
+        bytes_per_row.saturating_mul(usize::from(size.height())).saturating_add(chroma)
     }
 
     /// Adds the pixels of `run` to `sum`.

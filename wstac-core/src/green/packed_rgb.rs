@@ -1,7 +1,7 @@
 //! RGB24, BGR24 and the 32-bit orders: the green byte of each pixel.
 
-#[cfg(target_arch = "x86_64")]
-use super::avx2::Avx2;
+#[cfg(simd)]
+use super::simd::Simd;
 use super::{GreenChannel, sum_pixels};
 use crate::frame::{Rows, Run};
 
@@ -34,11 +34,11 @@ impl<const BYTES: usize, const GREEN: usize> GreenChannel for PackedRgb<BYTES, G
         *sum += sum_pixels::<BYTES>(bytes, run.stride, |pixel| u32::from(pixel[GREEN]));
     }
 
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(simd)]
     #[inline(always)]
     fn add_block(&self, sum: &mut u32, rows: &Rows<'_>, run: Run, count: u16) {
         let block = rows.block(run.y, count, BYTES * usize::from(run.x), BYTES * usize::from(run.width));
-        match block.zip(Avx2::get()).and_then(|(block, avx2)| avx2.sum::<BYTES, GREEN>(block)) {
+        match block.zip(Simd::get()).and_then(|(block, simd)| simd.sum::<BYTES, GREEN>(block)) {
             Some(green) => *sum += green,
             None => super::row_by_row(self, sum, rows, run, count),
         }

@@ -44,12 +44,12 @@ impl<C: Conversion, const LUMA: usize> GreenChannel for PackedYcbcr<C, LUMA> {
         add_pairs(&self.conversion, sum, run, cells);
     }
 
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(simd)]
     #[inline(always)]
     fn add_block(&self, sum: &mut C::Sum, rows: &Rows<'_>, run: Run, count: u16) {
-        use super::avx2::{self, Chroma};
+        use super::simd::{self, Chroma};
         let parts = |first, cells| Some((rows.block(run.y, count, 4 * first, 4 * cells)?, Chroma::Within(LUMA)));
-        if !avx2::add_block(&self.conversion, sum, run, parts) {
+        if !simd::add_block(&self.conversion, sum, run, parts) {
             super::row_by_row(self, sum, rows, run, count);
         }
     }

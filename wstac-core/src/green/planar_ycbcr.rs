@@ -1,9 +1,9 @@
 //! NV12, YU12, YUV422P, YUV444P: a plane of luma, then chroma. They take whole frames.
 
 use super::GreenChannel;
-#[cfg(target_arch = "x86_64")]
-use super::avx2::{self, Chroma, Shared};
 use super::packed_ycbcr::add_pairs;
+#[cfg(simd)]
+use super::simd::{self, Chroma, Shared};
 use super::ycbcr::{Conversion, Exact};
 use crate::frame::{Rows, Run};
 
@@ -44,7 +44,7 @@ impl<C: Conversion> GreenChannel for Nv12<C> {
         add_pairs(&self.conversion, sum, run, cells.map(|(&[first, second], &[cb, cr])| [first, second, cb, cr]));
     }
 
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(simd)]
     #[inline(always)]
     fn add_block(&self, sum: &mut C::Sum, rows: &Rows<'_>, run: Run, count: u16) {
         let parts = |first, cells| {
@@ -54,7 +54,7 @@ impl<C: Conversion> GreenChannel for Nv12<C> {
             let pairs = rows.plane_block(0, rows.bytes_per_row(), (y, count), (2 * first, 2 * cells))?;
             Some((luma, Chroma::Pairs(pairs, shared)))
         };
-        if !avx2::add_block(&self.conversion, sum, run, parts) {
+        if !simd::add_block(&self.conversion, sum, run, parts) {
             super::row_by_row(self, sum, rows, run, count);
         }
     }
@@ -115,7 +115,7 @@ impl<C: Conversion, const VERTICAL: u32> GreenChannel for PlanarPairs<C, VERTICA
         add_pairs(&self.conversion, sum, run, pairs);
     }
 
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(simd)]
     #[inline(always)]
     fn add_block(&self, sum: &mut C::Sum, rows: &Rows<'_>, run: Run, count: u16) {
         let parts = |first, cells| {
@@ -128,7 +128,7 @@ impl<C: Conversion, const VERTICAL: u32> GreenChannel for PlanarPairs<C, VERTICA
             let cr = rows.plane_block(plane, bytes_per_row, (y, count), (first, cells))?;
             Some((luma, Chroma::Planes([cb, cr], shared)))
         };
-        if !avx2::add_block(&self.conversion, sum, run, parts) {
+        if !simd::add_block(&self.conversion, sum, run, parts) {
             super::row_by_row(self, sum, rows, run, count);
         }
     }

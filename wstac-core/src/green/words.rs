@@ -1,7 +1,7 @@
 //! Y10, Y12, Y16: one little-endian 16-bit word a pixel, taken as green.
 
-#[cfg(target_arch = "x86_64")]
-use super::avx2::{Avx2, Places};
+#[cfg(simd)]
+use super::simd::{Places, Simd};
 use super::{GreenChannel, full_scale, saturated_word, sum_pixels};
 use crate::frame::{Rows, Run};
 
@@ -33,12 +33,12 @@ impl<const BITS: u32> GreenChannel for Words<BITS> {
         *sum += sum_pixels(bytes, run.stride, |&word| saturated_word::<BITS>(word));
     }
 
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(simd)]
     #[inline(always)]
     fn add_block(&self, sum: &mut u32, rows: &Rows<'_>, run: Run, count: u16) {
         let block = rows.block(run.y, count, 2 * usize::from(run.x), 2 * usize::from(run.width));
         // Of 16 bits no word is above full scale.
-        match block.filter(|_| BITS == 16).zip(Avx2::get()).and_then(|(block, avx2)| avx2.places(block)) {
+        match block.filter(|_| BITS == 16).zip(Simd::get()).and_then(|(block, simd)| simd.places(block)) {
             Some(Places { all: [a, b, c, d], .. }) => *sum += a + c + ((b + d) << 8),
             None => super::row_by_row(self, sum, rows, run, count),
         }

@@ -10,8 +10,8 @@
 //!
 //! because p · y is an integer. So only w needs more than 16 bits, once for the pixels that share a chroma sample.
 
-#[cfg(target_arch = "x86_64")]
-use super::avx2::{Avx2, Cells, Factors};
+#[cfg(simd)]
+use super::simd::{Cells, Factors, Simd};
 pub(super) use vectors::Vectors;
 
 /// Matrix of Y, Cb, Cr.
@@ -145,8 +145,8 @@ pub struct Exact {
     /// Highest p · y + w that is not clamped, and 2^22 / q rounded up: n / q = (n · reciprocal) >> 22 up to there.
     highest: i32,
     reciprocal: u32,
-    /// The same for vectors.
-    #[cfg(target_arch = "x86_64")]
+    /// The numbers of vector kernels.
+    #[cfg(simd)]
     factors: Factors,
 }
 
@@ -174,8 +174,8 @@ impl Exact {
             offset,
             highest: 256 * c.luma.1 - 1,
             reciprocal: (1_u32 << 22).div_ceil(c.luma.1 as u32),
-            #[cfg(target_arch = "x86_64")]
-            factors: factors(c.luma.0, cb, cr, offset, GUARD),
+            #[cfg(simd)]
+            factors: Factors::of(&c),
         }
     }
 }
@@ -207,39 +207,43 @@ impl Conversion for Exact {
     }
 }
 
+#[cfg(all(test, simd))]
+impl Exact {
+    /// Returns the numbers of vector kernels.
+    pub(super) fn factors(&self) -> &Factors {
+        &self.factors
+    }
+}
+
 impl Vectors<u32> for Exact {
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(simd)]
     #[inline(always)]
-    fn add_cells(&self, sum: &mut u32, cells: &Cells<'_>, avx2: Avx2) -> bool {
-        *sum += avx2.exact(cells, &self.factors);
+    fn add_cells(&self, sum: &mut u32, cells: &Cells<'_>, simd: Simd) -> bool {
+        *sum += simd.exact(cells, &self.factors);
         true
     }
 }
 
-/// Against rounding to fewer bits: with these, values that are integers exactly stay above them, and the others below the next. [`GUARD`] is
-/// well within them.
-#[cfg(all(test, target_arch = "x86_64"))]
-pub(super) const GUARDS: core::ops::RangeInclusive<i64> = -133..=132;
-#[cfg(target_arch = "x86_64")]
-const GUARD: i64 = 64;
+/// Fraction bits of the chroma factors that [`Factors`] splits, and of its offset.
+#[cfg(simd)]
+const CHROMA_BITS: u32 = 48;
+#[cfg(simd)]
+const OFFSET_BITS: u32 = 16;
 
-/// [`Exact`]'s with fewer bits.
-#[cfg(target_arch = "x86_64")]
-const fn factors(luma: i32, cb: (i32, i32), cr: (i32, i32), offset: (i32, i32), guard: i64) -> Factors {
-    const fn whole((high, low): (i32, i32)) -> i64 {
-        (high as i64) << LOW_BITS | low as i64
-    }
-    let bits = HIGH_BITS + LOW_BITS - Factors::high_bits(luma) - 15;
-    let half = 1 << (bits - 1);
-    let (cb, cr) = ((whole(cb) + half) >> bits, (whole(cr) + half) >> bits);
-    Factors::new(luma, -cb, -cr, (whole(offset) >> bits) + guard)
-}
-
-#[cfg(all(test, target_arch = "x86_64"))]
-impl Exact {
-    /// Its factors for vectors with another guard.
-    pub(super) fn factors_with(&self, guard: i64) -> Factors {
-        factors(self.luma, self.cb, self.cr, self.offset, guard)
+#[cfg(simd)]
+impl Factors {
+    /// Returns the factors of vector kernels: those of [`Exact`] with fewer bits.
+    ///
+    /// The offset is that for Cb = Cr = 0. Rounded to 16 fraction bits it makes the same w as exact fractions do.
+    const fn of(c: &Coefficients) -> Self {
+        let (cb, cr, denominator) = (c.cb as i128, c.cr as i128, c.denominator as i128);
+        let factors = [
+            (((cb << CHROMA_BITS) + denominator / 2) / denominator) as i64,
+            (((cr << CHROMA_BITS) + denominator / 2) / denominator) as i64,
+        ];
+        let twice = (c.luma.1 - 2 * c.luma.0 * c.black) as i128 * denominator + 256 * (cb + cr);
+        let offset = ((twice << OFFSET_BITS) + denominator) / (2 * denominator);
+        Self::new(c.luma.0, factors, offset as i32)
     }
 }
 
@@ -287,21 +291,22 @@ impl Conversion for Linear {
 }
 
 impl Vectors<[u32; 3]> for Linear {
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(simd)]
     #[inline(always)]
-    fn add_cells(&self, sum: &mut [u32; 3], cells: &Cells<'_>, avx2: Avx2) -> bool {
-        let Some([y, cb, cr]) = cells.sums(avx2) else { return false };
+    fn add_cells(&self, sum: &mut [u32; 3], cells: &Cells<'_>, simd: Simd) -> bool {
+        let Some([y, cb, cr]) = cells.sums(simd) else { return false };
         *sum = [sum[0] + y, sum[1] + cb, sum[2] + cr];
         true
     }
 }
 
 mod vectors {
-    /// What a conversion gathers by vectors: not to be named outside, and the same to see on every machine.
+    /// Gathers pixels by vectors. The trait cannot be named outside, so that the interface is the same on every
+    /// machine.
     pub trait Vectors<Sum> {
-        /// Adds the pixels of cells by AVX2; whether it did.
-        #[cfg(target_arch = "x86_64")]
-        fn add_cells(&self, sum: &mut Sum, cells: &super::Cells<'_>, avx2: super::Avx2) -> bool;
+        /// Adds the pixels of cells by vectors and returns whether it did.
+        #[cfg(simd)]
+        fn add_cells(&self, sum: &mut Sum, cells: &super::Cells<'_>, simd: super::Simd) -> bool;
     }
 }
 

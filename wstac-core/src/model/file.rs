@@ -9,7 +9,7 @@
 //! | 0–1 | `WSM1` |
 //! | 2–3 | CRC-32 (IEEE) of the bytes from half 4 to the end |
 //! | 4–5 | length of the file, in words |
-//! | 6 | kind: 1 linear, one-vs-rest; 2 linear, one-vs-one; 3 forest; 4 boosted trees |
+//! | 6 | kind: 1 linear, one against the rest; 2 linear, one against one; 3 forest; 4 boosted trees |
 //! | 7 | what weights and leaves are: 1 int8, 2 int16, 3 float32; 0 in a forest |
 //! | 8 | classes, 1 to [`MOST_CLASSES`] |
 //! | 9 | task: 0 unstated, 1 specimen, 2 pattern, 3 depth |

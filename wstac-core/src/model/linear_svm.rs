@@ -1,7 +1,7 @@
 //! Linear models, such as a linear SVM: a weighted sum of the sample for every class, or for every two classes.
 //!
-//! From half 16 on: the weighted sums (*rows*; one half): one for each class, or a single one for two classes
-//! (one-vs-rest), or one for each pair of classes, 0 and 1, 0 and 2 … 1 and 2 … (one-vs-one); a half of 0; then each
+//! From half 16 on: the weighted sums (*rows*; one half): one for each class, or a single one for two classes (one against
+//! the rest), or one for each pair of classes, 0 and 1, 0 and 2 … 1 and 2 … (one against one); a half of 0; then each
 //! row's bias, an int64 (four halves); then the weights, in blocks of up to [`BLOCK`] rows: for every two inputs, the two
 //! weights of each row of the block (int16); or for every four inputs, the four of each (int8), in the order first, third,
 //! second, fourth: a Cortex-M4 widens every other byte. Inputs are those of the frames that the model needs, and for int8

@@ -16,6 +16,7 @@ use wstac_core::speed;
 use wstac_core::stream::FeatureStream;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture;
+use wstac_core::trigger::Trigger;
 use wstac_fw::emulated::clock::Clock;
 use wstac_fw::emulated::host::{self, Console, File};
 use wstac_fw::emulated::stack;
@@ -60,28 +61,23 @@ fn run() -> Result<(), Error> {
     let (frames, features) = (File::open(b"frames\0"), File::create(b"features\0"));
     let layout = setup::layout(FrameSize::new(SIDE as u32, SIDE as u32)?)?;
     let camera = FrameGeometry::with_stride(setup::GREEN, layout, FrameRate::NOMINAL, setup::STRIDE)?;
-    let mut stream = FeatureStream::<setup::GreenChannel, setup::Ln>::with_floor(camera, setup::FLOOR)?;
     let mut pipeline = setup::pipeline(camera)?;
+    // The pipeline's own cannot be timed apart.
+    let mut trigger = Trigger::with(setup::TRIGGER, 0, setup::FOLLOWING);
     let speed = setup::speed(FrameRate::NOMINAL)?;
     let [mut to_features, mut to_trigger, mut to_speed, mut to_direction, mut to_texture] =
         [const { Cost { times: 0, ticks: 0 } }; 5];
     let mut stripe = [0; ROWS * SIDE * setup::PIXEL_BYTES];
     let mut frame_ticks = 0;
     while frames.read(&mut stripe) {
-        let (stream_ticks, frame) = clock.ticks(|| stream.push_stripe(&stripe));
-        frame_ticks += stream_ticks;
-        let frame = frame?;
         let (ticks, update) = clock.ticks(|| pipeline.push_stripe(&stripe));
+        frame_ticks += ticks;
         let update = update?;
-        if frame.is_none() {
-            continue;
-        }
-        to_features.add(core::mem::take(&mut frame_ticks));
-        // The whole pipeline does what the stream does, then the trigger's part.
-        to_trigger.add(ticks.saturating_sub(stream_ticks));
-        if let Some(frame) = update.frame() {
-            features.write(&frame.features);
-        }
+        let Some(frame) = update.frame() else { continue };
+        features.write(&frame.features);
+        let (ticks, _) = clock.ticks(|| trigger.push(frame.features, frame.has_missing_frames).is_some());
+        to_trigger.add(ticks);
+        to_features.add(core::mem::take(&mut frame_ticks).saturating_sub(ticks));
         if let Some(event) = update.event() {
             to_speed.add(clock.ticks(|| speed::speed(&event, &speed)).0);
             to_direction.add(clock.ticks(|| direction::direction(&event)).0);

@@ -3,17 +3,18 @@
 //! USB transfers lose packets, so a picture is only taken if it is whole: headers, the size that was agreed on, an end
 //! marker, as many blocks in between as the size asks for, and no error on the way.
 
+mod data;
+mod headers;
+mod tables;
+
 use wstac_core::layout::FrameSize;
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-use super::jpeg_headers::Headers;
-use super::jpeg_tables::STANDARD_TABLES;
-
-/// Why a frame is lost whose picture is damaged.
-pub const CORRUPT: &str = "corrupt JPEG picture";
+use self::headers::Headers;
+use self::tables::STANDARD_TABLES;
 
 /// Decodes the pictures of one stream into one buffer.
 #[derive(Clone, Debug)]
@@ -225,21 +226,17 @@ mod tests {
     #[test]
     fn damage_and_garbage_do_no_harm() {
         let (whole, mut decoder) = (jpeg(SamplingFactor::F_2_1), Decoder::new(size()));
-        let mut state = 1_u32;
-        let mut random = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) as usize
-        };
+        let mut random = fastrand::Rng::with_seed(1);
         for _ in 0..3000 {
             let mut damaged = whole.clone();
-            for _ in 0..=random() % 8 {
-                let at = random() % damaged.len();
-                damaged[at] = random() as u8;
+            for _ in 0..random.u8(1..=8) {
+                let at = random.usize(..damaged.len());
+                damaged[at] = random.u8(..);
             }
             let _ = decoder.decode(&damaged);
         }
         for length in 0..300 {
-            let mut garbage: Vec<u8> = (0..length).map(|_| random() as u8).collect();
+            let mut garbage: Vec<u8> = (0..length).map(|_| random.u8(..)).collect();
             assert!(decoder.decode(&garbage).is_none());
             garbage.splice(0..0, [0xff, 0xd8]);
             assert!(decoder.decode(&garbage).is_none());

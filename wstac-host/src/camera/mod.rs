@@ -2,9 +2,7 @@
 
 mod device_info;
 pub mod formats;
-mod jpeg_data;
-mod jpeg_headers;
-mod jpeg_tables;
+#[cfg(feature = "jpeg")]
 pub mod mjpeg;
 pub mod modes;
 mod state;

@@ -6,7 +6,6 @@ use serde::{Serialize, Serializer};
 use wstac_core::rate::FrameRate;
 
 use super::formats::{self, FourCc};
-use crate::rate::per_second;
 
 /// Frame sizes from `smallest` to `largest` in steps; both are the same where there is one size only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -94,7 +93,7 @@ pub struct Mode {
 
 /// A rate for a person: `30`, `29.97`, `7.5`.
 pub fn fps(rate: FrameRate) -> String {
-    let value = per_second(rate);
+    let value = rate.per_second();
     let digits = if value < 1.0 { 4 } else { 2 };
     let text = format!("{value:.digits$}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()

@@ -2,22 +2,21 @@
 
 use std::fmt::Write;
 
-use wstac_core::params::SAMPLE_FRAMES;
-use wstac_core::speed::Speed;
+use wstac_core::features::Features;
+use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::trigger::{InterruptedSample, StreamEnd};
-use wstac_core::wire::{Answers, Fault, Hello, Message, ModelFacts, TextureAnswer};
+use wstac_core::wire::{Answers, Fault, Hello, Message, ModelFacts, SAMPLE_PART, TextureAnswer};
 
 use super::Report;
 use super::progress::Progress;
-use super::sample::Parts;
-use crate::reading::{BASELINE_DISTURBED, EarlyTextureRecord, EventRecord, Record, Wanted, real};
-use crate::texture::TextureRecord;
+use crate::output::{DisturbedBaseline, EarlyTexture, FrameFeatures, Output, OutputOptions, TactileEvent};
+use crate::texture::Texture;
 use crate::texture::task_name;
 
 /// A board, as its messages show it.
 #[derive(Clone, Debug)]
 pub(super) struct Board {
-    wanted: Wanted,
+    wanted: OutputOptions,
     sample: Parts,
     progress: Progress,
     /// It has said what it is.
@@ -27,7 +26,7 @@ pub(super) struct Board {
 }
 
 impl Board {
-    pub(super) fn new(wanted: Wanted) -> Self {
+    pub(super) fn new(wanted: OutputOptions) -> Self {
         let (sample, progress) = (Parts::default(), Progress::default());
         Self { wanted, sample, progress, known: false, baseline_said: false, ended: false }
     }
@@ -38,8 +37,8 @@ impl Board {
     }
 
     /// The end record where the board gives none.
-    pub(super) fn finish(&self) -> Record {
-        Record::End(self.progress.end())
+    pub(super) fn finish(&self) -> Output {
+        Output::End(self.progress.end())
     }
 
     /// Takes a message, the `first` of a board that has just started or not; `give` gets what follows from it.
@@ -53,8 +52,8 @@ impl Board {
             Message::Hello(hello) => self.hello(hello, first, give),
             Message::Features { frame, features } => {
                 self.progress.reach(frame.saturating_add(1));
-                let record = Record::Features { frame: *frame, f: features.map(real) };
-                if self.wanted.features { give(Report::Record(record)) } else { Ok(()) }
+                let record = Output::Features(FrameFeatures { frame: *frame, features: *features });
+                if self.wanted.features { give(Report::Output(record)) } else { Ok(()) }
             }
             Message::SamplePart { frame, first, features } => {
                 self.sample.take(*frame, *first, features);
@@ -64,13 +63,13 @@ impl Board {
             Message::Texture { frame, frames, texture } => {
                 let so_far = InterruptedSample { frame: *frame, frames: *frames };
                 self.progress.contact(frame.saturating_add(u64::from(*frames)), Some(so_far));
-                let texture = TextureRecord::of(texture.task, texture.label.to_string());
+                let texture = Texture::of(texture.task, texture.label.to_string());
                 let (frame, frames) = (*frame, *frames);
-                give(Report::Record(Record::Texture(EarlyTextureRecord { frame, frames, texture })))
+                give(Report::Output(Output::EarlyTexture(EarlyTexture { frame, frames, texture })))
             }
             Message::InterruptedSample(sample) => {
                 self.progress.contact(sample.frame.saturating_add(u64::from(sample.frames)), None);
-                give(Report::Record(Record::Incomplete((*sample).into())))
+                give(Report::Output(Output::Interrupted(*sample)))
             }
             Message::Lost { frames } => {
                 self.progress.drop(*frames);
@@ -81,7 +80,7 @@ impl Board {
             Message::End { stream, dropped } => {
                 self.status(stream, *dropped, give)?;
                 self.ended = true;
-                give(Report::Record(self.finish()))
+                give(Report::Output(self.finish()))
             }
             // What a newer core has is unknown to its decoder, too, so there is nothing else.
             _ => Ok(()),
@@ -115,12 +114,12 @@ impl Board {
     fn event<E>(&mut self, answers: &Answers<'_>, give: &mut impl FnMut(Report) -> Result<(), E>) -> Result<(), E> {
         self.progress.contact(answers.frame.saturating_add(SAMPLE_FRAMES as u64), None);
         let in_words = |answer: &TextureAnswer<'_>| (answer.task, answer.label.to_string());
-        let texture = TextureRecord::of_all(answers.textures.iter().flatten().map(in_words).collect());
+        let texture = Texture::of_all(answers.textures.iter().flatten().map(in_words).collect());
         let sample = self.sample.of(answers.frame).filter(|_| self.wanted.samples);
         if self.wanted.samples && sample.is_none() {
             give(Report::Note(format!("the sample of the event at frame {} did not arrive", answers.frame)))?;
         }
-        give(Report::Record(Record::Event(Box::new(EventRecord::new(answers, Speed::new, texture, sample)))))
+        give(Report::Output(Output::Event(Box::new(TactileEvent::from_answers(answers, texture, sample)))))
     }
 
     fn status<E>(
@@ -133,7 +132,44 @@ impl Board {
         if !stream.baseline_complete || stream.baseline_quiet || std::mem::replace(&mut self.baseline_said, true) {
             return Ok(());
         }
-        give(Report::Note(BASELINE_DISTURBED.to_owned()))
+        give(Report::Note(DisturbedBaseline.to_string()))
+    }
+}
+
+/// The parts of one sample that have arrived.
+#[derive(Clone, Debug)]
+struct Parts {
+    /// Number of the sample's first frame.
+    frame: u64,
+    frames: [Features; SAMPLE_FRAMES],
+    arrived: [bool; SAMPLE_FRAMES / SAMPLE_PART],
+}
+
+impl Default for Parts {
+    fn default() -> Self {
+        Self { frame: 0, frames: [[0; FEATURES]; SAMPLE_FRAMES], arrived: [false; SAMPLE_FRAMES / SAMPLE_PART] }
+    }
+}
+
+impl Parts {
+    /// Takes the part of the sample at `frame` that starts with its frame `first`; what is no part is passed over.
+    fn take(&mut self, frame: u64, first: u8, part: &[Features; SAMPLE_PART]) {
+        if frame != self.frame {
+            *self = Self { frame, ..Self::default() };
+        }
+        let number = usize::from(first) / SAMPLE_PART;
+        let places = self.frames.as_chunks_mut().0;
+        if usize::from(first).is_multiple_of(SAMPLE_PART)
+            && let (Some(place), Some(arrived)) = (places.get_mut(number), self.arrived.get_mut(number))
+        {
+            *place = *part;
+            *arrived = true;
+        }
+    }
+
+    /// The sample at `frame`, if all of it has arrived.
+    fn of(&self, frame: u64) -> Option<&[Features; SAMPLE_FRAMES]> {
+        (frame == self.frame && self.arrived.iter().all(|&arrived| arrived)).then_some(&self.frames)
     }
 }
 

@@ -1,15 +1,14 @@
-//! A board's messages, as the records that [`reading`](crate::reading) makes of a source here.
+//! A board's messages, as the outputs that a [`Session`](crate::session::Session) gives of a source here.
 
 mod board;
 pub mod port;
 mod progress;
-mod sample;
 
 use wstac_core::wire::{DecodeError, Decoder, Message, VERSION};
 
 use self::board::Board;
 use crate::error::Error;
-use crate::reading::{Record, Wanted};
+use crate::output::{Output, OutputOptions};
 
 /// So many damaged messages and no whole one: the line is not what it should be.
 const ONLY_NOISE: u64 = 20;
@@ -18,7 +17,7 @@ const ONLY_NOISE: u64 = 20;
 #[derive(Clone, Debug, PartialEq)]
 pub enum Report {
     /// What `wstac run` would give.
-    Record(Record),
+    Output(Output),
     /// Something that a person should know.
     Note(String),
     /// The board has started, and knows nothing of what is wanted.
@@ -40,7 +39,7 @@ pub struct Monitor {
 
 impl Monitor {
     /// Before the first byte.
-    pub fn new(wanted: Wanted) -> Self {
+    pub fn new(wanted: OutputOptions) -> Self {
         Self { decoder: Decoder::new(), board: Board::new(wanted), heard: false, damaged: 0, unknown_said: false }
     }
 
@@ -98,7 +97,7 @@ impl Monitor {
     }
 
     /// Ends the stream where the board does not: the end record, as far as it is known here.
-    pub fn finish(&self) -> Record {
+    pub fn finish(&self) -> Output {
         self.board.finish()
     }
 }

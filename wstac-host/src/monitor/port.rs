@@ -1,4 +1,7 @@
 //! Where a board's bytes come from: a serial device, a TCP connection, standard input, or a file.
+//!
+//! The serial port is set here, in a few lines, because one read with one timeout serves all these kinds of ports;
+//! serial port libraries have a reader of their own.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, ErrorKind, Read, Write};

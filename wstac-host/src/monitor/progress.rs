@@ -2,7 +2,7 @@
 
 use wstac_core::trigger::{InterruptedSample, StreamEnd};
 
-use crate::reading::{Completeness, EndRecord, IncompleteRecord};
+use crate::output::StreamSummary;
 
 /// How a board's stream stands.
 #[derive(Clone, Copy, Debug, Default)]
@@ -47,12 +47,12 @@ impl Progress {
     }
 
     /// The end record of a stream that stands like this.
-    pub(super) fn end(&self) -> EndRecord {
-        EndRecord {
+    pub(super) fn end(&self) -> StreamSummary {
+        StreamSummary {
             frames: self.frames,
             dropped: self.dropped,
-            baseline: if self.baseline_complete { Completeness::Complete } else { Completeness::Incomplete },
-            incomplete: self.incomplete.map(IncompleteRecord::from),
+            baseline_complete: self.baseline_complete,
+            incomplete: self.incomplete,
         }
     }
 }

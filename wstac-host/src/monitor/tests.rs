@@ -9,7 +9,8 @@ use wstac_core::trigger::TriggerConfig;
 use wstac_core::wire::{Answers, Hello, LONGEST, Text, TextureAnswer, encode};
 
 use super::*;
-use crate::reading::{Completeness, EndRecord, IncompleteRecord};
+use crate::output::StreamSummary;
+use wstac_core::trigger::InterruptedSample;
 
 fn hello(frame: u64) -> Message<'static> {
     Message::Hello(Hello {
@@ -37,12 +38,15 @@ fn event(frame: u64) -> Message<'static> {
 }
 
 /// What comes of these messages, and the end record where they have none.
-fn reports(wanted: Wanted, messages: &[Message]) -> (Vec<Report>, Record) {
+fn reports(wanted: OutputOptions, messages: &[Message]) -> (Vec<Report>, Output) {
     numbered(wanted, (0..).zip(messages))
 }
 
 /// The same of messages with sequence numbers.
-fn numbered<'m>(wanted: Wanted, messages: impl IntoIterator<Item = (u16, &'m Message<'m>)>) -> (Vec<Report>, Record) {
+fn numbered<'m>(
+    wanted: OutputOptions,
+    messages: impl IntoIterator<Item = (u16, &'m Message<'m>)>,
+) -> (Vec<Report>, Output) {
     let (mut monitor, mut reports) = (Monitor::new(wanted), Vec::new());
     for (sequence, message) in messages {
         let give = |report| {
@@ -58,16 +62,16 @@ fn note(text: &str) -> Report {
     Report::Note(text.to_owned())
 }
 
-fn end(frames: u64, baseline: Completeness, incomplete: Option<IncompleteRecord>) -> Record {
-    Record::End(EndRecord { frames, dropped: 0, baseline, incomplete })
+fn end(frames: u64, baseline_complete: bool, incomplete: Option<InterruptedSample>) -> Output {
+    Output::End(StreamSummary { frames, dropped: 0, baseline_complete, incomplete })
 }
 
 #[test]
 fn a_board_that_starts_again_starts_from_nothing() {
     let said = note("board 1: 320x240 Gray at 30000/1001 frames a second, baseline of 25 frames");
-    let (found, last) = numbered(Wanted::default(), [(0, &hello(0)), (1, &hello(90)), (0, &hello(0))]);
+    let (found, last) = numbered(OutputOptions::default(), [(0, &hello(0)), (1, &hello(90)), (0, &hello(0))]);
     assert_eq!(found, [Report::Started, said, note("the board has started again"), Report::Started]);
-    assert_eq!(last, end(0, Completeness::Incomplete, None));
+    assert_eq!(last, end(0, false, None));
 }
 
 #[test]
@@ -75,44 +79,45 @@ fn a_start_is_told_from_an_answer() {
     let said = note("board 1: 320x240 Gray at 30000/1001 frames a second, baseline of 25 frames");
     let again = note("the board has started again");
     // A board without frames is asked twice, then starts anew.
-    let (found, _) = numbered(Wanted::default(), [(0, &hello(0)), (1, &hello(0)), (2, &hello(0)), (0, &hello(0))]);
+    let (found, _) =
+        numbered(OutputOptions::default(), [(0, &hello(0)), (1, &hello(0)), (2, &hello(0)), (0, &hello(0))]);
     assert_eq!(
         found,
         [Report::Started, said.clone(), Report::Started, Report::Started, again.clone(), Report::Started]
     );
     // Its first message, and the note of what was lost with it, went the way of the power.
-    let (found, last) = numbered(Wanted::default(), [(7, &hello(90)), (1, &hello(0))]);
+    let (found, last) = numbered(OutputOptions::default(), [(7, &hello(90)), (1, &hello(0))]);
     assert_eq!(found, [said, note("1 message lost"), again, Report::Started]);
-    assert_eq!(last, end(0, Completeness::Incomplete, None));
+    assert_eq!(last, end(0, false, None));
 }
 
 #[test]
 fn an_end_that_the_board_does_not_tell_is_known_from_what_it_told() {
     let features = Message::Features { frame: 99, features: [0; 10] };
-    let (found, last) = reports(Wanted::default(), &[features]);
-    assert_eq!((found, last), (vec![], end(100, Completeness::Incomplete, None)));
+    let (found, last) = reports(OutputOptions::default(), &[features]);
+    assert_eq!((found, last), (vec![], end(100, false, None)));
     let texture = TextureAnswer { task: wstac_core::model::file::Task::Pattern, label: Text::new("Saw") };
     let early = Message::Texture { frame: 200, frames: 40, texture };
-    let under_way = Some(IncompleteRecord { frame: 200, frames: 40 });
-    assert_eq!(reports(Wanted::default(), &[early]).1, end(240, Completeness::Complete, under_way));
-    assert_eq!(reports(Wanted::default(), &[early, event(200)]).1, end(270, Completeness::Complete, None));
+    let under_way = Some(InterruptedSample { frame: 200, frames: 40 });
+    assert_eq!(reports(OutputOptions::default(), &[early]).1, end(240, true, under_way));
+    assert_eq!(reports(OutputOptions::default(), &[early, event(200)]).1, end(270, true, None));
 }
 
 #[test]
 fn a_sample_is_whole_and_of_its_event_or_none() {
-    let wanted = Wanted { samples: true, ..Wanted::default() };
+    let wanted = OutputOptions { samples: true, ..OutputOptions::default() };
     let part = |frame, first| Message::SamplePart { frame, first, features: [[i16::from(first) * 64; 10]; 10] };
     let parts = |frame| (0..7).map(move |number| part(frame, 10 * number)).collect::<Vec<_>>();
     let sample = |messages: &[Message]| {
         let (found, _) = reports(wanted, messages);
         match found.last() {
-            Some(Report::Record(Record::Event(event))) => event.sample.clone(),
+            Some(Report::Output(Output::Event(event))) => event.sample.clone(),
             _ => panic!("{found:?}"),
         }
     };
     let whole = sample(&[parts(7), vec![event(7)]].concat()).unwrap();
-    assert_eq!((whole.len(), whole[9].len()), (10, 70));
-    assert_eq!((whole[9][0], whole[9][9], whole[9][10], whole[0][69]), (0.0, 0.0, 0.3125, 1.875));
+    assert_eq!((whole.len(), whole[9].len()), (70, 10));
+    assert_eq!((whole[0][9], whole[9][9], whole[10][9], whole[69][0]), (0, 0, 640, 3840));
     // A part is missing, of another event, or none that there is.
     assert_eq!(sample(&[&parts(7)[1..], &[event(7)]].concat()), None);
     assert_eq!(sample(&[&parts(7)[..6], &[part(8, 60), event(7)]].concat()), None);
@@ -131,8 +136,8 @@ fn numbers_that_cannot_be_are_borne() {
     let lost = Message::Lost { frames: last };
     let incomplete = Message::InterruptedSample(wstac_core::trigger::InterruptedSample { frame: last, frames: 255 });
     let features = Message::Features { frame: last, features: [i16::MIN; 10] };
-    let (found, record) = reports(Wanted::default(), &[early, event(last), lost, lost, incomplete, features]);
+    let (found, record) = reports(OutputOptions::default(), &[early, event(last), lost, lost, incomplete, features]);
     assert_eq!(found.len(), 5);
-    let all = EndRecord { frames: last, dropped: last, baseline: Completeness::Complete, incomplete: None };
-    assert_eq!(record, Record::End(all));
+    let all = StreamSummary { frames: last, dropped: last, baseline_complete: true, incomplete: None };
+    assert_eq!(record, Output::End(all));
 }

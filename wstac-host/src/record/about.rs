@@ -12,7 +12,7 @@ use wstac_core::rate::FrameRate;
 use crate::camera::CameraState;
 use crate::config::Config;
 use crate::error::Error;
-use crate::source::StreamInfo;
+use crate::source::{Labels, StreamInfo};
 
 /// Names of the records of metadata.
 const STREAM: &str = "wstac.stream";
@@ -24,15 +24,14 @@ const LAYOUT: &str = "wstac.layout";
 const JSON: &str = "json";
 const TOML: &str = "toml";
 
-/// What a person says of a recording, such as `specimen` `Saw3`.
-pub type Labels = BTreeMap<String, String>;
-
 /// The stream, as its frames are stored.
 #[derive(Debug, Serialize, Deserialize)]
 struct Stream {
     wstac: String,
     size: FrameSize,
     format: PixelFormat,
+    /// Recordings keep the name.
+    #[serde(rename = "colour")]
     color: YcbcrEncoding,
     bytes_per_row: u32,
     rate: FrameRate,
@@ -124,6 +123,7 @@ impl About {
             taxels_only: false,
             about: stream.about,
             camera: camera.map(Box::new),
+            recorded: None,
         };
         Ok(Some(Self {
             info,
@@ -132,5 +132,28 @@ impl About {
             labels: of(LABELS).cloned().unwrap_or_default(),
             models: stream.models,
         }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use wstac_core::green::ycbcr::YcbcrMatrix;
+
+    use super::*;
+
+    /// What the first version wrote. Recordings stay readable.
+    const OF_BEFORE: &str = concat!(
+        r#"{"wstac":"0.1.0","size":[40,40],"format":"Grey","colour":{"matrix":"Bt709","range":"Limited"},"#,
+        r#""bytes_per_row":40,"rate":[30,1],"driver_times":false,"about":"a scene","models":[]}"#
+    );
+
+    #[test]
+    fn recordings_of_before_are_read_and_written_alike() {
+        let stream = Metadata { name: STREAM.into(), metadata: BTreeMap::from([(JSON.into(), OF_BEFORE.into())]) };
+        let about = About::from_metadata(&[stream]).unwrap().unwrap();
+        assert_eq!((about.info.format, about.info.color.matrix), (PixelFormat::Gray, YcbcrMatrix::Bt709));
+        let layout = Layout::paper(about.info.size).unwrap();
+        let written = about.to_metadata(&layout).unwrap();
+        assert_eq!(written[0].metadata[JSON], OF_BEFORE);
     }
 }

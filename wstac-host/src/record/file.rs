@@ -202,7 +202,7 @@ impl RecordingFile {
         }
         let (name, schema) = topic.name_and_schema();
         let (schema_encoding, encoding) = schema.encodings();
-        let id = self.writer.add_schema(schema.name(), schema_encoding, &schema.data())?;
+        let id = self.writer.add_schema(schema.name(), schema_encoding, schema.data())?;
         let channel = self.writer.add_channel(id, name, encoding, &BTreeMap::new())?;
         self.channels.insert(topic, channel);
         Ok(channel)

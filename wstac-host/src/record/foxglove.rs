@@ -1,11 +1,17 @@
 //! Messages that viewers know: Foxglove's schemas in protocol buffers, and one of ROS 2.
 //!
-//! Field numbers and types are those of <https://github.com/foxglove/foxglove-sdk> (`schemas/proto/foxglove`); an MCAP
-//! file carries them as a `FileDescriptorSet`, which [`Schema::data`] builds.
+//! An MCAP file carries a schema of protocol buffers as a `FileDescriptorSet`, which [`Schema::data`] returns.
+//! `messages.rs` and the descriptors beside it are written by `ci/protobuf`.
 
+#[allow(dead_code, unreachable_pub, clippy::pedantic, reason = "generated")]
+mod messages;
+
+use prost::Message;
+use prost_types::Timestamp;
 use wstac_core::params::{FEATURES, TAXELS};
 
-use crate::protobuf::{Field, Fields, Message};
+pub(crate) use self::messages::log::Level;
+use self::messages::{CompressedImage, Log, RawImage};
 
 /// A schema that messages of a recording have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,44 +27,6 @@ pub(crate) enum Schema {
     /// A line of `wstac run --json`.
     Record,
 }
-
-/// Types of protocol buffers' fields, by their numbers in a descriptor.
-const INT64: u64 = 3;
-const INT32: u64 = 5;
-const FIXED32: u64 = 7;
-const STRING: u64 = 9;
-const MESSAGE: u64 = 11;
-const BYTES: u64 = 12;
-const ENUM: u64 = 14;
-
-/// Name, number, type and, where that is a message or an enumeration, its name.
-type FieldRow = (&'static str, u32, u64, &'static str);
-
-const TIMESTAMP: &str = ".google.protobuf.Timestamp";
-const RAW_IMAGE: [FieldRow; 7] = [
-    ("timestamp", 1, MESSAGE, TIMESTAMP),
-    ("frame_id", 7, STRING, ""),
-    ("width", 2, FIXED32, ""),
-    ("height", 3, FIXED32, ""),
-    ("encoding", 4, STRING, ""),
-    ("step", 5, FIXED32, ""),
-    ("data", 6, BYTES, ""),
-];
-const COMPRESSED_IMAGE: [FieldRow; 4] = [
-    ("timestamp", 1, MESSAGE, TIMESTAMP),
-    ("frame_id", 4, STRING, ""),
-    ("data", 2, BYTES, ""),
-    ("format", 3, STRING, ""),
-];
-const LOG: [FieldRow; 6] = [
-    ("timestamp", 1, MESSAGE, TIMESTAMP),
-    ("level", 2, ENUM, ".foxglove.Log.Level"),
-    ("message", 3, STRING, ""),
-    ("name", 4, STRING, ""),
-    ("file", 5, STRING, ""),
-    ("line", 6, FIXED32, ""),
-];
-const LEVELS: [&str; 6] = ["UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL"];
 
 const FLOAT64_MULTI_ARRAY: &str = "\
 MultiArrayLayout layout
@@ -96,56 +64,21 @@ impl Schema {
     }
 
     /// Its text or descriptor.
-    pub(crate) fn data(self) -> Vec<u8> {
+    pub(crate) fn data(self) -> &'static [u8] {
         match self {
-            Self::RawImage => descriptors("RawImage", &RAW_IMAGE, &[]),
-            Self::CompressedImage => descriptors("CompressedImage", &COMPRESSED_IMAGE, &[]),
-            Self::Log => descriptors("Log", &LOG, &LEVELS),
-            Self::Float64MultiArray => FLOAT64_MULTI_ARRAY.into(),
-            Self::Record => br#"{"type":"object","properties":{"kind":{"type":"string"}}}"#.into(),
+            Self::RawImage => include_bytes!("foxglove/RawImage.binpb"),
+            Self::CompressedImage => include_bytes!("foxglove/CompressedImage.binpb"),
+            Self::Log => include_bytes!("foxglove/Log.binpb"),
+            Self::Float64MultiArray => FLOAT64_MULTI_ARRAY.as_bytes(),
+            Self::Record => br#"{"type":"object","properties":{"kind":{"type":"string"}}}"#,
         }
     }
 }
 
-/// A `FileDescriptorSet` of one message, with the file of time stamps that it needs.
-fn descriptors(name: &str, fields: &[FieldRow], levels: &[&str]) -> Vec<u8> {
-    let time = descriptor("Timestamp", &[("seconds", 1, INT64, ""), ("nanos", 2, INT32, "")], &[]);
-    let time = file("google/protobuf/timestamp.proto", "google.protobuf").message(4, &time).bytes(12, b"proto3");
-    let message = file(&format!("foxglove/{name}.proto"), "foxglove")
-        .bytes(3, b"google/protobuf/timestamp.proto")
-        .message(4, &descriptor(name, fields, levels))
-        .bytes(12, b"proto3");
-    Message::default().message(1, &time).message(1, &message).finish()
-}
-
-fn file(name: &str, package: &str) -> Message {
-    Message::default().bytes(1, name.as_bytes()).bytes(2, package.as_bytes())
-}
-
-/// A `DescriptorProto`; `levels` are the values of an enumeration `Level` in it.
-fn descriptor(name: &str, fields: &[FieldRow], levels: &[&str]) -> Message {
-    const OPTIONAL: u64 = 1;
-    let mut message = Message::default().bytes(1, name.as_bytes());
-    for &(name, number, kind, of) in fields {
-        let field = Message::default().bytes(1, name.as_bytes()).varint(3, number.into()).varint(4, OPTIONAL);
-        let field = field.varint(5, kind);
-        message = message.message(2, &if of.is_empty() { field } else { field.bytes(6, of.as_bytes()) });
-    }
-    if levels.is_empty() {
-        return message;
-    }
-    let values = (0..).zip(levels).map(|(number, name)| {
-        // The first is 0, which is left out as everywhere.
-        Message::default().bytes(1, name.as_bytes()).varint(2, number)
-    });
-    let level = values.fold(Message::default().bytes(1, b"Level"), |level, value| level.message(2, &value));
-    message.message(4, &level)
-}
-
 /// A `google.protobuf.Timestamp` of nanoseconds.
-fn timestamp(nanoseconds: u64) -> Message {
+fn timestamp(nanoseconds: u64) -> Option<Timestamp> {
     let second = 1_000_000_000;
-    Message::default().varint(1, nanoseconds / second).varint(2, nanoseconds % second)
+    Some(Timestamp { seconds: (nanoseconds / second) as i64, nanos: (nanoseconds % second) as i32 })
 }
 
 /// How a viewer shows bytes as a picture.
@@ -161,56 +94,76 @@ pub(crate) struct Shape {
 
 /// A `foxglove.RawImage`.
 pub(crate) fn raw_image(time: u64, frame_id: &str, shape: Shape, data: &[u8]) -> Vec<u8> {
-    Message::with_capacity(data.len() + 100)
-        .message(1, &timestamp(time))
-        .fixed32(2, shape.width)
-        .fixed32(3, shape.height)
-        .bytes(4, shape.encoding.as_bytes())
-        .fixed32(5, shape.step)
-        .bytes(7, frame_id.as_bytes())
-        .bytes(6, data)
-        .finish()
+    let header = RawImage {
+        timestamp: timestamp(time),
+        frame_id: frame_id.into(),
+        width: shape.width,
+        height: shape.height,
+        encoding: shape.encoding.into(),
+        step: shape.step,
+        data: Vec::new(),
+    };
+    with_data(&header, 6, data)
 }
 
 /// A `foxglove.CompressedImage` of a JPEG picture.
 pub(crate) fn jpeg_image(time: u64, frame_id: &str, data: &[u8]) -> Vec<u8> {
-    Message::with_capacity(data.len() + 100)
-        .message(1, &timestamp(time))
-        .bytes(3, b"jpeg")
-        .bytes(4, frame_id.as_bytes())
-        .bytes(2, data)
-        .finish()
+    let header = CompressedImage {
+        timestamp: timestamp(time),
+        frame_id: frame_id.into(),
+        format: "jpeg".into(),
+        data: Vec::new(),
+    };
+    with_data(&header, 2, data)
 }
 
-/// The picture in a `foxglove.RawImage` or, where `compressed`, in a `foxglove.CompressedImage`.
-pub(crate) fn image_data(message: &[u8], compressed: bool) -> Result<&[u8], String> {
-    let wanted = if compressed { 2 } else { 6 };
-    let (mut fields, mut data) = (Fields { rest: message }, &[][..]);
-    while let Some((number, field)) = fields.next()? {
-        if let (true, Field::Bytes(bytes)) = (number == wanted, field) {
-            data = bytes;
+/// A message whose last field, of this number, is `data`: copied once, not into a message of its own before.
+fn with_data(header: &impl Message, field: u8, data: &[u8]) -> Vec<u8> {
+    let mut message = Vec::with_capacity(data.len() + 100);
+    // The vector grows as it must: there is always room.
+    header.encode(&mut message).unwrap_or_default();
+    // The field's tag: its number, and wire type 2 for bytes.
+    message.push(field << 3 | 2);
+    prost::encode_length_delimiter(data.len(), &mut message).unwrap_or_default();
+    message.extend_from_slice(data);
+    message
+}
+
+/// Pictures that are read, one after the other.
+#[derive(Debug, Default)]
+pub(crate) struct Images {
+    raw: RawImage,
+    compressed: CompressedImage,
+}
+
+impl Images {
+    /// Returns the picture in a `foxglove.RawImage` or, if `compressed`, in a `foxglove.CompressedImage`.
+    ///
+    /// # Errors
+    /// It is no such message.
+    pub(crate) fn read(&mut self, message: &[u8], compressed: bool) -> Result<&[u8], prost::DecodeError> {
+        // Buffers stay from picture to picture.
+        if compressed {
+            self.compressed.clear();
+            self.compressed.merge(message)?;
+            return Ok(&self.compressed.data);
         }
+        self.raw.clear();
+        self.raw.merge(message)?;
+        Ok(&self.raw.data)
     }
-    Ok(data)
-}
-
-/// How much a line of a log matters, by Foxglove's numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Level {
-    /// What is looked for.
-    Info = 2,
-    /// What is wrong.
-    Warning = 3,
 }
 
 /// A `foxglove.Log`.
 pub(crate) fn log(time: u64, level: Level, message: &str) -> Vec<u8> {
-    Message::default()
-        .message(1, &timestamp(time))
-        .varint(2, level as u64)
-        .bytes(3, message.as_bytes())
-        .bytes(4, b"wstac")
-        .finish()
+    let log = Log {
+        timestamp: timestamp(time),
+        level: level.into(),
+        message: message.into(),
+        name: "wstac".into(),
+        ..Log::default()
+    };
+    log.encode_to_vec()
 }
 
 /// The 25 taxels, row by row, as a `foxglove.RawImage` of 5 × 5 numbers.
@@ -238,13 +191,32 @@ mod tests {
     fn a_picture_comes_out_as_it_went_in() {
         let shape = Shape { encoding: "mono8", width: 3, height: 1, step: 3 };
         let raw = raw_image(1_500_000_000, "camera", shape, &[1, 2, 3]);
-        assert_eq!(image_data(&raw, false), Ok(&[1, 2, 3][..]));
-        // Seconds 1, nanoseconds 500000000, as protobuf writes them.
-        assert_eq!(raw[..10], [10, 8, 8, 1, 16, 0x80, 0xCA, 0xB5, 0xEE, 1]);
-        assert_eq!(image_data(&jpeg_image(0, "camera", &[0xFF, 0xD8]), true), Ok(&[0xFF, 0xD8][..]));
+        let mut images = Images::default();
+        assert_eq!(images.read(&raw, false), Ok(&[1, 2, 3][..]));
+        let jpeg = jpeg_image(0, "camera", &[0xFF, 0xD8]);
+        assert_eq!(images.read(&jpeg, true), Ok(&[0xFF, 0xD8][..]));
         for length in 0..raw.len() {
-            let _ = image_data(&raw[..length], false);
+            // What is cut off between two fields is a message without the others.
+            assert!(
+                images.read(&raw[..length], false).is_ok_and(<[u8]>::is_empty)
+                    || images.read(&raw[..length], false).is_err()
+            );
         }
+    }
+
+    /// Recordings are the same byte for byte, whatever writes them.
+    #[test]
+    fn messages_are_these_bytes() {
+        let shape = Shape { encoding: "mono8", width: 3, height: 1, step: 3 };
+        // Seconds 1, nanoseconds 500000000; then width, height, encoding, step, place and the data behind all others.
+        let raw = b"\x0A\x08\x08\x01\x10\x80\xCA\xB5\xEE\x01\x15\x03\0\0\0\x1D\x01\0\0\0\x22\x05mono8\x2D\x03\0\0\0\x3A\x06camera\x32\x03\x01\x02\x03";
+        assert_eq!(raw_image(1_500_000_000, "camera", shape, &[1, 2, 3]), raw);
+        let jpeg = b"\x0A\0\x1A\x04jpeg\x22\x06camera\x12\x82\x01".iter().copied().chain([0xFF; 130]);
+        assert_eq!(jpeg_image(0, "camera", &[0xFF; 130]), jpeg.collect::<Vec<u8>>());
+        assert_eq!(log(7, Level::Warning, "lost"), b"\x0A\x02\x10\x07\x10\x03\x1A\x04lost\x22\x05wstac");
+        let hashes =
+            [Schema::RawImage, Schema::CompressedImage, Schema::Log].map(|schema| crc32fast::hash(schema.data()));
+        assert_eq!(hashes, [0x3F14_7E59, 0x8EE8_A511, 0x9A3B_DD9C]);
     }
 
     #[test]

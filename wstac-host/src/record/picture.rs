@@ -11,11 +11,9 @@ use wstac_core::green::bayer::BayerOrder;
 use super::foxglove::Shape;
 use crate::source::StreamInfo;
 
-/// Bytes of a whole frame.
+/// Returns the bytes of a whole frame, with the padding of all its rows.
 pub(crate) fn frame_bytes(info: &StreamInfo) -> usize {
-    let green = Any::new(info.format, info.color, YcbcrMethod::Exact);
-    let (row, rows) = (info.bytes_per_row as usize, info.size.height());
-    row * usize::from(rows) + green.chroma_bytes(row, rows).unwrap_or(0)
+    Any::new(info.format, info.color, YcbcrMethod::Exact).frame_bytes(info.size, info.bytes_per_row as usize)
 }
 
 /// How a stream's frames are shown.
@@ -72,6 +70,7 @@ mod tests {
             taxels_only: false,
             about: String::new(),
             camera: None,
+            recorded: None,
         };
         (shape(&info), frame_bytes(&info))
     }

@@ -11,8 +11,8 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::about::Labels;
 use crate::error::Error;
+use crate::source::Labels;
 
 /// Most slides of a plan.
 const MOST: usize = 100_000;

@@ -12,8 +12,10 @@ use super::foxglove::{self, Level, Shape};
 use super::picture;
 use super::writer::{Writer, Written};
 use crate::error::Error;
-use crate::reading::{Reading, Record};
-use crate::source::SourceEvent;
+use crate::json::{Line, real};
+use crate::output::Output;
+use crate::session::Processor;
+use crate::source::{Frame, SourceEvent};
 
 /// What stands beside a picture: where it was taken.
 const FRAME_ID: &str = "camera";
@@ -73,12 +75,12 @@ impl TimeLine {
 }
 
 impl Recorder {
-    /// Starts a recording in a file that is empty. `reading` is what the stream is read with.
+    /// Starts a recording in a file that is empty. `processor` is what reads the stream.
     ///
     /// # Errors
     /// Where it cannot be started.
-    pub fn new(file: File, path: &Path, about: &About, reading: &Reading<'_>) -> Result<Self, Error> {
-        let metadata = about.to_metadata(reading.camera().layout());
+    pub fn new(file: File, path: &Path, about: &About, processor: &Processor) -> Result<Self, Error> {
+        let metadata = about.to_metadata(processor.geometry().layout());
         let metadata = metadata.map_err(|error| Error::new(path.display(), error))?;
         let frame_bytes = picture::frame_bytes(&about.info);
         let rate = about.info.rate;
@@ -94,10 +96,10 @@ impl Recorder {
         })
     }
 
-    /// Takes one item of the stream before `reading` does.
-    pub fn item(&mut self, item: &SourceEvent<'_>) {
-        match item {
-            SourceEvent::Frame { bytes, timestamp, sequence, encoded } => {
+    /// Takes one event of the source before the processor does.
+    pub fn source_event(&mut self, event: &SourceEvent<'_>) {
+        match event {
+            SourceEvent::Frame(Frame { bytes, timestamp, sequence, encoded, .. }) => {
                 let counted = self.time.frames as u32;
                 let (time, taken) = self.time.frame(*timestamp);
                 for mut message in self.early.drain(..) {
@@ -114,8 +116,9 @@ impl Recorder {
                 let sequence = sequence.filter(|_| self.time.driver_times).unwrap_or(counted);
                 self.messages.push(Message { topic, time, taken, sequence, data });
             }
-            SourceEvent::Lost { frames, why } => {
+            SourceEvent::Lost { frames, reason } => {
                 self.time.frames = self.time.frames.saturating_add(*frames);
+                let why = reason.name();
                 let text = format!("{frames} frame(s) lost: {why}");
                 self.said([Topic::Faults, Topic::FaultsJson], Level::Warning, &text, &Lost { frames: *frames, why });
             }
@@ -123,24 +126,26 @@ impl Recorder {
         }
     }
 
-    /// Takes what `reading` gave for it; `text` is what a person reads.
-    pub fn record(&mut self, record: &Record, text: &str) {
-        match record {
-            Record::Features { f, .. } => {
-                let data = foxglove::features(f);
+    /// Takes an output that followed from it; `text` is what a person reads.
+    pub fn output(&mut self, output: &Output, text: &str) {
+        match output {
+            Output::Features(features) => {
+                let data = foxglove::features(&features.features.map(real));
                 self.add(Topic::Features, data);
             }
-            Record::Fault(_) => self.said([Topic::Faults, Topic::FaultsJson], Level::Warning, text, record),
-            Record::Event(_) | Record::Texture(_) | Record::Incomplete(_) | Record::End(_) => {
-                self.said([Topic::Events, Topic::EventsJson], Level::Info, text, record);
+            Output::Fault(_) => self.line([Topic::Faults, Topic::FaultsJson], Level::Warning, text, output),
+            Output::Event(_) | Output::EarlyTexture(_) | Output::Interrupted(_) | Output::End(_) => {
+                self.line([Topic::Events, Topic::EventsJson], Level::Info, text, output);
             }
+            // Lost frames are recorded as events of the source.
+            Output::Lost(_) | Output::BaselineDisturbed { .. } => {}
         }
     }
 
     /// Takes the taxels of the frame that was read, and gives everything of this moment to the disk. Whether the
     /// recording goes on: not where the disk is full, which [`finish`](Self::finish) tells.
-    pub fn end_of_item(&mut self, item: &SourceEvent<'_>, reading: &Reading<'_>) -> bool {
-        if let (SourceEvent::Frame { .. }, Some(taxels)) = (item, reading.taxels()) {
+    pub fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
+        if let (SourceEvent::Frame(_), Some(taxels)) = (event, processor.taxels()) {
             let data = foxglove::taxels(self.time.now.unwrap_or(0), &taxels);
             self.add(Topic::Taxels, data);
         }
@@ -173,6 +178,13 @@ impl Recorder {
         self.add(topics[0], log);
         // Records are numbers and words: nothing of them cannot be JSON.
         self.add(topics[1], serde_json::to_vec(record).unwrap_or_default());
+    }
+
+    /// An output for a person, and the same as JSON.
+    fn line(&mut self, topics: [Topic; 2], level: Level, text: &str, output: &Output) {
+        if let Some(line) = Line::new(output) {
+            self.said(topics, level, text, &line);
+        }
     }
 
     fn add(&mut self, topic: Topic, data: Vec<u8>) {

@@ -2,6 +2,8 @@
 //!
 //! Of a chunk whose bytes are not those that were written, nobody knows which message is wrong: its frames are entered as
 //! lost, with those that were lost before, so that those behind keep their place.
+//!
+//! Which messages are kept, and as what, is this project's policy, which no MCAP library has.
 
 use std::collections::BTreeMap;
 use std::fs::File;

@@ -2,6 +2,8 @@
 //!
 //! Chunks must not be compressed. One that was never finished is read as far as it goes: what its header should say of
 //! it is not there, but its records are.
+//!
+//! The scan is our own, because what is kept of a damaged or unfinished recording is this project's policy.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};

@@ -1,20 +1,18 @@
 //! A recording as a source: the frames, gaps and faults of the stream that was recorded, in their order.
 
-mod words;
-
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use mcap::records::{Record, op};
 use serde::Deserialize;
 use wstac_core::rate::FrameRate;
 
-use self::words::keep;
-use super::{Fault, Source, SourceEvent, StreamInfo};
+use super::{Fault, FaultKind, Frame, LossReason, Recorded, Source, SourceEvent, StreamInfo};
 use crate::camera::mjpeg::Decoder;
 use crate::error::Error;
-use crate::record::about::{About, Labels};
-use crate::record::foxglove::{Schema, image_data};
+use crate::record::about::About;
+use crate::record::foxglove::{Images, Schema};
 use crate::record::parse::parse_record;
 use crate::record::scan::{MessageBody, Scan, Step, outline};
 use crate::record::{CAMERA, FAULTS};
@@ -52,6 +50,7 @@ pub struct McapSource {
     /// Channels that matter, by their numbers; numbers of the schemas of compressed pictures.
     channels: Vec<(u16, Content)>,
     jpeg_schemas: Vec<u16>,
+    images: Images,
     decoder: Option<Decoder>,
     ended: bool,
 }
@@ -59,7 +58,7 @@ pub struct McapSource {
 /// What is handed out next.
 enum Next {
     Frame(Content),
-    Lost(u64, &'static str),
+    Lost(u64, LossReason),
     Fault(Fault),
     End,
 }
@@ -83,6 +82,11 @@ impl McapSource {
         let about = about.ok_or_else(|| failed(&expected))?;
         let mut info = about.info.clone();
         info.rate = fps.unwrap_or(info.rate);
+        info.recorded = Some(Arc::new(Recorded {
+            configuration: about.configuration.clone(),
+            models: about.models.clone(),
+            labels: about.labels.clone(),
+        }));
         info.about = format!("{subject}: recorded from {}{}", info.about, labels(&about));
         Ok(Self {
             scan: Scan::open(path)?,
@@ -90,6 +94,7 @@ impl McapSource {
             info,
             channels: Vec::new(),
             jpeg_schemas: Vec::new(),
+            images: Images::default(),
             decoder: None,
             ended: false,
             subject,
@@ -102,8 +107,7 @@ impl McapSource {
     }
 
     fn damaged(&self, what: impl std::fmt::Display) -> Error {
-        let message = format_args!("{what}; wstac recover makes a whole recording of what is not damaged");
-        Error::new(&self.subject, message)
+        damaged(&self.subject, what)
     }
 
     /// Goes on to the next message that matters: a frame's stays in `scan`.
@@ -130,9 +134,9 @@ impl McapSource {
                 Some(Content::Faults) => {
                     let line = serde_json::from_slice(message.data);
                     match line.map_err(|error| self.damaged(format_args!("{FAULTS}: {error}")))? {
-                        Line::Lost { frames, why } => return Ok(Next::Lost(frames, keep(&why))),
+                        Line::Lost { frames, why } => return Ok(Next::Lost(frames, LossReason::from(why.as_str()))),
                         Line::Fault { fault, message } => {
-                            return Ok(Next::Fault(Fault { kind: keep(&fault), message }));
+                            return Ok(Next::Fault(Fault { kind: FaultKind::from(fault.as_str()), message }));
                         }
                         Line::Other => {}
                     }
@@ -170,21 +174,21 @@ impl McapSource {
 
     /// The frame that `scan` has.
     fn frame(&mut self, content: Content) -> Result<SourceEvent<'_>, Error> {
-        let message = MessageBody::parse(self.scan.body());
-        let data = message.as_ref().map(|message| image_data(message.data, content == Content::Jpeg));
-        let (Some(message), Some(Ok(data))) = (message, data) else {
-            return Err(self.damaged("has a frame that is no picture"));
+        let Some(message) = MessageBody::parse(self.scan.body()) else {
+            return Err(self.damaged(NO_PICTURE));
         };
+        let data = self.images.read(message.data, content == Content::Jpeg);
+        let data = data.map_err(|_| damaged(&self.subject, NO_PICTURE))?;
         let of_driver = self.about.driver_times;
         let timestamp = of_driver.then(|| Duration::from_nanos(message.times[1]));
         let sequence = of_driver.then_some(message.sequence);
         if content == Content::Raw {
-            return Ok(SourceEvent::Frame { bytes: data, timestamp, sequence, encoded: None });
+            return Ok(SourceEvent::Frame(Frame { timestamp, sequence, ..Frame::new(data) }));
         }
         let decoder = self.decoder.get_or_insert_with(|| Decoder::new(self.info.size));
         Ok(match decoder.decode(data) {
-            Some(bytes) => SourceEvent::Frame { bytes, timestamp, sequence, encoded: Some(data) },
-            None => SourceEvent::Lost { frames: 1, why: "corrupt JPEG picture" },
+            Some(bytes) => SourceEvent::Frame(Frame { timestamp, sequence, encoded: Some(data), ..Frame::new(bytes) }),
+            None => SourceEvent::Lost { frames: 1, reason: LossReason::CorruptJpeg },
         })
     }
 }
@@ -204,23 +208,17 @@ impl Source for McapSource {
         self.ended = matches!(next, Next::End);
         match next {
             Next::Frame(content) => self.frame(content),
-            Next::Lost(frames, why) => Ok(SourceEvent::Lost { frames, why }),
+            Next::Lost(frames, reason) => Ok(SourceEvent::Lost { frames, reason }),
             Next::Fault(fault) => Ok(SourceEvent::Fault(fault)),
             Next::End => Ok(SourceEvent::End),
         }
     }
+}
 
-    fn configuration(&self) -> Option<&str> {
-        Some(&self.about.configuration)
-    }
+const NO_PICTURE: &str = "has a frame that is no picture";
 
-    fn models(&self) -> &[String] {
-        &self.about.models
-    }
-
-    fn labels(&self) -> Option<&Labels> {
-        Some(&self.about.labels)
-    }
+fn damaged(subject: &str, what: impl std::fmt::Display) -> Error {
+    Error::new(subject, format_args!("{what}; wstac recover makes a whole recording of what is not damaged"))
 }
 
 /// Labels for a person.

@@ -1,13 +1,19 @@
 //! Where frames come from: one trait, one file a source.
 
+#[cfg(feature = "mcap")]
 pub mod mcap;
 pub mod open;
+#[cfg(feature = "png")]
 pub mod png_folder;
+mod words;
 pub mod y4m;
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Duration;
 
-use wstac_core::green::any::PixelFormat;
+use wstac_core::green::GreenChannel;
+use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
 use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::layout::FrameSize;
 use wstac_core::params::TAXELS;
@@ -16,7 +22,11 @@ use wstac_core::rate::FrameRate;
 use crate::camera::CameraState;
 use crate::config::Config;
 use crate::error::Error;
-use crate::record::about::Labels;
+
+/// What a person says of a recording, such as `specimen` `Saw3`.
+pub type Labels = BTreeMap<String, String>;
+
+pub use self::words::{FaultKind, LossReason};
 
 /// What all frames of a stream have in common.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,6 +47,19 @@ pub struct StreamInfo {
     pub about: String,
     /// The camera that its frames come from, now or when they were recorded; nothing where none is known.
     pub camera: Option<Box<CameraState>>,
+    /// What a recording holds besides frames; `None` if the source is no recording.
+    pub recorded: Option<Arc<Recorded>>,
+}
+
+/// What a recording holds besides frames.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Recorded {
+    /// The configuration, as TOML. It holds unless the user gives another.
+    pub configuration: String,
+    /// The texture models of the recorded run, each by the name of its file.
+    pub models: Vec<String>,
+    /// The labels that a person gave, such as `specimen` `Saw3`.
+    pub labels: Labels,
 }
 
 /// Which frames of a live source are handed out where the program is slower than the camera.
@@ -65,37 +88,51 @@ pub struct Lag {
 /// Something that happened to a source, which goes on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
-    /// Its kind in a word, such as `disconnected`, `reconnected` or `slow`.
-    pub kind: &'static str,
+    /// Its kind.
+    pub kind: FaultKind,
     /// What happened, for a person.
     pub message: String,
 }
 
+/// A frame of a source.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Frame<'a> {
+    /// Its bytes, laid out as the stream's information says.
+    pub bytes: &'a [u8],
+    /// When it was taken, on the driver's monotonic clock; `None` for files that do not say.
+    pub timestamp: Option<Duration>,
+    /// The driver's frame counter; `None` for files that do not say.
+    pub sequence: Option<u32>,
+    /// The picture as the camera sent it, if that was JPEG: `bytes` is what it decodes to.
+    pub encoded: Option<&'a [u8]>,
+    /// How far reading is behind the source.
+    pub lag: Lag,
+}
+
+impl<'a> Frame<'a> {
+    /// Creates a frame without a time, a number or a lag.
+    pub fn new(bytes: &'a [u8]) -> Self {
+        Self { bytes, ..Self::default() }
+    }
+}
+
 /// What a source gives next.
 #[derive(Debug)]
+#[non_exhaustive]
 pub enum SourceEvent<'a> {
-    /// A frame's bytes.
-    Frame {
-        /// Its bytes, laid out as the stream's information says.
-        bytes: &'a [u8],
-        /// When it was taken, on the driver's monotonic clock; nothing for files that do not say.
-        timestamp: Option<Duration>,
-        /// The driver's frame counter; nothing for files that do not say.
-        sequence: Option<u32>,
-        /// The picture as the camera sent it, where that was JPEG: `bytes` is what it decodes to.
-        encoded: Option<&'a [u8]>,
-    },
-    /// A frame's taxel sums, row by row, each 0 to a taxel's pixels times their full scale; of the paper's layout and every
-    /// pixel: a simulated sensor that makes no pixels.
+    /// A frame.
+    Frame(Frame<'a>),
+    /// A frame's taxel sums, row by row, each from 0 to a taxel's pixels times their full scale. They are of the published layout and
+    /// of every pixel: a simulated sensor that makes no pixels gives them.
     Taxels([u32; TAXELS]),
-    /// Frames that were lost (or unusable) here; why, for a person.
+    /// Frames that were lost or unusable here.
     Lost {
         /// How many.
         frames: u64,
-        /// Dropped by the driver, corrupt, short …
-        why: &'static str,
+        /// Why they were lost.
+        reason: LossReason,
     },
-    /// Something happened; frames may follow.
+    /// Something happened. Frames may follow.
     Fault(Fault),
     /// Nothing yet: a live source's wait ended without a frame. Ask again.
     Waiting,
@@ -104,45 +141,96 @@ pub enum SourceEvent<'a> {
 }
 
 /// A source of frames, which may be read in another thread than the one that opened it.
+///
+/// A source of one's own has two methods:
+///
+/// ```
+/// use wstac_core::{green::any::PixelFormat, layout::FrameSize, rate::FrameRate};
+/// use wstac_host::error::Error;
+/// use wstac_host::output::Output;
+/// use wstac_host::session::Session;
+/// use wstac_host::source::{Frame, Source, SourceEvent, StreamInfo};
+///
+/// /// Frames of a camera of one's own: here a bright stripe that moves to the right.
+/// struct Stripe {
+///     info: StreamInfo,
+///     bytes: Vec<u8>,
+///     number: usize,
+/// }
+///
+/// impl Source for Stripe {
+///     fn info(&self) -> &StreamInfo {
+///         &self.info
+///     }
+///
+///     fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
+///         self.number += 1;
+///         if self.number > 120 {
+///             return Ok(SourceEvent::End);
+///         }
+///         self.bytes.fill(1);
+///         if let Some(x) = self.number.checked_sub(40).filter(|x| *x < 33) {
+///             self.bytes.chunks_mut(400).for_each(|row| row[12 * x..][..12].fill(200));
+///         }
+///         Ok(SourceEvent::Frame(Frame::new(&self.bytes)))
+///     }
+/// }
+///
+/// let info = StreamInfo::new("a stripe", FrameSize::new(400, 400)?, PixelFormat::Gray, FrameRate::NOMINAL);
+/// let session = Session::builder(Stripe { info, bytes: vec![1; 160_000], number: 0 }).build()?;
+/// let outputs: Vec<Output> = session.collect::<Result<_, _>>()?;
+/// assert!(matches!(&outputs[0], Output::Event(event) if event.frame == 30));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait Source: Send {
-    /// What all its frames have in common.
+    /// Returns what all frames have in common.
     fn info(&self) -> &StreamInfo;
 
-    /// The next frame, gap or end. Returns at least once a second.
+    /// Returns the next frame, gap or end, within a second.
     ///
     /// # Errors
-    /// Where the source cannot be read any further: what was read before stays valid.
+    /// The source cannot be read any further. What was read before stays valid.
     fn next_event(&mut self) -> Result<SourceEvent<'_>, Error>;
+}
 
-    /// How far reading is behind the source.
-    fn behind(&self) -> Lag {
-        Lag::default()
+impl<S: Source + ?Sized> Source for Box<S> {
+    fn info(&self) -> &StreamInfo {
+        (**self).info()
     }
 
-    /// The configuration, as TOML, that the source was recorded with: it holds where the user gives none.
-    fn configuration(&self) -> Option<&str> {
-        None
-    }
-
-    /// The texture models that the source was recorded with, each as its file says it.
-    fn models(&self) -> &[String] {
-        &[]
-    }
-
-    /// What a person said of the source when it was recorded, such as `specimen` `Saw3`; nothing where it is no recording.
-    fn labels(&self) -> Option<&Labels> {
-        None
+    fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
+        (**self).next_event()
     }
 }
 
-/// The configuration to read a source with: the one that is given, else the source's own, else the default.
+impl<S: Source + ?Sized> Source for &mut S {
+    fn info(&self) -> &StreamInfo {
+        (**self).info()
+    }
+
+    fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
+        (**self).next_event()
+    }
+}
+
+impl StreamInfo {
+    /// Describes frames without padding, of a source that states nothing else. `about` is one line for a person.
+    pub fn new(about: impl Into<String>, size: FrameSize, format: PixelFormat, rate: FrameRate) -> Self {
+        let color = YcbcrEncoding::default();
+        let bytes_per_row = Any::new(format, color, YcbcrMethod::Exact).row_bytes(size.width()) as u32;
+        let about = about.into();
+        Self { size, format, color, bytes_per_row, rate, taxels_only: false, about, camera: None, recorded: None }
+    }
+}
+
+/// Returns the configuration to read a source with: the one that is given, else the source's own, else the default.
 ///
 /// # Errors
-/// Where the source's own cannot be used: names the source.
-pub fn config_of(source: &dyn Source, given: Option<Config>) -> Result<Config, Error> {
-    match (given, source.configuration()) {
+/// The source's own configuration cannot be used. The error names the source.
+pub fn config_of(info: &StreamInfo, given: Option<Config>) -> Result<Config, Error> {
+    match (given, &info.recorded) {
         (Some(given), _) => Ok(given),
-        (None, Some(own)) => Config::parse(own).map_err(|error| Error::new(&source.info().about, error)),
+        (None, Some(own)) => Config::parse(&own.configuration).map_err(|error| Error::new(&info.about, error)),
         (None, None) => Ok(Config::default()),
     }
 }

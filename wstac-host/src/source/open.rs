@@ -7,7 +7,9 @@ use std::path::Path;
 
 use wstac_core::rate::FrameRate;
 
+#[cfg(feature = "mcap")]
 use super::mcap::McapSource;
+#[cfg(feature = "png")]
 use super::png_folder::PngFolder;
 use super::y4m::{MAGIC, Y4m};
 use super::{FramePolicy, Source};
@@ -33,6 +35,8 @@ pub struct OpenOptions {
 
 /// What a source can be, for messages.
 const EXPECTED: &str = "expected /dev/videoN, scene:…, a .y4m or .mcap file, a folder of PNGs or -";
+/// The first bytes of an MCAP file.
+const MCAP_MAGIC: &[u8] = b"\x89MCAP0\r\n";
 /// What only a camera has a choice of.
 const OF_A_CAMERA: &str = "expected only with a camera or a scene: a file states its own";
 
@@ -70,13 +74,13 @@ pub fn open(name: &str, options: &OpenOptions, kinds: &[&dyn SourceKind]) -> Res
     };
     of_a_file(name, options)?;
     if kind.is_dir() {
-        return Ok(Box::new(PngFolder::open(path, options.fps)?));
+        return open_folder(path, options.fps);
     }
     // A pipe cannot be looked into first.
     let has_magic = |magic| starts_with(path, magic).map_err(|error| Error::new(name, error));
     let is_mcap = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
-    if kind.is_file() && (is_mcap || has_magic(::mcap::MAGIC)?) {
-        return Ok(Box::new(McapSource::open(path, options.fps)?));
+    if kind.is_file() && (is_mcap || has_magic(MCAP_MAGIC)?) {
+        return open_recording(path, options.fps);
     }
     let is_y4m = kind.is_fifo() || path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("y4m"));
     if is_y4m || (kind.is_file() && has_magic(MAGIC)?) {
@@ -91,6 +95,26 @@ pub fn open(name: &str, options: &OpenOptions, kinds: &[&dyn SourceKind]) -> Res
         }
         _ => "",
     }))
+}
+
+#[cfg(feature = "png")]
+fn open_folder(path: &Path, rate: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
+    Ok(Box::new(PngFolder::open(path, rate)?))
+}
+
+#[cfg(not(feature = "png"))]
+fn open_folder(path: &Path, _: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
+    Err(Error::new(path.display(), "this build reads no folders of PNGs: build with the feature png"))
+}
+
+#[cfg(feature = "mcap")]
+fn open_recording(path: &Path, rate: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
+    Ok(Box::new(McapSource::open(path, rate)?))
+}
+
+#[cfg(not(feature = "mcap"))]
+fn open_recording(path: &Path, _: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
+    Err(Error::new(path.display(), "this build reads no MCAP recordings: build with the feature mcap"))
 }
 
 /// Refuses what a file has no choice of.
@@ -120,4 +144,34 @@ fn starts_with(path: &Path, magic: &[u8]) -> std::io::Result<bool> {
     let mut start = Vec::new();
     File::open(path)?.take(magic.len() as u64).read_to_end(&mut start)?;
     Ok(start == magic)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[cfg(feature = "mcap")]
+    #[test]
+    fn recordings_are_known_by_the_bytes_that_the_library_writes() {
+        assert_eq!(MCAP_MAGIC, ::mcap::MAGIC);
+    }
+
+    #[cfg(not(all(feature = "mcap", feature = "png")))]
+    #[test]
+    fn a_build_names_the_feature_that_it_lacks() {
+        let folder = std::env::temp_dir().join(format!("wstac-features-{}", std::process::id()));
+        std::fs::create_dir(&folder).unwrap();
+        let recording = folder.join("recording");
+        std::fs::write(&recording, MCAP_MAGIC).unwrap();
+        let error_of = |path: &Path| {
+            open(path.to_str().unwrap(), &OpenOptions::default(), &[]).map(|_| ()).unwrap_err().to_string()
+        };
+        if cfg!(not(feature = "mcap")) {
+            assert!(error_of(&recording).ends_with("build with the feature mcap"));
+        }
+        if cfg!(not(feature = "png")) {
+            assert!(error_of(&folder).ends_with("build with the feature png"));
+        }
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
 }

@@ -12,7 +12,7 @@ use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::rate::FrameRate;
 
 use self::picture::{Picture, Problem, Shape};
-use super::{Source, SourceEvent, StreamInfo};
+use super::{Frame, LossReason, Source, SourceEvent, StreamInfo};
 use crate::error::Error;
 
 /// The pictures of a folder.
@@ -58,6 +58,7 @@ impl PngFolder {
             taxels_only: false,
             about,
             camera: None,
+            recorded: None,
         };
         let model = first.file_name().unwrap_or_default().display().to_string();
         Ok(Self { info, shape, model, files: files.into_iter(), decoded: Vec::new(), frame: Vec::new() })
@@ -83,9 +84,9 @@ impl Source for PngFolder {
         match self.read(&file) {
             Ok(converted) => {
                 let bytes = if converted { &self.frame } else { &self.decoded };
-                Ok(SourceEvent::Frame { bytes, timestamp: None, sequence: None, encoded: None })
+                Ok(SourceEvent::Frame(Frame::new(bytes)))
             }
-            Err(Problem::Corrupt(_)) => Ok(SourceEvent::Lost { frames: 1, why: "picture that cannot be decoded" }),
+            Err(Problem::Corrupt(_)) => Ok(SourceEvent::Lost { frames: 1, reason: LossReason::CorruptPicture }),
             Err(Problem::Refused(message)) => {
                 self.files = Vec::new().into_iter();
                 Err(Error::new(file.display(), message))

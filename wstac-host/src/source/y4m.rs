@@ -3,10 +3,12 @@
 //!
 //! One buffer holds what was read: the frame that is handed out and at most a line of the next one, so that a frame
 //! takes one large read and no copy. It grows as bytes arrive, not as a header claims.
+//!
+//! The reader is our own: the `y4m` crate allocates what a header claims, and takes a frame that is cut off for the
+//! end of the stream.
 
 mod header;
 mod input;
-mod writer;
 
 use std::fs::File;
 use std::io::Read;
@@ -20,9 +22,9 @@ use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::rate::FrameRate;
 
 use self::header::Header;
+pub use self::header::header_of;
 use self::input::{Got, Input};
-pub use self::writer::header_of;
-use super::{Source, SourceEvent, StreamInfo};
+use super::{Frame, Source, SourceEvent, StreamInfo};
 use crate::error::Error;
 
 /// The word that a Y4M stream starts with.
@@ -115,9 +117,9 @@ impl Y4m {
         let header = Header::parse(line_bytes, fps).map_err(|message| Error::new(&reader.subject, message))?;
         reader.used = line + 1;
         let green = Any::new(header.format, header.color, YcbcrMethod::Exact);
-        let (rows, bytes_per_row) = (header.size.height(), green.row_bytes(header.size.width()));
+        let bytes_per_row = green.row_bytes(header.size.width());
         // 2^14 · 2^15 bytes at most, or three planes of 2^28.
-        let frame_bytes = bytes_per_row * usize::from(rows) + green.chroma_bytes(bytes_per_row, rows).unwrap_or(0);
+        let frame_bytes = green.frame_bytes(header.size, bytes_per_row);
         let about = format!(
             "{}: Y4M, {}x{} {}, {}:{} frames a second{}",
             reader.subject,
@@ -137,6 +139,7 @@ impl Y4m {
             taxels_only: false,
             about,
             camera: None,
+            recorded: None,
         };
         Ok(Self { info, reader, frame_bytes, frame: 0, ended: false })
     }
@@ -185,12 +188,7 @@ impl Source for Y4m {
         let step = self.step();
         self.ended = matches!(step, Err(_) | Ok(Step::End));
         Ok(match step? {
-            Step::Frame(range) => SourceEvent::Frame {
-                bytes: self.reader.buffer.get(range).unwrap_or_default(),
-                timestamp: None,
-                sequence: None,
-                encoded: None,
-            },
+            Step::Frame(range) => SourceEvent::Frame(Frame::new(self.reader.buffer.get(range).unwrap_or_default())),
             Step::Waiting => SourceEvent::Waiting,
             Step::End => SourceEvent::End,
         })

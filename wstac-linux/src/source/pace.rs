@@ -7,8 +7,7 @@ use std::time::Duration;
 
 use wstac_core::rate::FrameRate;
 
-use wstac_host::rate::per_second;
-use wstac_host::source::Fault;
+use wstac_host::source::{Fault, FaultKind};
 
 /// What is measured at a time, at least.
 const SPAN: Duration = Duration::from_secs(2);
@@ -34,7 +33,7 @@ pub(super) struct Pace {
 
 impl Pace {
     pub(super) fn new(rate: FrameRate) -> Self {
-        let rate = per_second(rate);
+        let rate = rate.per_second();
         Self { rate, start: None, last: 0, slow: false }
     }
 
@@ -83,9 +82,12 @@ impl Pace {
                 "the camera takes {measured:.1} frames a second, {rate:.1} were agreed on; those that are missing count as \
                  lost; usual cause: automatic exposure in the dark, so lock the exposure or add light"
             );
-            return Fault { kind: "slow", message };
+            return Fault { kind: FaultKind::Slow, message };
         }
-        Fault { kind: "in-time", message: format!("the camera takes {measured:.1} of {rate:.1} frames a second again") }
+        Fault {
+            kind: FaultKind::InTime,
+            message: format!("the camera takes {measured:.1} of {rate:.1} frames a second again"),
+        }
     }
 }
 
@@ -94,7 +96,7 @@ mod tests {
     use super::*;
 
     /// What is said over `frames` of this many a second from `start` on, by frame.
-    fn said(pace: &mut Pace, start: f64, rate: f64, numbers: impl Iterator<Item = u32>) -> Vec<(u32, &'static str)> {
+    fn said(pace: &mut Pace, start: f64, rate: f64, numbers: impl Iterator<Item = u32>) -> Vec<(u32, FaultKind)> {
         let time = |number| Some(Duration::from_secs_f64(start + f64::from(number) / rate));
         numbers.filter_map(|number| Some((number, pace.arrive(number, time(number))?.kind))).collect()
     }
@@ -110,11 +112,11 @@ mod tests {
     #[test]
     fn a_slow_camera_is_told_once_and_once_more_when_it_recovers() {
         let mut pace = Pace::new(FrameRate::NOMINAL);
-        assert_eq!(said(&mut pace, 100.0, 15.0, 0..150), [(30, "slow")]);
+        assert_eq!(said(&mut pace, 100.0, 15.0, 0..150), [(30, FaultKind::Slow)]);
         assert!(pace.is_slow());
         // Back at 30 a second: the span that holds both rates may be slow still.
         let told = said(&mut pace, 110.0 - 150.0 / 30.0, 30.0, 150..450);
-        assert!(matches!(told[..], [(210..=211, "in-time")]), "{told:?}");
+        assert!(matches!(told[..], [(210..=211, FaultKind::InTime)]), "{told:?}");
         assert!(!pace.is_slow());
     }
 
@@ -161,6 +163,6 @@ mod tests {
     #[test]
     fn very_slow_cameras_are_measured_over_five_frames() {
         let mut pace = Pace::new(FrameRate::new(1, 2).unwrap());
-        assert_eq!(said(&mut pace, 0.0, 0.25, 0..20), [(5, "slow")]);
+        assert_eq!(said(&mut pace, 0.0, 0.25, 0..20), [(5, FaultKind::Slow)]);
     }
 }

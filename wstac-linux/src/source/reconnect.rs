@@ -8,7 +8,7 @@ use crate::choose::same;
 use crate::{Camera, Negotiated};
 use wstac_host::camera::LockedControl;
 use wstac_host::error::Error;
-use wstac_host::source::{Fault, StreamInfo};
+use wstac_host::source::{Fault, FaultKind, LossReason, StreamInfo};
 
 /// From one try to the next.
 const PAUSE: Duration = Duration::from_millis(500);
@@ -30,8 +30,8 @@ impl Away {
     }
 
     /// Why frames were lost meanwhile.
-    pub(super) fn why(&self) -> &'static str {
-        if self.no_signal { "no signal" } else { "the camera was away" }
+    pub(super) fn reason(&self) -> LossReason {
+        if self.no_signal { LossReason::NoSignal } else { LossReason::Disconnected }
     }
 
     /// What there is to say of its end; nothing where the signal's return says it.
@@ -41,7 +41,10 @@ impl Away {
         }
         let state = info.camera.as_deref();
         let name = state.map(|state| format!("{}: {}", state.path.display(), state.card)).unwrap_or_default();
-        Some(Fault { kind: "reconnected", message: format!("{name} is back; {lost} frame(s) were lost meanwhile") })
+        Some(Fault {
+            kind: FaultKind::Reconnected,
+            message: format!("{name} is back; {lost} frame(s) were lost meanwhile"),
+        })
     }
 
     /// Whether this is said for the first time.
@@ -65,7 +68,7 @@ impl CameraSource {
         away.no_signal = false;
         if away.is_new(why) {
             let message = format!("{why}; waiting for the same camera, Ctrl-C ends");
-            self.told.push_back(Told::Fault(Fault { kind: "disconnected", message }));
+            self.told.push_back(Told::Fault(Fault { kind: FaultKind::Disconnected, message }));
         }
     }
 
@@ -84,7 +87,7 @@ impl CameraSource {
                 let why = error.to_string();
                 if away.is_new(&why) {
                     let message = format!("{why}; tried again until it starts");
-                    self.told.push_back(Told::Fault(Fault { kind: "refused", message }));
+                    self.told.push_back(Told::Fault(Fault { kind: FaultKind::Refused, message }));
                 }
                 Ok(())
             }
@@ -100,7 +103,7 @@ impl CameraSource {
         let before = std::mem::replace(&mut self.info.camera, state).map(|state| state.controls).unwrap_or_default();
         if let Some(changed) = changed(&before, &camera.state.controls) {
             let message = format!("{}: {changed}: gray levels may have changed", self.request.path.display());
-            self.told.push_back(Told::Fault(Fault { kind: "controls", message }));
+            self.told.push_back(Told::Fault(Fault { kind: FaultKind::Controls, message }));
         }
         (self.waits, self.errors) = (0, 0);
         self.camera = Some(camera);

@@ -2,18 +2,18 @@
 
 /// Below this mean of the taxels, as a share of full scale with the black level, a frame is dark: 2 levels of 255
 /// (a guess).
-pub const DARK: f64 = 0.008;
+pub(crate) const DARK: f64 = 0.008;
 /// From this mean on a frame of the long exposure is bright (a guess). More than four times [`DARK`] less the default
 /// black level, so that a camera does not go to and fro in light that stays the same.
-pub const BRIGHT: f64 = 0.03;
+pub(crate) const BRIGHT: f64 = 0.03;
 /// Dark frames in a row after which the exposure becomes long: half a second at 30 frames a second (a guess).
-pub const DARK_FRAMES: u32 = 15;
+pub(crate) const DARK_FRAMES: u32 = 15;
 /// Bright frames in a row after which it becomes short again: the lag of the camera's control loop (a guess).
-pub const BRIGHT_FRAMES: u32 = 3;
+pub(crate) const BRIGHT_FRAMES: u32 = 3;
 
 /// How long a frame's exposure, and so the frame, may last.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Interval {
+pub(crate) enum Interval {
     /// The nominal frame interval.
     #[default]
     Nominal,
@@ -23,7 +23,7 @@ pub enum Interval {
 
 impl Interval {
     /// Nominal frame intervals that the frame spans: 1 or 4.
-    pub const fn frames(self) -> u32 {
+    pub(crate) const fn frames(self) -> u32 {
         match self {
             Self::Nominal => 1,
             Self::Long => 4,
@@ -33,7 +33,7 @@ impl Interval {
 
 /// The control loop: dark frames make the exposure long, bright ones short.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct AutoExposure {
+pub(crate) struct AutoExposure {
     interval: Interval,
     /// Frames in a row that ask for the other interval.
     count: u32,
@@ -41,18 +41,18 @@ pub struct AutoExposure {
 
 impl AutoExposure {
     /// A camera at its nominal rate.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self::default()
     }
 
     /// How long the next frame lasts.
-    pub fn interval(&self) -> Interval {
+    pub(crate) fn interval(self) -> Interval {
         self.interval
     }
 
     /// Takes a frame into account; how long the next one lasts. `mean_level` is the mean of the last frame's taxels as a share of full scale, o
     /// of the SPEC, with the black level.
-    pub fn next(&mut self, mean_level: f64) -> Interval {
+    pub(crate) fn next(&mut self, mean_level: f64) -> Interval {
         let (asks, frames, other) = match self.interval {
             Interval::Nominal => (mean_level < DARK, DARK_FRAMES, Interval::Long),
             Interval::Long => (mean_level >= BRIGHT, BRIGHT_FRAMES, Interval::Nominal),

@@ -2,7 +2,7 @@
 //!
 //! The same configuration, light and random numbers give the same bytes on every machine.
 
-pub mod auto_exposure;
+pub(crate) mod auto_exposure;
 mod config;
 mod encode;
 mod format;

@@ -8,6 +8,7 @@ use wstac_core::params::{COLUMNS, ROWS, TAXELS};
 use super::Refusal;
 use super::fit::Fit;
 use super::spots::Spot;
+use wstac_host::statistics::{median, rms};
 
 /// How far from its place a neighbour may be on the walk, in steps.
 const WALK: f64 = 0.3;
@@ -158,7 +159,7 @@ fn settled(spots: &[Spot], size: [usize; 2], mut named: [Option<usize>; TAXELS])
             named[taxel] = None;
             continue;
         }
-        let rms = (offs().map(|(_, off)| off * off).sum::<f64>() / seen.len() as f64).sqrt();
+        let rms = rms(offs().map(|(_, off)| off)).unwrap_or(0.0);
         if rms > MOST_OFF * step {
             let share = 100.0 * rms / step;
             return Err(format!(
@@ -190,9 +191,7 @@ fn ways(spots: &[Spot], named: &[Option<usize>; TAXELS], next: usize) -> Vec<[f6
 
 /// Median length of a step.
 fn pitch(spots: &[Spot], named: &[Option<usize>; TAXELS], next: usize) -> f64 {
-    let mut lengths: Vec<f64> = ways(spots, named, next).into_iter().map(length).collect();
-    lengths.sort_by(f64::total_cmp);
-    lengths.get(lengths.len() / 2).copied().unwrap_or(0.0)
+    median(ways(spots, named, next).into_iter().map(length).collect()).unwrap_or(0.0)
 }
 
 /// Mean step to the right.

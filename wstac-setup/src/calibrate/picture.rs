@@ -1,7 +1,6 @@
 //! What was seen, as a picture to look at: the light, and over it the taxels, or what was taken for whiskers.
 
 mod canvas;
-mod glyphs;
 
 use wstac_core::params::{COLUMNS, TAXELS};
 

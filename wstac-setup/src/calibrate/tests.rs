@@ -5,7 +5,7 @@ use wstac_core::layout::FrameSize;
 
 use super::*;
 use wstac_host::config::Config;
-use wstac_host::source::{Source, SourceEvent};
+use wstac_host::source::{Frame, Source, SourceEvent};
 use wstac_scene::SceneConfig;
 use wstac_scene::rng::Rng;
 use wstac_scene::sensor::Pose;
@@ -26,7 +26,7 @@ fn seen(script: &SceneConfig) -> (Outcome, FrameSize) {
     let last = source.truth().last().unwrap().end_s * 30.0 + 12.0;
     for _ in 0..last as u32 {
         match source.next_event().unwrap() {
-            SourceEvent::Frame { bytes, .. } => watch.take(bytes),
+            SourceEvent::Frame(Frame { bytes, .. }) => watch.take(bytes),
             _ => break,
         }
     }

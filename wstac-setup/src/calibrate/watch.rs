@@ -4,6 +4,7 @@ use super::cells::Cells;
 use super::plane::Plane;
 use wstac_host::error::Error;
 use wstac_host::source::StreamInfo;
+use wstac_host::statistics::median;
 
 /// Frames at the start that nothing may touch: as many as the default baseline has.
 pub const UNTOUCHED: usize = 25;
@@ -146,9 +147,8 @@ impl Watch {
             let values = || self.blocks.iter().map(|blocks| blocks[block]);
             let range = values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min);
             // What differs from frame to frame is noise; what moves slowly, or jumps once, is not.
-            let mut steps: Vec<f64> = values().zip(values().skip(1)).map(|(a, b)| (b - a).abs()).collect();
-            steps.sort_by(f64::total_cmp);
-            let quick = STEP_DEVIATION * steps.get(steps.len() / 2).unwrap_or(&0.0);
+            let steps = values().zip(values().skip(1)).map(|(a, b)| (b - a).abs()).collect();
+            let quick = STEP_DEVIATION * median(steps).unwrap_or(0.0);
             (range > MOST_RANGE * quick && range > LEAST_RANGE).then_some(range)
         });
         changes.max_by(f64::total_cmp)

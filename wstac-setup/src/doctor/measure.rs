@@ -9,8 +9,9 @@ use super::pace::Pace;
 use super::pixels::{PixelGrid, Pixels};
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::reading::{Reading, Record, Wanted};
-use wstac_host::source::{Fault, Source, SourceEvent, StreamInfo};
+use wstac_host::output::{Output, OutputOptions};
+use wstac_host::session::Processor;
+use wstac_host::source::{Fault, FaultKind, Frame, LossReason, Source, SourceEvent, StreamInfo};
 
 /// Frames that a camera takes to settle after its start; they are not measured.
 pub const SETTLING: u32 = 15;
@@ -38,7 +39,7 @@ pub struct Measured {
     /// When frames came.
     pub pace: Pace,
     /// Frames that were lost, by reason.
-    pub lost: BTreeMap<&'static str, u64>,
+    pub lost: BTreeMap<LossReason, u64>,
     /// Feature frame, from the first that was measured, of the first event: something touched the sensor.
     pub touched: Option<u64>,
     /// Whether the trigger's baseline, the first frames, was quiet; true where it is not complete.
@@ -83,8 +84,8 @@ pub fn measure(
     limit: Limit,
     stop: &AtomicUsize,
 ) -> Result<Measured, Error> {
-    let mut reading = Reading::new(info, config, Wanted::default())?;
-    let mut grid = if info.taxels_only { None } else { Some(PixelGrid::new(info, reading.camera().layout())?) };
+    let mut processor = Processor::new(info, config, OutputOptions::default())?;
+    let mut grid = if info.taxels_only { None } else { Some(PixelGrid::new(info, processor.geometry().layout())?) };
     let mut settling = limit.settling;
     let mut measured = Measured {
         moments: Vec::new(),
@@ -93,7 +94,7 @@ pub fn measure(
         lost: BTreeMap::new(),
         touched: None,
         quiet: true,
-        full_scale: reading.camera().full_scale(),
+        full_scale: processor.geometry().full_scale(),
         fps: 0.0,
         frames_added: info.rate.frames_added(),
         dc_step: None,
@@ -103,20 +104,20 @@ pub fn measure(
     while stop.load(Ordering::Relaxed) == 0 && limit.frames.is_none_or(|most| steps < most) {
         let item = source.next_event()?;
         // It may come back, but not as a camera that was watched all the time; and it may never.
-        if let SourceEvent::Fault(Fault { kind: "disconnected" | "no-signal", message }) = &item {
+        if let SourceEvent::Fault(Fault { kind: FaultKind::Disconnected | FaultKind::NoSignal, message }) = &item {
             let why = message.split("; waiting for").next().unwrap_or_default();
             return Err(Error::new(&info.about, format_args!("broke off while it was measured: {why}")));
         }
         if settling > 0 && !matches!(item, SourceEvent::End) {
-            settling -= u32::from(matches!(item, SourceEvent::Frame { .. } | SourceEvent::Lost { .. }));
+            settling -= u32::from(matches!(item, SourceEvent::Frame(_) | SourceEvent::Lost { .. }));
             continue;
         }
         let by_number = steps as f64 * period;
         let mut at = by_number;
         match &item {
             SourceEvent::End => break,
-            SourceEvent::Lost { frames, why } => {
-                *measured.lost.entry(why).or_default() += frames;
+            SourceEvent::Lost { frames, reason } => {
+                *measured.lost.entry(reason.clone()).or_default() += frames;
                 steps = steps.saturating_add(*frames);
                 follows = false;
                 // Where nothing but damaged frames comes, no timestamp ever ends it.
@@ -124,7 +125,7 @@ pub fn measure(
                     break;
                 }
             }
-            SourceEvent::Frame { bytes, timestamp, sequence, encoded } => {
+            SourceEvent::Frame(Frame { bytes, timestamp, sequence, encoded, .. }) => {
                 steps += 1;
                 if let Some(timestamp) = *timestamp {
                     at = timestamp.saturating_sub(*first.get_or_insert(timestamp)).as_secs_f64();
@@ -138,15 +139,15 @@ pub fn measure(
                 }
             }
             SourceEvent::Taxels(_) => steps += 1,
-            SourceEvent::Fault(_) | SourceEvent::Waiting => {}
+            _ => {}
         }
         let touched = &mut measured.touched;
-        reading.take(&item, |record| {
-            notice(touched, &record);
+        processor.process(&item, |output| {
+            notice(touched, &output);
             Ok::<(), Error>(())
         })?;
-        if matches!(item, SourceEvent::Frame { .. } | SourceEvent::Taxels(_)) {
-            if let Some(shares) = reading.taxels() {
+        if matches!(item, SourceEvent::Frame(_) | SourceEvent::Taxels(_)) {
+            if let Some(shares) = processor.taxels() {
                 let levels = shares.map(|share| 255.0 * f64::from(share));
                 measured.moments.push(Moment { at, levels, follows });
                 follows = true;
@@ -156,11 +157,12 @@ pub fn measure(
             }
         }
     }
-    reading.finish(|record| {
-        notice(&mut measured.touched, &record);
+    processor.finish(|output| {
+        notice(&mut measured.touched, &output);
         Ok::<(), Error>(())
     })?;
-    measured.quiet = reading.trigger().baseline().is_none() || reading.trigger().end().baseline_quiet;
+    let pipeline = processor.pipeline();
+    measured.quiet = pipeline.baseline().is_none() || pipeline.end().baseline_quiet;
     measured.fps = measured.pace.summary().map_or(1.0 / period, |pace| pace.fps);
     measured.pixels = grid.and_then(|grid| grid.summary());
     let frames = measured.moments.len();
@@ -173,11 +175,11 @@ pub fn measure(
 }
 
 /// Keeps the first frame of the first event, whole or not.
-fn notice(touched: &mut Option<u64>, record: &Record) {
-    let frame = match record {
-        Record::Event(event) => Some(event.frame),
-        Record::Incomplete(sample) => Some(sample.frame),
-        Record::End(end) => end.incomplete.map(|sample| sample.frame),
+fn notice(touched: &mut Option<u64>, output: &Output) {
+    let frame = match output {
+        Output::Event(event) => Some(event.frame),
+        Output::Interrupted(sample) => Some(sample.frame),
+        Output::End(end) => end.incomplete.map(|sample| sample.frame),
         _ => None,
     };
     *touched = touched.or(frame);

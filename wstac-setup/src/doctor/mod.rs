@@ -16,7 +16,7 @@ pub mod verdict;
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use controls::ControlReport;
 use measure::Measured;
@@ -28,8 +28,7 @@ use wstac_host::camera::DeviceInfo;
 use wstac_host::camera::modes::fps;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::rate::per_second;
-use wstac_host::source::StreamInfo;
+use wstac_host::source::{LossReason, StreamInfo};
 
 /// Everything that was found out.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -86,7 +85,8 @@ pub struct RateReport {
     /// The time that they took, in s.
     pub seconds: f64,
     /// Frames that were lost meanwhile, by reason.
-    pub lost: BTreeMap<&'static str, u64>,
+    #[serde(serialize_with = "by_name")]
+    pub lost: BTreeMap<LossReason, u64>,
 }
 
 /// How bright the sensor is, in gray levels of 255.
@@ -184,7 +184,7 @@ pub fn examine(
         camera,
         rate: RateReport {
             asked: known.asked_fps,
-            stated: per_second(info.rate),
+            stated: info.rate.per_second(),
             measured: pace.map(|pace| tidy(pace.fps)),
             jitter_ms: pace.map(|pace| tidy(1e3 * pace.jitter)),
             longest_ms: pace.map(|pace| tidy(1e3 * pace.longest)),
@@ -242,6 +242,12 @@ pub(crate) fn tidy(number: f64) -> f64 {
 /// A rate for a person.
 fn rate_text(info: &StreamInfo) -> String {
     fps(info.rate)
+}
+
+/// Serializes frames that were lost by the words of their reasons.
+fn by_name<S: Serializer>(lost: &BTreeMap<LossReason, u64>, serializer: S) -> Result<S::Ok, S::Error> {
+    let by_name: BTreeMap<&str, u64> = lost.iter().map(|(reason, frames)| (reason.name(), *frames)).collect();
+    by_name.serialize(serializer)
 }
 
 #[cfg(test)]

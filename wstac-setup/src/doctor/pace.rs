@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use wstac_host::statistics::rms;
+
 /// Frames that may lie between two; a larger step of the sequence number is a reset.
 const LONGEST_STEP: u32 = 1000;
 
@@ -43,10 +45,10 @@ impl Pace {
         let (elapsed, steps) =
             self.intervals.iter().fold((0.0, 0.0), |(e, s), (length, steps)| (e + length, s + steps));
         let period = elapsed / steps;
-        let off = self.intervals.iter().map(|(length, steps)| (length - steps * period).powi(2)).sum::<f64>();
+        let off = self.intervals.iter().map(|(length, steps)| length - steps * period);
         Some(PaceSummary {
             fps: steps / elapsed,
-            jitter: (off / self.intervals.len() as f64).sqrt(),
+            jitter: rms(off)?,
             longest: self.intervals.iter().map(|(length, _)| *length).fold(0.0, f64::max),
         })
     }

@@ -3,6 +3,7 @@
 use wstac_core::params::{COLUMNS, FEATURES, ROWS, TAXELS};
 
 use super::measure::Measured;
+use wstac_host::statistics::{self, Line};
 
 /// A straight line through levels over time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -91,20 +92,13 @@ impl Still {
         trends.max_by(|a, b| a.slope.abs().total_cmp(&b.slope.abs())).unwrap_or_default()
     }
 
-    /// Least squares.
+    /// Returns how levels change, by least squares: not at all if they are all the same.
     fn trend_of(&self, levels: &[f64]) -> Trend {
-        let (centre, average) = (mean(self.times.iter().copied()), mean(levels.iter().copied()));
-        let (mut across, mut along) = (0.0, 0.0);
-        for (at, level) in self.times.iter().zip(levels) {
-            across += (at - centre) * (level - average);
-            along += (at - centre).powi(2);
-        }
-        if along == 0.0 {
-            return Trend::default();
-        }
-        let slope = across / along;
-        let off = self.times.iter().zip(levels).map(|(at, level)| (level - average - slope * (at - centre)).powi(2));
-        Trend { slope, error: (mean(off) / along).sqrt() }
+        let points: Vec<[f64; 2]> = self.times.iter().zip(levels).map(|(&at, &level)| [at, level]).collect();
+        let Some(line) = Line::fit(&points) else { return Trend::default() };
+        // The line's error divides by n − 2, the doctor's by n.
+        let count = points.len() as f64;
+        Trend { slope: line.slope, error: line.slope_error * ((count - 2.0) / count).sqrt() }
     }
 }
 
@@ -116,8 +110,7 @@ pub fn lines(levels: &[f64; TAXELS]) -> [f64; FEATURES] {
     })
 }
 
-/// Mean; 0 of nothing.
+/// Returns the mean, or 0 of no numbers.
 pub fn mean(numbers: impl IntoIterator<Item = f64>) -> f64 {
-    let (sum, count) = numbers.into_iter().fold((0.0, 0_u32), |(sum, count), number| (sum + number, count + 1));
-    if count == 0 { 0.0 } else { sum / f64::from(count) }
+    statistics::mean(numbers).unwrap_or(0.0)
 }

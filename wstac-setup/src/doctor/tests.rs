@@ -13,9 +13,11 @@ use super::measure::{Limit, SETTLING, measure};
 use super::*;
 use wstac_host::camera::CameraState;
 use wstac_host::config::Config;
-use wstac_host::reading::{Reading, Record, Wanted};
-use wstac_host::source::{Fault, Source, SourceEvent};
+use wstac_host::output::{Output, OutputOptions};
+use wstac_host::session::Processor;
+use wstac_host::source::{Fault, Frame, LossReason, Source, SourceEvent};
 use wstac_scene::SceneConfig;
+use wstac_scene::rng::Rng;
 use wstac_scene::source::SceneSource;
 
 static RUNNING: AtomicUsize = AtomicUsize::new(0);
@@ -127,7 +129,7 @@ struct Played {
     info: StreamInfo,
     items: std::vec::IntoIter<Shown>,
     bytes: Vec<u8>,
-    random: u32,
+    random: Rng,
     time: f64,
     sequence: u32,
     step_s: f64,
@@ -152,12 +154,13 @@ fn played(format: PixelFormat, items: Vec<Shown>, camera: bool) -> Played {
         taxels_only: matches!(items.first(), Some(Shown::Sums(_))),
         about: "played".into(),
         camera: camera.then(Box::<CameraState>::default),
+        recorded: None,
     };
     Played {
         info,
         items: items.into_iter(),
         bytes: vec![0; 160_000],
-        random: 1,
+        random: Rng::new(1, 0),
         time: 50.0,
         sequence: 7,
         step_s: 1.0 / 30.0,
@@ -179,17 +182,16 @@ impl Source for Played {
         self.time += steps as f64 * self.step_s;
         self.sequence = self.sequence.wrapping_add(steps as u32);
         Ok(match item {
-            Shown::Lost(frames) => SourceEvent::Lost { frames, why: "dropped by the driver" },
+            Shown::Lost(frames) => SourceEvent::Lost { frames, reason: LossReason::Dropped },
             Shown::Sums(sums) => SourceEvent::Taxels(sums),
-            Shown::Fault(kind, message) => SourceEvent::Fault(Fault { kind, message: message.into() }),
+            Shown::Fault(kind, message) => SourceEvent::Fault(Fault { kind: kind.into(), message: message.into() }),
             Shown::Waiting => SourceEvent::Waiting,
             Shown::Level(level) => {
                 for byte in &mut self.bytes {
-                    self.random = self.random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                    *byte = (level + f64::from(self.random >> 8) / f64::from(1 << 24)).clamp(0.0, 255.0) as u8;
+                    *byte = (level + self.random.uniform()).clamp(0.0, 255.0) as u8;
                 }
                 let timestamp = Some(Duration::from_secs_f64(self.time));
-                SourceEvent::Frame { bytes: &self.bytes, timestamp, sequence: Some(self.sequence), encoded: None }
+                SourceEvent::Frame(Frame { timestamp, sequence: Some(self.sequence), ..Frame::new(&self.bytes) })
             }
         })
     }
@@ -256,7 +258,7 @@ fn a_slow_camera_losses_and_a_touch_are_told() {
     let measured = measure(&mut source, &info, &Config::default(), OF_A_CAMERA, &RUNNING).unwrap();
     let report = report(&info, &measured, None);
     assert_near("rate", report.rate.measured.unwrap(), 7.5, 1e-3);
-    assert_eq!(report.rate.lost["dropped by the driver"], 4);
+    assert_eq!(report.rate.lost[&LossReason::Dropped], 4);
     // The first 15 of 120 frames are the camera's settling. Frame 84 − 15 is the first lit one; the window from 70 on fires.
     assert_eq!((report.rate.frames, measured.touched), (105, Some(60)));
     for kind in ["touched", "slow", "lost"] {
@@ -306,15 +308,15 @@ fn the_smallest_signal_is_where_the_trigger_fires() {
                     for taxel in lit {
                         sums[*taxel] += (gain / 255.0 * full * 2500.0) as u32;
                     }
-                    let mut reading = Reading::new(&info, &config, Wanted::default()).unwrap();
+                    let mut processor = Processor::new(&info, &config, OutputOptions::default()).unwrap();
                     let mut fired = false;
                     for t in 0..200 {
                         let item = SourceEvent::Taxels(if t < 60 { even(level, full) } else { sums });
                         let give = |record| {
-                            fired |= matches!(record, Record::Event(_));
+                            fired |= matches!(record, Output::Event(_));
                             Ok::<(), Error>(())
                         };
-                        reading.take(&item, give).unwrap();
+                        processor.process(&item, give).unwrap();
                     }
                     fired
                 };
@@ -340,7 +342,7 @@ fn mjpeg_is_held_against_the_uncompressed_picture() {
     let config = Config::default();
     let (_, raw) = scene(&sensor("GREY", 85), 0.0);
     let (_, mut good) = scene(&sensor("MJPG", 95), 0.0);
-    good.lost.insert(wstac_host::camera::mjpeg::CORRUPT, 3);
+    good.lost.insert(LossReason::CorruptJpeg, 3);
     let fine = mjpeg::compare(("GREY", &raw), ("MJPG", &good), &config);
     assert!(fine.worst_taxel_off < 0.5 && fine.corrupt == 3 && fine.error < 0.5 * fine.lit, "{fine:?}");
     assert_near("lit", fine.lit, 2.4225, 1e-4);

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::controls::ControlReport;
 use super::measure::Measured;
 use super::{Report, rate_text};
-use wstac_host::source::StreamInfo;
+use wstac_host::source::{LossReason, StreamInfo};
 
 /// Something to change.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -126,7 +126,7 @@ fn rate(findings: &mut Findings, report: &Report, info: &StreamInfo) {
         let reasons: Vec<_> = rate.lost.iter().map(|(why, frames)| format!("{frames} {why}")).collect();
         let share = 100.0 * lost as f64 / (lost + rate.frames) as f64;
         let found = format!("{share:.1} % of frames were lost: {}", reasons.join(", "));
-        let advice = if rate.lost.keys().all(|why| why.contains("exposure")) {
+        let advice = if rate.lost.keys().all(|reason| *reason == LossReason::SimulatedExposure) {
             "lock the exposure"
         } else {
             "use a shorter cable, another port or a smaller format, and no other program meanwhile"

@@ -1,8 +1,6 @@
 //! The arrays of a data set.
 
-use std::fs::File;
-use std::io::{self, BufWriter};
-use std::path::Path;
+use std::io::{self, Seek, Write};
 
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_core::rate::FrameRate;
@@ -10,7 +8,6 @@ use wstac_core::rate::FrameRate;
 use super::npz::{Dtype, Npz};
 use super::part::Part;
 use super::sweep::Sweep;
-use wstac_host::rate::per_second;
 use wstac_scene::Slide;
 use wstac_scene::specimen::{Pattern, Specimen};
 
@@ -19,11 +16,11 @@ use wstac_scene::specimen::{Pattern, Specimen};
 ///
 /// # Errors
 /// Where the part cannot be read or the file cannot be written.
-pub fn write(path: &Path, sweep: &Sweep, part: &Part) -> io::Result<()> {
+pub fn write(file: impl Write + Seek, sweep: &Sweep, part: &Part) -> io::Result<()> {
     let numbers = part.samples();
     let n = numbers.len();
     let slides = || numbers.iter().map(|&number| sweep.slide(number));
-    let mut npz = Npz::new(BufWriter::new(File::create(path)?));
+    let mut npz = Npz::new(file);
     npz.array("X", Dtype::Int16, &[n, FEATURES, SAMPLE_FRAMES], |out| {
         numbers.iter().try_for_each(|&number| out.write_all(&part.sample(number)?))
     })?;
@@ -52,13 +49,12 @@ pub fn write(path: &Path, sweep: &Sweep, part: &Part) -> io::Result<()> {
     })?;
     npz.strings("source", slides().map(|(slide, seed)| source(&slide, seed)))?;
     fps(&mut npz, sweep.rate())?;
-    let file = npz.finish()?.into_inner().map_err(io::IntoInnerError::into_error)?;
-    file.sync_all()
+    npz.finish().map(drop)
 }
 
 /// An array of one dimension, of numbers of 8 bytes.
 pub(super) fn numbers_of(
-    npz: &mut Npz<BufWriter<File>>,
+    npz: &mut Npz<impl Write + Seek>,
     name: &str,
     dtype: Dtype,
     mut numbers: impl ExactSizeIterator<Item = [u8; 8]>,
@@ -67,8 +63,8 @@ pub(super) fn numbers_of(
 }
 
 /// Frames a second of the camera, an array without dimension.
-pub(super) fn fps(npz: &mut Npz<BufWriter<File>>, rate: FrameRate) -> io::Result<()> {
-    let fps = per_second(rate);
+pub(super) fn fps(npz: &mut Npz<impl Write + Seek>, rate: FrameRate) -> io::Result<()> {
+    let fps = rate.per_second();
     npz.array("fps", Dtype::Float64, &[], |out| out.write_all(&fps.to_le_bytes()))
 }
 

@@ -15,7 +15,8 @@ use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::reading::{Reading, Record, Wanted, units};
+use wstac_host::output::{Output, OutputOptions, SampleFrames};
+use wstac_host::session::Processor;
 use wstac_host::source::Source;
 use wstac_scene::SceneConfig;
 use wstac_scene::source::SceneSource;
@@ -52,20 +53,20 @@ pub enum Outcome {
 /// # Errors
 /// Where the scene cannot be made, or does not fit the configuration.
 pub fn sample(script: &SceneConfig, config: &Config) -> Result<Outcome, Error> {
-    let (mut source, mut reading) = stream(script, config)?;
+    let (mut source, mut processor) = stream(script, config)?;
     let mut first = None;
     // What comes after the first event does not matter.
     while first.is_none() {
-        let goes_on = reading.take(&source.next_event()?, |record| {
-            let outcome = match record {
-                Record::Event(event) => {
-                    let duration = event.duration_frames.filter(|_| !event.is_cut_off());
+        let goes_on = processor.process(&source.next_event()?, |output| {
+            let outcome = match output {
+                Output::Event(event) => {
+                    let duration = event.lit_frames.filter(|_| !event.is_cut_off());
                     let facts = Facts { reliable: event.reliable, duration };
-                    event.sample.as_deref().map(quantised).map(|sample| Outcome::Sample(sample, facts))
+                    event.sample.as_deref().map(by_feature).map(|sample| Outcome::Sample(sample, facts))
                 }
-                Record::Incomplete(_) => Some(Outcome::Incomplete),
-                Record::End(end) => end.incomplete.map(|_| Outcome::Incomplete),
-                Record::Features { .. } | Record::Texture(_) | Record::Fault(_) => None,
+                Output::Interrupted(_) => Some(Outcome::Incomplete),
+                Output::End(end) => end.incomplete.map(|_| Outcome::Incomplete),
+                _ => None,
             };
             first = first.take().or(outcome);
             Ok::<(), Error>(())
@@ -85,18 +86,18 @@ pub fn check(script: &SceneConfig, config: &Config) -> Result<(), Error> {
     stream(script, config).map(drop)
 }
 
-fn stream(script: &SceneConfig, config: &Config) -> Result<(SceneSource, Reading<'static>), Error> {
+fn stream(script: &SceneConfig, config: &Config) -> Result<(SceneSource, Processor), Error> {
     let source = SceneSource::new(script)?;
-    let reading = Reading::new(source.info(), config, Wanted { samples: true, features: false })?;
-    Ok((source, reading))
+    let processor = Processor::new(source.info(), config, OutputOptions { samples: true, features: false })?;
+    Ok((source, processor))
 }
 
-/// Units of 2^-11 again, without loss: the numbers of a record are exact multiples of it.
-fn quantised(features: &[Vec<f64>]) -> Box<Sample> {
+/// Returns a sample feature by feature instead of frame by frame.
+fn by_feature(frames: &SampleFrames) -> Box<Sample> {
     let mut sample = Box::new([[0; SAMPLE_FRAMES]; FEATURES]);
-    for (row, feature) in sample.iter_mut().zip(features) {
-        for (value, real) in row.iter_mut().zip(feature) {
-            *value = units(*real);
+    for (frame, features) in frames.iter().enumerate() {
+        for (row, feature) in sample.iter_mut().zip(features) {
+            row[frame] = *feature;
         }
     }
     sample

@@ -1,6 +1,8 @@
 //! NumPy's `.npz`: a zip archive, nothing compressed, of one `.npy` (version 1.0) an array.
 //!
 //! The same arrays give the same bytes: every time in it is 1 January 1980.
+//!
+//! The writer is our own, as the reader is (`model/npz.rs` says why): it writes arrays of any size element by element.
 
 mod npy;
 

@@ -1,8 +1,6 @@
 //! The arrays of a data set of recordings.
 
-use std::fs::File;
-use std::io::{self, BufWriter};
-use std::path::Path;
+use std::io::{self, Seek, Write};
 
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 
@@ -14,14 +12,14 @@ use super::recordings::Recording;
 ///
 /// # Errors
 /// Where the file cannot be written.
-pub fn write(path: &Path, recordings: &[Recording], tests: &[bool]) -> io::Result<()> {
+pub fn write(file: impl Write + Seek, recordings: &[Recording], tests: &[bool]) -> io::Result<()> {
     let all: Vec<_> = recordings
         .iter()
         .zip(tests)
         .flat_map(|(recording, &test)| recording.samples.iter().map(move |sample| (recording, test, sample)))
         .collect();
     let n = all.len();
-    let mut npz = Npz::new(BufWriter::new(File::create(path)?));
+    let mut npz = Npz::new(file);
     npz.array("X", Dtype::Int16, &[n, FEATURES, SAMPLE_FRAMES], |out| {
         all.iter().try_for_each(|(_, _, (_, sample, _))| {
             let bytes = sample.as_flattened().iter().flat_map(|feature| feature.to_le_bytes());
@@ -71,6 +69,5 @@ pub fn write(path: &Path, recordings: &[Recording], tests: &[bool]) -> io::Resul
     if let Some(first) = recordings.first() {
         fps(&mut npz, first.rate())?;
     }
-    let file = npz.finish()?.into_inner().map_err(io::IntoInnerError::into_error)?;
-    file.sync_all()
+    npz.finish().map(drop)
 }

@@ -6,11 +6,13 @@ use std::path::{Path, PathBuf};
 
 use wstac_core::rate::FrameRate;
 
-use super::{Facts, Sample, quantised};
+use super::{Facts, Sample, by_feature};
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::reading::{Reading, Record, Wanted};
-use wstac_host::record::about::{About, Labels};
+use wstac_host::output::{Output, OutputOptions};
+use wstac_host::record::about::About;
+use wstac_host::session::Processor;
+use wstac_host::source::Labels;
 use wstac_host::source::Source;
 use wstac_host::source::mcap::McapSource;
 use wstac_host::texture::pattern_and_depth;
@@ -91,20 +93,20 @@ pub fn read(path: &Path, config: Option<&Config>) -> Result<Recording, Error> {
     let own = || Config::parse(&about.configuration).map_err(|error| Error::new(&name, error));
     let config = config.cloned().map_or_else(own, Ok)?;
     let mut recording = labelled(&name, &about.labels, &about, config).map_err(|error| Error::new(&name, error))?;
-    let wanted = Wanted { samples: true, features: false };
-    let mut reading = Reading::new(source.info(), &recording.config, wanted)?;
+    let wanted = OutputOptions { samples: true, features: false };
+    let mut processor = Processor::new(source.info(), &recording.config, wanted)?;
     let (samples, incomplete) = (&mut recording.samples, &mut recording.incomplete);
     loop {
-        let goes_on = reading.take(&source.next_event()?, |record| {
-            match record {
-                Record::Event(event) => {
-                    let duration = event.duration_frames.filter(|_| !event.is_cut_off());
+        let goes_on = processor.process(&source.next_event()?, |output| {
+            match output {
+                Output::Event(event) => {
+                    let duration = event.lit_frames.filter(|_| !event.is_cut_off());
                     let facts = Facts { reliable: event.reliable, duration };
-                    samples.extend(event.sample.as_deref().map(|sample| (event.frame, quantised(sample), facts)));
+                    samples.extend(event.sample.as_deref().map(|sample| (event.frame, by_feature(sample), facts)));
                 }
-                Record::Incomplete(_) => *incomplete += 1,
-                Record::End(end) => *incomplete += u64::from(end.incomplete.is_some()),
-                Record::Features { .. } | Record::Texture(_) | Record::Fault(_) => {}
+                Output::Interrupted(_) => *incomplete += 1,
+                Output::End(end) => *incomplete += u64::from(end.incomplete.is_some()),
+                _ => {}
             }
             Ok::<(), Error>(())
         })?;

@@ -103,13 +103,13 @@ fn a_sample_is_that_of_the_first_event() {
     let script = SceneConfig::from_toml("s", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"").unwrap();
     let mut source = SceneSource::new(&script).unwrap();
     let config = Config::default();
-    let wanted = Wanted { features: true, samples: false };
-    let mut reading = Reading::new(source.info(), &config, wanted).unwrap();
+    let wanted = OutputOptions { features: true, samples: false };
+    let mut processor = Processor::new(source.info(), &config, wanted).unwrap();
     let (mut features, mut event) = (Vec::new(), None);
-    wstac_host::reading::read_all(&mut source, &mut reading, |record| {
-        match record {
-            Record::Features { f, .. } => features.push(f.map(|f| f * 2048.0)),
-            Record::Event(first) => event = Some(first.frame as usize),
+    wstac_host::session::run(&mut source, &mut processor, |output| {
+        match output {
+            Output::Features(frame) => features.push(frame.features),
+            Output::Event(first) => event = Some(first.frame as usize),
             _ => {}
         }
         Ok::<(), Error>(())
@@ -119,7 +119,7 @@ fn a_sample_is_that_of_the_first_event() {
     assert!(facts.reliable && facts.duration.is_some_and(|frames| (20..40).contains(&frames)), "{facts:?}");
     let from = event.unwrap();
     for (frame, features) in features[from..from + SAMPLE_FRAMES].iter().enumerate() {
-        assert_eq!(found.map(|feature| feature[frame]), features.map(|feature| feature as i16));
+        assert_eq!(found.map(|feature| feature[frame]), *features);
     }
 }
 

@@ -6,7 +6,6 @@ use wstac_core::rate::FrameRate;
 
 use crate::model::npz::{Array, Npz};
 use wstac_host::error::Error;
-use wstac_host::rate::per_second;
 
 /// Most slides of a file.
 const MOST: u64 = 1 << 24;
@@ -51,7 +50,7 @@ impl Slides {
         let nominal_frames = f64::from(rate.nominal_frames());
         let first = *self.rate.get_or_insert(rate);
         if (nominal_frames / f64::from(first.nominal_frames()) - 1.0).abs() > RATE_OFF {
-            let (found, expected) = (per_second(rate), per_second(first));
+            let (found, expected) = (rate.per_second(), first.per_second());
             let message = format_args!("{found} frames a second, expected {expected}, as the files before have");
             return Err(npz.error("fps", message));
         }
@@ -112,7 +111,7 @@ fn rate(npz: &Npz<'_>, given: Option<FrameRate>) -> Result<FrameRate, Error> {
         return Err(npz.error("fps", format_args!("shape {:?}, expected no dimension", array.shape)));
     }
     let fps = elements(npz, "fps", array, 1)?.first().copied().unwrap_or(f64::NAN);
-    if let Some(given) = given.map(per_second)
+    if let Some(given) = given.map(FrameRate::per_second)
         && (given / fps - 1.0).abs() > RATE_OFF
     {
         return Err(npz.error("fps", format_args!("{fps} frames a second, but --fps is {given}: expected the same")));

@@ -1,13 +1,12 @@
 //! Speed laws fitted to labelled slides (SPEC §4), by least squares in the duration.
 
 pub mod data;
-pub mod line;
 
 use wstac_core::speed::Law;
 
 use self::data::Slides;
-use self::line::Line;
 use wstac_host::error::Error;
+use wstac_host::statistics::{Line, rms};
 
 /// Longest and shortest duration of an event that is not cut off and not a single frame, in frames of its sample.
 pub const DURATIONS: [u8; 2] = [67, 1];
@@ -80,12 +79,11 @@ impl Fit {
         if !falls {
             return wrong(format!("durations do not fall with speed (law {}), expected that they do", kind.name()));
         }
-        let shares = slides.used.iter().map(|slide| {
+        let errors = slides.used.iter().map(|slide| {
             let read = f64::from(law.speed(slide.frames as f32)?);
-            Some((read / slide.speed_mm_s - 1.0).powi(2))
+            Some(read / slide.speed_mm_s - 1.0)
         });
-        let squares: Option<f64> = shares.sum();
-        let speed_error = squares.map(|squares| (squares / slides.used.len() as f64).sqrt());
+        let speed_error = errors.collect::<Option<Vec<f64>>>().and_then(rms);
         Ok(Self { kind, line, law, speed_error })
     }
 

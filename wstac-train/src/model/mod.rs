@@ -1,22 +1,17 @@
 //! Texture models from their trainers' files to the model file that the core reads, what is in one, and how good it is.
 //!
-//! [`mod@file`] is what other programs need. Hidden beside it: `trained` is what every reader makes, `write` makes a model file of it,
-//! `inspect` and `eval` read one.
+//! [`import`] reads a trainer's file as a [`trained`] model and makes a model file of it ([`write`](mod@write)), [`import_inline`] makes
+//! Rust ([`inline`]). [`mod@inspect`] says what is in a model file, and [`eval`] how good it is.
 
-#[doc(hidden)]
 pub mod eval;
 mod exact;
-#[doc(hidden)]
 pub mod inline;
-#[doc(hidden)]
 pub mod inspect;
 mod integers;
 pub(crate) mod npz;
 mod onnx;
-#[doc(hidden)]
 pub mod trained;
 mod ubjson;
-#[doc(hidden)]
 pub mod write;
 mod xgboost;
 
@@ -33,7 +28,6 @@ use wstac_host::texture::pattern_and_depth;
 
 /// What a user may say about a model beyond its file.
 #[derive(Clone, Debug, Default)]
-#[doc(hidden)]
 pub struct Import {
     /// Names of classes, for files that have none.
     pub labels: Option<Vec<String>>,
@@ -49,7 +43,6 @@ pub struct Import {
 ///
 /// # Errors
 /// What of the file cannot be used.
-#[doc(hidden)]
 pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error> {
     let bytes = file_bytes(path)?;
     import_bytes(&name(path), bytes, wanted).map_err(|why| Error::new(path.display(), why))
@@ -59,7 +52,6 @@ pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error>
 ///
 /// # Errors
 /// What cannot be used, without the name.
-#[doc(hidden)]
 pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, Written), String> {
     let (model, tool) = trained(bytes, wanted)?;
     let mut facts = serde_json::json!({ "file": name, "trainer": tool });
@@ -74,7 +66,6 @@ pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trai
 ///
 /// # Errors
 /// What of the file cannot be used.
-#[doc(hidden)]
 pub fn import_inline(path: &Path, wanted: &Import) -> Result<(Trained, Source), Error> {
     let made = trained(file_bytes(path)?, wanted).and_then(|(model, tool)| {
         let mut source = inline::source(&model, &name(path), &tool, wanted.options)?;

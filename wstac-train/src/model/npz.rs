@@ -1,4 +1,10 @@
 //! Reads NumPy's `.npz`: arrays of a zip archive, stored or deflated, of any size (zip64), element by element.
+//!
+//! The reader is our own, because the libraries do not limit sizes before they read, and cost too much.
+//! `npyz` 0.9 allocates a header of the length that a file claims, up to 4 GiB.
+//! It brings 20 crates, among them a parser generator and stack switching in assembly, and opens archives with `zip` 0.6
+//! of 2022. `ndarray-npy` parses headers with the same library.
+//! The `zip` crate itself keeps a whole directory in memory, however long it is.
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Take};

@@ -1,4 +1,6 @@
 //! UBJSON, as XGBoost writes it, for the same structures as JSON; nothing is kept but what they ask for.
+//!
+//! The reader is our own: no maintained UBJSON library skips lists that are not wanted, and limits what it allocates.
 
 use std::fmt;
 

@@ -1,6 +1,7 @@
 //! From features to events, and from events to answers.
 
 use wstac_core::baseline::Baseline;
+use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::direction::{self, Direction, Heading};
 use wstac_core::error::Error;
 use wstac_core::features::Features;

@@ -37,7 +37,13 @@ const FORMATS: [(PixelFormat, YcbcrMethod); 12] = [
 /// The instruction set that frames are summed with, as a C string.
 #[unsafe(no_mangle)]
 pub extern "C" fn wstac_instruction_set() -> *const c_char {
-    if wstac_core::green::instruction_set() == "AVX2" { c"AVX2".as_ptr() } else { c"plain".as_ptr() }
+    let name = match wstac_core::green::instruction_set() {
+        "AVX-512" => c"AVX-512",
+        "AVX2" => c"AVX2",
+        "NEON" => c"NEON",
+        _ => c"plain",
+    };
+    name.as_ptr()
 }
 
 /// A stream of frames of this format and size; `layout` is a taxel's width and height and 25 corners. Null where there is no such stream.

@@ -70,7 +70,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         note(format_args!("{cut_off} of {samples} samples have no duration: cut off, or never lit (array duration)"));
     }
     let tests = for_tests(&recordings, arguments.test);
-    write_all(arguments, |temporary| recorded_arrays::write(temporary, &recordings, &tests))?;
+    write_all(arguments, |file| recorded_arrays::write(file, &recordings, &tests))?;
     let for_tests = tests.iter().filter(|test| **test).count();
     let (count, output) = (recordings.len(), arguments.output.display());
     note(format_args!("{output}: {samples} samples of {count} recordings, {for_tests} of these for tests"));

@@ -9,8 +9,8 @@ use clap::error::ErrorKind;
 use wstac_core::model::file::Task;
 
 use super::super::output::{Stop, check_new, note};
+use wstac_host::atomic_write::atomic_write;
 use wstac_host::texture::task_name;
-use wstac_host::whole_file;
 use wstac_train::model::trained::Kind;
 use wstac_train::model::write::{self, Options};
 use wstac_train::model::{Import, import, import_inline};
@@ -111,7 +111,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         (model, written.bytes(), written.exactness)
     };
     check_options(arguments, &model.kind, backend).unwrap_or_else(|idle| idle.exit());
-    whole_file::write(output, &bytes)?;
+    atomic_write(output, &bytes)?;
     let (path, classes, task) = (output.display(), model.labels.len(), task_name(model.task));
     let what = if backend == Backend::Inline { "bytes of Rust" } else { "bytes" };
     note(format_args!("{path}: {} {what}, {classes} classes, task {task}; {}", bytes.len(), exactness));

@@ -14,10 +14,12 @@ use crate::commands::source_arguments::doubts_of_textures;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
-use wstac_host::reading::{Reading, Record, Wanted};
+use wstac_host::output::{Output, OutputOptions};
 use wstac_host::record::Recorder;
-use wstac_host::record::about::{About, Labels};
+use wstac_host::record::about::About;
 use wstac_host::record::plan::{self, PlannedSlide};
+use wstac_host::session::Processor;
+use wstac_host::source::Labels;
 use wstac_host::source::{FramePolicy, Source, SourceEvent, StreamInfo};
 use wstac_host::texture::Textures;
 use wstac_linux::source::is_camera;
@@ -73,7 +75,7 @@ pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
     let models = ModelFile::open_all(&arguments.models)?;
     let folder = &arguments.output;
     // What does not fit is said before a person waits.
-    drop(Reading::new(&info, &config, Wanted::default())?.with_textures(Textures::new(&models)?));
+    drop(Processor::new(&info, &config, OutputOptions::default())?.with_textures(Textures::new(&models)?));
     About::new(&info, &config, labels.clone(), Vec::new())?;
     if folder.exists() && !folder.is_dir() {
         return Err(Error::new(folder.display(), "is a file, expected a folder for the recordings of --guide").into());
@@ -83,7 +85,7 @@ pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
     let form = if arguments.json { Form::Json } else { Form::Text };
     let shown = Shown { records: Some(Records::new(form)), events: 0 };
     let (keys, interrupted) = (keys(), signals()?);
-    if let Some(doubt) = doubts_of_textures(source.as_ref(), &info, &models) {
+    if let Some(doubt) = doubts_of_textures(&info, &models) {
         note(doubt);
     }
     let is_live = is_camera(&arguments.source);
@@ -211,16 +213,16 @@ impl Session<'_> {
 
     /// One attempt; nothing where the baseline was not quiet.
     fn attempt(&mut self, slide: &PlannedSlide, part: &Path) -> Result<Option<Outcome>, Error> {
-        let wanted = Wanted { features: true, samples: false };
-        let reading = Reading::new(&self.info, &self.config, wanted)?;
-        let mut reading = reading.with_textures(Textures::new(self.models)?);
+        let wanted = OutputOptions { features: true, samples: false };
+        let processor = Processor::new(&self.info, &self.config, wanted)?;
+        let mut processor = processor.with_textures(Textures::new(self.models)?);
         let mut labels = self.labels.clone();
         labels.extend(slide.labels.clone());
         let models = self.models.iter().map(|file| file.about().to_owned()).collect();
         let about = About::new(&self.info, &self.config, labels, models)?;
         let file = File::create(part).map_err(|error| Error::new(part.display(), error))?;
-        let mut recorder = Recorder::new(file, part, &about, &reading)?;
-        let outcome = self.watch(slide, &mut reading, &mut recorder);
+        let mut recorder = Recorder::new(file, part, &about, &processor)?;
+        let outcome = self.watch(slide, &mut processor, &mut recorder);
         // Whatever became of the source, what came before is in a whole file.
         let written = recorder.finish();
         if outcome.is_err() && written.is_ok() {
@@ -238,7 +240,7 @@ impl Session<'_> {
     fn watch(
         &mut self,
         slide: &PlannedSlide,
-        reading: &mut Reading<'_>,
+        processor: &mut Processor,
         recorder: &mut Recorder,
     ) -> Result<Option<Outcome>, Error> {
         let mut asked = false;
@@ -247,26 +249,27 @@ impl Session<'_> {
                 return Ok(Some(Outcome::Ended));
             }
             let item = self.source.next_event()?;
-            recorder.item(&item);
-            let mut found = None;
+            recorder.source_event(&item);
+            let (mut found, mut was_disturbed) = (None, false);
             let shown = &mut self.shown;
-            let goes_on = reading.take(&item, |record| {
-                recorder.record(&record, &text_of(&record));
-                match &record {
-                    Record::Event(_) => found = Some(Outcome::Recorded),
-                    Record::Incomplete(_) => found = Some(Outcome::Again("too many frames were lost")),
+            let goes_on = processor.process(&item, |output| {
+                recorder.output(&output, &text_of(&output));
+                match &output {
+                    Output::Event(_) => found = Some(Outcome::Recorded),
+                    Output::Interrupted(_) => found = Some(Outcome::Again("too many frames were lost")),
+                    Output::BaselineDisturbed { .. } => was_disturbed = true,
                     _ => {}
                 }
-                if matches!(record, Record::Event(_) | Record::Fault(_)) {
-                    shown.show(&record);
+                if matches!(output, Output::Event(_) | Output::Fault(_)) {
+                    shown.show(&output);
                 }
                 Ok::<(), Error>(())
             })?;
-            let has_room = recorder.end_of_item(&item, reading);
-            if reading.baseline_disturbed() {
+            let has_room = recorder.processed(&item, processor);
+            if was_disturbed {
                 return Ok(None);
             }
-            if !asked && reading.trigger().baseline().is_some() {
+            if !asked && processor.pipeline().baseline().is_some() {
                 asked = true;
                 note(format_args!("slide now: {}", slide.about));
             }
@@ -294,6 +297,7 @@ mod tests {
     use wstac_core::rate::FrameRate;
 
     use super::*;
+    use wstac_host::source::Frame;
     use wstac_host::source::mcap::McapSource;
 
     /// A camera that fails after some frames.
@@ -310,7 +314,7 @@ mod tests {
 
         fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
             self.left = self.left.checked_sub(1).ok_or_else(|| Error::new("camera", "unplugged"))?;
-            Ok(SourceEvent::Frame { bytes: &self.bytes, timestamp: None, sequence: None, encoded: None })
+            Ok(SourceEvent::Frame(Frame::new(&self.bytes)))
         }
     }
 
@@ -325,6 +329,7 @@ mod tests {
             taxels_only: false,
             about: "a camera".into(),
             camera: None,
+            recorded: None,
         };
         let source = Box::new(Failing { info: info.clone(), left: 3, bytes: vec![9; 10_000] });
         let (config, labels, interrupted) = Default::default();
@@ -340,7 +345,7 @@ mod tests {
         assert_eq!(failed.to_string(), "camera: unplugged");
         let mut source = McapSource::open(&part, None).unwrap();
         for _ in 0..3 {
-            assert!(matches!(source.next_event(), Ok(SourceEvent::Frame { .. })));
+            assert!(matches!(source.next_event(), Ok(SourceEvent::Frame(_))));
         }
         assert!(matches!(source.next_event(), Ok(SourceEvent::End)));
         fs::remove_file(&part).unwrap();

@@ -7,15 +7,15 @@ use std::sync::Barrier;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use super::super::loss_report::LossReport;
-use super::super::output::{Form, Records, Stop, note};
+use super::super::output::{Form, LossReport, Records, Stop, note};
 use super::super::source_arguments::doubts_of_textures;
 use super::Arguments;
 use super::sensors::Sensor;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
-use wstac_host::reading::{BASELINE_DISTURBED, Reading, Wanted};
-use wstac_host::source::{FramePolicy, Lag, Source, SourceEvent};
+use wstac_host::output::{Output, OutputOptions};
+use wstac_host::session::{Observer, Session, Step};
+use wstac_host::source::{FramePolicy, Lag, SourceEvent};
 use wstac_host::texture::Textures;
 
 /// What all sensors of a run have in common.
@@ -29,8 +29,7 @@ pub(super) struct Run<'a> {
 
 /// A sensor that is ready to be read.
 pub(super) struct Opened<'a> {
-    source: Box<dyn Source>,
-    reading: Reading<'a>,
+    session: Session,
     records: Records,
     raw: Option<RawFile>,
     limit: Option<u64>,
@@ -49,10 +48,12 @@ impl<'a> Run<'a> {
         let delivery = if arguments.save_raw.is_some() { FramePolicy::Every } else { FramePolicy::Newest };
         let (source, info, config) =
             arguments.options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
-        let wanted = Wanted { features: arguments.features, samples: arguments.samples };
-        let reading = Reading::new(&info, &config, wanted)?.with_textures(Textures::new(files)?);
+        let wanted = OutputOptions { features: arguments.features, samples: arguments.samples };
+        let session =
+            Session::builder(source).info(info.clone()).config(config).outputs(wanted).textures(Textures::new(files)?);
+        let session = session.build()?;
         records.note(&info.about);
-        if let Some(doubt) = doubts_of_textures(source.as_ref(), &info, files) {
+        if let Some(doubt) = doubts_of_textures(&info, files) {
             records.note(doubt);
         }
         if info.rate.frames_added() > 1 {
@@ -62,7 +63,7 @@ impl<'a> Run<'a> {
             return Err(Error::new(&info.about, "--save-raw needs frames, expected fidelity = \"rendered\"").into());
         }
         let raw = arguments.save_raw.as_deref().map(RawFile::create).transpose()?;
-        Ok(Opened { source, reading, records, raw, limit: arguments.frames, interrupted })
+        Ok(Opened { session, records, raw, limit: arguments.frames, interrupted })
     }
 
     /// Reads all sensors at once. None is read before all are open; then each goes on to its own end, whatever becomes
@@ -114,62 +115,73 @@ impl Opened<'_> {
     ///
     /// # Errors
     /// The source's, and those of writing.
-    pub(super) fn read(mut self) -> Result<(), Stop> {
-        let mut reasons = LossReport::default();
-        let result = self.read_until_end(&mut reasons);
-        reasons.say(|message| self.records.note(message));
-        say_behind(self.source.behind(), &self.records);
+    pub(super) fn read(self) -> Result<(), Stop> {
+        let Self { mut session, records, raw, limit, interrupted } = self;
+        let mut printer = Printer { records, raw, losses: LossReport::default(), passed: 0 };
+        let result = loop {
+            if interrupted.load(Ordering::Relaxed) || limit.is_some_and(|limit| printer.passed >= limit) {
+                break session.finish(&mut printer);
+            }
+            match session.step(&mut printer) {
+                Ok(Step::GoesOn) => {}
+                Ok(Step::Over) => break Ok(()),
+                // The file of --save-raw cannot be written.
+                Err(Stop::Failed(error)) => {
+                    session.finish(&mut printer)?;
+                    break Err(error.into());
+                }
+                Err(stop) => break Err(stop),
+            }
+        };
+        printer.losses.say(|message| printer.records.note(message));
+        say_lag(session.lag(), &printer.records);
         result
     }
+}
 
-    fn read_until_end(&mut self, reasons: &mut LossReport) -> Result<(), Stop> {
-        let Self { source, reading, records, raw, limit, interrupted } = self;
-        let mut seen: u64 = 0;
-        loop {
-            if interrupted.load(Ordering::Relaxed) || limit.is_some_and(|limit| seen >= limit) {
-                return reading.finish(|record| records.write(&record));
-            }
-            let item = match source.next_event() {
-                Ok(item) => item,
-                Err(error) => {
-                    // The source's error is the one that matters, whatever becomes of the end record.
-                    let _ = reading.finish(|record| records.write(&record));
-                    return Err(error.into());
+/// Prints a session's outputs, counts its frames and saves their bytes.
+struct Printer {
+    records: Records,
+    raw: Option<RawFile>,
+    losses: LossReport,
+    /// Camera frames that have passed, lost ones included.
+    passed: u64,
+}
+
+impl Observer for Printer {
+    type Error = Stop;
+
+    fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Stop> {
+        match event {
+            SourceEvent::Frame(frame) => {
+                self.passed += 1;
+                if let Some(raw) = &mut self.raw {
+                    raw.write(frame.bytes)?;
                 }
-            };
-            match &item {
-                SourceEvent::Frame { bytes, .. } => {
-                    seen += 1;
-                    if let Some(error) = raw.as_mut().and_then(|raw| raw.write(bytes).err()) {
-                        reading.finish(|record| records.write(&record))?;
-                        return Err(error.into());
-                    }
-                }
-                SourceEvent::Taxels(_) => seen += 1,
-                SourceEvent::Lost { frames, why } => {
-                    seen = seen.saturating_add(*frames);
-                    reasons.add(*frames, why);
-                }
-                SourceEvent::Fault(_) | SourceEvent::Waiting | SourceEvent::End => {}
             }
-            if !reading.take(&item, |record| records.write(&record))? {
-                return Ok(());
+            SourceEvent::Taxels(_) => self.passed += 1,
+            SourceEvent::Lost { frames, reason } => {
+                self.passed = self.passed.saturating_add(*frames);
+                self.losses.add(*frames, reason);
             }
-            if reading.baseline_disturbed() {
-                records.note(BASELINE_DISTURBED);
-            }
+            _ => {}
         }
+        Ok(())
+    }
+
+    fn output(&mut self, output: Output) -> Result<(), Stop> {
+        self.records.write(&output)
     }
 }
 
 /// How far reading ever was behind a camera.
-fn say_behind(behind: Lag, records: &Records) {
-    if behind.most == 0 {
+fn say_lag(lag: Lag, records: &Records) {
+    if lag.most == 0 {
         return;
     }
     let latency =
-        behind.latency.map(|latency| format!("; the last was read {} ms after it was taken", latency.as_millis()));
-    records.note(format_args!("up to {} frame(s) behind the camera{}", behind.most, latency.unwrap_or_default()));
+        lag.latency.map(|latency| format!("; the last was read {} ms after it was taken", latency.as_millis()));
+    records.note(format_args!("up to {} frame(s) behind the camera{}", lag.most, latency.unwrap_or_default()));
 }
 
 /// The file that `--save-raw` names.

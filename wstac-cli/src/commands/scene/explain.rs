@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 use super::super::output::Stop;
 use super::named;
 use wstac_host::error::Error;
-use wstac_host::rate::per_second;
 use wstac_host::source::open::OpenOptions;
 use wstac_scene::effects::{EFFECTS, Effect, NEVER};
 use wstac_scene::sensor::Fidelity;
@@ -31,7 +30,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let scene = Scene::new(&script).map_err(|error| error.about(&arguments.scene))?;
     let mut out = std::io::stdout().lock();
     let (width, height) = script.sensor.size.into();
-    let rate = per_second(script.sensor.rate);
+    let rate = script.sensor.rate.per_second();
     writeln!(out, "{} frames of {width}x{height} at {rate} a second, {}", scene.frames(), described(script.fidelity))?;
     for truth in scene.truth() {
         let slide = &truth.slide;

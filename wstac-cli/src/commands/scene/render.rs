@@ -11,7 +11,7 @@ use super::named;
 use wstac_host::error::Error;
 use wstac_host::source::open::OpenOptions;
 use wstac_host::source::y4m::header_of;
-use wstac_host::source::{Source, SourceEvent};
+use wstac_host::source::{Frame, Source, SourceEvent};
 use wstac_scene::source::SceneSource;
 use wstac_scene::source::script;
 
@@ -60,15 +60,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             return Err(Stop::Interrupted(signal_hook::consts::SIGINT as u8));
         }
         match source.next_event()? {
-            SourceEvent::Frame { bytes, .. } => {
+            SourceEvent::Frame(Frame { bytes, .. }) => {
                 if header.is_some() {
                     out.write(b"FRAME\n")?;
                 }
                 out.write(bytes)?;
             }
             SourceEvent::Lost { frames, .. } => lost += frames,
-            SourceEvent::Taxels(_) | SourceEvent::Fault(_) | SourceEvent::Waiting => {}
             SourceEvent::End => break,
+            _ => {}
         }
     }
     out.finish()?;

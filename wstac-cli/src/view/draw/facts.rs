@@ -17,7 +17,7 @@ pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffe
     lines.push((format!("dropped {}", state.dropped), if_any(state.dropped)));
     lines.push((format!("events  {}", state.events), calm));
     if state.live {
-        let behind = state.behind;
+        let behind = state.lag;
         let latency = behind.latency.map_or("–".to_owned(), |latency| format!("{} ms", latency.as_millis()));
         lines.push((format!("latency {latency}"), calm));
         lines.push((format!("behind  {}, most {}", behind.frames, behind.most), if_any(behind.frames.into())));
@@ -39,8 +39,7 @@ pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffe
 /// Draws the most important in a line.
 pub(super) fn line(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
     let (doing, color) = doing(state, colors);
-    let behind =
-        state.behind.latency.map(|latency| format!("  {} ms, {} behind", latency.as_millis(), state.behind.frames));
+    let behind = state.lag.latency.map(|latency| format!("  {} ms, {} behind", latency.as_millis(), state.lag.frames));
     let behind = behind.unwrap_or_default();
     let text = format!("{doing}  {}  {} dropped  frame {}{behind}", rate(state), state.dropped, state.frame);
     buffer.set_stringn(area.x, area.y, &text, usize::from(area.width), color);

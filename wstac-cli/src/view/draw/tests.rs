@@ -13,8 +13,9 @@ use crate::open;
 use crate::view::recording::Recordings;
 use crate::view::state::Phase;
 use wstac_host::config::Config;
-use wstac_host::reading::{Reading, Wanted};
+use wstac_host::output::OutputOptions;
 use wstac_host::record;
+use wstac_host::session::Processor;
 use wstac_host::source::StreamInfo;
 use wstac_host::source::open::OpenOptions;
 
@@ -23,8 +24,8 @@ fn after(scene: &str, items: u32) -> State {
     let options = OpenOptions { size: Some((320, 180)), ..OpenOptions::default() };
     let mut source = open(scene, &options).unwrap();
     let info = source.info().clone();
-    let wanted = Wanted { features: true, samples: false };
-    let mut reading = Reading::new(&info, &Config::default(), wanted).unwrap();
+    let wanted = OutputOptions { features: true, samples: false };
+    let mut reading = Processor::new(&info, &Config::default(), wanted).unwrap();
     let mut recordings = recordings(&info, None);
     let (mut player, state) = Player::new(source.as_mut(), &info, &mut reading, &mut recordings, false);
     let state = Mutex::new(state);
@@ -35,7 +36,7 @@ fn after(scene: &str, items: u32) -> State {
 }
 
 fn recordings(info: &StreamInfo, named: Option<PathBuf>) -> Recordings {
-    let about = record::about::About::new(info, &Config::default(), record::about::Labels::default(), Vec::new());
+    let about = record::about::About::new(info, &Config::default(), wstac_host::source::Labels::default(), Vec::new());
     Recordings::new(about, named, |record| format!("{record:?}"))
 }
 
@@ -167,8 +168,8 @@ fn help_and_faults_can_be_read() {
 fn re_zero_gathers_a_new_baseline() {
     let mut source = open("scene:Saw3@150", &OpenOptions::default()).unwrap();
     let info = source.info().clone();
-    let wanted = Wanted { features: true, samples: false };
-    let mut reading = Reading::new(&info, &Config::default(), wanted).unwrap();
+    let wanted = OutputOptions { features: true, samples: false };
+    let mut reading = Processor::new(&info, &Config::default(), wanted).unwrap();
     let mut recordings = recordings(&info, None);
     let (mut player, state) = Player::new(source.as_mut(), &info, &mut reading, &mut recordings, false);
     let state = Mutex::new(state);
@@ -193,10 +194,10 @@ fn re_zero_gathers_a_new_baseline() {
 fn a_recording_starts_afresh_and_gives_the_same_events_again() {
     let path = std::env::temp_dir().join(format!("wstac-view-{}.mcap", std::process::id()));
     let options = OpenOptions { size: Some((320, 180)), ..OpenOptions::default() };
-    let wanted = Wanted { features: true, samples: false };
+    let wanted = OutputOptions { features: true, samples: false };
     let mut source = open("scene:Saw3@150,90deg", &options).unwrap();
     let info = source.info().clone();
-    let mut reading = Reading::new(&info, &Config::default(), wanted).unwrap();
+    let mut reading = Processor::new(&info, &Config::default(), wanted).unwrap();
     let mut made = recordings(&info, Some(path.clone()));
     let (mut player, state) = Player::new(source.as_mut(), &info, &mut reading, &mut made, false);
     let state = Mutex::new(state);
@@ -218,7 +219,7 @@ fn a_recording_starts_afresh_and_gives_the_same_events_again() {
 
     let mut again = open(path.to_str().unwrap(), &OpenOptions::default()).unwrap();
     let info = again.info().clone();
-    let mut reading = Reading::new(&info, &Config::default(), wanted).unwrap();
+    let mut reading = Processor::new(&info, &Config::default(), wanted).unwrap();
     let mut none = recordings(&info, None);
     let (mut player, replay) = Player::new(again.as_mut(), &info, &mut reading, &mut none, false);
     let replay = Mutex::new(replay);
@@ -246,7 +247,7 @@ fn taxels_alone_are_not_recorded() {
     let mut source = source.unwrap();
     let info = source.info().clone();
     assert!(info.taxels_only);
-    let mut reading = Reading::new(&info, &Config::default(), Wanted::default()).unwrap();
+    let mut reading = Processor::new(&info, &Config::default(), OutputOptions::default()).unwrap();
     let mut made = recordings(&info, None);
     let (mut player, state) = Player::new(source.as_mut(), &info, &mut reading, &mut made, false);
     let state = Mutex::new(state);

@@ -1,19 +1,24 @@
-//! The sum of one byte a pixel: a mask takes it out, and one instruction adds eight bytes.
+//! Sums one byte of each pixel: a mask selects it, and one instruction adds eight bytes.
+//!
+//! A frame of 1280 × 720 takes 26 % of the plain code's time for GREY and 22 % for RGB24 (one run on an AMD EPYC of
+//! family 26, frame in the cache).
+//! The checks of its loads cost GREY 1 % and nothing for RGB24.
 
 use core::arch::x86_64::{__m256i, _mm256_add_epi64, _mm256_and_si256, _mm256_sad_epu8, _mm256_setzero_si256};
 
-use super::{VECTOR, Wide, load, quads, vector};
+use super::{VECTOR, numbers, vector};
+use crate::green::simd::Wide;
 
-/// Rows that are summed side by side, so that a row's cache lines are asked for while another's are awaited.
+/// Rows that are summed at the same time, so that one row's cache lines arrive while another row is summed.
 const ROWS: usize = 4;
 /// Vectors after which any period repeats.
 const MASKS: usize = 3;
 
-/// Which bytes count: those at `PLACE` of every `PERIOD`.
-struct Counted<const PERIOD: usize, const PLACE: usize>;
+/// Selects the bytes at `PLACE` of every `PERIOD`.
+struct Selected<const PERIOD: usize, const PLACE: usize>;
 
-impl<const PERIOD: usize, const PLACE: usize> Counted<PERIOD, PLACE> {
-    /// Of vectors whose first byte is at 0, 32 and 64, as all others' of a row are but for multiples of the period.
+impl<const PERIOD: usize, const PLACE: usize> Selected<PERIOD, PLACE> {
+    /// Masks of vectors that start at byte 0, 32 and 64 of a row. Later vectors repeat them.
     const MASKS: [[u8; VECTOR]; MASKS] = {
         let mut masks = [[0; VECTOR]; MASKS];
         let mut at = PLACE;
@@ -25,50 +30,69 @@ impl<const PERIOD: usize, const PLACE: usize> Counted<PERIOD, PLACE> {
     };
 }
 
-/// The sum of the bytes at `PLACE` of every `PERIOD` bytes of rows.
+/// Sums the bytes at `PLACE` of every `PERIOD` bytes of rows.
 #[target_feature(enable = "avx2")]
-pub(super) fn sum<const PERIOD: usize, const PLACE: usize>(wide: Wide<'_>) -> u32 {
-    let (before, last, tail) = (wide.before(), wide.last(), wide.tail());
-    let block = wide.0;
-    let [a, b, c] = const { &Counted::<PERIOD, PLACE>::MASKS };
-    let masks = [vector(a), vector(b), vector(c)];
-    // A row's end is at a multiple of the period, so its last vector is as one at -32, which is as one at 64.
-    let tail = _mm256_and_si256(tail, masks[MASKS - 1]);
-    // Where vectors are whole periods, one mask is all there are.
-    let mask = |index: usize| if VECTOR.is_multiple_of(PERIOD) { masks[0] } else { masks[index % MASKS] };
-    let mut sums = [_mm256_setzero_si256(); ROWS];
-    let mut row = block.bytes().as_ptr();
-    for _ in 0..block.rows() / ROWS {
-        let starts: [_; ROWS] = core::array::from_fn(|index| row.wrapping_add(index * block.bytes_per_row()));
-        for index in 0..before {
-            let mask = mask(index);
-            for (sum, start) in sums.iter_mut().zip(starts) {
-                // SAFETY: a block has as many rows, each with whole vectors up to there.
-                *sum = add(*sum, unsafe { load(start.wrapping_add(VECTOR * index)) }, mask);
-            }
-        }
-        for (sum, start) in sums.iter_mut().zip(starts) {
-            // SAFETY: these are the last bytes of each row, which is a vector wide at least.
-            *sum = add(*sum, unsafe { load(start.wrapping_add(last)) }, tail);
-        }
-        row = row.wrapping_add(ROWS * block.bytes_per_row());
+pub(super) fn sum<const PERIOD: usize, const PLACE: usize>(wide: Wide<'_, VECTOR>) -> u32 {
+    // The loop over vectors is written out for usual widths.
+    match wide.before() {
+        1 => of_vectors::<PERIOD, PLACE, 1>(wide),
+        2 => of_vectors::<PERIOD, PLACE, 2>(wide),
+        3 => of_vectors::<PERIOD, PLACE, 3>(wide),
+        4 => of_vectors::<PERIOD, PLACE, 4>(wide),
+        8 => of_vectors::<PERIOD, PLACE, 8>(wide),
+        _ => of_vectors::<PERIOD, PLACE, 0>(wide),
     }
-    for _ in 0..block.rows() % ROWS {
-        for index in 0..before {
-            // SAFETY: as above.
-            sums[0] = add(sums[0], unsafe { load(row.wrapping_add(VECTOR * index)) }, mask(index));
-        }
-        // SAFETY: as above.
-        sums[0] = add(sums[0], unsafe { load(row.wrapping_add(last)) }, tail);
-        row = row.wrapping_add(block.bytes_per_row());
-    }
-    let [a, b, c, d] = sums;
-    let all = _mm256_add_epi64(_mm256_add_epi64(a, b), _mm256_add_epi64(c, d));
-    quads(all).iter().sum::<u64>() as u32
 }
 
+/// Sums a block of rows with `BEFORE` vectors before the last one, or with any number if `BEFORE` is 0.
 #[inline]
 #[target_feature(enable = "avx2")]
-fn add(sum: __m256i, bytes: __m256i, mask: __m256i) -> __m256i {
-    _mm256_add_epi64(sum, _mm256_sad_epu8(_mm256_and_si256(bytes, mask), _mm256_setzero_si256()))
+fn of_vectors<const PERIOD: usize, const PLACE: usize, const BEFORE: usize>(wide: Wide<'_, VECTOR>) -> u32 {
+    let [first, second, third] = const { &Selected::<PERIOD, PLACE>::MASKS };
+    let masks = [vector(first), vector(second), vector(third)];
+    // A row ends at a multiple of the period, so its last vector starts as if at byte -32, which repeats byte 64.
+    let tail = _mm256_and_si256(vector(&wide.tail()), masks[MASKS - 1]);
+    let mut sums = [_mm256_setzero_si256(); ROWS];
+    let (before, mut rows, count) = (wide.before(), wide.rows(), wide.block().rows());
+    let mut row = || rows.vectors::<VECTOR, BEFORE>(before);
+    for _ in 0..count / ROWS {
+        let (Some(a), Some(b), Some(c), Some(d)) = (row(), row(), row(), row()) else { break };
+        let mut turn = masks;
+        for (((a, b), c), d) in a.0.iter().zip(b.0).zip(c.0).zip(d.0) {
+            for (sum, bytes) in sums.iter_mut().zip([a, b, c, d]) {
+                *sum = add(*sum, bytes, turn[0]);
+            }
+            turn = next::<PERIOD>(turn);
+        }
+        for (sum, bytes) in sums.iter_mut().zip([a.1, b.1, c.1, d.1]) {
+            *sum = add(*sum, bytes, tail);
+        }
+    }
+    for _ in 0..count % ROWS {
+        let Some((whole, last)) = row() else { break };
+        let mut turn = masks;
+        for bytes in whole {
+            sums[0] = add(sums[0], bytes, turn[0]);
+            turn = next::<PERIOD>(turn);
+        }
+        sums[0] = add(sums[0], last, tail);
+    }
+    let [a, b, c, d] = sums;
+    let [a, _, b, _, c, _, d, _] = numbers(_mm256_add_epi64(_mm256_add_epi64(a, b), _mm256_add_epi64(c, d)));
+    // The sum is below 2^32, so the low halves of its 64-bit parts are enough.
+    a.wrapping_add(b).wrapping_add(c).wrapping_add(d)
+}
+
+/// Returns the masks with that of the next vector first. Where vectors are whole periods, all masks are the same.
+#[inline]
+#[target_feature(enable = "avx2")]
+fn next<const PERIOD: usize>([a, b, c]: [__m256i; MASKS]) -> [__m256i; MASKS] {
+    if VECTOR.is_multiple_of(PERIOD) { [a, b, c] } else { [b, c, a] }
+}
+
+/// Adds the bytes that a mask selects to four 64-bit sums.
+#[inline]
+#[target_feature(enable = "avx2")]
+fn add(sum: __m256i, bytes: &[u8; VECTOR], mask: __m256i) -> __m256i {
+    _mm256_add_epi64(sum, _mm256_sad_epu8(_mm256_and_si256(vector(bytes), mask), _mm256_setzero_si256()))
 }

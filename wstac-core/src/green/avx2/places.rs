@@ -1,35 +1,29 @@
-//! Sums of bytes by their place among four: of 16-bit words the words themselves are added up in 16 bits, carries lost, and their high bytes;
-//! what the total has more are the low bytes. That is three instructions for 32 bytes. The first four bytes of the rows and the last four are
-//! summed by themselves, too: of a cell of which one pixel counts.
+//! Sums bytes by their place in each group of four.
+//!
+//! The bytes are read as 16-bit words. One sum adds the words and loses carries; another adds their high bytes.
+//! The low bytes are the difference. That takes three instructions for 32 bytes.
+//! The first four bytes of each row and the last four are also summed on their own, for cells of which one pixel
+//! counts.
+//!
+//! A frame of 1280 × 720 takes 8.4 % of the plain code's time for `linear` YUYV and 41 % for Y16 (one run on an AMD
+//! EPYC of family 26, frame in the
+//! cache). The checks of its loads cost 5 to 14 %.
 
 use core::arch::x86_64::{
     __m256i, _mm256_add_epi16, _mm256_add_epi32, _mm256_and_si256, _mm256_blend_epi32, _mm256_hadd_epi32,
-    _mm256_set1_epi32, _mm256_setzero_si256, _mm256_slli_epi16, _mm256_srli_epi16, _mm256_srli_epi32,
-    _mm256_storeu_si256, _mm256_sub_epi16,
+    _mm256_set1_epi32, _mm256_setzero_si256, _mm256_slli_epi16, _mm256_srli_epi16, _mm256_srli_epi32, _mm256_sub_epi16,
 };
 
-use super::{AHEAD, VECTOR, Wide, load, prefetch};
+use super::{VECTOR, numbers, prefetch, vector};
+use crate::green::simd::{Places, ROOM, Wide};
 
-/// Additions of bytes that 16 bits have room for.
-const ROOM: usize = 257;
-/// Bytes of which a row's fit.
+/// Bytes of the widest row whose sums fit 16 bits.
 pub(super) const MOST_WIDTH: usize = VECTOR * ROOM;
 
-/// Sums by place.
-#[derive(Clone, Copy)]
-pub(in crate::green) struct Places {
-    /// Of all of the rows.
-    pub(in crate::green) all: [u32; 4],
-    /// Of their first four bytes.
-    pub(in crate::green) first: [u32; 4],
-    /// Of their last four.
-    pub(in crate::green) last: [u32; 4],
-}
-
-/// The sums of a block, which is no wider than [`MOST_WIDTH`].
+/// Sums a block that is no wider than [`MOST_WIDTH`].
 #[target_feature(enable = "avx2")]
-pub(super) fn sums(wide: Wide<'_>) -> Places {
-    // Of rows of usual widths the loop over vectors is written out.
+pub(super) fn sums(wide: Wide<'_, VECTOR>) -> Places {
+    // The loop over vectors is written out for usual widths.
     match wide.before() {
         2 => of_vectors::<2>(wide),
         3 => of_vectors::<3>(wide),
@@ -42,35 +36,33 @@ pub(super) fn sums(wide: Wide<'_>) -> Places {
     }
 }
 
-/// The same, with `BEFORE` vectors before the last one of a row; any number if it is 0.
+/// Sums a block of rows with `BEFORE` vectors before the last one, or with any number if `BEFORE` is 0.
 #[inline]
 #[target_feature(enable = "avx2")]
-fn of_vectors<const BEFORE: usize>(wide: Wide<'_>) -> Places {
+fn of_vectors<const BEFORE: usize>(wide: Wide<'_, VECTOR>) -> Places {
     let before = if BEFORE == 0 { wide.before() } else { BEFORE };
-    let (last, tail) = (wide.last(), wide.tail());
+    let tail = vector(&wide.tail());
     let (mut lanes, mut ends) = (Lanes::new(), Lanes::new());
     let (mut sums, mut end_sums) = ([_mm256_setzero_si256(); 4], [_mm256_setzero_si256(); 4]);
     let mut room = ROOM;
-    let mut row = wide.0.bytes().as_ptr();
-    for _ in 0..wide.0.rows() {
+    let mut rows = wide.rows();
+    for _ in 0..wide.block().rows() {
+        let Some((whole, last)) = rows.vectors::<VECTOR, BEFORE>(before) else { break };
         if room <= before {
             lanes.move_to(&mut sums);
             ends.move_to(&mut end_sums);
             room = ROOM;
         }
         room -= before + 1;
-        let ahead = row.wrapping_add(AHEAD * wide.0.bytes_per_row());
-        prefetch(ahead, VECTOR * before + 1);
-        prefetch(ahead.wrapping_add(wide.0.width() - 1), 1);
-        for index in 0..before {
-            // SAFETY: a block has as many rows, each with whole vectors up to there.
-            lanes.add(unsafe { load(row.wrapping_add(VECTOR * index)) });
+        let first = whole.first().unwrap_or(last);
+        // A constant number of lines, if the number of vectors is constant.
+        prefetch(last, wide.block(), VECTOR * before + 1);
+        for bytes in whole {
+            lanes.add(vector(bytes));
         }
-        // SAFETY: these are the first and the last bytes of a row, which is a vector wide at least.
-        let (first, last) = unsafe { (load(row), load(row.wrapping_add(last))) };
+        let (first, last) = (vector(first), vector(last));
         lanes.add(_mm256_and_si256(last, tail));
         ends.add(_mm256_blend_epi32::<0xF0>(first, last));
-        row = row.wrapping_add(wide.0.bytes_per_row());
     }
     lanes.move_to(&mut sums);
     ends.move_to(&mut end_sums);
@@ -80,16 +72,6 @@ fn of_vectors<const BEFORE: usize>(wide: Wide<'_>) -> Places {
     let all = [e.wrapping_add(i), f.wrapping_add(j), g.wrapping_add(k), h.wrapping_add(l)];
     let [a, b, c, d] = end_sums.map(|sum| numbers(sum));
     Places { all, first: [a[0], b[0], c[0], d[0]], last: [a[7], b[7], c[7], d[7]] }
-}
-
-/// The eight 32-bit numbers of a vector.
-#[inline]
-#[target_feature(enable = "avx2")]
-fn numbers(vector: __m256i) -> [u32; 8] {
-    let mut numbers = [0; 8];
-    // SAFETY: there is room for 32 bytes.
-    unsafe { _mm256_storeu_si256(numbers.as_mut_ptr().cast(), vector) };
-    numbers
 }
 
 /// Sums of words and of their high bytes, modulo 2^16.
@@ -113,7 +95,7 @@ impl Lanes {
         self.high = _mm256_add_epi16(self.high, _mm256_srli_epi16::<8>(words));
     }
 
-    /// Adds what has been gathered to 32-bit sums, and starts anew.
+    /// Adds the sums to 32-bit sums and clears them.
     #[inline]
     #[target_feature(enable = "avx2")]
     fn move_to(&mut self, sums: &mut [__m256i; 4]) {

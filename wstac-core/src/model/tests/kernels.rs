@@ -1,12 +1,9 @@
 //! What is fast answers as what is plain.
 
-#[allow(unreachable_pub)]
-#[path = "../../../../tests/src/random_models.rs"]
-mod random_models;
-
 use std::boxed::Box;
 
-use self::random_models::{ANSWERS, KINDS, MOST_WORDS, Maker, answers};
+use wstac_random_models::{ANSWERS, KINDS, MOST_WORDS, Maker, answers};
+
 use super::*;
 
 /// A model's answer, the plain way.
@@ -20,12 +17,17 @@ fn plainly(model: &Model<'_>, sample: &[i16; INPUTS]) -> u8 {
 
 #[test]
 fn fast_answers_are_the_plain_ones() {
-    let (mut maker, mut words) = (Box::new(Maker::new()), vec![0; MOST_WORDS]);
+    let (mut maker, mut words) = (Box::new(Maker::new(crc)), vec![0; MOST_WORDS]);
     let mut answered = [0; 64];
-    let all = answers(&mut maker, &mut words, |model, sample, class| {
-        assert_eq!(class, plainly(model, sample));
-        assert!(usize::from(class) < model.labels().len());
-        answered[usize::from(class)] += 1;
+    let all = answers(&mut maker, &mut words, |words, samples| {
+        let model = Model::from_words(words).ok()?;
+        Some(samples.each_ref().map(|sample| {
+            let class = model.classify(sample);
+            assert_eq!(class, plainly(&model, sample));
+            assert!(usize::from(class) < model.labels().len());
+            answered[usize::from(class)] += 1;
+            class
+        }))
     });
     assert_eq!(all, Some(ANSWERS));
     // Not all of them the first class, and up to those that do not fit a node.
@@ -35,7 +37,7 @@ fn fast_answers_are_the_plain_ones() {
 /// With more models than the board has time for.
 #[test]
 fn more_models_answer_alike() {
-    let (mut maker, mut words) = (Box::new(Maker::new()), vec![0; MOST_WORDS]);
+    let (mut maker, mut words) = (Box::new(Maker::new(crc)), vec![0; MOST_WORDS]);
     for seed in 1000..1600 {
         for kind in 0..KINDS {
             let length = maker.model(kind, seed, &mut words);

@@ -6,7 +6,9 @@ use std::io::BufReader;
 use std::path::Path;
 
 use png::{BitDepth, ColorType, Decoder, Limits, Reader, Transformations};
-use wstac_core::green::any::PixelFormat;
+use wstac_core::green::GreenChannel;
+use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
+use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::layout::FrameSize;
 
 /// Most bytes that a decoded picture may take.
@@ -62,13 +64,8 @@ impl Shape {
 
     /// Bytes from row to row of a frame.
     pub(super) fn bytes_per_row(self) -> u32 {
-        let pixel = match self.kind {
-            Kind::Gray8 | Kind::GrayAlpha8 => 1,
-            Kind::Rgb8 => 3,
-            Kind::Rgba8 => 4,
-            Kind::Gray16 | Kind::GrayAlpha16 | Kind::Rgb16 | Kind::Rgba16 => 2,
-        };
-        pixel * u32::from(self.size.width())
+        let green = Any::new(self.format(), YcbcrEncoding::default(), YcbcrMethod::Exact);
+        green.row_bytes(self.size.width()) as u32
     }
 }
 

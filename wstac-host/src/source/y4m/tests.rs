@@ -28,7 +28,7 @@ fn frames(source: &mut Y4m) -> (Vec<Vec<u8>>, Option<String>) {
     let mut frames = vec![];
     loop {
         match source.next_event() {
-            Ok(SourceEvent::Frame { bytes, .. }) => frames.push(bytes.to_vec()),
+            Ok(SourceEvent::Frame(Frame { bytes, .. })) => frames.push(bytes.to_vec()),
             Ok(SourceEvent::End) => return (frames, None),
             Ok(other) => panic!("{other:?}"),
             Err(error) => {

@@ -1,10 +1,11 @@
 //! A picture that is drawn on: what lies outside of it is left out.
 
-use super::glyphs::{WIDTH, glyph};
-
 /// Red, green and blue.
 pub(super) type Color = [u8; 3];
 
+/// Dots of a glyph.
+const WIDTH: usize = 5;
+const HEIGHT: usize = 7;
 /// Pixels of a glyph's dot.
 const DOT: usize = 2;
 /// Pixels of a line's width.
@@ -123,4 +124,22 @@ fn along(from: [f64; 2], to: [f64; 2]) -> Vec<[f64; 2]> {
     let count = (to[0] - from[0]).hypot(to[1] - from[1]).ceil().clamp(1.0, 20_000.0);
     let point = |k: usize| [0, 1].map(|axis| from[axis] + (to[axis] - from[axis]) * k as f64 / count);
     (0..=count as usize).map(point).collect()
+}
+
+/// The dots of a digit or a comma, row by row, the leftmost dot the highest bit; of others nothing.
+fn glyph(character: char) -> [u8; HEIGHT] {
+    match character {
+        '0' => [0b01110, 0b10001, 0b10011, 0b10101, 0b11001, 0b10001, 0b01110],
+        '1' => [0b00100, 0b01100, 0b00100, 0b00100, 0b00100, 0b00100, 0b01110],
+        '2' => [0b01110, 0b10001, 0b00001, 0b00110, 0b01000, 0b10000, 0b11111],
+        '3' => [0b11110, 0b00001, 0b00001, 0b01110, 0b00001, 0b00001, 0b11110],
+        '4' => [0b00010, 0b00110, 0b01010, 0b10010, 0b11111, 0b00010, 0b00010],
+        '5' => [0b11111, 0b10000, 0b11110, 0b00001, 0b00001, 0b10001, 0b01110],
+        '6' => [0b00110, 0b01000, 0b10000, 0b11110, 0b10001, 0b10001, 0b01110],
+        '7' => [0b11111, 0b00001, 0b00010, 0b00100, 0b01000, 0b01000, 0b01000],
+        '8' => [0b01110, 0b10001, 0b10001, 0b01110, 0b10001, 0b10001, 0b01110],
+        '9' => [0b01110, 0b10001, 0b10001, 0b01111, 0b00001, 0b00010, 0b01100],
+        ',' => [0, 0, 0, 0, 0b00100, 0b00100, 0b01000],
+        _ => [0; HEIGHT],
+    }
 }

@@ -80,7 +80,7 @@ impl Ensemble {
                 place.ok_or_else(|| wrong(format!("child {child}, expected a node of the tree")))
             };
             let children = (child(yes[at])?, child(no[at])?);
-            let mode = String::from_utf8_lossy(modes[at]);
+            let mode = String::from_utf8_lossy(&modes[at]);
             let split = split(&mode, inputs[at], thresholds[at], children, scalers).map_err(wrong)?;
             if let Some(&(number, node)) = ensemble.places.get(&(tree, name)) {
                 ensemble.trees[number].nodes[node] = split;

@@ -1,11 +1,14 @@
 //! Models in ONNX, as skl2onnx writes them for scikit-learn, and others in the same operators.
 //!
-//! [`proto`] and [`tensor`] read the file, [`path`] finds what stands before and after the one classifier, and the others
+//! [`limits`], [`proto`] and [`tensor`] read the file, [`path`] finds what stands before and after the one classifier, and the others
 //! read classifiers.
 
 mod classifier;
 mod ensemble;
+mod limits;
 mod linear;
+#[allow(dead_code, unreachable_pub, clippy::pedantic, reason = "generated")]
+mod messages;
 mod path;
 mod proto;
 mod scaler;
@@ -71,7 +74,7 @@ pub(super) fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained
     Ok((Trained { labels, task, inputs, kind, remarks }, trainer))
 }
 
-fn attribute<'m, 'a>(node: &'m Node<'a>, name: &str) -> Option<&'m Attribute<'a>> {
+fn attribute<'m>(node: &'m Node, name: &str) -> Option<&'m Attribute> {
     node.attributes.iter().find(|attribute| attribute.name == name)
 }
 
@@ -122,12 +125,12 @@ fn labels(node: &Node, integer_names: &str) -> Result<Vec<String>, String> {
     if texts.is_empty() {
         return Ok(numbers.iter().map(i64::to_string).collect());
     }
-    let text = |label: &&[u8]| String::from_utf8(label.to_vec());
+    let text = |label: &Vec<u8>| String::from_utf8(label.clone());
     texts.iter().map(text).collect::<Result<_, _>>().map_err(|_| format!("{}: a label is not UTF-8", node.kind))
 }
 
 /// What is done to scores in the end.
 fn post_transform(node: &Node) -> String {
-    let text = attribute(node, "post_transform").and_then(|attribute| attribute.text).unwrap_or(b"NONE");
+    let text = attribute(node, "post_transform").and_then(|attribute| attribute.text.as_deref()).unwrap_or(b"NONE");
     String::from_utf8_lossy(text).into_owned()
 }

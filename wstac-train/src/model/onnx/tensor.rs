@@ -1,6 +1,6 @@
 //! Tensors in ONNX: numbers and texts of a constant, flat; shapes do not matter to models.
 
-use wstac_host::protobuf::{Field, Fields};
+use super::messages::TensorProto;
 
 /// What a constant holds; of the three lists, the one of its type.
 #[derive(Clone, Debug, Default)]
@@ -13,9 +13,6 @@ pub(super) struct Tensor {
     pub(super) texts: Vec<Vec<u8>>,
 }
 
-/// Most texts of a constant: their memory is far more than their bytes.
-const MOST_TEXTS: usize = 65_536;
-
 pub(super) const FLOAT: u64 = 1;
 const UINT8: u64 = 2;
 const INT8: u64 = 3;
@@ -25,38 +22,19 @@ pub(super) const STRING: u64 = 8;
 pub(super) const DOUBLE: u64 = 11;
 
 impl Tensor {
-    /// A tensor and its name.
-    pub(super) fn read(bytes: &[u8]) -> Result<(String, Self), String> {
-        let mut tensor = Self::default();
-        let (mut name, mut raw) = (String::new(), &[][..]);
-        let mut fields = Fields { rest: bytes };
-        while let Some((number, field)) = fields.next()? {
-            match (number, field) {
-                (2, Field::Varint(kind)) => tensor.kind = kind,
-                (4, Field::Fixed32(float)) => tensor.floats.push(f64::from(f32::from_le_bytes(float))),
-                (4, Field::Bytes(bytes)) => tensor.floats.extend(singles(bytes)?),
-                // Of these two, each type uses one.
-                (5 | 7, Field::Varint(number)) => tensor.integers.push(number as i64),
-                (5 | 7, Field::Bytes(bytes)) => {
-                    let mut numbers = Fields { rest: bytes };
-                    while !numbers.rest.is_empty() {
-                        tensor.integers.push(numbers.varint()? as i64);
-                    }
-                }
-                (6, Field::Bytes(bytes)) => {
-                    if tensor.texts.len() == MOST_TEXTS {
-                        return Err(format!("has a constant of more than {MOST_TEXTS} texts"));
-                    }
-                    tensor.texts.push(bytes.to_vec());
-                }
-                (8, Field::Bytes(bytes)) => name = super::proto::text(bytes)?,
-                (9, Field::Bytes(bytes)) => raw = bytes,
-                (10, Field::Fixed64(double)) => tensor.floats.push(f64::from_le_bytes(double)),
-                (10, Field::Bytes(bytes)) => tensor.floats.extend(doubles(bytes)?),
-                (13, _) => return Err("has numbers in a file of their own, expected them inside".into()),
-                _ => {}
-            }
+    /// Returns a tensor and its name.
+    pub(super) fn new(message: TensorProto) -> Result<(String, Self), String> {
+        if !message.external_data.is_empty() {
+            return Err("has numbers in a file of their own, expected them inside".into());
         }
+        let kind = message.data_type() as u64;
+        let (name, raw) = (message.name.unwrap_or_default(), message.raw_data.unwrap_or_default());
+        let raw = raw.as_slice();
+        // Of the lists of floats, and of those of integers, each type uses one.
+        let mut tensor =
+            Self { kind, floats: message.double_data, integers: message.int64_data, texts: message.string_data };
+        tensor.floats.extend(message.float_data.into_iter().map(f64::from));
+        tensor.integers.extend(message.int32_data.into_iter().map(i64::from));
         match tensor.kind {
             FLOAT => tensor.floats.extend(singles(raw)?),
             DOUBLE => tensor.floats.extend(doubles(raw)?),

@@ -1,17 +1,21 @@
 use wstac_core::model::file::INPUTS;
 use wstac_core::model::trees::NARROW;
+use wstac_scene::rng::SplitMix64;
 
 use super::super::trained::{Boosted, Linear, Node, Row, Score, Tree, file_order};
 use super::*;
 use crate::model::inspect::inspect;
 
-/// Enough chance for a test.
-struct Chance(u64);
+/// Random models and samples.
+struct Chance(SplitMix64);
 
 impl Chance {
+    fn new(seed: u64) -> Self {
+        Self(SplitMix64::new(seed))
+    }
+
     fn next(&mut self, below: u64) -> u64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) % below
+        self.0.bits() % below
     }
 
     fn sample(&mut self, thresholds: &[(usize, i16)]) -> [i16; INPUTS] {
@@ -92,7 +96,7 @@ fn same_answers(
     for (class, label) in model.labels.iter().enumerate() {
         assert!(read.labels().get(class).unwrap() == *label.as_str());
     }
-    let mut chance = Chance(5);
+    let mut chance = Chance::new(5);
     for _ in 0..10_000 {
         let sample = chance.sample(thresholds);
         assert_eq!(usize::from(read.classify(&to_file(&sample))), expected(&sample));
@@ -107,7 +111,7 @@ fn pure(tree: &Tree<Vec<(u16, f64)>>, sample: &[i16; INPUTS]) -> usize {
 
 #[test]
 fn single_trees_end_where_a_plain_walk_ends() {
-    let mut chance = Chance(1);
+    let mut chance = Chance::new(1);
     for splits in [0, 1, 2, 3, 10, 100, 1000] {
         let tree = tree(&mut chance, splits, |chance| vec![(chance.next(40) as u16, 1.0)]);
         let trained = model(40, Kind::Forest(vec![tree.clone()]));
@@ -117,7 +121,7 @@ fn single_trees_end_where_a_plain_walk_ends() {
 
 #[test]
 fn trees_whose_offsets_need_a_shift_are_the_same() {
-    let mut chance = Chance(2);
+    let mut chance = Chance::new(2);
     let mut tree = tree(&mut chance, 40_000, |chance| vec![(chance.next(60) as u16, 1.0)]);
     // The same again, right of a new root.
     let nodes = tree.nodes.len();
@@ -138,7 +142,7 @@ fn trees_whose_offsets_need_a_shift_are_the_same() {
 
 #[test]
 fn votes_of_impure_leaves_are_exact() {
-    let mut chance = Chance(3);
+    let mut chance = Chance::new(3);
     let mut trees = Vec::new();
     for _ in 0..15 {
         trees.push(tree(&mut chance, 60, |chance| {
@@ -168,7 +172,7 @@ fn votes_of_impure_leaves_are_exact() {
 
 #[test]
 fn leaves_that_are_no_fractions_are_rounded_within_the_bound() {
-    let mut chance = Chance(4);
+    let mut chance = Chance::new(4);
     let tree = tree(&mut chance, 300, |chance| {
         let share = chance.next(1 << 30) as f64 / f64::from(1 << 30);
         vec![(0, share), (1, 1.0 - share)]
@@ -182,7 +186,7 @@ fn leaves_that_are_no_fractions_are_rounded_within_the_bound() {
 
 #[test]
 fn boosted_trees_add_up_in_order() {
-    let mut chance = Chance(6);
+    let mut chance = Chance::new(6);
     let scores: Vec<Score> = (0..4)
         .map(|score| Score {
             start: score as f32 * 0.1,
@@ -215,7 +219,7 @@ fn boosted_trees_add_up_in_order() {
 
 #[test]
 fn linear_models_decide_as_real_numbers_do() {
-    let mut chance = Chance(7);
+    let mut chance = Chance::new(7);
     for (pairs, classes, rows) in [(false, 7, 7), (false, 2, 1), (true, 6, 15), (true, 2, 1)] {
         let rows: Vec<Row> = (0..rows)
             .map(|_| Row {
@@ -312,7 +316,7 @@ fn shares_above_one_vote_are_rounded_down_to_it() {
 
 #[test]
 fn too_many_different_leaves_are_refused_with_what_to_do() {
-    let mut chance = Chance(5);
+    let mut chance = Chance::new(5);
     let tree = tree(&mut chance, 9000, |chance| {
         let parts: Vec<u64> = (0..20).map(|_| chance.next(1 << 20)).collect();
         let sum: u64 = parts.iter().sum();

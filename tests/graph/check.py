@@ -1,0 +1,213 @@
+"""Checks that crates depend on each other as rooms.toml says, and that no file reaches around that.
+
+    check.py    every manifest, every file, and how many crates cargo compiles; needs no network once crates are there
+
+Arrows point down and never in a circle. The crates with a budget stay within it and compile no C. Files hold no module of another
+package, nothing public that is hidden from the documentation, and no memory that is never freed.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+# Crates whose build scripts compile or look for C.
+C_TOOLS = {"bindgen", "cc", "clang-sys", "cmake", "pkg-config", "vcpkg"}
+LIBCLANG = {"bindgen", "clang-sys"}
+KINDS = {None: "arrows", "build": "build", "dev": "tests"}
+
+
+@dataclass
+class Package:
+    """A package of the repository, and the packages of the repository that it depends on, by kind."""
+
+    name: str
+    folder: Path
+    needs: dict[str, set[str]] = field(default_factory=lambda: {kind: set() for kind in KINDS.values()})
+
+    @property
+    def is_room(self) -> bool:
+        """Returns whether it is no part of `tests`."""
+        return "tests" not in self.folder.parts
+
+
+def run(*command: str | Path, folder: Path = ROOT) -> str:
+    """Returns what a command prints; if it fails, so does the check."""
+    return subprocess.run(command, cwd=folder, check=True, stdout=subprocess.PIPE, text=True).stdout
+
+
+def packages(root: Path, manifests: Iterable[str]) -> dict[str, Package]:
+    """Returns the packages of these manifests, by name."""
+    found: dict[str, Package] = {}
+    for manifest in manifests:
+        content = tomllib.loads((root / manifest).read_text(encoding="utf-8"))
+        if "package" not in content:
+            continue
+        package = Package(content["package"]["name"], Path(manifest).parent)
+        tables = [content, *content.get("target", {}).values()]
+        for table in tables:
+            for key, kind in (("dependencies", None), ("build-dependencies", "build"), ("dev-dependencies", "dev")):
+                for name, value in table.get(key, {}).items():
+                    if isinstance(value, dict) and "path" in value:
+                        package.needs[KINDS[kind]].add(value.get("package", name))
+        found[package.name] = package
+    return found
+
+
+def reach(arrows: dict[str, Iterable[str]], name: str) -> set[str]:
+    """Returns everything that can be reached from a crate, itself left out unless it is in a circle."""
+    seen: set[str] = set()
+    ahead = list(arrows.get(name, ()))
+    while ahead:
+        at = ahead.pop()
+        if at not in seen:
+            seen.add(at)
+            ahead.extend(arrows.get(at, ()))
+    return seen
+
+
+def wrong_arrows(found: dict[str, Package], rules: dict) -> list[str]:
+    """Returns what is wrong with the arrows between packages."""
+    wrong = []
+    every = {name: set().union(*package.needs.values()) for name, package in found.items()}
+    for name, package in sorted(found.items()):
+        where = f"{package.folder / 'Cargo.toml'}"
+        if name in reach(every, name):
+            wrong.append(f"{where}: {name} depends on itself through {', '.join(sorted(every[name]))}")
+        if not package.is_room:
+            continue
+        if name not in rules["arrows"]:
+            wrong.append(f"{where}: {name} has no line in tests/graph/rooms.toml, expected what it may depend on")
+            continue
+        allowed = reach(rules["arrows"], name)
+        for kind, needs in package.needs.items():
+            extra = set(rules[kind].get(name, ())) if kind != "arrows" else set()
+            extra |= {below for direct in extra for below in reach(rules["arrows"], direct)}
+            for need in sorted(needs - allowed - extra):
+                wrong.append(f"{where}: {name} depends on {need} ({kind}), expected one of {sorted(allowed | extra)}")
+    return wrong
+
+
+MODULE_PATH = re.compile(r'^\s*#\[path = "([^"]+)"\]', re.MULTILINE)
+INCLUDED = re.compile(r'\binclude(?:_str|_bytes)?!\(\s*"([^"]+)"')
+HIDDEN = re.compile(r"#\[doc\(hidden\)\]\s*(?:(?:#\[[^\]]*\]|//[^\n]*)\s*)*pub (?:const |unsafe |async )*(?:fn|mod|struct|enum|const|static|type|trait|use) (\w+)")
+FORGOTTEN = re.compile(r"\b(?:Box|Vec|String)::leak\b|\.leak\(\)")
+# A lifetime that is made longer, or a field that points to its own structure.
+OWN_POINTER = re.compile(r"\btransmute\b|^[ \t]*(?:pub\S*\s+)?\w+:\s*(?:\*(?:const|mut) Self|NonNull<Self>)|&'static [^;=\n]*=\s*unsafe\s*\{\s*&(?:mut )?\*|\bPhantomPinned\b", re.MULTILINE)
+COMMENT = re.compile(r"//[^\n]*")
+
+
+def package_of(file: Path, folders: set[Path]) -> Path | None:
+    """Returns the folder of the package that a file is part of."""
+    return next((parent for parent in file.parents if parent in folders), None)
+
+
+def without_dots(path: Path) -> Path:
+    """Returns a relative path with its `..` taken away."""
+    parts: list[str] = []
+    for part in path.parts:
+        if part == ".." and parts and parts[-1] != "..":
+            parts.pop()
+        elif part != ".":
+            parts.append(part)
+    return Path(*parts)
+
+
+def wrong_in_files(texts: dict[str, str], folders: set[Path], rooms: set[Path]) -> list[str]:
+    """Returns what is wrong in source files; `texts` are theirs, by path."""
+    wrong = []
+    macros = "\n".join(text for text in texts.values() if "#[macro_export]" in text)
+    for name, text in sorted(texts.items()):
+        file = Path(name)
+        own = package_of(file, folders)
+        code = COMMENT.sub("", text)
+
+        def report(at: int, message: str, name: str = name, text: str = code) -> None:
+            wrong.append(f"{name}:{text.count(chr(10), 0, at) + 1}: {message}")
+
+        reaches = [(found, "#[path]") for found in MODULE_PATH.finditer(code)]
+        if own in rooms:
+            reaches += [(found, "include!") for found in INCLUDED.finditer(code)]
+        for found, what in reaches:
+            target = without_dots(file.parent / found[1])
+            if package_of(target, folders) != own:
+                report(found.start(), f"{what} of {target}, which is no file of this package")
+        for found in HIDDEN.finditer(code):
+            if not re.search(rf"\$crate::[\w:]*\b{found[1]}\b", macros):
+                report(found.start(), f"{found[1]} is public and hidden, expected documented or private")
+        if own not in rooms:
+            continue
+        for found in FORGOTTEN.finditer(code):
+            report(found.start(), f"{found[0]}: memory that is never freed, expected an owner")
+        for found in OWN_POINTER.finditer(code):
+            report(found.start(), f"{found[0].strip()}: a value that points to itself, expected indices or an owner")
+    return wrong
+
+
+def tree(name: str, *options: str) -> set[str]:
+    """Returns the crates that cargo compiles for a package, itself included: names and versions."""
+    lines = run("cargo", "tree", "--locked", "--package", name, "--prefix", "none", "--format", "{p}", *options)
+    return {" ".join(line.split()[:2]) for line in lines.splitlines() if line}
+
+
+def wrong_counts(rules: dict, links: dict[str, str | None], trees=tree) -> tuple[list[str], dict[str, int]]:
+    """Returns what is wrong with the crates that have a budget, and how many crates each of them takes."""
+    wrong, counts = [], {}
+    for name, rule in rules["crates"].items():
+        off = ["--no-default-features"] if rule["features"] == "none" else []
+        compiled = trees(name, "--edges", "normal", *off)
+        counts[name] = len(compiled)
+        if len(compiled) >= rule["fewer_than"]:
+            wrong.append(f"{name}: {len(compiled)} crates, expected fewer than {rule['fewer_than']}")
+        for crate in sorted(compiled | trees(name, "--edges", "normal,build", *off)):
+            called = crate.split()[0]
+            if called in C_TOOLS or called.endswith("-sys"):
+                wrong.append(f"{name}: needs {called}, expected Rust alone")
+            elif links.get(crate):
+                wrong.append(f"{name}: needs {called}, which links the library {links[crate]}, expected Rust alone")
+    return wrong, counts
+
+
+def wrong_libclang(found: dict[str, Package], members: set[str], rules: dict, trees=tree) -> list[str]:
+    """Returns which crates need libclang besides the one that may, and what depends on that one."""
+    only = rules["libclang"]["only"]
+    arrows = {name: package.needs["arrows"] for name, package in found.items()}
+    wrong = []
+    for name in sorted(members):
+        if not found[name].is_room or name == only or only in reach(arrows, name):
+            continue
+        needed = {crate.split()[0] for crate in trees(name, "--edges", "normal,build")} & LIBCLANG
+        wrong += [f"{name}: needs {', '.join(sorted(needed))}, expected libclang for {only} alone"] if needed else []
+    return wrong
+
+
+def main() -> None:
+    rules = tomllib.loads((Path(__file__).parent / "rooms.toml").read_text(encoding="utf-8"))
+    files = run("git", "ls-files", "--cached", "--others", "--exclude-standard").splitlines()
+    files = [file for file in files if (ROOT / file).is_file()]
+    found = packages(ROOT, (file for file in files if Path(file).name == "Cargo.toml"))
+    folders = {package.folder for package in found.values()}
+    rooms = {package.folder for package in found.values() if package.is_room}
+    texts = {file: (ROOT / file).read_text(encoding="utf-8") for file in files if file.endswith(".rs")}
+    wrong = wrong_arrows(found, rules) + wrong_in_files(texts, folders, rooms)
+
+    metadata = json.loads(run("cargo", "metadata", "--locked", "--format-version", "1"))
+    links = {f"{package['name']} v{package['version']}": package["links"] for package in metadata["packages"]}
+    members = {package["name"] for package in metadata["packages"] if package["id"] in metadata["workspace_members"]}
+    over, counts = wrong_counts(rules, links)
+    wrong += over + wrong_libclang(found, members, rules)
+    if wrong:
+        sys.exit("\n".join(wrong))
+    said = ", ".join(f"{name} {count} of fewer than {rules['crates'][name]['fewer_than']}" for name, count in counts.items())
+    print(f"graph: {len(found)} packages without a circle or a wrong arrow; crates without features: {said}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,105 @@
+"""What check.py refuses, each by an example."""
+
+import tempfile
+import unittest
+from pathlib import Path
+
+import check
+
+RULES = {
+    "arrows": {"low": [], "middle": ["low"], "high": ["middle"]},
+    "build": {"low": ["middle"]},
+    "tests": {},
+    "crates": {"low": {"features": "none", "fewer_than": 3}},
+    "libclang": {"only": "middle"},
+}
+
+
+def package(name, arrows=(), build=(), tests=(), folder=None):
+    """A package that depends on these."""
+    needs = {"arrows": set(arrows), "build": set(build), "tests": set(tests)}
+    return name, check.Package(name, Path(folder or name), needs)
+
+
+def arrows(*packages):
+    return "\n".join(check.wrong_arrows(dict(packages), RULES))
+
+
+def files(**texts):
+    """What is wrong in files, each named by its package: `low` is the file low/src/lib.rs."""
+    sources = {f"{name}/src/lib.rs": text for name, text in texts.items()}
+    folders = {Path("low"), Path("high"), Path("tests")}
+    return "\n".join(check.wrong_in_files(sources, folders, folders - {Path("tests")}))
+
+
+class Arrows(unittest.TestCase):
+    def test_down_is_right(self):
+        self.assertEqual(arrows(package("low"), package("middle", ["low"]), package("high", ["middle", "low"])), "")
+
+    def test_up_is_wrong(self):
+        self.assertIn("low depends on high (arrows)", arrows(package("low", ["high"]), package("high")))
+
+    def test_build_scripts_and_tests_have_their_own_rules(self):
+        self.assertEqual(arrows(package("low", build=["middle"]), package("middle")), "")
+        self.assertIn("low depends on middle (tests)", arrows(package("low", tests=["middle"]), package("middle")))
+
+    def test_circle_is_wrong_even_through_tests(self):
+        self.assertIn("middle depends on itself", arrows(package("low", tests=["middle"]), package("middle", ["low"])))
+
+    def test_every_room_has_a_line(self):
+        self.assertIn("other has no line", arrows(package("other")))
+        self.assertEqual(arrows(package("other", ["low"], folder="tests/other"), package("low")), "")
+
+    def test_manifests_are_read(self):
+        with tempfile.TemporaryDirectory() as folder:
+            text = '[package]\nname = "middle"\n[dependencies]\nserde = "1"\nlow = { path = "../low" }\n'
+            text += '[target.x.dev-dependencies]\nhelper = { path = "../helper", package = "real" }\n'
+            (Path(folder) / "Cargo.toml").write_text(text, encoding="utf-8")
+            (found,) = check.packages(Path(folder), ["Cargo.toml"]).values()
+        self.assertEqual((found.name, found.needs), ("middle", {"arrows": {"low"}, "build": set(), "tests": {"real"}}))
+
+
+class Files(unittest.TestCase):
+    def test_a_package_has_its_own_modules(self):
+        self.assertEqual(files(low='#[path = "../build/a.rs"]\nmod a;'), "")
+        self.assertIn("low/src/lib.rs:1: #[path] of high/src/a.rs", files(low='#[path = "../../high/src/a.rs"]\nmod a;'))
+        self.assertIn("include! of tests/a.txt", files(low='const A: &str = include_str!("../../tests/a.txt");'))
+
+    def test_public_is_documented(self):
+        hidden = "#[doc(hidden)]\n#[must_use]\npub const fn secret() {}"
+        self.assertIn("secret is public and hidden", files(low=hidden))
+        self.assertEqual(files(low=hidden + "\n#[macro_export]\nmacro_rules! m { () => { $crate::secret() } }"), "")
+        self.assertEqual(files(low="#[doc(hidden)]\nfn of_a_trait();"), "")
+
+    def test_memory_has_an_owner(self):
+        self.assertIn("never freed", files(low="let a = Box::leak(b);"))
+        self.assertEqual(files(low="// never Box::leak", tests="let a = Box::leak(b);"), "")
+
+    def test_nothing_points_to_itself(self):
+        for text in ("unsafe { std::mem::transmute::<A, B>(a) }", "struct A {\n    own: *const Self,\n}", "    pub own: NonNull<Self>,", "let a: &'static B = unsafe { &*self.0 };"):
+            self.assertIn("points to itself", files(high=text))
+
+
+class Counts(unittest.TestCase):
+    def wrong(self, normal, build=(), links=None):
+        trees = lambda _, __, edges, *___: set(normal) | (set(build) if "build" in edges else set())
+        return "\n".join(check.wrong_counts(RULES, links or {}, trees)[0])
+
+    def test_budget(self):
+        self.assertEqual(self.wrong({"low v1", "a v1"}), "")
+        self.assertIn("3 crates, expected fewer than 3", self.wrong({"low v1", "a v1", "b v1"}))
+
+    def test_no_c(self):
+        self.assertIn("needs cc", self.wrong({"low v1"}, {"cc v1"}))
+        self.assertIn("needs z-sys", self.wrong({"low v1", "z-sys v1"}))
+        self.assertIn("links the library z", self.wrong({"low v1", "a v1"}, links={"a v1": "z"}))
+
+    def test_libclang(self):
+        found = dict([package("low"), package("middle", ["low"]), package("high", ["middle"])])
+        clang = lambda *_: {"clang-sys v1"}
+        wrong = check.wrong_libclang(found, set(found), RULES, clang)
+        self.assertEqual(wrong, ["low: needs clang-sys, expected libclang for middle alone"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,170 @@
+//! Files that are written completely or not at all.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use crate::error::Error;
+
+/// A file that takes its name only when all of it is written.
+///
+/// Until [`commit`](Self::commit) it is in the same folder under a random name.
+/// It is removed if it is dropped before that, and whatever had the name stays as it was.
+///
+/// ```
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("fit.svg");
+/// use std::io::Write;
+///
+/// use wstac_host::atomic_write::AtomicFile;
+///
+/// let mut file = AtomicFile::create(&path)?;
+/// file.write_all(b"<svg/>")?;
+/// assert!(!path.exists());
+/// file.commit()?;
+/// assert_eq!(std::fs::read(&path)?, b"<svg/>");
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct AtomicFile {
+    file: BufWriter<NamedTempFile<File>>,
+    path: PathBuf,
+}
+
+impl AtomicFile {
+    /// Creates the file under a random name in the folder of `path`.
+    ///
+    /// # Errors
+    /// The folder does not exist, or no file can be created in it. The error names `path`.
+    pub fn create(path: &Path) -> Result<Self, Error> {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        // `create_new` follows no symbolic link, and gives the mode of any new file: 0o666 less the umask.
+        let mut name = tempfile::Builder::new();
+        let file = name.prefix(".wstac-").suffix(".part").make_in(folder, |path| File::create_new(path));
+        let file = file.map_err(|error| Error::new(path.display(), error))?;
+        Ok(Self { file: BufWriter::new(file), path: path.to_owned() })
+    }
+
+    /// Gives the file its name, and replaces a file that has it.
+    ///
+    /// # Errors
+    /// The rest cannot be written, or the name is that of a folder. The error names the path.
+    pub fn commit(self) -> Result<(), Error> {
+        let Self { file, path } = self;
+        let file = file.into_inner().map_err(io::IntoInnerError::into_error);
+        // Without `sync_all`, a power failure could leave a name without its content.
+        let whole = file.and_then(|file| file.as_file().sync_all().map(|()| file));
+        let renamed = whole.and_then(|file| file.persist(&path).map_err(|error| error.error));
+        renamed.map(drop).map_err(|error| Error::new(path.display(), error))
+    }
+}
+
+impl Write for AtomicFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Seek for AtomicFile {
+    fn seek(&mut self, place: SeekFrom) -> io::Result<u64> {
+        self.file.seek(place)
+    }
+}
+
+/// Writes a file completely or not at all.
+///
+/// # Errors
+/// It cannot be written. The error names the path, and a file that had the name stays as it was.
+pub fn atomic_write(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(), Error> {
+    let mut file = AtomicFile::create(path)?;
+    file.write_all(bytes.as_ref()).map_err(|error| Error::new(path.display(), error))?;
+    file.commit()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::os::unix::fs::{MetadataExt, symlink};
+
+    use super::*;
+
+    /// The names of everything in a folder.
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap();
+        let mut names: Vec<_> =
+            entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_file_is_written_completely_or_not_at_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.svg");
+        atomic_write(&path, "one").unwrap();
+        atomic_write(&path, "two").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "two");
+        let missing = folder.path().join("none").join("a.svg");
+        let error = atomic_write(&missing, "one").unwrap_err().to_string();
+        assert!(error.contains("none/a.svg: No such file") && !error.contains(".wstac-"), "{error}");
+        // A folder of that name cannot be replaced: nothing is left beside it.
+        let taken = folder.path().join("b");
+        fs::create_dir(&taken).unwrap();
+        assert!(atomic_write(&taken, "one").unwrap_err().to_string().contains("/b: "));
+        assert_eq!(names(folder.path()), ["a.svg", "b"]);
+    }
+
+    #[test]
+    fn an_old_file_stays_until_the_new_one_is_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.svg");
+        fs::write(&path, "old").unwrap();
+        let mut half = AtomicFile::create(&path).unwrap();
+        half.write_all(&[b'x'; 100_000]).unwrap();
+        half.flush().unwrap();
+        assert_eq!(names(folder.path()).len(), 2);
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        drop(half);
+        assert_eq!((names(folder.path()), fs::read_to_string(&path).unwrap()), (vec!["a.svg".into()], "old".into()));
+    }
+
+    #[test]
+    fn a_new_file_has_the_mode_of_any_new_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let [plain, atomic] = ["plain", "atomic"].map(|name| folder.path().join(name));
+        fs::write(&plain, "").unwrap();
+        atomic_write(&atomic, "").unwrap();
+        let mode = |path| fs::metadata(path).unwrap().mode();
+        assert_eq!(mode(&atomic), mode(&plain));
+    }
+
+    #[test]
+    fn a_symbolic_link_is_not_followed() {
+        let folder = tempfile::tempdir().unwrap();
+        let [victim, path] = ["victim", "a.svg"].map(|name| folder.path().join(name));
+        fs::write(&victim, "theirs").unwrap();
+        let planted = ["a.svg", "a.svg.part", "a.svg.tmp", ".a.svg", ".a.svg.part", ".wstac-.part"];
+        for name in planted {
+            symlink(&victim, folder.path().join(name)).unwrap();
+        }
+        atomic_write(&path, "ours").unwrap();
+        assert_eq!(
+            (fs::read_to_string(&victim).unwrap().as_str(), fs::read(&path).unwrap()),
+            ("theirs", b"ours".into())
+        );
+        // The link that had the name is replaced, the others are as they were.
+        assert!(!fs::symlink_metadata(&path).unwrap().is_symlink());
+        for name in &planted[1..] {
+            assert_eq!(fs::read_link(folder.path().join(name)).unwrap(), victim);
+        }
+        assert_eq!(names(folder.path()).len(), 1 + planted.len());
+    }
+}

@@ -1,0 +1,370 @@
+//! A source read to its end: typed outputs, one by one.
+//!
+//! ```no_run
+//! use wstac_host::{output::Output, session::Session};
+//!
+//! for output in Session::open("slide.mcap")? {
+//!     if let Output::Event(event) = output? {
+//!         println!("{:?} {:?}", event.speed, event.direction.heading);
+//!     }
+//! }
+//! # Ok::<(), wstac_host::error::Error>(())
+//! ```
+
+mod processor;
+
+use std::collections::VecDeque;
+use std::convert::Infallible;
+
+pub use self::processor::{HostPipeline, Processor};
+use crate::config::Config;
+use crate::error::Error;
+use crate::model_file::ModelFile;
+use crate::output::{Output, OutputOptions};
+use crate::source::open::{OpenOptions, open};
+use crate::source::{Lag, Source, SourceEvent, StreamInfo, config_of};
+use crate::texture::Textures;
+
+/// Reads a source through the core: an iterator of typed outputs.
+///
+/// It owns its source, configuration and models, and may go to another thread. The last output of a source that does not fail is
+/// [`Output::End`]. If the source fails, the outputs up to then and an [`Output::End`] come first, and the error last.
+pub struct Session {
+    source: Box<dyn Source>,
+    processor: Processor,
+    /// Outputs that have not been handed out yet.
+    waiting: VecDeque<Output>,
+    /// The source's error, which is handed out after them.
+    error: Option<Error>,
+    is_over: bool,
+    lag: Lag,
+}
+
+impl std::fmt::Debug for Session {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Session").field("source", &self.source.info().about).finish_non_exhaustive()
+    }
+}
+
+/// Looks at everything that passes through a session. [`Session::step`] calls it.
+pub trait Observer {
+    /// Why the observer ends the session.
+    type Error: From<Error>;
+
+    /// Sees an event of the source before the processor takes it.
+    ///
+    /// # Errors
+    /// The observer ends the session.
+    fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Self::Error> {
+        let _ = event;
+        Ok(())
+    }
+
+    /// Takes an output.
+    ///
+    /// # Errors
+    /// The observer ends the session.
+    fn output(&mut self, output: Output) -> Result<(), Self::Error>;
+
+    /// Sees an event of the source after all its outputs. Returns whether the session goes on.
+    fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
+        let _ = (event, processor);
+        true
+    }
+}
+
+/// What a step of a session brought.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// The session goes on.
+    GoesOn,
+    /// The session is over: the source has ended, or the observer said so.
+    Over,
+}
+
+impl Session {
+    /// Starts to build a session of a source.
+    pub fn builder(source: impl Source + 'static) -> SessionBuilder {
+        SessionBuilder {
+            source: Box::new(source),
+            info: None,
+            config: None,
+            models: Vec::new(),
+            textures: None,
+            options: OutputOptions::default(),
+        }
+    }
+
+    /// Starts to build a session of frames that the program pushes.
+    ///
+    /// [`Session::poll`] returns [`Poll::Waiting`] until there is an output. Iterate only after [`SourceEvent::End`]:
+    /// before it, the iterator waits forever.
+    ///
+    /// ```
+    /// use wstac_core::{green::any::PixelFormat, layout::FrameSize, rate::FrameRate};
+    /// use wstac_host::output::Output;
+    /// use wstac_host::session::Session;
+    /// use wstac_host::source::{Frame, SourceEvent, StreamInfo};
+    ///
+    /// let info = StreamInfo::new("my camera", FrameSize::new(400, 400)?, PixelFormat::Gray, FrameRate::NOMINAL);
+    /// let mut session = Session::of_frames(info).build()?;
+    /// session.push(&SourceEvent::Frame(Frame::new(&[1; 160_000])));
+    /// session.push(&SourceEvent::End);
+    /// let outputs = session.collect::<Result<Vec<_>, _>>()?;
+    /// assert!(matches!(outputs[..], [Output::End(end)] if end.frames == 1));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn of_frames(info: StreamInfo) -> SessionBuilder {
+        Self::builder(Pushed(info))
+    }
+
+    /// Opens a file, a folder of pictures or standard input, with the default options. [`open()`] has all of them, and other kinds of
+    /// sources.
+    ///
+    /// # Errors
+    /// The source cannot be opened, or its configuration does not fit it.
+    pub fn open(name: &str) -> Result<Self, Error> {
+        Self::builder(open(name, &OpenOptions::default(), &[])?).build()
+    }
+
+    /// Returns what all frames of the source have in common.
+    pub fn info(&self) -> &StreamInfo {
+        self.source.info()
+    }
+
+    /// Returns the processor: the taxels of the last frame, the state of the baseline, the pipeline.
+    pub fn processor(&self) -> &Processor {
+        &self.processor
+    }
+
+    /// Returns the processor, to gather a new baseline.
+    pub fn processor_mut(&mut self) -> &mut Processor {
+        &mut self.processor
+    }
+
+    /// Returns how far reading is behind a live source.
+    pub fn lag(&self) -> Lag {
+        self.lag
+    }
+
+    /// Returns whether the session takes no more events. There may still be outputs.
+    pub fn is_over(&self) -> bool {
+        self.is_over
+    }
+
+    /// Takes an event that the program has, as if it came from the source. [`Session::poll`] returns its outputs.
+    ///
+    /// [`SourceEvent::End`] ends the session before its source ends. A session that is over ignores the event.
+    pub fn push(&mut self, event: &SourceEvent<'_>) {
+        if self.is_over {
+            return;
+        }
+        let waiting = &mut self.waiting;
+        let emit = |output| {
+            waiting.push_back(output);
+            Ok::<(), Infallible>(())
+        };
+        let Ok(goes_on) = self.processor.process(event, emit);
+        self.is_over = !goes_on;
+    }
+
+    /// Takes the next event of the source: hands it to `observer`, then every output that follows from it.
+    ///
+    /// # Errors
+    /// The source's error, after the observer got an [`Output::End`]; an error of the observer.
+    pub fn step<O: Observer>(&mut self, observer: &mut O) -> Result<Step, O::Error> {
+        if self.is_over {
+            return Ok(Step::Over);
+        }
+        match self.source.next_event() {
+            Ok(event) => {
+                if let SourceEvent::Frame(frame) = &event {
+                    self.lag = frame.lag;
+                }
+                observer.source_event(&event)?;
+                let goes_on = self.processor.process(&event, |output| observer.output(output))?;
+                let goes_on = observer.processed(&event, &self.processor) && goes_on;
+                self.is_over = !goes_on;
+                Ok(if goes_on { Step::GoesOn } else { Step::Over })
+            }
+            Err(error) => {
+                // The source's error is the one that matters, whatever becomes of the end.
+                let _ = self.finish(observer);
+                Err(error.into())
+            }
+        }
+    }
+
+    /// Ends the session before its source ends: hands what was pending and the summary to `observer`.
+    ///
+    /// # Errors
+    /// An error of the observer.
+    pub fn finish<O: Observer>(&mut self, observer: &mut O) -> Result<(), O::Error> {
+        if std::mem::replace(&mut self.is_over, true) {
+            return Ok(());
+        }
+        observer.source_event(&SourceEvent::End)?;
+        self.processor.finish(|output| observer.output(output))?;
+        observer.processed(&SourceEvent::End, &self.processor);
+        Ok(())
+    }
+
+    /// Returns the next output if there is one, without waiting for a live source longer than a second.
+    ///
+    /// # Errors
+    /// The source's error, after all outputs.
+    pub fn poll(&mut self) -> Result<Poll, Error> {
+        loop {
+            if let Some(output) = self.waiting.pop_front() {
+                return Ok(Poll::Output(output));
+            }
+            if let Some(error) = self.error.take() {
+                return Err(error);
+            }
+            if self.is_over {
+                return Ok(Poll::Over);
+            }
+            let mut queue = Queue { outputs: std::mem::take(&mut self.waiting), was_waiting: false };
+            self.error = self.step(&mut queue).err();
+            self.waiting = queue.outputs;
+            if queue.was_waiting && self.waiting.is_empty() {
+                return Ok(Poll::Waiting);
+            }
+        }
+    }
+}
+
+/// A source without frames: the program pushes them.
+struct Pushed(StreamInfo);
+
+impl Source for Pushed {
+    fn info(&self) -> &StreamInfo {
+        &self.0
+    }
+
+    fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
+        Ok(SourceEvent::Waiting)
+    }
+}
+
+/// What [`Session::poll`] returns.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Poll {
+    /// An output.
+    Output(Output),
+    /// Nothing yet: a live source has no frame.
+    Waiting,
+    /// The session is over.
+    Over,
+}
+
+/// Keeps the outputs of a step.
+struct Queue {
+    outputs: VecDeque<Output>,
+    was_waiting: bool,
+}
+
+impl Observer for Queue {
+    type Error = Error;
+
+    fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Error> {
+        self.was_waiting = matches!(event, SourceEvent::Waiting);
+        Ok(())
+    }
+
+    fn output(&mut self, output: Output) -> Result<(), Error> {
+        self.outputs.push_back(output);
+        Ok(())
+    }
+}
+
+impl Iterator for Session {
+    type Item = Result<Output, Error>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            match self.poll() {
+                Ok(Poll::Output(output)) => return Some(Ok(output)),
+                Ok(Poll::Waiting) => {}
+                Ok(Poll::Over) => return None,
+                Err(error) => return Some(Err(error)),
+            }
+        }
+    }
+}
+
+/// Builds a [`Session`]; [`Session::builder`] makes one.
+#[must_use]
+pub struct SessionBuilder {
+    source: Box<dyn Source>,
+    info: Option<StreamInfo>,
+    config: Option<Config>,
+    models: Vec<ModelFile>,
+    textures: Option<Textures>,
+    options: OutputOptions,
+}
+
+impl SessionBuilder {
+    /// Sets the configuration. Without it, the configuration is the one in a recording, or else the default.
+    pub fn config(self, config: Config) -> Self {
+        Self { config: Some(config), ..self }
+    }
+
+    /// Names textures with these models, each of another task.
+    pub fn models(self, models: impl IntoIterator<Item = ModelFile>) -> Self {
+        Self { models: models.into_iter().collect(), ..self }
+    }
+
+    /// Names textures with models that are shared with other sessions.
+    pub fn textures(self, textures: Textures) -> Self {
+        Self { textures: Some(textures), ..self }
+    }
+
+    /// Sets what the session gives besides events.
+    pub fn outputs(self, options: OutputOptions) -> Self {
+        Self { options, ..self }
+    }
+
+    /// Replaces what the source says about its frames, such as their YCbCr encoding.
+    pub fn info(self, info: StreamInfo) -> Self {
+        Self { info: Some(info), ..self }
+    }
+
+    /// Builds the session.
+    ///
+    /// # Errors
+    /// The source's own configuration or a model cannot be used; layout, format and configuration do not fit each other.
+    pub fn build(self) -> Result<Session, Error> {
+        let Self { source, info, config, models, textures, options } = self;
+        let info = info.as_ref().unwrap_or_else(|| source.info());
+        let config = config_of(info, config)?;
+        let textures = textures.map_or_else(|| Textures::new(&models), Ok)?;
+        let processor = Processor::new(info, &config, options)?.with_textures(textures);
+        let (waiting, lag) = (VecDeque::new(), Lag::default());
+        Ok(Session { source, processor, waiting, error: None, is_over: false, lag })
+    }
+}
+
+/// Reads a source to its end or to its first error, and always emits the summary.
+///
+/// # Errors
+/// The source's error, after the summary; an error of `emit`.
+pub fn run<E: From<Error>>(
+    source: &mut dyn Source,
+    processor: &mut Processor,
+    mut emit: impl FnMut(Output) -> Result<(), E>,
+) -> Result<(), E> {
+    loop {
+        match source.next_event() {
+            Ok(event) => {
+                if !processor.process(&event, &mut emit)? {
+                    return Ok(());
+                }
+            }
+            Err(error) => {
+                processor.finish(&mut emit)?;
+                return Err(error.into());
+            }
+        }
+    }
+}

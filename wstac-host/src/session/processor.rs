@@ -1,0 +1,259 @@
+//! The core set up for one stream: source events in, typed outputs out.
+
+use wstac_core::baseline_policy::TrackingBaseline;
+use wstac_core::green::any::Any;
+use wstac_core::layout::Layout;
+use wstac_core::ln::any::AnyLn;
+use wstac_core::params::TAXELS;
+use wstac_core::pipeline::{Pipeline, Update};
+use wstac_core::speed::SpeedConfig;
+use wstac_core::taxels::FrameGeometry;
+use wstac_core::trigger::InterruptedSample;
+
+use crate::config::{Config, Kernel};
+use crate::error::Error;
+use crate::output::{
+    EarlyTexture, FaultReport, FrameFeatures, LostFrames, Output, OutputOptions, StreamSummary, TactileEvent,
+};
+use crate::source::{SourceEvent, StreamInfo};
+use crate::texture::Textures;
+
+/// The pipeline of a host: format, log kernel and baseline policy are chosen at run time.
+pub type HostPipeline = Pipeline<Any, AnyLn, Option<TrackingBaseline>>;
+
+/// Turns source events into typed outputs.
+///
+/// A [`Session`](super::Session) owns one. A program that reads the source itself, to record or to show its frames, owns one directly.
+#[derive(Debug)]
+pub struct Processor {
+    pipeline: HostPipeline,
+    /// Taxel sums of the last frame.
+    taxels: Option<[u32; TAXELS]>,
+    textures: Textures,
+    speed: SpeedConfig,
+    options: OutputOptions,
+    dropped: u64,
+    baseline_reported: bool,
+}
+
+/// Returns the log kernel of a configuration.
+fn kernel(kernel: Kernel) -> AnyLn {
+    match kernel {
+        Kernel::Fixed => AnyLn::Fixed,
+        Kernel::Libm => AnyLn::Libm,
+        Kernel::Micromath => AnyLn::Micromath,
+    }
+}
+
+impl Config {
+    /// Returns the geometry of a stream's frames: pixel format, layout, stride and rate.
+    ///
+    /// # Errors
+    /// Layout, format and configuration do not fit each other.
+    pub fn geometry(&self, info: &StreamInfo) -> Result<FrameGeometry<Any>, Error> {
+        let in_table = |table| move |error| self.does_not_fit(&info.about, table, error);
+        self.layout.check_frame(info.size).map_err(|error| self.does_not_fit(&info.about, "[layout]", error))?;
+        let layout = self.layout(info.size).map_err(in_table("[layout]"))?;
+        let green = Any::new(info.format, info.color, self.green.yuv);
+        FrameGeometry::with_stride(green, layout, info.rate, self.green.stride)
+            .and_then(|geometry| geometry.with_bytes_per_row(info.bytes_per_row))
+            .map_err(in_table("[layout], [green]"))
+    }
+
+    /// Builds the pipeline of a stream.
+    ///
+    /// # Errors
+    /// Layout, format and configuration do not fit each other.
+    pub fn pipeline(&self, info: &StreamInfo) -> Result<HostPipeline, Error> {
+        let geometry = self.geometry(info)?;
+        let is_published = Ok(*geometry.layout()) == Layout::paper(info.size);
+        if info.taxels_only && !(is_published && self.green.stride == wstac_core::frame::Stride::One) {
+            let expected = "taxel sums are of the paper's layout and every pixel, expected no other layout or stride";
+            return Err(self.does_not_fit(&info.about, "[layout], [green]", expected));
+        }
+        self.pipeline_of(geometry, &info.about)
+    }
+
+    /// Builds the pipeline of frames of this geometry. `about` names their source in errors.
+    ///
+    /// # Errors
+    /// `[features]` or `[trigger]` does not fit the geometry.
+    pub fn pipeline_of(&self, geometry: FrameGeometry<Any>, about: &str) -> Result<HostPipeline, Error> {
+        let in_table = |table| move |error| self.does_not_fit(about, table, error);
+        let trigger = self.trigger().and_then(|trigger| Ok((trigger, self.following()?)));
+        let (trigger, baseline) = trigger.map_err(in_table("[trigger]"))?;
+        Pipeline::builder(geometry)
+            .floor_levels(self.features.floor_levels)
+            .ln(kernel(self.features.ln))
+            .trigger(trigger)
+            .baseline(baseline)
+            .build()
+            .map_err(in_table("[features]"))
+    }
+}
+
+impl Processor {
+    /// Creates a processor for frames as `info` describes them.
+    ///
+    /// # Errors
+    /// Layout, format and configuration do not fit each other.
+    pub fn new(info: &StreamInfo, config: &Config, options: OutputOptions) -> Result<Self, Error> {
+        Ok(Self {
+            pipeline: config.pipeline(info)?,
+            taxels: None,
+            speed: config.speed(info.rate).map_err(|error| config.does_not_fit(&info.about, "[speed]", error))?,
+            textures: Textures::default(),
+            options,
+            dropped: 0,
+            baseline_reported: false,
+        })
+    }
+
+    /// Adds texture models.
+    #[must_use]
+    pub fn with_textures(self, textures: Textures) -> Self {
+        Self { textures, ..self }
+    }
+
+    /// Takes an event of the source and hands every output that follows from it to `emit`. Returns whether the stream goes on.
+    ///
+    /// # Errors
+    /// An error of `emit`.
+    pub fn process<E>(
+        &mut self,
+        event: &SourceEvent<'_>,
+        mut emit: impl FnMut(Output) -> Result<(), E>,
+    ) -> Result<bool, E> {
+        let (pipeline, answers) = self.parts();
+        match event {
+            SourceEvent::Waiting => {}
+            SourceEvent::Fault(fault) => {
+                let frame = pipeline.next_frame();
+                emit(Output::Fault(FaultReport { frame, fault: fault.clone() }))?;
+            }
+            SourceEvent::End => {
+                self.finish(emit)?;
+                return Ok(false);
+            }
+            SourceEvent::Taxels(sums) => {
+                answers.emit(&pipeline.push_taxels(sums), &mut emit)?;
+                self.taxels = Some(*sums);
+            }
+            SourceEvent::Lost { frames, reason } => {
+                let frame = pipeline.next_frame();
+                emit(Output::Lost(LostFrames { frame, frames: *frames, reason: reason.clone() }))?;
+                answers.emit(&pipeline.push_lost(*frames), &mut emit)?;
+                self.dropped = self.dropped.saturating_add(*frames);
+                self.taxels = None;
+            }
+            SourceEvent::Frame(frame) => {
+                if let Ok(update) = pipeline.push_frame(frame.bytes) {
+                    answers.emit(&update, &mut emit)?;
+                    self.taxels = self.pipeline.taxels();
+                } else {
+                    // Too few bytes: nothing of the frame was taken, but its time has passed.
+                    answers.emit(&pipeline.push_lost(1), &mut emit)?;
+                    self.dropped = self.dropped.saturating_add(1);
+                    self.taxels = None;
+                }
+            }
+        }
+        if self.baseline_disturbed() {
+            emit(Output::BaselineDisturbed { frame: self.pipeline.next_frame() })?;
+        }
+        Ok(true)
+    }
+
+    /// Ends the stream: emits what was pending, then the summary.
+    ///
+    /// # Errors
+    /// An error of `emit`.
+    pub fn finish<E>(&mut self, mut emit: impl FnMut(Output) -> Result<(), E>) -> Result<(), E> {
+        let (pipeline, answers) = self.parts();
+        let finished = pipeline.finish();
+        if let Some(event) = finished.event() {
+            emit(answers.event(&event))?;
+        }
+        if let Some(sample) = finished.interrupted() {
+            emit(Output::Interrupted(sample))?;
+        }
+        let end = finished.end();
+        emit(Output::End(StreamSummary::new(end, self.dropped)))
+    }
+
+    /// Returns the 25 taxels of the last frame, row by row, each as a fraction of full scale, 0 to 1; `None` before the first frame
+    /// and after a lost one.
+    pub fn taxels(&self) -> Option<[f32; TAXELS]> {
+        let geometry = self.geometry();
+        let full = geometry.pixels() as f32 * geometry.full_scale() as f32;
+        self.taxels.map(|sums| sums.map(|sum| sum as f32 / full))
+    }
+
+    /// Returns the geometry of the frames: layout, pixels per taxel, full scale, rate.
+    pub fn geometry(&self) -> &FrameGeometry<Any> {
+        self.pipeline.geometry()
+    }
+
+    /// Returns the pipeline: the trigger's parameters, the baseline, the thresholds and the number of the next frame.
+    pub fn pipeline(&self) -> &HostPipeline {
+        &self.pipeline
+    }
+
+    /// Gathers a new baseline from the next frame on. Returns the sample that was being captured, which ends here.
+    pub fn rezero(&mut self) -> Option<InterruptedSample> {
+        self.baseline_reported = false;
+        self.pipeline.rezero()
+    }
+
+    /// Takes the next camera frame as the first of a stream: with a new baseline, and without a part of a feature frame.
+    ///
+    /// What follows is what a recording of the frames from here on gives, apart from the numbers of the frames. Returns the sample
+    /// that was being captured, which ends here.
+    pub fn restart(&mut self) -> Option<InterruptedSample> {
+        self.baseline_reported = false;
+        self.pipeline.restart()
+    }
+
+    /// Returns whether the baseline has just turned out not to be quiet: `true` once.
+    fn baseline_disturbed(&mut self) -> bool {
+        if self.baseline_reported || self.pipeline.baseline().is_none() {
+            return false;
+        }
+        self.baseline_reported = true;
+        !self.pipeline.end().baseline_quiet
+    }
+
+    fn parts(&mut self) -> (&mut HostPipeline, Answers<'_>) {
+        let Self { pipeline, textures, speed, options, .. } = self;
+        (pipeline, Answers { textures, speed, options: *options })
+    }
+}
+
+/// What makes outputs of updates.
+struct Answers<'p> {
+    textures: &'p Textures,
+    speed: &'p SpeedConfig,
+    options: OutputOptions,
+}
+
+impl Answers<'_> {
+    fn event(&self, event: &wstac_core::trigger::Event<'_>) -> Output {
+        Output::Event(Box::new(TactileEvent::new(event, self.speed, self.textures, self.options.samples)))
+    }
+
+    fn emit<E>(&self, update: &Update<'_>, emit: &mut impl FnMut(Output) -> Result<(), E>) -> Result<(), E> {
+        if let Some(frame) = update.frame().filter(|_| self.options.features) {
+            emit(Output::Features(FrameFeatures { frame: frame.number, features: frame.features }))?;
+        }
+        if let Some(sample) = update.interrupted() {
+            emit(Output::Interrupted(sample))?;
+        }
+        if let Some(event) = update.event() {
+            return emit(self.event(&event));
+        }
+        for (frame, frames, texture) in self.textures.of_prefixes(update) {
+            emit(Output::EarlyTexture(EarlyTexture { frame, frames, texture }))?;
+        }
+        Ok(())
+    }
+}

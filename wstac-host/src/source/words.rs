@@ -1,0 +1,137 @@
+//! Why frames were lost and what happened to a source: words that recordings keep.
+
+use std::cmp::Ordering;
+use std::fmt;
+
+/// Bytes of the longest word of a recording that is kept; those of this program have less than half as many.
+const LONGEST: usize = 200;
+
+/// Makes an enumeration of words and the ways between both.
+macro_rules! words {
+    ($(#[$about:meta])* $name:ident: $($(#[$doc:meta])* $variant:ident = $word:literal,)*) => {
+        $(#[$about])*
+        #[derive(Clone, Debug, PartialEq, Eq, Hash)]
+        #[non_exhaustive]
+        pub enum $name {
+            $($(#[$doc])* $variant,)*
+            /// A word of a recording that this version does not know.
+            Other(Box<str>),
+        }
+
+        impl $name {
+            /// Returns the words for a person, as recordings have them.
+            pub fn name(&self) -> &str {
+                match self {
+                    $(Self::$variant => $word,)*
+                    Self::Other(word) => word,
+                }
+            }
+        }
+
+        impl From<&str> for $name {
+            /// Recognizes the words of a recording. Words that are too long become `other`.
+            fn from(word: &str) -> Self {
+                match word {
+                    $($word => Self::$variant,)*
+                    _ if word.len() > LONGEST => Self::Other("other".into()),
+                    _ => Self::Other(word.into()),
+                }
+            }
+        }
+
+        /// Alphabetical, as a person looks for words.
+        impl Ord for $name {
+            fn cmp(&self, other: &Self) -> Ordering {
+                self.name().cmp(other.name())
+            }
+        }
+
+        impl PartialOrd for $name {
+            fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+                Some(self.cmp(other))
+            }
+        }
+
+        impl fmt::Display for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(self.name())
+            }
+        }
+
+        #[cfg(test)]
+        impl $name {
+            const ALL: &[Self] = &[$(Self::$variant),*];
+        }
+    };
+}
+
+words! {
+    /// Why frames were lost.
+    LossReason:
+    /// The driver had no buffer for them.
+    Dropped = "dropped by the driver",
+    /// The camera took fewer frames than were agreed on.
+    NeverTaken = "never taken: the camera was slow",
+    /// Newer frames were waiting ([`FramePolicy::Newest`](super::FramePolicy::Newest)).
+    Skipped = "skipped for newer ones",
+    /// The driver reported an error for the frame.
+    Unreadable = "the driver could not read it",
+    /// The driver marked the frame as damaged.
+    Damaged = "marked as damaged by the driver",
+    /// The frame has fewer bytes than a frame has.
+    Short = "shorter than a frame",
+    /// The frame's JPEG data are corrupt.
+    CorruptJpeg = "corrupt JPEG picture",
+    /// A file of a picture cannot be decoded.
+    CorruptPicture = "picture that cannot be decoded",
+    /// The camera's input had no signal.
+    NoSignal = "no signal",
+    /// The camera was disconnected.
+    Disconnected = "the camera was away",
+    /// A simulated driver dropped them.
+    SimulatedDrop = "dropped by the simulated driver",
+    /// A simulated camera exposed longer than a frame.
+    SimulatedExposure = "auto-exposure slows the simulated camera down in the dark",
+    /// The program that pushes frames reported them.
+    Reported = "reported lost",
+}
+
+words! {
+    /// What happened to a source.
+    FaultKind:
+    /// The stream broke off; the same camera is waited for.
+    Disconnected = "disconnected",
+    /// The camera is back.
+    Reconnected = "reconnected",
+    /// The camera is there and does not start yet.
+    Refused = "refused",
+    /// The input has no signal.
+    NoSignal = "no-signal",
+    /// The input has its signal again.
+    Signal = "signal",
+    /// The camera takes fewer frames than were agreed on.
+    Slow = "slow",
+    /// The camera takes the frames that were agreed on again.
+    InTime = "in-time",
+    /// Controls have other values than before the break.
+    Controls = "controls",
+    /// A calibration reports something.
+    Calibration = "calibration",
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_survive_a_recording() {
+        for reason in LossReason::ALL {
+            assert_eq!(LossReason::from(reason.name()), *reason);
+        }
+        for kind in FaultKind::ALL {
+            assert_eq!(FaultKind::from(kind.name()), *kind);
+        }
+        assert_eq!(LossReason::from("of a newer program").name(), "of a newer program");
+        assert_eq!(FaultKind::from("x".repeat(LONGEST + 1).as_str()).name(), "other");
+    }
+}

@@ -1,0 +1,256 @@
+//! Outputs of a session on their way to Python: objects of `wstac._answers`, and numbers for arrays.
+
+use numpy::{PyArray1, PyArrayMethods};
+use pyo3::call::PyCallArgs;
+use pyo3::exceptions::PyMemoryError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyModule};
+use wstac_core::direction::Heading;
+use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
+use wstac_core::speed::Speed;
+use wstac_core::trigger::InterruptedSample;
+use wstac_host::error::Error;
+use wstac_host::json::{NO_MODEL, baseline, confidence, no_speed, rounded, unclear};
+use wstac_host::output::{Output, SampleFrames, TactileEvent};
+use wstac_host::session::{Observer, Poll, Processor, Session};
+use wstac_host::source::SourceEvent;
+use wstac_host::texture::Texture;
+
+use crate::refused;
+
+/// An output, with the number of the camera frame that comes next: what becomes an object.
+pub(crate) type Numbered = (u64, Output);
+
+/// Gathers what passes through a session.
+#[derive(Default)]
+pub(crate) struct Gathered {
+    /// The features of each feature frame, ten per frame, in units of 2^-11.
+    pub(crate) features: Vec<i16>,
+    /// The number of each feature frame.
+    pub(crate) numbers: Vec<i64>,
+    /// All other outputs.
+    pub(crate) outputs: Vec<Numbered>,
+    /// The camera frames, if they are asked for.
+    pub(crate) frames: Option<Frames>,
+    /// Camera frames so far, lost ones included.
+    count: u64,
+}
+
+/// The camera frames that arrived.
+#[derive(Default)]
+pub(crate) struct Frames {
+    /// The size of a frame in bytes; `None` if bytes are not asked for.
+    pub(crate) size: Option<usize>,
+    /// The bytes of all frames.
+    pub(crate) bytes: Vec<u8>,
+    /// The number of each frame, lost ones counted.
+    pub(crate) numbers: Vec<i64>,
+    /// The driver's timestamp of each frame in seconds; NaN if there is none.
+    pub(crate) timestamps: Vec<f64>,
+    /// The 25 taxels of each frame.
+    pub(crate) taxels: Vec<f32>,
+}
+
+/// Why reading stops.
+pub(crate) enum Failure {
+    /// The source cannot be read any further.
+    Source(Error),
+    /// No memory is left for another frame.
+    NoMemory,
+}
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        Self::Source(error)
+    }
+}
+
+impl From<Failure> for PyErr {
+    fn from(failure: Failure) -> Self {
+        match failure {
+            Failure::Source(error) => refused(error),
+            Failure::NoMemory => PyMemoryError::new_err("frames: no memory is left for another one"),
+        }
+    }
+}
+
+impl Gathered {
+    /// Pushes an event into a session and gathers the outputs that follow.
+    pub(crate) fn push(&mut self, session: &mut Session, event: &SourceEvent<'_>) -> Result<(), Error> {
+        session.push(event);
+        while let Poll::Output(output) = session.poll()? {
+            self.take(output);
+        }
+        self.count(event);
+        Ok(())
+    }
+
+    /// Returns what was gathered. Frames are counted on.
+    pub(crate) fn take_all(&mut self) -> Self {
+        let next = Self { count: self.count, ..Self::default() };
+        std::mem::replace(self, next)
+    }
+
+    fn take(&mut self, output: Output) {
+        match output {
+            Output::Features(frame) => {
+                self.features.extend(frame.features);
+                self.numbers.push(frame.frame as i64);
+            }
+            // Events say that they are not reliable.
+            Output::BaselineDisturbed { .. } => {}
+            output => self.outputs.push((self.count, output)),
+        }
+    }
+
+    fn count(&mut self, event: &SourceEvent<'_>) {
+        let frames = match event {
+            SourceEvent::Frame(_) | SourceEvent::Taxels(_) => 1,
+            SourceEvent::Lost { frames, .. } => *frames,
+            _ => 0,
+        };
+        self.count = self.count.saturating_add(frames);
+    }
+}
+
+impl Observer for Gathered {
+    type Error = Failure;
+
+    fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Failure> {
+        match (event, &mut self.frames) {
+            (SourceEvent::Frame(_), Some(Frames { size: Some(size), bytes, .. })) => {
+                bytes.try_reserve(*size).map_err(|_| Failure::NoMemory)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn output(&mut self, output: Output) -> Result<(), Failure> {
+        self.take(output);
+        Ok(())
+    }
+
+    fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
+        if let (Some(frames), Some(taxels)) = (&mut self.frames, processor.taxels()) {
+            frames.take(event, &taxels, self.count);
+        }
+        self.count(event);
+        true
+    }
+}
+
+impl Frames {
+    /// Keeps a frame that could be read.
+    fn take(&mut self, event: &SourceEvent<'_>, taxels: &[f32; TAXELS], number: u64) {
+        let (bytes, timestamp) = match event {
+            SourceEvent::Frame(frame) => (frame.bytes, frame.timestamp),
+            SourceEvent::Taxels(_) => (&[][..], None),
+            _ => return,
+        };
+        self.numbers.push(number as i64);
+        self.timestamps.push(timestamp.map_or(f64::NAN, |time| time.as_secs_f64()));
+        self.taxels.extend(taxels);
+        if let (Some(size), false) = (self.size, bytes.is_empty()) {
+            // What a driver adds is no part of a frame; the last row's padding may be missing.
+            let part = bytes.get(..size).unwrap_or(bytes);
+            self.bytes.extend_from_slice(part);
+            self.bytes.resize(self.bytes.len() + size - part.len(), 0);
+        }
+    }
+}
+
+/// Returns the objects of outputs.
+pub(crate) fn objects(py: Python<'_>, outputs: Vec<Numbered>) -> PyResult<Vec<Bound<'_, PyAny>>> {
+    let classes = Classes(py.import("wstac._answers")?);
+    outputs.into_iter().filter_map(|(at, output)| classes.object(at, output).transpose()).collect()
+}
+
+/// The classes of `wstac._answers`.
+struct Classes<'py>(Bound<'py, PyModule>);
+
+impl<'py> Classes<'py> {
+    fn make(&self, class: &str, fields: impl PyCallArgs<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.0.getattr(class)?.call1(fields)
+    }
+
+    /// Returns the object of an output; `None` for outputs that become none. `at` is the number of the camera frame
+    /// that comes next.
+    fn object(&self, at: u64, output: Output) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let object = match output {
+            Output::Event(event) => self.event(*event),
+            Output::EarlyTexture(early) => {
+                self.make("EarlyTexture", (early.frame, early.frames, self.texture(&early.texture)?))
+            }
+            Output::Interrupted(sample) => self.incomplete(sample),
+            Output::Lost(lost) => self.make("Lost", (at, lost.frames, lost.reason.name())),
+            Output::Fault(report) => {
+                self.make("Fault", (report.frame, report.fault.kind.name(), &report.fault.message))
+            }
+            Output::End(end) => {
+                let incomplete = end.incomplete.map(|sample| self.incomplete(sample)).transpose()?;
+                self.make("End", (end.frames, end.dropped, baseline(&end), incomplete))
+            }
+            _ => return Ok(None),
+        };
+        object.map(Some)
+    }
+
+    fn event(&self, event: TactileEvent) -> PyResult<Bound<'py, PyAny>> {
+        let py = self.0.py();
+        let why = PyDict::new(py);
+        let direction = event.direction;
+        let missing = [
+            ("speed", event.speed.err().map(no_speed)),
+            ("direction", direction.heading.err().map(unclear)),
+            ("texture", event.texture.is_none().then_some(NO_MODEL)),
+        ];
+        for (answer, reason) in missing {
+            if let Some(reason) = reason {
+                why.set_item(answer, reason)?;
+            }
+        }
+        let speed = event.speed.ok().map(|speed| self.speed(speed)).transpose()?;
+        let speed_at_most = event.speed_at_most.map(|speed| self.speed(speed)).transpose()?;
+        let degrees = direction.heading.ok().map(Heading::degrees);
+        let fields = (
+            event.frame,
+            SAMPLE_FRAMES,
+            event.lit_frames,
+            speed,
+            speed_at_most,
+            self.make("Direction", (degrees, confidence(direction)))?,
+            event.texture.map(|texture| self.texture(&texture)).transpose()?,
+            event.frames_filled,
+            event.reliable,
+            why,
+            event.sample.map(|sample| over_time(py, &sample)).transpose()?,
+        );
+        self.make("Event", fields)
+    }
+
+    fn speed(&self, speed: Speed) -> PyResult<Bound<'py, PyAny>> {
+        self.make("Speed", (rounded(speed.mm_s), speed.extrapolated))
+    }
+
+    fn texture(&self, texture: &Texture) -> PyResult<Bound<'py, PyAny>> {
+        self.make("Texture", (&texture.specimen, &texture.pattern, texture.depth_mm, &texture.class))
+    }
+
+    fn incomplete(&self, sample: InterruptedSample) -> PyResult<Bound<'py, PyAny>> {
+        self.make("Incomplete", (sample.frame, sample.frames))
+    }
+}
+
+/// Returns a sample as an array: ten features over 70 frames.
+fn over_time<'py>(py: Python<'py>, sample: &SampleFrames) -> PyResult<Bound<'py, PyAny>> {
+    let values = (0..FEATURES).flat_map(|feature| sample.iter().map(move |frame| frame[feature]));
+    shaped(PyArray1::from_vec(py, values.collect()), [FEATURES, SAMPLE_FRAMES])
+}
+
+/// Returns an array of another shape with as many numbers.
+pub(crate) fn shaped<T: numpy::Element, const N: usize>(
+    array: Bound<'_, PyArray1<T>>,
+    shape: [usize; N],
+) -> PyResult<Bound<'_, PyAny>> {
+    Ok(array.reshape(&shape[..]).map_err(refused)?.into_any())
+}
