@@ -34,7 +34,8 @@ pub struct SpeedFits<'f, Law> {
 }
 
 impl<Law: Fn(f64) -> f64> SpeedFits<'_, Law> {
-    /// Draws the fits as an SVG file's text: a column for each law, the durations above, the residuals below.
+    /// Draws the fits as an SVG file's text: a column for each law, with the residuals below the durations. The residuals
+    /// of a single law are on the right.
     pub fn draw(&self) -> String {
         let Self { slides, fits } = self;
         let mut drawing = Drawing::new(WIDTH, "Speed laws fitted to slides");
@@ -48,13 +49,14 @@ impl<Law: Fn(f64) -> f64> SpeedFits<'_, Law> {
         // The same for all laws, so that they can be compared; 0 is always there.
         let residuals = around(&mut all.chain([0.0]));
         let look = Look { marker: Marker::Circle, color: BLUE, filled: false };
-        let second = FIRST + HEIGHT + BETWEEN;
+        let is_alone = fits.len() == 1;
+        let mut bottom = FIRST;
         for (fit, number) in fits.iter().zip(0..) {
-            // A single law is as wide as one of two.
             let [left, width] = place(number, fits.len().max(2) as u32);
             let mut above = Axes::new([left, FIRST], [width, HEIGHT], x, frames);
             let letter = char::from(b'a' + number as u8);
-            above.draw(&mut drawing, ["", "", "frames lit, at 30 per second"]);
+            let x_title = "speed (mm/s)";
+            above.draw(&mut drawing, ["", if is_alone { x_title } else { "" }, "frames lit, at 30 per second"]);
             drawing.text(
                 [left, FIRST - 15.0],
                 TITLE,
@@ -68,8 +70,10 @@ impl<Law: Fn(f64) -> f64> SpeedFits<'_, Law> {
             let speeds = (0..=PIECES).map(|piece| slowest + (fastest - slowest) * f64::from(piece) / f64::from(PIECES));
             let curve: Vec<_> = speeds.filter(|mm_s| *mm_s > 0.0).map(|mm_s| [mm_s, (fit.law)(mm_s)]).collect();
             above.line(&mut drawing, &curve, RED, THICK);
-            let mut below = Axes::new([left, second], [width, HEIGHT], x, residuals);
-            below.draw(&mut drawing, ["Residuals", "speed (mm/s)", "residual (frames)"]);
+            let beside = if is_alone { [place(1, 2)[0], FIRST] } else { [left, FIRST + HEIGHT + BETWEEN] };
+            let mut below = Axes::new(beside, [width, HEIGHT], x, residuals);
+            below.draw(&mut drawing, ["Residuals", x_title, "residual (frames)"]);
+            bottom = below.bottom();
             below.line(&mut drawing, &[[slowest, 0.0], [fastest, 0.0]], RED, THICK);
             for slide in *slides {
                 above.point(&mut drawing, *slide, look);
@@ -81,7 +85,7 @@ impl<Law: Fn(f64) -> f64> SpeedFits<'_, Law> {
             if slides.len() == 1 { "1 slide".to_owned() } else { format!("{} slides", slides.len()) },
             if fits.len() == 1 { "the law" } else { "the laws" },
         );
-        let height = caption(&mut drawing, second + HEIGHT + 42.0, &text);
+        let height = caption(&mut drawing, bottom + 42.0, &text);
         drawing.finish(height)
     }
 }

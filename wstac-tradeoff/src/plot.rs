@@ -1,6 +1,6 @@
 //! The map as a figure of three panels.
 
-use std::fmt::Write as _;
+use std::fmt::Write;
 
 use wstac_core::frame::Stride;
 
@@ -73,6 +73,7 @@ fn words(own: &[(&Row, &Candidate)], prices: &Prices, core: Core) -> String {
     let whole =
         own.iter().filter(|(_, model)| !is_early(model)).filter_map(|(row, _)| row.found.latency).reduce(f64::max);
     if let Some(frames) = whole {
+        // Writing to a string does not fail.
         let _ = write!(text, "; speed and direction come with the whole sample, at {frames:.1} frames");
     }
     text += ". c: models that read all 70 frames, with the size of their files";
