@@ -128,7 +128,7 @@ mod tests {
         let path = folder.path().join("a.svg");
         fs::write(&path, "old").unwrap();
         let mut half = AtomicFile::create(&path).unwrap();
-        half.write_all(&[b'x'; 100_000]).unwrap();
+        half.write_all(&vec![b'x'; 100_000]).unwrap();
         half.flush().unwrap();
         assert_eq!(names(folder.path()).len(), 2);
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");

@@ -76,9 +76,9 @@ impl Schema {
 }
 
 /// A `google.protobuf.Timestamp` of nanoseconds.
-fn timestamp(nanoseconds: u64) -> Option<Timestamp> {
+fn timestamp(nanoseconds: u64) -> Timestamp {
     let second = 1_000_000_000;
-    Some(Timestamp { seconds: (nanoseconds / second) as i64, nanos: (nanoseconds % second) as i32 })
+    Timestamp { seconds: (nanoseconds / second) as i64, nanos: (nanoseconds % second) as i32 }
 }
 
 /// How a viewer shows bytes as a picture.
@@ -95,7 +95,7 @@ pub(crate) struct Shape {
 /// A `foxglove.RawImage`.
 pub(crate) fn raw_image(time: u64, frame_id: &str, shape: Shape, data: &[u8]) -> Vec<u8> {
     let header = RawImage {
-        timestamp: timestamp(time),
+        timestamp: Some(timestamp(time)),
         frame_id: frame_id.into(),
         width: shape.width,
         height: shape.height,
@@ -109,7 +109,7 @@ pub(crate) fn raw_image(time: u64, frame_id: &str, shape: Shape, data: &[u8]) ->
 /// A `foxglove.CompressedImage` of a JPEG picture.
 pub(crate) fn jpeg_image(time: u64, frame_id: &str, data: &[u8]) -> Vec<u8> {
     let header = CompressedImage {
-        timestamp: timestamp(time),
+        timestamp: Some(timestamp(time)),
         frame_id: frame_id.into(),
         format: "jpeg".into(),
         data: Vec::new(),
@@ -157,7 +157,7 @@ impl Images {
 /// A `foxglove.Log`.
 pub(crate) fn log(time: u64, level: Level, message: &str) -> Vec<u8> {
     let log = Log {
-        timestamp: timestamp(time),
+        timestamp: Some(timestamp(time)),
         level: level.into(),
         message: message.into(),
         name: "wstac".into(),
