@@ -1,5 +1,6 @@
 //! Where frames come from: one trait, one file a source.
 
+pub mod decorate;
 #[cfg(feature = "mcap")]
 pub mod mcap;
 pub mod open;
