@@ -13,7 +13,7 @@
 //! | where taxels are | [`layout`] |
 //! | pixel bytes → green sums | [`green`], [`taxels`] |
 //! | sums → features | [`ln`], [`features`], [`stream`] |
-//! | features → events | [`trigger`], [`baseline`], [`following`], [`sample`] |
+//! | features → events | [`trigger`], [`baseline`], [`baseline_policy`], [`sample`] |
 //! | event → answers | [`speed`], [`direction`], [`texture`] with a [`model`] |
 //! | half an event → texture | [`early`] |
 //! | all of it | [`pipeline`] |
