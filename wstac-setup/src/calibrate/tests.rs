@@ -53,8 +53,8 @@ fn offs(calibration: &Calibration, truth: &[[f64; 2]; TAXELS]) -> Vec<[f64; 2]> 
 
 /// Returns a random pose from which all whiskers are seen.
 ///
-/// It is rotated by up to 15° and tilted by up to 12° on both axes. The lens shift is up to 0.08 at the middle of a
-/// side. One side is up to three times as bright.
+/// It is rotated by up to 15° and tilted by up to 12° on both axes. The lens moves the middle of a side by up to
+/// 0.08. One side is up to three times as bright.
 fn pose(rng: &mut Rng, size: FrameSize) -> Pose {
     let mut around = |most: f64| most * (2.0 * rng.uniform() - 1.0);
     let side = f64::from(size.width().min(size.height()));
