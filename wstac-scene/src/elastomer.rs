@@ -176,7 +176,7 @@ impl Elastomer {
     }
 }
 
-/// Returns the shortest time constant of a slide, in s: of texture, afterglow, spring-back or rubbing.
+/// Returns the shortest time scale of a slide, in s: of texture, afterglow, spring-back or rubbing.
 fn fastest_s(whisker: &WhiskerConfig, light: &LightConfig, slide: &Slide) -> f64 {
     let mut fastest = slide.specimen.finest_mm() / slide.speed_mm_s;
     if light.afterglow_ms > 0.0 {

@@ -1,4 +1,4 @@
-//! What a scene says: one slide or several, the sensor that it goes over, and the seed of all chance.
+//! The file of a scene: one slide or several, the sensor that it goes over, and the seed of all random numbers.
 //!
 //! ```toml
 //! specimen = "Saw3"      # Fla0, or Sin, Saw or Tri with 2, 3 or 4, or Sphere
@@ -256,7 +256,7 @@ fn check_slide(slide: &FileSlide) -> Result<Slide, String> {
     })
 }
 
-/// Returns a specimen with a slide's own values applied.
+/// Checks a slide's own values, and returns the specimen with them.
 fn check_specimen(named: Specimen, slide: &FileSlide) -> Result<Specimen, String> {
     let of_others = |key: &str, found: Option<f64>, others: &str| match found {
         Some(found) => Err(format!("{key} is {found}, expected only with {others}")),

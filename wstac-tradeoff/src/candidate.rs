@@ -38,7 +38,7 @@ impl Candidate {
     /// Returns every model that comes with the program: the shipped ones, then those of the map.
     ///
     /// # Errors
-    /// None occur: tests read all of them.
+    /// This does not fail: tests read all of them.
     pub fn all_built_in() -> Result<Vec<Self>, Error> {
         ModelFile::built_in().map(|(name, file)| Self::new(format!("{BUILT_IN}{name}"), file?)).collect()
     }
@@ -70,7 +70,7 @@ impl Candidate {
     /// Returns the model itself.
     ///
     /// # Errors
-    /// None occur: its file has been checked.
+    /// This does not fail: its file has been checked.
     pub fn model(&self) -> Result<Model<'_>, Error> {
         self.file.model()
     }

@@ -27,7 +27,7 @@ pub struct Faded {
 /// Returns the unchanged peak light of the reference slide, in gray levels of 255.
 ///
 /// # Errors
-/// None occur.
+/// This does not fail.
 pub fn peak() -> Result<f64, Error> {
     let mut scene = Scene::new(&reference(1.0, Format::Gray)?)?;
     let mut peak = 0.0_f64;

@@ -28,7 +28,7 @@ const MODEL: &str = "kind,weights,trees,depth,frames,bytes";
 /// Returns the map that comes with the program.
 ///
 /// # Errors
-/// None occur: a test reads it.
+/// This does not fail: a test reads it.
 pub fn kept() -> Result<Vec<Row>, Error> {
     read(ABOUT, KEPT)
 }

@@ -131,7 +131,7 @@ impl Prices {
     /// Returns the prices that come with the program.
     ///
     /// # Errors
-    /// None occur: a test reads them.
+    /// This does not fail: a test reads them.
     pub fn kept() -> Result<Self, Error> {
         Self::read(ABOUT, KEPT)
     }

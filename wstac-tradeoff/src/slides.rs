@@ -111,7 +111,7 @@ impl TradeSlide {
     /// Returns its scene, `light` times as bright, seen by a camera of this format.
     ///
     /// # Errors
-    /// None occur for the slides of [`slides`].
+    /// This does not fail for the slides of [`slides`].
     pub fn script(&self, light: f64, format: Format) -> Result<SceneConfig, Error> {
         let (speed, degrees) = (self.speed_mm_s, self.heading.degrees());
         let mut script = scene(&format!("{}@{speed},{degrees}deg,seed={}", self.specimen, self.seed), format)?;
@@ -126,7 +126,7 @@ impl TradeSlide {
 /// It has no noise, and is over the sensor of the simulator's defaults.
 ///
 /// # Errors
-/// None occur.
+/// This does not fail.
 pub fn reference(light: f64, format: Format) -> Result<SceneConfig, Error> {
     let mut script = scene("Saw3@150", format)?;
     script.noise = 0.0;

@@ -14,7 +14,7 @@ pub struct ControlReport {
     pub value: Option<i64>,
     /// Its value at the end.
     pub value_at_end: Option<i64>,
-    /// Whether it is locked; `None` for a control that does not matter.
+    /// `true` if it is locked; `None` for a control that does not matter.
     pub locked: Option<bool>,
     /// The reason why it is not locked.
     pub why: Option<String>,

@@ -24,9 +24,9 @@ pub struct Recording {
     pub name: String,
     /// Name of the specimen.
     pub specimen: String,
-    /// Pattern and depth by the specimen's name, if it has a depth.
+    /// Pattern by the specimen's name.
     pub pattern: String,
-    /// Depth in mm.
+    /// Depth by the specimen's name in mm, if it has one.
     pub depth_mm: Option<f64>,
     /// Speed in mm/s, if it is labeled.
     pub speed_mm_s: Option<f64>,

@@ -14,7 +14,7 @@ use wstac_host::error::Error;
 const MOST_SAMPLES: u64 = 1 << 24;
 /// Largest number of different labels.
 const MOST_LABELS: usize = 1024;
-/// Longest label.
+/// Longest label, in code points.
 const LONGEST_LABEL: usize = 1024;
 
 /// A model's answers.

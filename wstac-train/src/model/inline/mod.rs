@@ -20,7 +20,7 @@ use super::write::{Options, boosted::sums, forest::votes};
 pub struct Source {
     /// The file's text.
     pub text: String,
-    /// How closely decisions match those of the trained model, in words.
+    /// Agreement of decisions with those of the trained model, in words.
     pub exactness: String,
 }
 

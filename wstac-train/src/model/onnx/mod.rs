@@ -103,7 +103,7 @@ fn numbers(node: &Node, name: &str) -> Result<Vec<f64>, String> {
 }
 
 fn finite(node: &Node, name: &str, mut list: impl Iterator<Item = f64>) -> Result<(), String> {
-    // A list's message can name the number itself, which helps more than its position.
+    // The message names the number as well as its position, which helps more than the position alone.
     match list.by_ref().enumerate().find(|(_, number)| !number.is_finite()) {
         Some((at, number)) => Err(format!("{}: {name}[{at}] is {number}, expected a finite number", node.kind)),
         None => Ok(()),

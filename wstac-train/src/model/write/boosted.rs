@@ -16,7 +16,7 @@ pub(in crate::model) struct Sums {
     pub(in crate::model) bound: u32,
     /// `true` if leaves are int16.
     pub(in crate::model) short: bool,
-    /// How closely sums match those of the trained model, in words.
+    /// Agreement of sums with those of the trained model, in words.
     pub(in crate::model) exactness: String,
 }
 
@@ -84,7 +84,7 @@ pub(super) fn body(model: &Boosted, classes: usize, inputs: usize, leaves: Leave
     Ok(Body { kind: 4, number, trees: count, shift, halves, exactness, score_bound: 0.0 })
 }
 
-/// Returns the scale that makes the largest leaf 32 767, if starts and sums fit in 32 bits.
+/// Returns the scale that makes the largest leaf 32 767, or less so that starts and sums fit in 32 bits.
 fn scale(model: &Boosted) -> f64 {
     let mut scale = f64::MAX;
     for score in &model.scores {

@@ -31,7 +31,7 @@ pub(in crate::model) struct Votes {
     pub(in crate::model) unit: u32,
     /// Entries: the number of classes with a fraction, then for each the class and its fraction (low half, high half).
     pub(in crate::model) table: Vec<u16>,
-    /// How closely votes match those of the trained model, in words.
+    /// Agreement of votes with those of the trained model, in words.
     pub(in crate::model) exactness: String,
 }
 

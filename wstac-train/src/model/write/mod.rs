@@ -1,4 +1,4 @@
-//! Writes model files that `wstac_core::model` reads and does not reject.
+//! Writes model files; `wstac_core::model` reads every one of them and rejects none.
 
 pub(super) mod boosted;
 pub(super) mod forest;
@@ -40,7 +40,7 @@ pub enum Leaves {
 pub struct Written {
     /// The file's words.
     pub words: Vec<u32>,
-    /// How closely decisions match those of the trained model, in words.
+    /// Agreement of decisions with those of the trained model, in words.
     pub exactness: String,
     /// Largest error of a score of a linear model, in its own units, for the features of a camera of 8 bits; 0 for
     /// trees.
