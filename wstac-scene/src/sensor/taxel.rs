@@ -27,7 +27,7 @@ const SPOT_POINTS: f64 = 4.0;
 const MOST_INTERVALS: f64 = 32_768.0;
 /// Bits of the mantissa by which pixels are classed, together with their light's power of two: 3 % of the light.
 const CLASS_BITS: u32 = 5;
-/// Bits of the mantissa if too little noise hides that values are integers: 0.8 % of the light.
+/// Bits of the mantissa if there is too little noise to hide that values are integers: 0.8 % of the light.
 const QUIET_CLASS_BITS: u32 = 7;
 /// Standard deviation of a dark pixel's noise, in values, that hides the integers.
 const HIDING: f64 = 0.3;
