@@ -1,4 +1,4 @@
-//! Panel c: when the light arrives at each taxel, and the way that it goes.
+//! Panel c: the time at which light arrives at each taxel, and the direction of the slide.
 
 use wstac_core::params::{COLUMNS, TAXELS};
 
@@ -10,14 +10,16 @@ use crate::svg::{Anchor, Drawing};
 
 /// Side of a taxel on the page.
 const SIDE: f64 = 19.0;
-/// A taxel that never gets brighter than this share of the brightest is dark.
+/// Fraction of the brightest taxel's level below which a taxel is dark.
 const DARK: f64 = 0.1;
-/// Light above this share of a taxel's own rise counts: noise over all frames would draw its centroid to the middle.
+/// Fraction of a taxel's own rise from which light counts: noise over all frames would draw its centroid to the middle.
 const FOOT: f64 = 0.1;
-/// From early to late: plasma, from dark on.
+/// Colors from early to late: plasma, from the dark end on.
 const RAMP: [[u8; 3]; 5] = [[13, 8, 135], [126, 3, 168], [204, 71, 120], [248, 149, 64], [240, 249, 33]];
 
-/// When each taxel is lit, in frames of the sample: the centroid of its light; nothing for those that stay dark.
+/// Returns the time at which each taxel is lit, in frames of the sample, or `None` for those that stay dark.
+///
+/// It is the centroid of the taxel's light.
 pub(super) fn arrivals(found: &Found) -> [Option<f64>; TAXELS] {
     let lights = |taxel: usize| {
         let frames = (0_u8..).zip(&found.taxels);
@@ -49,7 +51,7 @@ pub(super) fn arrivals(found: &Found) -> [Option<f64>; TAXELS] {
     arrivals
 }
 
-/// Draws the map and the arrow beside it.
+/// Draws the map and the arrow next to it.
 pub(super) fn draw(drawing: &mut Drawing, found: &Found, [left, top]: [f64; 2]) {
     drawing.text([left, top - 18.0], TITLE, Anchor::Start, "c  Light at each taxel");
     drawing.text([left, top - 6.0], SIZE, Anchor::Start, "centroid, frames of the sample");
@@ -74,7 +76,7 @@ pub(super) fn draw(drawing: &mut Drawing, found: &Found, [left, top]: [f64; 2]) 
     arrow(drawing, found, [left + map + 22.0, top + map / 2.0]);
 }
 
-/// The direction's arrow around this point; what it is, below.
+/// Draws the direction's arrow around this point, with its name below.
 fn arrow(drawing: &mut Drawing, found: &Found, [x, y]: [f64; 2]) {
     const HALF: f64 = 16.0;
     let words = y + HALF + 12.0;
@@ -98,7 +100,7 @@ fn arrow(drawing: &mut Drawing, found: &Found, [x, y]: [f64; 2]) {
     drawing.text([x, words + 9.0], SIZE, Anchor::Middle, &format!("conf. {:.2}", confidence(*direction)));
 }
 
-/// The color of a share of the time, and ink that can be read on it.
+/// Returns the color of a fraction of the time, and an ink that can be read on it.
 fn color(share: f64) -> (String, &'static str) {
     let place = share.clamp(0.0, 1.0) * (RAMP.len() - 1) as f64;
     let below = (place as usize).min(RAMP.len() - 2);

@@ -4,16 +4,16 @@ use crate::style::{INK, LINE, RADIUS, SIZE, THICK, THIN, TITLE};
 use crate::svg::{Anchor, Drawing, Look};
 use crate::text::width_of;
 
-/// The length of a tick with a number, and of one without.
+/// The length of a tick with a number, and of a tick without.
 const TICK: [f64; 2] = [3.0, 1.5];
-/// The room between the numbers of two ticks at least: across, and from line to line.
+/// Smallest room between the numbers of two ticks: across, and from line to line.
 const APART: [f64; 2] = [5.0, 1.5 * SIZE];
-/// The most ticks with numbers on a side.
+/// Largest number of ticks with numbers on a side.
 const MOST_TICKS: usize = 8;
 /// The room around a label.
 const CLEAR: f64 = 1.0;
 
-/// How numbers become places.
+/// The mapping of numbers to places.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
     /// Equal differences are equal distances.
@@ -57,7 +57,7 @@ impl Span {
         let transformed = numbers.map(|number| if scale == Scale::Log { number.log10() } else { number });
         let [least, most] =
             transformed.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], n| [least.min(n), most.max(n)]);
-        // Numbers that are all the same have a span, too.
+        // Numbers that are all the same also have a span.
         let least_room = if scale == Scale::Log { 0.08 } else { 1e-3 };
         let room = (0.06 * (most - least)).max(least_room);
         let ends = [least - room, most + room];
@@ -70,7 +70,7 @@ impl Span {
         [self.from, self.to]
     }
 
-    /// Returns whether a number is between the ends.
+    /// Returns `true` if a number is between the ends.
     pub fn contains(&self, number: f64) -> bool {
         (self.from..=self.to).contains(&number)
     }
@@ -83,8 +83,9 @@ impl Span {
         }
     }
 
-    /// Returns round numbers and how they are written. As many as have room on a side of this length; of a logarithmic
-    /// span also numbers in between, with an empty text.
+    /// Returns round numbers and their texts, as many as have room on a side of this length.
+    ///
+    /// A logarithmic span also has numbers in between, with an empty text.
     pub fn ticks(&self, length: f64, side: Side) -> Vec<(f64, String)> {
         // Within half a decade, multiples of powers of ten are too few.
         let is_log = self.scale == Scale::Log && self.to / self.from > 3.0;
@@ -99,7 +100,7 @@ impl Span {
         minor.filter(is_other).chain(found.iter().cloned()).collect()
     }
 
-    /// Ticks at equal steps, the densest first.
+    /// Returns ticks at equal steps, the densest first.
     fn steps(&self) -> Vec<Vec<(f64, String)>> {
         let power = (self.to - self.from).log10().floor() as i32;
         let steps = (power - 1..=power + 1).flat_map(|power| [1.0, 2.0, 5.0].map(|digit| digit * 10_f64.powi(power)));
@@ -110,17 +111,17 @@ impl Span {
         steps.map(ticks).collect()
     }
 
-    /// Ticks at multiples of powers of ten, the densest first.
+    /// Returns ticks at multiples of powers of ten, the densest first.
     fn decades(&self) -> Vec<Vec<(f64, String)>> {
         let within = [&[1, 2, 3, 4, 5, 6, 8][..], &[1, 2, 5]].map(|digits| self.multiples(digits, 1));
         let powers = (1..20).map(|apart| self.multiples(&[1], apart));
         within.into_iter().chain(powers).collect()
     }
 
-    /// These multiples of every power of ten, or of every second one, and so on.
+    /// Returns these multiples of every power of ten, or of every second one, and so on.
     fn multiples(&self, digits: &[u8], apart: usize) -> Vec<(f64, String)> {
         let decades = (self.from.log10().floor() as i32..=self.to.log10().ceil() as i32).filter(|decade| {
-            // The same decades whatever the ends are.
+            // The decades are the same whatever the ends are.
             decade.rem_euclid(apart as i32) == 0
         });
         let of_decade = |decade: i32| digits.iter().map(move |digit| (f64::from(*digit), 10_f64.powi(decade)));
@@ -128,7 +129,7 @@ impl Span {
         ticks.filter(|(tick, _)| self.contains(*tick)).collect()
     }
 
-    /// Whether the numbers of ticks do not touch on a side of this length.
+    /// Returns `true` if the numbers of ticks do not touch on a side of this length.
     fn have_room(&self, ticks: &[(f64, String)], length: f64, side: Side) -> bool {
         let place = |tick: f64| length * self.fraction(tick);
         let is_free = |pair: &[(f64, String)]| {
@@ -152,11 +153,11 @@ pub fn number(value: f64, step: f64) -> String {
     };
     // A little less, so that the logarithm of 0.1 is not rounded up.
     let digits = (-(step / scale).log10() - 1e-9).ceil().clamp(0.0, 12.0) as usize;
-    // No minus zero.
+    // Avoids minus zero.
     format!("{:.digits$}{unit}", value / scale + 0.0).replace('-', "\u{2212}")
 }
 
-/// A panel: where it is on the page, and which numbers its sides span.
+/// A panel: its place on the page, and the numbers that its sides span.
 #[derive(Clone, Debug)]
 pub struct Axes {
     /// The left edge.
@@ -174,13 +175,15 @@ pub struct Axes {
 }
 
 impl Axes {
-    /// Creates a panel of this size with its top left corner at a place of the page. Nothing is drawn yet.
+    /// Creates a panel of this size with its top left corner at a place of the page, without drawing it.
     pub fn new([left, top]: [f64; 2], size: [f64; 2], x: Span, y: Span) -> Self {
         Self { left, top, size, x, y, taken: Vec::new() }
     }
 
-    /// Draws frame, ticks below and on the left, and titles: the panel's, that of the numbers across, and that of the
-    /// numbers upward. The first two may be empty.
+    /// Draws the frame, the ticks below and on the left, and the titles.
+    ///
+    /// The titles are the panel's, that of the numbers across, and that of the numbers upward. The first two may be
+    /// empty.
     pub fn draw(&self, drawing: &mut Drawing, [title, x_title, y_title]: [&str; 3]) {
         self.frame(drawing);
         self.ticks(drawing, Side::Below, &self.x);
@@ -263,14 +266,14 @@ impl Axes {
         drawing.text([middle, self.bottom() + 22.0], SIZE, Anchor::Middle, text);
     }
 
-    /// Writes the title of the numbers on the left, beside the widest of them.
+    /// Writes the title of the numbers on the left, next to the widest of them.
     pub fn y_title(&self, drawing: &mut Drawing, text: &str) {
         let widths = self.y.ticks(self.size[1], Side::Left).into_iter().map(|(_, text)| width_of(&text, SIZE));
         let place = [self.left - 9.5 - widths.fold(0.0, f64::max), self.top + self.size[1] / 2.0];
         drawing.upward(place, SIZE, text);
     }
 
-    /// Returns whether the markers of two points cover each other.
+    /// Returns `true` if the markers of two points cover each other.
     pub fn is_same_place(&self, a: [f64; 2], b: [f64; 2]) -> bool {
         let ([ax, ay], [bx, by]) = (self.at(a), self.at(b));
         (ax - bx).abs() < RADIUS && (ay - by).abs() < RADIUS
@@ -281,7 +284,7 @@ impl Axes {
         let is_inside = |[x, y]: &&[f64; 2]| self.x.contains(*x) && self.y.contains(*y);
         let points: Vec<_> = points.iter().filter(is_inside).map(|point| self.at(*point)).collect();
         drawing.line(&points, color, width);
-        // No label on it: squares along each piece.
+        // Squares along each piece keep labels off it.
         for piece in points.windows(2) {
             let [[ax, ay], [bx, by]] = [piece[0], piece[1]];
             let steps = (bx - ax).hypot(by - ay).ceil() as u32;
@@ -315,8 +318,9 @@ impl Axes {
         self.taken.push([x - half_width, y - half_height, x + half_width, y + half_height]);
     }
 
-    /// Writes a label beside a point where it covers nothing; a thin line leads to it from afar. Call it when all points
-    /// are drawn. Returns whether the panel has room for it.
+    /// Writes a label next to a point so that it covers nothing, and returns `true` if the panel has room for it.
+    ///
+    /// A thin line leads to a label that is far away. Call this after all points are drawn.
     pub fn label(&mut self, drawing: &mut Drawing, point: [f64; 2], text: &str) -> bool {
         let [x, y] = self.at(point);
         let (width, beside) = (width_of(text, SIZE), 1.4 * RADIUS + 1.5);
@@ -350,13 +354,13 @@ impl Axes {
     }
 }
 
-/// Explains markers below a panel, in as many columns as have room. Returns where the next line of text would stand.
+/// Explains markers below a panel, in as many columns as have room, and returns the place of the next line of text.
 pub fn legend(drawing: &mut Drawing, [left, top]: [f64; 2], width: f64, looks: &[(Look, &str)]) -> f64 {
     const GAP: f64 = 8.0;
     let beside = 2.0 * RADIUS + 3.0;
     let widest = looks.iter().map(|(_, name)| beside + width_of(name, SIZE)).fold(1.0, f64::max);
     let most = (((width + GAP) / (widest + GAP)).floor() as usize).clamp(1, looks.len().max(1));
-    // As many lines as that takes, equally long.
+    // As many lines as necessary, equally long.
     let columns = looks.len().div_ceil(looks.len().div_ceil(most).max(1)).max(1);
     for (place, (look, name)) in looks.iter().enumerate() {
         let x = left + RADIUS + (width / columns as f64) * (place % columns) as f64;
@@ -372,7 +376,7 @@ pub(crate) fn spread(wanted: &[f64], apart: f64, [low, high]: [f64; 2]) -> Vec<f
     let mut order: Vec<usize> = (0..wanted.len()).collect();
     order.sort_by(|a, b| wanted[*a].total_cmp(&wanted[*b]));
     let mut places = wanted.to_vec();
-    // Those that are too near are pushed apart around their middle, as often as it takes.
+    // Places that are too near to each other are pushed apart around their middle until they fit.
     for _ in 0..200 {
         let mut moved = false;
         for pair in order.windows(2) {
@@ -458,7 +462,7 @@ mod tests {
                 assert!(a[2] <= b[0] || b[2] <= a[0] || a[3] <= b[1] || b[3] <= a[1], "{a:?} {b:?}");
             }
         }
-        // No room is no label.
+        // Without room there is no label.
         assert!(!axes.label(&mut drawing, points[0], &"wide ".repeat(30)));
     }
 

@@ -1,4 +1,4 @@
-//! The event's numbers, and what is drawn, in words.
+//! The event's numbers, and an explanation of the figure, in words.
 
 use wstac_core::speed::{Law, ThresholdOn};
 
@@ -8,7 +8,7 @@ use wstac_host::json::{confidence, no_speed, rounded, unclear};
 use wstac_host::output::TactileEvent;
 use wstac_host::texture::Texture;
 
-/// All of it.
+/// Returns the complete caption.
 pub(super) fn caption(found: &Found) -> String {
     let record = &found.record;
     let start = record.frame as f64 * found.frame_s;

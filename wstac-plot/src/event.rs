@@ -1,4 +1,4 @@
-//! An event, and all that was seen while it happened.
+//! An event, and the data of its time span.
 
 use std::collections::VecDeque;
 
@@ -16,19 +16,19 @@ use wstac_host::output::{Output, TactileEvent};
 use wstac_host::session::Processor;
 use wstac_host::source::{Source, SourceEvent, StreamInfo};
 
-/// Feature frames whose taxels are kept: a sample, and those of the longest gap behind it.
+/// Number of feature frames whose taxels are stored: a sample, and those of the longest gap after it.
 const KEPT: usize = 2 * SAMPLE_FRAMES;
-/// A taxel at this share of full scale is saturated, or nearly.
+/// Fraction of full scale from which a taxel is saturated, or nearly.
 const SATURATED: f32 = 0.98;
 
-/// An event and what is drawn of it.
+/// An event and the data for its figure.
 #[derive(Clone, Debug)]
 pub struct Found {
-    /// What is said of it, the sample included.
+    /// The event's record, including the sample.
     pub(super) record: TactileEvent,
-    /// What the source is.
+    /// The description of the source.
     pub(super) about: String,
-    /// Which event of the source it is, from 1.
+    /// The number of the event in the source, from 1.
     pub(super) number: u64,
     /// Ten features over the sample, in units of a natural logarithm.
     pub(super) features: [[f64; SAMPLE_FRAMES]; FEATURES],
@@ -36,33 +36,33 @@ pub struct Found {
     pub(super) baseline: [f64; FEATURES],
     /// Mean feature of a window above which it fires.
     pub(super) thresholds: [f64; FEATURES],
-    /// Light of each taxel in the sample's frames, as a share of full scale; nothing for lost frames.
+    /// Light of each taxel in the sample's frames, as a fraction of full scale; `None` for lost frames.
     pub(super) taxels: Vec<Option<[f32; TAXELS]>>,
-    /// The window that fired: its first frame of the sample, and how many.
+    /// The window that fired: its first frame in the sample, and its length.
     pub(super) window: [u8; 2],
     /// First and last lit frame.
     pub(super) lit: Option<LitSpan>,
     /// Length of a feature frame in s.
     pub(super) frame_s: f64,
-    /// Frames of the nominal 30 a second that a feature frame lasts.
+    /// Number of frames at the nominal 30 per second in a feature frame.
     pub(super) nominal_frames: f64,
     /// The speed law.
     pub(super) law: Law,
-    /// Slowest and fastest slide that it was fitted on, in mm/s.
+    /// Slowest and fastest slide in the data of its fit, in mm/s.
     pub(super) fitted: [f32; 2],
-    /// Above which a row or column is lit, and whether above its baseline.
+    /// Threshold above which a row or column is lit, and whether it applies above the baseline.
     pub(super) lit_threshold: (f64, ThresholdOn),
 }
 
 impl Found {
-    /// Taxels that come near full scale.
+    /// Returns the number of taxels that come near full scale.
     pub(super) fn saturated(&self) -> usize {
         let most = |taxel: usize| self.taxels.iter().flatten().map(|taxels| taxels[taxel]).fold(0.0, f32::max);
         (0..TAXELS).filter(|taxel| most(*taxel) >= SATURATED).count()
     }
 }
 
-/// Taxels of the last feature frames: the frame's number, their sum over its camera frames, and how many those were.
+/// Taxels of the last feature frames: the frame's number, their sum over its camera frames, and the number of those.
 #[derive(Default)]
 struct Recent(VecDeque<(u64, [f32; TAXELS], u16)>);
 
@@ -79,17 +79,17 @@ impl Recent {
         self.0.push_back((frame, *taxels, 1));
     }
 
-    /// The taxels of this frame, if any of it arrived.
+    /// Returns the taxels of a frame, if any part of it arrived.
     fn of(&self, frame: u64) -> Option<[f32; TAXELS]> {
         let (_, sums, count) = self.0.iter().find(|(own, ..)| *own == frame)?;
         Some(sums.map(|sum| sum / f32::from(*count)))
     }
 }
 
-/// Reads a source up to its event number `number`, counted from 1. `processor` gives samples.
+/// Reads a source up to its event number `number`, counted from 1; `processor` gives samples.
 ///
 /// # Errors
-/// The source's; that it has fewer events, and how many.
+/// The source fails, or it has fewer events; the message names their number.
 pub fn find(
     source: &mut dyn Source,
     info: &StreamInfo,
@@ -180,7 +180,7 @@ fn means(baseline: &Baseline) -> [f64; FEATURES] {
     baseline.totals().map(|total| f64::from(total) / f64::from(FEATURE_ONE) / f64::from(baseline.frames().max(1)))
 }
 
-/// Length of a feature frame in s.
+/// Returns the length of a feature frame in s.
 fn frame_s(rate: FrameRate) -> f64 {
     f64::from(rate.frames_added()) * f64::from(rate.denominator()) / f64::from(rate.numerator())
 }

@@ -1,4 +1,4 @@
-//! Panels a and b: five features over the sample's frames, thresholds, and when each row or column is lit.
+//! Panels a and b: five features over the sample's frames, thresholds, and the time at which each row or column is lit.
 
 use wstac_core::params::{ROWS, SAMPLE_FRAMES};
 use wstac_core::speed::ThresholdOn;
@@ -8,12 +8,12 @@ use crate::axes::{Axes, Side, Span, spread};
 use crate::style::{GRAY, ORDERED, PALE, SIZE, THICK, THIN};
 use crate::svg::{Anchor, Drawing};
 
-/// Height of the strip above the lines that their numbers stand in.
+/// Height of the strip above the lines that holds their numbers.
 const STRIP: f64 = 21.0;
-/// From number to number at least.
+/// Smallest distance between two numbers.
 const APART: f64 = 10.0;
 
-/// The range of all ten features and thresholds, so that both panels have the same scale.
+/// Returns the range of all ten features and thresholds, so that both panels have the same scale.
 pub(super) fn range(found: &Found) -> [f64; 2] {
     let lit = libm::log(found.lit_threshold.0);
     let all = found.features.iter().flatten().chain(&found.thresholds).chain([&lit]);
@@ -23,7 +23,7 @@ pub(super) fn range(found: &Found) -> [f64; 2] {
     [low - room, high + room]
 }
 
-/// Draws the rows (from feature 0) or the columns (from feature 5). Returns the panel, for what is drawn around it.
+/// Draws the rows (from feature 0) or the columns (from feature 5), and returns the panel for further drawing.
 pub(super) fn draw(
     drawing: &mut Drawing,
     found: &Found,
@@ -62,7 +62,7 @@ pub(super) fn draw(
     panel
 }
 
-/// The trigger's and the speed's thresholds, named on the right.
+/// Draws the trigger's and the speed's thresholds, named on the right.
 fn thresholds(drawing: &mut Drawing, found: &Found, panel: &Axes, first: usize) {
     let own = first..first + ROWS;
     for (feature, color) in own.clone().zip(ORDERED) {
@@ -97,13 +97,13 @@ fn thresholds(drawing: &mut Drawing, found: &Found, panel: &Axes, first: usize) 
     }
 }
 
-/// The numbers of rows or columns above their lines, at the centroids of their light.
+/// Draws the numbers of rows or columns above their lines, at the centroids of their light.
 fn numbers(drawing: &mut Drawing, found: &Found, panel: &Axes, first: usize) {
     let own = (first..first + ROWS).zip(0_u8..);
     let centroids: Vec<(u8, f64)> = own.filter_map(|(feature, line)| Some((line, centroid(found, feature)?))).collect();
     let wanted: Vec<f64> = centroids.iter().map(|(_, centroid)| panel.across(*centroid)).collect();
     let (first, last) = wanted.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(*x), high.max(*x)));
-    // Where all are at the same time their order would be noise's.
+    // If all are at the same time, noise would decide their order.
     let in_order = (0_u8..).map(|line| first + 1e-3 * f64::from(line));
     let wishes = if last - first < 2.0 { in_order.take(wanted.len()).collect() } else { wanted.clone() };
     let places = spread(&wishes, APART, [panel.left + 6.0, panel.right() - 6.0]);
@@ -116,7 +116,9 @@ fn numbers(drawing: &mut Drawing, found: &Found, panel: &Axes, first: usize) {
     }
 }
 
-/// When a row or column is lit, in frames of the sample, as the direction has it: the centroid of its light above its baseline.
+/// Returns the time at which a row or column is lit, in frames of the sample.
+///
+/// It is the centroid of its light above its baseline, as for the direction.
 pub(super) fn centroid(found: &Found, feature: usize) -> Option<f64> {
     let base = libm::exp(found.baseline[feature]);
     let (mut light, mut moment) = (0.0, 0.0);

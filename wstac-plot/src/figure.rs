@@ -10,15 +10,15 @@ use crate::style::{INK, SIZE, THIN, TITLE};
 use crate::svg::{Anchor, Drawing};
 use crate::text::width_of;
 
-/// Panels a and b.
+/// Left edge of panels a and b.
 const LEFT: f64 = 38.0;
 const SIZE_OF_FEATURES: [f64; 2] = [246.0, 112.0];
 const FIRST: f64 = 29.0;
 const SECOND: f64 = FIRST + SIZE_OF_FEATURES[1] + 32.0;
-/// Panels c and d.
+/// Left edge of panels c and d.
 const ASIDE: f64 = 346.0;
 const LAW: [f64; 2] = [ASIDE + 25.0, WIDTH - MARGIN - ASIDE - 25.0];
-/// The caption.
+/// Top of the caption.
 const CAPTION: f64 = SECOND + SIZE_OF_FEATURES[1] + 42.0;
 
 /// Draws an event as an SVG file's text.

@@ -1,4 +1,4 @@
-//! Panel d: the speed law, and where on it the event is.
+//! Panel d: the speed law, and the event's place on it.
 
 use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::speed::Law;
@@ -11,12 +11,12 @@ use crate::style::{GRAY, INK, ORDERED, SIZE, THICK, THIN};
 use crate::svg::{Anchor, Drawing, Look, Marker};
 use crate::text::width_of;
 
-/// Speeds that are drawn, in mm/s, where the event is not beyond them.
+/// Speeds that are drawn, in mm/s, unless the event is beyond them.
 const SPEEDS: [f64; 2] = [50.0, 400.0];
-/// Points of the curve.
+/// Number of points on the curve.
 const STEPS: u32 = 80;
 
-/// Frames at 30 a second that a slide of this speed lasts.
+/// Returns the duration of a slide of this speed, in frames at 30 per second.
 fn frames(law: Law, mm_s: f64) -> f64 {
     match law {
         Law::Published { intercept, slope } => f64::from(intercept) - f64::from(slope) * mm_s.log10(),
@@ -24,14 +24,14 @@ fn frames(law: Law, mm_s: f64) -> f64 {
     }
 }
 
-/// The event's duration at 30 frames a second and its speed, or the bound that it is.
+/// Returns the event's duration at 30 frames per second and its speed, and whether it is only a bound.
 fn point(found: &Found) -> Option<(f64, f64, bool)> {
     let duration = f64::from(found.record.lit_frames?) * found.nominal_frames;
     let bound = found.record.speed_at_most.map(|speed| (duration, rounded(speed.mm_s), true));
     found.record.speed.ok().map(|speed| (duration, rounded(speed.mm_s), false)).or(bound)
 }
 
-/// Draws the curve, thick where it was fitted, and the event on it.
+/// Draws the curve, thick in the range of its fit, and the event on it.
 pub(super) fn draw(drawing: &mut Drawing, found: &Found, [left, top]: [f64; 2], size: [f64; 2]) {
     let point = point(found);
     let [slowest, fastest] = SPEEDS;

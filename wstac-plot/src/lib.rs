@@ -1,8 +1,8 @@
 //! Figures of WSTac as SVG, PNG or PDF: a tactile event, fits of the speed law, and panels for other data.
 //!
-//! [`find`] gathers what was seen of an event, and [`draw`] puts it on a page with a caption. [`SpeedFits`] does the same for
-//! fits of the speed law. Other figures are made of [`axes`] on a [`page`]; all have the sizes and colors of [`style`].
-//! [`Format`] makes a file of a figure.
+//! [`find`] gathers the data of an event, and [`draw`] puts them on a page with a caption. [`SpeedFits`] does the same
+//! for fits of the speed law. Other figures are made of [`axes`] on a [`page`]; all have the sizes and colors of
+//! [`style`]. [`Format`] makes a file of a figure.
 
 mod arrival;
 pub mod axes;

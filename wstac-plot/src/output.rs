@@ -1,4 +1,4 @@
-//! A figure as a file: SVG text, or what a renderer makes of it.
+//! A figure as a file: SVG text, or a renderer's output from it.
 
 use std::path::Path;
 
@@ -9,10 +9,10 @@ use resvg::usvg;
 #[cfg(all(feature = "pdf", not(feature = "png")))]
 use svg2pdf::usvg;
 
-/// Dots per inch of a PNG: what journals ask for.
+/// Dots per inch of a PNG: the resolution that journals require.
 #[cfg(feature = "png")]
 const DOTS_PER_INCH: f32 = 300.0;
-/// An inch has 96 pixels of SVG.
+/// Pixels of SVG per inch.
 #[cfg(any(feature = "png", feature = "pdf"))]
 const PIXELS_PER_INCH: f32 = 96.0;
 
@@ -31,7 +31,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// All formats that this build writes, and how the names of their files end.
+    /// All formats that this build writes, with the endings of their file names.
     pub const ALL: &[(Self, &str)] = &[
         (Self::Svg, "svg"),
         #[cfg(feature = "png")]
@@ -40,16 +40,16 @@ impl Format {
         (Self::Pdf, "pdf"),
     ];
 
-    /// Returns the format that a file's name asks for by its ending, or `None` if no figure ends like that.
+    /// Returns the format for the ending of a file's name, or `None` if no figure has that ending.
     pub fn by_ending(path: &Path) -> Option<Self> {
         let ending = path.extension()?;
         Self::ALL.iter().find(|(_, name)| ending.eq_ignore_ascii_case(name)).map(|(format, _)| *format)
     }
 
-    /// Returns the format that a file's name asks for: SVG if the name has no ending.
+    /// Returns the format for a file's name: SVG if the name has no ending.
     ///
     /// # Errors
-    /// The name ends like no figure that this build writes.
+    /// The name's ending is not that of a figure that this build writes.
     pub fn of(path: &Path) -> Result<Self, Error> {
         let Some(ending) = path.extension() else { return Ok(Self::Svg) };
         Self::by_ending(path).ok_or_else(|| {
@@ -82,7 +82,9 @@ impl Format {
     }
 }
 
-/// The figure with every letter placed. Only the embedded font is used, so that all machines draw the same.
+/// Returns the figure with every letter placed.
+///
+/// Only the embedded font is used, so that all machines draw the same.
 #[cfg(any(feature = "png", feature = "pdf"))]
 fn tree(svg: &str) -> Result<usvg::Tree, Error> {
     let mut options = usvg::Options { dpi: PIXELS_PER_INCH, ..usvg::Options::default() };
@@ -124,7 +126,7 @@ mod tests {
         assert_eq!(Format::by_ending("folder".as_ref()), None);
     }
 
-    /// A page of words in three alphabets, and a line.
+    /// Returns a page of words in three alphabets, and a line.
     #[cfg(any(feature = "png", feature = "pdf"))]
     fn page() -> String {
         use crate::svg::{Anchor, Drawing};
@@ -141,7 +143,7 @@ mod tests {
         assert_eq!(bytes, Format::Png.encode(&page()).unwrap(), "the same bytes");
         let picture = resvg::tiny_skia::Pixmap::decode_png(&bytes).unwrap();
         assert_eq!((picture.width(), picture.height()), (2008, 300));
-        // Where the words are, and nothing else.
+        // The places of the words, without anything else.
         let dark = |[left, top, right, bottom]: [u32; 4]| {
             let all = (left..right).flat_map(|x| (top..bottom).map(move |y| (x, y)));
             all.filter(|(x, y)| picture.pixel(*x, *y).is_some_and(|pixel| pixel.green() < 100)).count()

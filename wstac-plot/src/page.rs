@@ -1,4 +1,4 @@
-//! The page: its width, where panels stand side by side, and the caption below them.
+//! The page: its width, the places of panels side by side, and the caption below them.
 
 use crate::style::{LINE, SIZE};
 use crate::svg::{Anchor, Drawing};
@@ -19,8 +19,10 @@ pub fn place(number: u32, of: u32) -> [f64; 2] {
     [MARGIN + cell * f64::from(number) + ROOM, cell - ROOM - GAP]
 }
 
-/// Writes a caption across the page, broken by the width of its words; its first line stands at `top`.
-/// Returns the height of a page that ends with it.
+/// Writes a caption across the page, broken by the width of its words, and returns the height of a page that ends with
+/// it.
+///
+/// Its first line stands at `top`.
 pub fn caption(drawing: &mut Drawing, top: f64, text: &str) -> f64 {
     let mut height = top;
     for line in wrapped(text, SIZE, WIDTH - 2.0 * MARGIN) {

@@ -6,7 +6,7 @@ use crate::style::{BLUE, LINE, RED, SIZE, THICK, TITLE};
 use crate::svg::{Anchor, Drawing, Look, Marker};
 use crate::text::wrapped;
 
-/// The upper edge of the durations, the height of a panel, and that between two panels.
+/// The upper edge of the durations; the height of a panel and the distance between two panels follow.
 const FIRST: f64 = 32.0;
 const HEIGHT: f64 = 128.0;
 const BETWEEN: f64 = 28.0;
@@ -18,13 +18,15 @@ const PIECES: u32 = 240;
 pub struct SpeedFit<'f, Law> {
     /// The law's name.
     pub name: &'f str,
-    /// The law's formula, and how well it fits.
+    /// The law's formula, and the quality of its fit.
     pub formula: String,
     /// The law itself.
     pub law: Law,
 }
 
-/// Laws that were fitted to the same slides. A law returns the lit frames of a slide with this speed in mm/s.
+/// Laws that were fitted to the same slides.
+///
+/// A law returns the number of lit frames of a slide with this speed in mm/s.
 #[derive(Clone, Debug)]
 pub struct SpeedFits<'f, Law> {
     /// The speed of each slide in mm/s, and its lit frames at 30 per second.
@@ -46,7 +48,7 @@ impl<Law: Fn(f64) -> f64> SpeedFits<'_, Law> {
             (around(&mut slides.iter().map(|slide| slide[0])), around(&mut slides.iter().map(|slide| slide[1])));
         let residual = |fit: &SpeedFit<'_, Law>, [mm_s, frames]: [f64; 2]| frames - (fit.law)(mm_s);
         let all = fits.iter().flat_map(|fit| slides.iter().map(move |slide| residual(fit, *slide)));
-        // The same for all laws, so that they can be compared; 0 is always there.
+        // The same range for all laws, so that they can be compared; it always contains 0.
         let residuals = around(&mut all.chain([0.0]));
         let look = Look { marker: Marker::Circle, color: BLUE, filled: false };
         let is_alone = fits.len() == 1;

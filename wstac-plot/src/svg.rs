@@ -1,9 +1,9 @@
 //! A picture as SVG text: lines, markers, words. Numbers have one decimal, so that the same data give the same bytes.
 //!
-//! This layer is our own, and so are the axes on top of it ([`crate::axes`]), instead of the crate plotters with its SVG
-//! backend. plotters would replace frames, ticks and polylines, which are 150 lines here. It has no page in
-//! millimeters, no labels that avoid each other, no hollow markers and no captions that break by the font's own widths.
-//! Its text widths without a font library are estimates. So most of this crate would stay, and seven crates would come along.
+//! The project has its own layer and axes ([`crate::axes`]), instead of the crate plotters with its SVG backend.
+//! plotters would replace frames, ticks and polylines, which are 150 lines here. It has no page in millimeters, no
+//! labels that avoid each other, no hollow markers and no captions that break by the font's own widths. Its text widths
+//! without a font library are estimates. So most of this crate would stay, and seven crates would come along.
 
 use std::fmt::Write;
 
@@ -34,7 +34,7 @@ pub struct Look {
     pub marker: Marker,
     /// The color of the outline, and of the inside if it is filled.
     pub color: &'static str,
-    /// Whether the inside has the outline's color. It is white otherwise.
+    /// `true` if the inside has the outline's color; it is white otherwise.
     pub filled: bool,
 }
 
@@ -158,7 +158,7 @@ fn path(points: &[[f64; 2]]) -> String {
     points.join(" ")
 }
 
-/// XML has no place for control characters.
+/// Escapes text for XML, and drops control characters, which XML does not permit.
 fn escaped(text: &str) -> String {
     let text = text.replace(char::is_control, "\u{fffd}");
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")

@@ -1,4 +1,4 @@
-//! The figure's words and numbers, and that it is well-formed, also of events that have no answers.
+//! Tests of the figure's words and numbers, and of its well-formedness, also for events without answers.
 
 use super::*;
 use wstac_core::direction::Unclear;
@@ -8,7 +8,7 @@ use wstac_host::output::{Output, OutputOptions};
 use wstac_host::session::Processor;
 use wstac_host::source::open::{OpenOptions, open};
 
-/// The first event of a source, and its figure.
+/// Returns the first event of a source, and its figure.
 fn figure(source: &str, config: &str) -> (Found, String) {
     let mut source = open(
         source,
@@ -47,7 +47,7 @@ fn well_formed(text: &str) {
     assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
 }
 
-/// Places of all texts: left, right, base, about.
+/// Returns the places of all texts: left, right, base, about.
 fn words(text: &str) -> Vec<([f64; 4], String)> {
     let attribute = |tag: &str, name: &str| {
         let at = tag.find(&format!(" {name}='"))? + name.len() + 3;
@@ -71,7 +71,7 @@ fn words(text: &str) -> Vec<([f64; 4], String)> {
         .collect()
 }
 
-/// No text lies on another, none leaves the page, none is too small.
+/// Checks that no text lies on another, none leaves the page, and none is too small.
 fn legible(text: &str) {
     let words = words(text);
     let page = text.split("viewBox='0 0 ").nth(1).and_then(|rest| rest.split('\'').next()).unwrap();
@@ -111,7 +111,7 @@ fn the_numbers_are_those_of_the_event() {
         assert!(caption.contains(&expected), "{expected}: {caption}");
     }
     assert_eq!(text, figure("scene:Saw3@150,90deg", "").1, "the same bytes");
-    // 70 points of each of ten lines, as in the event's sample.
+    // 70 points for each of ten lines, as in the event's sample.
     let lines = text.lines().filter(|line| line.starts_with("<polyline") && line.matches(',').count() == 70).count();
     assert_eq!(lines, 10);
     assert_eq!(event["sample"][3][40].as_f64(), Some(found.features[3][40]));
@@ -138,7 +138,7 @@ fn a_cut_off_event_shows_its_bound() {
 
 #[test]
 fn no_answers_are_no_trouble() {
-    // Nothing is as bright as that, so no frame is lit.
+    // No light is as bright as this, so no frame is lit.
     let (found, text) = figure("scene:Saw3@150", "[speed]\nthreshold = 5.0");
     assert!(found.lit.is_none() && text.contains("no speed"), "{text}");
     legible(&text);
@@ -149,7 +149,7 @@ fn no_answers_are_no_trouble() {
     well_formed(&text);
     legible(&text);
     assert!(text.contains(">unclear<") && text.contains("One taxel reached full scale"), "{text}");
-    // All at once, and nothing ever lit.
+    // All lines at once, and never lit.
     found.features = [[-4.0; 70]; 10];
     found.baseline = [-4.0; 10];
     found.taxels.fill(None);

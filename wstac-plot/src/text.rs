@@ -1,4 +1,4 @@
-//! The font of all figures, and how wide text is in it.
+//! The font of all figures, and the width of text in it.
 
 use std::sync::LazyLock;
 
@@ -45,7 +45,7 @@ pub fn wrapped(text: &str, size: f64, width: f64) -> Vec<String> {
     lines
 }
 
-/// Cuts a line that is too wide: what fits, and the rest.
+/// Cuts a line that is too wide into the part that fits and the rest.
 fn cut(line: &str, size: f64, width: f64) -> Option<(String, String)> {
     if width_of(line, size) <= width {
         return None;

@@ -1,25 +1,27 @@
-//! Strain along one whisker while a specimen passes: the paper's figure 2c.
+//! Computes the strain along one whisker while a specimen passes: the paper's figure 2c.
 
 use wstac_core::params::TAXELS;
 
 use super::script::SceneConfig;
 use super::surface::Surface;
 
-/// A whisker at one moment.
+/// The state of a whisker at one moment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moment {
     /// Time since the specimen's leading end reached the whisker, in s.
     pub time_s: f64,
-    /// How much the specimen overlaps the tip, in mm.
+    /// Overlap of the specimen with the tip, in mm.
     pub overlap_mm: f64,
-    /// How far the tip is bent aside, in mm.
+    /// Lateral deflection of the tip, in mm.
     pub deflection_mm: f64,
-    /// Strain of the surface, d/2 off the axis, at even distances from base to tip.
+    /// Strain of the surface, d/2 off the axis, at even distances from the base to the tip.
     pub strain: Vec<f64>,
 }
 
-/// The middle whisker at `moments` + 1 even moments of a scene's first slide, its strain at `parts` + 1 places. It is
-/// bent as the surface asks for: springing back is left out.
+/// Returns the state of the middle whisker at `moments` + 1 even moments of a scene's first slide.
+///
+/// Each state holds the strain at `parts` + 1 places. The whisker is bent as the surface requires: the spring-back is
+/// left out.
 pub fn strain_along(script: &SceneConfig, moments: usize, parts: usize) -> Vec<Moment> {
     let Some(slide) = script.slides.first() else { return Vec::new() };
     let whisker = &script.whisker;
@@ -48,7 +50,8 @@ pub fn strain_along(script: &SceneConfig, moments: usize, parts: usize) -> Vec<M
 mod tests {
     use super::*;
 
-    /// The paper's figure 2c: a sphere of 0.5 mm slides over one whisker at 0.1 m/s, and strain peaks at the base.
+    /// Checks the paper's figure 2c: a sphere of 0.5 mm slides over one whisker at 0.1 m/s, and strain peaks at the
+    /// base.
     #[test]
     fn strain_of_a_single_whisker_peaks_at_the_base() {
         for beam in ["linear", "elastica"] {
@@ -62,12 +65,13 @@ mod tests {
                 assert!((peak - moment.strain[0]).abs() < 1e-12, "{moment:?}");
                 assert!(moment.strain[10] < 1e-4, "{moment:?}");
             }
-            // Most in the middle of the pass, 5 ms after the first touch; none at its ends.
+            // The strain is highest in the middle of the pass, 5 ms after the first touch. It is zero at the ends of
+            // the pass.
             let peaks: Vec<f64> = moments.iter().map(|moment| moment.strain[0]).collect();
             assert!(peaks.iter().all(|peak| *peak <= peaks[10]) && peaks[10] > 0.05, "{peaks:?}");
             assert!(peaks[0] < 1e-9 && peaks[20] < 1e-9, "{peaks:?}");
             assert!((moments[10].time_s - 0.005).abs() < 1e-12);
-            // The tip of a whisker that is 0.4 mm shorter is 1.8 mm aside.
+            // The tip of a whisker that is 0.4 mm shorter is deflected by 1.8 mm.
             assert!((moments[10].deflection_mm - 1.8).abs() < 0.1, "{}", moments[10].deflection_mm);
         }
     }

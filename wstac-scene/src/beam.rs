@@ -1,7 +1,7 @@
-//! A whisker's beam: a cantilever with a load at its free end, across its length (L = 1 and EI = 1 throughout).
+//! The beam of a whisker: a cantilever with a lateral load at its free end (L = 1 and EI = 1 throughout).
 //!
-//! What drives it is not a load but the surface, which shortens the whisker's projection. So states are reached by their
-//! shortening, and load, deflection and curvature follow.
+//! The surface drives the beam, not a load: it shortens the whisker's projection. So the shortening selects a state,
+//! and load, deflection and curvature follow from it.
 
 use std::sync::OnceLock;
 
@@ -10,7 +10,7 @@ use serde::Deserialize;
 
 use super::elliptic::{r_d, r_f};
 
-/// How a beam bends.
+/// The law by which a beam bends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Beam {
@@ -29,22 +29,24 @@ pub struct Bend {
     pub load: f64,
     /// Lateral deflection of the tip, δ / L: 0 to below 1 for the elastica.
     pub deflection: f64,
-    /// Shortening of the projection, as a share of L: 0 to below 1 for the elastica.
+    /// Shortening of the projection, as a fraction of L: 0 to below 1 for the elastica.
     pub shortening: f64,
     /// Curvature at the base, κ₀ L: the strain at a surface r off the axis is κ₀ L · r / L.
     pub curvature: f64,
 }
 
-/// Logarithm of the least complement of the modulus, k'²: a load of 2 · 10^4.
+/// Logarithm of the smallest complement of the modulus, k'²: a load of 2 · 10^4.
 const LEAST_COMPLEMENT: f64 = -280.0;
-/// Below this shortening the elastica, a small difference of large numbers there, is within 1e-6 of the linear beam.
+/// Shortening below which the elastica is within 1e-6 of the linear beam; there it is a small difference of large
+/// numbers.
 const SMALL_SHORTENING: f64 = 1e-6;
-/// Below this load, likewise.
+/// Load below which the elastica is within 1e-6 of the linear beam.
 const SMALL_LOAD: f64 = 4e-3;
 
 impl Beam {
-    /// The shortening that a whisker is taken to have at most, as a share of its length: the linear beam says nothing
-    /// beyond small slopes, the elastica's loads grow without end.
+    /// Returns the largest shortening that a whisker may have, as a fraction of its length.
+    ///
+    /// The linear beam does not apply beyond small slopes, and the loads of the elastica grow without bound.
     pub fn most_shortening(self) -> f64 {
         match self {
             Self::Linear => 0.6,
@@ -52,7 +54,9 @@ impl Beam {
         }
     }
 
-    /// The state under a load α ≥ 0; the elastica takes loads up to 2 · 10^4 and stays there beyond.
+    /// Returns the state under a load α ≥ 0.
+    ///
+    /// The elastica takes loads up to 2 · 10^4; larger loads give the state at that load.
     pub fn under_load(self, load: f64) -> Bend {
         match self {
             Self::Elastica if load > SMALL_LOAD => elastica(|bend| bend.load > load),
@@ -62,7 +66,7 @@ impl Beam {
         }
     }
 
-    /// The state whose projection is `shortening` ≥ 0 shorter.
+    /// Returns the state whose projection is `shortening` ≥ 0 shorter.
     pub fn shortened(self, shortening: f64) -> Bend {
         match self {
             Self::Elastica if shortening > SMALL_SHORTENING => elastica(|bend| bend.shortening > shortening),
@@ -75,7 +79,7 @@ impl Beam {
 }
 
 impl Beam {
-    /// Curvature κ L at `parts` + 1 places, evenly from the base to the tip, of a beam in the state `bend`.
+    /// Returns the curvature κ L at `parts` + 1 even places from the base to the tip of a beam in the state `bend`.
     pub fn curvature_along(self, bend: &Bend, parts: usize) -> Vec<f64> {
         let parts = parts.max(1);
         match self {
@@ -85,7 +89,9 @@ impl Beam {
     }
 }
 
-/// Curvature of the elastica along its length: θ'' = −α cos θ from θ = 0 and θ' = κ₀ at the base, by Runge and Kutta.
+/// Returns the curvature of the elastica along its length.
+///
+/// It integrates θ'' = −α cos θ from θ = 0 and θ' = κ₀ at the base with the Runge–Kutta method.
 fn elastica_along(bend: &Bend, parts: usize) -> Vec<f64> {
     const STEPS: usize = 1000;
     let steps = STEPS.div_ceil(parts);
@@ -108,8 +114,10 @@ fn elastica_along(bend: &Bend, parts: usize) -> Vec<f64> {
     along
 }
 
-/// The first state of the elastica that is `beyond` what is asked for, by bisection: load and shortening grow
-/// monotonically as the complement of the modulus, k'² = 1 − k², falls from 1/2 to 0, exponentially at the end.
+/// Returns the first state of the elastica for which `beyond` holds, by bisection.
+///
+/// Load and shortening grow monotonically as the complement of the modulus, k'² = 1 − k², falls from 1/2 to 0. Near 0
+/// they grow exponentially.
 fn elastica(beyond: impl Fn(&Bend) -> bool) -> Bend {
     let (mut low, mut high) = (LEAST_COMPLEMENT, log(0.5));
     for _ in 0..64 {
@@ -119,8 +127,10 @@ fn elastica(beyond: impl Fn(&Bend) -> bool) -> Bend {
     of_complement(exp(low))
 }
 
-/// The elastica of the modulus k, given as k'² in 0..1/2. With sin φ₀ = 2k² − 1 at the tip and sin² θ₁ = 1 / 2k²:
-/// √α = F(k) − F(k, θ₁), δ = 1 − 2 (E(k) − E(k, θ₁)) / √α, projection √(2 sin φ₀ / α), κ₀ = √(2 α sin φ₀).
+/// Returns the elastica of the modulus k, given as k'² in 0..1/2.
+///
+/// With sin φ₀ = 2k² − 1 at the tip and sin² θ₁ = 1 / 2k²: √α = F(k) − F(k, θ₁), δ = 1 − 2 (E(k) − E(k, θ₁)) / √α,
+/// projection √(2 sin φ₀ / α), κ₀ = √(2 α sin φ₀).
 fn of_complement(complement: f64) -> Bend {
     let modulus = 1.0 - complement;
     let tip = 1.0 - 2.0 * complement;
@@ -138,20 +148,23 @@ fn of_complement(complement: f64) -> Bend {
     }
 }
 
-/// The elastica's states by the root of their shortening: linear interpolation, for what is asked many times a frame.
+/// A table of the elastica's states by the root of their shortening.
+///
+/// It is interpolated linearly and serves look-ups that happen many times per frame.
 #[derive(Clone, Debug)]
 pub(crate) struct BendTable {
-    /// Curvature times what is left of the projection, and load times its square: even in √shortening from end to end.
+    /// Curvature times the remaining projection, and load times the square of the remaining projection. Both are even
+    /// in √shortening from end to end.
     values: Vec<[f64; 2]>,
 }
 
-/// Intervals of the table.
+/// Number of intervals of the table.
 const INTERVALS: usize = 1024;
 /// Shortening at the table's end.
 const MOST_SHORTENING: f64 = 0.95;
 
 impl BendTable {
-    /// The table, made once; relative error of what it gives below 1e-5 (tested).
+    /// Returns the table, which is computed once. The relative error of its values is below 1e-5 (tested).
     pub(crate) fn get() -> &'static Self {
         static TABLE: OnceLock<BendTable> = OnceLock::new();
         TABLE.get_or_init(Self::new)
@@ -167,7 +180,7 @@ impl BendTable {
         Self { values: (0..=INTERVALS).map(|index| value(root(index))).collect() }
     }
 
-    /// Curvature at the base κ₀ L and load α where the root of the shortening is `root` ≥ 0.
+    /// Returns the curvature at the base κ₀ L and the load α for the root `root` ≥ 0 of the shortening.
     #[inline]
     pub(crate) fn at(&self, root: f64) -> [f64; 2] {
         let root = root.min(const { MOST_ROOT });
@@ -182,7 +195,9 @@ impl BendTable {
 }
 
 impl BendTable {
-    /// d ln κ₀ / d ln √shortening where the root of the shortening is `root` ≥ 0: 1 at first, more where much is bent.
+    /// Returns d ln κ₀ / d ln √shortening for the root `root` ≥ 0 of the shortening.
+    ///
+    /// It is 1 for small shortenings and grows with the bend.
     pub(crate) fn steepness(&self, root: f64) -> f64 {
         let root = root.min(const { MOST_ROOT });
         let width = const { MOST_ROOT / INTERVALS as f64 };
@@ -196,7 +211,7 @@ impl BendTable {
     }
 }
 
-/// √[`MOST_SHORTENING`].
+/// The square root of [`MOST_SHORTENING`].
 const MOST_ROOT: f64 = 0.974_679_434_480_896_3;
 
 #[cfg(test)]
@@ -237,7 +252,7 @@ mod tests {
             assert!(bend.curvature > last.curvature && bend.curvature.is_finite(), "{bend:?}");
             last = bend;
         }
-        // PL²/EI = 1000: nearly flat, all bending next to the base.
+        // PL²/EI = 1000: nearly flat, with all bending next to the base.
         assert!((last.load - 1000.0).abs() < 1e-6 && last.deflection > 0.98, "{last:?}");
     }
 
@@ -264,7 +279,7 @@ mod tests {
                 assert_eq!(along.len(), 21);
                 assert!((along[0] / bend.curvature - 1.0).abs() < 1e-12);
                 assert!(along.windows(2).all(|pair| pair[0] > pair[1]), "{along:?}");
-                // The moment at the tip is none.
+                // The moment at the tip is zero.
                 assert!(along[20].abs() < 1e-5 * bend.curvature, "{beam:?} {load} {}", along[20]);
             }
         }

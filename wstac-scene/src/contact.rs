@@ -1,10 +1,12 @@
-//! A whisker's tip on its way over a surface: strain, and what is emitted meanwhile.
+//! The tip of a whisker on its way over a surface: its strain, and the light that is emitted meanwhile.
 //!
-//! Time goes in pieces that never reach over a kink or a jump of the surface, nor over the moments in which the tip
-//! touches it and leaves it. Within a piece the overlap is taken to be linear in time, and strain to go with its root,
-//! as that of the linear beam does exactly. What a piece emits is the whole change of its strain, at its mean moment.
+//! Time is divided into pieces. No piece contains a kink or a jump of the surface, or a moment in which the tip touches
+//! or leaves it. Within a piece the overlap is taken to be linear in time. The strain is taken to follow the root of
+//! the overlap, which is exact for the linear beam. A piece emits the light of the whole change of its strain, at its
+//! mean moment.
 //!
-//! A surface that falls away faster than the whisker can spring back lets it go; where it rises again it catches it.
+//! A whisker leaves a surface that falls away faster than the whisker can spring back. If the surface rises again, it
+//! meets the whisker again.
 
 use libm::{exp, sqrt};
 
@@ -12,50 +14,50 @@ use super::light::{Exposure, Fluctuation, flash, moment_of_roots};
 use super::surface::{Segment, Surface};
 use super::whisker::{Bending, Bent};
 
-/// What all whiskers have in common while a specimen slides.
+/// The properties that all whiskers share while a specimen slides.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Passage<'a> {
-    /// What they touch.
+    /// The surface that they touch.
     pub surface: &'a Surface,
-    /// How they bend.
+    /// The law by which they bend.
     pub bending: &'a Bending,
     /// Speed in mm/s, above 0.
     pub speed_mm_s: f64,
-    /// Time constant of springing back in s, 0 for at once.
+    /// Time constant of the spring-back in s; 0 if it is immediate.
     pub relaxation_s: f64,
-    /// Longest piece of time in s.
+    /// Longest piece of time, in s.
     pub step_s: f64,
     /// Largest change of the overlap in a piece, in mm.
     pub step_mm: f64,
-    /// Light of a strain of 1 and of rubbing over a mm under a load of 1, in full scales · s.
+    /// Light of a strain of 1, in full scales · s.
     pub flash: f64,
-    /// See `flash`.
+    /// Light of rubbing over 1 mm under a load of 1, in full scales · s.
     pub rubbing: f64,
-    /// Deviation of the rubbing, as a share, and the distance in mm over which it stays alike.
+    /// Standard deviation of the rubbing, as a fraction.
     pub fluctuation: f64,
-    /// See `fluctuation`.
+    /// Distance in mm over which the rubbing stays similar.
     pub fluctuation_mm: f64,
 }
 
-/// How a whisker is.
+/// The state of a whisker's tip.
 #[derive(Clone, Debug)]
 pub(crate) struct Tip {
-    /// How much its crests overlap it, in mm: less than the middle's where the dome lowers it.
+    /// Overlap of the crests with the whisker, in mm: less than the middle whisker's if the dome lowers it.
     pub overlap_mm: f64,
-    /// How it is bent now.
+    /// Its current bend.
     pub bent: Bent,
-    /// Whether it is bent more than the surface asks for, and springs back.
+    /// `true` if it is bent more than the surface requires, and springs back.
     pub loose: bool,
-    /// How its rubbing fluctuates.
+    /// The fluctuation of its rubbing.
     pub fluctuation: Fluctuation,
 }
 
-/// What is nearer to each other than this, in mm, has no gap between: rounding.
+/// Largest distance in mm between two places that counts as no gap: a rounding error.
 const LEAST_GAP_MM: f64 = 1e-9;
-/// Most pieces of a segment: keys keep well below it.
+/// Largest number of pieces in a segment; the permitted key values stay well below it.
 const MOST_PIECES: f64 = 1e6;
 
-/// Moments of a piece in s, from the start of the stretch.
+/// Start and end of a piece in s, from the start of the stretch.
 #[derive(Clone, Copy)]
 struct Piece {
     from: f64,
@@ -67,18 +69,18 @@ impl Piece {
         self.to - self.from
     }
 
-    /// At a share of its time.
+    /// Returns the moment at a fraction of its time.
     fn at(self, share: f64) -> f64 {
         self.from + share * self.length()
     }
 }
 
 impl Passage<'_> {
-    /// Goes on for `length` s, at the start of which the tip is `passed` mm behind the leading end.
+    /// Advances the tip by `length` s; at the start it is `passed` mm behind the leading end.
     pub(crate) fn advance(&self, tip: &mut Tip, passed: f64, length: f64, exposure: &mut Exposure) {
         let reached = passed + self.speed_mm_s * length;
         let moment = |place: f64| ((place - passed) / self.speed_mm_s).clamp(0.0, length);
-        // Up to where it has come. What rounding leaves between segments is no gap.
+        // Up to the place that the tip has reached. A gap that rounding leaves between segments does not count.
         let mut place = passed;
         for segment in self.surface.segments_from(passed) {
             if segment.from >= reached {
@@ -96,7 +98,7 @@ impl Passage<'_> {
         }
     }
 
-    /// Goes over a segment, or what of it lies between two places, in mm, from one moment to another.
+    /// Advances over a segment, or over a part of it between two places in mm, from one moment to another.
     fn cross(
         &self,
         tip: &mut Tip,
@@ -115,7 +117,7 @@ impl Passage<'_> {
             return;
         }
         if segment.is_straight() && start.min(end) < 0.0 {
-            // Only what touches is gone over in pieces.
+            // Only the part that touches is divided into pieces.
             let share = start / (start - end);
             let (place, at) = (first + share * (last - first), piece.at(share));
             if start < 0.0 {
@@ -130,7 +132,7 @@ impl Passage<'_> {
         self.over(tip, overlap, [first, last], piece, passed, exposure);
     }
 
-    /// Goes in pieces over what lies between two places, in mm, where the overlap is smooth.
+    /// Advances in pieces between two places in mm over which the overlap is smooth.
     fn over(
         &self,
         tip: &mut Tip,
@@ -152,7 +154,7 @@ impl Passage<'_> {
             before = after;
         }
     }
-    /// A piece over which the overlap goes from one value to another, in mm; below 0 there is none.
+    /// Advances over a piece in which the overlap goes from one value to another, in mm; below 0 there is no overlap.
     fn piece(&self, tip: &mut Tip, [before, after]: [f64; 2], piece: Piece, passed: f64, exposure: &mut Exposure) {
         let crossing = || piece.at(before / (before - after));
         match (before > 0.0, after > 0.0) {
@@ -171,7 +173,7 @@ impl Passage<'_> {
         }
     }
 
-    /// The overlap jumps to `overlap` mm at the moment `at`.
+    /// Changes the overlap to `overlap` mm at the moment `at`, as at a jump of the surface.
     fn jump(&self, tip: &mut Tip, overlap: f64, at: f64, exposure: &mut Exposure) {
         let bent = self.bending.at_root(sqrt(overlap.max(0.0)));
         tip.loose = self.relaxation_s > 0.0 && bent.strain < tip.bent.strain;
@@ -181,7 +183,8 @@ impl Passage<'_> {
         }
     }
 
-    /// There is a surface under the tip all the time, and the overlap goes from one value to another.
+    /// Advances over a piece in which a surface is under the tip all the time and the overlap goes from one value to
+    /// another.
     fn touch(&self, tip: &mut Tip, [mut from, to]: [f64; 2], mut piece: Piece, passed: f64, exposure: &mut Exposure) {
         let rate = (to - from) / piece.length();
         if tip.loose {
@@ -192,7 +195,7 @@ impl Passage<'_> {
             self.free(tip, Piece { to: caught, ..piece }, exposure);
             from += rate * (caught - piece.from);
             piece.from = caught;
-            // As bent as it was, but on the surface, which loads it.
+            // The bend stays the same, but the tip is on the surface, which loads it.
             tip.bent = self.bending.at_root(sqrt(from.max(0.0)));
             tip.loose = false;
         }
@@ -208,8 +211,11 @@ impl Passage<'_> {
         self.free(tip, Piece { from: moment, ..piece }, exposure);
     }
 
-    /// The overlap at which a surface that falls away at `rate` mm/s begins to fall faster than the whisker springs back,
-    /// if it does from one overlap to another: d ln strain / dt, which is steepness · rate / overlap, below −1 / relaxation.
+    /// Returns the overlap at which a surface that falls away at `rate` mm/s begins to fall faster than the whisker
+    /// springs back.
+    ///
+    /// The condition is that d ln strain / dt, which is steepness · rate / overlap, is below −1 / relaxation. Returns
+    /// `None` if it does not hold between the two overlaps.
     fn lets_go(&self, rate: f64, [from, to]: [f64; 2]) -> Option<f64> {
         if rate >= 0.0 || self.relaxation_s <= 0.0 {
             return None;
@@ -229,7 +235,7 @@ impl Passage<'_> {
         Some(low)
     }
 
-    /// The moment at which a loose tip meets the surface again, if it does within the piece.
+    /// Returns the moment at which a loose tip meets the surface again, or `None` if it does not within the piece.
     fn caught(&self, tip: &Tip, [from, to]: [f64; 2], piece: Piece) -> Option<f64> {
         let over = |share: f64| {
             let surface = self.bending.at_root(sqrt((from + share * (to - from)).max(0.0)));
@@ -243,7 +249,7 @@ impl Passage<'_> {
         if above <= 0.0 {
             return Some(piece.from);
         }
-        // False position, the Illinois way: both ends close in.
+        // Uses false position with the Illinois rule, so that both ends converge.
         for _ in 0..8 {
             let between = low + (high - low) * above / (above - below);
             let there = over(between);
@@ -256,7 +262,7 @@ impl Passage<'_> {
         Some(piece.at(high))
     }
 
-    /// The tip stays on the surface, and the overlap goes from one value to another.
+    /// Advances over a piece in which the tip stays on the surface and the overlap goes from one value to another.
     fn follow(&self, tip: &mut Tip, [from, to]: [f64; 2], piece: Piece, passed: f64, exposure: &mut Exposure) {
         let middle = sqrt((0.5 * (from + to)).max(0.0));
         let [from, to] = [sqrt(from.max(0.0)), sqrt(to.max(0.0))];
@@ -268,8 +274,8 @@ impl Passage<'_> {
             exposure.add(flash, piece.at(share), length);
             return;
         }
-        // The mean of what goes with a root: its end, less the change that comes before it. By how much the load does not
-        // go with the root, its middle tells, with Simpson's weight.
+        // The mean of a quantity that follows a root is its end value, less the change that comes before it. The middle
+        // shows by how much the load deviates from the root; it has Simpson's weight.
         let change = after.load - before.load;
         let bow = if libm::fabs(to - from) < 1e-12 {
             0.0
@@ -284,25 +290,25 @@ impl Passage<'_> {
             friction = fluctuations.map(|value| (1.0 + self.fluctuation * value).max(0.0));
         }
         let [first, last, mean] = friction;
-        // Of a product of two straight lines.
+        // The mean of a product of two straight lines.
         let together = mean * load + (last - first) * change / 12.0;
         let rubbing = (self.rubbing * self.speed_mm_s * length * together).max(0.0);
         let emitted = flash + rubbing;
         if emitted > 0.0 {
-            // The more there is at the end, the later its light.
+            // The larger the value at the end, the later its light.
             let later = 0.5 + (last * after.load - first * before.load) / (12.0 * together).max(f64::MIN_POSITIVE);
             let moment = flash * piece.at(share) + rubbing * piece.at(later.clamp(0.0, 1.0));
             exposure.add(emitted, moment / emitted, length);
         }
     }
 
-    /// Nothing is touched: the whisker springs back.
+    /// Lets the whisker spring back while the tip touches no surface.
     fn free(&self, tip: &mut Tip, piece: Piece, exposure: &mut Exposure) {
         spring_back(tip, self.relaxation_s, self.flash, [piece.from, piece.to], exposure);
     }
 }
 
-/// A whisker that touches nothing springs back from one moment to another, in s.
+/// Lets a whisker that touches no surface spring back from one moment to another, in s.
 pub(crate) fn spring_back(tip: &mut Tip, relaxation_s: f64, light: f64, [from, to]: [f64; 2], exposure: &mut Exposure) {
     let before = tip.bent.strain;
     tip.bent = Bent::default();
@@ -323,7 +329,7 @@ pub(crate) fn spring_back(tip: &mut Tip, relaxation_s: f64, light: f64, [from, t
     let share = if times < 1e-3 { 0.5 - times / 12.0 } else { 1.0 / times - left / (1.0 - left) };
     let spread = (to - from).min(sqrt(12.0) * relaxation_s);
     exposure.add(light * (before - after), from + share * (to - from), spread);
-    // So little is no strain at all.
+    // A strain this small counts as zero.
     tip.bent.strain = if after < 1e-9 { 0.0 } else { after };
     tip.loose = tip.bent.strain > 0.0;
 }

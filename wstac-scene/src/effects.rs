@@ -1,4 +1,4 @@
-//! What a scene models, effect by effect: each can be left out, and then costs nothing.
+//! The modeled effects of a scene. Each can be left out, and then costs no time.
 
 use super::beam::Beam;
 use super::light::{Dead, LightConfig};
@@ -11,17 +11,17 @@ use super::whisker::WhiskerConfig;
 pub struct Effect {
     /// Its name: a few words.
     pub name: &'static str,
-    /// What is computed, with its source or "a guess".
+    /// A description of the computation, with its source or "a guess".
     pub what: &'static str,
-    /// Its value in a scene; nothing where the scene does not have it.
+    /// Returns its value in a scene, or `None` if the scene does not have it.
     pub value: fn(&SceneConfig) -> Option<String>,
-    /// Leaves it out.
+    /// Removes it from a scene.
     pub remove: fn(&mut SceneConfig),
-    /// Puts it into a scene that does not have it, as strong as usual.
+    /// Adds it to a scene that does not have it, at the usual strength.
     pub add: fn(&mut SceneConfig),
 }
 
-/// What a scene never has.
+/// Effects that no scene models.
 pub const NEVER: [&str; 8] = [
     "sticking and slipping: a tip slides over the surface above its base",
     "the tip's own shape and the specimen's wear",
@@ -33,12 +33,12 @@ pub const NEVER: [&str; 8] = [
     "texture across the slide: a specimen's profile is the same over its width",
 ];
 
-/// The value of something that is there where it is above 0.
+/// Formats a value that is present if it is above 0.
 fn positive(value: f64, unit: &str) -> Option<String> {
     (value > 0.0).then(|| format!("{}{unit}", (value * 1e6).round() / 1e6))
 }
 
-/// All effects, in the order of the light's way.
+/// All effects, in the order in which light passes through them.
 pub const EFFECTS: [Effect; 20] = [
     Effect {
         name: "large bends",
@@ -146,7 +146,7 @@ pub const EFFECTS: [Effect; 20] = [
         value: |script| script.sensor.pose.map(|pose| format!("turned by {}°", pose.rotation_degrees)),
         remove: |script| script.sensor.pose = None,
         add: |script| {
-            // Sums are only drawn straight on.
+            // Sums are only drawn for a camera that looks straight on.
             script.fidelity = Fidelity::Rendered;
             script.sensor.pose = Some(Pose { rotation_degrees: 10.0, ..Pose::default() });
         },
@@ -206,7 +206,9 @@ fn set_format(script: &mut SceneConfig, code: &str) {
     }
 }
 
-/// The scene without any effect: a linear beam on a plane, light of bending that is gone at once, a perfect gray camera.
+/// Returns the scene without any effect.
+///
+/// It keeps a linear beam on a plane, light of bending without afterglow, and a perfect gray camera.
 pub fn bare(script: &SceneConfig) -> SceneConfig {
     let mut bare = script.clone();
     for effect in &EFFECTS {

@@ -1,4 +1,4 @@
-//! The elastomer with its whiskers: from slides to the light of 25 bases over time.
+//! The elastomer with its whiskers: it turns slides into the light of 25 bases over time.
 
 use wstac_core::params::TAXELS;
 
@@ -10,34 +10,35 @@ use super::script::{SceneConfig, Slide};
 use super::surface::Surface;
 use super::whisker::{Bending, Bent, Whisker, WhiskerConfig};
 
-/// Pieces of time in the afterglow's time constant and in the crossing of a period: halving them changes no feature by
-/// more than 1 unit of 2^-11 (tested).
+/// Number of pieces of time in the afterglow's time constant and in the crossing of a period.
+///
+/// Halving the pieces changes no feature by more than 1 unit of 2^-11 (tested).
 const FINENESS: f64 = 32.0;
 
-/// Change of the overlap that is parted so, as a share of a whisker's length.
+/// Change of the overlap that is divided this way, as a fraction of a whisker's length.
 const WIDEST_STEP: f64 = 0.8;
 
-/// Purposes of random numbers: no two depend on each other.
+/// Purposes of random numbers: each has an independent stream.
 const GAINS: u64 = 2;
 const RUNS: u64 = 4;
 const FLUCTUATIONS: u64 = 5;
 
-/// A whisker, its base and what glows there.
+/// A whisker, its base and the light there.
 #[derive(Clone, Debug)]
 struct Site {
     whisker: Whisker,
     tip: Tip,
     gain: f64,
-    /// Brightness now, as a share of full scale.
+    /// Current brightness, as a fraction of full scale.
     brightness: f64,
 }
 
-/// The slide that is next or under way.
+/// The slide that is next or in progress.
 #[derive(Clone, Debug)]
 struct Current {
     slide: Slide,
     surface: Surface,
-    /// First and last touch in s.
+    /// First and last touch, in s.
     start: f64,
     end: f64,
     gain: f64,
@@ -59,18 +60,19 @@ pub(crate) struct Elastomer {
 }
 
 impl Elastomer {
-    /// At rest.
+    /// Creates the elastomer at rest.
     pub(crate) fn new(script: &SceneConfig) -> Self {
         Self::with_fineness(script, 1.0)
     }
 
-    /// The same with time in pieces that are `finer` times as short.
+    /// Creates the elastomer at rest with pieces of time that are `finer` times as short.
     pub(crate) fn with_fineness(script: &SceneConfig, finer: f64) -> Self {
         let (whisker, light) = (script.whisker, script.light);
         let mut gains = Rng::new(u64::from(light.unit), GAINS);
         let mut taxel = 0..;
         let sites = whisker.whiskers().map(|there| {
-            // Each taxel draws its gain, there or not, so that it does not depend on which others are.
+            // Each taxel draws its gain even if it is absent, so that its gain does not depend on which other taxels
+            // are present.
             let gain = gain(light.gain_deviation, &mut gains);
             let gain = if taxel.next().is_some_and(|taxel| light.dead.has(taxel)) { 0.0 } else { gain };
             let whisker = there?;
@@ -91,8 +93,10 @@ impl Elastomer {
         }
     }
 
-    /// Light of every base over the next `length` s from `from` s on, of which the shutter is open for the first `open`
-    /// s: brightness integrated over these, in full scales · s.
+    /// Returns the light of every base over the next `length` s, which start at `from` s.
+    ///
+    /// The shutter is open for the first `open` s. The light is the brightness integrated over these, in full scales ·
+    /// s.
     pub(crate) fn expose(&mut self, truth: &[Truth], from: f64, open: f64, length: f64) -> [f64; TAXELS] {
         self.turn_to(truth, from, from + length);
         let drifted = self.light.drifted(from);
@@ -103,12 +107,12 @@ impl Elastomer {
         light.map(|light| light * drifted)
     }
 
-    /// Goes on by `length` s.
+    /// Advances by `length` s.
     fn pass(&mut self, from: f64, length: f64) -> [f64; TAXELS] {
         let afterglow = self.light.afterglow_ms * 1e-3;
         let relaxation_s = self.whisker.relaxation_ms * 1e-3;
         let half_span = self.whisker.span_mm() / 2.0;
-        // What still glows keeps the brightness that it was made with, whatever gain the next slide has.
+        // Light that still glows keeps its brightness, whatever gain the next slide has.
         let gain = self.current.as_ref().map_or(1.0, |current| current.gain);
         let flash = self.light.flash_ms * 1e-3 * gain;
         let under_way = |current: &&Current| current.start < from + length && current.end > from;
@@ -139,7 +143,7 @@ impl Elastomer {
                 _ if site.tip.bent.strain > 0.0 => {
                     spring_back(&mut site.tip, relaxation_s, flash, [0.0, length], &mut exposure);
                 }
-                // Neither touched nor bright.
+                // The whisker is neither touched nor bright.
                 _ if site.brightness <= 0.0 => continue,
                 _ => {}
             }
@@ -148,7 +152,7 @@ impl Elastomer {
         light
     }
 
-    /// Makes the slide current that is the first not to be over at `from` s, if it starts before `to` s.
+    /// Makes the first slide current that is not over at `from` s, if it starts before `to` s.
     fn turn_to(&mut self, truth: &[Truth], from: f64, to: f64) {
         if self.current.as_ref().is_some_and(|current| current.end > from) {
             return;
@@ -172,14 +176,14 @@ impl Elastomer {
     }
 }
 
-/// What is fastest in a slide, in s: texture, afterglow, springing back or rubbing.
+/// Returns the shortest time scale of a slide, in s: of texture, afterglow, spring-back or rubbing.
 fn fastest_s(whisker: &WhiskerConfig, light: &LightConfig, slide: &Slide) -> f64 {
     let mut fastest = slide.specimen.finest_mm() / slide.speed_mm_s;
     if light.afterglow_ms > 0.0 {
         fastest = fastest.min(light.afterglow_ms * 1e-3);
     }
     if whisker.relaxation_ms > 0.0 {
-        // What springs back is exact by itself; only when it is let go and caught depends on pieces.
+        // The spring-back itself is exact; only the moments of release and contact depend on pieces.
         fastest = fastest.min(16.0 * whisker.relaxation_ms * 1e-3);
     }
     if light.rubbing_ms > 0.0 && light.fluctuation > 0.0 {
@@ -188,7 +192,7 @@ fn fastest_s(whisker: &WhiskerConfig, light: &LightConfig, slide: &Slide) -> f64
     fastest
 }
 
-/// How much crests overlap a whisker, in mm.
+/// Returns the overlap of the crests with a whisker, in mm.
 fn whisker_overlap(config: &WhiskerConfig, whisker: &Whisker) -> f64 {
     config.overlap_mm - whisker.lowered
 }

@@ -1,12 +1,14 @@
-//! Elliptic integrals in Carlson's symmetric forms (B. C. Carlson, "Numerical computation of real or complex elliptic
-//! integrals", 1995): no cancellation where the modulus is next to 1, as it is under large loads.
+//! Elliptic integrals in Carlson's symmetric forms.
 //!
-//! They are our own so that they have the same bits on every machine: they take nothing but the four operations and
-//! square roots, which IEEE 754 rounds exactly.
+//! Source: B. C. Carlson, "Numerical computation of real or complex elliptic integrals", 1995. The forms have no
+//! cancellation if the modulus is next to 1, as it is under large loads.
+//!
+//! The project has its own code so that the results have the same bits on every machine. The code uses only the four
+//! operations and square roots, which IEEE 754 rounds exactly.
 
 use libm::{fabs, sqrt};
 
-/// R_F(x, y, z) for non-negative arguments, at most one of them 0; relative error below 1e-15.
+/// Computes R_F(x, y, z) for non-negative arguments, at most one of them 0; the relative error is below 1e-15.
 pub(super) fn r_f(mut x: f64, mut y: f64, mut z: f64) -> f64 {
     loop {
         let mean = (x + y + z) / 3.0;
@@ -21,7 +23,7 @@ pub(super) fn r_f(mut x: f64, mut y: f64, mut z: f64) -> f64 {
     }
 }
 
-/// R_D(x, y, z) for non-negative x and y, at most one of them 0, and z > 0; relative error below 1e-14.
+/// Computes R_D(x, y, z) for non-negative x and y, at most one of them 0, and z > 0; the relative error is below 1e-14.
 pub(super) fn r_d(mut x: f64, mut y: f64, mut z: f64) -> f64 {
     let (mut sum, mut factor) = (0.0, 1.0);
     loop {

@@ -1,4 +1,4 @@
-//! Keys of a scene's tables: how what is out of range is said.
+//! Keys of a scene's tables, and the messages for values out of range.
 
 /// A table of a scene's file.
 pub(crate) trait Keys {
@@ -8,22 +8,22 @@ pub(crate) trait Keys {
     /// Checks every key.
     ///
     /// # Errors
-    /// Names the key, what was found and what was expected.
+    /// A value is out of range; the message names the key, the value found and the values expected.
     fn check(&self) -> Result<(), String>;
 
-    /// Checks every key; names the table, too.
+    /// Checks every key; its error names the table, too.
     ///
     /// # Errors
-    /// As [`Keys::check`].
+    /// [`Keys::check`] fails.
     fn check_table(&self) -> Result<(), String> {
         self.check().map_err(|message| format!("[{}] {message}", Self::TABLE))
     }
 }
 
-/// Whether a number is at least `least` and at most `most`; NaN is not.
+/// Checks that a number is at least `least` and at most `most`; NaN is not.
 ///
 /// # Errors
-/// Names the key, what was found and what was expected.
+/// The number is out of range; the message names the key, the value found and the values expected.
 pub(crate) fn within(key: &str, found: f64, least: f64, most: f64) -> Result<(), String> {
     if found >= least && found <= most {
         return Ok(());

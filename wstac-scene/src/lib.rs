@@ -1,14 +1,15 @@
 #![doc = include_str!("../README.md")]
 //! ## Modules
-//! Data flows one way (SPEC §8): a script says what there is, whiskers bend and glow, and a camera makes frames of the light.
+//! Data flows one way (SPEC §8): a script describes the scene, whiskers bend and glow, and a camera turns the light
+//! into frames.
 //!
-//! | module | what it has |
+//! | module | content |
 //! | --- | --- |
-//! | [`script`] | what a scene's file says |
-//! | [`specimen`] | what slides over the sensor |
+//! | [`script`] | the contents of a scene's file |
+//! | [`specimen`] | the specimens that slide over the sensor |
 //! | [`sensor`] | the camera: noise, pixels and formats |
 //! | [`source`] | scenes as sources of `wstac-host` |
-//! | [`effects`] | what is modeled, and how to switch it off |
+//! | [`effects`] | the modeled effects, and how to switch them off |
 //! | [`along`] | the strain along one whisker |
 //! | [`rng`] | random numbers that are the same on every machine |
 
@@ -41,16 +42,16 @@ pub use self::whisker::{Present, WhiskerConfig};
 use wstac_host::error::Error;
 use wstac_host::source::LossReason;
 
-/// Purposes of random numbers: no two depend on each other, nor on those of the elastomer.
+/// Purposes of random numbers: each has a stream that is independent of the others and of the elastomer's.
 const PHASES: u64 = 1;
 const NOISE: u64 = 3;
 const DROPS: u64 = 6;
 const LONG_NOISE: u64 = 7;
 
-/// A slide and when it touches the first and last whiskers.
+/// A slide, and when it touches the first and last whiskers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Truth {
-    /// What slides, how fast and which way.
+    /// The specimen, its speed and its direction.
     pub slide: Slide,
     /// First touch, in frames from the scene's start; its fraction is random.
     pub start: f64,
@@ -61,32 +62,32 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// The frame that the first touch is in.
+    /// Returns the number of the frame that contains the first touch.
     pub fn start_frame(&self) -> u64 {
         self.start as u64
     }
 }
 
-/// What a scene gives next.
+/// The next step of a scene.
 #[derive(Debug, PartialEq, Eq)]
 pub enum SimulatedFrame<'a> {
-    /// A frame's bytes, as [`Sensor::expose`] gives them.
+    /// The bytes of a frame, as [`Sensor::expose`] returns them.
     Frame(&'a [u8]),
-    /// The same, and the JPEG picture that they were decoded from.
+    /// The bytes of a frame, and the JPEG picture from which they were decoded.
     Jpeg(&'a [u8], &'a [u8]),
     /// The taxel sums of a frame, with [`Fidelity::Taxel`].
     Taxels([u32; TAXELS]),
-    /// Frames that are missing here; why, for a person.
+    /// The number of frames that are missing here, and the reason.
     Lost(u32, LossReason),
 }
 
-/// A scene that is made frame by frame.
+/// A scene that is computed frame by frame.
 #[derive(Clone, Debug)]
 pub struct Scene {
     truth: Vec<Truth>,
     elastomer: Elastomer,
     sensor: Sensor,
-    /// The same camera in long exposures, where they differ by more than their light.
+    /// The same camera with long exposures, if they differ by more than their light.
     long: Option<Sensor>,
     config: SensorConfig,
     fidelity: Fidelity,
@@ -94,24 +95,24 @@ pub struct Scene {
     leak_per_minute: f64,
     auto_exposure: AutoExposure,
     drops: Rng,
-    /// Light of a frame that comes next, after frames that were lost for it.
+    /// Light of the next frame, if frames before it were lost.
     pending: Option<[f64; TAXELS]>,
     /// Length of a frame in s.
     frame_s: f64,
-    /// The frame that comes next, and how many there are.
+    /// The number of the next frame, and the number of frames.
     frame: u64,
     frames: u64,
 }
 
 impl Scene {
-    /// A scene at its start.
+    /// Creates a scene at its start.
     ///
     /// # Errors
-    /// As [`Sensor::new`].
+    /// [`Sensor::new`] fails.
     pub fn new(script: &SceneConfig) -> Result<Self, Error> {
         let config = sensor_config(script);
         let (long, nominal) = (f64::from(Interval::Long.frames()), Self::camera(script)?);
-        // Longer exposures gather more leak: where there is none, one camera does.
+        // Longer exposures gather more leak; without a leak, one camera serves both.
         let is_long = config.auto_exposure && script.light.leak > 0.0;
         let long = is_long.then(|| camera(script, &config, long, LONG_NOISE)).transpose()?;
         let frame_s = f64::from(config.rate.denominator()) / f64::from(config.rate.numerator());
@@ -134,36 +135,38 @@ impl Scene {
         })
     }
 
-    /// A script's camera as it is when the scene starts, with the same noise to come. It takes the light of
-    /// [`next_light`](Self::next_light), also that of a scene that differs in the camera's format alone.
+    /// Creates a script's camera in its state at the start of the scene, with the same noise to come.
+    ///
+    /// It takes the light of [`next_light`](Self::next_light). The light may come from a scene that differs only in the
+    /// camera's format.
     ///
     /// # Errors
-    /// As [`Sensor::new`].
+    /// [`Sensor::new`] fails.
     pub fn camera(script: &SceneConfig) -> Result<Sensor, Error> {
         camera(script, &sensor_config(script), 1.0, NOISE)
     }
 
-    /// What really happens: the slides in the order of time.
+    /// Returns the ground truth: the slides in the order of time.
     pub fn truth(&self) -> &[Truth] {
         &self.truth
     }
 
-    /// How many frame intervals the scene has.
+    /// Returns the number of frame intervals in the scene.
     pub fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// How many frame intervals have passed.
+    /// Returns the number of frame intervals that have passed.
     pub fn frame(&self) -> u64 {
         self.frame
     }
 
-    /// The camera that looks on.
+    /// Returns the scene's camera.
     pub fn sensor(&self) -> &Sensor {
         &self.sensor
     }
 
-    /// The next frame, or frames that are missing; nothing after the last one.
+    /// Returns the next frame, or the frames that are missing; `None` after the last one.
     pub fn next_shot(&mut self) -> Option<SimulatedFrame<'_>> {
         if let Some(light) = self.pending.take() {
             return Some(self.shot(&light, true));
@@ -190,8 +193,11 @@ impl Scene {
         }
     }
 
-    /// Mean light of each taxel over the next frame's exposure, as a share of full scale, and how many frame intervals
-    /// it takes; nothing after the last one. Full scale is that of a shutter open for one whole interval.
+    /// Returns each taxel's mean light over the next frame's exposure, and the number of frame intervals that the frame
+    /// takes.
+    ///
+    /// The light is a fraction of full scale. Full scale is that of a shutter that is open for one whole interval.
+    /// Returns `None` after the last frame.
     pub fn next_light(&mut self) -> Option<([f64; TAXELS], u32)> {
         if self.frame >= self.frames {
             return None;
@@ -215,18 +221,20 @@ impl Scene {
     }
 }
 
-/// The camera with the scale of all noise in its own.
+/// Returns the camera's configuration with the scene's noise scale applied.
 fn sensor_config(script: &SceneConfig) -> SensorConfig {
     SensorConfig { noise: script.sensor.noise * script.noise, ..script.sensor.clone() }
 }
 
-/// A camera whose exposures last `intervals` frames. It takes light that is integrated already, leaks included.
+/// Creates a camera whose exposures last `intervals` frames.
+///
+/// It takes light that is already integrated, leaks included.
 fn camera(script: &SceneConfig, config: &SensorConfig, intervals: f64, purpose: u64) -> Result<Sensor, Error> {
     let leak = script.light.leak * config.exposure * intervals;
     Sensor::new(config, script.fidelity, leak, Rng::new(script.seed, purpose))
 }
 
-/// When the slides happen, and how many frames the scene has.
+/// Draws the times of the slides, and returns them with the number of frames in the scene.
 fn schedule(script: &SceneConfig, frame_s: f64) -> (Vec<Truth>, u64) {
     let mut phases = Rng::new(script.seed, PHASES);
     let camera_frames = |dark: u32| f64::from(dark) * f64::from(script.sensor.rate.frames_added());

@@ -1,7 +1,8 @@
-//! Light of a whisker's base: flashes with the rate of strain, glows while it is rubbed, fades exponentially.
+//! The light of a whisker's base: it flashes with the rate of strain, glows while it is rubbed, and fades
+//! exponentially.
 //!
-//! Light is counted in shares of the camera's full scale, as the mean of a taxel. What is emitted over time is so in
-//! shares of full scale times seconds.
+//! Light is counted in fractions of the camera's full scale, as the mean of a taxel. Light that is emitted over time is
+//! counted in fractions of full scale times seconds.
 
 use libm::{exp, fabs};
 use serde::Deserialize;
@@ -10,52 +11,56 @@ use wstac_core::params::{COLUMNS, ROWS};
 use super::keys::{Keys, within};
 use super::rng::Rng;
 
-/// What a scene says about light: the `[light]` table.
+/// The `[light]` table of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LightConfig {
     /// Light of bending by a strain of 1, in full scales · ms (a guess: bright slides reach a third of full scale).
     pub flash_ms: f64,
-    /// Light of rubbing over a mm under a load P L² / EI of 1, in full scales · ms: friction times speed times load (a
-    /// guess), 0 for none.
+    /// Light of rubbing over 1 mm under a load P L² / EI of 1, in full scales · ms; 0 for none.
+    ///
+    /// Rubbing is friction times speed times load (a guess).
     pub rubbing_ms: f64,
-    /// Deviation of the rubbing, as a share of it: 0 for even rubbing (a guess).
+    /// Standard deviation of the rubbing, as a fraction of it; 0 for even rubbing (a guess).
     pub fluctuation: f64,
-    /// Length over which the fluctuation stays alike, in mm (1, a guess).
+    /// Length over which the fluctuation stays similar, in mm (1, a guess).
     pub fluctuation_mm: f64,
-    /// Time in which light fades to 1/e, in ms: fitted, with the specimens' length, to the paper's speed law (SPEC
-    /// §8); 0 for none.
+    /// Time in which light fades to 1/e, in ms; 0 for none.
+    ///
+    /// It was fitted, with the specimens' length, to the paper's speed law (SPEC §8).
     pub afterglow_ms: f64,
-    /// Deviation of the whiskers' gains, as a share (a guess).
+    /// Standard deviation of the whiskers' gains, as a fraction (a guess).
     pub gain_deviation: f64,
-    /// Which sensor it is: each has its own gains.
+    /// Number of the sensor unit: each unit has its own gains.
     pub unit: u32,
-    /// Deviation of the gain of all whiskers from slide to slide, as a share (0.1, a guess: the light of
-    /// similar sensors was seen to vary by 9 to 29 % from run to run).
+    /// Standard deviation of the gain of all whiskers from slide to slide, as a fraction (0.1, a guess).
+    ///
+    /// The light of similar sensors was seen to vary by 9 to 29 % from run to run.
     pub run_deviation: f64,
-    /// Ambient light that leaks in, as a share of full scale.
+    /// Ambient light that leaks in, as a fraction of full scale.
     pub leak: f64,
-    /// How much more of it there is after a minute, as a share of full scale. It counts as light of the bases: within a taxel it has their spots'
-    /// shape, its mean is that of a leak.
+    /// Growth of the leak in a minute, as a fraction of full scale.
+    ///
+    /// It counts as light of the bases: within a taxel it has the shape of their spots, and its mean is that of a leak.
     pub leak_per_minute: f64,
-    /// How much more light there is after a minute, as a share; less where it is negative.
+    /// Growth of all light in a minute, as a fraction; a negative value means less light.
     pub drift_per_minute: f64,
     /// Whiskers that give no light.
     pub dead: Dead,
 }
 
-/// Whiskers that give no light: read from a list of rows and columns, each 1 to 5.
+/// The set of whiskers that give no light, read from a list of rows and columns, each 1 to 5.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "Vec<[i64; 2]>")]
 pub struct Dead(u32);
 
 impl Dead {
-    /// Whether the whisker of this taxel is one of them.
+    /// Returns `true` if the whisker of this taxel gives no light.
     pub fn has(self, taxel: usize) -> bool {
         self.0 >> taxel & 1 == 1
     }
 
-    /// How many there are.
+    /// Returns the number of whiskers that give no light.
     pub fn count(self) -> u32 {
         self.0.count_ones()
     }
@@ -64,7 +69,7 @@ impl Dead {
 impl TryFrom<Vec<[i64; 2]>> for Dead {
     type Error = String;
 
-    /// Names the key, what was found and what was expected.
+    /// Reads the list; an error names the key, the value found and the values expected.
     fn try_from(places: Vec<[i64; 2]>) -> Result<Self, String> {
         places.into_iter().try_fold(Self(0), |Self(dead), [row, column]| {
             let (rows, columns) = (ROWS as i64, COLUMNS as i64);
@@ -115,21 +120,21 @@ impl Keys for LightConfig {
 }
 
 impl LightConfig {
-    /// Gain of all light at a time in s since the scene's start.
+    /// Returns the gain of all light at a time in s since the scene's start.
     pub fn drifted(&self, seconds: f64) -> f64 {
         (1.0 + self.drift_per_minute * seconds / 60.0).max(0.0)
     }
 }
 
-/// A gain around 1, held at 0.
+/// Draws a gain around 1 that is never below 0.
 pub(crate) fn gain(deviation: f64, rng: &mut Rng) -> f64 {
     if deviation > 0.0 { (1.0 + deviation * rng.normal()).max(0.0) } else { 1.0 }
 }
 
-/// Light of one base over a stretch of time, summed up from what is emitted at single moments.
+/// The light of one base over a stretch of time, summed up from the light emitted at single moments.
 ///
-/// τ dB/dt = e − B: what is emitted at a moment is B · τ more, and fades from then on. All that a stretch needs are the
-/// sum of what is emitted and the part of it that has not faded by the end.
+/// τ dB/dt = e − B: light that is emitted at a moment raises B · τ and fades from then on. A stretch needs only two
+/// values: the sum of the emitted light, and the part of it that has not faded by the end.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Exposure {
     /// Time constant in s, 0 for none.
@@ -141,26 +146,27 @@ pub(crate) struct Exposure {
 }
 
 impl Exposure {
-    /// A stretch that ends at `end` s.
+    /// Creates a stretch that ends at `end` s.
     pub(crate) fn new(afterglow: f64, end: f64) -> Self {
         Self { afterglow, end, emitted: 0.0, left: 0.0 }
     }
 
-    /// Adds what is emitted around the moment `at`, spread over about `length` s.
+    /// Adds light that is emitted around the moment `at`, spread over about `length` s.
     #[inline]
     pub(crate) fn add(&mut self, emitted: f64, at: f64, length: f64) {
         self.emitted += emitted;
         if self.afterglow > 0.0 {
             let age = (self.end - at) / self.afterglow;
-            // What is spread fades a little less than at its mean moment: e^x is convex. The spread's variance is near
-            // length² / 12 for an even rate as for that of the first touch.
+            // Light that is spread fades a little less than light at its mean moment, because e^x is convex. The
+            // variance of the spread is near length² / 12, both for an even rate and for that of the first touch.
             let spread = length / self.afterglow;
             self.left += emitted * exp(-age) * (1.0 + spread * spread / 24.0);
         }
     }
 
-    /// The exposure, brightness integrated over the stretch of `length` s, in full scales · s; `brightness` goes on to
-    /// the end of the stretch.
+    /// Returns the exposure: the brightness integrated over the stretch of `length` s, in full scales · s.
+    ///
+    /// It advances `brightness` to the end of the stretch.
     pub(crate) fn close(&self, brightness: &mut f64, length: f64) -> f64 {
         if self.afterglow <= 0.0 {
             return self.emitted;
@@ -170,13 +176,15 @@ impl Exposure {
         if *brightness < 1e-12 {
             *brightness = 0.0;
         }
-        // What is neither seen nor left fades later.
+        // Light that is neither exposed nor left at the end fades later.
         self.emitted - self.afterglow * (*brightness - before)
     }
 }
 
-/// A fluctuation along the way of one whisker over one specimen: independent numbers of mean 0 and deviation 1 at even
-/// distances, straight lines in between.
+/// A fluctuation along the path of one whisker over one specimen.
+///
+/// It consists of independent numbers of mean 0 and standard deviation 1 at even distances, with straight lines between
+/// them.
 #[derive(Clone, Debug)]
 pub(crate) struct Fluctuation {
     seed: u64,
@@ -185,12 +193,14 @@ pub(crate) struct Fluctuation {
 }
 
 impl Fluctuation {
-    /// The fluctuation of this seed.
+    /// Creates the fluctuation of a seed.
     pub(crate) fn new(seed: u64) -> Self {
         Self { seed, knot: i64::MIN, values: [0.0; 2] }
     }
 
-    /// At two places at most 1 apart, in units of the distance between its numbers, and the mean from one to the other.
+    /// Returns the values at two places that are at most 1 apart, and the mean between them.
+    ///
+    /// The unit of length is the distance between its numbers.
     pub(crate) fn over(&mut self, from: f64, to: f64) -> [f64; 3] {
         let knot = libm::floor(to);
         let first = self.at(from);
@@ -198,14 +208,14 @@ impl Fluctuation {
             let last = self.at(to);
             return [first, last, 0.5 * (first + last)];
         }
-        // Straight on either side of the number in between.
+        // The curve is straight on either side of the number between the places.
         let between = self.at(knot);
         let last = self.at(to);
         let sum = (first + between) * (knot - from) + (between + last) * (to - knot);
         [first, last, 0.5 * sum / (to - from)]
     }
 
-    /// At a place.
+    /// Returns the value at a place.
     fn at(&mut self, place: f64) -> f64 {
         let floor = libm::floor(place);
         let knot = floor as i64;
@@ -219,18 +229,19 @@ impl Fluctuation {
     }
 }
 
-/// Between independent numbers their mean deviates less, by √(2/3) on average: this makes up for it.
+/// Factor that makes up for interpolation: between independent numbers the mean deviates less, by √(2/3) on average.
 const EVEN: f64 = 1.224_744_871_391_589;
 
-/// Where a change that goes with the root of something linear has its mean moment, as a share of its time: from root
-/// `from` to root `to`.
+/// Returns the mean moment of a change that follows the root of a linear quantity, as a fraction of its time.
+///
+/// The change goes from the root `from` to the root `to`.
 #[inline]
 pub(crate) fn moment_of_roots(from: f64, to: f64) -> f64 {
     let sum = from + to;
     if sum > 0.0 { (to + 2.0 * from) / (3.0 * sum) } else { 0.5 }
 }
 
-/// Light of a change of strain.
+/// Returns the light of a change of strain.
 #[inline]
 pub(crate) fn flash(before: f64, after: f64) -> f64 {
     fabs(after - before)

@@ -3,7 +3,7 @@
 //! Both are Blackman and Vigna's public-domain generators (<https://prng.di.unimi.it>). Normal numbers are sums of
 //! uniform ones, so that no transcendental function is involved.
 
-/// SplitMix64, which makes good states of any seeds.
+/// The SplitMix64 generator, which turns any seed into a good state.
 #[derive(Clone, Debug)]
 pub struct SplitMix64(u64);
 
@@ -29,13 +29,13 @@ pub struct Rng {
 }
 
 impl Rng {
-    /// A generator for this seed and purpose: two purposes of one seed are independent.
+    /// Creates a generator for a seed and a purpose; two purposes of one seed are independent.
     pub fn new(seed: u64, purpose: u64) -> Self {
         let mut seeds = SplitMix64::new(seed ^ purpose.wrapping_mul(0xD1B5_4A32_D192_ED03));
         Self { state: [(); 4].map(|()| seeds.bits()) }
     }
 
-    /// 64 random bits.
+    /// Returns 64 random bits.
     pub fn bits(&mut self) -> u64 {
         let [a, b, c, d] = &mut self.state;
         let result = a.wrapping_add(*d).rotate_left(23).wrapping_add(*a);
@@ -49,17 +49,19 @@ impl Rng {
         result
     }
 
-    /// A uniform number, 0 to below 1, in steps of 2^-53.
+    /// Returns a uniform number, 0 to below 1, in steps of 2^-53.
     pub fn uniform(&mut self) -> f64 {
         (self.bits() >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
     }
 
-    /// A number of mean 0 and deviation 1, within ±6: twelve uniform ones added (Irwin and Hall).
+    /// Returns a number of mean 0 and standard deviation 1, within ±6: the sum of twelve uniform ones (Irwin and Hall).
     pub fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
     }
 
-    /// A random index below `count`, 0 where that is 0. Its bias, below count / 2^32, does not matter for noise.
+    /// Returns a random index below `count`, or 0 if `count` is 0.
+    ///
+    /// Its bias, below count / 2^32, does not matter for noise.
     pub fn below(&mut self, count: usize) -> usize {
         (((self.bits() >> 32) * count as u64) >> 32) as usize
     }

@@ -1,4 +1,4 @@
-//! What a scene says: one slide or several, the sensor that it goes over, and the seed of all chance.
+//! The file of a scene: one slide or several, the sensor that it goes over, and the seed of all random numbers.
 //!
 //! ```toml
 //! specimen = "Saw3"      # Fla0, or Sin, Saw or Tri with 2, 3 or 4, or Sphere
@@ -30,28 +30,29 @@ use super::specimen::{Pattern, Specimen};
 use super::whisker::WhiskerConfig;
 use wstac_host::error::Error;
 
-/// Scale of all noise: fitted to one number of the paper's table 2, a linear SVM's 83 % of specimens (SPEC §8).
+/// Scale of all noise: fitted to one number of the paper's table 2, a linear SVM's specimen accuracy of 83 % (SPEC §8).
 pub const NOISE: f64 = 0.8;
-/// Slowest and fastest slide, in mm/s.
+/// Speeds of the slowest and fastest slide, in mm/s.
 const SPEEDS: (f64, f64) = (1.0, 1000.0);
-/// Most dark frames that a key may ask for.
+/// Largest number of dark frames that a key may request.
 const MOST_DARK: u32 = 100_000;
-/// Most slides of a scene.
+/// Largest number of slides in a scene.
 const MOST_SLIDES: usize = 10_000;
-/// Dark frames before the first slide unless the script says otherwise: the default trigger's baseline, its
-/// backtrack, and two windows to spare.
+/// Default number of dark frames before the first slide.
+///
+/// It covers the default trigger's baseline, its backtrack, and two windows to spare.
 const DEFAULT_LEAD_IN: u32 = BASELINE_WINDOWS * DEFAULT_WINDOW as u32 + DEFAULT_BACKTRACK as u32 + 10;
-/// Dark frames between slides unless the script says otherwise: a sample.
+/// Default number of dark frames between slides: the length of a sample.
 const DEFAULT_GAP: u32 = SAMPLE_FRAMES as u32;
 
 /// One slide of a specimen over the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slide {
-    /// What slides.
+    /// The specimen.
     pub specimen: Specimen,
-    /// How fast, in mm/s.
+    /// Its speed, in mm/s.
     pub speed_mm_s: f64,
-    /// Which way.
+    /// Its direction.
     pub heading: Heading,
 }
 
@@ -60,21 +61,21 @@ pub struct Slide {
 pub struct SceneConfig {
     /// The slides in the order of time, at least one.
     pub slides: Vec<Slide>,
-    /// Seed of all chance.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// Scale of all that deviates by chance from run to run: gain, rubbing, the sensor's noise. 0 for none.
+    /// Scale of all random deviations from run to run: gain, rubbing, the sensor's noise; 0 for none.
     pub noise: f64,
     /// Dark frames before the first slide.
     pub lead_in: u32,
     /// Dark frames after each slide.
     pub gap: u32,
-    /// The whiskers.
+    /// The `[whisker]` table.
     pub whisker: WhiskerConfig,
-    /// Their light.
+    /// The `[light]` table.
     pub light: LightConfig,
-    /// The camera. Dark frames are counted in feature frames: at 60 a second each is two of the camera's.
+    /// The camera. Dark frames are counted in feature frames: at 60 frames per second each is two of the camera's.
     pub sensor: SensorConfig,
-    /// How much of the camera is computed.
+    /// The part of the camera that is computed.
     pub fidelity: Fidelity,
 }
 
@@ -121,7 +122,7 @@ struct FileSlide {
 }
 
 impl SceneConfig {
-    /// The default scene with these slides.
+    /// Creates the default scene with these slides.
     fn new(slides: Vec<Slide>) -> Self {
         Self {
             slides,
@@ -136,10 +137,12 @@ impl SceneConfig {
         }
     }
 
-    /// Reads the short form: `Saw3@150`, then `,90deg` and `,seed=7` in any order, each at most once.
+    /// Reads the short form.
+    ///
+    /// It is `Saw3@150`, then `,90deg` and `,seed=7` in any order, each at most once.
     ///
     /// # Errors
-    /// Names the part, what was found and what was expected.
+    /// The text is not in the short form; the message names the part, the value found and the values expected.
     pub fn parse_short(text: &str) -> Result<Self, Error> {
         parse_short(text).map_err(|message| Error::new(format_args!("scene:{text}"), message))
     }
@@ -147,7 +150,7 @@ impl SceneConfig {
     /// Reads a script's text; `subject` names its file.
     ///
     /// # Errors
-    /// Names the key, what was found and what was expected.
+    /// The script is not valid; the message names the key, the value found and the values expected.
     pub fn from_toml(subject: &str, text: &str) -> Result<Self, Error> {
         let file = toml::from_str(text).map_err(|error| error.to_string().trim_end().to_owned());
         file.and_then(check).map_err(|message| Error::new(subject, message))
@@ -156,7 +159,7 @@ impl SceneConfig {
     /// Reads a script that is a table of a larger file, `subject`.
     ///
     /// # Errors
-    /// As [`SceneConfig::from_toml`].
+    /// [`SceneConfig::from_toml`] would fail.
     pub fn from_table(subject: &str, table: toml::Table) -> Result<Self, Error> {
         let file = table.try_into().map_err(|error: toml::de::Error| error.to_string().trim_end().to_owned());
         file.and_then(check).map_err(|message| Error::new(subject, message))
@@ -229,7 +232,7 @@ fn check(file: File) -> Result<SceneConfig, String> {
 }
 
 impl FileSlide {
-    /// No key.
+    /// A slide without any key.
     const NONE: Self = Self {
         specimen: None,
         speed: None,
@@ -253,7 +256,7 @@ fn check_slide(slide: &FileSlide) -> Result<Slide, String> {
     })
 }
 
-/// A specimen with what a slide says about it.
+/// Checks a slide's own values, and returns the specimen with them.
 fn check_specimen(named: Specimen, slide: &FileSlide) -> Result<Specimen, String> {
     let of_others = |key: &str, found: Option<f64>, others: &str| match found {
         Some(found) => Err(format!("{key} is {found}, expected only with {others}")),

@@ -1,4 +1,4 @@
-//! A simulated sensor as a source: as fast as its frames are asked for.
+//! A simulated sensor as a source. Its frames come as fast as they are requested.
 
 use std::path::Path;
 
@@ -17,10 +17,10 @@ pub struct SceneSource {
 }
 
 impl SceneSource {
-    /// A scene from its start.
+    /// Creates a source at the start of a scene.
     ///
     /// # Errors
-    /// As [`Scene::new`].
+    /// [`Scene::new`] fails.
     pub fn new(script: &SceneConfig) -> Result<Self, Error> {
         let scene = Scene::new(script)?;
         let slides = match &script.slides[..] {
@@ -48,7 +48,7 @@ impl SceneSource {
         Ok(Self { info, scene })
     }
 
-    /// What really happens in it.
+    /// Returns the ground truth of the scene.
     pub fn truth(&self) -> &[Truth] {
         self.scene.truth()
     }
@@ -87,10 +87,10 @@ impl SourceKind for Scenes {
     }
 }
 
-/// The script of a scene, with what the options change: `FILE.toml` or the short form.
+/// Returns the script of a scene, `FILE.toml` or the short form, with the options applied.
 ///
 /// # Errors
-/// Where it is no scene, cannot be read, or an option does not apply to it.
+/// The text is not a scene, the file cannot be read, or an option does not apply to a scene.
 pub fn script(scene: &str, options: &OpenOptions) -> Result<SceneConfig, Error> {
     let is_file = Path::new(scene).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
     let mut script = if is_file {

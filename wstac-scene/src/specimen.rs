@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 /// Length of a block along its slide, in mm: fitted, with the afterglow, to the paper's speed law (SPEC §8).
 pub const LENGTH_MM: f64 = 104.5;
-/// How steep a block's ends are, in degrees (a guess: 90 would be an upright side).
+/// Slope of a block's ends, in degrees (a guess; 90 is an upright side).
 pub const EDGE_DEGREES: f64 = 72.0;
 /// Radius of the sphere in mm (paper).
 pub const RADIUS_MM: f64 = 0.5;
@@ -26,7 +26,7 @@ pub enum Pattern {
 }
 
 impl Pattern {
-    /// The paper's name: Fla, Sin, Saw or Tri; or Sphere.
+    /// Returns the paper's name: Fla, Sin, Saw or Tri; or Sphere.
     pub fn name(self) -> &'static str {
         match self {
             Self::Flat => "Fla",
@@ -43,29 +43,29 @@ impl Pattern {
 pub struct Specimen {
     /// Shape of its top.
     pub pattern: Pattern,
-    /// From crest to valley, in mm; the sphere's radius.
+    /// Height from crest to valley, in mm; for a sphere, its radius.
     pub depth_mm: f64,
     /// Length of a period of the texture, in mm.
     pub period_mm: f64,
     /// Length of the block along its slide, in mm.
     pub length_mm: f64,
-    /// Slope of its ends, above 0 to 90 degrees.
+    /// Slope of its ends in degrees, above 0 and at most 90.
     pub edge_degrees: f64,
 }
 
 impl Specimen {
-    /// A block with a depth in mm and the paper's period, twice that.
+    /// Creates a block with a depth in mm and the paper's period, twice the depth.
     pub const fn block(pattern: Pattern, depth_mm: f64) -> Self {
         Self { pattern, depth_mm, period_mm: 2.0 * depth_mm, length_mm: LENGTH_MM, edge_degrees: EDGE_DEGREES }
     }
 
-    /// A sphere of this radius in mm.
+    /// Creates a sphere of this radius in mm.
     pub const fn sphere(radius_mm: f64) -> Self {
         let pattern = Pattern::Sphere;
         Self { pattern, depth_mm: radius_mm, period_mm: 0.0, length_mm: 2.0 * radius_mm, edge_degrees: 90.0 }
     }
 
-    /// The ten of the paper, in its order.
+    /// The ten specimens of the paper, in its order.
     pub const ALL: [Self; 10] = [
         Self::block(Pattern::Flat, 0.0),
         Self::block(Pattern::Sinc, 2.0),
@@ -79,7 +79,7 @@ impl Specimen {
         Self::block(Pattern::Tri, 4.0),
     ];
 
-    /// Length of its finest shape that is not straight, in mm; infinite where all are.
+    /// Returns the length of its finest curved shape, in mm; infinite if all shapes are straight.
     pub fn finest_mm(&self) -> f64 {
         match self.pattern {
             // A lobe.
@@ -89,14 +89,14 @@ impl Specimen {
         }
     }
 
-    /// Whether its texture repeats.
+    /// Returns `true` if its texture repeats.
     pub fn is_textured(&self) -> bool {
         matches!(self.pattern, Pattern::Sinc | Pattern::Saw | Pattern::Tri)
     }
 }
 
 impl fmt::Display for Specimen {
-    /// The name, and whatever is not as in the paper.
+    /// Writes the name, and every value that differs from the paper.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (name, depth) = (self.pattern.name(), self.depth_mm);
         if self.pattern == Pattern::Sphere {
@@ -121,7 +121,7 @@ impl fmt::Display for Specimen {
 impl FromStr for Specimen {
     type Err = String;
 
-    /// The specimen of this name; says what was found and what was expected otherwise.
+    /// Returns the specimen of a name; an error names the text found and the names expected.
     fn from_str(name: &str) -> Result<Self, String> {
         if name == Pattern::Sphere.name() {
             return Ok(Self::sphere(RADIUS_MM));

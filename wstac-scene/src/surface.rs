@@ -1,39 +1,41 @@
-//! A specimen's top as whiskers meet it: segments that are smooth in themselves, with kinks and jumps only between them.
+//! A specimen's top as whiskers meet it: smooth segments, with kinks and jumps only between them.
 
 use libm::{fabs, sin, sqrt, tan};
 
 use super::specimen::{Pattern, Specimen};
 
-/// Where the side lobe of |sinc| is highest, as a share of a period from its crest: tan x = x, x = 4 π · share.
+/// Position at which the side lobe of |sinc| is highest, as a fraction of a period from its crest.
+///
+/// It solves tan x = x, x = 4 π · fraction.
 const SIDE_LOBE: f64 = 4.493_409_457_909_064 / (4.0 * core::f64::consts::PI);
 
 /// A stretch of the top.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Segment {
-    /// Where it starts, in mm behind the leading end.
+    /// Its start, in mm behind the leading end.
     pub from: f64,
-    /// Where it ends.
+    /// Its end, in mm behind the leading end.
     pub to: f64,
     shape: Shape,
 }
 
 #[derive(Clone, Copy, Debug)]
 enum Shape {
-    /// `drop + slope · (at − from)`.
+    /// A straight line: `drop + slope · (at − from)`.
     Line { from: f64, drop: f64, slope: f64 },
     /// |sinc| around its crest, in mm; four of its half widths are a period.
     Sinc { crest: f64, period: f64, depth: f64 },
-    /// A circle's top.
+    /// The top of a circle.
     Arc { crest: f64, radius: f64 },
 }
 
 impl Segment {
-    /// Whether it is a straight line.
+    /// Returns `true` if it is a straight line.
     pub(crate) fn is_straight(&self) -> bool {
         matches!(self.shape, Shape::Line { .. })
     }
 
-    /// How far below the crests the top is, in mm, at a place within the segment, its ends included.
+    /// Returns how far the top is below the crests, in mm, at a place within the segment, its ends included.
     #[inline]
     pub(crate) fn drop_mm(&self, at: f64) -> f64 {
         match self.shape {
@@ -58,9 +60,10 @@ pub(crate) struct Surface {
 }
 
 impl Surface {
-    /// The top of `specimen`. Its ends slope down until `overlap_mm` below its crests: there no whisker is touched.
+    /// Creates the top of `specimen`.
     ///
-    /// A block with two-sided texture begins on a crest; a sawtooth begins in its valley.
+    /// Its ends slope down until `overlap_mm` below its crests: there no whisker is touched. A block with two-sided
+    /// texture begins on a crest; a sawtooth begins in its valley.
     pub(crate) fn new(specimen: &Specimen, overlap_mm: f64) -> Self {
         if specimen.pattern == Pattern::Sphere {
             let radius = specimen.depth_mm;
@@ -81,27 +84,27 @@ impl Surface {
         Self { segments }
     }
 
-    /// Its segments in order; the ends of the block are nowhere near a whisker beyond them.
+    /// Returns its segments in order; beyond them the block is not near a whisker.
     pub(crate) fn segments(&self) -> &[Segment] {
         &self.segments
     }
 
-    /// Those that reach from `from` on.
+    /// Returns the segments that reach beyond `from`.
     pub(crate) fn segments_from(&self, from: f64) -> &[Segment] {
         let first = self.segments.partition_point(|segment| segment.to <= from);
         self.segments.get(first..).unwrap_or_default()
     }
 
-    /// Length in mm.
+    /// Returns its length in mm.
     pub(crate) fn length_mm(&self) -> f64 {
         self.segments.last().map_or(0.0, |segment| segment.to)
     }
 }
 
-/// The slopes of both ends and the level crests between them.
+/// Returns the slopes of both ends and the level crests between them.
 fn ends(length: f64, depth: f64, degrees: f64) -> Vec<Segment> {
     let slope = if degrees >= 90.0 { f64::INFINITY } else { tan(degrees * core::f64::consts::PI / 180.0) };
-    // Ends that meet before they reach the crests leave a ridge.
+    // If the ends meet before they reach the crests, they leave a ridge.
     let run = (depth / slope).min(length / 2.0);
     let line = |from, to, drop, slope| Segment { from, to, shape: Shape::Line { from, drop, slope } };
     let mut ends = Vec::new();
@@ -115,14 +118,14 @@ fn ends(length: f64, depth: f64, degrees: f64) -> Vec<Segment> {
     ends
 }
 
-/// The texture over the whole block, ends left out.
+/// Returns the texture over the whole block, without its ends.
 fn texture(specimen: &Specimen) -> Vec<Segment> {
     let Specimen { length_mm: length, depth_mm: depth, period_mm: period, .. } = *specimen;
     let flat = |from, to| Segment { from, to, shape: Shape::Line { from, drop: 0.0, slope: 0.0 } };
     if !specimen.is_textured() || depth <= 0.0 || period <= 0.0 {
         return vec![flat(0.0, length)];
     }
-    // Segments of a period: from, to as shares of it.
+    // Segments of a period: start and end as fractions of it.
     let shares: &[f64] = match specimen.pattern {
         Pattern::Sinc => &[0.0, 0.25, SIDE_LOBE, 0.5, 1.0 - SIDE_LOBE, 0.75, 1.0],
         Pattern::Tri => &[0.0, 0.5, 1.0],
@@ -150,13 +153,13 @@ fn texture(specimen: &Specimen) -> Vec<Segment> {
     all
 }
 
-/// Adds what is lower of two segments between `from` and `to`, where both are, cut where they cross.
+/// Adds the lower of two segments between `from` and `to`, if both are present, cut at their crossings.
 fn lower_of(a: &Segment, b: &Segment, from: f64, to: f64, segments: &mut Vec<Segment>) {
-    /// Crossings nearer to each other than this share of the stretch are not seen.
+    /// Number of parts of a stretch; crossings that are nearer to each other than a part are not found.
     const PARTS: usize = 32;
     let b_is_lower = |at: f64| b.drop_mm(at) > a.drop_mm(at);
     let at = |part: usize| from + (to - from) * part as f64 / PARTS as f64;
-    // In the middle of a part: at the very ends both may be equal.
+    // Compare in the middle of a part: at the ends both may be equal.
     let middle = |part: usize| 0.5 * (at(part) + at(part + 1));
     let mut start = from;
     let mut lower = b_is_lower(middle(0));
@@ -255,7 +258,7 @@ mod tests {
         assert!((top(&flat, flat.length_mm - 0.5) - 2.5).abs() < 1e-9);
         let upright = Specimen { edge_degrees: 90.0, ..flat };
         assert!(top(&upright, 1e-9).abs() < 1e-12);
-        // A texture shows where it is lower than the slope.
+        // A texture shows at places that are lower than the slope.
         let tri = Specimen { edge_degrees: 45.0, ..Specimen::ALL[9] };
         assert!((top(&tri, 2.5) - 2.5).abs() < 1e-9 && (top(&tri, 0.5) - 2.5).abs() < 1e-9);
     }

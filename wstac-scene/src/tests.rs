@@ -16,7 +16,7 @@ use super::*;
 
 const HEADINGS: [Heading; 4] = [Heading::Right, Heading::Up, Heading::Left, Heading::Down];
 
-/// Small frames: a seventh of the pixels, the same light.
+/// The size of small frames: a seventh of the pixels, the same light.
 const SMALL: (u32, u32) = (280, 280);
 
 struct Answer {
@@ -37,7 +37,7 @@ fn one(slide: Slide, seed: u64, size: (u32, u32)) -> SceneConfig {
     sized(SceneConfig::parse_short(&text).unwrap(), size)
 }
 
-/// The events of a scene, through the whole core.
+/// Returns the events of a scene, computed by the whole core.
 fn events(script: &SceneConfig) -> Vec<Answer> {
     let camera = FrameGeometry::new(Gray, Layout::paper(script.sensor.size).unwrap(), script.sensor.rate).unwrap();
     let mut pipeline = Pipeline::builder(camera).build().unwrap();
@@ -60,7 +60,7 @@ fn events(script: &SceneConfig) -> Vec<Answer> {
     answers
 }
 
-/// One event, the right way, the right speed: for every specimen, way and speed of the paper's range.
+/// Checks that every specimen, direction and speed of the paper's range gives one event with the right answers.
 #[test]
 fn every_slide_is_one_event_with_the_right_answers() {
     let (mut worst, mut least) = (0.0_f64, 1.0_f32);
@@ -96,7 +96,7 @@ fn hash(script: &SceneConfig) -> u64 {
     hash
 }
 
-/// Made on x86-64; any other machine must make the same bytes.
+/// Checks hashes that were made on x86-64; any other machine must make the same bytes.
 #[test]
 fn a_seed_gives_the_same_bytes_everywhere() {
     let slide = Slide { specimen: "Sin3".parse().unwrap(), speed_mm_s: 170.0, heading: Heading::Left };
@@ -134,8 +134,10 @@ fn other_frame_rates_see_the_same_slide() {
     }
 }
 
-/// Features in units of 2^-11, as real numbers: the light of a scene, without the sensor's noise and quantisation, on a
-/// black level of 1 in 255 and floored as by default.
+/// Returns features in units of 2^-11, as real numbers.
+///
+/// They are the light of a scene without the sensor's noise and quantization. The black level is 1 in 255, and they are
+/// floored as by default.
 fn exact_features(script: &SceneConfig, finer: f64) -> Vec<[f64; 10]> {
     let mut scene = Scene::new(script).unwrap();
     scene.elastomer = Elastomer::with_fineness(script, finer);
@@ -148,7 +150,7 @@ fn exact_features(script: &SceneConfig, finer: f64) -> Vec<[f64; 10]> {
     features
 }
 
-/// A specimen of every shape, all options of light and whisker.
+/// Returns scenes with a specimen of every shape and all options of light and whisker.
 fn odd_scenes() -> Vec<String> {
     let mut texts = Vec::new();
     for (number, specimen) in (0..).zip(Specimen::ALL) {
@@ -188,7 +190,8 @@ fn half_the_step_changes_no_feature_by_more_than_one_unit() {
     assert!(worst <= 1.0, "{worst} units");
 }
 
-/// All light of a slide is its strain's ups and downs: an independent sum over the profile, point by point.
+/// Checks that all light of a slide is the change of its strain, by an independent sum over the profile, point by
+/// point.
 #[test]
 fn all_light_is_the_change_of_strain() {
     let bare = "[light]\nrubbing_ms = 0\nafterglow_ms = 0\ngain_deviation = 0\nrun_deviation = 0\n[whisker]\ndome_degrees = 20";
@@ -275,7 +278,7 @@ fn leaks_are_integrated_as_all_light_is() {
     assert!((dark("") - dark("exposure = 0.5") - 2.0_f64.ln()).abs() < 0.03);
 }
 
-/// All that a scene gives: features of frames where there are any, and how many were lost in between.
+/// Returns the features of all frames of a scene, and the number of lost frames.
 fn features(text: &str) -> (Vec<[i16; 10]>, u32) {
     let script = SceneConfig::from_toml("scene", text).unwrap();
     let mut scene = Scene::new(&script).unwrap();
@@ -299,7 +302,7 @@ fn features(text: &str) -> (Vec<[i16; 10]>, u32) {
     (features, lost)
 }
 
-/// Whole scenes: what is drawn for a taxel is within a level of what is rendered, for every format that allows it.
+/// Checks whole scenes: drawn taxels are within a level of rendered ones, for every format that allows it.
 #[test]
 fn taxel_fidelity_agrees_with_rendered_frames() {
     let mut worst = 0.0_f64;
@@ -315,7 +318,7 @@ fn taxel_fidelity_agrees_with_rendered_frames() {
         for (a, b) in rendered.iter().flatten().zip(drawn.iter().flatten()) {
             // In levels of 255 of a row of five taxels.
             let level = |feature: &i16| 255.0 * (f64::from(*feature) / 2048.0).exp();
-            // What a row of 900 pixels varies by, five times over: 0.6 levels and more in brighter light.
+            // Five times the variation of a row of 900 pixels: 0.6 levels, and more in brighter light.
             let noise = 5.0 * 2.0 * 2.0 * (5.0 * 900.0_f64).sqrt().recip() * 5.0 * (0.6 + (level(a) / 500.0).sqrt());
             worst = worst.max((level(a) - level(b)).abs() / (0.1 + noise));
         }
@@ -341,7 +344,7 @@ fn auto_exposure_slows_down_in_the_dark() {
     let (all, _) = features(slide);
     let (some, lost) = features(&format!("{slide}auto_exposure = true"));
     assert_eq!(some.len() + lost as usize, all.len());
-    // Three of four frames are missing for most of what is dark.
+    // Most of the dark part lacks three of four frames.
     assert!(lost > 80, "{lost}");
 }
 

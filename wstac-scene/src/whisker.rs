@@ -1,4 +1,4 @@
-//! Whiskers: cantilevers on a dome, bent by what they overlap.
+//! Whiskers: cantilevers on a dome, bent by their overlap with the specimen.
 
 use libm::{asin, cos, sin, sqrt};
 use serde::Deserialize;
@@ -8,38 +8,40 @@ use wstac_core::params::{COLUMNS, ROWS, TAXELS};
 use super::beam::{Beam, BendTable};
 use super::keys::{Keys, within};
 
-/// What a scene says about its whiskers: the `[whisker]` table.
+/// The `[whisker]` table of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct WhiskerConfig {
-    /// How they bend.
+    /// The law by which they bend.
     pub beam: Beam,
     /// Length in mm (paper: 5).
     pub length_mm: f64,
     /// Diameter in mm (paper: 1).
     pub diameter_mm: f64,
-    /// Distance between the bases of neighbours in mm (4, a guess).
+    /// Distance between the bases of neighbors in mm (4, a guess).
     pub pitch_mm: f64,
-    /// Opening angle of the dome's cap that carries the whiskers, corner to corner, in degrees, 0 for a plane (paper:
-    /// 30; that it is measured so is a guess).
+    /// Opening angle of the dome's cap that carries the whiskers, corner to corner, in degrees; 0 for a plane.
+    ///
+    /// The paper has 30; that it is measured this way is a guess.
     pub dome_degrees: f64,
-    /// How far a specimen's crests overlap the middle whisker, in mm (3, a guess).
+    /// Overlap of a specimen's crests with the middle whisker, in mm (3, a guess).
     pub overlap_mm: f64,
-    /// Time in which a whisker that is let go springs back to 1/e of its bend, in ms; 0 for at once (2, a guess: a
-    /// silicone cantilever of this size swings at about 180 Hz and is damped within a period).
+    /// Time in which a released whisker springs back to 1/e of its bend, in ms; 0 if it is immediate.
+    ///
+    /// 2 is a guess: a silicone cantilever of this size swings at about 180 Hz and is damped within a period.
     pub relaxation_ms: f64,
-    /// Which whiskers there are.
+    /// The whiskers that are present.
     pub present: Present,
 }
 
-/// Which whiskers there are.
+/// The whiskers that are present.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Present {
-    /// All 25.
+    /// All 25 whiskers.
     #[default]
     All,
-    /// The one in the middle: the paper's figure 2c.
+    /// Only the middle whisker: the paper's figure 2c.
     Middle,
 }
 
@@ -72,7 +74,7 @@ impl Keys for WhiskerConfig {
 }
 
 impl WhiskerConfig {
-    /// Distance of the first and last whiskers, in mm.
+    /// Returns the distance between the first and last whiskers, in mm.
     pub fn span_mm(&self) -> f64 {
         match self.present {
             Present::All => self.pitch_mm * (COLUMNS - 1) as f64,
@@ -80,7 +82,7 @@ impl WhiskerConfig {
         }
     }
 
-    /// The whiskers by taxel, row by row, top to bottom; nothing where there is none.
+    /// Returns the whiskers by taxel, row by row, top to bottom; `None` for a taxel without a whisker.
     pub fn whiskers(&self) -> [Option<Whisker>; TAXELS] {
         // The cap's rim goes through the corner whiskers: its radius follows from pitch and angle.
         let half = self.dome_degrees / 2.0 * core::f64::consts::PI / 180.0;
@@ -98,19 +100,19 @@ impl WhiskerConfig {
     }
 }
 
-/// Where a whisker stands, in mm.
+/// The position of a whisker, in mm.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Whisker {
-    /// To the right of the middle.
+    /// Distance to the right of the middle.
     pub x: f64,
-    /// Above the middle as the camera's picture shows it.
+    /// Distance above the middle in the camera's picture.
     pub y: f64,
-    /// How much lower than the middle whisker's the tip is, because of the dome.
+    /// Distance of the tip below the middle whisker's, because of the dome.
     pub lowered: f64,
 }
 
 impl Whisker {
-    /// Position along a slide's way, in mm from the middle.
+    /// Returns the position along a slide's path, in mm from the middle.
     pub fn along(&self, heading: Heading) -> f64 {
         match heading {
             Heading::Right => self.x,
@@ -121,7 +123,7 @@ impl Whisker {
     }
 }
 
-/// How much a whisker is bent.
+/// The bend of a whisker.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Bent {
     /// Strain of the base's surface, d/2 off the axis.
@@ -130,19 +132,20 @@ pub(crate) struct Bent {
     pub load: f64,
 }
 
-/// From the overlap of a whisker's tip to strain and load: the tip gives way sideways until the whisker's projection
-/// is shorter by the overlap.
+/// Computes strain and load from the overlap of a whisker's tip.
+///
+/// The tip moves sideways until the whisker's projection is shorter by the overlap.
 #[derive(Clone, Debug)]
 pub(crate) struct Bending {
     length_mm: f64,
     /// Strain of a curvature of 1 / L.
     strain: f64,
-    /// Nothing for the linear beam, which needs none.
+    /// The table of the elastica, or `None` for the linear beam, which needs none.
     table: Option<&'static BendTable>,
 }
 
 impl Bending {
-    /// Of these whiskers.
+    /// Creates the law for whiskers of this configuration.
     pub(crate) fn new(config: &WhiskerConfig) -> Self {
         Self {
             length_mm: config.length_mm,
@@ -151,7 +154,7 @@ impl Bending {
         }
     }
 
-    /// At a root of the overlap, √mm ≥ 0.
+    /// Returns the bend at a root of the overlap, √mm ≥ 0.
     #[inline]
     pub(crate) fn at_root(&self, root: f64) -> Bent {
         let root = root / sqrt(self.length_mm);
@@ -164,7 +167,7 @@ impl Bending {
 }
 
 impl Bending {
-    /// d ln strain / d ln overlap at an overlap in mm.
+    /// Returns d ln strain / d ln overlap at an overlap in mm.
     pub(crate) fn steepness(&self, overlap_mm: f64) -> f64 {
         let root = sqrt(overlap_mm.max(0.0) / self.length_mm);
         match self.table {
@@ -215,7 +218,8 @@ mod tests {
     #[test]
     fn the_elastica_strains_more_than_the_linear_beam_and_as_much_where_it_bends_little() {
         assert!((strain(Beam::Elastica, 0.001) / strain(Beam::Linear, 0.001) - 1.0).abs() < 1e-3);
-        // Bent far, a projection that is 60 % shorter takes more than the small slopes of the linear beam make of it.
+        // If the projection is 60 % shorter, the elastica takes more load than the small slopes of the linear beam
+        // give.
         let ratio = strain(Beam::Elastica, 3.0) / strain(Beam::Linear, 3.0);
         assert!(ratio > 1.3 && ratio < 2.0, "{ratio}");
         assert!(strain(Beam::Elastica, 1e9).is_finite());

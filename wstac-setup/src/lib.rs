@@ -1,6 +1,6 @@
 #![doc = include_str!("../README.md")]
 //! ## Modules
-//! | module | what it has |
+//! | module | content |
 //! | --- | --- |
 //! | [`calibrate`] | the places of the whiskers in the picture |
 //! | [`doctor`] | a camera's rate, levels, noise and drift |

@@ -1,4 +1,4 @@
-//! The ablation: what each parameter does by itself, with all others at the default setting.
+//! The ablation: the effect of each parameter alone, with all others at the default setting.
 
 use std::fmt::Write;
 
@@ -13,7 +13,7 @@ const HEAD: &str = "\
 | --- | ---: | ---: | ---: | ---: | ---: | ---: |
 ";
 
-/// The model that all others are compared with, if the map has it.
+/// The model with which all others are compared, if the map has it.
 const MODEL: &str = "builtin:svm";
 
 /// Returns a Markdown table of every value of every parameter, the others at the default.

@@ -1,4 +1,4 @@
-//! What may be spent: `M4F<60000,flash<64K` and the like.
+//! Budgets: `M4F<60000,flash<64K` and the like.
 
 mod choice;
 
@@ -10,7 +10,7 @@ use super::parameters::{Format, KERNELS, STRIDES, kernel_name};
 use super::prices::Core;
 use super::row::Row;
 
-/// What a term is about.
+/// The quantity of a term.
 #[derive(Clone, Debug, PartialEq)]
 enum What {
     /// Instructions per frame on a core.
@@ -19,13 +19,13 @@ enum What {
     Event(Core),
     /// Bytes of flash, on the cores that other terms name.
     Flash,
-    /// Bytes of RAM, likewise.
+    /// Bytes of RAM, on the cores that other terms name.
     Ram,
     /// Frames from the first touch to the answer.
     Frames,
-    /// ns per frame on the host that the map was made on.
+    /// Time per frame in ns, on the host that made the map.
     Host,
-    /// ns per event there.
+    /// Time per event in ns, on the host that made the map.
     HostEvent,
 }
 
@@ -35,11 +35,11 @@ struct Limit {
     term: String,
     what: What,
     most: f64,
-    /// Whether the limit itself still fits.
+    /// `true` if a value equal to the limit still fits.
     or_equal: bool,
 }
 
-/// Limits, and parameters that are fixed.
+/// Limits, and fixed parameters.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Budget {
     limits: Vec<Limit>,
@@ -55,7 +55,7 @@ const EXPECTED: &str = "M0, M3, M4F or M7 (instructions per frame), the same wit
 impl FromStr for Budget {
     type Err = String;
 
-    /// Reads terms between commas. Names the term, what was found and what was expected.
+    /// Reads terms between commas; an error names the term, the value found and the values expected.
     fn from_str(text: &str) -> Result<Self, String> {
         let mut budget = Self::default();
         for term in text.split(',').map(str::trim) {
@@ -80,7 +80,7 @@ impl FromStr for Budget {
     }
 }
 
-/// What is wrong with a term that has neither `<` nor `=`.
+/// Describes the error in a term that has neither `<` nor `=`.
 fn no_limit(term: &str) -> String {
     if term.is_empty() {
         return format!("term \"\": nothing between commas, expected {EXPECTED}");
@@ -126,7 +126,7 @@ const BYTES: &[(&str, f64)] = &[
     ("", 1.0),
 ];
 
-/// A number above 0: bytes in K of 1024, times in ns, us or ms, all else in k or M.
+/// Reads a number above 0: bytes in K of 1024, times in ns, us or ms, all others in k or M.
 fn number(text: &str, what: &What) -> Result<f64, String> {
     let units: &[(&str, f64)] = match what {
         What::Flash | What::Ram => BYTES,
@@ -181,10 +181,10 @@ impl Budget {
         }
     }
 
-    /// Whether the model that is asked for is of these rows, if one is asked for.
+    /// Checks that the requested model, if there is one, occurs in these rows.
     ///
     /// # Errors
-    /// The term, what was found, and the models' names.
+    /// The model does not occur; the message names the term, the value found and the models' names.
     pub fn check_model(&self, rows: &[Row]) -> Result<(), String> {
         let Some(asked) = &self.model else { return Ok(()) };
         let mut names: Vec<&str> = vec![NONE];
@@ -199,7 +199,7 @@ impl Budget {
         Err(format!("term \"model={asked}\": {asked:?}, expected one of {}", names.join(", ")))
     }
 
-    /// The cores that are named, or else `default`.
+    /// Returns the cores that are named, or else `default`.
     pub fn cores(&self, default: Core) -> Vec<Core> {
         let of = |limit: &Limit| match limit.what {
             What::Frame(core) | What::Event(core) => Some(core),
@@ -217,7 +217,7 @@ impl Budget {
         cores
     }
 
-    /// Whether a row has the parameters that are fixed.
+    /// Returns `true` if a row has the fixed parameters.
     fn is_of(&self, row: &Row) -> bool {
         let format = row.setting.format;
         self.format.as_deref().is_none_or(|name| name == format.name() || format.pixels() == Some(name))

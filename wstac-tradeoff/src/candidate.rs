@@ -1,4 +1,4 @@
-//! Texture models among which there is a choice.
+//! Texture models to choose among.
 
 use std::path::Path;
 
@@ -10,43 +10,43 @@ use wstac_host::model_file::{BUILT_IN, ModelFile};
 use wstac_host::texture::Texture;
 use wstac_train::model::inspect::{Inspected, inspect};
 
-/// What stands for no model.
+/// The name for no model.
 pub const NONE: &str = "none";
 
-/// A model's name without what all of the program's own start with.
+/// Returns a model's name without the prefix of all built-in models.
 pub fn short(name: &str) -> &str {
     name.strip_prefix(BUILT_IN).unwrap_or(name)
 }
 
-/// A model and what is known of it.
+/// A model and the facts about it.
 #[derive(Clone, Debug)]
 pub struct Candidate {
-    /// Its name: `builtin:` and that of one of the program's own, whose price is known, or a file's path.
+    /// Its name: `builtin:` and the name of a built-in model, whose price is known, or a file's path.
     pub name: String,
     /// The file.
     pub file: ModelFile,
-    /// What is in it: kind, weights, trees, frames.
+    /// Its contents: kind, weights, trees, frames.
     pub about: Inspected,
-    /// What it says, by class.
+    /// Its answers, by class.
     answers: Vec<Texture>,
 }
 
-/// Whether specimen, pattern and depth are right; nothing where a model does not tell them.
+/// Results for specimen, pattern and depth: `true` if right, `None` if a model does not answer.
 pub type Right = [Option<bool>; 3];
 
 impl Candidate {
-    /// Every model that comes with the program: the shipped ones, then those of the map.
+    /// Returns every model that comes with the program: the shipped ones, then those of the map.
     ///
     /// # Errors
-    /// None: tests read them all.
+    /// This does not fail: tests read all of them.
     pub fn all_built_in() -> Result<Vec<Self>, Error> {
         ModelFile::built_in().map(|(name, file)| Self::new(format!("{BUILT_IN}{name}"), file?)).collect()
     }
 
-    /// The model that an argument names, of the program or of a file.
+    /// Returns the model that an argument names, built-in or from a file.
     ///
     /// # Errors
-    /// Where there is none, what is wrong with the file, or a path that a map cannot hold.
+    /// There is no such model, its file is not valid, or a map cannot hold its path.
     pub fn named(name: &Path) -> Result<Self, Error> {
         let text = name.to_str().filter(|text| *text != NONE && !text.contains([',', '"', '\n', '\r']));
         let refused =
@@ -55,10 +55,10 @@ impl Candidate {
         Self::new(text.to_owned(), ModelFile::open(name)?)
     }
 
-    /// The model of a file.
+    /// Creates a candidate from the model of a file.
     ///
     /// # Errors
-    /// What is wrong with the file.
+    /// The file is not valid.
     pub fn new(name: String, file: ModelFile) -> Result<Self, Error> {
         let model = file.model()?;
         let (labels, task): (_, Task) = (model.labels(), model.task());
@@ -67,15 +67,15 @@ impl Candidate {
         Ok(Self { about: inspect(&model, file.words()), answers, name, file })
     }
 
-    /// The model itself.
+    /// Returns the model itself.
     ///
     /// # Errors
-    /// None: its file has been checked.
+    /// This does not fail: its file has been checked.
     pub fn model(&self) -> Result<Model<'_>, Error> {
         self.file.model()
     }
 
-    /// Whether a class is right of a specimen.
+    /// Judges a class against the true texture of a specimen.
     pub(super) fn judge(&self, class: u8, truth: &Texture) -> Right {
         let Some(said) = self.answers.get(usize::from(class)) else { return [None; 3] };
         [
@@ -85,7 +85,7 @@ impl Candidate {
         ]
     }
 
-    /// Which of the three it tells at all.
+    /// Returns which of the three the model answers.
     pub(super) fn tells(&self) -> [bool; 3] {
         let any = |told: fn(&Texture) -> bool| self.answers.iter().any(told);
         [any(|said| said.specimen.is_some()), any(|said| said.pattern.is_some()), any(|said| said.depth_mm.is_some())]

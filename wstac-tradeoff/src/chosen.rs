@@ -1,4 +1,4 @@
-//! A chosen configuration as files: what a board's build and `wstac run` read, and what was claimed of it.
+//! Files of a selected configuration: those that a board's build and `wstac run` read, and the claims about it.
 
 use std::fmt::Write;
 use std::fs;
@@ -20,22 +20,24 @@ use wstac_host::model_file::ModelFile;
 
 /// The configuration for a board's build and for `wstac run`.
 pub const CONFIG: &str = "wstac.toml";
-/// The model, where there is one.
+/// The model, if there is one.
 pub const MODEL: &str = "model.wsm";
-/// What was found of it, as a map of one row.
+/// The results, as a map of one row.
 pub const CLAIM: &str = "claim.csv";
-/// What it costs, by core.
+/// The cost, by core.
 pub const PRICE: &str = "price.json";
 
-/// How it is built for a board, and run on a host.
+/// Instructions to build it for a board, and to run it on a host.
 pub const BUILD: &str = "build.txt";
-/// All of them.
+/// All five files.
 pub const FILES: [&str; 5] = [CONFIG, MODEL, CLAIM, PRICE, BUILD];
 
-/// The configuration file of a setting: what `base`, a configuration's text, says of all but the parameters, and the parameters.
+/// Returns the configuration file of a setting.
+///
+/// The parameters come from the setting; all other keys come from `base`, the text of a configuration.
 ///
 /// # Errors
-/// Where `base` is no configuration.
+/// `base` is not a configuration.
 pub fn config(setting: &Setting, base: &str) -> Result<String, String> {
     Config::parse(base)?;
     let mut all: toml::Table = toml::from_str(base).map_err(|error| error.to_string())?;
@@ -47,7 +49,7 @@ pub fn config(setting: &Setting, base: &str) -> Result<String, String> {
     ];
     for (table, key, value) in parameters {
         let table = all.entry(table).or_insert_with(|| toml::Table::new().into());
-        // A configuration has tables of these names or none.
+        // These are the names of a configuration's tables, so each is a table or absent.
         if let Some(table) = table.as_table_mut() {
             table.insert(key.to_owned(), value);
         }
@@ -55,7 +57,7 @@ pub fn config(setting: &Setting, base: &str) -> Result<String, String> {
     toml::to_string(&all).map_err(|error| error.to_string())
 }
 
-/// How a setting in a folder is built for boards with these cores, and run on a host: a script to run in the folder.
+/// Returns a script to run in the folder; it builds the setting for boards with these cores, and runs it on a host.
 fn commands(row: &Row, cores: &[Core]) -> String {
     let with_model = |option: &str| row.model.as_ref().map_or_else(String::new, |_| format!(" {option}"));
     let mut text = String::new();
@@ -63,7 +65,7 @@ fn commands(row: &Row, cores: &[Core]) -> String {
         text.push_str("# In this folder; $WSTAC is the folder of WSTac's repository.\n");
         let model = with_model(&format!("WSTAC_MODEL=\"$OLDPWD/{MODEL}\""));
         for core in cores {
-            // The one real board's program is of an M7, and reads GREY; the emulated ones read all.
+            // The program of the one real board is for an M7, and reads GREY. The emulated ones read all formats.
             let (about, program) = match (core, pixels) {
                 (Core::M7, "GREY") => ("an STM32H743 and its camera: wstac-fw/README.md", "--bin h743".to_owned()),
                 _ => (
@@ -81,11 +83,12 @@ fn commands(row: &Row, cores: &[Core]) -> String {
     text
 }
 
-/// Writes the files to a folder, which is made where there is none; `config` is the configuration's text, `cores` are those
-/// of the boards to build for. How it is built and run.
+/// Writes the files to a folder, which is created if necessary, and returns the build and run commands.
+///
+/// `config` is the configuration's text, and `cores` are those of the target boards.
 ///
 /// # Errors
-/// Names the file that cannot be written.
+/// A file cannot be written; the message names it.
 pub fn write(
     folder: &Path,
     row: &Row,
@@ -102,7 +105,7 @@ pub fn write(
         let bytes: Vec<u8> = model.file.words().iter().flat_map(|word| word.to_le_bytes()).collect();
         put(MODEL, &bytes)?;
     } else if path.exists() {
-        // Of an earlier choice: this one has none.
+        // The file of an earlier choice: this choice has none.
         fs::remove_file(&path).map_err(|error| Error::new(path.display(), error))?;
     }
     put(CLAIM, map::write(std::slice::from_ref(row)).as_bytes())?;
@@ -115,10 +118,10 @@ pub fn write(
     Ok(commands)
 }
 
-/// What a folder holds, read again.
+/// The contents of a folder, read again.
 #[derive(Debug)]
 pub struct Chosen {
-    /// What was claimed.
+    /// The claim.
     pub claim: Row,
     config: Config,
     setting: Setting,
@@ -130,7 +133,7 @@ impl Chosen {
     /// Reads a folder.
     ///
     /// # Errors
-    /// Where a file cannot be read or used.
+    /// A file cannot be read or used.
     pub fn read(folder: &Path) -> Result<Self, Error> {
         let path = folder.join(CLAIM);
         let expected = "expected what wstac trade --budget … -o FOLDER wrote";
@@ -165,18 +168,18 @@ impl Chosen {
         Ok(Self { claim, config, setting, models, of_each })
     }
 
-    /// What is found on the slides that the claim is of.
+    /// Evaluates the configuration on the slides of the claim.
     ///
     /// # Errors
-    /// Where the configuration cannot be run.
+    /// The configuration cannot be run.
     pub fn again(&self) -> Result<Row, Error> {
         self.on(&slides(self.of_each))
     }
 
-    /// What is found on a quick look's slides of other sensors, by which it was not chosen.
+    /// Evaluates the configuration on a quick look's slides of other sensors, which played no part in the choice.
     ///
     /// # Errors
-    /// Where the configuration cannot be run.
+    /// The configuration cannot be run.
     pub fn fresh(&self) -> Result<Row, Error> {
         self.on(&fresh_slides(QUICK_SLIDES))
     }

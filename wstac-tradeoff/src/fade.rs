@@ -1,4 +1,4 @@
-//! How answers decay as light fades, for each parameter alone.
+//! The decay of answers as light fades, for each parameter alone.
 
 use std::fmt::Write;
 
@@ -12,22 +12,22 @@ use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_scene::Scene;
 
-/// Levels of peak light unless others are asked for, in gray levels of 255.
+/// Default levels of peak light, in gray levels of 255.
 pub const LEVELS: [f64; 9] = [200.0, 100.0, 50.0, 20.0, 10.0, 5.0, 3.0, 2.0, 1.0];
 
-/// What was found at one level of light.
+/// The results at one level of light.
 #[derive(Clone, Debug)]
 pub struct Faded {
     /// Mean of the brightest taxel in the brightest frame of the reference slide, above black, in gray levels of 255.
     pub level: f64,
-    /// The default setting, with each model; then each other setting with the first model.
+    /// The default setting with each model, then each other setting with the first model.
     pub rows: Vec<Row>,
 }
 
-/// Peak light of the reference slide as it is, in gray levels of 255.
+/// Returns the unchanged peak light of the reference slide, in gray levels of 255.
 ///
 /// # Errors
-/// None.
+/// This does not fail.
 pub fn peak() -> Result<f64, Error> {
     let mut scene = Scene::new(&reference(1.0, Format::Gray)?)?;
     let mut peak = 0.0_f64;
@@ -40,7 +40,7 @@ pub fn peak() -> Result<f64, Error> {
 /// Sweeps one level of light.
 ///
 /// # Errors
-/// As [`sweep::run`].
+/// [`sweep::run`] fails.
 pub fn fade(level: f64, config: &Config, models: &[Candidate], slides: &[TradeSlide]) -> Result<Faded, Error> {
     let settings = Setting::one_at_a_time();
     let plan = Plan { config, settings: &settings, models, slides, light: level / peak()? };
@@ -53,7 +53,7 @@ pub fn fade(level: f64, config: &Config, models: &[Candidate], slides: &[TradeSl
     Ok(Faded { level, rows })
 }
 
-/// Rows of all levels as comma-separated values.
+/// Formats rows of all levels as comma-separated values.
 pub fn csv(all: &[Faded]) -> String {
     let header = map::write(&[]);
     let mut text = format!("level,{header}");
@@ -66,10 +66,10 @@ pub fn csv(all: &[Faded]) -> String {
     text
 }
 
-/// What a table shows of a row.
+/// The text of a row in a table.
 type Cell = fn(&Row) -> String;
 
-/// Tables of what was found: a line a setting, a column a level.
+/// Formats the results as tables: a line for each setting, a column for each level.
 pub fn tables(all: &[Faded]) -> String {
     let mut text = String::new();
     let tables: [(&str, Cell); 4] = [

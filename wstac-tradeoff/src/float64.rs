@@ -1,9 +1,9 @@
-//! Features in 64-bit floating point, and how far others are from them.
+//! Features in 64-bit floating point, and the distance of other features from them.
 
 use wstac_core::features::{Features, line_sums};
 use wstac_core::params::{FEATURE_ONE, FEATURES, TAXELS};
 
-/// The same sums, logarithms and floor as the core's, without fixed point.
+/// The core's sums, logarithms and floor, computed without fixed point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Float64 {
     reference: f64,
@@ -12,26 +12,27 @@ pub(super) struct Float64 {
 }
 
 impl Float64 {
-    /// For taxels of `pixels` pixels of full scale `full_scale`, features floored at `floor_levels` gray levels; a row or
-    /// column is lit above `threshold` of full scale.
+    /// Creates the reference for taxels of `pixels` pixels of full scale `full_scale`.
+    ///
+    /// Features are floored at `floor_levels` gray levels; a row or column is lit above `threshold` of full scale.
     pub(super) fn new(pixels: u32, full_scale: u32, floor_levels: f64, threshold: f64) -> Self {
         let most = f64::from(pixels) * f64::from(full_scale);
         let floor = if floor_levels > 0.0 { 5.0 * floor_levels / f64::from(full_scale) } else { 1.0 / most };
         Self { reference: libm::log(most), floor: libm::log(floor), lit: libm::log(threshold) }
     }
 
-    /// The ten features.
+    /// Returns the ten features.
     pub(super) fn features(&self, taxels: &[u32; TAXELS]) -> [f64; FEATURES] {
         line_sums(taxels).map(|sum| (libm::log(f64::from(sum)) - self.reference).max(self.floor))
     }
 }
 
-/// How far features are from those in 64-bit floating point, in units of a natural logarithm.
+/// Deviation of features from those in 64-bit floating point, in units of a natural logarithm.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FeatureError {
-    /// Of all features of all frames.
+    /// Deviation of all features of all frames.
     pub all: Deviation,
-    /// Of those of lit rows and columns.
+    /// Deviation of the features of lit rows and columns.
     pub lit: Deviation,
 }
 
@@ -47,17 +48,17 @@ impl FeatureError {
         }
     }
 
-    /// Adds what was found elsewhere.
+    /// Adds the deviations of another part.
     pub(super) fn merge(&mut self, other: &Self) {
         self.all.merge(&other.all);
         self.lit.merge(&other.lit);
     }
 }
 
-/// Deviations of several numbers.
+/// Statistics of several deviations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Deviation {
-    /// Largest, either way.
+    /// Largest absolute deviation.
     pub max: f64,
     squares: f64,
     count: u64,
@@ -76,7 +77,7 @@ impl Deviation {
         self.count += other.count;
     }
 
-    /// Root of the mean square; 0 of nothing.
+    /// Returns the root of the mean square; 0 without numbers.
     pub fn rms(&self) -> f64 {
         (self.squares / self.count.max(1) as f64).sqrt()
     }
@@ -97,7 +98,7 @@ mod tests {
             let taxels = [level; TAXELS];
             error.add(&scale.features(&line_sums(&taxels)), &float64.features(&taxels), &float64);
         }
-        // Half a unit of rounding and the kernel's own share.
+        // Half a unit of rounding, plus the kernel's own error.
         assert!(error.all.max > 0.0 && error.all.max < 1.0 / 2048.0, "{error:?}");
         assert_eq!((error.all.count, error.lit.count), (60, 20));
         assert!(error.lit.rms() <= error.lit.max);

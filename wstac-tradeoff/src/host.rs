@@ -1,4 +1,4 @@
-//! What settings cost on this machine: the least time of several rounds, on one thread.
+//! The cost of settings on this machine: the shortest time of several rounds, on one thread.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -24,22 +24,24 @@ use wstac_host::error::Error;
 use wstac_scene::sensor::Sensor;
 use wstac_scene::{Scene, SceneConfig};
 
-/// Frames of a round: those at the slide's middle.
+/// Number of frames in a round: those at the slide's middle.
 const FRAMES: usize = 4;
-/// Dark frames before them.
+/// Number of dark frames before them.
 const BEFORE: usize = 56;
-/// Rounds of everything, one after the other: a busy moment of the machine then spoils one round of all, not all rounds of one.
+/// Number of rounds of all settings, one after the other.
+///
+/// A busy moment of the machine then spoils one round of all settings, not all rounds of one setting.
 const ROUNDS: usize = 60;
-/// Answers of a round.
+/// Number of answers in a round.
 const ANSWERS: usize = 20;
 
-/// What is timed: how many turns a round has, and the round.
+/// A timed function: the number of turns in a round, and the round.
 type Round<'a> = (usize, Box<dyn FnMut() + 'a>);
 
 /// Fills in the rows' times.
 ///
 /// # Errors
-/// Where the configuration does not fit the frames.
+/// The configuration does not fit the frames.
 pub fn measure(rows: &mut [Row], models: &[Candidate], config: &Config) -> Result<(), Error> {
     let mut settings: Vec<Setting> = Vec::new();
     for row in rows.iter() {
@@ -59,12 +61,13 @@ pub fn measure(rows: &mut [Row], models: &[Candidate], config: &Config) -> Resul
     Ok(())
 }
 
-/// The least time of each over all rounds, in ns a turn.
+/// Returns the shortest time of each over all rounds, in ns per turn.
 fn least(mut all: Vec<Round<'_>>) -> Vec<f64> {
     let mut least = vec![f64::INFINITY; all.len()];
     for _ in 0..ROUNDS {
         for (least, (turns, round)) in least.iter_mut().zip(&mut all) {
-            // Once untimed: settings that read the same frames would else find them in the cache, but for the first of them.
+            // Run once untimed: otherwise settings that read the same frames find them in the cache, except for the
+            // first setting.
             round();
             let start = Instant::now();
             round();
@@ -74,7 +77,9 @@ fn least(mut all: Vec<Round<'_>>) -> Vec<f64> {
     least
 }
 
-/// Of a frame, by setting: bytes to features and trigger; of MJPEG, the picture's decoding, too.
+/// Returns the time per frame of each setting: from bytes to features and trigger.
+///
+/// For MJPEG it includes the decoding of the picture.
 fn frames(settings: &[Setting], config: &Config) -> Result<Vec<f64>, Error> {
     let shots = |format| Ok((format, shots(format)?));
     let shots = Format::ALL.into_iter().map(shots).collect::<Result<Vec<(Format, Vec<Vec<u8>>)>, Error>>()?;
@@ -122,7 +127,7 @@ fn stream<'a, L: Ln + 'a>(
     Ok((frames.len(), Box::new(round)))
 }
 
-/// What a camera of this format sends of the reference slide.
+/// Returns the bytes that a camera of this format sends of the reference slide.
 fn shots(format: Format) -> Result<Vec<Vec<u8>>, Error> {
     let script = reference(1.0, format)?;
     let sensor = Scene::camera(&script)?;
@@ -134,7 +139,7 @@ fn shots(format: Format) -> Result<Vec<Vec<u8>>, Error> {
     frames.iter().map(|rgb| picture(rgb, size.width(), size.height())).collect()
 }
 
-/// A frame as a camera's JPEG picture.
+/// Encodes a frame as a camera's JPEG picture.
 fn picture(rgb: &[u8], width: u16, height: u16) -> Result<Vec<u8>, Error> {
     let mut jpeg = Vec::new();
     let mut encoder = Encoder::new(&mut jpeg, 85);
@@ -149,7 +154,7 @@ fn bright_frames(script: &SceneConfig, mut sensor: Sensor) -> Result<Vec<Vec<u8>
     Ok(lights.skip(BEFORE).take(FRAMES).map(|(light, _)| sensor.expose(&light).to_vec()).collect())
 }
 
-/// Of speed and direction, and of each model's texture.
+/// Returns the time of speed and direction, and of each model's texture.
 fn events(models: &[Candidate], config: &Config) -> Result<(f64, Vec<f64>), Error> {
     let script = reference(1.0, Format::Gray)?;
     let sensor = Scene::camera(&script)?;

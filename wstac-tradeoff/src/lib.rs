@@ -1,14 +1,14 @@
 #![doc = include_str!("../README.md")]
 //! ## Modules
-//! | module | what it has |
+//! | module | content |
 //! | --- | --- |
 //! | [`slides`] | the simulated slides of the study |
 //! | [`parameters`], [`candidate`] | the settings and models to choose among |
-//! | [`sweep`], [`row`] | running them, and what was found of each |
-//! | [`map`], [`table`], [`plot`] | all rows: kept, as a table, as a figure |
-//! | [`prices`], [`host`] | what a setting costs on a board and on a host |
-//! | [`budget`], [`pareto`], [`chosen`] | the best row within a budget, the rows that nothing beats, and their files |
-//! | [`fade`], [`float64`], [`statistics`], [`ablation`] | what the tables of the study are made of |
+//! | [`sweep`], [`row`] | their evaluation, and the results of each |
+//! | [`map`], [`table`], [`plot`] | all rows: stored, as a table, as a figure |
+//! | [`prices`], [`host`] | the cost of a setting on a board and on a host |
+//! | [`budget`], [`pareto`], [`chosen`] | the best row within a budget, the unbeaten rows, and their files |
+//! | [`fade`], [`float64`], [`statistics`], [`ablation`] | the basis of the tables of the study |
 
 pub mod ablation;
 pub mod budget;

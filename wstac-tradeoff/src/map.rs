@@ -1,4 +1,4 @@
-//! Rows as comma-separated values, written and read: the map that comes with the program, and what a sweep finds.
+//! Rows as comma-separated values, written and read: the map that comes with the program, and the results of a sweep.
 
 use std::fmt::Write;
 
@@ -13,27 +13,27 @@ use wstac_host::error::Error;
 
 /// The map that comes with the program.
 const KEPT: &str = include_str!("../data/map.csv");
-/// What messages call it.
+/// The name of the map in messages.
 const ABOUT: &str = "map.csv";
 
-/// Columns of what was found.
+/// Columns of the results.
 const FOUND: &str = "format,stride,ln,model,slides,events,specimen,specimen_low,specimen_high,pattern,pattern_low,\
     pattern_high,depth,depth_low,depth_high,speed_error,speed_error_p95,speed_slides,speed_missing,direction_errors,\
     feature_max_lit,feature_rms_lit,feature_max,feature_rms,latency";
 /// Columns of one machine.
 const HOST: &str = "host_frame_ns,host_event_ns";
-/// Columns of what is known of a model.
+/// Columns of the facts about a model.
 const MODEL: &str = "kind,weights,trees,depth,frames,bytes";
 
-/// The map that comes with the program.
+/// Returns the map that comes with the program.
 ///
 /// # Errors
-/// None: a test reads it.
+/// This does not fail: a test reads it.
 pub fn kept() -> Result<Vec<Row>, Error> {
     read(ABOUT, KEPT)
 }
 
-/// Rows as a map: what was found, and times on a host.
+/// Formats rows as a map: results, and times on a host.
 pub fn write(rows: &[Row]) -> String {
     let mut text = format!("{FOUND},{HOST}\n");
     for row in rows {
@@ -43,7 +43,7 @@ pub fn write(rows: &[Row]) -> String {
     text
 }
 
-/// The same with what is known of the models, and every core's price.
+/// Formats rows as a map with the facts about the models and every core's price.
 pub fn write_all(rows: &[Row], models: &[Candidate], prices: &Prices) -> String {
     let of_core =
         |core: Core| ["frame", "event", "flash", "ram"].map(|what| format!("{}_{what}", core.name())).join(",");
@@ -66,7 +66,7 @@ pub fn write_all(rows: &[Row], models: &[Candidate], prices: &Prices) -> String 
     text
 }
 
-/// Columns of a claim in which another run differs: name, claimed, found.
+/// Lists the columns of a claim in which another run differs: name, claimed, found.
 pub fn differences(claim: &Row, again: &Row) -> String {
     let (claim, again) = (found(claim), found(again));
     let all = FOUND.split(',').zip(claim.split(',').zip(again.split(',')));
@@ -74,7 +74,7 @@ pub fn differences(claim: &Row, again: &Row) -> String {
     differing.map(|(name, (claim, again))| format!("{name} {claim}, found {again}")).collect::<Vec<_>>().join("; ")
 }
 
-/// What was found of a row, as it is compared: number for number.
+/// Formats the results of a row for an exact comparison.
 pub fn found(row: &Row) -> String {
     let Found { slides, events, accuracy, speed, .. } = &row.found;
     let (format, stride, kernel) =
@@ -115,7 +115,7 @@ fn about(model: &Candidate) -> String {
 /// Reads a map; `about` names its file.
 ///
 /// # Errors
-/// Names the line, the column, what was found and what was expected.
+/// The map is not valid; the message names the line, the column, the value found and the values expected.
 pub fn read(about: &str, text: &str) -> Result<Vec<Row>, Error> {
     let mut lines = text.lines();
     let header = lines.next().unwrap_or_default();
@@ -133,7 +133,7 @@ pub fn read(about: &str, text: &str) -> Result<Vec<Row>, Error> {
     numbered.map(row).collect()
 }
 
-/// One line's fields, taken one by one.
+/// One line's fields, read one by one.
 struct Fields<'a> {
     fields: std::str::Split<'a, char>,
     names: std::iter::Chain<std::str::Split<'static, char>, std::str::Split<'static, char>>,
@@ -171,7 +171,7 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// What a column can hold.
+/// A value that a column can hold.
 trait Number: Sized {
     fn read(text: &str) -> Option<Self>;
 }
@@ -183,7 +183,7 @@ impl Number for usize {
 }
 
 impl Number for f64 {
-    /// Finite ones only.
+    /// Reads a finite number.
     fn read(text: &str) -> Option<Self> {
         text.parse().ok().filter(|number: &Self| number.is_finite())
     }

@@ -8,31 +8,31 @@ use wstac_core::green::any::YcbcrMethod;
 use wstac_host::config::Kernel;
 use wstac_scene::sensor::SensorFormat;
 
-/// A camera's pixel format, and how it becomes green.
+/// A camera's pixel format, and its conversion to green.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Format {
     /// 8 bits of gray.
     Gray,
-    /// R G B, a byte each.
+    /// R G B, one byte each.
     Rgb24,
     /// 16-bit words of 5, 6 and 5 bits.
     Rgb565,
     /// A mosaic of 8 bits, RGGB.
     Bayer8,
-    /// Y Cb Y Cr, green worked out for every pixel.
+    /// Y Cb Y Cr, with green computed for every pixel.
     YuyvExact,
-    /// Y Cb Y Cr, green worked out once a taxel.
+    /// Y Cb Y Cr, with green computed once for each taxel.
     YuyvLinear,
-    /// JPEG pictures, decoded to R G B; on a host only.
+    /// JPEG pictures, decoded to R G B; only on a host.
     Mjpeg,
 }
 
 impl Format {
-    /// All of them.
+    /// All formats.
     pub const ALL: [Self; 7] =
         [Self::Gray, Self::Rgb24, Self::Rgb565, Self::Bayer8, Self::YuyvExact, Self::YuyvLinear, Self::Mjpeg];
 
-    /// Its name in tables and files.
+    /// Returns its name in tables and files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Gray => "GREY",
@@ -45,7 +45,7 @@ impl Format {
         }
     }
 
-    /// The value of `WSTAC_PIXELS` that builds firmware for it; nothing where there is none.
+    /// Returns the value of `WSTAC_PIXELS` that builds firmware for it, or `None` if there is none.
     pub fn pixels(self) -> Option<&'static str> {
         match self {
             Self::YuyvExact | Self::YuyvLinear => Some("YUYV"),
@@ -54,7 +54,7 @@ impl Format {
         }
     }
 
-    /// The four-character code of a camera that gives it.
+    /// Returns the four-character code of a camera that delivers it.
     pub fn code(self) -> &'static str {
         match self {
             Self::Gray => "GREY",
@@ -66,32 +66,33 @@ impl Format {
         }
     }
 
-    /// The same for a simulated camera.
+    /// Returns the format of a simulated camera that delivers it.
     pub fn sensor(self) -> SensorFormat {
-        // Every code above is one (a test says so).
+        // Every code above is valid (a test checks this).
         self.code().parse().unwrap_or_default()
     }
 
-    /// How YCbCr becomes green.
+    /// Returns the conversion of YCbCr to green.
     pub fn method(self) -> YcbcrMethod {
         if self == Self::YuyvLinear { YcbcrMethod::Linear } else { YcbcrMethod::Exact }
     }
 
-    /// Whether its camera has three colors under every pixel: then [`Format::Rgb24`] of the same shot lacks nothing
-    /// of what it saw.
+    /// Returns `true` if its camera has three colors under every pixel.
+    ///
+    /// Then [`Format::Rgb24`] of the same shot contains all that it saw.
     pub fn is_colored(self) -> bool {
         !matches!(self, Self::Gray | Self::Bayer8)
     }
 }
 
-/// Everything between a camera and features.
+/// All parameters between a camera and features.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Setting {
     /// The camera's format.
     pub format: Format,
-    /// Which pixels are counted.
+    /// The pixels that are counted.
     pub stride: Stride,
-    /// The logarithm.
+    /// The kernel of the logarithm.
     pub kernel: Kernel,
 }
 
@@ -102,10 +103,10 @@ pub const STRIDES: [Stride; 4] = [Stride::One, Stride::Two, Stride::Three, Strid
 pub const KERNELS: [Kernel; 3] = [Kernel::Fixed, Kernel::Libm, Kernel::Micromath];
 
 impl Setting {
-    /// What a configuration file that says nothing gives, with a camera of 8 bits of gray.
+    /// The setting of an empty configuration file, with a camera of 8 bits of gray.
     pub const DEFAULT: Self = Self { format: Format::Gray, stride: Stride::One, kernel: Kernel::Fixed };
 
-    /// Every combination, format by format, stride by stride.
+    /// Returns every combination, format by format, stride by stride.
     pub fn all() -> Vec<Self> {
         let of_format = |format| STRIDES.into_iter().flat_map(move |stride| of_stride(format, stride));
         Format::ALL.into_iter().flat_map(of_format).collect()
@@ -132,7 +133,7 @@ impl fmt::Display for Setting {
     }
 }
 
-/// A kernel's name in a configuration file.
+/// Returns a kernel's name in a configuration file.
 pub fn kernel_name(kernel: Kernel) -> &'static str {
     match kernel {
         Kernel::Fixed => "fixed",

@@ -1,21 +1,22 @@
-//! Configurations that no cheaper one is as good as.
+//! Configurations for which no cheaper one is as good.
 
 use super::prices::{Core, Price, Prices};
 use super::row::Row;
 
-/// As shares: prices that are as near as this are the same. Each is a sum that is right within 1 %.
+/// Ratio of prices up to which they count as equal; each price is a sum that is right within 1 %.
 const SAME_PRICE: f64 = 1.02;
-/// In per cent of slides: a dearer row must be better by more. Sensors differ by more than that from each other.
+/// Accuracy in percent of slides by which a more expensive row must be better; sensors differ by more.
 const SAME_ACCURACY: f64 = 1.0;
 
-/// Rows with a board's price and a specimen's accuracy that no cheaper row is as good as; the fastest first.
+/// Returns the rows with a board's price and a specimen accuracy that no cheaper row reaches, the fastest first.
 ///
-/// There are three costs: instructions per second (of 30 frames and an event), flash, and frames to the answer. From the fastest on, a
-/// row is left out if one that was kept costs no more in all three, within 2 %, and has its accuracy or more, within a point.
+/// There are three costs: instructions per second (of 30 frames and an event), flash, and frames to the answer. Rows
+/// are examined from the fastest on. A row is left out if a row that was kept costs no more in all three, within 2 %.
+/// That row must also have its accuracy or more, within 1 percentage point.
 pub fn unbeaten<'r>(rows: &'r [Row], prices: &Prices, core: Core) -> Vec<(&'r Row, Price)> {
     let priced = |row: &'r Row| {
         let price = prices.of(core, &row.setting, row.model.as_deref())?;
-        // A model that was not counted adds the same to all its rows, which are compared with each other alone.
+        // A model that was not counted adds the same to all its rows, which are only compared with each other.
         let counted = price.instructions_per_second().zip(price.flash);
         let rest = prices.of(core, &row.setting, None)?;
         let (instructions, flash) = counted.or(rest.instructions_per_second().zip(rest.flash))?;
@@ -58,7 +59,7 @@ mod tests {
             format!("GREY,2,fixed,builtin:a,800,{}", rest.replace("80.00", "77.00")),
             format!("GREY,2,libm,builtin:a,800,{}", rest.replace("80.00", "77.50")),
             format!("GREY,3,fixed,builtin:a,800,{}", rest.replace("80.00", "75.00")),
-            // Dearer, and better by less than a point; then dearer, no better, and sooner.
+            // First more expensive and better by less than a point; then more expensive, no better, and sooner.
             format!("GREY,1,libm,builtin:a,800,{}", rest.replace("80.00", "80.90")),
             format!("GREY,1,micromath,builtin:a,800,{}", rest.replace("58.0,9", "30.0,9")),
             "GREY,3,fixed,none,800,800,,,,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0,9000,3000"

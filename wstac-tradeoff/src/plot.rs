@@ -19,11 +19,11 @@ use wstac_plot::text::wrapped;
 /// The upper edge of the first panels, and the height of panels.
 const FIRST: f64 = 18.0;
 const HEIGHT: f64 = 180.0;
-/// From a panel to its legend, and from a legend to the next panel or the caption.
+/// Distance from a panel to its legend; the distance from a legend to the next panel or the caption follows.
 const BELOW: f64 = 36.0;
 const NEXT: f64 = 16.0;
 
-/// Returns how a format looks.
+/// Returns the look of a format.
 fn of_format(format: Format) -> Look {
     let (marker, color, filled) = match format {
         Format::Gray => (Marker::Circle, INK, true),
@@ -37,7 +37,7 @@ fn of_format(format: Format) -> Look {
     Look { marker, color, filled }
 }
 
-/// Returns a model's family, and how it looks.
+/// Returns a model's family, and its look.
 fn family(model: &Candidate) -> (&'static str, Look) {
     let look = |marker, color, filled| Look { marker, color, filled };
     match model.about.kind {
@@ -86,10 +86,12 @@ fn words(own: &[(&Row, &Candidate)], prices: &Prices, core: Core) -> String {
 /// A point, and its pixel stride.
 type Numbered = ([f64; 2], u16);
 
-/// Frames to the answer, and what answers.
+/// The frames to the answer, and the row and model that answer.
 type Early<'r> = (f64, &'r Row, &'r Candidate);
 
-/// Draws feature error against instructions per frame: formats, strides and logarithms. Returns where the panel ends.
+/// Draws feature error against instructions per frame, and returns where the panel ends.
+///
+/// It shows formats, strides and logarithms.
 fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) -> f64 {
     let at = |setting: &Setting| {
         let row = rows.iter().find(|row| row.setting == *setting && row.model.is_none())?;
@@ -146,7 +148,9 @@ fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) 
     legend(drawing, [left, axes.bottom() + BELOW], width, &looks)
 }
 
-/// Draws accuracy against instructions per event: models that read the whole sample. Returns where the panel ends.
+/// Draws accuracy against instructions per event, and returns where the panel ends.
+///
+/// It shows models that read the whole sample.
 fn accuracy(drawing: &mut Drawing, own: &[(&Row, &Candidate)], prices: &Prices, core: Core, top: f64) -> f64 {
     let whole = own.iter().filter(|(_, model)| !is_early(model));
     let points: Vec<(f64, &Row, &Candidate)> = whole
@@ -187,7 +191,9 @@ fn accuracy(drawing: &mut Drawing, own: &[(&Row, &Candidate)], prices: &Prices, 
     legend(drawing, [left, axes.bottom() + BELOW], width, &families)
 }
 
-/// Draws accuracy against latency: models of a kind that read more and more of a sample. Returns where the panel ends.
+/// Draws accuracy against latency, and returns where the panel ends.
+///
+/// It shows models of a kind that read more and more of a sample.
 fn latency(drawing: &mut Drawing, own: &[(&Row, &Candidate)]) -> f64 {
     let mut series: Vec<(&str, Vec<Early>)> = Vec::new();
     for (row, model) in own {
@@ -209,7 +215,7 @@ fn latency(drawing: &mut Drawing, own: &[(&Row, &Candidate)]) -> f64 {
     let mut axes = Axes::new([left, FIRST], [width, HEIGHT], x, y);
     axes.draw(drawing, ["b  Early answers", "frames from first touch to answer", "specimen accuracy (%)"]);
     let mut looks = Vec::new();
-    // Side by side where they would be on top of each other.
+    // Points that would be on top of each other are drawn side by side.
     for ((name, points), number) in series.iter().zip(0..) {
         let aside = 0.5 * (f64::from(number) - 0.5 * (series.len() as f64 - 1.0));
         let Some((_, look)) = points.first().map(|(.., model)| family(model)) else { continue };
@@ -225,7 +231,7 @@ fn latency(drawing: &mut Drawing, own: &[(&Row, &Candidate)]) -> f64 {
     legend(drawing, [left, axes.bottom() + BELOW], width, &looks)
 }
 
-/// Returns whether a model reads less than the whole sample.
+/// Returns `true` if a model reads less than the whole sample.
 fn is_early(model: &Candidate) -> bool {
     stem(short(&model.name)) != short(&model.name) || model.about.frames < 50
 }

@@ -1,4 +1,4 @@
-//! What settings cost on boards, as counted on emulated cores: `wstac-tradeoff/data/prices.json`.
+//! The cost of settings on boards, as counted on emulated cores: `wstac-tradeoff/data/prices.json`.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -11,7 +11,7 @@ use wstac_host::model_file::{BUILT_IN, ModelFile};
 
 /// The prices that come with the program.
 const KEPT: &str = include_str!("../data/prices.json");
-/// What messages call them.
+/// The name of the prices in messages.
 const ABOUT: &str = "prices.json";
 
 /// A processor core.
@@ -33,10 +33,10 @@ pub enum Core {
 }
 
 impl Core {
-    /// All of them.
+    /// All four cores.
     pub const ALL: [Self; 4] = [Self::M0, Self::M3, Self::M4F, Self::M7];
 
-    /// Its name.
+    /// Returns its name.
     pub fn name(self) -> &'static str {
         match self {
             Self::M0 => "M0",
@@ -46,7 +46,7 @@ impl Core {
         }
     }
 
-    /// The compiler's name of it.
+    /// Returns the compiler's name for it.
     pub fn target(self) -> &'static str {
         match self {
             Self::M0 => "thumbv6m-none-eabi",
@@ -56,7 +56,7 @@ impl Core {
     }
 }
 
-/// What a configuration costs on a core.
+/// The cost of a configuration on a core.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Price {
     /// Instructions from a frame's bytes, in stripes of eight rows, to features.
@@ -69,47 +69,47 @@ pub struct Price {
     pub speed: i64,
     /// Instructions of direction per event.
     pub direction: i64,
-    /// Bytes of the whole firmware with its link and the model; nothing where that was not counted.
+    /// Bytes of flash of the whole firmware with its link and the model; `None` if the model was not counted.
     pub flash: Option<i64>,
-    /// Bytes of it, the stack included, the stripe not; nothing where the model was not counted.
+    /// Bytes of RAM of the whole firmware, with the stack but without the stripe; `None` if the model was not counted.
     pub ram: Option<i64>,
 }
 
 impl Price {
-    /// Instructions per frame.
+    /// Returns the instructions per frame.
     pub fn frame(&self) -> i64 {
         self.features + self.trigger
     }
 
-    /// Instructions per event; nothing where the model was not counted.
+    /// Returns the instructions per event, or `None` if the model was not counted.
     pub fn event(&self) -> Option<i64> {
         Some(self.texture? + self.speed + self.direction)
     }
 
-    /// Instructions per second: of 30 frames, and of an event in each second.
+    /// Returns the instructions per second: of 30 frames, and of an event in each second.
     pub fn instructions_per_second(&self) -> Option<i64> {
         Some(30 * self.frame() + self.event()?)
     }
 }
 
-/// The prices of every setting, each counted apart: a configuration's is their sum.
+/// The prices of every setting, each counted separately: a configuration's price is their sum.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Prices {
-    /// The compiler that the firmware was built with.
+    /// The compiler that built the firmware.
     pub compiler: String,
     cores: BTreeMap<String, CorePrices>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
 struct CorePrices {
-    /// By format, then by stride: of the firmware without a model, with the fixed-point logarithm.
+    /// Sizes by format, then by stride: of the firmware without a model, with the fixed-point logarithm.
     formats: BTreeMap<String, BTreeMap<String, Size>>,
-    /// What another logarithm adds.
+    /// The additional cost of another logarithm.
     ln: BTreeMap<String, Size>,
     trigger: i64,
     speed: i64,
     direction: i64,
-    /// By file; flash and RAM are what they add.
+    /// Prices of models by file; flash and RAM are their additional cost.
     models: BTreeMap<String, ModelPrice>,
 }
 
@@ -128,10 +128,10 @@ struct ModelPrice {
 }
 
 impl Prices {
-    /// Those that come with the program.
+    /// Returns the prices that come with the program.
     ///
     /// # Errors
-    /// None: a test reads them.
+    /// This does not fail: a test reads them.
     pub fn kept() -> Result<Self, Error> {
         Self::read(ABOUT, KEPT)
     }
@@ -139,13 +139,14 @@ impl Prices {
     /// Reads prices; `about` names their file.
     ///
     /// # Errors
-    /// What of them cannot be read.
+    /// The text is not valid; the message names the part.
     pub fn read(about: &str, text: &str) -> Result<Self, Error> {
         serde_json::from_str(text).map_err(|error| Error::new(about, error))
     }
 
-    /// The price of a setting, with a model or without one; nothing where the setting was not counted. Of a model that was not,
-    /// what it adds is not known.
+    /// Returns the price of a setting, with or without a model, or `None` if the setting was not counted.
+    ///
+    /// If the model was not counted, its additional cost is not known.
     pub fn of(&self, core: Core, setting: &Setting, model: Option<&str>) -> Option<Price> {
         let core = self.cores.get(core.name())?;
         let format = core.formats.get(setting.format.name())?.get(&setting.stride.get().to_string())?;
@@ -167,7 +168,9 @@ impl Prices {
 }
 
 impl CorePrices {
-    /// A model's: those of the program by name; a file by its own, unless the program has one of that name.
+    /// Returns a model's price.
+    ///
+    /// Built-in models are found by name. A file is found by its own name, unless a built-in model has that name.
     fn model(&self, name: &str) -> Option<&ModelPrice> {
         if let Some(built_in) = name.strip_prefix(BUILT_IN) {
             return self.models.get(&format!("{built_in}.wsm"));
@@ -178,8 +181,9 @@ impl CorePrices {
     }
 }
 
-/// Bytes of RAM that a buffer for a stripe of eight rows of 400 pixels takes, beside the firmware's; nothing where no board reads the
-/// format.
+/// Returns the bytes of RAM for a stripe of eight rows of 400 pixels, in addition to the firmware's.
+///
+/// Returns `None` if no board reads the format.
 pub fn stripe_bytes(format: Format) -> Option<i64> {
     let of_pixel = match format {
         Format::Gray | Format::Bayer8 => 1,
@@ -210,7 +214,8 @@ mod tests {
         assert_eq!((price.frame(), price.event(), price.flash, price.ram), (1053, Some(609), Some(20_063), Some(4088)));
         assert_eq!(price.instructions_per_second(), Some(30 * 1053 + 609));
         assert_eq!(prices.of(Core::M4F, &setting, None).unwrap().event(), Some(9));
-        // A model that was not counted: all but what it adds is known. A file of a built-in's name is another model.
+        // For a model that was not counted, all but its additional cost is known. A file with a built-in's name is
+        // another model.
         for model in ["builtin:forest", "svm", "my/svm.wsm", "my/other.wsm"] {
             let price = prices.of(Core::M4F, &setting, Some(model)).unwrap();
             assert_eq!((price.frame(), price.speed, price.direction), (1053, 4, 5), "{model}");

@@ -1,4 +1,4 @@
-//! What was found of one configuration: a setting with a model, or without one.
+//! The results of one configuration: a setting with or without a model.
 
 use super::candidate::Candidate;
 use super::float64::FeatureError;
@@ -9,56 +9,59 @@ use super::sweep::{Outcome, Plan};
 use wstac_core::params::SAMPLE_FRAMES;
 use wstac_host::statistics::{mean, percentile};
 
-/// Speeds whose errors are counted, in mm/s: where the speed law was fitted.
+/// Speeds whose errors are counted, in mm/s: the range in which the speed law was fitted.
 pub const FITTED: std::ops::RangeInclusive<u32> = 100..=200;
 
-/// A configuration and what was found.
+/// A configuration and its results.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     /// The setting before a sample.
     pub setting: Setting,
     /// The model's name, if there is one.
     pub model: Option<String>,
-    /// What was found on the scene set.
+    /// The results on the scene set.
     pub found: Found,
-    /// What it costs on a host: of one machine, and only to be compared with each other.
+    /// The cost on a host: times of one machine, only comparable with each other.
     pub host: Option<Host>,
 }
 
 /// Time on a host, in ns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Host {
-    /// Of a frame: bytes (of MJPEG, a picture) to features and trigger.
+    /// Time of a frame: from bytes (for MJPEG, a picture) to features and trigger.
     pub frame_ns: f64,
-    /// Of an event: speed, direction and texture.
+    /// Time of an event: speed, direction and texture.
     pub event_ns: f64,
 }
 
-/// What was found of a configuration on the scene set.
+/// The results of a configuration on the scene set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found {
-    /// Slides.
+    /// Number of slides.
     pub slides: usize,
-    /// Slides with an event. Those without one count as wrong.
+    /// Number of slides with an event. Those without one count as wrong.
     pub events: usize,
-    /// Share of slides whose specimen, pattern and depth are right, in per cent; nothing where no model tells them.
+    /// Fraction of slides whose specimen, pattern and depth are right, in percent; `None` if no model answers.
     pub accuracy: [Option<Interval>; 3],
-    /// Mean and 95th percentile of the error of speed, in per cent of it, of slides in the fitted range; nothing where none has a
-    /// speed.
+    /// Mean and 95th percentile of the relative error of speed in percent, over slides in the fitted range.
+    ///
+    /// It is `None` if no slide has a speed.
     pub speed: Option<[f64; 2]>,
-    /// Slides in the fitted range.
+    /// Number of slides in the fitted range.
     pub speed_slides: usize,
-    /// Those without a speed.
+    /// Number of slides in the fitted range without a speed.
     pub speedless: usize,
-    /// Slides with a wrong direction or none.
+    /// Number of slides with a wrong direction or none.
     pub direction_errors: usize,
-    /// Largest and root mean square error of features of lit rows and columns, then of all, in units of a natural logarithm.
+    /// Errors of features in units of a natural logarithm.
+    ///
+    /// They are the largest and root mean square error for lit rows and columns, then the same for all.
     pub feature: [f64; 4],
-    /// Frames from the first touch to the answer, mean over events; nothing where there is none.
+    /// Mean number of frames from the first touch to the answer, over events; `None` without events.
     pub latency: Option<f64>,
 }
 
-/// A row for every setting with no model and with each, setting by setting.
+/// Returns a row for every setting, without a model and with each model, setting by setting.
 pub fn rows(plan: &Plan<'_>, outcomes: &[Vec<Option<Outcome>>]) -> Vec<Row> {
     let mut rows = Vec::new();
     for (place, setting) in plan.settings.iter().enumerate() {
@@ -82,8 +85,10 @@ pub fn rows(plan: &Plan<'_>, outcomes: &[Vec<Option<Outcome>>]) -> Vec<Row> {
     rows
 }
 
-/// Frames from the first touch to the end of the whole sample, with which speed and direction come, whatever a model reads: that of
-/// the same setting without a model; nothing where these rows have none.
+/// Returns the number of frames from the first touch to the end of the whole sample.
+///
+/// Speed and direction come at that time, whatever a model reads. It is the latency of the same setting without a
+/// model, or `None` if these rows have no such setting.
 pub fn whole_latency(row: &Row, rows: &[Row]) -> Option<f64> {
     rows.iter().find(|other| other.setting == row.setting && other.model.is_none())?.found.latency
 }
@@ -112,7 +117,7 @@ fn bare(own: &[(&TradeSlide, &Outcome)]) -> Found {
     }
 }
 
-/// In per cent of the speed, where there is an answer.
+/// Returns the error in percent of the speed, if there is an answer.
 fn speed_error(slide: &TradeSlide, outcome: &Outcome) -> Option<f64> {
     let speed = f64::from(outcome.event.as_ref()?.speed?);
     let truth = f64::from(slide.speed_mm_s);
@@ -131,7 +136,7 @@ fn accuracy(own: &[(&TradeSlide, &Outcome)], number: usize, model: &Candidate) -
     all
 }
 
-/// From the first touch to the end of the frame that completes what the answer needs.
+/// Returns the mean time from the first touch to the end of the frame that completes the answer's data.
 fn latency(own: &[(&TradeSlide, &Outcome)], frames: f64) -> Option<f64> {
     mean(own.iter().filter_map(|(_, outcome)| outcome.event.as_ref()).map(|event| event.lead + frames))
 }

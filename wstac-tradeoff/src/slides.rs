@@ -1,6 +1,6 @@
-//! The scene set: which slides the settings are judged by.
+//! The scene set: the slides on which the settings are evaluated.
 //!
-//! None of them, nor any of their sensors, was there when a model was trained, chosen or judged: those were sensors
+//! None of them, nor any of their sensors, was used when a model was trained, chosen or judged. Those used sensors
 //! below 3000 and seeds below 100 000 000.
 
 use wstac_core::direction::Heading;
@@ -12,27 +12,30 @@ use wstac_scene::SceneConfig;
 use wstac_scene::rng::Rng;
 use wstac_scene::specimen::Specimen;
 
-/// Sensors, each with whiskers of its own gains, mounted once: with a gain of its light and in one direction.
+/// Number of sensors.
+///
+/// Each has whiskers of its own gains and is mounted once: with a gain of its light and in one direction.
 pub const SENSORS: u32 = 20;
-/// The first of them.
+/// Number of the first of these sensors.
 pub const FIRST_UNIT: u32 = 3000;
-/// The first of the sensors that a choice is run on besides, because it was made by what the others showed.
+/// Number of the first additional sensor on which a choice is run, because the choice was made from the others'
+/// results.
 pub const FRESH_UNIT: u32 = 4000;
 /// Seed of the first slide.
 pub const FIRST_SEED: u64 = 100_000_000;
-/// Seeds of a sensor's first slide and of the next sensor's.
+/// Distance between the seeds of a sensor's first slide and of the next sensor's.
 const SEEDS_APART: u64 = 10_000;
 /// Speeds in mm/s.
 pub const SPEEDS: [u32; 11] = [50, 75, 100, 125, 150, 175, 200, 225, 250, 275, 300];
-/// Steps from one speed of a sensor's specimen to its next: slow and fast ones take turns.
+/// Distance from one speed of a sensor's specimen to its next: slow and fast speeds alternate.
 const SPEED_STEP: u32 = 3;
-/// Slides of every sensor unless something else is asked for: four speeds of ten specimens.
+/// Default number of slides of every sensor: four speeds of ten specimens.
 pub const SLIDES: u32 = 40;
-/// The same where a quick look is enough.
+/// Number of slides of every sensor for a quick look.
 pub const QUICK_SLIDES: u32 = 10;
-/// Most slides of a sensor: every specimen at every speed.
+/// Largest number of slides of a sensor: every specimen at every speed.
 pub const MOST_SLIDES: u32 = 110;
-/// Deviation of the light's gain from sensor to sensor, as a share, and what it is held within.
+/// Standard deviation of the light's gain from sensor to sensor, as a fraction; its limits follow.
 const GAIN_DEVIATION: f64 = 0.2;
 const GAINS: (f64, f64) = (0.5, 1.5);
 /// Purpose of the random numbers of gains: not one of a scene's.
@@ -45,25 +48,25 @@ pub const SIDE: u32 = 400;
 pub struct TradeSlide {
     /// Number of the sensor, from 0.
     pub sensor: u32,
-    /// The simulator's number of it.
+    /// The simulator's number of the sensor.
     unit: u32,
     /// Number among the sensor's slides, from 0.
     pub number: u32,
-    /// What slides.
+    /// The specimen.
     pub specimen: Specimen,
-    /// How fast.
+    /// Its speed, in mm/s.
     pub speed_mm_s: u32,
-    /// Which way.
+    /// Its direction.
     pub heading: Heading,
     seed: u64,
 }
 
-/// This many slides of every sensor, sensor by sensor: all specimens at one speed each, then at another.
+/// Returns this many slides of every sensor, sensor by sensor: all specimens at one speed each, then at another.
 pub fn slides(of_each: u32) -> Vec<TradeSlide> {
     from(FIRST_UNIT, of_each)
 }
 
-/// The same of sensors that nothing was chosen by.
+/// Returns this many slides of every sensor of a fresh set, which no choice was based on.
 pub fn fresh_slides(of_each: u32) -> Vec<TradeSlide> {
     from(FRESH_UNIT, of_each)
 }
@@ -75,7 +78,7 @@ fn from(first: u32, of_each: u32) -> Vec<TradeSlide> {
 
 fn slide(first: u32, sensor: u32, number: u32) -> TradeSlide {
     let specimens = Specimen::ALL.len() as u32;
-    // Where a sensor has few slides, others have the specimens that it lacks.
+    // If a sensor has few slides, other sensors have the specimens that it lacks.
     let (specimen, turn) = ((number + sensor) % specimens, number / specimens);
     let speed = (sensor + specimen + SPEED_STEP * turn) as usize % SPEEDS.len();
     let headings = [Heading::Right, Heading::Up, Heading::Left, Heading::Down];
@@ -92,23 +95,23 @@ fn slide(first: u32, sensor: u32, number: u32) -> TradeSlide {
     }
 }
 
-/// Gain of a sensor's light.
+/// Returns the gain of a sensor's light.
 fn gain(unit: u32) -> f64 {
     let drawn = Rng::new(FIRST_SEED + u64::from(unit - FIRST_UNIT), GAIN).normal();
     (1.0 + GAIN_DEVIATION * drawn).clamp(GAINS.0, GAINS.1)
 }
 
 impl TradeSlide {
-    /// The same slide over the same sensor with other noise.
+    /// Returns the same slide over the same sensor with other noise.
     #[cfg(test)]
     pub(super) fn with_other_noise(&self) -> Self {
         Self { seed: self.seed + SEEDS_APART / 2, ..*self }
     }
 
-    /// Its scene, `light` times as bright, seen by a camera of this format.
+    /// Returns its scene, `light` times as bright, seen by a camera of this format.
     ///
     /// # Errors
-    /// None for the slides of [`slides`].
+    /// This does not fail for the slides of [`slides`].
     pub fn script(&self, light: f64, format: Format) -> Result<SceneConfig, Error> {
         let (speed, degrees) = (self.speed_mm_s, self.heading.degrees());
         let mut script = scene(&format!("{}@{speed},{degrees}deg,seed={}", self.specimen, self.seed), format)?;
@@ -118,10 +121,12 @@ impl TradeSlide {
     }
 }
 
-/// The slide that gray levels of peak light are measured on: without noise, over the sensor of the simulator's defaults.
+/// Returns the slide on which gray levels of peak light are measured.
+///
+/// It has no noise, and is over the sensor of the simulator's defaults.
 ///
 /// # Errors
-/// None.
+/// This does not fail.
 pub fn reference(light: f64, format: Format) -> Result<SceneConfig, Error> {
     let mut script = scene("Saw3@150", format)?;
     script.noise = 0.0;
@@ -160,7 +165,7 @@ mod tests {
             }
             assert!(own.iter().all(|slide| slide.heading == own[0].heading));
         }
-        // The first ten of each are those of a quick look, seeds and all.
+        // The first ten slides of each sensor are those of a quick look, including their seeds.
         let quick = slides(QUICK_SLIDES);
         assert!(quick.iter().all(|slide| all.contains(slide)));
         let seeds: std::collections::HashSet<_> = all.iter().map(|slide| slide.seed).collect();

@@ -1,4 +1,4 @@
-//! Means over sensors with their intervals.
+//! Means over sensors with their confidence intervals.
 
 use super::slides::SENSORS;
 
@@ -6,7 +6,7 @@ use super::slides::SENSORS;
 const T_95: f64 = 2.093_024;
 const _: () = assert!(SENSORS == 20);
 
-/// A share in per cent with its 95 % interval.
+/// A fraction in percent with its 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
     /// Mean.
@@ -17,8 +17,10 @@ pub struct Interval {
     pub high: f64,
 }
 
-/// The mean over sensors of the share of slides that are right, in per cent, with Student's interval; from a sensor's
-/// number and whether it was right, slide by slide. Every sensor has as many slides as any other.
+/// Returns the mean over sensors of the fraction of right slides, in percent, with Student's interval.
+///
+/// The input holds a sensor's number and `true` if it was right, slide by slide. Every sensor has the same number of
+/// slides.
 pub fn interval(answers: impl Iterator<Item = (u32, bool)>) -> Interval {
     let mut counts = [[0_u32; 2]; SENSORS as usize];
     for (sensor, right) in answers {
@@ -41,7 +43,7 @@ mod tests {
 
     #[test]
     fn an_interval_is_students() {
-        // Half of the sensors have 1 of 2 right, the others 2 of 2: deviation 25.6 of 20, √20 = 4.47.
+        // Half of the sensors have 1 of 2 right, the others 2 of 2: standard deviation 25.6 of 20, √20 = 4.47.
         let answers = (0..20).flat_map(|sensor| [(sensor, true), (sensor, sensor % 2 == 0)]);
         let found = interval(answers);
         let half = 2.093_024 * 25.0 * (20.0_f64 / 19.0).sqrt() / 20.0_f64.sqrt();

@@ -1,4 +1,5 @@
-//! Frames of one camera through several settings at once: pixels are summed once a stride, kernels share the sums.
+//! Frames of one camera through several settings at once: pixels are summed once for each stride, and kernels share the
+//! sums.
 
 use wstac_core::direction::{self, Heading};
 use wstac_core::frame::Stride;
@@ -21,22 +22,22 @@ use wstac_scene::sensor::Sensor;
 pub(super) struct FirstEvent {
     /// Number of the first frame of its sample.
     pub(super) frame: u64,
-    /// In mm/s, where there is one.
+    /// Speed in mm/s, if there is one.
     pub(super) speed: Option<f32>,
-    /// Where it is clear.
+    /// Direction, if it is clear.
     pub(super) heading: Option<Heading>,
     /// Its sample.
     pub(super) sample: Box<[i16; INPUTS]>,
 }
 
-/// One setting, waiting for its first event.
+/// One setting that waits for its first event.
 #[derive(Clone, Debug)]
 pub(super) struct SettingStream {
-    /// Its place among the settings that were asked for.
+    /// Its position among the requested settings.
     pub(super) place: usize,
     /// The first event, once it is complete.
     pub(super) first: Option<FirstEvent>,
-    /// How far its features were from the reference, over all frames until then.
+    /// The deviation of its features from the reference, over all frames until then.
     pub(super) error: FeatureError,
     pipeline: HostPipeline,
     speed: SpeedConfig,
@@ -64,28 +65,28 @@ fn first_event(event: &Event<'_>, config: &SpeedConfig) -> FirstEvent {
     }
 }
 
-/// One format and stride.
+/// The sums of one format and stride.
 #[derive(Clone, Debug)]
 struct StrideSums {
     accumulators: TaxelSums<Any>,
     streams: Vec<SettingStream>,
 }
 
-/// A camera that looks on, and all settings that read its frames.
+/// A camera, and all settings that read its frames.
 pub(super) struct EvaluatedCamera {
     sensor: Sensor,
     format: Format,
-    /// Every pixel in the format's exact method, for the reference.
+    /// Sums of every pixel in the format's exact method, for the reference.
     whole: TaxelSums<Any>,
     float64: Float64,
     sums: Vec<StrideSums>,
 }
 
 impl EvaluatedCamera {
-    /// A simulated camera, and those of the settings `settings`, each with its place, that read its format.
+    /// Creates a simulated camera, and those of the settings `settings` that read its format, each with its position.
     ///
     /// # Errors
-    /// Where the configuration does not fit the camera.
+    /// The configuration does not fit the camera.
     pub(super) fn new(sensor: Sensor, format: Format, settings: &[Setting], config: &Config) -> Result<Self, Error> {
         let own = |(_, setting): &(usize, &Setting)| setting.format.code() == format.code();
         let mut sums: Vec<(Format, Stride, StrideSums)> = Vec::new();
@@ -112,8 +113,9 @@ impl EvaluatedCamera {
         })
     }
 
-    /// Takes a frame of this light. `colored` is what the 64-bit reference says of the same shot in R, G, B, for
-    /// formats that lost some of it; what it says of this camera's own frame.
+    /// Takes a frame of this light, and returns the 64-bit reference of this camera's own frame.
+    ///
+    /// `colored` is the 64-bit reference of the same shot in R, G, B, for formats that lost a part of it.
     pub(super) fn expose(
         &mut self,
         light: &[f64; TAXELS],
@@ -131,18 +133,18 @@ impl EvaluatedCamera {
         Ok(own)
     }
 
-    /// Whether all settings have an event.
+    /// Returns `true` if all settings have an event.
     pub(super) fn is_done(&self) -> bool {
         self.sums.iter().flat_map(|sums| &sums.streams).all(|stream| stream.first.is_some())
     }
 
-    /// All settings, with their events.
+    /// Returns all settings, with their events.
     pub(super) fn into_streams(self) -> impl Iterator<Item = SettingStream> {
         self.sums.into_iter().flat_map(|sums| sums.streams)
     }
 }
 
-/// How one setting sums a simulated camera's frames.
+/// Returns the sums of a simulated camera's frames for one setting.
 pub(super) fn camera(
     sensor: &Sensor,
     format: Format,

@@ -1,4 +1,5 @@
-//! Slides through every setting: all settings of a slide in one pass over its frames, slides in parallel.
+//! Evaluation of slides with every setting: one pass over a slide's frames serves all settings, and slides run in
+//! parallel.
 
 use rayon::prelude::*;
 use wstac_core::model::Model;
@@ -13,10 +14,10 @@ use wstac_host::error::Error;
 use wstac_host::texture::{Texture, pattern_and_depth};
 use wstac_scene::Scene;
 
-/// What is swept.
+/// The scope of a sweep.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan<'a> {
-    /// Everything that is not a parameter.
+    /// All configuration that is not a parameter.
     pub config: &'a Config,
     /// The settings before a sample.
     pub settings: &'a [Setting],
@@ -24,36 +25,38 @@ pub struct Plan<'a> {
     pub models: &'a [Candidate],
     /// The slides.
     pub slides: &'a [TradeSlide],
-    /// Factor of all light.
+    /// Factor for all light.
     pub light: f64,
 }
 
-/// What one setting made of one slide.
+/// The result of one setting on one slide.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
-    /// What it says of the slide, if anything fired.
+    /// The answer for the slide, if an event was triggered.
     pub event: Option<Answer>,
-    /// How far its features were from the reference.
+    /// The deviation of its features from the reference.
     pub error: FeatureError,
 }
 
-/// What is said of a slide.
+/// The answer for a slide.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
-    /// From the first touch to the sample's first frame, in frames: below 0, the sample starts before it.
+    /// Frames from the first touch to the sample's first frame; below 0, the sample starts before the touch.
     pub lead: f64,
-    /// In mm/s, where there is one.
+    /// Speed in mm/s, if there is one.
     pub speed: Option<f32>,
-    /// Whether there is a direction, and the right one.
+    /// `true` if there is a direction and it is right.
     pub direction: bool,
-    /// What each model says.
+    /// Each model's result.
     pub right: Vec<Right>,
 }
 
-/// Outcomes by slide, then by setting, nothing where it was not run; the same whatever the number of threads.
+/// Returns the outcomes by slide, then by setting; `None` if a setting was not run.
+///
+/// They are the same whatever the number of threads.
 ///
 /// # Errors
-/// Where the configuration does not fit the frames.
+/// The configuration does not fit the frames.
 pub fn run(plan: &Plan<'_>) -> Result<Vec<Vec<Option<Outcome>>>, Error> {
     let models = plan.models.iter().map(Candidate::model).collect::<Result<Vec<_>, _>>()?;
     plan.slides.par_iter().with_max_len(1).map(|slide| one(plan, &models, slide)).collect()
@@ -104,12 +107,14 @@ fn one(plan: &Plan<'_>, models: &[Model<'_>], slide: &TradeSlide) -> Result<Vec<
     Ok(outcomes)
 }
 
-/// Whether a camera sees a slide: JPEG takes as long as all else together, so it gets a quick look's slides only.
+/// Returns `true` if a camera sees a slide.
+///
+/// JPEG takes as long as all else together, so it runs only a quick look's slides.
 fn is_run(format: Format, slide: &TradeSlide) -> bool {
     format != Format::Mjpeg || slide.number < QUICK_SLIDES
 }
 
-/// One format for each camera that these settings need, that of the colored reference before those it judges.
+/// Returns one format for each camera that these settings need; the colored reference comes before those it judges.
 fn formats_read(settings: &[Setting]) -> impl Iterator<Item = Format> + '_ {
     let is_wanted = |format: &Format| {
         let read = settings.iter().any(|setting| setting.format.code() == format.code());

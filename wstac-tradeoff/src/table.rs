@@ -1,4 +1,4 @@
-//! Rows for a person: a line each of a table, or all numbers of one.
+//! Rows for a person: a line of a table for each, or all numbers of one.
 
 use std::fmt::Write;
 
@@ -9,13 +9,13 @@ use super::row::Row;
 use super::statistics::Interval;
 use wstac_core::params::SAMPLE_FRAMES;
 
-/// What the table's columns are.
+/// The head of the table.
 const HEAD: &str = "\
 | format | stride | ln | model | specimen accuracy, % (95 % interval) | pattern accuracy, % | depth accuracy, % | speed error, % | directions wrong or missing | feature error where lit, root mean square | frames to the answer | instructions per frame | instructions per event | flash, bytes | RAM, bytes |
 | --- | ---: | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |
 ";
 
-/// The settings that no other one beats, as a Markdown table.
+/// Returns the unbeaten settings, as a Markdown table.
 pub fn pareto(rows: &[Row], prices: &Prices, core: Core) -> String {
     let mut text = format!("Of a Cortex-{}, the fastest first:\n\n{HEAD}", core.name());
     for (row, price) in pareto::unbeaten(rows, prices, core) {
@@ -25,7 +25,7 @@ pub fn pareto(rows: &[Row], prices: &Prices, core: Core) -> String {
     text
 }
 
-/// A line for each model of these rows that has no price on boards.
+/// Returns a line for each model of these rows that has no price on boards.
 pub fn unpriced(rows: &[Row], prices: &Prices, core: Core) -> String {
     let mut names: Vec<&str> = Vec::new();
     for row in rows {
@@ -39,12 +39,12 @@ pub fn unpriced(rows: &[Row], prices: &Prices, core: Core) -> String {
     names.into_iter().map(line).collect()
 }
 
-/// A number, or what stands for one that is not known.
+/// Formats a number, or the mark for an unknown number.
 pub(super) fn known(number: Option<i64>) -> String {
     number.map_or_else(|| "–".to_owned(), grouped)
 }
 
-/// A share with its interval.
+/// Formats a fraction with its interval.
 pub(super) fn accuracy(of: Option<Interval>) -> String {
     of.map_or_else(|| "–".to_owned(), |of| format!("{:.1} ({:.1} … {:.1})", of.mean, of.low, of.high))
 }
@@ -75,7 +75,7 @@ fn line(text: &mut String, row: &Row, price: &Price) {
     );
 }
 
-/// A number with a comma before every three digits.
+/// Formats a number with a comma before every three digits.
 pub fn grouped(number: i64) -> String {
     let digits = number.unsigned_abs().to_string();
     let mut text = if number < 0 { "-".to_owned() } else { String::new() };
@@ -88,7 +88,7 @@ pub fn grouped(number: i64) -> String {
     text
 }
 
-/// All numbers of a configuration, a line each.
+/// Formats all numbers of a configuration, one on each line.
 pub fn all(row: &Row, models: &[Candidate], prices: &Prices) -> String {
     let found = &row.found;
     let mut text = format!("setting     {}\n", row.setting);
@@ -139,7 +139,7 @@ pub fn all(row: &Row, models: &[Candidate], prices: &Prices) -> String {
         "features    off by {rms_lit:.5} (root mean square), {max_lit:.4} (at most) where lit; {rms:.5}, {max:.4} everywhere (natural logarithms)"
     );
     if let Some(latency) = found.latency {
-        // Speed and direction are of the whole sample, whatever the model reads of it.
+        // Speed and direction need the whole sample, whatever the model reads of it.
         let unread = model.map_or(0, |model| SAMPLE_FRAMES.saturating_sub(model.about.frames as usize));
         if row.model.is_some() {
             let _ = writeln!(text, "latency     {latency:.1} frames from the first touch to texture");
@@ -173,7 +173,7 @@ pub fn all(row: &Row, models: &[Candidate], prices: &Prices) -> String {
     text
 }
 
-/// A cheaper configuration than the chosen one, in a line.
+/// Describes a configuration that is cheaper than the selected one, in a line.
 pub fn nearly(row: &Row, prices: &Prices, cores: &[Core]) -> String {
     let model = short(row.model.as_deref().unwrap_or(NONE));
     let mut text = format!("within a point of it, and cheapest: {}, model {model}", row.setting);

@@ -1,4 +1,4 @@
-//! The sweep as a whole: its events are the program's, whatever runs beside it.
+//! The sweep as a whole: its events are the program's, whatever other settings run with it.
 
 use wstac_core::frame::Stride;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
@@ -22,7 +22,7 @@ const SETTINGS: [Setting; 4] = [
     Setting { format: Format::Rgb565, stride: Stride::Five, kernel: Kernel::Fixed },
 ];
 
-/// A slide's first event at one setting.
+/// Returns a slide's first event with one setting.
 fn first_event(slide: &TradeSlide, setting: Setting) -> FirstEvent {
     let script = slide.script(1.0, setting.format).unwrap();
     let (mut scene, camera) = (Scene::new(&script).unwrap(), Scene::camera(&script).unwrap());
@@ -67,7 +67,7 @@ fn the_same_whatever_runs_beside_it_and_on_any_number_of_threads() {
     }
 }
 
-/// One frame of a slide, the slide's light at its middle.
+/// Returns one frame of a slide, with the slide's light at its middle.
 fn shot(slide: &TradeSlide, format: Format) -> Vec<u8> {
     let script = slide.script(1.0, format).unwrap();
     let (mut scene, mut camera) = (Scene::new(&script).unwrap(), Scene::camera(&script).unwrap());
@@ -83,7 +83,7 @@ fn colored_formats_see_the_same_noise() {
         [Format::Rgb24, Format::Rgb565, Format::YuyvExact, Format::Mjpeg].map(|format| shot(&slide, format));
     let rgb = rgb.as_chunks::<3>().0;
     let mut brightest = 0;
-    // Levels of six bits are at most five apart: the nearest is at most two off. Other noise would be further.
+    // Levels of six bits are at most five apart: the nearest is at most two off. Other noise would be further away.
     for (rgb, word) in rgb.iter().zip(rgb565.as_chunks::<2>().0) {
         let bits = u16::from_le_bytes(*word) >> 5 & 63;
         assert!((bits << 2 | bits >> 4).abs_diff(rgb[1].into()) <= 2, "{rgb:?} {bits}");
@@ -95,7 +95,7 @@ fn colored_formats_see_the_same_noise() {
         let expected = 16.0 + 219.0 / 255.0 * (0.299 * r + 0.587 * g + 0.114 * b);
         assert!((f64::from(*luma) - expected).abs() < 1.01, "{r} {g} {b}: {luma}, not {expected}");
     }
-    // JPEG keeps the larger part of the noise: another shot of the same light is further.
+    // JPEG keeps the larger part of the noise: another shot of the same light is further away.
     let again = shot(&slide.with_other_noise(), Format::Mjpeg);
     let far = |bytes: &[u8]| {
         let apart = rgb.iter().zip(bytes.as_chunks::<3>().0).map(|(a, b)| f64::from(a[1].abs_diff(b[1])));
@@ -106,7 +106,8 @@ fn colored_formats_see_the_same_noise() {
 
 #[test]
 fn in_the_dark_exact_ycbcr_is_further_off_than_linear() {
-    // Few values there: rounding does not average out, and the exact method rounds green once more, in every pixel.
+    // The format has few values there: rounding does not average out, and the exact method rounds green once more, in
+    // every pixel.
     let slide = slides(1)[0];
     let green = |format: Format| {
         let script = slide.script(0.0, format).unwrap();
@@ -150,7 +151,7 @@ fn a_claim_holds_when_it_is_run_again_and_falls_where_files_were_changed() {
     let (found, claim) = rerun();
     assert_ne!(found.found.accuracy, claim.found.accuracy);
     assert_eq!(found.found.direction_errors, claim.found.direction_errors);
-    // A choice without a model leaves no other one's behind.
+    // A choice without a model leaves no file of an earlier model behind.
     chosen::write(&folder, &row, None, &prices::Prices::kept().unwrap(), &[], "").unwrap();
     assert!(!folder.join(chosen::MODEL).exists() && folder.join(chosen::BUILD).exists());
     std::fs::remove_dir_all(&folder).unwrap();

@@ -1,6 +1,6 @@
 #![doc = include_str!("../README.md")]
 //! ## Modules
-//! | module | what it has |
+//! | module | content |
 //! | --- | --- |
 //! | [`dataset`] | samples of simulated and recorded slides, and their files |
 //! | [`model`] | models of other trainers, written as model files or as Rust |

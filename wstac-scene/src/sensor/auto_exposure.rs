@@ -1,28 +1,32 @@
-//! A camera that lengthens its exposure in the dark and drops its frame rate for it, as webcams do.
+//! A camera that lengthens its exposure in the dark and lowers its frame rate for it, as webcams do.
 
-/// Below this mean of the taxels, as a share of full scale with the black level, a frame is dark: 2 levels of 255
-/// (a guess).
+/// Mean of the taxels below which a frame is dark, as a fraction of full scale with the black level.
+///
+/// It is 2 levels of 255 (a guess).
 pub(crate) const DARK: f64 = 0.008;
-/// From this mean on a frame of the long exposure is bright (a guess). More than four times [`DARK`] less the default
-/// black level, so that a camera does not go to and fro in light that stays the same.
+/// Mean of the taxels from which a frame of the long exposure is bright (a guess).
+///
+/// It is more than four times [`DARK`] less the default black level. So a camera does not alternate in constant light.
 pub(crate) const BRIGHT: f64 = 0.03;
-/// Dark frames in a row after which the exposure becomes long: half a second at 30 frames a second (a guess).
+/// Number of dark frames in a row after which the exposure becomes long: half a second at 30 frames per second (a
+/// guess).
 pub(crate) const DARK_FRAMES: u32 = 15;
-/// Bright frames in a row after which it becomes short again: the lag of the camera's control loop (a guess).
+/// Number of bright frames in a row after which the exposure becomes short again: the lag of the camera's control loop
+/// (a guess).
 pub(crate) const BRIGHT_FRAMES: u32 = 3;
 
-/// How long a frame's exposure, and so the frame, may last.
+/// The longest exposure of a frame, and so its length.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Interval {
     /// The nominal frame interval.
     #[default]
     Nominal,
-    /// Four of them: 7.5 frames a second instead of 30.
+    /// Four nominal intervals: 7.5 frames per second instead of 30.
     Long,
 }
 
 impl Interval {
-    /// Nominal frame intervals that the frame spans: 1 or 4.
+    /// Returns the number of nominal frame intervals that the frame spans: 1 or 4.
     pub(crate) const fn frames(self) -> u32 {
         match self {
             Self::Nominal => 1,
@@ -31,27 +35,29 @@ impl Interval {
     }
 }
 
-/// The control loop: dark frames make the exposure long, bright ones short.
+/// The control loop: dark frames make the exposure long, bright frames make it short.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct AutoExposure {
     interval: Interval,
-    /// Frames in a row that ask for the other interval.
+    /// Number of frames in a row that call for the other interval.
     count: u32,
 }
 
 impl AutoExposure {
-    /// A camera at its nominal rate.
+    /// Creates a camera at its nominal rate.
     pub(crate) fn new() -> Self {
         Self::default()
     }
 
-    /// How long the next frame lasts.
+    /// Returns the length of the next frame.
     pub(crate) fn interval(self) -> Interval {
         self.interval
     }
 
-    /// Takes a frame into account; how long the next one lasts. `mean_level` is the mean of the last frame's taxels as a share of full scale, o
-    /// of the SPEC, with the black level.
+    /// Takes a frame into account and returns the length of the next one.
+    ///
+    /// `mean_level` is the mean of the last frame's taxels as a fraction of full scale, o of the SPEC, with the black
+    /// level.
     pub(crate) fn next(&mut self, mean_level: f64) -> Interval {
         let (asks, frames, other) = match self.interval {
             Interval::Nominal => (mean_level < DARK, DARK_FRAMES, Interval::Long),
@@ -69,7 +75,7 @@ impl AutoExposure {
 mod tests {
     use super::*;
 
-    /// The interval after each of `frames` frames of this level.
+    /// Returns the interval after each of `frames` frames of this level.
     fn after(camera: &mut AutoExposure, level: f64, frames: u32) -> Vec<u32> {
         (0..frames).map(|_| camera.next(level).frames()).collect()
     }

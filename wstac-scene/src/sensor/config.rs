@@ -1,4 +1,4 @@
-//! What a `[sensor]` table says.
+//! The `[sensor]` table of a scene.
 //!
 //! ```toml
 //! size = [1280, 720]     # width and height in pixels
@@ -18,7 +18,7 @@
 //! auto_exposure = false  # whether the camera lengthens its exposure in the dark
 //! ```
 //!
-//! and a table `[sensor.pose]` where the camera does not look straight on: [`Pose`].
+//! If the camera does not look straight on, there is also a table `[sensor.pose]`: [`Pose`].
 
 use serde::Deserialize;
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
@@ -35,35 +35,37 @@ use crate::keys::within;
 pub struct SensorConfig {
     /// Width and height of the frames (paper: 1280 × 720).
     pub size: FrameSize,
-    /// Frames a second (paper: 30).
+    /// Frames per second (paper: 30).
     pub rate: FrameRate,
     /// Pixel format.
     pub format: SensorFormat,
-    /// Matrix and range; they matter for YCbCr formats only.
+    /// Matrix and range; they matter only for YCbCr formats.
     pub color: YcbcrEncoding,
-    /// JPEG quality, 1..=100; it matters for JPEG pictures only.
+    /// JPEG quality, 1..=100; it matters only for JPEG pictures.
     pub quality: u8,
-    /// Share of the frame interval during which the shutter is open, 0.01..=1. The sensor itself takes light that is
-    /// integrated already.
+    /// Fraction of the frame interval during which the shutter is open, 0.01..=1.
+    ///
+    /// The sensor itself takes light that is already integrated.
     pub exposure: f64,
-    /// Electrons at full scale at a gain of 1, 1..=1e9 (a guess: 100 a level of 255).
+    /// Electrons at full scale at a gain of 1, 1..=1e9 (a guess: 100 for each level of 255).
     pub full_well: f64,
-    /// Deviation of the read noise in electrons, at the pixel, 0..=1e6 (a guess: 0.6 of a level of 255).
+    /// Standard deviation of the read noise in electrons, at the pixel, 0..=1e6 (a guess: 0.6 of a level of 255).
     pub read_noise: f64,
-    /// Value of a pixel without light, in 1/255 of full scale, 0..=128 (a guess: below the speed law's threshold, as
-    /// the paper's camera must be).
+    /// Value of a pixel without light, in 1/255 of full scale, 0..=128.
+    ///
+    /// The default is a guess: below the speed law's threshold, as the paper's camera must be.
     pub black_level: f64,
     /// Analogue gain, 1..=1000.
     pub gain: f64,
-    /// Deviation of the point spread in pixels, 0..=100.
+    /// Standard deviation of the point spread in pixels, 0..=100.
     pub blur: f64,
-    /// Scale of all random deviations of the sensor, 0 for none, 0..=10 000.
+    /// Scale of all random deviations of the sensor, 0..=10 000; 0 for none.
     pub noise: f64,
-    /// Share of frames that the driver drops at random, 0..=0.9. Whoever hands frames out drops them.
+    /// Fraction of frames that the driver drops at random, 0..=0.9; the caller drops them.
     pub dropped: f64,
-    /// Whether the camera lengthens its exposure in the dark: [`AutoExposure`](super::auto_exposure::AutoExposure).
+    /// `true` if the camera lengthens its exposure in the dark: [`AutoExposure`](super::auto_exposure::AutoExposure).
     pub auto_exposure: bool,
-    /// How the camera looks at the whiskers; nothing for straight on, with only the pixels under whiskers computed.
+    /// The camera's pose, or `None` if it looks straight on; then only the pixels under whiskers are computed.
     pub pose: Option<Pose>,
 }
 
@@ -91,7 +93,7 @@ impl Default for SensorConfig {
 
 const DEFAULT_SIZE: FrameSize = match FrameSize::new(1280, 720) {
     Ok(size) => size,
-    // Not reached: evaluated at compile time.
+    // Unreachable: evaluated at compile time.
     Err(_) => panic!(),
 };
 
@@ -120,7 +122,7 @@ struct Keys {
 impl TryFrom<Keys> for SensorConfig {
     type Error = String;
 
-    /// Names the key, what was found and what was expected.
+    /// Checks the table; an error names the key, the value found and the values expected.
     fn try_from(keys: Keys) -> Result<Self, String> {
         let default = Self::default();
         let config = Self {
@@ -153,10 +155,10 @@ impl TryFrom<Keys> for SensorConfig {
 }
 
 impl SensorConfig {
-    /// Checks what the types leave open: every field's range is part of its description.
+    /// Checks the ranges that the types leave open: every field's description states its range.
     ///
     /// # Errors
-    /// Names the key, what was found and what was expected.
+    /// A value is out of range; the message names the key, the value found and the values expected.
     pub fn check(&self) -> Result<(), String> {
         checked_quality(self.quality.into())?;
         within("exposure", self.exposure, 0.01, 1.0)?;
@@ -182,10 +184,13 @@ fn checked_size([width, height]: [i64; 2]) -> Result<FrameSize, String> {
     size.ok_or_else(|| format!("size is [{width}, {height}], expected width and height of 1 to 16384 pixels"))
 }
 
-/// Highest rate of a `[sensor]` table, in frames a second.
+/// Highest rate of a `[sensor]` table, in frames per second.
 const HIGHEST_RATE: f64 = 10_000.0;
 
-/// Rates that are written rounded, as in 29.97, are what they stand for; others are taken to a thousandth.
+/// Returns the exact rate for a number in a file.
+///
+/// A rate that is written rounded, such as 29.97, stands for its exact fraction. Other rates are rounded to a
+/// thousandth.
 fn checked_rate(found: f64) -> Result<FrameRate, String> {
     let expected = || format!("fps is {found}, expected 1 to {HIGHEST_RATE} frames a second");
     if !(1.0..=HIGHEST_RATE).contains(&found) {
@@ -203,7 +208,7 @@ fn checked_rate(found: f64) -> Result<FrameRate, String> {
     FrameRate::new(numerator, denominator).map_err(|_| expected())
 }
 
-/// The value of this name; the default where there is none.
+/// Returns the value of a name, or the default if there is no name.
 fn one_of<T: Default>(key: &str, found: Option<String>, named: [(&str, T); 2]) -> Result<T, String> {
     let Some(found) = found else { return Ok(T::default()) };
     let expected = format!("{key} is {found:?}, expected {:?} or {:?}", named[0].0, named[1].0);

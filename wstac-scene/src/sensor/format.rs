@@ -7,7 +7,7 @@ use wstac_core::green::any::PixelFormat;
 
 use wstac_host::camera::formats::{self, Coding, FourCc};
 
-/// One of the four-character codes that cameras are read in.
+/// One of the four-character codes that cameras can deliver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SensorFormat {
     code: FourCc,
@@ -18,17 +18,17 @@ impl SensorFormat {
     /// 8 bits of gray, the default.
     pub const GREY: Self = Self { code: *b"GREY", coding: Coding::Raw(PixelFormat::Gray) };
 
-    /// The format of this code; nothing where no camera is read in it.
+    /// Returns the format of a code, or `None` if no camera is read in it.
     pub fn new(code: FourCc) -> Option<Self> {
         formats::coding(code).map(|coding| Self { code, coding })
     }
 
-    /// Its code.
+    /// Returns its code.
     pub fn code(self) -> FourCc {
         self.code
     }
 
-    /// Pixel format of the bytes that are handed out: of a JPEG picture, as it is decoded.
+    /// Returns the pixel format of the delivered bytes; for a JPEG picture, that of the decoded bytes.
     pub fn pixels(self) -> PixelFormat {
         match self.coding {
             Coding::Raw(format) => format,
@@ -36,12 +36,12 @@ impl SensorFormat {
         }
     }
 
-    /// Whether frames go through a JPEG picture.
+    /// Returns `true` if frames go through a JPEG picture.
     pub fn is_jpeg(self) -> bool {
         self.coding == Coding::Jpeg
     }
 
-    /// Whether its bytes hold green itself, so that a taxel's sum can be told without them.
+    /// Returns `true` if its bytes hold green itself, so that a taxel's sum can be computed without them.
     pub fn stores_green(self) -> bool {
         !self.is_jpeg() && !self.pixels().is_ycbcr()
     }
@@ -62,7 +62,8 @@ impl fmt::Display for SensorFormat {
 impl FromStr for SensorFormat {
     type Err = String;
 
-    /// The format of this code; spaces at its end may be left out. Says what was found and what was expected otherwise.
+    /// Returns the format of a code; spaces at its end may be left out. An error names the text found and the codes
+    /// expected.
     fn from_str(text: &str) -> Result<Self, String> {
         let code = FourCc::try_from(format!("{text:<4}").as_bytes()).ok();
         let unknown = || format!("format is {text:?}, expected one of {}", formats::readable());

@@ -1,11 +1,11 @@
-//! Motion JPEG: a rendered picture goes through a JPEG encoder and the decoder that cameras' pictures go through.
+//! Motion JPEG: a rendered picture goes through a JPEG encoder and the decoder that also reads cameras' pictures.
 
 use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
 use wstac_core::layout::FrameSize;
 
 use wstac_host::camera::mjpeg::Decoder;
 
-/// What compression makes of pictures of one size.
+/// The compression of pictures of one size.
 #[derive(Clone, Debug)]
 pub(super) struct Compression {
     size: FrameSize,
@@ -15,13 +15,15 @@ pub(super) struct Compression {
 }
 
 impl Compression {
-    /// Compression at this quality, 1..=100, with chroma for 2 × 1 pixels, as most webcams have it.
+    /// Creates a compression at this quality, 1..=100, with chroma for 2 × 1 pixels, as most webcams have it.
     pub(super) fn new(size: FrameSize, quality: u8) -> Self {
         Self { size, quality, jpeg: Vec::new(), decoder: Decoder::new(size) }
     }
 
-    /// R G B bytes as they are decoded, and the picture that they come from; nothing where the picture cannot be encoded, which no size of a frame makes
-    /// happen. Bytes outside of the taxels change with those inside.
+    /// Returns the decoded R G B bytes and the picture from which they come, or `None` if the picture cannot be
+    /// encoded.
+    ///
+    /// No size of a frame prevents encoding. Bytes outside of the taxels change with those inside.
     pub(super) fn through(&mut self, rgb: &[u8]) -> Option<(&[u8], &[u8])> {
         self.jpeg.clear();
         let mut encoder = Encoder::new(&mut self.jpeg, self.quality);

@@ -1,4 +1,5 @@
-//! The camera: the taxels' light → noisy, quantised values in the bytes of a pixel format, or sums of them.
+//! The camera: it turns the taxels' light into noisy, quantized values in the bytes of a pixel format, or into their
+//! sums.
 //!
 //! The same configuration, light and random numbers give the same bytes on every machine.
 
@@ -37,14 +38,14 @@ use self::whole::WholeRenderer;
 use super::rng::Rng;
 use wstac_host::error::Error;
 
-/// How much of a sensor is computed.
+/// The part of a sensor that is computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Fidelity {
     /// Every pixel of every taxel.
     #[default]
     Rendered,
-    /// Taxel sums from their distribution: no pixels, no frame.
+    /// Taxel sums drawn from their distribution, without pixels or frames.
     Taxel,
 }
 
@@ -64,7 +65,8 @@ enum Kind {
     Taxel(Box<TaxelSampler>),
 }
 
-/// What makes frames: of a camera that looks straight on the pixels under whiskers, of another one all of them.
+/// The part of a frame that is rendered: the pixels under whiskers if the camera looks straight on, otherwise all
+/// pixels.
 #[derive(Clone, Debug)]
 enum Picture {
     Taxels(Renderer),
@@ -72,7 +74,7 @@ enum Picture {
 }
 
 impl Picture {
-    /// The bytes of the next frame.
+    /// Returns the bytes of the next frame.
     fn expose(&mut self, light: &[f64; TAXELS]) -> &[u8] {
         match self {
             Self::Taxels(renderer) => {
@@ -88,13 +90,17 @@ impl Picture {
 }
 
 impl Sensor {
-    /// A camera of this configuration and noise. `leak` is ambient light, even over every pixel of every color, as a
-    /// share of full scale at a gain of 1; one that is negative or no number is none.
+    /// Creates a camera with this configuration and noise.
+    ///
+    /// `leak` is ambient light, even over every pixel of every color, as a fraction of full scale at a gain of 1. A
+    /// leak that is negative or NaN counts as 0.
     ///
     /// # Errors
-    /// Names the key, what was found and what was expected: where [`SensorConfig::check`] does, where the frame is too
-    /// small for the layout or its sums too large, and where taxel sums are asked for in a format that does not store
-    /// green itself.
+    /// - [`SensorConfig::check`] fails.
+    /// - The frame is too small for the layout, or its sums are too large.
+    /// - Taxel sums are requested in a format that does not store green itself.
+    ///
+    /// The message names the key, the value found and the values expected.
     pub fn new(config: &SensorConfig, fidelity: Fidelity, leak: f64, rng: Rng) -> Result<Self, Error> {
         config.check().map_err(|message| Error::new("scene", message))?;
         if fidelity == Fidelity::Taxel && !config.format.stores_green() {
@@ -128,15 +134,16 @@ impl Sensor {
         Ok(Self { camera, format, color, kind })
     }
 
-    /// Takes a frame. `light` is each taxel's mean light over the exposure, as a share of full scale at a gain of 1.
+    /// Takes a frame and returns its bytes.
     ///
-    /// Bytes outside of taxels stay as dark as a pixel without noise, unless the camera has a [`Pose`]; those of JPEG
-    /// pictures may differ a little. With [`Fidelity::Taxel`] there are no bytes.
+    /// `light` is each taxel's mean light over the exposure, as a fraction of full scale at a gain of 1. Bytes outside
+    /// of taxels stay as dark as a pixel without noise, unless the camera has a [`Pose`]. Those of JPEG pictures may
+    /// differ a little. With [`Fidelity::Taxel`] there are no bytes.
     pub fn expose(&mut self, light: &[f64; TAXELS]) -> &[u8] {
         self.expose_encoded(light).0
     }
 
-    /// [`expose`](Self::expose), and the JPEG picture that was decoded, where the format is JPEG.
+    /// Takes a frame like [`expose`](Self::expose) and also returns the decoded JPEG picture, if the format is JPEG.
     pub fn expose_encoded(&mut self, light: &[f64; TAXELS]) -> (&[u8], Option<&[u8]>) {
         match &mut self.kind {
             Kind::Rendered(picture) => (picture.expose(light), None),
@@ -151,49 +158,51 @@ impl Sensor {
         }
     }
 
-    /// Takes a frame like [`expose`](Self::expose) and returns its taxel sums S, of every pixel. With
-    /// [`Fidelity::Rendered`] they are those of the rendered bytes, with [`Fidelity::Taxel`] they are drawn from the
-    /// distribution of such sums: their mean is within 0.02 of a level of 255 a pixel, their variance within 15 %.
+    /// Takes a frame like [`expose`](Self::expose) and returns its taxel sums S, of every pixel.
+    ///
+    /// With [`Fidelity::Rendered`] they are those of the rendered bytes. With [`Fidelity::Taxel`] they are drawn from
+    /// the distribution of such sums. Their mean is within 0.02 of a level of 255 for each pixel, their variance within
+    /// 15 %.
     pub fn sums(&mut self, light: &[f64; TAXELS]) -> [u32; TAXELS] {
         if let Kind::Taxel(sums) = &mut self.kind {
             return sums.next(light);
         }
         let mut accumulators = TaxelSums::new(self.camera);
-        // A frame is never short: it is as long as the camera says.
+        // A frame is never short: it has the length that the camera states.
         accumulators.push_frame(self.expose(light)).unwrap_or([0; TAXELS])
     }
 
-    /// Pixel format of the bytes that are handed out; of JPEG pictures, as they are decoded.
+    /// Returns the pixel format of the delivered bytes; for JPEG pictures, that of the decoded bytes.
     pub fn format(&self) -> PixelFormat {
         self.format
     }
 
-    /// What YCbCr numbers mean; the default where there are none.
+    /// Returns the meaning of YCbCr numbers; the default if there are none.
     pub fn color(&self) -> YcbcrEncoding {
         self.color
     }
 
-    /// Where the taxels are, snapped to cells for Bayer formats.
+    /// Returns the positions of the taxels, snapped to cells for Bayer formats.
     pub fn layout(&self) -> &Layout {
         self.camera.layout()
     }
 
-    /// Pixels counted in a taxel, A.
+    /// Returns the number of pixels counted in a taxel, A.
     pub fn pixels(&self) -> u32 {
         self.camera.pixels()
     }
 
-    /// Green full scale of one pixel, G.
+    /// Returns the green full scale of one pixel, G.
     pub fn full_scale(&self) -> u32 {
         self.camera.full_scale()
     }
 
-    /// Frames a second.
+    /// Returns the frame rate.
     pub fn rate(&self) -> FrameRate {
         self.camera.rate()
     }
 
-    /// Bytes from row to row, of planar formats those of luma.
+    /// Returns the bytes from row to row; for planar formats, those of luma.
     pub fn bytes_per_row(&self) -> usize {
         self.camera.bytes_per_row()
     }

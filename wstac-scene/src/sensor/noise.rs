@@ -1,21 +1,23 @@
-//! Normal numbers for millions of pixels a second: a table that is read from random places.
+//! Normal numbers for millions of pixels per second: a table that is read from random places.
 
 use crate::rng::Rng;
 
-/// Numbers of the table. The variance of a taxel's sum is that of independent pixels within a few per cent: the share
-/// is √(4/3 · taxel width / numbers), 4 % at 90 pixels.
+/// Number of entries in the table.
+///
+/// The variance of a taxel's sum is that of independent pixels within a few percent. The fraction is √(4/3 · taxel
+/// width / numbers), 4 % at 90 pixels.
 const NUMBERS: usize = 1 << 16;
 
-/// Numbers of mean 0 and variance 1, exactly: an error of the mean would shift whole taxels.
+/// A table of numbers of mean 0 and variance 1, exactly: an error of the mean would shift whole taxels.
 #[derive(Clone, Debug)]
 pub(super) struct NoiseTable {
-    /// The numbers, and the first ones again: every place is the start of a run.
+    /// The numbers, followed by the first ones again, so that every place is the start of a run.
     numbers: Vec<f32>,
     rng: Rng,
 }
 
 impl NoiseTable {
-    /// A table for runs of up to `longest` numbers, each times `scale`.
+    /// Creates a table for runs of up to `longest` numbers, each times `scale`.
     pub(super) fn new(longest: usize, scale: f64, mut rng: Rng) -> Self {
         let drawn: Vec<f64> = (0..NUMBERS).map(|_| rng.normal()).collect();
         let mean = drawn.iter().sum::<f64>() / NUMBERS as f64;
@@ -25,7 +27,7 @@ impl NoiseTable {
         Self { numbers: scaled.cycle().take(NUMBERS + longest).collect(), rng }
     }
 
-    /// The next `length` numbers, at most as many as the longest run.
+    /// Returns the next `length` numbers, at most as many as the longest run.
     pub(super) fn run(&mut self, length: usize) -> &[f32] {
         let start = self.rng.below(NUMBERS);
         self.numbers.get(start..start + length).unwrap_or_default()

@@ -1,11 +1,11 @@
-//! One pixel: light → electrons → a value, with shot noise and read noise.
+//! One pixel: light becomes electrons, then a value, with shot noise and read noise.
 //!
-//! A pixel collects n = (light · spot + leak) · full well electrons. Its value is black + gain · G / full well ·
-//! (n + √(n + read noise²) · noise · z), z a normal number, rounded to nearest and clamped to 0..=G.
+//! A pixel collects n = (light · spot + leak) · full well electrons. Its value is black + gain · G / full well · (n +
+//! √(n + read noise²) · noise · z), with a normal number z, rounded to nearest and clamped to 0..=G.
 
 use super::config::SensorConfig;
 
-/// Light that no table and no single precision number has trouble with, in full scales: far beyond saturation.
+/// Largest light that every table and single-precision number can hold, in full scales: far beyond saturation.
 pub(super) const MOST_LIGHT: f64 = 1e6;
 
 /// A sensor's pixel, in electrons and in values of its format.
@@ -15,7 +15,7 @@ pub(super) struct Pixel {
     pub(super) full_scale: f64,
     /// Value without an electron.
     pub(super) black: f64,
-    /// Values an electron.
+    /// Values for each electron.
     pub(super) scale: f64,
     /// Electrons at full scale at a gain of 1.
     pub(super) full_well: f64,
@@ -23,12 +23,14 @@ pub(super) struct Pixel {
     pub(super) dark: f64,
     /// Variance of the read noise in electrons.
     pub(super) read: f64,
-    /// Scale of all deviations.
+    /// Scale of all random deviations.
     pub(super) noise: f64,
 }
 
 impl Pixel {
-    /// The pixel of a sensor with this full scale, ambient light `leak` as a share of full scale at a gain of 1.
+    /// Creates the pixel of a sensor with this full scale.
+    ///
+    /// `leak` is ambient light as a fraction of full scale at a gain of 1.
     pub(super) fn new(config: &SensorConfig, full_scale: u32, leak: f64) -> Self {
         let full_scale = f64::from(full_scale);
         Self {
@@ -42,17 +44,17 @@ impl Pixel {
         }
     }
 
-    /// Value of a pixel of `electrons`, before it is rounded and without noise.
+    /// Returns the value of a pixel of `electrons`, without noise and before rounding.
     pub(super) fn value(&self, electrons: f64) -> f64 {
         self.black + self.scale * electrons
     }
 
-    /// Value of a pixel without a whisker's light, without noise.
+    /// Returns the value of a pixel without a whisker's light and without noise.
     pub(super) fn outside(&self) -> u16 {
         self.rendering().quantised(self.value(self.dark) as f32)
     }
 
-    /// The same for whole rows, in single precision.
+    /// Returns the same pixel for whole rows, in single precision.
     pub(super) fn rendering(&self) -> Rendering {
         let per_electron = self.scale * self.scale;
         Rendering {
@@ -64,47 +66,49 @@ impl Pixel {
     }
 }
 
-/// Light that can be rendered: no NaN, nothing negative, nothing endless.
+/// Returns light that can be rendered: not NaN, not negative, not infinite.
 pub(super) fn checked_light(light: f64) -> f64 {
-    // Not the same as a clamp alone, which keeps what is no number.
+    // A clamp alone would keep NaN.
     light.max(0.0).clamp(0.0, MOST_LIGHT)
 }
 
-/// What rows are rendered with: everything in values of the format.
+/// The factors with which rows are rendered, all in values of the format.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rendering {
     full_scale: f32,
     /// Value without a whisker's light.
     base: f32,
-    /// Variance of the noise there.
+    /// Variance of the noise without a whisker's light.
     variance: f32,
-    /// More variance for each value of light.
+    /// Growth of the variance for each value of light.
     shot: f32,
 }
 
-/// Added to 0..=65535, leaves that number, rounded to nearest, in the low bits of a single precision number.
+/// Constant that rounds: added to 0..=65535, it leaves the nearest integer in the low bits of a single-precision
+/// number.
 const ROUNDER: f32 = 8_388_608.0;
 
 impl Rendering {
-    /// A row of values without noise. `light` is a taxel's, `spot` says how many values of light a pixel gets for a
-    /// light of 1.
+    /// Renders a row of values without noise.
+    ///
+    /// `light` is a taxel's light; `spot` holds the values that each pixel gets for a light of 1.
     pub(super) fn quiet(&self, light: f32, spot: &[f32], values: &mut [u16]) {
         for (value, &spot) in values.iter_mut().zip(spot) {
             *value = self.quantised(self.base + light * spot);
         }
     }
 
-    /// A row of values with noise: normal numbers times the scale of all deviations.
+    /// Renders a row of values with noise: normal numbers times the scale of all deviations.
     pub(super) fn noisy(&self, light: f32, spot: &[f32], noise: &[f32], values: &mut [u16]) {
         for ((value, &spot), &noise) in values.iter_mut().zip(spot).zip(noise) {
             let light = light * spot;
-            // The one square root of std that is used here: IEEE 754 defines its every bit.
+            // This is the only square root of std in use here: IEEE 754 defines its every bit.
             let deviation = (self.variance + self.shot * light).sqrt();
             *value = self.quantised(self.base + light + deviation * noise);
         }
     }
 
-    /// The nearest of 0..=G. Written so that it compiles to a few instructions for several pixels at once.
+    /// Returns the nearest of 0..=G. This form compiles to a few instructions for several pixels at once.
     #[inline(always)]
     fn quantised(&self, value: f32) -> u16 {
         let value = if value > 0.0 { value } else { 0.0 };
@@ -141,7 +145,7 @@ mod tests {
 
     #[test]
     fn noise_is_that_of_electrons() {
-        // 100 electrons a value, 3600 of read noise's variance, a quarter of full scale of light.
+        // 100 electrons for each value, a read noise variance of 3600, and light of a quarter of full scale.
         let rendering = Pixel::new(&SensorConfig::default(), 255, 0.0).rendering();
         let mut values = [0; 2];
         rendering.noisy(0.25, &[255.0; 2], &[0.0, 10.0], &mut values);

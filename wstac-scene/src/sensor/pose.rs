@@ -1,4 +1,4 @@
-//! How a camera looks at the whiskers where it does not look straight on: the `[sensor.pose]` table.
+//! The pose of a camera that does not look straight on at the whiskers: the `[sensor.pose]` table.
 //!
 //! ```toml
 //! rotation_degrees = 0   # of the picture, counter-clockwise, -180 to 180
@@ -10,8 +10,9 @@
 //! uneven_degrees = 0     # where the brightest side is: 0 is right, 90 up
 //! ```
 //!
-//! Lengths are in halves of the picture's shorter side, from its middle, x to the right and y down: a pinhole camera
-//! sees a plane from [`DISTANCE`], then its lens moves a point at distance r from the middle to r · (1 + curvature · r²).
+//! Lengths are in halves of the picture's shorter side, from its middle, x to the right and y down. A pinhole camera
+//! sees a plane from [`DISTANCE`]. Then its lens moves a point at distance r from the middle to r · (1 + curvature ·
+//! r²).
 
 use libm::{cos, sin, sqrt};
 use serde::Deserialize;
@@ -20,9 +21,9 @@ use wstac_core::params::{COLUMNS, PAPER_IMAGE_SIDE, PAPER_PITCH, ROWS, TAXELS};
 
 use crate::keys::within;
 
-/// Distance of the camera (a guess: two pictures' sides).
+/// Distance of the camera (a guess: two picture sides).
 const DISTANCE: f64 = 4.0;
-/// Distance of neighbouring whiskers in the paper's picture.
+/// Distance of neighboring whiskers in the paper's picture.
 const PITCH: f64 = PAPER_PITCH as f64 / (PAPER_IMAGE_SIDE as f64 / 2.0);
 /// Middle of the grid of whiskers.
 const MIDDLE: [f64; 2] = [(COLUMNS / 2) as f64, (ROWS / 2) as f64];
@@ -33,17 +34,17 @@ const MIDDLE: [f64; 2] = [(COLUMNS / 2) as f64, (ROWS / 2) as f64];
 pub struct Pose {
     /// Rotation of the picture in degrees, counter-clockwise, −180..=180.
     pub rotation_degrees: f64,
-    /// Tilt of the camera in degrees, −45..=45: its right side further away, its lower side further away.
+    /// Tilt of the camera in degrees, −45..=45: first its right side further away, then its lower side further away.
     pub tilt_degrees: [f64; 2],
     /// Curvature of the lens, −0.15..=0.15: below 0 is barrel, above is pincushion.
     pub curvature: f64,
-    /// Shift right and down in shares of the picture's shorter side, −2..=2.
+    /// Shift right and down, in fractions of the picture's shorter side, −2..=2.
     pub shift: [f64; 2],
     /// Scale of the picture, 0.1..=10.
     pub scale: f64,
-    /// How many times as bright as the darkest side the brightest is, 1..=100.
+    /// Brightness of the brightest side divided by that of the darkest side, 1..=100.
     pub uneven: f64,
-    /// Where the brightest side is, in degrees, counter-clockwise: 0 is right.
+    /// Direction of the brightest side in degrees, counter-clockwise: 0 is right.
     pub uneven_degrees: f64,
 }
 
@@ -62,10 +63,10 @@ impl Default for Pose {
 }
 
 impl Pose {
-    /// Checks every key: ranges are part of their descriptions.
+    /// Checks every key against the range in its description.
     ///
     /// # Errors
-    /// Names the key, what was found and what was expected.
+    /// A value is out of range; the message names the key, the value found and the values expected.
     pub fn check(&self) -> Result<(), String> {
         within("pose rotation_degrees", self.rotation_degrees, -180.0, 180.0)?;
         self.tilt_degrees.iter().try_for_each(|&tilt| within("pose tilt_degrees", tilt, -45.0, 45.0))?;
@@ -76,33 +77,35 @@ impl Pose {
         within("pose uneven_degrees", self.uneven_degrees, -360.0, 360.0)
     }
 
-    /// Where the whiskers' bases are in a frame, row by row: x and y in pixels, whole numbers in the middle of a pixel.
+    /// Returns the positions of the whiskers' bases in a frame, row by row.
+    ///
+    /// They are x and y in pixels; whole numbers are the middle of a pixel.
     pub fn centres(&self, frame: FrameSize) -> [[f64; 2]; TAXELS] {
         let view = View::new(self, frame);
         core::array::from_fn(|taxel| view.seen(base(taxel)))
     }
 }
 
-/// A whisker's base on the sensor.
+/// Returns the position of a whisker's base on the sensor.
 fn base(taxel: usize) -> [f64; 2] {
     let [column, row] = [taxel % COLUMNS, taxel / COLUMNS].map(|k| k as f64);
     [(column - MIDDLE[0]) * PITCH, (row - MIDDLE[1]) * PITCH]
 }
 
-/// The way from the sensor to pixels of a frame, and back.
+/// The mapping from the sensor to pixels of a frame, and back.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View {
-    /// From the sensor to the picture without the lens, homogeneous.
+    /// The mapping from the sensor to the picture without the lens, homogeneous.
     forth: [[f64; 3]; 3],
-    /// The way back, up to a positive factor.
+    /// The inverse mapping, up to a positive factor.
     back: [[f64; 3]; 3],
     curvature: f64,
-    /// Middle and half of the shorter side, in pixels.
+    /// Middle of the picture and half of its shorter side, in pixels.
     middle: [f64; 2],
     half: f64,
-    /// Light is 1 at the brightest side and less by this much at the darkest one …
+    /// Drop of the light from the brightest side, where it is 1, to the darkest side.
     uneven: f64,
-    /// … in this direction.
+    /// Direction of the brightest side.
     towards: [f64; 2],
 }
 
@@ -111,7 +114,7 @@ impl View {
         let radians = |degrees: f64| degrees * core::f64::consts::PI / 180.0;
         let turned = |degrees: f64| [cos(radians(degrees)), sin(radians(degrees))];
         let (turn, [across, down]) = (turned(pose.rotation_degrees), pose.tilt_degrees.map(turned));
-        // The plane's own x and y, turned, then tilted: right, down and away from the camera.
+        // The plane's own x and y, rotated, then tilted: right, down and away from the camera.
         let point = |[x, y]: [f64; 2]| {
             let (right, below) = (x * turn[0] + y * turn[1], y * turn[0] - x * turn[1]);
             let away = right * across[1];
@@ -137,7 +140,7 @@ impl View {
         }
     }
 
-    /// The pixel that sees a point of the sensor.
+    /// Returns the pixel that sees a point of the sensor.
     pub(super) fn seen(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let [right, down, away] = self.forth.map(|[of_x, of_y, of_one]| of_x * x + of_y * y + of_one);
         let [right, down] = [right / away, down / away];
@@ -145,7 +148,7 @@ impl View {
         [self.middle[0] + right * lens * self.half, self.middle[1] + down * lens * self.half]
     }
 
-    /// The point of the sensor that a pixel sees; nothing where the lens or the tilt leaves none.
+    /// Returns the point of the sensor that a pixel sees, or `None` if the lens or the tilt leaves none.
     pub(super) fn source(&self, pixel: [f64; 2]) -> Option<[f64; 2]> {
         let [right, down] = self.off_middle(pixel);
         let lens = self.straightened(sqrt(right * right + down * down))?;
@@ -154,7 +157,7 @@ impl View {
         (away > 0.0).then(|| [x / away, y / away])
     }
 
-    /// Light of a pixel as a share of that at the brightest side.
+    /// Returns the light of a pixel as a fraction of that at the brightest side.
     pub(super) fn brightness(&self, pixel: [f64; 2]) -> f64 {
         let [right, down] = self.off_middle(pixel);
         let towards = (right * self.towards[0] + down * self.towards[1]).clamp(-1.0, 1.0);
@@ -165,13 +168,13 @@ impl View {
         [(pixel[0] - self.middle[0]) / self.half, (pixel[1] - self.middle[1]) / self.half]
     }
 
-    /// What a distance from the middle is multiplied with to undo the lens.
+    /// Returns the factor for a distance from the middle that undoes the lens.
     fn straightened(&self, distance: f64) -> Option<f64> {
         let mut straight = distance;
         for _ in 0..20 {
             let square = straight * straight;
             let slope = 1.0 + 3.0 * self.curvature * square;
-            // From here on a barrel lens would fold the picture.
+            // Beyond this point a barrel lens would fold the picture.
             if slope < 0.05 {
                 return None;
             }
@@ -182,8 +185,9 @@ impl View {
     }
 }
 
-/// Which whisker's light falls where on the sensor: the nearest taxel, and how far from its base, in tactile pictures'
-/// half sides.
+/// Returns the nearest taxel of a point on the sensor, and the distance from its base.
+///
+/// The distance is in half sides of a tactile picture.
 pub(super) fn nearest([x, y]: [f64; 2]) -> (usize, f64) {
     let nearest = |at: f64, middle: f64, count: usize| {
         let place = at / PITCH + middle;
@@ -194,7 +198,7 @@ pub(super) fn nearest([x, y]: [f64; 2]) -> (usize, f64) {
     (taxel, sqrt((x - left) * (x - left) + (y - top) * (y - top)))
 }
 
-/// The inverse of a matrix times its determinant, which is above 0 for what a camera sees.
+/// Returns the inverse of a matrix times its determinant, which is above 0 for all that a camera sees.
 fn adjugate([a, b, c]: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
     let cross =
         |u: &[f64; 3], v: &[f64; 3]| [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];

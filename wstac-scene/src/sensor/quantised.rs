@@ -1,4 +1,4 @@
-//! Mean and variance of a pixel's value: normal, rounded to the values that a format knows, clamped to them.
+//! Mean and variance of a pixel's value: a normal number, rounded to the values of a format and clamped to them.
 
 use core::f64::consts::{FRAC_1_SQRT_2, PI};
 
@@ -6,10 +6,11 @@ use libm::{erfc, exp, round, sqrt};
 
 use super::encode::{GREEN_LEVELS, green_level, nearest_green};
 
-/// Deviations beyond which nothing is expected: the sensor's own numbers end at six.
+/// Number of standard deviations beyond which no value is expected: the sensor's own numbers end at six.
 const REACH: f64 = 7.0;
-/// Deviation in values from which rounding is taken as even noise of 1/12: exact within 0.002 of a value (where values
-/// are clamped; elsewhere far better).
+/// Standard deviation in values from which rounding is taken as even noise of 1/12.
+///
+/// It is exact within 0.002 of a value if values are clamped, and far better otherwise.
 const SMOOTH: f64 = 8.0;
 
 /// The values that a pixel can have.
@@ -17,19 +18,20 @@ const SMOOTH: f64 = 8.0;
 pub(super) enum Values {
     /// Every integer up to full scale.
     Every(u32),
-    /// What 6 bits of green are read as, each with the least value before rounding that becomes it, but the first.
+    /// The levels that 6 bits of green are read as; each but the first has the smallest unrounded value that becomes
+    /// it.
     Six(Vec<(f64, f64)>),
 }
 
 impl Values {
-    /// Values of RGB565's green.
+    /// Returns the values of RGB565's green.
     pub(super) fn six_bits() -> Self {
         let least = |bits| (0..=255).find(|&value| nearest_green(value) >= bits).unwrap_or(u16::MAX);
         let level = |bits| f64::from(green_level(bits));
         Self::Six((1..GREEN_LEVELS).map(|bits| (f64::from(least(bits)) - 0.5, level(bits))).collect())
     }
 
-    /// Mean and variance of the nearest value of a normal number of this mean and deviation.
+    /// Returns the mean and variance of a normal number of this mean and deviation after rounding to the nearest value.
     pub(super) fn moments(&self, mean: f64, deviation: f64) -> [f64; 2] {
         match self {
             &Self::Every(most) if deviation >= SMOOTH => clamped(mean, deviation, f64::from(most)),
@@ -44,7 +46,7 @@ impl Values {
     }
 }
 
-/// Moments of a value that is `lowest`, or that of the highest step which a normal number reaches.
+/// Returns the moments of a value that is `lowest`, or that of the highest step which a normal number reaches.
 fn stepped(lowest: f64, steps: impl Iterator<Item = (f64, f64)>, mean: f64, deviation: f64) -> [f64; 2] {
     let (mut first, mut second, mut before) = (0.0, 0.0, 0.0);
     for (least, value) in steps {
@@ -63,13 +65,13 @@ fn stepped(lowest: f64, steps: impl Iterator<Item = (f64, f64)>, mean: f64, devi
     [lowest + first, (second - first * first).max(0.0)]
 }
 
-/// Moments of a normal number that is clamped to 0..=`most`, and rounded.
+/// Returns the moments of a normal number that is clamped to 0..=`most` and rounded.
 fn clamped(mean: f64, deviation: f64, most: f64) -> [f64; 2] {
     let (low, high) = (-mean / deviation, (most - mean) / deviation);
     let density = |z: f64| exp(-0.5 * z * z) / sqrt(2.0 * PI);
     let above = upper_tail(high);
     let inside = upper_tail(low) - above;
-    // Moments about the mean: no difference of large numbers far from the clamps.
+    // Moments about the mean avoid a difference of large numbers far from the clamps.
     let first = deviation * (density(low) - density(high)) + (most - mean) * above - mean * upper_tail(-low);
     let second = deviation * deviation * (inside + low * density(low) - high * density(high))
         + (most - mean) * (most - mean) * above
@@ -77,7 +79,7 @@ fn clamped(mean: f64, deviation: f64, most: f64) -> [f64; 2] {
     [mean + first, (second - first * first + inside / 12.0).max(0.0)]
 }
 
-/// The share of normal numbers above z.
+/// Returns the fraction of normal numbers above z.
 fn upper_tail(z: f64) -> f64 {
     if z < -REACH {
         1.0
@@ -92,7 +94,7 @@ fn upper_tail(z: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Moments by brute force: a sum over the normal distribution in small steps.
+    /// Computes moments by brute force: a sum over the normal distribution in small steps.
     fn by_sum(mean: f64, deviation: f64, quantised: impl Fn(f64) -> f64) -> [f64; 2] {
         let (mut total, mut first, mut second) = (0.0, 0.0, 0.0);
         for step in -70_000..=70_000 {

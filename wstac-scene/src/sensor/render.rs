@@ -1,4 +1,4 @@
-//! Frames of pixels: every taxel's light as values of its pixels, and those as bytes.
+//! Frames of pixels: every taxel's light becomes values of its pixels, and those become bytes.
 
 use std::sync::Arc;
 
@@ -14,9 +14,11 @@ use super::pixel::{Pixel, Rendering, checked_light};
 use super::spot::Spot;
 use crate::rng::Rng;
 
-/// Light of each color as a share of green: ZnS:Cu shines at about 520 nm, and a camera's red and blue filters let
-/// some of that through (guesses).
+/// Light of red as a fraction of green (a guess).
+///
+/// ZnS:Cu shines at about 520 nm, and a camera's red and blue filters let some of that through.
 pub(super) const RED_SHARE: f64 = 0.25;
+/// Light of blue as a fraction of green (a guess).
 pub(super) const BLUE_SHARE: f64 = 0.3;
 
 /// Renders frames of one format.
@@ -28,16 +30,16 @@ pub(super) struct Renderer {
     rendering: Rendering,
     /// Values of light of a taxel's pixels, row by row, for a light of 1.
     spot: Vec<f32>,
-    /// Nothing where there is no noise.
+    /// The noise, or `None` if there is none.
     noise: Option<NoiseTable>,
     /// Value of a pixel outside of the taxels.
     outside: u16,
-    /// The block under way: as wide and high as a taxel's cells in one row of cells.
+    /// The block in progress: its width and height are those of a taxel's cells in one row of cells.
     values: [Vec<u16>; 3],
 }
 
 impl Renderer {
-    /// A renderer of a camera's frames, which are black at first.
+    /// Creates a renderer of a camera's frames, which are black at first.
     pub(super) fn new(
         config: &SensorConfig,
         camera: &FrameGeometry<Any>,
@@ -75,7 +77,7 @@ impl Renderer {
         renderer
     }
 
-    /// The frame as it was exposed last.
+    /// Returns the frame that was exposed last.
     pub(super) fn bytes(&self) -> &[u8] {
         &self.frame.bytes
     }
@@ -88,7 +90,7 @@ impl Renderer {
         }
     }
 
-    /// Renders one taxel, block by block. What of a block is not the taxel's is as dark as outside.
+    /// Renders one taxel, block by block. The part of a block that is outside of the taxel stays dark.
     fn expose_taxel(&mut self, [left, top]: [usize; 2], light: f64) {
         let [columns, rows] = self.encoder.cell();
         let [width, height] = self.layout.taxel().map(usize::from);
@@ -118,14 +120,14 @@ impl Renderer {
         }
     }
 
-    /// Places and shares of the colors that are rendered.
+    /// Iterates over the places and fractions of the rendered colors.
     fn colors(&self) -> impl Iterator<Item = (usize, f64)> + use<> {
         let colors = [(0, RED_SHARE), (1, 1.0), (2, BLUE_SHARE)];
         let colored = self.encoder.is_colored();
         colors.into_iter().filter(move |&(color, _)| colored || color == 1)
     }
 
-    /// Writes the whole frame as it is outside of taxels.
+    /// Writes the whole frame with the value outside of taxels.
     fn blacken(&mut self) {
         let [columns, rows] = self.encoder.cell();
         let width = usize::from(self.layout.frame().width()).next_multiple_of(columns);

@@ -1,40 +1,42 @@
-//! A whisker's spot of light: where in its taxel the light falls.
+//! A whisker's spot of light: the distribution of the light within its taxel.
 
 use libm::{ceil, exp};
 
 use super::encode::{Mosaic, Site};
 use super::render::{BLUE_SHARE, RED_SHARE};
 
-/// Radius of a whisker's spot as a share of its taxel's shorter side (a guess).
+/// Radius of a whisker's spot as a fraction of its taxel's shorter side (a guess).
 const RADIUS: f64 = 0.44;
-/// Width of the spot's soft edge, likewise (a guess).
+/// Width of the spot's soft edge as a fraction of the taxel's shorter side (a guess).
 const SOFTNESS: f64 = 0.12;
-/// Half width of the point spread's kernel in deviations: 6e-5 of the light is further off.
+/// Half width of the point spread's kernel in standard deviations: 6e-5 of the light is further away.
 const KERNEL_DEVIATIONS: f64 = 4.0;
-/// Side of a taxel that a spot's mean is taken over where no taxel's own pixels are.
+/// Side of the taxel over which a spot's mean is taken if there is no taxel with its own pixels.
 const FINE: usize = 200;
 
-/// Light at this distance from a base, in shorter sides of a taxel, as a share of that in the middle.
+/// Returns the light at a distance from a base as a fraction of that in the middle.
+///
+/// The distance is in shorter sides of a taxel.
 pub(super) fn profile(distance: f64) -> f64 {
     ((RADIUS - distance) / SOFTNESS + 0.5).clamp(0.0, 1.0)
 }
 
-/// Light of a spot's middle, as a multiple of its taxel's mean light.
+/// Returns the light of a spot's middle, as a multiple of its taxel's mean light.
 pub(super) fn brightest() -> f64 {
     disc(FINE, FINE).into_iter().fold(0.0, f64::max)
 }
 
-/// Where a taxel's light falls, as multiples of the taxel's mean light.
+/// The distribution of a taxel's light, as multiples of the taxel's mean light.
 #[derive(Clone, Debug)]
 pub(super) struct Spot {
-    /// Light of every pixel, row by row; of a mosaic's sites, of the color that they see.
+    /// Light of every pixel, row by row; for a mosaic's sites, of the color that they see.
     pub(super) light: Vec<f64>,
     /// Light of the pixels that are counted as green, in no order.
     pub(super) green: Vec<f64>,
 }
 
 impl Spot {
-    /// The spot of a taxel of this size, which starts at a mosaic's first site.
+    /// Creates the spot of a taxel of this size, which starts at a mosaic's first site.
     pub(super) fn new(size: [usize; 2], blur: f64, mosaic: Option<Mosaic>) -> Self {
         let light = spot(size, blur);
         let Some(mosaic) = mosaic else { return Self { green: light.clone(), light } };
@@ -54,10 +56,10 @@ impl Spot {
     }
 }
 
-/// Light of a taxel's pixels, row by row: a soft disc, blurred by a Gaussian of `blur` pixels.
+/// Returns the light of a taxel's pixels, row by row: a soft disc, blurred by a Gaussian of `blur` pixels.
 ///
 /// The mean is 1 without blur. Blurred light that leaves the taxel is lost: neither the pixels between the taxels nor
-/// the neighbours get it.
+/// the neighbors receive it.
 fn spot([width, height]: [usize; 2], blur: f64) -> Vec<f64> {
     let disc = disc(width, height);
     if blur > 0.0 { blurred(&disc, width, blur) } else { disc }
@@ -68,7 +70,7 @@ fn disc(width: usize, height: usize) -> Vec<f64> {
     let (x0, y0) = ((width as f64 - 1.0) / 2.0, (height as f64 - 1.0) / 2.0);
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x as f64 - x0, y as f64 - y0)));
     let mut disc: Vec<f64> = pixels.map(|(x, y)| profile((x * x + y * y).sqrt() / side)).collect();
-    // At least one pixel is lit: the middle of a taxel is nearer than the radius, or half a pixel off.
+    // At least one pixel is lit: the middle of a taxel is nearer than the radius, or half a pixel away.
     let mean = disc.iter().sum::<f64>() / disc.len() as f64;
     for light in &mut disc {
         *light /= mean;
@@ -76,7 +78,7 @@ fn disc(width: usize, height: usize) -> Vec<f64> {
     disc
 }
 
-/// Rows, then columns, convolved with the kernel; beyond the taxel is no light.
+/// Convolves rows, then columns, with the kernel; there is no light beyond the taxel.
 pub(super) fn blurred(light: &[f64], width: usize, deviation: f64) -> Vec<f64> {
     let height = light.len() / width.max(1);
     let half = ceil(KERNEL_DEVIATIONS * deviation) as usize;
@@ -87,7 +89,7 @@ pub(super) fn blurred(light: &[f64], width: usize, deviation: f64) -> Vec<f64> {
     convolved(&across, height, width, &kernel)
 }
 
-/// The rows of a picture convolved with one half of a kernel, as the columns of the picture that is returned.
+/// Convolves the rows of a picture with one half of a kernel, and returns them as the columns of a picture.
 fn convolved(light: &[f64], width: usize, height: usize, kernel: &[f64]) -> Vec<f64> {
     let half = kernel.len().saturating_sub(1);
     let mut columns = vec![0.0; light.len()];
@@ -131,7 +133,7 @@ mod tests {
             assert!(left < last && left > 0.0, "{blur}: {left}");
             assert!(blur > 2.0 || left > 0.99, "{blur}: {left}");
             assert!(blurred[44 * 90 + 44] <= sharp[44 * 90 + 44]);
-            // As symmetrical as the disc.
+            // The result is as symmetrical as the disc.
             for (a, b) in [(0, 89), (5 * 90 + 30, 30 * 90 + 5), (44 * 90 + 3, 45 * 90 + 86)] {
                 assert!((blurred[a] - blurred[b]).abs() < 1e-12);
             }
@@ -141,7 +143,7 @@ mod tests {
 
     #[test]
     fn the_variance_of_a_spot_grows_by_that_of_the_point_spread() {
-        // Far enough from the rim: a spot in the middle of much dark.
+        // The rim is far enough away: a spot in the middle of a large dark area.
         let mut light = vec![0.0; 101 * 101];
         light[50 * 101 + 50] = 1.0;
         let wide = blurred(&light, 101, 3.0);

@@ -18,7 +18,7 @@ fn rendered(config: &SensorConfig) -> Sensor {
     Sensor::new(config, Fidelity::Rendered, 0.0, Rng::new(5, 3)).unwrap()
 }
 
-/// Mean levels of 255 of every taxel.
+/// Returns the mean level of every taxel, in levels of 255.
 fn levels(sensor: &mut Sensor, light: &[f64; TAXELS]) -> [f64; TAXELS] {
     let scale = f64::from(sensor.pixels()) * f64::from(sensor.full_scale()) / 255.0;
     sensor.sums(light).map(|sum| f64::from(sum) / scale)
@@ -32,11 +32,11 @@ fn a_taxel_is_as_bright_as_it_is_told_to_be() {
             let mut light = [0.0; TAXELS];
             light[7] = 0.25;
             let levels = levels(&mut sensor, &light);
-            // Few bits, chroma's rounding (up to a level of green in all) and compression err alike everywhere.
+            // Few bits, the rounding of chroma (up to a level of green in all) and compression err alike everywhere.
             let most = match format {
                 "RGBP" | "YUYV" | "UYVY" | "NV12" | "YU12" | "422P" | "MJPG" => 1.1,
                 "RGGB" | "GB10" | "BG12" => 0.6,
-                // The flat middle of a spot is rounded alike without noise.
+                // Without noise the flat middle of a spot is rounded to the same value everywhere.
                 _ if noise == 0.0 => 0.3,
                 _ => 0.05,
             };
@@ -74,7 +74,7 @@ fn only_taxels_are_written() {
         for y in 0..107 {
             for x in 0..203 {
                 let pixel = y * bytes_per_row + bytes * x..y * bytes_per_row + bytes * (x + 1);
-                // Chroma of a pair reaches a pixel further.
+                // The chroma of a pair reaches one pixel further.
                 let near = inside(&layout, x, y) || format == "YUYV" && inside(&layout, x ^ 1, y);
                 assert!(near || before[pixel.clone()] == after[pixel], "{format} {x} {y}");
             }
@@ -121,17 +121,17 @@ fn auto_exposure_and_options_that_are_carried_change_no_byte() {
     assert_eq!(rendered(&plain).expose(&[0.1; TAXELS]), rendered(&carried).expose(&[0.1; TAXELS]));
 }
 
-/// FNV-1a.
+/// Computes an FNV-1a hash.
 fn hash(bytes: impl IntoIterator<Item = u8>) -> u64 {
     bytes.into_iter().fold(0xCBF2_9CE4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3))
 }
 
-/// Light from dark to beyond saturation.
+/// Returns light from dark to beyond saturation.
 fn slope(frame: u32) -> [f64; TAXELS] {
     core::array::from_fn(|k| 0.06 * k as f64 * f64::from(frame))
 }
 
-/// Made on x86-64; any other machine must make the same bytes.
+/// Checks hashes that were made on x86-64; any other machine must make the same bytes.
 #[test]
 fn a_seed_gives_the_same_bytes_everywhere() {
     let expected: [(&str, u64); 13] = [
@@ -173,7 +173,7 @@ fn a_seed_gives_the_same_sums_everywhere() {
     assert_eq!(found, expected, "{found:#X?}");
 }
 
-/// Mean and variance of the sums' levels of 255, over frames and taxels.
+/// Returns the mean and variance of the sums in levels of 255, over frames and taxels.
 fn statistics(config: &SensorConfig, fidelity: Fidelity, light: f64, frames: u32) -> [f64; 2] {
     let mut sensor = Sensor::new(config, fidelity, 0.001, Rng::new(11, fidelity as u64)).unwrap();
     let all: Vec<f64> = (0..frames).flat_map(|_| levels(&mut sensor, &[light; TAXELS])).collect();
@@ -181,7 +181,7 @@ fn statistics(config: &SensorConfig, fidelity: Fidelity, light: f64, frames: u32
     [mean, all.iter().map(|level| (level - mean) * (level - mean)).sum::<f64>() / (all.len() as f64 - 1.0)]
 }
 
-/// What the documentation of [`Sensor::sums`] says.
+/// Checks the numbers in the documentation of [`Sensor::sums`].
 #[test]
 fn drawn_sums_are_distributed_as_rendered_ones() {
     let config = |format, change: fn(&mut SensorConfig)| {
@@ -214,7 +214,7 @@ fn drawn_sums_are_distributed_as_rendered_ones() {
             let off = (render[0] - drawn[0]).abs();
             assert!(off < 0.02 + chance, "{about}: mean {} drawn, {} rendered", drawn[0], render[0]);
             worst_mean = worst_mean.max(off);
-            // Where nearly no pixel ever changes, a sum's own rounding is as large as its deviation.
+            // If nearly no pixel ever changes, a sum's own rounding is as large as its standard deviation.
             if render[1].max(drawn[1]) > 1e-9 {
                 let ratio = drawn[1] / render[1];
                 assert!((ratio - 1.0).abs() < 0.15 + 4.0 * (4.0 / samples).sqrt(), "{about}: variance {ratio} times");

@@ -1,4 +1,4 @@
-//! Frames of pixels where the camera does not look straight on: every pixel of the frame is computed, with its noise.
+//! Frames of pixels for a camera that does not look straight on: every pixel of the frame is computed, with its noise.
 
 use std::sync::Arc;
 
@@ -15,27 +15,27 @@ use super::render::{BLUE_SHARE, RED_SHARE};
 use super::spot::{blurred, brightest, profile};
 use crate::rng::Rng;
 
-/// Shorter side of a taxel on the sensor, in tactile pictures' half sides.
+/// Shorter side of a taxel on the sensor, in half sides of a tactile picture.
 const TAXEL: f64 = 2.0 * PAPER_TAXEL_SIDE as f64 / PAPER_IMAGE_SIDE as f64;
 
-/// Renders whole frames of one format as a camera in some pose sees them.
+/// Renders whole frames of one format for a camera in some pose.
 #[derive(Clone, Debug)]
 pub(super) struct WholeRenderer {
     frame: Frame,
     encoder: Arc<dyn Encoder>,
     rendering: Rendering,
     width: usize,
-    /// Of every pixel, row by row: the taxel that it sees, and values of light for a light of 1 there.
+    /// For every pixel, row by row: the taxel that it sees, and its values of light for a light of 1.
     seen: Vec<(u8, f32)>,
-    /// Nothing where there is no noise.
+    /// The noise, or `None` if there is none.
     noise: Option<NoiseTable>,
-    /// Values of light of a row, and the block under way: a row of cells.
+    /// Values of light of a row, and the block in progress: a row of cells.
     lights: Vec<f32>,
     values: [Vec<u16>; 3],
 }
 
 impl WholeRenderer {
-    /// A renderer of a camera's frames.
+    /// Creates a renderer of a camera's frames.
     pub(super) fn new(
         config: &SensorConfig,
         pose: &Pose,
@@ -74,7 +74,7 @@ impl WholeRenderer {
         }
     }
 
-    /// The frame as it was exposed last.
+    /// Returns the frame that was exposed last.
     pub(super) fn bytes(&self) -> &[u8] {
         &self.frame.bytes
     }
@@ -109,7 +109,7 @@ impl WholeRenderer {
     }
 }
 
-/// Of every pixel the taxel that it sees, and its light as a share of that in a spot's middle.
+/// Returns for every pixel the taxel that it sees, and its light as a fraction of that in a spot's middle.
 fn looked_up(view: &View, width: usize, height: usize) -> (Vec<u8>, Vec<f64>) {
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| [x as f64, y as f64]));
     let looked_up = pixels.map(|pixel| {

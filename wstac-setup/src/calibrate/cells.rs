@@ -1,4 +1,4 @@
-//! Frames of any pixel format as cells of green: squares of pixels, small against a whisker's spot of light.
+//! Converts frames of any pixel format into cells of green: squares of pixels, small against a whisker's spot of light.
 
 use wstac_core::frame::{Rows, Run, Stride};
 use wstac_core::green::GreenChannel;
@@ -10,10 +10,10 @@ use wstac_core::taxels::FrameGeometry;
 use wstac_host::error::Error;
 use wstac_host::source::StreamInfo;
 
-/// Cells that the shorter side of a frame has at least: a whisker's spot is 20 of them wide or more.
+/// Smallest number of cells along the shorter side of a frame: a whisker's spot is at least 20 of them wide.
 const FINENESS: u16 = 300;
 
-/// How frames of one stream become cells.
+/// The conversion of one stream's frames into cells.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cells {
     camera: FrameGeometry<Any>,
@@ -25,8 +25,10 @@ pub(super) struct Cells {
 }
 
 impl Cells {
+    /// Creates the conversion for a stream.
+    ///
     /// # Errors
-    /// Where the frame's size, format and bytes a row do not fit each other.
+    /// The frame's size, format and bytes per row do not fit each other.
     pub(super) fn new(info: &StreamInfo) -> Result<Self, Error> {
         let (width, height) = (info.size.width(), info.size.height());
         let green = Any::new(info.format, info.color, YcbcrMethod::Exact);
@@ -40,17 +42,17 @@ impl Cells {
         Ok(Self { camera, green, side, size })
     }
 
-    /// Bytes that a frame has at least.
+    /// Returns the smallest number of bytes in a frame.
     pub(super) fn frame_bytes(&self) -> usize {
         self.camera.frame_bytes()
     }
 
-    /// The mean green of every cell as a share of full scale, row by row.
+    /// Computes the mean green of every cell as a fraction of full scale, row by row.
     pub(super) fn read(&self, bytes: &[u8], shares: &mut Vec<f32>) {
         let [columns, rows] = self.size;
         let height = self.camera.layout().frame().height();
         let frame = Rows::of_frame(bytes, self.camera.bytes_per_row(), height);
-        // Of a mosaic, every row of two pixels has one green site.
+        // In a mosaic, every row of two pixels has one green site.
         let pixels = u32::from(self.side * self.side / self.green.cell());
         let full = (f64::from(pixels) * f64::from(self.green.full_scale())) as f32;
         shares.clear();
@@ -63,7 +65,7 @@ impl Cells {
         }));
     }
 
-    /// The pixel, whole numbers in its middle, of a place among cells, whole numbers in a cell's middle.
+    /// Returns the pixel at a place among cells; whole numbers are the middle of a pixel or cell.
     pub(super) fn pixel(&self, place: [f64; 2]) -> [f64; 2] {
         place.map(|at| at * f64::from(self.side) + (f64::from(self.side) - 1.0) / 2.0)
     }

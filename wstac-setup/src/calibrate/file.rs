@@ -1,4 +1,4 @@
-//! A calibration as the text of a configuration file, with what each number follows from.
+//! Writes a calibration as the text of a configuration file, with the origin of each number.
 
 use std::fmt::Write;
 
@@ -7,7 +7,7 @@ use wstac_core::params::{COLUMNS, DEFAULT_FLOOR_LEVELS, DEFAULT_MARGIN, VALID_TH
 use super::{Calibration, named};
 
 impl Calibration {
-    /// The configuration file. `source` says, in one line, what was seen.
+    /// Returns the configuration file; `source` describes in one line what was seen.
     pub fn to_toml(&self, source: &str) -> String {
         let mut text = String::new();
         // Writing to a string does not fail.

@@ -1,15 +1,15 @@
-//! A smooth picture of the lattice: where a camera with a tilt and a curved lens sees its points.
+//! A smooth model of the lattice: the places at which a camera with a tilt and a curved lens sees its points.
 //!
-//! Point (x, y) of the lattice, counted from its middle, is seen at r = q · (1 + k |q|²) from the picture's middle, with
-//! q = (a x + b y + c, d x + e y + f) / (g x + h y + 1): nine numbers, of which the least squares are found by Levenberg's
-//! and Marquardt's method.
+//! Point (x, y) of the lattice is counted from its middle. It is seen at r = q · (1 + k |q|²) from the picture's
+//! middle, with q = (a x + b y + c, d x + e y + f) / (g x + h y + 1). Levenberg's and Marquardt's method finds the
+//! least squares of these nine numbers.
 
 /// The nine numbers.
 const NUMBERS: usize = 9;
-/// Most steps; ten are usual.
+/// Largest number of iterations; ten are usual.
 const STEPS: usize = 60;
 
-/// A point of the lattice, and where it was seen.
+/// A point of the lattice, and the place at which it was seen.
 type Point = ([f64; 2], [f64; 2]);
 
 /// A lattice as a camera sees it, in any unit of length that is about half a picture.
@@ -17,8 +17,9 @@ type Point = ([f64; 2], [f64; 2]);
 pub(super) struct Fit([f64; NUMBERS]);
 
 impl Fit {
-    /// The lattice that is nearest to where some of its points were seen: (point, place). `right` and `down` are about
-    /// where a step on the lattice goes.
+    /// Fits a lattice to the places at which some of its points were seen: (point, place).
+    ///
+    /// `right` and `down` are the approximate directions of a step on the lattice.
     pub(super) fn new(seen: &[Point], right: [f64; 2], down: [f64; 2]) -> Self {
         let count = seen.len().max(1) as f64;
         let mean = |of: fn(&Point) -> [f64; 2]| {
@@ -48,7 +49,7 @@ impl Fit {
         fit
     }
 
-    /// Where a point of the lattice is seen.
+    /// Returns the place at which a point of the lattice is seen.
     pub(super) fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let [a, b, c, d, e, f, g, h, k] = self.0;
         let away = g * x + h * y + 1.0;
@@ -57,13 +58,15 @@ impl Fit {
         [right * lens, down * lens]
     }
 
-    /// Rotation of the picture in degrees, counter-clockwise: of the mean of a step to the right and one down, turned.
+    /// Returns the rotation of the picture in degrees, counter-clockwise.
+    ///
+    /// It is the direction of the mean of a step to the right and a step down, the latter rotated.
     pub(super) fn rotation_degrees(&self) -> f64 {
         let [a, b, _, d, e, ..] = self.0;
         (b - d).atan2(a + e).to_degrees()
     }
 
-    /// Sum of the squared distances.
+    /// Returns the sum of the squared distances.
     fn error(&self, seen: &[Point]) -> f64 {
         let squares = seen.iter().map(|(point, place)| {
             let found = self.place(*point);
@@ -73,7 +76,7 @@ impl Fit {
         if error.is_finite() { error } else { f64::INFINITY }
     }
 
-    /// One step down; more damping makes it shorter.
+    /// Takes one step downhill; more damping makes it shorter.
     fn step(&self, seen: &[Point], damping: f64) -> Self {
         const DIFFERENCE: f64 = 1e-6;
         let mut normal = [[0.0; NUMBERS + 1]; NUMBERS];
@@ -100,7 +103,9 @@ impl Fit {
     }
 }
 
-/// Solves linear equations, each the coefficients and then the right side, by elimination with the largest pivots.
+/// Solves linear equations by elimination with the largest pivots.
+///
+/// Each equation holds its coefficients, then its right side.
 fn solved(mut equations: [[f64; NUMBERS + 1]; NUMBERS]) -> [f64; NUMBERS] {
     for n in 0..NUMBERS {
         let pivot = (n..NUMBERS).max_by(|&a, &b| equations[a][n].abs().total_cmp(&equations[b][n].abs()));

@@ -1,7 +1,7 @@
-//! Spots → which of them is which whisker.
+//! Assigns spots to whiskers.
 //!
-//! From a spot one walks to its neighbours where the steps so far say that they are, until no more are found. What has
-//! been numbered so is held against a smooth picture of a lattice; spots that are far off it are left out.
+//! From a start spot, a walk visits neighbors at the places that the steps so far predict, until it finds no more. The
+//! numbered spots are compared with a smooth model of a lattice; spots that are far from it are left out.
 
 use wstac_core::params::{COLUMNS, ROWS, TAXELS};
 
@@ -10,48 +10,48 @@ use super::fit::Fit;
 use super::spots::Spot;
 use wstac_host::statistics::{median, rms};
 
-/// How far from its place a neighbour may be on the walk, in steps.
+/// Largest distance of a neighbor from its predicted place on the walk, in steps.
 const WALK: f64 = 0.3;
-/// How far from the smooth picture a spot may be, in steps.
+/// Largest distance of a spot from the smooth model, in steps.
 const LEAST_OFF: f64 = 0.1;
-/// The same, root mean square.
+/// Largest root mean square distance of the spots from the smooth model, in steps.
 const MOST_OFF: f64 = 0.05;
-/// Whiskers that may be missing.
+/// Number of whiskers that may be missing.
 const MISSING: usize = 1;
-/// Most rotation, in degrees: 15, and what tilt and lens add.
+/// Largest rotation, in degrees: 15, plus the contribution of tilt and lens.
 const MOST_ROTATION: f64 = 20.0;
-/// A neighbour to the right is at most this far up or down for each step to the right: 27°.
+/// Largest slope of the step to a neighbor on the right: 27°.
 const SLANT: f64 = 0.51;
 
 /// The whiskers' bases.
 #[derive(Clone, Debug)]
 pub(super) struct Lattice {
-    /// Where they are in cells, row by row: where their light is, and where it should be of those that gave none.
+    /// Their places in cells, row by row: the place of their light, or the expected place if they gave no light.
     pub(super) centres: [[f64; 2]; TAXELS],
-    /// The spot of each.
+    /// The spot of each, if it has one.
     pub(super) spots: [Option<usize>; TAXELS],
-    /// Steps to the right and down, in cells: medians.
+    /// Median steps to the right and down, in cells.
     pub(super) pitch: [f64; 2],
-    /// Distance of the spots from a smooth lattice, in cells, root mean square.
+    /// Root mean square distance of the spots from a smooth lattice, in cells.
     pub(super) off: f64,
     /// Rotation of the picture in degrees, counter-clockwise.
     pub(super) rotation_degrees: f64,
 }
 
-/// A spot with its column and row, counted from where the walk started.
+/// A spot with its column and row, counted from the start of the walk.
 type Numbered = (usize, [i32; 2]);
 
 /// Finds the lattice in a picture of `size` cells.
 ///
 /// # Errors
-/// Why none can be told, and the spots that were numbered on the way.
+/// No lattice can be identified; the error holds the reason and the spots that were numbered on the way.
 pub(super) fn lattice(spots: &[Spot], size: [usize; 2]) -> Result<Lattice, Refusal> {
     let refused = |numbered: &[Numbered], message: String| Refusal {
         message,
         lattice: numbered.iter().map(|&(spot, _)| spot).collect(),
     };
     let walks = (0..spots.len()).map(|start| walk(spots, start));
-    // The first of the longest.
+    // Of the longest walks, the first.
     let longest = walks.reduce(|best, walk| if walk.len() > best.len() { walk } else { best });
     let numbered = longest.unwrap_or_default();
     if spots.len() < TAXELS - MISSING {
@@ -83,7 +83,7 @@ pub(super) fn lattice(spots: &[Spot], size: [usize; 2]) -> Result<Lattice, Refus
     settled(spots, size, named).map_err(|message| refused(&numbered, message))
 }
 
-/// The least column or row, and how many there are.
+/// Returns the smallest column or row, and the number of columns or rows.
 fn extent(numbered: &[Numbered], axis: usize) -> (i32, usize) {
     let along = || numbered.iter().map(|(_, place)| place[axis]);
     let (least, most) = (along().min().unwrap_or(0), along().max().unwrap_or(0));
@@ -130,7 +130,7 @@ fn walk(spots: &[Spot], start: usize) -> Vec<Numbered> {
     numbered.into_iter().map(|(spot, place, _)| (spot, place)).collect()
 }
 
-/// Holds named spots against a smooth lattice, leaves out the one that is too far off it, and fills what is missing.
+/// Compares named spots with a smooth lattice, removes the one that is too far from it, and fills in the missing one.
 fn settled(spots: &[Spot], size: [usize; 2], mut named: [Option<usize>; TAXELS]) -> Result<Lattice, String> {
     let middle = size.map(|side| (side as f64 - 1.0) / 2.0);
     let half = size[0].min(size[1]) as f64 / 2.0;
@@ -178,23 +178,23 @@ fn settled(spots: &[Spot], size: [usize; 2], mut named: [Option<usize>; TAXELS])
     }
 }
 
-/// Column and row of a taxel, counted from the lattice's middle.
+/// Returns the column and row of a taxel, counted from the lattice's middle.
 fn point(taxel: usize) -> [f64; 2] {
     [(taxel % COLUMNS) as f64 - (COLUMNS / 2) as f64, (taxel / COLUMNS) as f64 - (ROWS / 2) as f64]
 }
 
-/// Ways from each taxel to the next one, `step` taxels on, to the right for 1, down for [`COLUMNS`].
+/// Returns the steps from each taxel to the next one, `next` taxels on: 1 for right, [`COLUMNS`] for down.
 fn ways(spots: &[Spot], named: &[Option<usize>; TAXELS], next: usize) -> Vec<[f64; 2]> {
     let pairs = (0..TAXELS - next).filter(|taxel| next != 1 || taxel % COLUMNS + 1 < COLUMNS);
     pairs.filter_map(|taxel| Some(step(&spots[named[taxel]?], &spots[named[taxel + next]?]))).collect()
 }
 
-/// Median length of a step.
+/// Returns the median length of a step.
 fn pitch(spots: &[Spot], named: &[Option<usize>; TAXELS], next: usize) -> f64 {
     median(ways(spots, named, next).into_iter().map(length).collect()).unwrap_or(0.0)
 }
 
-/// Mean step to the right.
+/// Returns the mean step to the right.
 fn mean_step(spots: &[Spot], named: &[Option<usize>; TAXELS]) -> [f64; 2] {
     let ways = ways(spots, named, 1);
     let sum = ways.iter().fold([0.0; 2], |sum, way| [sum[0] + way[0], sum[1] + way[1]]);
@@ -213,7 +213,7 @@ fn length([x, y]: [f64; 2]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Spots on a lattice of this many columns and rows, in a picture of 400 × 400.
+    /// Returns spots on a lattice of this many columns and rows, in a picture of 400 × 400.
     fn grid(columns: usize, rows: usize, turned_degrees: f64) -> Vec<Spot> {
         let (sin, cos) = turned_degrees.to_radians().sin_cos();
         let places = (0..columns * rows).map(|k| {
@@ -244,7 +244,7 @@ mod tests {
         for missing in 0..TAXELS {
             let mut spots = grid(5, 5, 9.0);
             let expected = spots.remove(missing).centre;
-            // A reflection beside the dead whisker, and one outside.
+            // A reflection next to the dead whisker, and one outside.
             spots.push(Spot { centre: [expected[0] + 11.0, expected[1] - 6.0], ..spots[0] });
             spots.push(Spot { centre: [8.0, 392.0], ..spots[0] });
             let found = lattice(&spots, [400, 400]).unwrap();
@@ -264,7 +264,7 @@ mod tests {
         let mut three = grid(5, 5, 0.0);
         three.drain(6..9);
         assert!(refusal(&three).contains("found 22 spot(s)"));
-        // Scattered: a walk does not get far.
+        // The spots are scattered, so a walk does not get far.
         let scattered: Vec<Spot> = (0..30)
             .map(|k| Spot { centre: [f64::from(k * 97 % 400), f64::from(k * k * 31 % 400)], ..three[0] })
             .collect();

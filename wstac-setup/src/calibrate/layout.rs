@@ -1,4 +1,5 @@
-//! Bases → the layout of the taxels: squares around them, as large a share of the pitch as in the paper's layout.
+//! Computes the layout of the taxels from the bases: squares around them, as large a fraction of the pitch as in the
+//! paper's layout.
 
 use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, YcbcrMethod};
@@ -8,22 +9,24 @@ use wstac_core::params::{PAPER_PITCH, PAPER_TAXEL_SIDE, TAXELS};
 use super::named;
 use wstac_host::source::StreamInfo;
 
-/// Side of a taxel as a share of the pitch (paper).
+/// Side of a taxel as a fraction of the pitch (paper).
 const SHARE: f64 = PAPER_TAXEL_SIDE as f64 / PAPER_PITCH as f64;
-/// The least share where the picture's edge leaves no more: most of a spot.
+/// Smallest fraction if the picture's edge leaves no more room: most of a spot.
 const LEAST_SHARE: f64 = 0.45;
 
-/// Taxels around `centres`, in pixels, whole numbers in the middle of a pixel. Bayer formats have them on whole cells.
+/// Returns taxels around `centres`, in pixels; whole numbers are the middle of a pixel.
+///
+/// Bayer formats have them on whole cells.
 ///
 /// # Errors
-/// Where a whisker is too close to the picture's edge for a taxel around it.
+/// A whisker is too close to the picture's edge for a taxel around it.
 pub(super) fn layout(info: &StreamInfo, centres: &[[f64; 2]; TAXELS], pitch: [f64; 2]) -> Result<Layout, String> {
     let cell = f64::from(Any::new(info.format, info.color, YcbcrMethod::Exact).cell());
     let frame = [info.size.width(), info.size.height()].map(f64::from);
     let mut taxel = [0; 2];
     let mut corners = [[0; 2]; TAXELS];
     for k in 0..2 {
-        // Pixels from a centre to the nearest edge, a cell for rounding left out.
+        // Pixels from a center to the nearest edge, less one cell for rounding.
         let room = |centre: &[f64; 2]| (centre[k] + 0.5).min(frame[k] - 0.5 - centre[k]) - cell / 2.0;
         let (tightest, least) = (0..TAXELS)
             .map(|taxel| (taxel, room(&centres[taxel])))

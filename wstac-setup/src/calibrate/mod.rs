@@ -1,9 +1,10 @@
-//! Pin identification: from a press on, or a slide over, all whiskers to the layout of the taxels.
+//! Pin identification: a press on all whiskers, or a slide over them, yields the layout of the taxels.
 //!
-//! [`Watch`] takes the frames: the first 25 untouched, then light above them is added up. [`Watch::calibrate`] makes of
-//! that `spots`, of those a `lattice` of 5 × 5 bases, of those a `layout`, and of the untouched frames with that
-//! layout the `noise`. Each of these refuses where it is not sure. What was seen becomes a `picture`, sure or not,
-//! and the rest a configuration's `file`.
+//! [`Watch`] takes the frames: the first 25 are untouched, then light above them is added up. [`Watch::calibrate`]
+//! finds the `spots` in it, then a `lattice` of 5 × 5 bases, then a `layout`. The untouched frames with that layout
+//! give the `noise`. Each of these steps fails if its result is not certain.
+//!
+//! The light becomes a `picture` in any case, and the rest a configuration's `file`.
 
 mod cells;
 mod file;
@@ -26,55 +27,57 @@ use self::spots::{Spot, spots};
 use self::watch::Seen;
 pub use self::watch::{UNTOUCHED, Watch};
 
-/// Frames with a touch that are needed at least: what a whisker takes to flash and fade.
+/// Smallest number of frames with a touch: a whisker needs them to flash and fade.
 const LEAST_FRAMES: u32 = 5;
-/// Saturated share of a spot that makes its whisker saturated.
+/// Fraction of saturated cells in a spot from which its whisker counts as saturated.
 const SATURATED: f64 = 0.5;
-/// Most whiskers that may be saturated.
+/// Largest number of whiskers that may be saturated.
 const MOST_SATURATED: usize = TAXELS / 4;
-/// Most times that a spot may be as large as they usually are …
+/// Largest ratio of a spot's area to the usual area.
 const LARGEST: f64 = 2.0;
-/// … and as long as it is wide.
+/// Largest ratio of a spot's length to its width.
 const LONGEST: f64 = 1.8;
 
-/// Where the whiskers are, and what the sensor's noise asks for.
+/// The places of the whiskers, and the settings that the sensor's noise requires.
 #[derive(Clone, Debug)]
 pub struct Calibration {
-    /// Where the taxels are.
+    /// The places of the taxels.
     pub layout: Layout,
-    /// The whiskers' bases in pixels of the frame, whole numbers in the middle of a pixel, row by row.
+    /// The whiskers' bases in pixels of the frame, row by row; whole numbers are the middle of a pixel.
     pub centres: [[f64; 2]; TAXELS],
-    /// The taxel whose whisker gave no light, where there is one: its base follows from the others'.
+    /// The taxel whose whisker gave no light, if there is one: its base follows from the others.
     pub dead: Option<usize>,
-    /// Distance of the bases from a smooth lattice in pixels, root mean square.
+    /// Root mean square distance of the bases from a smooth lattice, in pixels.
     pub off: f64,
-    /// Distances of neighbours in pixels, to the right and down: medians.
+    /// Median distances of neighbors in pixels, to the right and down.
     pub pitch: [f64; 2],
     /// Rotation of the picture in degrees, counter-clockwise.
     pub rotation_degrees: f64,
-    /// Whiskers that the camera could not tell the brightness of: they reached full scale.
+    /// Number of whiskers whose brightness the camera could not measure: they reached full scale.
     pub saturated: usize,
-    /// The brightest row or column, of each cell the brightest frame, above the untouched picture: a share of full scale summed
-    /// over its five taxels. No frame had more.
+    /// Light of the brightest row or column above the untouched picture.
+    ///
+    /// Each cell counts with its brightest frame, so no frame had more light. It is a fraction of full scale summed
+    /// over five taxels.
     pub brightest: f64,
-    /// The noise of the untouched sensor, and what follows from it.
+    /// The noise of the untouched sensor, and the settings that follow from it.
     pub noise: Noise,
 }
 
 impl Calibration {
-    /// Whether no row or column was ever as bright as the speed law's threshold.
+    /// Returns `true` if no row or column ever reached the speed law's threshold.
     pub fn is_dim(&self) -> bool {
         let dark = if self.noise.above_baseline { 0.0 } else { self.noise.dark_sum };
         self.brightest + dark < self.noise.threshold
     }
 }
 
-/// Why there is no calibration.
+/// The reason why there is no calibration.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refusal {
-    /// What was found and what was expected.
+    /// A message with the values found and expected.
     pub message: String,
-    /// The spots, by their index, that seemed to be whiskers.
+    /// Indices of the spots that seemed to be whiskers.
     lattice: Vec<usize>,
 }
 
@@ -84,10 +87,10 @@ impl Refusal {
     }
 }
 
-/// What a calibration came to, with what was seen.
+/// The result of a calibration, with the light that was seen.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// The calibration, or why there is none.
+    /// The calibration, or the reason why there is none.
     pub result: Result<Calibration, Refusal>,
     seen: Seen,
     spots: Vec<Spot>,
@@ -95,12 +98,12 @@ pub struct Outcome {
 }
 
 impl Watch {
-    /// How many spots of light stand out so far, for a person who waits.
+    /// Returns the number of spots of light that stand out so far, for a person who waits.
     pub fn found(&self) -> usize {
         spots(&self.seen()).len()
     }
 
-    /// What all frames so far come to.
+    /// Evaluates all frames so far.
     pub fn calibrate(&self) -> Outcome {
         let seen = self.seen();
         let spots = spots(&seen);
@@ -117,7 +120,7 @@ impl Watch {
         })
     }
 
-    /// Whether there were frames enough, and light at all.
+    /// Checks that there were enough frames, and any light.
     fn enough(&self, spots: &[Spot]) -> Result<(), String> {
         if !self.is_ready() || self.frames() < LEAST_FRAMES {
             let found = self.untouched.len() + self.frames() as usize;
@@ -138,7 +141,7 @@ impl Watch {
         Ok(())
     }
 
-    /// What follows from a lattice, unless it is not sure.
+    /// Derives a calibration from a lattice, or refuses if it is not certain.
     fn measured(&self, seen: &Seen, spots: &[Spot], lattice: &Lattice) -> Result<Calibration, String> {
         let saturated = clear(spots, lattice)?;
         let centres = lattice.centres.map(|centre| self.cells.pixel(centre));
@@ -159,7 +162,7 @@ impl Watch {
         })
     }
 
-    /// The brightest row or column through a layout.
+    /// Returns the light of the brightest row or column through a layout.
     fn brightest(&self, seen: &Seen, layout: &Layout) -> f64 {
         let side = self.cells.side;
         let [width, height] = layout.taxel();
@@ -182,7 +185,7 @@ impl Watch {
     }
 }
 
-/// Whether each whisker's light is one round spot within the picture; how many reached full scale.
+/// Checks that each whisker's light is one round spot within the picture, and counts those that reached full scale.
 fn clear(spots: &[Spot], lattice: &Lattice) -> Result<usize, String> {
     let whiskers =
         || lattice.spots.iter().enumerate().filter_map(|(taxel, &spot)| Some((named(taxel), spots.get(spot?)?)));
@@ -216,7 +219,7 @@ fn clear(spots: &[Spot], lattice: &Lattice) -> Result<usize, String> {
     Ok(saturated)
 }
 
-/// What messages call a taxel.
+/// Returns the name of a taxel in messages.
 fn named(taxel: usize) -> String {
     format!("row {}, column {}", taxel / COLUMNS + 1, taxel % COLUMNS + 1)
 }

@@ -8,42 +8,44 @@ use wstac_core::taxels::{FrameGeometry, TaxelSums};
 
 use wstac_host::source::StreamInfo;
 
-/// Deviations of the noise that a setting keeps away from it: once in 10^9 normal numbers.
+/// Distance in standard deviations that a setting keeps from the noise: once in 10^9 normal numbers.
 const DEVIATIONS: f64 = 6.0;
-/// What a row or column of the camera that the speed law was made with showed without a touch: not published; five taxels with a
-/// black level of one of 255, as the simulated sensor has it. Light above the baseline is compared with a threshold less by this.
+/// Level of an untouched row or column in the camera for which the speed law was made.
+///
+/// It is not published. The value is that of five taxels with a black level of one of 255, as in the simulated sensor.
+/// The threshold for light above the baseline is lower by this.
 const PUBLISHED_DARK: f64 = 5.0 / 255.0;
-/// Share of the threshold from which what is there without a touch shifts durations too much.
+/// Fraction of the threshold from which the level without a touch shifts durations too much.
 const MOST_DARK: f64 = 0.5;
 
-/// What the untouched sensor shows, and the settings that keep clear of it. A line is a row or a column.
+/// The noise of the untouched sensor, and the settings that stay clear of it. A line is a row or a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
     /// Mean of the brightest line's taxels, in gray levels of the pixel format.
     pub dark_levels: f64,
-    /// Deviation of the noisiest line's mean from frame to frame, in gray levels.
+    /// Standard deviation of the noisiest line's mean from frame to frame, in gray levels.
     pub levels: f64,
-    /// The same of a line's feature, in units of a natural logarithm.
+    /// Standard deviation of the noisiest line's feature, in units of a natural logarithm.
     pub feature: f64,
     /// Suggested darkness floor, in gray levels.
     pub floor_levels: f64,
-    /// Suggested margin of the trigger, in units of a natural logarithm a frame.
+    /// Suggested margin of the trigger, in units of a natural logarithm per frame.
     pub margin: f64,
-    /// Suggested threshold of a lit line, as a share of full scale summed over its five taxels.
+    /// Suggested threshold of a lit line, as a fraction of full scale summed over its five taxels.
     pub threshold: f64,
-    /// Whether the threshold should be on light above the baseline: without a touch there is too much already.
+    /// `true` if the threshold should apply to light above the baseline: there is too much light without a touch.
     pub above_baseline: bool,
-    /// The brightest line without a touch, as a share of full scale summed over its five taxels.
+    /// Level of the brightest line without a touch, as a fraction of full scale summed over its five taxels.
     pub dark_sum: f64,
-    /// Deviation of the noisiest line, likewise.
+    /// Standard deviation of the noisiest line, as a fraction of full scale summed over its five taxels.
     pub sum: f64,
 }
 
 impl Noise {
-    /// The noise of untouched frames through a layout.
+    /// Measures the noise of untouched frames through a layout.
     ///
     /// # Errors
-    /// Where the frames' sums do not fit the core.
+    /// The frames' sums do not fit the core.
     pub(super) fn measured(info: &StreamInfo, layout: Layout, untouched: &[Vec<u8>]) -> Result<Self, String> {
         let green = Any::new(info.format, info.color, YcbcrMethod::Exact);
         let camera = FrameGeometry::new(green, layout, info.rate)
@@ -56,7 +58,7 @@ impl Noise {
         Ok(Self::of_lines(&lines.map(|sums| lines_of(&sums, full)).collect::<Vec<_>>(), gray))
     }
 
-    /// The noise of line sums, shares of a full scale of `gray` levels.
+    /// Computes the noise of line sums, which are fractions of a full scale of `gray` levels.
     fn of_lines(frames: &[[f64; FEATURES]], gray: f64) -> Self {
         let (mut dark_sum, mut sum, mut feature) = (0.0_f64, 0.0_f64, 0.0_f64);
         for line in 0..FEATURES {
@@ -88,7 +90,7 @@ impl Noise {
     }
 }
 
-/// Sums of rows and columns as shares of full scale.
+/// Returns the sums of rows and columns as fractions of full scale.
 fn lines_of(sums: &[u32; TAXELS], full: f64) -> [f64; FEATURES] {
     line_sums(sums).map(|sum| f64::from(sum) / full)
 }
@@ -97,7 +99,7 @@ fn lines_of(sums: &[u32; TAXELS], full: f64) -> [f64; FEATURES] {
 mod tests {
     use super::*;
 
-    /// 25 frames of lines at `mean`, off by `off` up and down in turn.
+    /// Returns 25 frames of lines at `mean`, alternately `off` above and below it.
     fn frames(mean: f64, off: f64) -> Vec<[f64; FEATURES]> {
         (0..25).map(|t| [if t % 2 == 0 { mean + off } else { mean - off }; FEATURES]).collect()
     }

@@ -1,4 +1,4 @@
-//! What was seen, as a picture to look at: the light, and over it the taxels, or what was taken for whiskers.
+//! A picture of a calibration for a person: the light, with the taxels or the candidates for whiskers over it.
 
 mod canvas;
 
@@ -7,9 +7,9 @@ use wstac_core::params::{COLUMNS, TAXELS};
 use self::canvas::{Canvas, Color};
 use super::{Calibration, Outcome, Refusal};
 
-/// Shorter side of a picture at least, so that numbers can be read: smaller frames are enlarged.
+/// Smallest length of a picture's shorter side, so that numbers can be read: smaller frames are enlarged.
 const READABLE: usize = 720;
-/// Light that is shown as brightest: what this share of cells is dimmer than.
+/// Fraction of the cells that are dimmer than the light shown as brightest.
 const BRIGHTEST: f32 = 0.985;
 
 const TAXEL: Color = [255, 255, 255];
@@ -20,11 +20,11 @@ const ON_LATTICE: Color = [255, 255, 255];
 const STRAY: Color = [255, 150, 40];
 
 impl Outcome {
-    /// The picture as the bytes of a PNG file.
+    /// Returns the picture as the bytes of a PNG file.
     ///
-    /// With a calibration: each taxel's outline with its row and column, a cross on each base, lines between neighbours; a
-    /// whisker without light in orange, dashed. Without one: a ring and a number on every spot of light, white where it
-    /// seemed to be a whisker, orange elsewhere.
+    /// With a calibration it shows each taxel's outline with its row and column, a cross on each base, and lines
+    /// between neighbors. A whisker without light is dashed in orange. Without a calibration it shows a ring and a
+    /// number on every spot of light. They are white if the spot seemed to be a whisker, and orange otherwise.
     pub fn to_png(&self) -> Vec<u8> {
         let mut canvas = self.light();
         match &self.result {
@@ -34,13 +34,13 @@ impl Outcome {
         canvas.to_png()
     }
 
-    /// How many pixels of the picture a cell's side has.
+    /// Returns the number of pixels of the picture along a cell's side.
     fn scale(&self) -> usize {
         let shorter = self.seen.light.size.into_iter().min().unwrap_or(0).max(1);
         READABLE.div_ceil(shorter)
     }
 
-    /// The light in green over the untouched picture in grey-blue, as an eye sees it: not in proportion.
+    /// Draws the light in green over the untouched picture in gray-blue, as an eye sees it: not in proportion.
     fn light(&self) -> Canvas {
         let scale = self.scale();
         let brightest = |values: &[f32]| {
@@ -49,7 +49,7 @@ impl Outcome {
             values.get((values.len() as f32 * BRIGHTEST) as usize).copied().unwrap_or(0.0).max(1e-6)
         };
         let most = brightest(&self.seen.light.values).max(4.0 * self.seen.noise as f32);
-        // A root makes much of little light: that of noise is left out.
+        // A root amplifies weak light, so noise is left out.
         let hidden = 2.5 * self.seen.noise as f32;
         let [columns, rows] = self.seen.light.size;
         let mut canvas = Canvas::new(columns * scale, rows * scale);
@@ -64,7 +64,7 @@ impl Outcome {
 
     fn draw_taxels(&self, canvas: &mut Canvas, calibration: &Calibration) {
         let scale = self.scale() as f64;
-        // From pixels of the frame, whole numbers in their middle, to pixels of the picture.
+        // Converts pixels of the frame, with whole numbers in their middle, to pixels of the picture.
         let per_pixel = scale / f64::from(self.cells.side);
         let seen = |at: f64| (at + 0.5) * per_pixel - 0.5;
         let bases = calibration.centres.map(|centre| centre.map(seen));

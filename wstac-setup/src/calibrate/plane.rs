@@ -1,6 +1,6 @@
 //! A number for every cell of a picture.
 
-/// Numbers row by row.
+/// The numbers, row by row.
 #[derive(Clone, Debug)]
 pub(super) struct Plane {
     /// Columns and rows.
@@ -9,12 +9,14 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    /// The number at a column and row; nothing outside.
+    /// Returns the number at a column and row, or `None` outside.
     pub(super) fn at(&self, x: usize, y: usize) -> Option<f32> {
         if x < self.size[0] { self.values.get(y * self.size[0] + x).copied() } else { None }
     }
 
-    /// The means of squares of 2 `reach` + 1 cells, done twice: nearly what a round window of that size would give.
+    /// Returns the means of squares of 2 `reach` + 1 cells, computed twice.
+    ///
+    /// The result is nearly that of a round window of that size.
     pub(super) fn smoothed(&self, reach: usize) -> Self {
         let mut plane = self.clone();
         for _ in 0..4 {
@@ -23,7 +25,7 @@ impl Plane {
         plane
     }
 
-    /// Running means of the rows, as the columns of a plane that lies on its side.
+    /// Returns the running means of the rows, as the columns of a transposed plane.
     fn rows_smoothed(&self, reach: usize) -> Self {
         let [columns, rows] = self.size;
         let mut turned = vec![0.0; self.values.len()];

@@ -1,47 +1,48 @@
-//! What glowed → spots of light, each with a centre finer than a cell.
+//! Finds spots of light in the glow, each with a center finer than a cell.
 //!
-//! Cells are looked at from the brightest to the darkest. A cell beside none that was looked at before starts a spot, one
-//! beside a spot joins it, and one between two spots ends the dimmer of them: as far as that one stands out there, so
-//! sure it is.
+//! Cells are visited from the brightest to the darkest. A cell next to no visited cell starts a spot, and one next to a
+//! spot joins it. One between two spots ends the dimmer of them. The height of that spot above this level is its
+//! certainty.
 
 use super::plane::Plane;
 use super::watch::Seen;
 
-/// Half the smoothing window, as a share of the picture's shorter side.
+/// Half of the smoothing window, as a fraction of the picture's shorter side.
 const SMOOTHING: f64 = 0.006;
-/// How far a spot stands out at least: in deviations of the noise, …
+/// Smallest height of a spot in standard deviations of the noise.
 const LEAST_DEVIATIONS: f64 = 8.0;
-/// … as a share of how far the spots stand out of which there are [`BRIGHT`] brighter ones, …
+/// Smallest height as a fraction of the height of the spot that has [`BRIGHT`] brighter ones.
 const LEAST_OF_BRIGHT: f64 = 0.03;
 const BRIGHT: usize = 5;
-/// … as a share of its own peak, so that what is uneven within a spot is none, …
+/// Smallest height as a fraction of its own peak, so that unevenness within a spot is not a spot.
 const LEAST_OF_PEAK: f64 = 0.3;
-/// … and as a share of full scale: a tenth of a level of 255, as the mean over all frames.
+/// Smallest height as a fraction of full scale: a tenth of a level of 255, as the mean over all frames.
 const LEAST_LIGHT: f64 = 0.0004;
-/// Share of what is above half a spot's light from which all cells weigh the same: light that is stronger on one side of a
-/// spot must not pull its centre there.
+/// Fraction of the light above half a spot's light from which all cells weigh the same.
+///
+/// Light that is stronger on one side of a spot must not pull its center there.
 const RAMP: f32 = 0.4;
-/// Most spots that are looked at; the sensor has 25.
+/// Largest number of spots that are examined; the sensor has 25.
 const MOST_SPOTS: usize = 200;
 
 /// A spot of light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Spot {
-    /// Its centre, in cells, whole numbers in a cell's middle.
+    /// Its center in cells; whole numbers are the middle of a cell.
     pub(super) centre: [f64; 2],
-    /// How far it stands out, in shares of full scale, as the mean over all frames.
+    /// Its height, as a fraction of full scale and the mean over all frames.
     pub(super) light: f64,
-    /// Cells that are brighter than half of that.
+    /// Number of cells brighter than half of that height.
     pub(super) area: usize,
-    /// How many times as long as wide it is.
+    /// Its length divided by its width.
     pub(super) stretch: f64,
-    /// Share of its cells that were ever as bright as the camera can tell.
+    /// Fraction of its cells that ever reached the camera's highest brightness.
     pub(super) saturated: f64,
-    /// Whether the picture's edge cuts it.
+    /// `true` if the picture's edge cuts it.
     pub(super) cut: bool,
 }
 
-/// A summit and the level on which a higher one was met.
+/// A summit, and the level at which a higher one was met.
 #[derive(Clone, Copy, Debug)]
 struct Summit {
     cell: usize,
@@ -49,12 +50,12 @@ struct Summit {
     meets: f32,
 }
 
-/// The spots that stand out, the surest first.
+/// Returns the spots that stand out, the most certain first.
 pub(super) fn spots(seen: &Seen) -> Vec<Spot> {
     let [columns, rows] = seen.light.size;
     let reach = ((columns.min(rows) as f64 * SMOOTHING).round() as usize).max(1);
     let light = seen.light.smoothed(reach);
-    // Of two windows' mean, about: as if of one that is half as large again.
+    // The mean of two windows acts about like one window that is half as large again.
     let window = 1.5 * (2 * reach + 1) as f64;
     let least = (LEAST_DEVIATIONS * seen.noise / window).max(LEAST_LIGHT);
     let stands_out = |summit: &Summit| f64::from(summit.peak - summit.meets);
@@ -67,7 +68,9 @@ pub(super) fn spots(seen: &Seen) -> Vec<Spot> {
     summits.iter().filter_map(|summit| spot(seen, &light, summit)).collect()
 }
 
-/// All local maxima. The highest meets nothing: it stands on the picture's usual level.
+/// Returns all local maxima.
+///
+/// The highest meets no other: it stands on the picture's usual level.
 fn summits(light: &Plane) -> Vec<Summit> {
     const NONE: u32 = u32::MAX;
     let [columns, rows] = light.size;
@@ -94,12 +97,12 @@ fn summits(light: &Plane) -> Vec<Summit> {
             if parent[other] == NONE {
                 continue;
             }
-            // A root is the summit of its spot: the cell that was looked at first.
+            // A root is the summit of its spot: the cell that was visited first.
             let (a, b) = (root(&mut parent, at as u32), root(&mut parent, other as u32));
             if a == b {
                 continue;
             }
-            // Of two as high, the one that was looked at first.
+            // Of two equal heights, the cell that was visited first wins.
             let higher = |a: u32, b: u32| value(a as usize).total_cmp(&value(b as usize)).then(b.cmp(&a)).is_gt();
             let (high, low) = if higher(a, b) { (a, b) } else { (b, a) };
             if low != cell {
@@ -114,7 +117,7 @@ fn summits(light: &Plane) -> Vec<Summit> {
     found
 }
 
-/// The root of a cell, all on the way made nearer to it.
+/// Returns the root of a cell, and moves all cells on the path nearer to it.
 fn root(parent: &mut [u32], mut cell: u32) -> u32 {
     while parent[cell as usize] != cell {
         let above = parent[parent[cell as usize] as usize];
@@ -124,7 +127,7 @@ fn root(parent: &mut [u32], mut cell: u32) -> u32 {
     cell
 }
 
-/// What is connected with a summit and brighter than half of how far it stands out.
+/// Measures the cells that are connected with a summit and brighter than half of its height.
 fn spot(seen: &Seen, light: &Plane, summit: &Summit) -> Option<Spot> {
     let [columns, rows] = light.size;
     let level = f32::midpoint(summit.peak, summit.meets);
@@ -162,7 +165,7 @@ fn spot(seen: &Seen, light: &Plane, summit: &Summit) -> Option<Spot> {
         squares[1] / weights - mean[0] * mean[1],
         squares[2] / weights - mean[1] * mean[1],
     ];
-    // The ratio of the axes of the ellipse with these moments; a cell is no point.
+    // The ratio of the axes of the ellipse with these moments; a cell has an extent.
     let (half, apart) =
         (f64::midpoint(spread[0], spread[2]) + 1.0 / 12.0, ((spread[0] - spread[2]) / 2.0).hypot(spread[1]));
     let stretch = ((half + apart) / (half - apart).max(1e-9)).sqrt();

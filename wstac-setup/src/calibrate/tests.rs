@@ -11,15 +11,15 @@ use wstac_scene::rng::Rng;
 use wstac_scene::sensor::Pose;
 use wstac_scene::source::SceneSource;
 
-/// Most distance of a taxel's middle from its base at 400 × 400, in pixels.
+/// Largest distance of a taxel's middle from its base at 400 × 400, in pixels.
 const MOST_OFF: f64 = 1.5;
 
-/// A scene from its text, and its pose.
+/// Reads a scene from its text, with a pose.
 fn scene(text: &str) -> SceneConfig {
     SceneConfig::from_toml("scene", text).unwrap()
 }
 
-/// What a scene's frames come to.
+/// Returns the outcome of a scene's frames.
 fn seen(script: &SceneConfig) -> (Outcome, FrameSize) {
     let mut source = SceneSource::new(script).unwrap();
     let mut watch = Watch::new(source.info()).unwrap();
@@ -39,7 +39,7 @@ fn refusal(text: &str) -> String {
     outcome.result.unwrap_err().message
 }
 
-/// Distances of the taxels' middles, and of the bases as found, from the truth, in pixels.
+/// Returns the distances of the taxels' middles, and of the found bases, from the truth, in pixels.
 fn offs(calibration: &Calibration, truth: &[[f64; 2]; TAXELS]) -> Vec<[f64; 2]> {
     let size = calibration.layout.taxel().map(|side| (f64::from(side) - 1.0) / 2.0);
     let off = |[x, y]: [f64; 2], truth: [f64; 2]| (x - truth[0]).hypot(y - truth[1]);
@@ -51,8 +51,10 @@ fn offs(calibration: &Calibration, truth: &[[f64; 2]; TAXELS]) -> Vec<[f64; 2]> 
     offs.collect()
 }
 
-/// A random pose from which all whiskers are seen: turned by up to 15°, tilted by up to 12° on both axes, with a lens
-/// of up to 0.08 at the middle of a side, up to three times as bright on one side.
+/// Returns a random pose from which all whiskers are seen.
+///
+/// It is rotated by up to 15° and tilted by up to 12° on both axes. The lens moves the middle of a side by up to
+/// 0.08. One side is up to three times as bright.
 fn pose(rng: &mut Rng, size: FrameSize) -> Pose {
     let mut around = |most: f64| most * (2.0 * rng.uniform() - 1.0);
     let side = f64::from(size.width().min(size.height()));
@@ -77,7 +79,7 @@ fn pose(rng: &mut Rng, size: FrameSize) -> Pose {
     }
 }
 
-/// A random slide before a random camera; every tenth has a dead whisker.
+/// Returns a random slide before a random camera; every tenth has a dead whisker.
 fn random(number: u64) -> (SceneConfig, Option<usize>) {
     let mut rng = Rng::new(number, 99);
     let specimens = ["Fla0", "Sin2", "Sin4", "Saw3", "Tri2", "Tri4"];
@@ -94,7 +96,9 @@ fn random(number: u64) -> (SceneConfig, Option<usize>) {
     (script, dead)
 }
 
-/// As many random poses as the variable `WSTAC_LONG_POSES` says, 40 without it: every base within 1.5 pixels.
+/// Checks that every base is within 1.5 pixels for random poses.
+///
+/// The variable `WSTAC_LONG_POSES` sets their number; without it there are 40.
 #[test]
 fn every_base_is_found_from_any_pose() {
     let count = std::env::var("WSTAC_LONG_POSES").map_or(40, |count| count.parse().expect("a whole number"));
@@ -131,7 +135,7 @@ fn what_is_not_sure_is_refused() {
     let slide = "specimen = \"Fla0\"\nspeed = 200\nlead_in = 27\n";
     let sized = "[sensor]\nsize = [400, 400]\n";
     for (rest, expected) in [
-        // Nothing glows: a lens cap, or noise alone.
+        // No light: a lens cap, or only noise.
         (format!("[light]\nflash_ms = 0\nrubbing_ms = 0\n{sized}noise = 0\n{POSED}"), "nothing glowed"),
         (format!("[light]\nflash_ms = 0\nrubbing_ms = 0\n{sized}noise = 5\n{POSED}"), "nothing glowed"),
         (format!("[light]\ndead = [[1, 1], [3, 4], [5, 2]]\n{sized}{POSED}"), "found 22 spot(s) of light"),
@@ -142,18 +146,18 @@ fn what_is_not_sure_is_refused() {
             ),
             "found 16 spot(s)",
         ),
-        // Half out of the picture: two columns whole.
+        // Half out of the picture: two columns are complete.
         (format!("{sized}[sensor.pose]\nshift = [0.5, 0]"), "expected 25 whiskers"),
-        // The last column cut by the edge.
+        // The last column is cut by the edge.
         (format!("{sized}[sensor.pose]\nshift = [0.1, 0]"), "edge"),
         (format!("{sized}[sensor.pose]\nrotation_degrees = 45\nscale = 0.7"), "expected"),
         (
             format!("{sized}[sensor.pose]\nrotation_degrees = 25\nscale = 0.7"),
             "turned by 25 degrees, expected at most 15",
         ),
-        // Light beyond what the camera can tell.
+        // Light beyond the camera's range.
         (format!("[light]\nflash_ms = 4000\n{sized}{POSED}"), "reach full scale"),
-        // Spots that run into each other.
+        // Spots that merge.
         (format!("{sized}blur = 40\n{POSED}"), "expected"),
     ] {
         let message = refusal(&format!("{slide}{rest}"));
@@ -172,7 +176,7 @@ fn what_is_not_sure_is_refused() {
     assert!(short.result.unwrap_err().message.contains("found 0 frames, expected 25 untouched ones"));
 }
 
-/// Every format and frame size has a layout whose taxels are where the core counts them.
+/// Checks that every format and frame size has a layout whose taxels match the core's.
 #[test]
 fn every_format_and_size_is_calibrated() {
     let cases = [
@@ -200,7 +204,7 @@ fn every_format_and_size_is_calibrated() {
                 calibration.layout.corners().iter().flatten().chain(&calibration.layout.taxel()).all(|n| n % 2 == 0);
             assert!(even, "{format}: {:?}", calibration.layout);
         }
-        // In whole pixels, of a mosaic in pairs of them.
+        // Rounding to whole pixels, for a mosaic to pairs of pixels.
         let rounding = if bayer { 1.0 } else { 0.5 } * core::f64::consts::SQRT_2;
         let most = rounding + 0.004 * f64::from(width.min(height));
         let off =

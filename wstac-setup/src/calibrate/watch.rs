@@ -1,4 +1,4 @@
-//! Frames → what glowed: light above the untouched picture, added up cell by cell.
+//! Finds the light in frames: light above the untouched picture, added up cell by cell.
 
 use super::cells::Cells;
 use super::plane::Plane;
@@ -6,49 +6,49 @@ use wstac_host::error::Error;
 use wstac_host::source::StreamInfo;
 use wstac_host::statistics::median;
 
-/// Frames at the start that nothing may touch: as many as the default baseline has.
+/// Number of untouched frames at the start: as many as the default baseline has.
 pub const UNTOUCHED: usize = 25;
-/// Cells that a frame's common shift is found from, about.
+/// Approximate number of cells from which a frame's common shift is found.
 const SAMPLED: usize = 4000;
-/// Blocks that a picture's sides are parted into to see whether an untouched one changes: each is about a taxel.
+/// Blocks along each side of a picture, to detect whether an untouched one changes: each is about a taxel.
 const BLOCKS: usize = 8;
-/// How much a block may change, in deviations from frame to frame: 25 normal numbers have a range of 4 …
+/// Largest change of a block, in standard deviations from frame to frame; 25 normal numbers have a range of 4.
 const MOST_RANGE: f64 = 10.0;
-/// … and as a share of full scale, half a level of 255.
+/// Smallest change of a block that counts, as a fraction of full scale: half a level of 255.
 const LEAST_RANGE: f64 = 0.002;
-/// Deviation of normal numbers, in medians of the distance between two of them.
+/// Standard deviation of normal numbers, in medians of the distance between two of them.
 const STEP_DEVIATION: f64 = 1.048;
-/// Share of full scale from which a cell is saturated.
+/// Fraction of full scale from which a cell is saturated.
 const SATURATED: f32 = 0.985;
 
-/// What was seen of a sensor so far.
+/// The observations of a sensor so far.
 #[derive(Clone, Debug)]
 pub struct Watch {
     pub(super) info: StreamInfo,
     pub(super) cells: Cells,
-    /// The bytes of the frames that nothing touched.
+    /// The bytes of the untouched frames.
     pub(super) untouched: Vec<Vec<u8>>,
     /// Their blocks' means.
     blocks: Vec<[f64; BLOCKS * BLOCKS]>,
-    /// Mean of the untouched frames, in shares of full scale, and the sum of squared deviations.
+    /// Mean of the untouched frames, in fractions of full scale, and the sum of squared deviations.
     mean: Vec<f32>,
     squares: Vec<f32>,
-    /// Light above the mean, added up over the frames since.
+    /// Light above the mean, added up over the later frames.
     light: Vec<f32>,
     /// The brightest value of each cell.
     most: Vec<f32>,
     frames: u32,
-    /// The frame under way, and some of its cells.
+    /// The current frame, and some of its cells.
     shares: Vec<f32>,
     sampled: Vec<f32>,
 }
 
-/// What glowed.
+/// The light that was seen.
 #[derive(Clone, Debug)]
 pub(super) struct Seen {
-    /// Mean light above the untouched picture, in shares of full scale.
+    /// Mean light above the untouched picture, in fractions of full scale.
     pub(super) light: Plane,
-    /// Deviation of a cell's `light` by noise alone.
+    /// Standard deviation of a cell's `light` from noise alone.
     pub(super) noise: f64,
     /// The untouched picture.
     pub(super) dark: Plane,
@@ -57,17 +57,17 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    /// Whether a cell was ever as bright as the camera can tell.
+    /// Returns `true` if a cell ever reached the camera's highest brightness.
     pub(super) fn saturated(&self, cell: usize) -> bool {
         self.most.values.get(cell).is_some_and(|most| *most >= SATURATED)
     }
 }
 
 impl Watch {
-    /// Nothing seen yet of a stream.
+    /// Creates a watch of a stream before its first frame.
     ///
     /// # Errors
-    /// Where it has no pixels, or its size, format and bytes a row do not fit each other.
+    /// The stream has no pixels, or its size, format and bytes per row do not fit each other.
     pub fn new(info: &StreamInfo) -> Result<Self, Error> {
         if info.taxels_only {
             return Err(Error::new(&info.about, "gives taxel sums, expected frames: fidelity = \"rendered\""));
@@ -89,17 +89,19 @@ impl Watch {
         })
     }
 
-    /// Frames that were taken since the untouched ones.
+    /// Returns the number of frames taken after the untouched ones.
     pub fn frames(&self) -> u32 {
         self.frames
     }
 
-    /// Whether the untouched frames are complete.
+    /// Returns `true` if the untouched frames are complete.
     pub fn is_ready(&self) -> bool {
         self.untouched.len() == UNTOUCHED
     }
 
-    /// Takes a frame. The first [`UNTOUCHED`] are those that nothing touches. One that is too short is left out.
+    /// Takes a frame; a frame that is too short is ignored.
+    ///
+    /// The first [`UNTOUCHED`] frames are the untouched ones.
     pub fn take(&mut self, bytes: &[u8]) {
         if bytes.len() < self.cells.frame_bytes() {
             return;
@@ -126,7 +128,9 @@ impl Watch {
         }
     }
 
-    /// Adds a frame's light above the untouched picture. What all of a picture is brighter by is no whisker's light: the room's.
+    /// Adds a frame's light above the untouched picture.
+    ///
+    /// Light that is common to the whole picture is not a whisker's but the room's, and is left out.
     fn add(&mut self) {
         self.frames += 1;
         let step = (self.shares.len() / SAMPLED).max(1);
@@ -141,12 +145,13 @@ impl Watch {
         }
     }
 
-    /// How much a block of the untouched picture changed, as a share of full scale, where that is more than its noise.
+    /// Returns the change of a block of the untouched picture as a fraction of full scale, if it is more than its
+    /// noise.
     pub(super) fn disturbed(&self) -> Option<f64> {
         let changes = (0..BLOCKS * BLOCKS).filter_map(|block| {
             let values = || self.blocks.iter().map(|blocks| blocks[block]);
             let range = values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min);
-            // What differs from frame to frame is noise; what moves slowly, or jumps once, is not.
+            // A difference from frame to frame is noise; a slow change or a single jump is not.
             let steps = values().zip(values().skip(1)).map(|(a, b)| (b - a).abs()).collect();
             let quick = STEP_DEVIATION * median(steps).unwrap_or(0.0);
             (range > MOST_RANGE * quick && range > LEAST_RANGE).then_some(range)
@@ -154,7 +159,7 @@ impl Watch {
         changes.max_by(f64::total_cmp)
     }
 
-    /// What glowed so far.
+    /// Returns the light so far.
     pub(super) fn seen(&self) -> Seen {
         let (frames, untouched) = (f64::from(self.frames.max(1)), self.untouched.len().max(2) as f64);
         let plane = |values: &[f32]| Plane { size: self.cells.size, values: values.to_vec() };
@@ -162,13 +167,13 @@ impl Watch {
         let variance = squares / self.squares.len().max(1) as f64 / (untouched - 1.0);
         let mut light = plane(&self.light);
         light.values.iter_mut().for_each(|light| *light /= frames as f32);
-        // Of a mean over the frames, less one over the untouched ones.
+        // The noise of a mean over the frames, less a mean over the untouched ones.
         let noise = (variance * (1.0 / frames + 1.0 / untouched)).sqrt();
         Seen { light, noise, dark: plane(&self.mean), most: plane(&self.most) }
     }
 }
 
-/// Means of a picture's blocks.
+/// Returns the means of a picture's blocks.
 fn blocks(shares: &[f32], [columns, rows]: [usize; 2]) -> [f64; BLOCKS * BLOCKS] {
     let (mut sums, mut counts) = ([0.0; BLOCKS * BLOCKS], [0_u32; BLOCKS * BLOCKS]);
     for (y, row) in shares.chunks_exact(columns.max(1)).enumerate() {

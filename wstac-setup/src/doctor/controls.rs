@@ -1,4 +1,4 @@
-//! Which controls are locked, and which changed while nobody touched them.
+//! Controls: which are locked, and which changed although nobody touched them.
 
 use serde::Serialize;
 
@@ -14,15 +14,15 @@ pub struct ControlReport {
     pub value: Option<i64>,
     /// Its value at the end.
     pub value_at_end: Option<i64>,
-    /// Whether it is locked; nothing of a control that does not matter.
+    /// `true` if it is locked; `None` for a control that does not matter.
     pub locked: Option<bool>,
-    /// Why it is not locked.
+    /// The reason why it is not locked.
     pub why: Option<String>,
-    /// Whether it changed meanwhile, or the driver says that the hardware changes it.
+    /// `true` if it changed meanwhile, or if the driver reports that the hardware changes it.
     pub drifts: bool,
 }
 
-/// The controls that matter, in the order of locking, then all others that can be set and changed.
+/// Returns the controls that matter, in the order of locking, then all others that can be set and changed.
 pub fn compare(locked: &[LockedControl], before: &[ControlValue], after: &[ControlValue]) -> Vec<ControlReport> {
     let value_of = |values: &[ControlValue], name: &str| values.iter().find(|control| control.name == name).cloned();
     let report = |name: &str, lock: Option<&LockedControl>| {

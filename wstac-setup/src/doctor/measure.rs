@@ -1,4 +1,4 @@
-//! A source read while nothing touches it: what all numbers come from.
+//! Reads a source while nothing touches the sensor: the basis of all numbers.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -13,70 +13,73 @@ use wstac_host::output::{Output, OutputOptions};
 use wstac_host::session::Processor;
 use wstac_host::source::{Fault, FaultKind, Frame, LossReason, Source, SourceEvent, StreamInfo};
 
-/// Frames that a camera takes to settle after its start; they are not measured.
+/// Number of frames in which a camera settles after its start; they are not measured.
 pub const SETTLING: u32 = 15;
-/// Fewest frames that say anything.
+/// Smallest number of frames for a measurement.
 const LEAST: usize = 10;
 
 /// One frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
-    /// When it was taken, in s since the first: by the driver's timestamps, else by its number.
+    /// Its time in s since the first frame: by the driver's timestamps, else by its number.
     pub at: f64,
     /// Mean of each taxel, in gray levels of 255.
     pub levels: [f64; TAXELS],
-    /// Whether the frame before it is the one before it here: nothing was lost between them.
+    /// `true` if no frame was lost between it and the one before it here.
     pub follows: bool,
 }
 
-/// What a source gave.
+/// The measurement of a source.
 #[derive(Clone, Debug)]
 pub struct Measured {
     /// Its frames, at least ten.
     pub moments: Vec<Moment>,
-    /// What single pixels did; nothing where a source has none.
+    /// The statistics of single pixels, or `None` if a source has none.
     pub pixels: Option<Pixels>,
-    /// When frames came.
+    /// The times at which frames came.
     pub pace: Pace,
     /// Frames that were lost, by reason.
     pub lost: BTreeMap<LossReason, u64>,
-    /// Feature frame, from the first that was measured, of the first event: something touched the sensor.
+    /// Feature frame of the first event, counted from the first measured frame: an object touched the sensor.
     pub touched: Option<u64>,
-    /// Whether the trigger's baseline, the first frames, was quiet; true where it is not complete.
+    /// `true` if the trigger's baseline, the first frames, was quiet or is not complete.
     pub quiet: bool,
     /// Full scale of the format, in its own steps.
     pub full_scale: u32,
-    /// Frames a second: as they came, else as they are stated.
+    /// Frames per second: measured, else as stated.
     pub fps: f64,
-    /// Camera frames that are added up to one feature frame.
+    /// Number of camera frames that are added up to one feature frame.
     pub frames_added: u32,
-    /// Smallest step of a block's mean in gray levels, where the pictures are JPEG and say.
+    /// Smallest step of a block's mean in gray levels, if the pictures are JPEG and state it.
     pub dc_step: Option<f64>,
 }
 
 impl Measured {
-    /// From the first frame to the last, in s.
+    /// Returns the time from the first frame to the last, in s.
     pub fn seconds(&self) -> f64 {
         self.moments.last().map_or(0.0, |moment| moment.at)
     }
 }
 
-/// Which frames are measured.
+/// Limits of a measurement.
 #[derive(Clone, Copy, Debug)]
 pub struct Limit {
-    /// None of this many first ones: [`SETTLING`] of a camera that has just been started, 0 of anything else.
+    /// Number of first frames that are not measured: [`SETTLING`] for a camera that has just been started, otherwise 0.
     pub settling: u32,
-    /// After this many s, by the driver's timestamps or else by the frame rate.
+    /// Duration in s, by the driver's timestamps or else by the frame rate.
     pub seconds: f64,
-    /// After this many frames, lost ones included, if that is earlier.
+    /// Number of frames, lost ones included, if that limit comes earlier.
     pub frames: Option<u64>,
 }
 
-/// Reads a source until a limit, its end, or until `stop` has a signal's number. `info` is the source's, as the user has it.
+/// Reads a source until a limit, its end, or until `stop` holds a signal's number.
+///
+/// `info` describes the source as the user has it.
 ///
 /// # Errors
-/// Where layout, format and configuration do not fit each other, the source fails, is unplugged, falls silent or loses its
-/// signal, or gives fewer than ten frames.
+/// - Layout, format and configuration do not fit each other.
+/// - The source fails, is unplugged, falls silent or loses its signal.
+/// - The source delivers fewer than ten frames.
 pub fn measure(
     source: &mut dyn Source,
     info: &StreamInfo,
@@ -103,7 +106,7 @@ pub fn measure(
     let (mut steps, mut first, mut follows) = (0_u64, None, false);
     while stop.load(Ordering::Relaxed) == 0 && limit.frames.is_none_or(|most| steps < most) {
         let item = source.next_event()?;
-        // It may come back, but not as a camera that was watched all the time; and it may never.
+        // The camera may come back, but not as one that was watched all the time; and it may never come back.
         if let SourceEvent::Fault(Fault { kind: FaultKind::Disconnected | FaultKind::NoSignal, message }) = &item {
             let why = message.split("; waiting for").next().unwrap_or_default();
             return Err(Error::new(&info.about, format_args!("broke off while it was measured: {why}")));
@@ -120,7 +123,7 @@ pub fn measure(
                 *measured.lost.entry(reason.clone()).or_default() += frames;
                 steps = steps.saturating_add(*frames);
                 follows = false;
-                // Where nothing but damaged frames comes, no timestamp ever ends it.
+                // If only damaged frames come, no timestamp ever ends the measurement.
                 if steps as f64 * period >= 2.0 * limit.seconds {
                     break;
                 }
@@ -174,7 +177,7 @@ pub fn measure(
     Ok(measured)
 }
 
-/// Keeps the first frame of the first event, whole or not.
+/// Stores the first frame of the first event, complete or not.
 fn notice(touched: &mut Option<u64>, output: &Output) {
     let frame = match output {
         Output::Event(event) => Some(event.frame),

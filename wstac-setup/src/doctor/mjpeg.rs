@@ -1,4 +1,4 @@
-//! What MJPEG costs: the same still scene, compressed and not.
+//! The effect of MJPEG: the same still scene, compressed and not.
 
 use serde::Serialize;
 
@@ -10,12 +10,12 @@ use wstac_host::camera::modes::Mode;
 use wstac_host::config::Config;
 use wstac_host::source::LossReason;
 
-/// One of the two.
+/// One of the two measurements.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Side {
     /// Four-character code.
     pub format: String,
-    /// Frames that were measured.
+    /// Number of measured frames.
     pub frames: u64,
     /// Mean of all taxels.
     pub mean: f64,
@@ -32,20 +32,20 @@ pub struct MjpegReport {
     pub raw: Side,
     /// Compressed.
     pub jpeg: Side,
-    /// How far the mean of the worst taxel is off when it is compressed.
+    /// Error of the worst taxel's mean when it is compressed.
     pub worst_taxel_off: f64,
-    /// Smallest step of the mean of a block of 8 x 8 pixels; nothing where the pictures do not say.
+    /// Smallest step of the mean of a block of 8 x 8 pixels; `None` if the pictures do not state it.
     pub dc_step: Option<f64>,
-    /// Corrupt pictures while it was measured.
+    /// Number of corrupt pictures during the measurement.
     pub corrupt: u64,
-    /// How much of a light it may swallow or add: the worst taxel's offset, or half a step where that is more.
+    /// Largest light that compression may remove or add: the worst taxel's offset, or half a step if that is more.
     pub error: f64,
-    /// What each of five taxels must have to count as lit: `[speed] threshold`, 2.4 by default.
+    /// Level from which each of five taxels counts as lit: `[speed] threshold`, 2.4 by default.
     pub lit: f64,
 }
 
 impl Side {
-    /// What of a measurement is compared.
+    /// Takes the compared numbers from a measurement.
     fn new(format: &str, measured: &Measured) -> Self {
         let still = Still::new(measured);
         Self {
@@ -74,7 +74,8 @@ pub fn compare(raw: (&str, &Measured), jpeg: (&str, &Measured), config: &Config)
     }
 }
 
-/// The format to compare one with: of a compressed one the best that is not, and the other way round; at the same size.
+/// Returns the format for the comparison: the best uncompressed one for a compressed one, and vice versa, at the same
+/// size.
 pub fn counterpart(modes: &[Mode], format: &str, size: (u32, u32)) -> Option<FourCc> {
     let is_jpeg = |fourcc| formats::coding(fourcc) == Some(Coding::Jpeg);
     let own = modes.iter().find(|mode| formats::name(mode.fourcc) == format)?.fourcc;
@@ -85,8 +86,10 @@ pub fn counterpart(modes: &[Mode], format: &str, size: (u32, u32)) -> Option<Fou
     modes.iter().filter(fits).map(|mode| mode.fourcc).min_by_key(|fourcc| formats::preference(*fourcc))
 }
 
-/// Step of a block's mean that a JPEG picture's first quantisation table leaves: the mean is an eighth of the DC
-/// coefficient. Nothing where there is no such table.
+/// Returns the step of a block's mean that a JPEG picture's first quantization table leaves, or `None` without such a
+/// table.
+///
+/// The mean is an eighth of the DC coefficient.
 pub fn dc_step(picture: &[u8]) -> Option<f64> {
     let mut rest = picture.strip_prefix(&[0xff, 0xd8])?;
     loop {
@@ -96,7 +99,7 @@ pub fn dc_step(picture: &[u8]) -> Option<f64> {
         match marker {
             0xdb => {
                 let (kind, table) = segment.split_first()?;
-                // The upper half of the byte: numbers of 16 bits instead of 8. The first table is that of luma.
+                // The upper half of the byte selects numbers of 16 bits instead of 8. The first table is that of luma.
                 let first =
                     if kind >> 4 == 0 { u16::from(*table.first()?) } else { u16::from_be_bytes(*table.first_chunk()?) };
                 return Some(f64::from(first) / 8.0);

@@ -1,8 +1,8 @@
-//! What is right and wrong with a sensor that nothing touches, in numbers and in words.
+//! Diagnosis of a sensor that nothing touches, in numbers and in words.
 //!
-//! [`measure`] reads any source; [`still`], [`pace`] and [`pixels`] make numbers of what it gave; [`signal`] says what the
-//! trigger would see of it, [`mjpeg`] what compression costs; [`verdict`] says what to change. Levels are gray levels of
-//! 255, whatever the format's full scale is.
+//! [`measure`] reads any source; [`still`], [`pace`] and [`pixels`] compute numbers from it. [`signal`] computes what
+//! the trigger would see, [`mjpeg`] the effect of compression, and [`verdict`] the recommended changes. Levels are gray
+//! levels of 255, whatever the format's full scale is.
 
 pub mod controls;
 pub mod measure;
@@ -30,66 +30,66 @@ use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::source::{LossReason, StreamInfo};
 
-/// Everything that was found out.
+/// All results of a diagnosis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
-    /// What was measured, in a line.
+    /// A one-line description of the source.
     pub source: String,
-    /// Who the camera is and what it offers; nothing where the source is none.
+    /// The camera's identity and modes; `None` if the source is not a camera.
     pub camera: Option<CameraReport>,
-    /// How frames come.
+    /// The timing of frames.
     pub rate: RateReport,
-    /// How bright the sensor is with nothing touching.
+    /// The brightness of the sensor while nothing touches it.
     pub levels: LevelsReport,
-    /// How that varies from frame to frame.
+    /// The variation of the brightness from frame to frame.
     pub noise: NoiseReport,
     /// The smallest light that the trigger sees.
     pub signal: SignalReport,
-    /// How that changes slowly.
+    /// The slow change of the brightness.
     pub drift: DriftReport,
     /// Controls: those that are locked, or should be, and any other that can be set and changed.
     pub controls: Vec<ControlReport>,
-    /// What MJPEG costs; nothing where there is nothing to compare.
+    /// The effect of MJPEG, or `None` if there is no comparison.
     pub mjpeg: Option<MjpegReport>,
-    /// Whether there is nothing to change.
+    /// `true` if no change is needed.
     pub healthy: bool,
-    /// What to change, the worst first.
+    /// The recommended changes, the most important first.
     pub verdict: Vec<Finding>,
 }
 
 /// A camera.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct CameraReport {
-    /// Who it is, and all that it offers.
+    /// Its identity, and all its modes.
     #[serde(flatten)]
     pub device: DeviceInfo,
-    /// Four-character code of what it sent.
+    /// Four-character code of the format that it sent.
     pub format: String,
 }
 
-/// How frames come.
+/// The timing of frames.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RateReport {
-    /// Frames a second that were asked for; nothing where the source decides.
+    /// Requested frames per second, or `None` if the source decides.
     pub asked: Option<f64>,
-    /// Frames a second that the driver, or the file, states.
+    /// Frames per second that the driver, or the file, states.
     pub stated: f64,
-    /// Frames a second by the driver's timestamps; nothing where there are none.
+    /// Frames per second by the driver's timestamps, or `None` without timestamps.
     pub measured: Option<f64>,
-    /// Deviation of the intervals from their mean, in ms rms.
+    /// Standard deviation of the intervals from their mean, in ms.
     pub jitter_ms: Option<f64>,
     /// The longest interval between two frames in a row, in ms.
     pub longest_ms: Option<f64>,
-    /// Frames that were measured.
+    /// Number of measured frames.
     pub frames: u64,
-    /// The time that they took, in s.
+    /// Duration of the measurement, in s.
     pub seconds: f64,
-    /// Frames that were lost meanwhile, by reason.
+    /// Frames that were lost during the measurement, by reason.
     #[serde(serialize_with = "by_name")]
     pub lost: BTreeMap<LossReason, u64>,
 }
 
-/// How bright the sensor is, in gray levels of 255.
+/// The brightness of the sensor, in gray levels of 255.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LevelsReport {
     /// Full scale of the format, in its own steps.
@@ -100,69 +100,73 @@ pub struct LevelsReport {
     pub darkest_taxel: f64,
     /// Mean of the brightest taxel.
     pub brightest_taxel: f64,
-    /// A pixel's value without light: as the user gives it, else the mean of the darkest 1 % of pixels.
+    /// Value of a pixel without light: as the user gives it, else the mean of the darkest 1 % of pixels.
     pub black: Option<f64>,
-    /// Whether the user gave it.
+    /// `true` if the user gave it.
     pub black_is_given: bool,
-    /// Mean of all taxels above black: light that leaks in. With a black that was not given, light that falls on all
-    /// pixels alike does not show.
+    /// Mean of all taxels above black: light that leaks in.
+    ///
+    /// If black was not given, light that falls on all pixels alike does not show.
     pub leak: Option<f64>,
-    /// Share of pixels at full scale.
+    /// Fraction of pixels at full scale.
     pub saturated: Option<f64>,
-    /// Share of pixels that are always 0: light below black is cut off there.
+    /// Fraction of pixels that are always 0: light below black is cut off there.
     pub clipped: Option<f64>,
 }
 
-/// How levels vary from frame to frame, in gray levels of 255, rms; slower changes are not counted.
+/// The variation of levels from frame to frame, in gray levels of 255, rms; slower changes are not counted.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct NoiseReport {
-    /// Of a taxel's mean, over all taxels.
+    /// Variation of a taxel's mean, over all taxels.
     pub taxel: f64,
-    /// Of the noisiest taxel's mean.
+    /// Variation of the noisiest taxel's mean.
     pub worst_taxel: f64,
-    /// Of a pixel inside a taxel; nothing where there are no pixels.
+    /// Variation of a pixel inside a taxel; `None` if there are no pixels.
     pub pixel: Option<f64>,
 }
 
-/// How levels change slowly.
+/// The slow change of levels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DriftReport {
-    /// Slope of the mean of all taxels, in gray levels of 255 a minute.
+    /// Slope of the mean of all taxels, in gray levels of 255 per minute.
     pub levels_per_minute: f64,
-    /// Standard error of that.
+    /// Standard error of that slope.
     pub error: f64,
     /// Slope of the taxel that changes most.
     pub worst_taxel: f64,
-    /// Minutes until the drift alone makes the trigger fire; nothing where it is too small to tell from noise, and of light
-    /// that falls, which never does.
+    /// Minutes until the drift alone makes the trigger fire.
+    ///
+    /// It is `None` if the drift is too small to distinguish from noise. It is also `None` for light that falls, which
+    /// never fires.
     pub minutes_to_trigger: Option<f64>,
 }
 
 impl DriftReport {
-    /// Minutes until the mean of all taxels is this many levels off, either way; nothing where the drift is too small to
-    /// tell from noise.
+    /// Returns the minutes until the mean of all taxels has changed by this many levels in either direction.
+    ///
+    /// Returns `None` if the drift is too small to distinguish from noise.
     fn minutes_to(&self, levels: f64) -> Option<f64> {
         let slope = self.levels_per_minute.abs();
         (slope > 0.0 && slope > SIGNIFICANT * self.error).then(|| tidy(levels / slope))
     }
 }
 
-/// What the user says beside the source.
+/// The user's knowledge about the source.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Known {
-    /// Frames a second that were asked for.
+    /// Requested frames per second.
     pub asked_fps: Option<f64>,
     /// A pixel's value without light, in gray levels of 255, measured with the sensor in the dark.
     pub black: Option<f64>,
 }
 
-/// A slope that is this many times its standard error is none of chance.
+/// Multiple of its standard error from which a slope is not due to chance.
 const SIGNIFICANT: f64 = 4.0;
 
-/// Makes a report of what was measured.
+/// Creates a report of a measurement.
 ///
 /// # Errors
-/// Where the configuration does not hold.
+/// The configuration is not valid.
 pub fn examine(
     info: &StreamInfo,
     config: &Config,
@@ -229,22 +233,22 @@ fn drift(still: &Still, signal: &SignalReport) -> DriftReport {
         worst_taxel: tidy(60.0 * worst.slope),
         minutes_to_trigger: None,
     };
-    // Only what gets brighter fires; what gets darker hides as much light instead.
+    // Only brighter light fires the trigger; darker light hides as much light instead.
     report.minutes_to_trigger = report.minutes_to(signal.five_taxels).filter(|_| report.levels_per_minute > 0.0);
     report
 }
 
-/// To five decimals: more is noise.
+/// Rounds to five decimals: more is noise.
 pub(crate) fn tidy(number: f64) -> f64 {
     (number * 1e5).round() / 1e5
 }
 
-/// A rate for a person.
+/// Describes a rate for a person.
 fn rate_text(info: &StreamInfo) -> String {
     fps(info.rate)
 }
 
-/// Serializes frames that were lost by the words of their reasons.
+/// Serializes lost frames by the words of their reasons.
 fn by_name<S: Serializer>(lost: &BTreeMap<LossReason, u64>, serializer: S) -> Result<S::Ok, S::Error> {
     let by_name: BTreeMap<&str, u64> = lost.iter().map(|(reason, frames)| (reason.name(), *frames)).collect();
     by_name.serialize(serializer)

@@ -1,33 +1,33 @@
-//! How fast frames really come, by the driver's timestamps and sequence numbers.
+//! The true frame rate, by the driver's timestamps and sequence numbers.
 
 use std::time::Duration;
 
 use wstac_host::statistics::rms;
 
-/// Frames that may lie between two; a larger step of the sequence number is a reset.
+/// Largest number of frames between two that arrived; a larger step of the sequence number is a reset.
 const LONGEST_STEP: u32 = 1000;
 
 /// Intervals between the frames that came.
 #[derive(Clone, Debug, Default)]
 pub struct Pace {
     last: Option<(Option<u32>, Duration)>,
-    /// Length in s, and frames that it took by the driver's count.
+    /// Length in s, and number of frames by the driver's count.
     intervals: Vec<(f64, f64)>,
 }
 
-/// What the intervals say.
+/// Statistics of the intervals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PaceSummary {
-    /// Frames a second that the camera takes, whether they arrive or not.
+    /// Frames per second that the camera takes, whether they arrive or not.
     pub fps: f64,
-    /// Deviation of an interval from a whole number of mean ones, in s rms.
+    /// Standard deviation of an interval from a whole number of mean ones, in s.
     pub jitter: f64,
     /// The longest interval, in s.
     pub longest: f64,
 }
 
 impl Pace {
-    /// A frame came; without a timestamp it says nothing.
+    /// Adds a frame; a frame without a timestamp is ignored.
     pub fn push(&mut self, sequence: Option<u32>, timestamp: Option<Duration>) {
         let Some(timestamp) = timestamp else { return };
         let Some((last, before)) = self.last.replace((sequence, timestamp)) else { return };
@@ -37,7 +37,7 @@ impl Pace {
         }
     }
 
-    /// What there is to say after three frames or more.
+    /// Returns the statistics after three frames or more.
     pub fn summary(&self) -> Option<PaceSummary> {
         if self.intervals.len() < 2 {
             return None;
@@ -82,7 +82,7 @@ mod tests {
 
     #[test]
     fn jitter_is_measured_and_resets_are_left_out() {
-        // Every other frame 3 ms late: the intervals are 6 ms apart, 3 ms from their mean.
+        // Every other frame is 3 ms late: the intervals are 6 ms apart, 3 ms from their mean.
         let late = |t: u32| f64::from(t) / 30.0 + if t % 2 == 1 { 0.003 } else { 0.0 };
         let found = pace((0..200).map(|t| (if t < 100 { 5000 + t } else { t - 100 }, late(t))));
         assert!((found.jitter - 0.003).abs() < 1e-4 && (found.fps - 30.0).abs() < 0.1, "{found:?}");

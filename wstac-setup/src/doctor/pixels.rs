@@ -1,7 +1,8 @@
-//! Single pixels, on an even grid over the frame: their noise, the darkest of them, and those at either end of the scale.
+//! Single pixels on an even grid over the frame: their noise, the darkest of them, and those at either end of the
+//! scale.
 //!
-//! Their green is the core's, bit for bit, in any format: each is a taxel of one pixel (of a Bayer mosaic: one cell, two
-//! green sites), 25 of them a layout.
+//! Their green is the core's, bit for bit, in any format. Each is a taxel of one pixel (of a Bayer mosaic: one cell,
+//! two green sites), and 25 of them are a layout.
 
 use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, YcbcrMethod};
@@ -13,22 +14,24 @@ use wstac_core::taxels::{FrameGeometry, TaxelSums};
 use wstac_host::error::Error;
 use wstac_host::source::StreamInfo;
 
-/// Pixels of the grid in either direction: 10 000 in all, where the frame has as many.
+/// Pixels of the grid in either direction: 10 000 in all, if the frame has as many.
 const SIDE: u16 = 100;
-/// Share of pixels that are taken for dark: few enough to lie in shadow, enough for a mean.
+/// Fraction of pixels that are taken for dark: few enough to lie in shadow, enough for a mean.
 const DARKEST: f64 = 0.01;
 
-/// What single pixels did, in gray levels of 255 and shares.
+/// The statistics of single pixels, in gray levels of 255 and fractions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pixels {
-    /// Temporal noise of a pixel inside a taxel, rms; of all pixels where none is inside.
+    /// Temporal noise of a pixel inside a taxel, rms; of all pixels if none is inside.
     pub noise: f64,
-    /// Mean of the darkest 1 % of pixels. Which they are is told from every other frame and their mean from the rest: noise
-    /// that makes a pixel look dark is not counted as black.
+    /// Mean of the darkest 1 % of pixels.
+    ///
+    /// Every other frame selects them, and the remaining frames give their mean. So noise that makes a pixel look dark
+    /// is not counted as black.
     pub darkest: f64,
-    /// Share of pixels at full scale, over all frames.
+    /// Fraction of pixels at full scale, over all frames.
     pub saturated: f64,
-    /// Share of pixels that were 0 in every frame.
+    /// Fraction of pixels that were 0 in every frame.
     pub clipped: f64,
 }
 
@@ -37,7 +40,7 @@ pub struct Pixels {
 struct History {
     inside: bool,
     last: u32,
-    /// Of the first, third … frame, and of the others.
+    /// Sums of the first, third … frame, and sums of the others.
     sums: [u64; 2],
     squared_steps: f64,
     saturated: u64,
@@ -53,10 +56,10 @@ pub struct PixelGrid {
 }
 
 impl PixelGrid {
-    /// A grid over frames as `info` describes them; `taxels` says which of its pixels are inside of one.
+    /// Creates a grid over frames that `info` describes; `taxels` selects the pixels inside of taxels.
     ///
     /// # Errors
-    /// Where the frame is too small.
+    /// The frame is too small.
     pub fn new(info: &StreamInfo, taxels: &Layout) -> Result<Self, Error> {
         let green = Any::new(info.format, info.color, YcbcrMethod::Exact);
         let cell = green.cell();
@@ -79,7 +82,9 @@ impl PixelGrid {
         Ok(Self { groups, frames: 0, steps: 0 })
     }
 
-    /// A frame; `follows` says whether nothing was lost before it. One that is too short is passed over.
+    /// Adds a frame; one that is too short is ignored.
+    ///
+    /// `follows` is `true` if no frame was lost before it.
     pub fn push(&mut self, bytes: &[u8], follows: bool) {
         let (follows, half) = (follows && self.frames > 0, (self.frames % 2) as usize);
         for (accumulators, histories) in &mut self.groups {
@@ -100,7 +105,7 @@ impl PixelGrid {
         self.steps += u64::from(follows);
     }
 
-    /// What the pixels did; nothing before two frames in a row.
+    /// Returns the statistics of the pixels, or `None` before two consecutive frames.
     pub fn summary(&self) -> Option<Pixels> {
         let (accumulators, _) = self.groups.first()?;
         let camera = accumulators.camera();
@@ -113,7 +118,7 @@ impl PixelGrid {
         let inside: Vec<&History> = all.iter().copied().filter(|history| history.inside).collect();
         let looked_at = if inside.is_empty() { &all } else { &inside };
         let squares = looked_at.iter().map(|history| history.squared_steps).sum::<f64>();
-        // A step has the noise twice; a cell's sum has that of `pixels` pixels.
+        // A step contains the noise twice; a cell's sum has that of `pixels` pixels.
         let variance = squares / (2.0 * self.steps as f64 * looked_at.len() as f64 * pixels);
         let mut sums: Vec<[u64; 2]> = all.iter().map(|history| history.sums).collect();
         sums.sort_unstable_by_key(|[first, _]| *first);
@@ -131,7 +136,7 @@ impl PixelGrid {
     }
 }
 
-/// Where the grid's pixels are along a side: a multiple of five of them, each in the middle of its part.
+/// Returns the positions of the grid's pixels along a side: a multiple of five, each in the middle of its part.
 fn places(length: u16, cell: u16) -> Vec<u16> {
     let count = (length / cell).min(SIDE) / 5 * 5;
     let count = u32::from(count.max(5));

@@ -1,8 +1,10 @@
 //! The smallest light that the trigger sees, from the measured levels and noise and its own threshold.
 //!
-//! The trigger fires when a line's mean feature over a window, f = ln of the sum of its five taxels, is more than Δ above the
-//! baseline's f₀. Δ = max((b − 1) · |f₀|, margin) with the signed rule, (b − 1) · f₀ with the literal one. With R the line's level at
-//! rest, and F = max(R, the floor's level), it fires when the line gains more than s = F · e^Δ − R levels, sum of its taxels.
+//! A line's feature is f = ln of the sum of its five taxels. The trigger fires if its mean over a window is more than Δ
+//! above the baseline's f₀. Δ = max((b − 1) · |f₀|, margin) with the signed rule, (b − 1) · f₀ with the literal one.
+//!
+//! Let R be the line's level at rest, and F = max(R, the floor's level). Then it fires if the line gains more than s =
+//! F · e^Δ − R levels, as the sum of its taxels.
 
 use serde::Serialize;
 use wstac_core::params::{COLUMNS, FEATURES, ROWS, TAXELS};
@@ -15,38 +17,40 @@ use super::tidy;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 
-/// Deviations of a window's noise that a light must be above the threshold to be seen 999 times in 1000.
+/// Standard deviations of a window's noise by which a light must exceed the threshold to be seen 999 times in 1000.
 const SURE: f64 = 3.09;
-/// No more false triggers an hour are told than there could be windows in it.
+/// Seconds in an hour; the false triggers per hour are limited to the number of windows in it.
 const HOUR_S: f64 = 3600.0;
 
-/// In gray levels of 255.
+/// The smallest visible light, in gray levels of 255.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SignalReport {
-    /// What one taxel alone must gain over a window to fire, wherever it is: of its row and its column the more
-    /// sensitive one, of all taxels the least sensitive.
+    /// Light that one taxel alone must gain over a window to fire the trigger, wherever it is.
+    ///
+    /// It is that of the more sensitive of its row and column, for the least sensitive of all taxels.
     pub one_taxel: f64,
-    /// The same to fire 999 times in 1000 in spite of the noise.
+    /// Light that one taxel alone must gain to fire 999 times in 1000 in spite of the noise.
     pub one_taxel_sure: f64,
-    /// What each taxel of a row or column must gain where all five light up: the least sensitive line.
+    /// Light that each taxel of a row or column must gain if all five light up: for the least sensitive line.
     pub five_taxels: f64,
-    /// Noise of a line's mean over a window, of the noisiest line.
+    /// Noise of the noisiest line's mean over a window.
     pub line_noise: f64,
-    /// How many times its noise a line is below its threshold, of the line that is nearest.
+    /// Distance of the nearest line from its threshold, in multiples of its noise.
     pub noise_margin: Option<f64>,
-    /// Triggers an hour that noise alone makes, as if it were normal.
+    /// False triggers per hour from noise alone, as if it were normal.
     pub false_triggers_per_hour: f64,
-    /// The speed law's threshold: what each of a line's five taxels must have for it to count as lit.
+    /// The speed law's threshold: the level of each of a line's five taxels from which the line counts as lit.
     pub lit: f64,
-    /// The brightest line at rest, as a share of that threshold: above 1 it counts as lit without a
-    /// touch; 0 where the threshold is above the baseline.
+    /// The brightest line at rest, as a fraction of that threshold.
+    ///
+    /// Above 1 it counts as lit without a touch. It is 0 if the threshold applies to light above the baseline.
     pub rest_of_lit: f64,
 }
 
-/// What the trigger would see.
+/// Computes what the trigger would see.
 ///
 /// # Errors
-/// Where the configuration does not hold.
+/// The configuration is not valid.
 pub fn signal(still: &Still, config: &Config, measured: &Measured) -> Result<SignalReport, Error> {
     let failed = |error| Error::new("[trigger]", error);
     let trigger = config.trigger().map_err(failed)?;
@@ -57,7 +61,7 @@ pub fn signal(still: &Still, config: &Config, measured: &Measured) -> Result<Sig
     let added = measured.frames_added as usize;
     let rest = still.line_means();
     let gains = rest.map(|rest| {
-        // With neither light nor a floor there is one raw count, which no mean is below.
+        // Without light and without a floor there is one raw count, which no mean is below.
         let from = rest.max(floor).max(f64::MIN_POSITIVE);
         let feature = (from / 255.0).ln();
         let above = match trigger.rule() {
@@ -70,7 +74,7 @@ pub fn signal(still: &Still, config: &Config, measured: &Measured) -> Result<Sig
     let sure: [f64; FEATURES] = std::array::from_fn(|line| gains[line] + SURE * noise[line]);
     let margins = || gains.iter().zip(&noise).filter(|(_, noise)| **noise > 0.0).map(|(gain, noise)| gain / noise);
     let windows = HOUR_S * measured.fps / (window * added) as f64;
-    // Each line fires by itself; as many as there are windows at most.
+    // Each line fires by itself; at most as many as there are windows.
     let chance = margins().fold(0.0, |sum, margin| sum + 0.5 * libm::erfc(margin / std::f64::consts::SQRT_2));
     let lit = 255.0 * config.speed.threshold / COLUMNS as f64;
     Ok(SignalReport {
@@ -88,7 +92,7 @@ pub fn signal(still: &Still, config: &Config, measured: &Measured) -> Result<Sig
     })
 }
 
-/// Of each taxel the better of its two lines, of all taxels the worst.
+/// Returns the largest over all taxels of the smaller gain of its two lines.
 fn least_sensitive(gains: &[f64; FEATURES]) -> f64 {
     let of_taxel = |taxel: usize| gains[taxel / COLUMNS].min(gains[ROWS + taxel % COLUMNS]);
     (0..TAXELS).map(of_taxel).fold(0.0, f64::max)

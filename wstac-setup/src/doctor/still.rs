@@ -1,4 +1,4 @@
-//! Noise and drift of taxels and of the trigger's ten lines while nothing touches.
+//! Noise and drift of taxels and of the trigger's ten lines while nothing touches the sensor.
 
 use wstac_core::params::{COLUMNS, FEATURES, ROWS, TAXELS};
 
@@ -8,13 +8,13 @@ use wstac_host::statistics::{self, Line};
 /// A straight line through levels over time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Trend {
-    /// Levels a second.
+    /// Levels per second.
     pub slope: f64,
-    /// Standard error of that, as if the noise of frames were independent.
+    /// Standard error of the slope, as if the noise of frames were independent.
     pub error: f64,
 }
 
-/// What was measured, as numbers over time.
+/// A measurement, as numbers over time.
 #[derive(Clone, Debug)]
 pub struct Still {
     times: Vec<f64>,
@@ -24,7 +24,7 @@ pub struct Still {
 }
 
 impl Still {
-    /// The same frames, with their line sums.
+    /// Takes the frames of a measurement, and adds their line sums.
     pub fn new(measured: &Measured) -> Self {
         let moments = measured.moments.iter();
         Self {
@@ -35,34 +35,35 @@ impl Still {
         }
     }
 
-    /// Mean of each taxel.
+    /// Returns the mean of each taxel.
     pub fn means(&self) -> [f64; TAXELS] {
         std::array::from_fn(|taxel| mean(self.taxels.iter().map(|levels| levels[taxel])))
     }
 
-    /// Mean of each line: the sum of five taxels.
+    /// Returns the mean of each line: the sum of five taxels.
     pub fn line_means(&self) -> [f64; FEATURES] {
         std::array::from_fn(|line| mean(self.lines.iter().map(|sums| sums[line])))
     }
 
-    /// Noise of a taxel's mean, rms over all taxels.
+    /// Returns the noise of a taxel's mean, rms over all taxels.
     pub fn noise(&self) -> f64 {
         mean((0..TAXELS).map(|taxel| self.noise_of(taxel).powi(2))).sqrt()
     }
 
-    /// Noise of the noisiest taxel's mean.
+    /// Returns the noise of the noisiest taxel's mean.
     pub fn worst_noise(&self) -> f64 {
         (0..TAXELS).map(|taxel| self.noise_of(taxel)).fold(0.0, f64::max)
     }
 
-    /// From the steps between frames in a row, which slower changes hardly touch.
+    /// Computes the noise from the steps between consecutive frames, which slower changes hardly touch.
     fn noise_of(&self, taxel: usize) -> f64 {
         let pairs = self.taxels.windows(2).zip(self.follows.iter().skip(1)).filter(|(_, follows)| **follows);
         (mean(pairs.map(|(pair, _)| (pair[1][taxel] - pair[0][taxel]).powi(2))) / 2.0).sqrt()
     }
 
-    /// Noise of a line's mean over `frames` frames around its trend: of windows as the trigger takes them, so that
-    /// flicker which lasts longer than a frame counts in full.
+    /// Returns the noise of a line's mean over `frames` frames around its trend.
+    ///
+    /// The windows are those of the trigger, so that flicker which lasts longer than a frame counts in full.
     pub fn window_noise(&self, line: usize, frames: usize) -> f64 {
         let levels: Vec<f64> = self.lines.iter().map(|sums| sums[line]).collect();
         let (trend, centre) = (self.trend_of(&levels), mean(self.times.iter().copied()));
@@ -77,13 +78,13 @@ impl Still {
         variance.sqrt()
     }
 
-    /// How the mean of all taxels changes.
+    /// Returns the change of the mean of all taxels.
     pub fn trend(&self) -> Trend {
         let levels: Vec<f64> = self.taxels.iter().map(|levels| mean(levels.iter().copied())).collect();
         self.trend_of(&levels)
     }
 
-    /// How the taxel changes that changes most.
+    /// Returns the change of the taxel that changes most.
     pub fn worst_trend(&self) -> Trend {
         let trends = (0..TAXELS).map(|taxel| {
             let levels: Vec<f64> = self.taxels.iter().map(|levels| levels[taxel]).collect();
@@ -92,7 +93,7 @@ impl Still {
         trends.max_by(|a, b| a.slope.abs().total_cmp(&b.slope.abs())).unwrap_or_default()
     }
 
-    /// Returns how levels change, by least squares: not at all if they are all the same.
+    /// Returns the change of levels, by least squares; equal levels have no change.
     fn trend_of(&self, levels: &[f64]) -> Trend {
         let points: Vec<[f64; 2]> = self.times.iter().zip(levels).map(|(&at, &level)| [at, level]).collect();
         let Some(line) = Line::fit(&points) else { return Trend::default() };
@@ -102,7 +103,7 @@ impl Still {
     }
 }
 
-/// Row sums, then column sums.
+/// Returns the row sums, then the column sums.
 pub fn lines(levels: &[f64; TAXELS]) -> [f64; FEATURES] {
     std::array::from_fn(|line| {
         let of_line = |place: usize| if line < ROWS { line * COLUMNS + place } else { place * COLUMNS + line - ROWS };

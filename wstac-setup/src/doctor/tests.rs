@@ -1,4 +1,4 @@
-//! Numbers against the truth: simulated sensors of known noise, black level and leak, and made-up streams.
+//! Numbers compared with the truth: simulated sensors of known noise, black level and leak, and synthetic streams.
 
 use std::sync::atomic::AtomicUsize;
 use std::time::Duration;
@@ -24,7 +24,7 @@ static RUNNING: AtomicUsize = AtomicUsize::new(0);
 const ALL: Limit = Limit { settling: 0, seconds: f64::INFINITY, frames: None };
 const OF_A_CAMERA: Limit = Limit { settling: SETTLING, ..ALL };
 
-/// A scene of 300 dark frames, and what was measured of them.
+/// Returns a scene of 300 dark frames, and their measurement.
 fn scene(sensor: &str, leak: f64) -> (StreamInfo, Measured) {
     let toml = format!(
         "specimen = \"Fla0\"\nspeed = 200\nlead_in = 300\nseed = 5\nnoise = 1.0\n[light]\nleak = {leak}\n[sensor]\nsize = [400, 400]\n{sensor}"
@@ -51,7 +51,8 @@ fn assert_near(what: &str, found: f64, truth: f64, tolerance: f64) {
 
 #[test]
 fn noise_black_level_and_leak_are_the_scenes() {
-    // 25 500 electrons at full scale: 100 a level. Leak adds 510 of them, read noise has a variance of 100² or 40².
+    // 25 500 electrons at full scale: 100 for each level. Leak adds 510 of them, read noise has a variance of 100² or
+    // 40².
     for (format, read, leak, step) in [
         ("GREY", 100.0, 0.02, 1.0),
         ("GREY", 60.0, 0.0, 1.0),
@@ -73,7 +74,7 @@ fn noise_black_level_and_leak_are_the_scenes() {
         assert_near(&what("leak"), told.levels.leak.unwrap(), 255.0 * leak, 0.02);
         assert_eq!(told.rate.frames, measured.moments.len() as u64);
         assert!(told.drift.minutes_to_trigger.is_none(), "{}: {:?}", what("drift"), told.drift);
-        // Without being told, the darkest pixels stand for black: those outside of taxels, which are rounded.
+        // Without a given value, the darkest pixels stand for black: those outside of taxels, which are rounded.
         let untold = report(&info, &measured, None);
         assert_near(&what("darkest"), untold.levels.black.unwrap(), 6.0 + 255.0 * leak, 0.5 * step + 0.02);
         assert!(!untold.levels.black_is_given);
@@ -119,12 +120,12 @@ fn saturation_and_clipped_black_are_shares_of_pixels() {
     );
     let (info, measured) = scene("format = \"GREY\"\nblack_level = 0.0\nread_noise = 20.0", 0.0);
     let dark = report(&info, &measured, None);
-    // A pixel of 0.2 levels of noise passes half a level once in 161 frames: 15 % never do.
+    // A pixel of 0.2 levels of noise passes half a level once in 161 frames: 15 % of the pixels never do.
     assert_near("clipped", dark.levels.clipped.unwrap(), 0.64 + 0.36 * 0.15, 0.03);
     assert!(kinds(&dark).contains(&"clipped"));
 }
 
-/// A stream of even pictures, with what happens between them.
+/// A stream of even pictures, with the events between them.
 struct Played {
     info: StreamInfo,
     items: std::vec::IntoIter<Shown>,
@@ -136,7 +137,7 @@ struct Played {
 }
 
 enum Shown {
-    /// Mean level of all pixels, each rounded up or down by chance.
+    /// Mean level of all pixels, each rounded up or down at random.
     Level(f64),
     Sums([u32; TAXELS]),
     Lost(u64),
@@ -225,7 +226,7 @@ fn a_sensor_in_order_has_nothing_to_change() {
 
 #[test]
 fn drift_is_measured_and_told_in_minutes() {
-    // 18 levels a minute, from 20 levels to 23.
+    // 18 levels per minute, from 20 levels to 23.
     let frames = (0..300).map(|t| Shown::Level(20.0 + 18.0 / 1800.0 * f64::from(t))).collect();
     let (info, measured) = read(played(PixelFormat::Gray, frames, false));
     let report = report(&info, &measured, None);
@@ -259,7 +260,8 @@ fn a_slow_camera_losses_and_a_touch_are_told() {
     let report = report(&info, &measured, None);
     assert_near("rate", report.rate.measured.unwrap(), 7.5, 1e-3);
     assert_eq!(report.rate.lost[&LossReason::Dropped], 4);
-    // The first 15 of 120 frames are the camera's settling. Frame 84 − 15 is the first lit one; the window from 70 on fires.
+    // The first 15 of 120 frames are the camera's settling. Frame 84 − 15 is the first lit one; the window from 70 on
+    // fires.
     assert_eq!((report.rate.frames, measured.touched), (105, Some(60)));
     for kind in ["touched", "slow", "lost"] {
         assert!(kinds(&report).contains(&kind), "{report}");

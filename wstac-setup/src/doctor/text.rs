@@ -5,7 +5,7 @@ use std::fmt;
 use super::{LevelsReport, RateReport, Report, SignalReport};
 
 impl fmt::Display for Report {
-    /// Some twenty lines: the numbers, then the verdict.
+    /// Writes about twenty lines: the numbers, then the verdict.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}", self.source)?;
         if let Some(camera) = &self.camera {
@@ -57,7 +57,7 @@ fn levels(f: &mut fmt::Formatter<'_>, levels: &LevelsReport) -> fmt::Result {
     write!(f, "light      {mean:.2} at rest (taxels {darkest:.2} to {brightest:.2})")?;
     if let (Some(black), Some(leak)) = (levels.black, levels.leak) {
         let which = if levels.black_is_given { "as given" } else { "the darkest 1 % of pixels" };
-        // No "-0.00".
+        // Avoids "-0.00".
         let leak = (100.0 * leak).round() / 100.0 + 0.0;
         write!(f, ", black {black:.2} ({which}), leak {leak:.2}")?;
     }

@@ -1,4 +1,4 @@
-//! What to change, in words.
+//! The recommended changes, in words.
 
 use serde::Serialize;
 
@@ -7,37 +7,39 @@ use super::measure::Measured;
 use super::{Report, rate_text};
 use wstac_host::source::{LossReason, StreamInfo};
 
-/// Something to change.
+/// A recommended change.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Finding {
     /// Its kind in a word, for programs.
     pub kind: &'static str,
-    /// What was found.
+    /// The observation.
     pub found: String,
-    /// What to do about it.
+    /// The advice.
     pub advice: String,
 }
 
-/// Share by which a frame rate may be off.
+/// Relative error of a frame rate that is tolerated.
 const RATE_OFF: f64 = 0.02;
-/// Share of a period by which frames may be late, rms.
+/// Fraction of a period by which frames may be late, rms.
 const JITTER: f64 = 0.25;
-/// Share of pixels at one end of the scale.
+/// Fraction of pixels at one end of the scale that is tolerated.
 const MANY: f64 = 0.001;
-/// The same at the dark end, where some are no harm.
+/// Fraction of pixels at the dark end that is tolerated: some are harmless there.
 const MANY_DARK: f64 = 0.1;
-/// Share of the speed law's threshold that MJPEG may be off.
+/// Fraction of the speed law's threshold by which MJPEG may be off.
 const HALF: f64 = 0.5;
-/// Share of that threshold above which leaking light is worth a better cover.
+/// Fraction of that threshold above which leaking light deserves a better cover.
 const LEAK: f64 = 0.5;
 
-/// The findings, the worst first: what makes all other numbers doubtful, then what changes by itself, then the rest.
+/// Returns the findings, the most important first.
+///
+/// Findings that make all other numbers doubtful come first, then unwanted changes, then the rest.
 pub(super) fn verdict(report: &Report, info: &StreamInfo, measured: &Measured) -> Vec<Finding> {
     let mut findings = Findings(Vec::new());
     let was_still = stillness(&mut findings, report, measured);
     controls(&mut findings, &report.controls);
     rate(&mut findings, report, info);
-    // Of light that came and went no threshold follows.
+    // Light that came and went gives no threshold.
     if was_still {
         light(&mut findings, report);
         trigger(&mut findings, report);
@@ -54,7 +56,7 @@ impl Findings {
     }
 }
 
-/// Whether nothing touched the sensor and the light stayed.
+/// Returns `true` if nothing touched the sensor and the light stayed constant.
 fn stillness(findings: &mut Findings, report: &Report, measured: &Measured) -> bool {
     if let Some(frame) = measured.touched {
         let found =

@@ -1,4 +1,4 @@
-//! The best configuration within a budget, and a cheaper one that is nearly as good.
+//! Selection of the best configuration within a budget, and of a cheaper one that is nearly as good.
 
 use std::cmp::Ordering;
 use std::fmt;
@@ -10,21 +10,21 @@ use crate::prices::{Core, Price, Prices};
 use crate::row::{Row, whole_latency};
 use crate::table::grouped;
 
-/// In per cent: scores that are as near as this are nearly as good. Sensors differ by more from each other.
+/// Difference of scores, in percent, up to which they count as nearly equal; sensors differ by more.
 const NEARLY: f64 = 1.0;
 
-/// What is to be best.
+/// The quantity to optimize.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum By {
-    /// Accuracy of specimens.
+    /// Specimen accuracy.
     #[default]
     Specimen,
-    /// Accuracy of patterns.
+    /// Pattern accuracy.
     Pattern,
-    /// Accuracy of depths.
+    /// Depth accuracy.
     Depth,
-    /// Error of speed, those without one counting as 100 %.
+    /// Error of speed; slides without a speed count as 100 %.
     Speed,
     /// Directions that are wrong or missing.
     Direction,
@@ -33,7 +33,7 @@ pub enum By {
 }
 
 impl By {
-    /// The higher, the better, in per cent but for features; nothing where it is not told.
+    /// Returns the score of a row, higher is better, in percent except for features; `None` if it is not known.
     fn score(self, row: &Row) -> Option<f64> {
         let found = &row.found;
         let accuracy = |task: usize| found.accuracy[task].map(|interval| interval.mean);
@@ -50,22 +50,22 @@ impl By {
         }
     }
 
-    /// Whether it comes with the whole sample, whatever a model reads of it.
+    /// Returns `true` if the quantity needs the whole sample, even if a model reads less of it.
     fn is_of_whole_sample(self) -> bool {
         matches!(self, Self::Speed | Self::Direction)
     }
 }
 
-/// What was chosen.
+/// The result of a selection.
 #[derive(Clone, Copy, Debug)]
 pub struct Choice<'r> {
-    /// The best.
+    /// The best configuration.
     pub best: &'r Row,
-    /// The cheapest that is within a point of 100 of it, if that is another.
+    /// The cheapest that is within 1 percentage point of the best, if it is another one.
     pub nearly: Option<&'r Row>,
 }
 
-/// A map, and what is asked of it.
+/// A map, and the budget for the selection.
 struct Question<'q> {
     rows: &'q [Row],
     budget: &'q Budget,
@@ -74,19 +74,21 @@ struct Question<'q> {
     default: Core,
 }
 
-/// What a row takes of a limit.
+/// The amount of a limit that a row takes.
 struct Taken<'q> {
     limit: &'q Limit,
     core: Option<Core>,
-    /// Nothing where it is not known.
+    /// The amount, or `None` if it is not known.
     takes: Option<f64>,
 }
 
-/// The best row that fits; of several as good, the one that takes fewest instructions per second on the first core. MJPEG, which is
-/// judged by fewer slides and so more by chance, only where nothing else fits.
+/// Returns the best row that fits.
+///
+/// Of several equally good rows, it is the one with the fewest instructions per second on the first core. MJPEG is
+/// evaluated on fewer slides, and so more by chance. It is selected only if no other format fits.
 ///
 /// # Errors
-/// Where nothing fits: the nearest miss, or why there is none.
+/// No row fits; the message names the nearest miss, or the reason why there is none.
 pub fn best<'r>(
     rows: &'r [Row],
     budget: &Budget,
@@ -101,7 +103,7 @@ pub fn best<'r>(
     let fit = if others.is_empty() { mjpeg } else { others };
     let score = |row: &Row| by.score(row).unwrap_or(f64::NEG_INFINITY);
     let cheaper = |a: &Row, b: &Row| question.cost(a).cmp(&question.cost(b));
-    // Of equals the first, which is simpler.
+    // Of equal rows the first wins, which is simpler.
     let best = fit.iter().copied().min_by(|a, b| score(b).total_cmp(&score(a)).then_with(|| cheaper(a, b)));
     let best = best.ok_or_else(|| question.why_nothing(&wanted))?;
     let near = fit.into_iter().filter(|row| by != By::Features && score(row) >= score(best) - NEARLY);
@@ -110,7 +112,7 @@ pub fn best<'r>(
 }
 
 impl<'q> Question<'q> {
-    /// Instructions per second on the first core; those with nothing unknown come first.
+    /// Returns the instructions per second on the first core; rows without unknown prices sort first.
     fn cost(&self, row: &Row) -> (bool, i64) {
         let core = self.budget.cores(self.default).first().copied().unwrap_or(self.default);
         let price = self.prices.of(core, &row.setting, row.model.as_deref());
@@ -121,7 +123,7 @@ impl<'q> Question<'q> {
         }
     }
 
-    /// What a row takes of each limit, on each core.
+    /// Returns the amount of each limit that a row takes, on each core.
     fn taken(&self, row: &Row) -> Vec<Taken<'q>> {
         let cores = self.budget.cores(self.default);
         let mut all = Vec::new();
@@ -146,7 +148,9 @@ impl<'q> Question<'q> {
         all
     }
 
-    /// Why nothing fits: of what is wanted, what misses fewest terms, and those by least.
+    /// Explains why no row fits.
+    ///
+    /// Of the wanted rows, it names the one that misses the fewest terms, and among those by the smallest amount.
     fn why_nothing(&self, wanted: &[&Row]) -> String {
         let missed = |row: &Row| {
             let taken = self.taken(row);
@@ -176,7 +180,7 @@ impl Taken<'_> {
         self.takes.is_some_and(|takes| if *or_equal { takes <= *most } else { takes < *most })
     }
 
-    /// How many times the limit; endlessly many where it is not known.
+    /// Returns the amount as a multiple of the limit, or infinity if it is not known.
     fn ratio(&self) -> f64 {
         self.takes.map_or(f64::INFINITY, |takes| takes / self.limit.most)
     }

@@ -8,7 +8,7 @@ const PRICES: &str = r#"{"compiler": "c", "frame": "f", "cores": {"M4F": {
     "trigger": 300, "speed": 4000, "direction": 70000,
     "models": {"svm.wsm": {"event": 40000, "flash": 65000, "ram": 1200, "sha256": "0"}}}}}"#;
 
-/// Two strides without and with a model; the finer one is the more accurate.
+/// Returns rows of two strides without and with a model; the finer stride is the more accurate.
 fn rows() -> Vec<Row> {
     let text = format!(
         "{}GREY,1,fixed,none,800,800,,,,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0,9000,3000\n\
@@ -37,9 +37,9 @@ fn the_best_that_fits() {
     assert_eq!(found("flash<64K", By::Direction), Ok((1, None, "GREY")));
     // A quarter of the slides at stride 2 has no speed.
     assert_eq!(found("ram<8K", By::Speed), Ok((1, None, "GREY")));
-    // No board reads MJPEG: only where none is asked for.
+    // No board reads MJPEG: it is selected only if no board is named.
     assert_eq!(found("frames<=40", By::Specimen), Ok((1, svm(), "MJPEG")));
-    // And where nothing else is: by fewer slides it is more often the best by chance.
+    // It is selected only if no other format fits: with fewer slides it is more often the best by chance.
     assert_eq!(found("host<2ms", By::Specimen), Ok((1, svm(), "GREY")));
     assert_eq!(found("FORMAT=mjpeg", By::Specimen), Ok((1, svm(), "MJPEG")));
     assert_eq!(found("host<5us,format=GREY", By::Specimen), Ok((2, svm(), "GREY")));
@@ -92,7 +92,7 @@ fn a_cheaper_one_within_a_point_is_named() {
 
 #[test]
 fn the_nearest_miss_misses_fewest_terms() {
-    // Without flash both strides miss one term only; the coarser one misses two of these, each by less.
+    // Without flash both strides miss only one term; the coarser one misses two of these, each by less.
     let miss = found("M4F<1,host<8us,format=GREY,stride=1", By::Specimen).unwrap_err();
     assert!(miss.contains("M4F<1") && miss.contains("host<8us"), "{miss}");
     let miss = found("M4F<60k,host<3us,M4F.event<1M", By::Specimen).unwrap_err();

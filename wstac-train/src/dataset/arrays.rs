@@ -11,11 +11,12 @@ use super::sweep::Sweep;
 use wstac_scene::Slide;
 use wstac_scene::specimen::{Pattern, Specimen};
 
-/// Writes all samples with their labels, in the order of their slides: an element for each sample in every array but
-/// `scale` and `fps`, which have no dimension.
+/// Writes all samples with their labels, in the order of their slides.
+///
+/// Every array has an element for each sample, except `scale` and `fps`, which have no dimension.
 ///
 /// # Errors
-/// Where the part cannot be read or the file cannot be written.
+/// The part cannot be read, or the file cannot be written.
 pub fn write(file: impl Write + Seek, sweep: &Sweep, part: &Part) -> io::Result<()> {
     let numbers = part.samples();
     let n = numbers.len();
@@ -29,7 +30,7 @@ pub fn write(file: impl Write + Seek, sweep: &Sweep, part: &Part) -> io::Result<
     npz.strings("y_specimen", slides().map(|(slide, _)| name(&slide.specimen)))?;
     npz.strings("y_pattern", slides().map(|(slide, _)| slide.specimen.pattern.name().into()))?;
     let depths = slides().map(|(slide, _)| slide.specimen.depth_mm);
-    // Of all specimens, samples or not: the same sweep gives the same types.
+    // All specimens count, even those without samples: the same sweep gives the same types.
     if sweep.specimens().iter().all(|specimen| specimen.depth_mm.fract() == 0.0) {
         numbers_of(&mut npz, "y_depth", Dtype::Int64, depths.map(|depth| (depth as i64).to_le_bytes()))?;
     } else {
@@ -52,7 +53,7 @@ pub fn write(file: impl Write + Seek, sweep: &Sweep, part: &Part) -> io::Result<
     npz.finish().map(drop)
 }
 
-/// An array of one dimension, of numbers of 8 bytes.
+/// Writes an array of one dimension, of numbers of 8 bytes.
 pub(super) fn numbers_of(
     npz: &mut Npz<impl Write + Seek>,
     name: &str,
@@ -62,13 +63,13 @@ pub(super) fn numbers_of(
     npz.array(name, dtype, &[numbers.len()], |out| numbers.try_for_each(|number| out.write_all(&number)))
 }
 
-/// Frames a second of the camera, an array without dimension.
+/// Writes the frames per second of the camera as an array without dimension.
 pub(super) fn fps(npz: &mut Npz<impl Write + Seek>, rate: FrameRate) -> io::Result<()> {
     let fps = rate.per_second();
     npz.array("fps", Dtype::Float64, &[], |out| out.write_all(&fps.to_le_bytes()))
 }
 
-/// The name alone, whatever else is unusual: `Saw3`, `Saw3.5`, `Sphere`.
+/// Returns only the name of a specimen, whatever else is unusual: `Saw3`, `Saw3.5`, `Sphere`.
 fn name(specimen: &Specimen) -> String {
     match specimen.pattern {
         Pattern::Sphere => specimen.pattern.name().into(),
@@ -76,7 +77,7 @@ fn name(specimen: &Specimen) -> String {
     }
 }
 
-/// Where a sample comes from, for a person.
+/// Describes the origin of a sample for a person.
 fn source(slide: &Slide, seed: u64) -> String {
     let Slide { specimen, speed_mm_s, heading } = slide;
     format!("scene: {specimen} at {speed_mm_s} mm/s, {} degrees, seed {seed}", heading.degrees())

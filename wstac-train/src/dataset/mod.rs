@@ -1,6 +1,6 @@
 //! Data sets: samples of many simulated slides, or of recordings, for training.
 //!
-//! [`sweep`] says which slides, [`samples`] makes them, [`part`] keeps them while they are made, [`npz`] and [`arrays`]
+//! [`sweep`] selects the slides, [`samples`] computes them, and [`part`] stores them meanwhile. [`npz`] and [`arrays`]
 //! write them for NumPy. [`recordings`] and [`recorded_arrays`] do the same for recordings.
 
 pub mod arrays;
@@ -21,41 +21,44 @@ use wstac_host::source::Source;
 use wstac_scene::SceneConfig;
 use wstac_scene::source::SceneSource;
 
-/// To be raised by whoever changes what samples a sweep gives: half a data set of the old kind must not be completed
-/// with the new one (a test says so).
+/// Version of the samples that a sweep gives; every change of the samples must raise it.
+///
+/// Half a data set of the old version must not be completed with the new one (a test checks this).
 pub const DATA_VERSION: u32 = 2;
 
 /// A sample in units of 2^-11: ten features over 70 frames.
 pub type Sample = [[i16; SAMPLE_FRAMES]; FEATURES];
 
-/// What is known of a sample beside its numbers.
+/// Facts about a sample in addition to its numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Facts {
-    /// Whether its baseline was quiet and at most 7 of its frames were filled, as `wstac run` says.
+    /// `true` if its baseline was quiet and at most 7 of its frames were filled, as `wstac run` reports.
     pub reliable: bool,
-    /// Its event's duration in frames; nothing where it is cut off or never lights up.
+    /// Its event's duration in frames, or `None` if it is cut off or never lights up.
     pub duration: Option<u8>,
 }
 
-/// What became of a slide.
+/// The result of a slide.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// Its first event's sample.
+    /// The sample of its first event.
     Sample(Box<Sample>, Facts),
-    /// Nothing fired.
+    /// No event was triggered.
     NoEvent,
-    /// Its sample was interrupted: by the end of the scene, or by too many lost frames.
+    /// Its sample was interrupted by the end of the scene or by too many lost frames.
     Incomplete,
 }
 
-/// The sample of a scene's first event: a stream of its own, with its own baseline, through the whole core.
+/// Computes the sample of a scene's first event.
+///
+/// The scene is a stream of its own, with its own baseline, through the whole core.
 ///
 /// # Errors
-/// Where the scene cannot be made, or does not fit the configuration.
+/// The scene cannot be created, or does not fit the configuration.
 pub fn sample(script: &SceneConfig, config: &Config) -> Result<Outcome, Error> {
     let (mut source, mut processor) = stream(script, config)?;
     let mut first = None;
-    // What comes after the first event does not matter.
+    // The rest of the scene after the first event does not matter.
     while first.is_none() {
         let goes_on = processor.process(&source.next_event()?, |output| {
             let outcome = match output {
@@ -78,10 +81,10 @@ pub fn sample(script: &SceneConfig, config: &Config) -> Result<Outcome, Error> {
     Ok(first.unwrap_or(Outcome::NoEvent))
 }
 
-/// Whether a scene can be made, and fits the configuration, without making its frames.
+/// Checks that a scene can be created and fits the configuration, without computing its frames.
 ///
 /// # Errors
-/// As [`sample`].
+/// [`sample`] would fail.
 pub fn check(script: &SceneConfig, config: &Config) -> Result<(), Error> {
     stream(script, config).map(drop)
 }
@@ -103,19 +106,22 @@ fn by_feature(frames: &SampleFrames) -> Box<Sample> {
     sample
 }
 
-/// [`sample`] of every script, in parallel, in their order, whatever the number of threads.
+/// Computes the [`sample`] of every script in parallel.
+///
+/// The results are in the order of the scripts, whatever the number of threads.
 ///
 /// # Errors
-/// As [`sample`].
+/// [`sample`] fails.
 pub fn samples(scripts: &[SceneConfig], config: &Config) -> Result<Vec<Outcome>, Error> {
     scripts.par_iter().map(|script| sample(script, config)).collect()
 }
 
-/// [`sample`] of the script of every number, in parallel; `take` gets them one by one as they are ready, in any order,
-/// and ends everything with an error.
+/// Computes the [`sample`] of the script of every number in parallel.
+///
+/// `take` receives them one by one as they are ready, in any order. Its error ends the whole computation.
 ///
 /// # Errors
-/// As [`sample`]; those of `take`.
+/// [`sample`] or `take` fails.
 pub fn each_sample<E: From<Error> + Send>(
     numbers: &[u32],
     script: impl Fn(u32) -> SceneConfig + Sync,

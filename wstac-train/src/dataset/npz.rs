@@ -1,8 +1,9 @@
-//! NumPy's `.npz`: a zip archive, nothing compressed, of one `.npy` (version 1.0) an array.
+//! Writes NumPy's `.npz`: a zip archive without compression, with one `.npy` (version 1.0) for each array.
 //!
 //! The same arrays give the same bytes: every time in it is 1 January 1980.
 //!
-//! The writer is our own, as the reader is (`model/npz.rs` says why): it writes arrays of any size element by element.
+//! The project has its own writer, as it has its own reader (`model/npz.rs` gives the reasons). It writes arrays of any
+//! size element by element.
 
 mod npy;
 
@@ -21,7 +22,7 @@ struct Member {
 }
 
 impl Member {
-    /// What a local header and an entry of the directory have in common, from the version on.
+    /// Returns the bytes that a local header and a directory entry share, from the version on.
     fn common(&self) -> Vec<u8> {
         let mut common = Vec::new();
         // Version 2.0, no flag, stored, midnight, 1 January 1980.
@@ -37,7 +38,7 @@ impl Member {
     }
 }
 
-/// Writes an archive.
+/// A writer of an archive.
 pub struct Npz<W> {
     out: W,
     at: u64,
@@ -45,7 +46,7 @@ pub struct Npz<W> {
 }
 
 impl<W: Write + Seek> Npz<W> {
-    /// An archive at the start of `out`.
+    /// Creates an archive at the start of `out`.
     pub fn new(out: W) -> Self {
         Self { out, at: 0, members: Vec::new() }
     }
@@ -53,7 +54,9 @@ impl<W: Write + Seek> Npz<W> {
     /// Adds an array; `write` writes its elements, the last index fastest.
     ///
     /// # Errors
-    /// Those of writing; where `write` writes more or less than the array; where the archive gets too large (4 GiB).
+    /// - The file cannot be written.
+    /// - `write` writes more or less than the array.
+    /// - The archive becomes larger than 4 GiB.
     pub fn array(
         &mut self,
         name: &str,
@@ -77,7 +80,7 @@ impl<W: Write + Seek> Npz<W> {
             let message = format!("{} is {written} bytes, expected {bytes}", member.name);
             return Err(io::Error::new(ErrorKind::InvalidData, message));
         }
-        // The checksum stands before the data: 14 bytes from the header's start.
+        // The checksum precedes the data: 14 bytes from the header's start.
         self.out.seek(SeekFrom::Start(self.at + 14))?;
         self.out.write_all(&member.crc.to_le_bytes())?;
         self.at += 30 + member.name.len() as u64 + bytes;
@@ -89,7 +92,7 @@ impl<W: Write + Seek> Npz<W> {
     /// Adds an array of strings, of one dimension.
     ///
     /// # Errors
-    /// As [`array`](Self::array).
+    /// [`array`](Self::array) fails.
     pub fn strings(&mut self, name: &str, strings: impl ExactSizeIterator<Item = String> + Clone) -> io::Result<()> {
         let points = strings.clone().map(|string| string.chars().count()).max().unwrap_or(0).max(1);
         self.array(name, Dtype::Unicode(points), &[strings.len()], |out| {
@@ -101,10 +104,10 @@ impl<W: Write + Seek> Npz<W> {
         })
     }
 
-    /// Ends the archive.
+    /// Finishes the archive.
     ///
     /// # Errors
-    /// As [`array`](Self::array).
+    /// [`array`](Self::array) fails.
     pub fn finish(mut self) -> io::Result<W> {
         let directory = self.at;
         let mut entries = Vec::new();
@@ -112,7 +115,7 @@ impl<W: Write + Seek> Npz<W> {
             // Made by version 2.0 on Unix.
             entries.extend(b"PK\x01\x02\x14\x03");
             entries.extend(member.common());
-            // No comment, first disk, nothing internal; an ordinary file that others may read.
+            // No comment, first disk, no internal attributes; an ordinary file that others may read.
             entries.extend([0; 6]);
             entries.extend((0o100_644_u32 << 16).to_le_bytes());
             entries.extend(member.offset.to_le_bytes());
@@ -129,13 +132,13 @@ impl<W: Write + Seek> Npz<W> {
     }
 }
 
-/// A number of bytes that a plain zip archive can hold.
+/// Checks that a plain zip archive can hold a number of bytes.
 fn small(bytes: u64) -> io::Result<u32> {
     u32::try_from(bytes)
         .map_err(|_| io::Error::new(ErrorKind::FileTooLarge, "larger than 4 GiB, expected fewer slides"))
 }
 
-/// Counts and checks what goes through.
+/// A writer that counts and checks the bytes that it passes on.
 struct Checked<'a, W> {
     out: &'a mut W,
     crc: Hasher,

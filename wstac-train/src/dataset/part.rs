@@ -1,7 +1,8 @@
-//! What is done of a data set: a file that every slide is appended to as soon as it is ready.
+//! The finished part of a data set: a file to which every slide is appended as soon as it is ready.
 //!
-//! 8 bytes of magic and a fingerprint of 8, then a record a slide in the order in which they were ready: its number, its
-//! status, its sample (zeros where there is none) and a CRC of these, all little-endian.
+//! The file starts with 8 bytes of magic and a fingerprint of 8 bytes. Then follows a record for each slide, in the
+//! order in which they were ready. A record holds the slide's number, its status, its sample (zeros if there is none)
+//! and a CRC of these. All numbers are little-endian.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
@@ -21,7 +22,7 @@ const HEADER: usize = 16;
 pub const SAMPLE_BYTES: usize = 2 * FEATURES * SAMPLE_FRAMES;
 const RECORD: usize = 8 + SAMPLE_BYTES + 4;
 
-/// A number for a sweep, a configuration and the program's data version: others have another.
+/// Returns a number that identifies a sweep, a configuration and the program's data version.
 pub fn fingerprint(sweep: &Sweep, config: &Config) -> u64 {
     let Config { layout, green, features, trigger, speed, direction, .. } = config;
     let config = (layout, green, features, trigger, speed, direction);
@@ -31,24 +32,24 @@ pub fn fingerprint(sweep: &Sweep, config: &Config) -> u64 {
     text.bytes().fold(0xCBF2_9CE4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3))
 }
 
-/// What is known of a slide.
+/// The known state of a slide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Entry {
     Missing,
-    /// With the place of its record.
+    /// A sample, with the position of its record.
     Sample(u64, Facts),
     NoEvent,
     Incomplete,
 }
 
-/// How many slides became what.
+/// Numbers of slides by result.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Samples.
     pub samples: u32,
-    /// Of these, those that are not reliable.
+    /// Samples that are not reliable.
     pub unreliable: u32,
-    /// Of these, those whose event has no duration: it is cut off, or never lights up.
+    /// Samples whose event has no duration: it is cut off, or never lights up.
     pub without_duration: u32,
     /// Slides without an event.
     pub no_event: u32,
@@ -57,33 +58,35 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// All slides that are done.
+    /// Returns the number of slides that are done.
     pub fn done(self) -> u32 {
         self.samples + self.no_event + self.incomplete
     }
 }
 
-/// The file of a data set that is being made. It is locked: no two programs write it.
+/// The locked file of an unfinished data set: two programs cannot write it at once.
 #[derive(Debug)]
 pub struct Part {
     file: File,
     path: PathBuf,
     entries: Vec<Entry>,
     tally: Tally,
-    /// Where the next record goes.
+    /// Position of the next record.
     end: u64,
 }
 
 impl Part {
-    /// Opens the file, or makes a new one, for `count` slides. A last record that is not whole, or not as it was written,
-    /// is dropped, with all that follows. `anew` starts with nothing where the file is another's.
+    /// Opens the file, or creates a new one, for `count` slides.
+    ///
+    /// A last record that is incomplete or damaged is dropped, with all that follows. If the file belongs to another
+    /// data set, `anew` makes it start empty.
     ///
     /// # Errors
-    /// Where the file cannot be used, another program writes it, or it is that of another fingerprint.
+    /// The file cannot be used, another program writes it, or it has another fingerprint.
     pub fn open(path: &Path, fingerprint: u64, count: u32, anew: bool) -> Result<Self, Error> {
         let failed = |error: io::Error| Error::new(path.display(), error);
         let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;
-        // Where there are no locks, there is none.
+        // On a system without locks the file is not locked.
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             return Err(Error::new(path.display(), "another wstac is writing it, expected to be the only one"));
         }
@@ -109,7 +112,7 @@ impl Part {
         Ok(part)
     }
 
-    /// Reads what is there, and cuts off what is not whole.
+    /// Reads the existing records, and truncates the file after the last complete one.
     fn read(&mut self) -> io::Result<()> {
         let mut reader = BufReader::new(&self.file);
         reader.seek(SeekFrom::Start(self.end))?;
@@ -132,7 +135,7 @@ impl Part {
         self.file.set_len(self.end)
     }
 
-    /// Notes a record that is at the end; whether it is a record of this data set.
+    /// Enters a record at the end, and returns `true` if it is a record of this data set.
     fn enter(&mut self, number: u32, status: u32) -> bool {
         let Some(entry) = self.entries.get_mut(number as usize).filter(|entry| **entry == Entry::Missing) else {
             return false;
@@ -153,17 +156,17 @@ impl Part {
         true
     }
 
-    /// What is there so far.
+    /// Returns the numbers of slides so far.
     pub fn tally(&self) -> Tally {
         self.tally
     }
 
-    /// Numbers of the slides that are not there yet, in order.
+    /// Returns the numbers of the missing slides, in order.
     pub fn missing(&self) -> Vec<u32> {
         self.numbers(|entry| entry == Entry::Missing)
     }
 
-    /// Numbers of the slides that are samples, in order.
+    /// Returns the numbers of the slides that are samples, in order.
     pub fn samples(&self) -> Vec<u32> {
         self.numbers(|entry| matches!(entry, Entry::Sample(..)))
     }
@@ -172,10 +175,10 @@ impl Part {
         (0..).zip(&self.entries).filter(|(_, entry)| wanted(**entry)).map(|(number, _)| number).collect()
     }
 
-    /// Appends a slide that is missing; another one is there already, and stays as it is.
+    /// Appends a missing slide; a slide that is already present stays unchanged.
     ///
     /// # Errors
-    /// Where it cannot be written.
+    /// The file cannot be written.
     pub fn append(&mut self, number: u32, outcome: &Outcome) -> Result<(), Error> {
         let mut record = Vec::with_capacity(RECORD);
         let status = match outcome {
@@ -196,10 +199,10 @@ impl Part {
         Ok(())
     }
 
-    /// Bytes of a slide's sample: ten features of 70 frames, of 2 bytes each, little-endian.
+    /// Returns the bytes of a slide's sample: ten features of 70 frames, of 2 bytes each, little-endian.
     ///
     /// # Errors
-    /// Where there is none, or it cannot be read.
+    /// There is no such sample, or it cannot be read.
     pub fn sample(&self, number: u32) -> io::Result<[u8; SAMPLE_BYTES]> {
         let Some(Entry::Sample(at, _)) = self.entries.get(number as usize) else {
             return Err(io::ErrorKind::NotFound.into());
@@ -209,7 +212,7 @@ impl Part {
         Ok(sample)
     }
 
-    /// What is known of a slide's sample; nothing where there is none.
+    /// Returns the facts about a slide's sample, or `None` if there is no sample.
     pub fn facts(&self, number: u32) -> Option<Facts> {
         match self.entries.get(number as usize) {
             Some(Entry::Sample(_, facts)) => Some(*facts),
@@ -217,10 +220,10 @@ impl Part {
         }
     }
 
-    /// Removes the file: the data set is finished.
+    /// Removes the file after the data set is finished.
     ///
     /// # Errors
-    /// Where it cannot be removed.
+    /// The file cannot be removed.
     pub fn remove(self) -> Result<(), Error> {
         std::fs::remove_file(&self.path).map_err(|error| Error::new(self.path.display(), error))
     }
@@ -229,7 +232,7 @@ impl Part {
 /// Status of a sample, in its low byte.
 const SAMPLE: u32 = 1;
 
-/// Facts in a status: 256 for reliable, and the duration, one more, from bit 16 on.
+/// Encodes facts in a status: 256 for reliable, and the duration, plus one, from bit 16 on.
 fn stored(facts: Facts) -> u32 {
     u32::from(facts.reliable) << 8 | facts.duration.map_or(0, |frames| u32::from(frames) + 1) << 16
 }
@@ -239,7 +242,7 @@ fn facts_of(status: u32) -> Facts {
     Facts { reliable: status >> 8 & 1 == 1, duration }
 }
 
-/// Number and status of a record that is as it was written.
+/// Returns the number and status of a record, or `None` if it is damaged.
 fn parsed(record: &[u8; RECORD]) -> Option<(u32, u32)> {
     let (content, crc) = record.split_last_chunk()?;
     let (number, rest) = content.split_first_chunk()?;

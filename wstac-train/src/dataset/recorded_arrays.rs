@@ -8,10 +8,10 @@ use super::arrays::{fps, numbers_of};
 use super::npz::{Dtype, Npz};
 use super::recordings::Recording;
 
-/// Writes all samples with their recordings' labels; `tests` has, for each recording, whether it is for tests.
+/// Writes all samples with their recordings' labels; for each recording, `tests` holds whether it is for tests.
 ///
 /// # Errors
-/// Where the file cannot be written.
+/// The file cannot be written.
 pub fn write(file: impl Write + Seek, recordings: &[Recording], tests: &[bool]) -> io::Result<()> {
     let all: Vec<_> = recordings
         .iter()
@@ -65,7 +65,7 @@ pub fn write(file: impl Write + Seek, recordings: &[Recording], tests: &[bool]) 
     npz.strings("recording", all.iter().map(|(recording, ..)| recording.name.clone()))?;
     npz.strings("split", all.iter().map(|(_, test, _)| if *test { "test" } else { "train" }.into()))?;
     npz.strings("source", all.iter().map(|(recording, _, (frame, ..))| format!("{}, frame {frame}", recording.name)))?;
-    // The others' are as long to the percent (`comparable`).
+    // The frames of the other recordings are as long to the percent (`comparable`).
     if let Some(first) = recordings.first() {
         fps(&mut npz, first.rate())?;
     }

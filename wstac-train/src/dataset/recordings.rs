@@ -1,6 +1,6 @@
-//! Samples of recordings: every event one, with its recording's labels.
+//! Samples of recordings: one for every event, with its recording's labels.
 //!
-//! Frames are read again, so the samples are those of today's program, whatever recorded them.
+//! Frames are read again, so the samples are those of the current program, whatever version recorded them.
 
 use std::path::{Path, PathBuf};
 
@@ -20,37 +20,37 @@ use wstac_host::texture::pattern_and_depth;
 /// A recording's samples and labels.
 #[derive(Clone, Debug)]
 pub struct Recording {
-    /// Its path, as it was given or found.
+    /// Its path, as given or found.
     pub name: String,
-    /// What is slid over the sensor.
+    /// Name of the specimen.
     pub specimen: String,
-    /// Pattern and depth by the specimen's name; a depth where it has one.
+    /// Pattern by the specimen's name.
     pub pattern: String,
-    /// In mm.
+    /// Depth by the specimen's name in mm, if it has one.
     pub depth_mm: Option<f64>,
-    /// In mm/s, where it is labelled.
+    /// Speed in mm/s, if it is labeled.
     pub speed_mm_s: Option<f64>,
-    /// In degrees, where it is labelled.
+    /// Direction in degrees, if it is labeled.
     pub direction: Option<u16>,
     /// Its events: number of the first frame, sample, facts.
     pub samples: Vec<(u64, Box<Sample>, Facts)>,
-    /// Events that a gap or the end interrupted.
+    /// Number of events that a gap or the end interrupted.
     pub incomplete: u64,
     about: About,
     config: Config,
 }
 
 impl Recording {
-    /// Frames a second of its camera.
+    /// Returns the frames per second of its camera.
     pub fn rate(&self) -> FrameRate {
         self.about.info.rate
     }
 }
 
-/// Recordings by name: files as they are, and of folders every `.mcap` in them, in order, each once.
+/// Finds recordings by name, each once: files as given, and every `.mcap` of a folder, in order.
 ///
 /// # Errors
-/// Where one cannot be read, or a folder has none.
+/// A file or folder cannot be read, or a folder has no recordings.
 pub fn find(sources: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
     let mut found: Vec<PathBuf> = Vec::new();
     for source in sources {
@@ -85,7 +85,7 @@ pub fn find(sources: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
 /// Reads a recording, with its own configuration unless another is given.
 ///
 /// # Errors
-/// Where it cannot be read, its labels cannot be used, or the configuration does not fit it.
+/// The recording cannot be read, its labels cannot be used, or the configuration does not fit it.
 pub fn read(path: &Path, config: Option<&Config>) -> Result<Recording, Error> {
     let mut source = McapSource::open(path, None)?;
     let about = source.about().clone();
@@ -116,13 +116,13 @@ pub fn read(path: &Path, config: Option<&Config>) -> Result<Recording, Error> {
     }
 }
 
-/// Label names that a data set is made of.
+/// Names of the labels that a data set uses.
 pub const NAMES: [&str; 3] = ["specimen", "speed", "direction"];
 
-/// Checks labels that a data set is made of, where they are there: their speed in mm/s and their direction in degrees.
+/// Checks the labels that a data set uses, and returns the speed in mm/s and the direction in degrees, if present.
 ///
 /// # Errors
-/// Names the label, what was found and what was expected.
+/// A label is not valid; the message names the label, the value found and the values expected.
 pub fn check(labels: &Labels) -> Result<(Option<f64>, Option<u16>), String> {
     let speed = labels.get("speed").map(|speed| {
         let number = speed.parse().ok().filter(|speed: &f64| *speed > 0.0 && speed.is_finite());
@@ -135,7 +135,7 @@ pub fn check(labels: &Labels) -> Result<(Option<f64>, Option<u16>), String> {
     Ok((speed.transpose()?, direction.transpose()?))
 }
 
-/// A recording without its samples.
+/// Creates a recording without its samples.
 fn labelled(name: &str, labels: &Labels, about: &About, config: Config) -> Result<Recording, String> {
     let found = || labels.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(", ");
     let Some(specimen) = labels.get("specimen") else {
@@ -157,10 +157,10 @@ fn labelled(name: &str, labels: &Labels, about: &About, config: Config) -> Resul
     })
 }
 
-/// Whether the recordings' samples can be compared; what is doubtful about them, for a person.
+/// Checks that the recordings' samples can be compared, and returns doubts about them for a person.
 ///
 /// # Errors
-/// Where features of two recordings do not mean the same: names both.
+/// Features of two recordings do not have the same meaning; the message names both.
 pub fn comparable(recordings: &[Recording]) -> Result<Vec<String>, Error> {
     let mut doubts = Vec::new();
     let Some(first) = recordings.first() else { return Ok(doubts) };
@@ -207,8 +207,10 @@ pub fn comparable(recordings: &[Recording]) -> Result<Vec<String>, Error> {
     Ok(doubts)
 }
 
-/// For each recording, whether it is for tests: of every specimen this share of its recordings, at least one where there are
-/// two or more. A recording is never split.
+/// Returns for each recording whether it is for tests.
+///
+/// Each specimen gives this fraction of its recordings, at least one if there are two or more. A recording is never
+/// split.
 pub fn for_tests(recordings: &[Recording], share: f64) -> Vec<bool> {
     let mut tests = vec![false; recordings.len()];
     let mut specimens: Vec<&str> = recordings.iter().map(|recording| recording.specimen.as_str()).collect();
@@ -217,7 +219,7 @@ pub fn for_tests(recordings: &[Recording], share: f64) -> Vec<bool> {
     for specimen in specimens {
         let of_it = |recording: &Recording| recording.specimen == specimen;
         let mut members: Vec<usize> = (0..recordings.len()).filter(|&k| of_it(&recordings[k])).collect();
-        // By a number of the file's name: the same whatever else is there, and in no order of time.
+        // Sorted by a number from the file's name: it does not depend on other files, and has no order of time.
         members.sort_by_key(|&k| {
             let name = Path::new(&recordings[k].name).file_name().unwrap_or_default();
             crc32fast::hash(name.as_encoded_bytes())

@@ -1,4 +1,4 @@
-//! What a sweep's file says: which slides a data set is made of.
+//! The file of a sweep: it selects the slides of a data set.
 //!
 //! ```toml
 //! specimens = ["Fla0", "Saw3"]  # default: the ten of the paper
@@ -21,7 +21,7 @@ use wstac_host::error::Error;
 use wstac_scene::specimen::Specimen;
 use wstac_scene::{SceneConfig, Slide};
 
-/// Most slides of a data set: the file stays below the 4 GiB that a plain zip archive can hold.
+/// Largest number of slides in a data set: the file stays below the 4 GiB that a plain zip archive can hold.
 const MOST_SLIDES: u64 = 1_000_000;
 
 /// A sweep's file before it is checked.
@@ -49,7 +49,7 @@ impl Default for File {
     }
 }
 
-/// Keys of a scene that the sweep itself sets, and what the sweep calls them.
+/// Keys of a scene that the sweep itself sets, and their names in the sweep.
 const SET_BY_THE_SWEEP: [(&str, &str); 5] = [
     ("specimen", "specimens = […] above it"),
     ("speed", "speeds = […] above it"),
@@ -66,7 +66,7 @@ pub struct Sweep {
     specimens: Vec<Specimen>,
     speeds_mm_s: Vec<f64>,
     headings: Vec<Heading>,
-    /// Slides of every specimen.
+    /// Number of slides of every specimen.
     slides: u32,
 }
 
@@ -74,7 +74,7 @@ impl Sweep {
     /// Reads and checks a file.
     ///
     /// # Errors
-    /// Names the file, the key, what was found and what was expected.
+    /// The file is not valid; the message names the file, the key, the value found and the values expected.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let text = std::fs::read_to_string(path).map_err(|error| Error::new(path.display(), error))?;
         Self::parse(&path.display().to_string(), &text)
@@ -83,7 +83,7 @@ impl Sweep {
     /// Reads and checks a sweep's text; `subject` names its file.
     ///
     /// # Errors
-    /// As [`Sweep::read`].
+    /// The text is not valid; the message names the key, the value found and the values expected.
     pub fn parse(subject: &str, text: &str) -> Result<Self, Error> {
         let file: File = toml::from_str(text).map_err(|error| Error::new(subject, error.to_string().trim_end()))?;
         let slides = checked(&file).map_err(|message| Error::new(subject, message))?;
@@ -98,13 +98,14 @@ impl Sweep {
             let expected = || Error::new(subject, format_args!("{key}s is empty, expected at least one {key}"));
             scene.insert(key.into(), values.first().ok_or_else(expected)?.clone());
         }
-        // One scene for each value of a list: so all go through the one reader of scenes, whatever it checks.
+        // Each value of a list becomes one scene. So all values go through the one reader of scenes, with all its
+        // checks.
         let base = SceneConfig::from_table(subject, scene.clone())?;
         let each = |key: &str, values: &[Value]| -> Result<Vec<Slide>, Error> {
             let slides = values.iter().zip(0..).map(|(value, index)| {
                 let mut scene = scene.clone();
                 scene.insert(key.into(), value.clone());
-                // A scene of one slide has one.
+                // A scene of one slide has exactly one slide.
                 let slide = |script: SceneConfig| script.slides.into_iter().next();
                 let script = SceneConfig::from_table(&format!("{subject}: {key}s[{index}]"), scene);
                 script.map(slide).transpose()
@@ -120,24 +121,25 @@ impl Sweep {
         })
     }
 
-    /// What slides.
+    /// Returns the specimens.
     pub fn specimens(&self) -> &[Specimen] {
         &self.specimens
     }
 
-    /// Frames a second of their camera.
+    /// Returns the frames per second of their camera.
     pub fn rate(&self) -> FrameRate {
         self.base.sensor.rate
     }
 
-    /// How many slides there are.
+    /// Returns the number of slides.
     pub fn count(&self) -> u32 {
-        // At most MOST_SLIDES (checked).
+        // The product is at most MOST_SLIDES (checked).
         self.slides * self.specimens.len() as u32
     }
 
-    /// The slide of a number below [`count`](Self::count), and its seed. The k-th slide of a specimen takes speed
-    /// k mod n and direction (k / n) mod m, so that all combinations come round.
+    /// Returns the slide of a number below [`count`](Self::count), and its seed.
+    ///
+    /// The k-th slide of a specimen takes speed k mod n and direction (k / n) mod m, so that all combinations occur.
     pub fn slide(&self, number: u32) -> (Slide, u64) {
         let (specimen, k) = ((number / self.slides) as usize, (number % self.slides) as usize);
         let (speeds, headings) = (self.speeds_mm_s.len(), self.headings.len());
@@ -149,14 +151,14 @@ impl Sweep {
         (slide, self.base.seed.wrapping_add(u64::from(number)))
     }
 
-    /// The scene of a slide of this number, as [`slide`](Self::slide).
+    /// Returns the scene of a slide; the number is that of [`slide`](Self::slide).
     pub fn script(&self, number: u32) -> SceneConfig {
         let (slide, seed) = self.slide(number);
         SceneConfig { slides: vec![slide], seed, ..self.base.clone() }
     }
 }
 
-/// Checks what no scene has; how many slides there are of every specimen.
+/// Checks the keys that no scene has, and returns the number of slides of every specimen.
 fn checked(file: &File) -> Result<u32, String> {
     for (key, instead) in SET_BY_THE_SWEEP {
         if file.scene.contains_key(key) {

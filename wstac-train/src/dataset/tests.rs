@@ -7,7 +7,7 @@ use super::*;
 use wstac_scene::Slide;
 use wstac_scene::sensor::Fidelity;
 
-/// A path that no other test has.
+/// Returns a path that no other test has.
 fn scratch(name: &str) -> PathBuf {
     std::env::temp_dir().join(format!("wstac-dataset-{}-{name}", std::process::id()))
 }
@@ -85,7 +85,9 @@ fn samples_are_the_same_for_any_number_of_threads() {
     assert_eq!(with(5), one);
 }
 
-/// Made on x86-64; any other machine must make the same. Whoever changes this number raises `DATA_VERSION`.
+/// Checks a hash that was made on x86-64; any other machine must make the same.
+///
+/// A change of this number needs a higher `DATA_VERSION`.
 #[test]
 fn a_sweep_gives_the_same_samples_everywhere() {
     let outcomes = samples(&scripts(&sweep("slides = 1")), &Config::default()).unwrap();
@@ -169,7 +171,7 @@ fn a_part_goes_on_where_it_stopped() {
     let sample = part.sample(2).unwrap();
     assert_eq!((&sample[..4], &sample[SAMPLE_BYTES - 2..]), (&[0, 0, 0xFE, 0xFF][..], &[0x34, 0x12][..]));
     drop(part);
-    // A last record that is cut off or damaged is made again.
+    // A last record that is cut off or damaged is computed again.
     let mut damaged = whole.clone();
     damaged[whole.len() - 100] ^= 1;
     for bytes in [&whole[..whole.len() - 1], &damaged] {
@@ -187,7 +189,7 @@ fn a_part_goes_on_where_it_stopped() {
     }
     let part = Part::open(&path, 6, 4, true).unwrap();
     assert_eq!(part.missing(), [0, 1, 2, 3]);
-    // A header that was cut off is nobody's.
+    // A header that was cut off belongs to no data set.
     fs::write(&path, b"wstac").unwrap();
     drop(part);
     Part::open(&path, 6, 4, false).unwrap().remove().unwrap();

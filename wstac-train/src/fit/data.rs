@@ -1,4 +1,4 @@
-//! Labelled slides: how fast each was, and how long it was lit.
+//! Labeled slides: the speed of each, and how long it was lit.
 
 use std::path::Path;
 
@@ -7,22 +7,22 @@ use wstac_core::rate::FrameRate;
 use crate::model::npz::{Array, Npz};
 use wstac_host::error::Error;
 
-/// Most slides of a file.
+/// Largest number of slides in a file.
 const MOST: u64 = 1 << 24;
 
 /// A slide.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Labelled {
-    /// How fast it was, in mm/s.
+    /// Its speed, in mm/s.
     pub speed_mm_s: f64,
-    /// Its event's duration, in frames at 30 a second.
+    /// Its event's duration, in frames at 30 per second.
     pub frames: f64,
 }
 
-/// Slides that a law is fitted to, and how many were left out.
+/// Slides to which a law is fitted, and the numbers of those left out.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Slides {
-    /// Those that it is fitted to.
+    /// The slides to which it is fitted.
     pub used: Vec<Labelled>,
     /// Left out: their speed is not known (NaN).
     pub no_speed: usize,
@@ -30,20 +30,22 @@ pub struct Slides {
     pub no_duration: usize,
     /// Left out: not reliable.
     pub unreliable: usize,
-    /// Frames a second of their camera; nothing before there is a file.
+    /// Frames per second of their camera, or `None` before a file is added.
     pub rate: Option<FrameRate>,
 }
 
-/// Share by which rates of frames may differ and be the same: 30 and 30000/1001 are.
+/// Fraction by which frame rates may differ and still count as equal: 30 and 30000/1001 do.
 const RATE_OFF: f64 = 0.01;
 
 impl Slides {
-    /// Adds the slides of a file: arrays `speed` and `duration`, and `reliable` and `fps` where they are there, as `wstac dataset` writes them.
-    /// Frames a second are those of `fps`, else those that are `given`, else 30.
+    /// Adds the slides of a file.
+    ///
+    /// The file has arrays `speed` and `duration`, and optionally `reliable` and `fps`, as `wstac dataset` writes them.
+    /// The frames per second are those of `fps`, else those that are `given`, else 30.
     ///
     /// # Errors
-    /// Names the array, the element, what was found and what was expected; so, too, where the file's frames are not as long as what is given, or the files
-    /// before, have it.
+    /// An array or element is not valid, or the file's frame length differs from that given or that of the files
+    /// before. The message names the array, the element, the value found and the values expected.
     pub fn add(&mut self, path: &Path, given: Option<FrameRate>) -> Result<(), Error> {
         let npz = Npz::open(path)?;
         let rate = rate(&npz, given)?;
@@ -87,7 +89,7 @@ impl Slides {
         Ok(())
     }
 
-    /// Different speeds of the slides that are used, in order.
+    /// Returns the different speeds of the slides that are used, in order.
     pub fn speeds(&self) -> Vec<f64> {
         let mut speeds: Vec<f64> = self.used.iter().map(|slide| slide.speed_mm_s).collect();
         speeds.sort_by(f64::total_cmp);
@@ -95,13 +97,13 @@ impl Slides {
         speeds
     }
 
-    /// How many were left out.
+    /// Returns the number of slides that were left out.
     pub fn left_out(&self) -> usize {
         self.no_speed + self.no_duration + self.unreliable
     }
 }
 
-/// Frames a second of a file's camera.
+/// Returns the frames per second of a file's camera.
 fn rate(npz: &Npz<'_>, given: Option<FrameRate>) -> Result<FrameRate, Error> {
     if !npz.names().any(|name| name == "fps") {
         return Ok(given.unwrap_or(FrameRate::NOMINAL));
@@ -116,7 +118,7 @@ fn rate(npz: &Npz<'_>, given: Option<FrameRate>) -> Result<FrameRate, Error> {
     {
         return Err(npz.error("fps", format_args!("{fps} frames a second, but --fps is {given}: expected the same")));
     }
-    // Whole numbers and television's 1001ths are exact, others to the thousandth.
+    // Whole numbers and television's 1001ths are exact; others are rounded to the thousandth.
     let whole = |by: u32| ((fps * f64::from(by)).round() - fps * f64::from(by)).abs() < 1e-6;
     let by = [1, 1001].into_iter().find(|by| whole(*by)).unwrap_or(1000);
     let rate = Some((fps * f64::from(by)).round()).filter(|n| (1.0..=f64::from(u32::MAX)).contains(n));
@@ -124,7 +126,7 @@ fn rate(npz: &Npz<'_>, given: Option<FrameRate>) -> Result<FrameRate, Error> {
     rate.ok_or_else(|| npz.error("fps", format_args!("{fps}, expected frames a second above 0")))
 }
 
-/// An array of one dimension, whatever numbers it is of.
+/// Reads an array of one dimension, of any type of numbers.
 fn numbers(npz: &Npz<'_>, name: &str) -> Result<Vec<f64>, Error> {
     let array = npz.array(name)?;
     let &[n] = array.shape.as_slice() else {
@@ -136,7 +138,7 @@ fn numbers(npz: &Npz<'_>, name: &str) -> Result<Vec<f64>, Error> {
     elements(npz, name, array, n)
 }
 
-/// The next `n` elements of an array.
+/// Reads the next `n` elements of an array.
 fn elements(npz: &Npz<'_>, name: &str, mut array: Array, n: u64) -> Result<Vec<f64>, Error> {
     macro_rules! of {
         ($kind:ty) => {{
@@ -166,7 +168,7 @@ mod tests {
     use super::*;
     use crate::dataset::npz::{Dtype, Npz as Writer};
 
-    /// A file of these arrays; `fps` has no dimension.
+    /// Writes a file of these arrays; `fps` has no dimension.
     fn file(name: &str, arrays: &[(&str, &[f64])]) -> PathBuf {
         let path = std::env::temp_dir().join(format!("wstac-fit-{}-{name}.npz", std::process::id()));
         let mut npz = Writer::new(std::fs::File::create(&path).unwrap());

@@ -1,4 +1,4 @@
-//! Speed laws fitted to labelled slides (SPEC §4), by least squares in the duration.
+//! Speed laws fitted to labeled slides (SPEC §4), by least squares in the duration.
 
 pub mod data;
 
@@ -11,7 +11,7 @@ use wstac_host::statistics::{Line, rms};
 /// Longest and shortest duration of an event that is not cut off and not a single frame, in frames of its sample.
 pub const DURATIONS: [u8; 2] = [67, 1];
 
-/// A law by name.
+/// The kind of a law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// D = intercept − slope · log10 v.
@@ -21,7 +21,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// As the configuration calls it.
+    /// Returns its name in the configuration.
     pub fn name(self) -> &'static str {
         match self {
             Self::Paper => "paper",
@@ -29,7 +29,7 @@ impl Kind {
         }
     }
 
-    /// What the duration is linear in.
+    /// Returns the quantity in which the duration is linear.
     fn transformed(self, mm_s: f64) -> f64 {
         match self {
             Self::Paper => mm_s.log10(),
@@ -41,22 +41,25 @@ impl Kind {
 /// A fitted law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
-    /// Which law.
+    /// The kind of the law.
     pub kind: Kind,
     /// The line through durations over log10 v, or over 30/v.
     pub line: Line,
-    /// The law as the core works with it, in 32 bits.
+    /// The law as the core computes it, in 32 bits.
     pub law: Law,
-    /// How far speeds that the law reads off the durations are from the true ones: the root mean square of shares. Nothing where it has no speed
-    /// for one of them.
+    /// Error of the speeds that the law reads off the durations: the root mean square of relative errors.
+    ///
+    /// It is `None` if the law has no speed for one of the durations.
     pub speed_error: Option<f64>,
 }
 
 impl Fit {
-    /// Fits a law to slides; `subject` names where they are from.
+    /// Fits a law to slides; `subject` names their origin.
     ///
     /// # Errors
-    /// Fewer than three different speeds; all durations alike; durations that do not fall with speed.
+    /// - There are fewer than three different speeds.
+    /// - All durations are equal.
+    /// - The durations do not fall with speed.
     pub fn new(kind: Kind, slides: &Slides, subject: &str) -> Result<Self, Error> {
         let wrong = |message: String| Err(Error::new(subject, message));
         let speeds = slides.speeds().len();
@@ -87,7 +90,7 @@ impl Fit {
         Ok(Self { kind, line, law, speed_error })
     }
 
-    /// The law in words: frames at 30 a second, v in mm/s.
+    /// Returns the law in words: frames at 30 per second, v in mm/s.
     pub fn words(&self) -> String {
         let (sign, rest) =
             if self.line.intercept < 0.0 { ("−", -self.line.intercept) } else { ("+", self.line.intercept) };
@@ -97,13 +100,15 @@ impl Fit {
         }
     }
 
-    /// The duration that the law has for a speed, in frames at 30 a second.
+    /// Returns the law's duration for a speed, in frames at 30 per second.
     pub fn frames(&self, mm_s: f64) -> f64 {
         self.line.intercept + self.line.slope * self.kind.transformed(mm_s)
     }
 
-    /// Slowest and fastest speed that the law can have for an event that is not cut off, of frames that are each `nominal_frames` at 30 a
-    /// second. A physical law has none for events shorter than its afterglow: then it is that of the shortest above it.
+    /// Returns the slowest and the fastest speed of the law for an event that is not cut off.
+    ///
+    /// Each frame is `nominal_frames` long at 30 per second. A physical law has no speed for events shorter than its
+    /// afterglow. Then the fastest speed is that of the shortest duration above it.
     pub fn answers(&self, nominal_frames: f64) -> Option<[f64; 2]> {
         let [longest, shortest] = DURATIONS;
         let at = |frames: u8| self.law.speed((f64::from(frames) * nominal_frames) as f32).map(f64::from);
@@ -129,7 +134,7 @@ mod tests {
         let fit = Fit::new(Kind::Paper, &paper, "it").unwrap();
         assert_eq!(fit.law, Law::PUBLISHED);
         assert!(fit.line.r2 > 1.0 - 1e-12 && fit.line.deviation < 1e-9 && fit.speed_error.unwrap() < 1e-5);
-        // What the core's own constants of the physical law are: least squares on the paper's.
+        // The core's own constants of the physical law are least squares on the paper's.
         let physical = Fit::new(Kind::Physical, &paper, "it").unwrap();
         assert!((physical.line.slope - 113.4).abs() < 0.05, "{physical:?}");
         assert!((physical.line.intercept - 5.36).abs() < 0.005, "{physical:?}");
@@ -141,7 +146,7 @@ mod tests {
         let fit = Fit::new(Kind::Physical, &slides(|v| 3000.0 / v + 5.5), "it").unwrap();
         let [slowest, fastest] = fit.answers(1.0).unwrap();
         assert!((slowest - 3000.0 / 61.5).abs() < 1e-3 && (fastest - 3000.0 / 0.5).abs() < 1.0, "{slowest} {fastest}");
-        // At 15 frames a second one frame is two.
+        // At 15 frames per second one frame counts as two.
         let [slowest, fastest] = fit.answers(2.0).unwrap();
         assert!((slowest - 3000.0 / 128.5).abs() < 1e-3 && (fastest - 3000.0 / 0.5).abs() < 1.0, "{slowest} {fastest}");
     }

@@ -1,4 +1,4 @@
-//! How good a model is: its answers on samples of a data set, beside the truth where that is known.
+//! Evaluation of a model: its answers on samples of a data set, next to the truth if that is known.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -10,9 +10,11 @@ use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use super::npz::{Array, Npz};
 use wstac_host::error::Error;
 
-/// Most samples of a data set, most different labels, and longest label.
+/// Largest number of samples in a data set.
 const MOST_SAMPLES: u64 = 1 << 24;
+/// Largest number of different labels.
 const MOST_LABELS: usize = 1024;
+/// Longest label, in code points.
 const LONGEST_LABEL: usize = 1024;
 
 /// A model's answers.
@@ -22,38 +24,38 @@ pub struct Answers {
     pub labels: Vec<String>,
     /// A class for each sample.
     pub predictions: Vec<u8>,
-    /// What is true, where that is known.
+    /// The truth, if it is known.
     pub truth: Option<Truth>,
 }
 
-/// What samples are.
+/// The true labels of samples.
 #[derive(Clone, Debug)]
 pub struct Truth {
-    /// The arrays that say so.
+    /// The arrays that hold them.
     pub from: String,
     /// Labels, those of the model's classes first.
     pub labels: Vec<String>,
     /// The number of a label for each sample.
     pub numbers: Vec<u16>,
-    /// For each class the number of the label that is right for it.
+    /// For each class, the number of the label that is right for it.
     pub of_class: Vec<u16>,
 }
 
 impl Truth {
-    /// Labels that samples have.
+    /// Returns the labels that occur in samples.
     pub fn found(&self) -> impl Iterator<Item = &str> {
         let found = |number: usize| self.numbers.iter().any(|&found| usize::from(found) == number);
         self.labels.iter().enumerate().filter(move |(number, _)| found(*number)).map(|(_, label)| label.as_str())
     }
 
-    /// Whether there are samples, and none has a label that is right for a class.
+    /// Returns `true` if there are samples and none has a label that is right for a class.
     pub fn is_of_others(&self) -> bool {
         !self.numbers.is_empty() && !self.numbers.iter().any(|number| self.of_class.contains(number))
     }
 }
 
 impl Answers {
-    /// How many answers are right.
+    /// Returns the number of right answers.
     pub fn right(&self) -> Option<usize> {
         let truth = self.truth.as_ref()?;
         let both = self.predictions.iter().zip(&truth.numbers);
@@ -64,10 +66,10 @@ impl Answers {
     }
 }
 
-/// Answers of a model for the samples of an `.npz` file.
+/// Computes a model's answers for the samples of an `.npz` file.
 ///
 /// # Errors
-/// What of the file cannot be used.
+/// The file cannot be used; the message names the part.
 pub fn answers(model: &Model, path: &Path) -> Result<Answers, Error> {
     let npz = Npz::open(path)?;
     let predictions = predictions(model, &npz)?;
@@ -106,7 +108,7 @@ fn predictions(model: &Model, npz: &Npz) -> Result<Vec<u8>, Error> {
     Ok(predictions)
 }
 
-/// The true labels, from the first array that fits the model's task.
+/// Reads the true labels from the first array that fits the model's task.
 fn truth(npz: &Npz, task: Task, classes: &[String], n: usize) -> Result<Option<Truth>, Error> {
     let arrays: &[&str] = match task {
         Task::Other => &["y"],
@@ -129,12 +131,12 @@ fn truth(npz: &Npz, task: Task, classes: &[String], n: usize) -> Result<Option<T
     Ok(None)
 }
 
-/// A specimen's pattern and depth.
+/// Returns a specimen's pattern and depth.
 fn pattern_and_depth(label: &str) -> (&str, &str) {
     if label == "Sphere" { (label, "") } else { label.split_at_checked(3).unwrap_or((label, "")) }
 }
 
-/// The truth of an array, for classes whose right label is `right`.
+/// Reads the truth from an array, for classes whose right labels are `right`.
 fn compare(npz: &Npz, name: &str, right: Vec<String>, n: usize) -> Result<Truth, Error> {
     let mut array = npz.array(name)?;
     if array.shape != [n as u64] {
@@ -164,7 +166,7 @@ fn compare(npz: &Npz, name: &str, right: Vec<String>, n: usize) -> Result<Truth,
     Ok(Truth { from: name.to_owned(), labels, numbers, of_class })
 }
 
-/// How an element becomes a label.
+/// The conversion of an element into a label.
 enum Text {
     Unicode(usize),
     Integer { bytes: usize, signed: bool },

@@ -1,22 +1,25 @@
-//! When sums of float32 are sums of integers: leaves that int16 can hold without changing any answer.
+//! Proof that sums of float32 are sums of integers: leaves that int16 can hold without changing any answer.
 
 use super::trained::{Boosted, Node, Score};
 
-/// Integers up to here, and all sums of them that stay below, are exact in float32.
+/// Integers up to this value, and all their sums that stay below it, are exact in float32.
 const MOST: f64 = 16_777_216.0;
 
-/// How many units a 1 is of which all leaves and starts are whole numbers, where answers in int16 leaves and int32 sums are
-/// proven to be those of float32 sums: leaves are int16, and no sum of starts and leaves, in any order, is above 2^24
-/// units, so that float32 does not round. A power of two. The bound of two classes need not be whole: sums are.
+/// Returns the number of units in 1, a power of two, if int16 leaves and int32 sums provably give the answers of
+/// float32 sums.
+///
+/// All leaves and starts are then whole numbers of units, and leaves are int16. No sum of starts and leaves, in any
+/// order, is above 2^24 units, so that float32 does not round. The bound of two classes need not be a whole number,
+/// because sums are.
 pub(super) fn units(model: &Boosted) -> Option<f64> {
     let of_score = |score| leaves_of(score).flatten().chain([score.start]);
     let numbers = || model.scores.iter().flat_map(of_score);
     if !model.bound.is_finite() || numbers().any(|number| !number.is_finite()) {
         return None;
     }
-    // The coarsest unit; where everything is 0, any will do.
+    // The coarsest unit; if everything is 0, any unit is suitable.
     let places = numbers().filter(|&number| number != 0.0).map(places).max().unwrap_or(0);
-    // Beyond that, whole numbers are too large or bounds no longer fit.
+    // Beyond this, whole numbers are too large or bounds no longer fit.
     if !(-64..=64).contains(&places) {
         return None;
     }
@@ -28,23 +31,24 @@ pub(super) fn units(model: &Boosted) -> Option<f64> {
             let largest = leaves.try_fold(0.0_f32, |most, leaf| fits(leaf).then(|| most.max(leaf.abs())))?;
             most += f64::from(largest) * units;
         }
-        // The second is what the core asks of a start and all the int16 that so many leaves could be.
+        // The second is the core's requirement for a start and any int16 values of that many leaves.
         let any = f64::from(score.start.abs()) * units + 32_768.0 * score.trees.len() as f64;
         if most > MOST || any > f64::from(i32::MAX) {
             return None;
         }
     }
-    // The bound's whole part is an int32 too.
+    // The bound's integer part is an int32 too.
     (f64::from(model.bound.abs()) * units < f64::from(i32::MAX)).then_some(units)
 }
 
-/// The leaves of each tree.
+/// Iterates over the leaves of each tree.
 fn leaves_of(score: &Score) -> impl Iterator<Item = impl Iterator<Item = f32>> {
     let leaf = |node: &Node<f32>| if let Node::Leaf(leaf) = node { Some(*leaf) } else { None };
     score.trees.iter().map(move |tree| tree.nodes.iter().filter_map(leaf))
 }
 
-/// Binary places after the point that a number other than 0 has; below 0, zeros before it.
+/// Returns the number of binary places after the point in a nonzero number; negative values count zeros before the
+/// point.
 fn places(number: f32) -> i32 {
     let bits = number.to_bits();
     let exponent = (bits >> 23 & 0xFF) as i32;
@@ -80,7 +84,7 @@ mod tests {
     fn leaves_of_a_coarse_unit_are_proven() {
         let unit = 1.0 / 1024.0;
         assert_eq!(units(&model(0.5, &[&[3.0 * unit, -7.0 * unit], &[0.25]], 0.0)), Some(1024.0));
-        // The start counts, the bound need not be whole.
+        // The start counts; the bound need not be a whole number.
         assert_eq!(units(&model(0.5 * unit, &[&[0.25]], 1.5 / 16_777_216.0)), Some(2048.0));
         assert_eq!(units(&model(0.0, &[&[0.0]], 0.0)), Some(1.0));
         assert_eq!(units(&model(8.0, &[&[16.0]], 0.0)), Some(0.125));
@@ -91,11 +95,11 @@ mod tests {
         let ok: &[f32] = &[0.5];
         // One leaf of 24 bits.
         assert_eq!(units(&model(0.0, &[ok, &[0.1]], 0.0)), None);
-        // A leaf, or a start, too large for the unit of the others.
+        // A leaf or a start that is too large for the unit of the others.
         assert_eq!(units(&model(0.0, &[&[1.0 / 1024.0, 32.0]], 0.0)), None);
         assert_eq!(units(&model(0.0, &[&[1.0 / 1024.0, -32.0]], 0.0)), Some(1024.0));
         assert_eq!(units(&model(16_385.0, &[&[1.0 / 1024.0]], 0.0)), None);
-        // Sums up to 2^24 units are exact, not beyond.
+        // Sums up to 2^24 units are exact, but not beyond.
         let leaves: &[f32] = &[32_767.0, 1.0];
         let trees = vec![leaves; 512];
         assert_eq!(units(&model(512.0, &trees, 0.0)), Some(1.0));

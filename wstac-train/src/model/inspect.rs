@@ -1,18 +1,18 @@
-//! What is in a model file.
+//! The contents of a model file.
 
 use serde::Serialize;
 use wstac_core::model::Model;
 use wstac_core::model::file::HEADER_HALVES;
 use wstac_core::model::trees::{LEFT_LEAF, RIGHT_LEAF, SAME};
 
-/// What a model file holds.
+/// The contents of a model file.
 #[derive(Clone, Debug, Serialize)]
 pub struct Inspected {
-    /// How it decides.
+    /// The kind of its decision.
     pub kind: &'static str,
-    /// What weights or leaves are.
+    /// The type of its weights or leaves.
     pub numbers: &'static str,
-    /// What it tells apart.
+    /// Its task.
     pub task: &'static str,
     /// Labels of its classes.
     pub labels: Vec<String>,
@@ -20,30 +20,30 @@ pub struct Inspected {
     pub frames: u8,
     /// Bytes of flash or memory that it takes.
     pub bytes: usize,
-    /// Weighted sums; none in trees.
+    /// Number of weighted sums; `None` for trees.
     pub rows: Option<u16>,
-    /// Trees, where there are any.
+    /// The trees, if there are any.
     pub trees: Option<Trees>,
-    /// What its trainer wrote.
+    /// The text that its trainer wrote.
     pub training: String,
 }
 
-/// What trees hold, and how much work they are.
+/// The contents and the work of trees.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Trees {
-    /// Trees.
+    /// Number of trees.
     pub count: usize,
     /// Splits of all trees.
     pub splits: usize,
     /// Splits from root to leaf, of the deepest tree.
     pub depth: usize,
-    /// Splits visited for a sample, at most.
+    /// Largest number of splits visited for a sample.
     pub visits_worst: usize,
-    /// Splits visited for a sample where each leaf of a tree is as likely as any other.
+    /// Mean number of splits visited for a sample if all leaves of a tree are equally likely.
     pub visits_mean: f64,
 }
 
-/// What is in a model file that has been checked.
+/// Returns the contents of a model file that has been checked.
 pub fn inspect(model: &Model, words: &[u32]) -> Inspected {
     let half = |at: usize| half(words, at);
     let long = |at: usize| usize::from(half(at)) | usize::from(half(at + 1)) << 16;
@@ -80,12 +80,12 @@ pub fn inspect(model: &Model, words: &[u32]) -> Inspected {
     }
 }
 
-/// A half of a file; a leaf's node beyond the end.
+/// Returns a half of a file; beyond the end, a leaf's node.
 fn half(words: &[u32], at: usize) -> u16 {
     words.get(at / 2).map_or(LEFT_LEAF | RIGHT_LEAF, |word| (word >> (16 * (at % 2))) as u16)
 }
 
-/// Flags of a forest's node whose leaves are the same.
+/// Flags of a forest's node whose two leaves are the same.
 const TWICE: u16 = LEFT_LEAF | RIGHT_LEAF | SAME;
 
 fn count(words: &[u32], mut at: usize, trees: usize, single: usize) -> Trees {
@@ -96,11 +96,11 @@ fn count(words: &[u32], mut at: usize, trees: usize, single: usize) -> Trees {
         let start = at + 1;
         at = start + (usize::from(half(at)) << shift);
         let (mut deepest, mut leaves, mut depths) = (0, 0_usize, 0_usize);
-        // The check before has seen that this ends.
+        // The preceding check guarantees that this ends.
         let mut waiting = vec![(start, 1)];
         while let Some((node, depth)) = waiting.pop() {
             if single == 2 && half(node) & TWICE == TWICE {
-                // A leaf that is no part of its parent.
+                // A leaf that is not part of its parent.
                 (leaves, depths, deepest) = (leaves + 1, depths + depth - 1, deepest.max(depth - 1));
                 continue;
             }

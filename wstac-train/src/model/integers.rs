@@ -1,19 +1,19 @@
-//! From trees of real numbers to trees of integers: thresholds in units of 1/2048, and no splits that are decided anyway.
+//! Conversion of trees of real numbers to trees of integers: thresholds in units of 1/2048, without redundant splits.
 
 use std::fmt::Write;
 
 use super::trained::{Kind, Node, Trained, Tree, file_order};
 
-/// A tree's nodes with inputs in the order of the file and int16 thresholds; leaves are words.
+/// A part of a tree with inputs in the order of the file and int16 thresholds; leaves are words.
 #[derive(Clone, Debug)]
 pub(super) enum Part {
-    /// Goes left where the input is at most the threshold.
+    /// A split that goes left if the input is at most the threshold.
     Split { input: u16, threshold: i16, left: u32, right: u32 },
-    /// Up to two words.
+    /// A leaf of up to two words.
     Leaf(u32),
 }
 
-/// Where an integer goes left: up to a threshold, always or never.
+/// The integers for which a split goes left: up to a threshold, always or never.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Left {
     UpTo(i16),
@@ -21,7 +21,9 @@ pub(super) enum Left {
     Never,
 }
 
-/// Which integers x go left where x / 2048 is at most, or below, a finite threshold. Exact: a float64 times 2048 is.
+/// Returns the integers x for which x / 2048 is at most, or below, a finite threshold.
+///
+/// This is exact, because a float64 times 2048 is.
 pub(super) fn left(threshold: f64, strict: bool) -> Left {
     let scaled = threshold * 2048.0;
     let most = if strict { scaled.ceil() - 1.0 } else { scaled.floor() };
@@ -34,7 +36,7 @@ pub(super) fn left(threshold: f64, strict: bool) -> Left {
     }
 }
 
-/// What to say of a model: its remarks, and where no integer is on both sides of most of its splits.
+/// Returns the hints for a model: its remarks, and a warning if no integer is on both sides of most of its splits.
 pub(super) fn hints(model: &Trained) -> String {
     let mut hints = String::new();
     for remark in &model.remarks {
@@ -54,7 +56,7 @@ pub(super) fn hints(model: &Trained) -> String {
     hints
 }
 
-/// How many splits no integer is on both sides of, and how many there are.
+/// Counts the splits that have no integer on both sides, and all splits.
 fn count_beyond<'t, L: 't>(trees: impl IntoIterator<Item = &'t Tree<L>>) -> (usize, usize) {
     let (mut beyond, mut all) = (0, 0);
     for node in trees.into_iter().flat_map(|tree| &tree.nodes) {
@@ -66,8 +68,10 @@ fn count_beyond<'t, L: 't>(trees: impl IntoIterator<Item = &'t Tree<L>>) -> (usi
     (beyond, all)
 }
 
-/// Checks that every node is reached at most once, that children, inputs and numbers are possible, and makes integers of
-/// thresholds; the root comes first. What is wrong names the node.
+/// Checks a tree and converts its thresholds to integers; the root comes first.
+///
+/// It checks that every node is reached at most once, and that children, inputs and numbers are possible. An error
+/// names the node.
 pub(super) fn integers<L>(
     tree: &Tree<L>,
     inputs: usize,
@@ -79,14 +83,14 @@ pub(super) fn integers<L>(
     check(tree, inputs)?;
     let frames = inputs / wstac_core::params::FEATURES;
     let mut parts: Vec<Part> = Vec::new();
-    // Nodes that wait, and where their number is wanted: the place of a split, and whether it is its right child.
+    // Waiting nodes, and where their number goes: the position of a split, and whether it is its right child.
     let mut waiting = vec![(0, None)];
     while let Some((mut node, parent)) = waiting.pop() {
         let part = loop {
             match &tree.nodes[node] {
                 Node::Leaf(leaf) => break Part::Leaf(leaf_word(leaf).map_err(|why| format!("node {node}: {why}"))?),
                 Node::Split { input, threshold, strict, left: to_left, right } => match left(*threshold, *strict) {
-                    // The check has seen that there is no way back.
+                    // The check guarantees that there is no cycle.
                     Left::Always => node = *to_left,
                     Left::Never => node = *right,
                     Left::UpTo(threshold) => {

@@ -1,7 +1,8 @@
-//! Texture models from their trainers' files to the model file that the core reads, what is in one, and how good it is.
+//! Texture models: from their trainers' files to the core's model file, with inspection and evaluation.
 //!
-//! [`import`] reads a trainer's file as a [`trained`] model and makes a model file of it ([`write`](mod@write)), [`import_inline`] makes
-//! Rust ([`inline`]). [`mod@inspect`] says what is in a model file, and [`eval`] how good it is.
+//! [`import`] reads a trainer's file as a [`trained`] model and makes a model file of it ([`write`](mod@write)).
+//! [`import_inline`] makes Rust ([`inline`]). [`mod@inspect`] reports the contents of a model file, and [`eval`]
+//! evaluates it.
 
 pub mod eval;
 mod exact;
@@ -26,32 +27,33 @@ use wstac_host::error::Error;
 use wstac_host::model_file::file_bytes;
 use wstac_host::texture::pattern_and_depth;
 
-/// What a user may say about a model beyond its file.
+/// The details that a user may add to a model's file.
 #[derive(Clone, Debug, Default)]
 pub struct Import {
-    /// Names of classes, for files that have none.
+    /// Names of classes, for files without names.
     pub labels: Option<Vec<String>>,
-    /// What the model tells apart, where its labels do not show it.
+    /// The model's task, if its labels do not show it.
     pub task: Option<Task>,
-    /// What to say about the training, beside the file's name and its trainer's.
+    /// A note about the training, in addition to the file's name and its trainer's.
     pub note: Option<String>,
-    /// How real numbers become integers.
+    /// Options for the conversion of real numbers to integers.
     pub options: Options,
 }
 
-/// A trained model from its trainer's file.
+/// Reads a trained model from its trainer's file and writes it as a model file.
 ///
 /// # Errors
-/// What of the file cannot be used.
+/// The file cannot be used; the message names the part.
 pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error> {
     let bytes = file_bytes(path)?;
     import_bytes(&name(path), bytes, wanted).map_err(|why| Error::new(path.display(), why))
 }
 
-/// A trained model from what is in its trainer's file; `name` is that file's.
+/// Reads a trained model from the bytes of its trainer's file and writes it as a model file; `name` is that file's
+/// name.
 ///
 /// # Errors
-/// What cannot be used, without the name.
+/// The bytes cannot be used; the message names the part, without the file's name.
 pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, Written), String> {
     let (model, tool) = trained(bytes, wanted)?;
     let mut facts = serde_json::json!({ "file": name, "trainer": tool });
@@ -62,10 +64,10 @@ pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trai
     Ok((model, written))
 }
 
-/// Rust that answers as a trained model does, from its trainer's file.
+/// Reads a trained model from its trainer's file and returns Rust code that answers as the model does.
 ///
 /// # Errors
-/// What of the file cannot be used.
+/// The file cannot be used; the message names the part.
 pub fn import_inline(path: &Path, wanted: &Import) -> Result<(Trained, Source), Error> {
     let made = trained(file_bytes(path)?, wanted).and_then(|(model, tool)| {
         let mut source = inline::source(&model, &name(path), &tool, wanted.options)?;
@@ -75,7 +77,7 @@ pub fn import_inline(path: &Path, wanted: &Import) -> Result<(Trained, Source), 
     made.map_err(|why| Error::new(path.display(), why))
 }
 
-/// A trained model, and what trained it.
+/// Returns a trained model, and the tool that trained it.
 fn trained(bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, String), String> {
     let (mut model, tool) = read(&bytes, wanted.labels.clone())?;
     drop(bytes);
@@ -84,7 +86,7 @@ fn trained(bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, String), String>
     Ok((model, tool))
 }
 
-/// Refuses labels that are empty, stand twice, or are none of the task.
+/// Rejects labels that are empty, occur twice, or do not fit the task.
 fn check_labels(model: &Trained) -> Result<(), String> {
     for (number, label) in model.labels.iter().enumerate() {
         if label.trim() != label || label.is_empty() {
@@ -105,18 +107,18 @@ fn check_labels(model: &Trained) -> Result<(), String> {
     Ok(())
 }
 
-/// The name of a file, without its folder.
+/// Returns the name of a file, without its folder.
 fn name(path: &Path) -> String {
     path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
 }
 
-/// A model, and what trained it; the kind of file is told by what is in it.
+/// Reads a model, and returns it with the tool that trained it; the contents determine the kind of file.
 fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained, String), String> {
     let start = bytes.trim_ascii_start();
     match start {
         [] => Err("is empty, expected a model".into()),
         [b'W', b'S', b'M', _, ..] => Err("is a model file already, expected one of XGBoost or ONNX".into()),
-        // An object of UBJSON starts with a key's length, one of JSON with a quotation mark.
+        // A UBJSON object starts with the length of a key, a JSON object with a quotation mark.
         [b'{', b'i' | b'U' | b'I' | b'l' | b'L' | b'#' | b'$' | b'N', ..] => {
             let file = ubjson::from_slice(start).map_err(|error| format!("UBJSON: {error}"))?;
             xgboost::read(file, labels)

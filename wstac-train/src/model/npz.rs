@@ -1,10 +1,9 @@
 //! Reads NumPy's `.npz`: arrays of a zip archive, stored or deflated, of any size (zip64), element by element.
 //!
-//! The reader is our own, because the libraries do not limit sizes before they read, and cost too much.
-//! `npyz` 0.9 allocates a header of the length that a file claims, up to 4 GiB.
-//! It brings 20 crates, among them a parser generator and stack switching in assembly, and opens archives with `zip` 0.6
-//! of 2022. `ndarray-npy` parses headers with the same library.
-//! The `zip` crate itself keeps a whole directory in memory, however long it is.
+//! The project has its own reader, because the libraries do not limit sizes before they read, and cost too much. `npyz`
+//! 0.9 allocates a header of the length that a file claims, up to 4 GiB. It brings 20 crates, among them a parser
+//! generator and stack switching in assembly, and opens archives with `zip` 0.6 of 2022. `ndarray-npy` parses headers
+//! with the same library. The `zip` crate itself keeps a whole directory in memory, however long it is.
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Take};
@@ -14,9 +13,9 @@ use flate2::read::DeflateDecoder;
 
 use wstac_host::error::Error;
 
-/// Longest `.npy` header, and most members of an archive.
+/// Longest `.npy` header in bytes, and largest number of members in an archive.
 const MOST: usize = 65_536;
-/// Largest directory of an archive.
+/// Largest directory of an archive, in bytes.
 const MOST_DIRECTORY: u64 = 16 << 20;
 
 /// An archive.
@@ -25,15 +24,15 @@ pub(crate) struct Npz<'p> {
     members: Vec<Member>,
 }
 
-/// What the directory says of a member.
+/// A member's entry in the directory.
 struct Member {
     /// Its name without `.npy`.
     name: String,
-    /// How it is compressed.
+    /// Its compression method.
     method: u16,
-    /// Bytes in the file.
+    /// Number of bytes in the file.
     bytes: u64,
-    /// Where its own header is.
+    /// Position of its own header.
     at: u64,
 }
 
@@ -70,17 +69,17 @@ impl<'p> Npz<'p> {
         Ok(Self { path, members })
     }
 
-    /// Names of its arrays.
+    /// Iterates over the names of its arrays.
     pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
         self.members.iter().map(|member| member.name.as_str())
     }
 
-    /// An error about one of its arrays.
+    /// Creates an error about one of its arrays.
     pub(crate) fn error(&self, array: &str, what: impl std::fmt::Display) -> Error {
         Error::new(self.path.display(), format_args!("array {array}: {what}"))
     }
 
-    /// An array's header, and its data to be read.
+    /// Opens an array: its header is read, and its data can be read.
     pub(crate) fn array(&self, name: &str) -> Result<Array, Error> {
         self.open_array(name).map_err(|error| self.error(name, error))
     }
@@ -89,7 +88,7 @@ impl<'p> Npz<'p> {
         let Some(member) = self.members.iter().find(|member| member.name == name) else {
             return Err(bad(format!("is missing, found {}", self.names().collect::<Vec<_>>().join(", "))));
         };
-        // A position of its own: several arrays may be read at once.
+        // The file has a position of its own, because several arrays may be read at once.
         let mut file = File::open(self.path)?;
         file.seek(SeekFrom::Start(member.at))?;
         let mut header = [0; 30];
@@ -111,7 +110,7 @@ impl<'p> Npz<'p> {
 }
 
 impl Array {
-    /// The next elements, all of `bytes`.
+    /// Reads the next elements into all of `bytes`.
     pub(crate) fn read(&mut self, bytes: &mut [u8]) -> io::Result<()> {
         self.data.read_exact(bytes).map_err(|error| match error.kind() {
             ErrorKind::UnexpectedEof => bad("has less data than its shape says"),
@@ -122,7 +121,7 @@ impl Array {
 
 fn directory(file: &mut File) -> io::Result<Vec<Member>> {
     let length = file.seek(SeekFrom::End(0))?;
-    // The end record is 22 bytes, and up to 65 535 bytes of comment.
+    // The end record has 22 bytes, followed by up to 65 535 bytes of comment.
     let tail = length.min(22 + 65_535);
     file.seek(SeekFrom::Start(length - tail))?;
     let mut end = Vec::new();
@@ -132,7 +131,7 @@ fn directory(file: &mut File) -> io::Result<Vec<Member>> {
         return Err(bad("is no zip archive, expected an .npz file"));
     };
     let (mut bytes, mut start) = (long(&end, at + 12), long(&end, at + 16));
-    // A large archive says so in a record of its own, which is found by another before this one.
+    // A large archive has a record of its own, and a locator before this record points to it.
     if let Some(locator) = at.checked_sub(20)
         && end[locator..].starts_with(b"PK\x06\x07")
     {
@@ -169,8 +168,10 @@ fn directory(file: &mut File) -> io::Result<Vec<Member>> {
     Ok(members)
 }
 
-/// Bytes of a member's data, bytes in the file, and where its header is: in the directory's entry, or where they do not
-/// fit 32 bits in the zip64 field of its extras, in this order.
+/// Returns the bytes of a member's data, its bytes in the file, and the position of its header.
+///
+/// They are in the directory's entry. Values that do not fit in 32 bits are in the zip64 field of its extras, in this
+/// order.
 fn sizes(entry: &[u8], mut extras: &[u8]) -> [u64; 3] {
     let mut sizes = [24, 20, 42].map(|at| long(entry, at));
     while extras.len() >= 4 {
@@ -189,7 +190,7 @@ fn sizes(entry: &[u8], mut extras: &[u8]) -> [u64; 3] {
     sizes
 }
 
-/// Type and shape of an `.npy` of version 1 to 3.
+/// Reads the type and shape of an `.npy` of version 1 to 3.
 fn header_of(data: &mut dyn Read) -> io::Result<(String, Vec<u64>)> {
     let mut start = [0; 8];
     data.read_exact(&mut start)?;

@@ -1,4 +1,4 @@
-//! A trained model as its trainer left it: what every reader makes and the writer takes.
+//! A trained model as its trainer saved it: every reader produces it and the writer takes it.
 //!
 //! Inputs are in the order of data sets: input n k + t is feature k of frame t, of n frames. Features are the natural
 //! logarithms that a trainer sees, so an integer x of a sample is x / 2048.
@@ -6,7 +6,7 @@
 use wstac_core::model::file::Task;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 
-/// Most nodes of all trees together: they take far more memory here than in a file.
+/// Largest number of nodes in all trees together: they take far more memory here than in a file.
 pub const MOST_NODES: usize = 1 << 24;
 
 /// A model of any kind, with its classes.
@@ -14,17 +14,17 @@ pub const MOST_NODES: usize = 1 << 24;
 pub struct Trained {
     /// The names of its classes.
     pub labels: Vec<String>,
-    /// What it tells apart.
+    /// Its task.
     pub task: Task,
-    /// Inputs that it was trained with: ten for each frame.
+    /// Number of inputs in its training: ten for each frame.
     pub inputs: usize,
-    /// How it decides.
+    /// Its kind of decision.
     pub kind: Kind,
-    /// What a user should know of it that is not in its file.
+    /// Notes for the user that are not in its file.
     pub remarks: Vec<String>,
 }
 
-/// How a model decides.
+/// A model's kind of decision.
 #[derive(Clone, Debug)]
 pub enum Kind {
     /// Weighted sums.
@@ -35,10 +35,10 @@ pub enum Kind {
     Boosted(Boosted),
 }
 
-/// Weighted sums: a row for each class, for each pair of classes, or a single one for two classes.
+/// Weighted sums: a row for each class, a row for each pair of classes, or a single row for two classes.
 #[derive(Clone, Debug)]
 pub struct Linear {
-    /// Whether rows are of pairs of classes: 0 and 1, 0 and 2 … 1 and 2 …; above 0 is the first.
+    /// `true` if rows belong to pairs of classes: 0 and 1, 0 and 2 … 1 and 2 …; above 0 the first class wins.
     pub pairs: bool,
     /// Rows.
     pub rows: Vec<Row>,
@@ -49,23 +49,23 @@ pub struct Linear {
 pub struct Row {
     /// A weight for each input.
     pub weights: Vec<f64>,
-    /// What the sum starts with.
+    /// The start value of the sum.
     pub bias: f64,
 }
 
 /// Trees that add up to scores.
 #[derive(Clone, Debug)]
 pub struct Boosted {
-    /// One for each class, or a single one for two classes.
+    /// One score for each class, or a single one for two classes.
     pub scores: Vec<Score>,
-    /// Of a single score: the second class is the answer above it.
+    /// Bound of a single score: above it the second class is the answer.
     pub bound: f32,
 }
 
-/// What adds up to one score.
+/// The parts that add up to one score.
 #[derive(Clone, Debug)]
 pub struct Score {
-    /// What it starts with.
+    /// Its start value.
     pub start: f32,
     /// Its trees, in the order in which they are added.
     pub trees: Vec<Tree<f32>>,
@@ -81,27 +81,27 @@ pub struct Tree<L> {
 /// A node of a tree.
 #[derive(Clone, Debug)]
 pub enum Node<L> {
-    /// Goes left where the input is at most the threshold.
+    /// A split, which goes left if the input is at most the threshold.
     Split {
-        /// The input.
+        /// Number of the input.
         input: usize,
         /// The threshold.
         threshold: f64,
-        /// Whether the input must be below the threshold to go left.
+        /// `true` if the input must be below the threshold to go left.
         strict: bool,
         /// Number of the left child.
         left: usize,
         /// Number of the right child.
         right: usize,
     },
-    /// An end.
+    /// A leaf with its value.
     Leaf(L),
 }
 
-/// Frames that inputs are of.
+/// Returns the number of frames for a number of inputs.
 ///
 /// # Errors
-/// Where they are not ten for each of 1 to 70 frames.
+/// There are not ten inputs for each of 1 to 70 frames.
 pub fn frames(inputs: usize) -> Result<usize, String> {
     if inputs == 0 || !inputs.is_multiple_of(FEATURES) || inputs > FEATURES * SAMPLE_FRAMES {
         return Err(format!("{inputs} inputs, expected 700, or ten for each of the first frames"));
@@ -109,16 +109,16 @@ pub fn frames(inputs: usize) -> Result<usize, String> {
     Ok(inputs / FEATURES)
 }
 
-/// Where an input of a data set is in a model file: frame by frame.
+/// Returns the position of a data set's input in a model file, which is ordered frame by frame.
 pub fn file_order(input: usize, frames: usize) -> usize {
     FEATURES * (input % frames) + input / frames
 }
 
-/// What classes of these names most likely are.
+/// Returns the most likely task for classes of these names.
 pub fn guess_task(labels: &[String]) -> Task {
     let is_pattern = |label: &str| matches!(label, "Fla" | "Sin" | "Saw" | "Tri" | "Sphere");
     let is_depth = |label: &str| label.parse::<f64>().is_ok_and(|depth| (0.0..=10.0).contains(&depth));
-    // Numbers alone may be anything.
+    // Numbers alone may be any label.
     let is_usual_depth = |label: &str| label.parse::<f64>().is_ok_and(|depth| [0.0, 2.0, 3.0, 4.0].contains(&depth));
     let specimen = |label: &String| match label.split_at_checked(3) {
         Some((pattern, depth)) => label == "Sphere" || is_pattern(pattern) && is_depth(depth),

@@ -1,23 +1,23 @@
-//! UBJSON, as XGBoost writes it, for the same structures as JSON; nothing is kept but what they ask for.
+//! Reads UBJSON, as XGBoost writes it, into the same structures as JSON; only the requested values are kept.
 //!
-//! The reader is our own: no maintained UBJSON library skips lists that are not wanted, and limits what it allocates.
+//! The project has its own reader: no maintained UBJSON library skips unwanted lists and limits its allocations.
 
 use std::fmt;
 
 use serde::de::{self, DeserializeOwned, DeserializeSeed, MapAccess, SeqAccess, Visitor};
 use serde::forward_to_deserialize_any;
 
-/// Arrays and objects inside each other.
+/// Largest nesting depth of arrays and objects.
 const DEEPEST: usize = 64;
 
-/// What the bytes hold.
+/// Deserializes the bytes.
 pub(super) fn from_slice<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Error> {
     let mut reader = Reader { bytes, at: 0, depth: 0 };
     let marker = reader.marker()?;
     T::deserialize(Value { reader: &mut reader, marker })
 }
 
-/// What is wrong, and where.
+/// A description of the error, and its position.
 #[derive(Debug)]
 pub(super) struct Error(String);
 
@@ -60,7 +60,7 @@ impl<'a> Reader<'a> {
         Ok(array)
     }
 
-    /// The next marker that says something.
+    /// Returns the next marker that has a meaning.
     fn marker(&mut self) -> Result<u8, Error> {
         loop {
             let [marker] = self.array()?;
@@ -97,13 +97,13 @@ impl<'a> Reader<'a> {
         std::str::from_utf8(text).or_else(|_| self.error("text that is not UTF-8"))
     }
 
-    /// What stands at the start of an array or an object: the type of all elements and their count, where they are said.
+    /// Reads the start of an array or an object: the type of all elements and their count, if they are given.
     fn start(&mut self) -> Result<(Option<u8>, Option<usize>), Error> {
         let mut kind = None;
         if self.peek() == Some(b'$') {
             self.at += 1;
             let [marker] = self.array()?;
-            // Elements without bytes would make long lists of nothing.
+            // Elements without bytes would make long lists of empty values.
             if !matches!(marker, b'i' | b'U' | b'I' | b'l' | b'L' | b'd' | b'D' | b'S' | b'C' | b'H' | b'[' | b'{') {
                 return self.error(format_args!("a list of {:?}, expected numbers or text", char::from(marker)));
             }
@@ -169,17 +169,17 @@ impl<'de> de::Deserializer<'de> for Value<'_, 'de> {
     }
 }
 
-/// What is in an array or an object.
+/// The contents of an array or an object.
 struct Items<'r, 'a> {
     reader: &'r mut Reader<'a>,
     kind: Option<u8>,
-    /// How many are left, where that is known; otherwise there is an end marker.
+    /// Number of remaining items, if it is known; otherwise there is an end marker.
     left: Option<usize>,
     end: u8,
 }
 
 impl Items<'_, '_> {
-    /// Whether that was all; asked once after each item, and again after the last.
+    /// Returns `true` if there are no more items; called once after each item, and again after the last.
     fn ended(&mut self) -> Result<bool, Error> {
         if let Some(left) = self.left {
             return Ok(left == 0);
@@ -249,7 +249,7 @@ mod tests {
         d: Vec<Vec<u8>>,
     }
 
-    /// The same in UBJSON, with typed lists, plain lists and members that nobody asks for.
+    /// Encodes the same in UBJSON, with typed lists, plain lists and unused members.
     fn bytes() -> Vec<u8> {
         let mut bytes = b"{U\x01a[$l#L\0\0\0\0\0\0\0\x02".to_vec();
         bytes.extend([-1_i32, 70_000].iter().flat_map(|number| number.to_be_bytes()));
@@ -276,7 +276,7 @@ mod tests {
             for byte in 0..=255 {
                 let mut damaged = whole.clone();
                 damaged[at] = byte;
-                // Some are other numbers or letters, and read well.
+                // Some bytes are other numbers or letters, and are read without an error.
                 let _ = from_slice::<Sample>(&damaged);
             }
         }

@@ -4,15 +4,15 @@ use serde::Deserialize;
 
 use super::trained::{Boosted, Kind, MOST_NODES, Node, Score, Trained, Tree, guess_task};
 
-/// The file of JSON text.
+/// Reads the file from JSON text.
 ///
 /// # Errors
-/// What is wrong, and where: after which key.
+/// The text cannot be read; the message names the fault and the key before it.
 pub(super) fn from_json(text: &[u8]) -> Result<File, String> {
     serde_json::from_slice(text).map_err(|error| {
         let line = text.split(|&byte| byte == b'\n').nth(error.line().saturating_sub(1)).unwrap_or_default();
         let before = &line[..error.column().min(line.len())];
-        // The last `"key":` before it: numbers that are none (NaN, Infinity) are only known by that.
+        // The last `"key":` before it: it is the only clue to tokens that are not numbers (NaN, Infinity).
         let key = before.windows(2).rposition(|two| two == b"\":").and_then(|end| {
             let start = before[..end].iter().rposition(|&byte| byte == b'"')?;
             std::str::from_utf8(&before[start + 1..end]).ok().filter(|key| key.len() < 100)
@@ -21,7 +21,7 @@ pub(super) fn from_json(text: &[u8]) -> Result<File, String> {
     })
 }
 
-/// What is read of a file; everything else is passed over without keeping it.
+/// The parts of a file that are read; all others are skipped.
 #[derive(Deserialize)]
 pub(super) struct File {
     learner: Learner,
@@ -70,7 +70,7 @@ struct Booster {
 
 #[derive(Deserialize)]
 struct Model {
-    /// Other boosters than the one that is understood do not have it.
+    /// Boosters of unknown kinds do not have it.
     gbtree_model_param: Option<TreesParameters>,
     #[serde(default)]
     tree_info: Vec<u32>,
@@ -103,7 +103,7 @@ struct TreeParameters {
 
 const OBJECTIVES: &str = "multi:softprob, multi:softmax or binary:logistic";
 
-/// The model in a file, with the labels given, or with the numbers of its classes.
+/// Reads the model in a file, with the labels given or with the numbers of its classes.
 pub(super) fn read(file: File, labels: Option<Vec<String>>) -> Result<(Trained, String), String> {
     let version: Vec<String> = file.version.iter().map(u32::to_string).collect();
     let Learner { attributes, gradient_booster, parameters, objective } = file.learner;
@@ -139,7 +139,7 @@ pub(super) fn read(file: File, labels: Option<Vec<String>>) -> Result<(Trained, 
             }
             *start = score;
         }
-        // The least scores above 0 still are a probability of 0.5 in float32, which is not above 0.5.
+        // The smallest scores above 0 are still a probability of 0.5 in float32, which is not above 0.5.
         bound = 1.5 / 16_777_216.0;
     }
     if model.tree_info.len() != model.trees.len() {
@@ -152,12 +152,12 @@ pub(super) fn read(file: File, labels: Option<Vec<String>>) -> Result<(Trained, 
     }
     let mut remarks = Vec::new();
     if objective.name == "multi:softprob" {
-        // Probabilities are float32: XGBoost sees scores as equal that are nearer than its rounding.
+        // Probabilities are float32: XGBoost treats scores as equal that are closer than its rounding.
         remarks.push("the highest score wins, also where XGBoost rounds two probabilities to the same: scores that differ by less than 2.4e-7".into());
     }
     let mut used = model.trees.len();
     if let Some(best) = &attributes.best_iteration {
-        // Training that stopped early: later trees are in the file, and predictions leave them out.
+        // Training stopped early: later trees are in the file, but predictions leave them out.
         let parallel = number(&trees.num_parallel_tree, "num_parallel_tree")?;
         let best = number(best, "attributes.best_iteration")?;
         used = used.min(best.saturating_add(1).saturating_mul(parallel).saturating_mul(scores));
@@ -187,8 +187,9 @@ pub(super) fn read(file: File, labels: Option<Vec<String>>) -> Result<(Trained, 
     Ok((Trained { labels, task, inputs, kind, remarks }, format!("XGBoost {}", version.join("."))))
 }
 
-/// The score that a probability is: XGBoost's start, in float32 with the system's own logarithm, as other libraries' round
-/// otherwise.
+/// Returns the score of a probability: XGBoost's start, in float32 with the system's own logarithm.
+///
+/// Other libraries' logarithms round differently.
 fn score_of(probability: f32) -> f32 {
     -(1.0 / probability - 1.0).ln()
 }
@@ -197,7 +198,7 @@ fn number(text: &str, what: &str) -> Result<usize, String> {
     text.parse().map_err(|_| format!("{what} is \"{text}\", expected a number"))
 }
 
-/// What scores start with: one number, or since 3.1 a list.
+/// Returns the start values of scores: one number, or since 3.1 a list.
 fn starts(text: &str, scores: usize) -> Result<Vec<f32>, String> {
     let list = text.trim().trim_start_matches('[').trim_end_matches(']');
     let starts: Result<Vec<f32>, _> = list.split(',').map(|start| start.trim().parse::<f32>()).collect();
@@ -252,7 +253,7 @@ mod tests {
 
     #[test]
     fn starts_are_those_of_xgboost_to_the_bit() {
-        // What XGBoost 3.2.0 gives as output_margin without trees.
+        // XGBoost 3.2.0 gives this as output_margin without trees.
         assert_eq!(score_of(0.26).to_bits(), 3_213_222_477);
         assert_eq!(score_of(0.5).to_bits(), (-0.0_f32).to_bits());
     }

@@ -1,9 +1,9 @@
-//! Bayer mosaics: every site sees one color. Bytes are those of a gray format of the same depth.
+//! Bayer mosaics: every site sees one color. The bytes are those of a gray format of the same depth.
 
 use wstac_core::green::any::PixelFormat;
 use wstac_core::green::bayer::BayerOrder;
 
-/// What a site sees.
+/// The color that a site sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::sensor) enum Site {
     Red,
@@ -16,7 +16,7 @@ pub(in crate::sensor) enum Site {
 pub(in crate::sensor) struct Mosaic(BayerOrder);
 
 impl Mosaic {
-    /// The mosaic of a format, where it is one.
+    /// Returns the mosaic of a format, or `None` if it is not a mosaic.
     pub(in crate::sensor) fn of(format: PixelFormat) -> Option<Self> {
         match format {
             PixelFormat::Bayer8(order) | PixelFormat::Bayer10(order) | PixelFormat::Bayer12(order) => Some(Self(order)),
@@ -24,7 +24,7 @@ impl Mosaic {
         }
     }
 
-    /// What the site in this column and row sees.
+    /// Returns the color that the site in this column and row sees.
     pub(in crate::sensor) fn site(self, x: usize, y: usize) -> Site {
         use Site::{Blue, Green, Red};
         let cell = match self.0 {

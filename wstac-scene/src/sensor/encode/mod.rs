@@ -1,4 +1,5 @@
-//! Values of pixels → the bytes of one pixel format. A format is an [`Encoder`] in a file and a line of [`encoder`].
+//! Turns pixel values into the bytes of one pixel format. A format is an [`Encoder`] in a file and a line of
+//! [`encoder`].
 
 mod bayer;
 mod packed_rgb;
@@ -28,48 +29,49 @@ use super::format::SensorFormat;
 pub(super) struct Block<'a> {
     /// First column: a multiple of the encoder's cell.
     pub(super) left: usize,
-    /// First row, likewise.
+    /// First row: a multiple of the encoder's cell.
     pub(super) top: usize,
-    /// Columns, likewise: the last of them may be outside of the frame, and so may the last row.
+    /// Number of columns, a multiple of the encoder's cell. The last column and the last row may be outside of the
+    /// frame.
     pub(super) width: usize,
-    /// Red, green and blue values of 0..=G, row by row; of encoders for one color, only green ones.
+    /// Red, green and blue values of 0..=G, row by row; for encoders of one color, only green ones.
     pub(super) colors: [&'a [u16]; 3],
 }
 
 impl<'a> Block<'a> {
-    /// The rows of a color and their numbers in the frame.
+    /// Iterates over the rows of a color and their numbers in the frame.
     fn rows(&self, color: usize) -> impl Iterator<Item = (usize, &'a [u16])> {
         let values = self.colors.get(color).copied().unwrap_or_default();
         (self.top..).zip(values.chunks_exact(self.width.max(1)))
     }
 
-    /// Pixels of the only row, as red, green and blue.
+    /// Iterates over the pixels of the only row, as red, green and blue.
     fn pixels(&self) -> impl Iterator<Item = [u16; 3]> {
         let [red, green, blue] = self.colors;
         red.iter().zip(green).zip(blue).map(|((&red, &green), &blue)| [red, green, blue])
     }
 }
 
-/// A frame's bytes and how they lie.
+/// The bytes of a frame and their arrangement.
 #[derive(Clone, Debug)]
 pub(super) struct Frame {
-    /// All bytes; of planar formats luma first.
+    /// All bytes; planar formats have luma first.
     pub(super) bytes: Vec<u8>,
-    /// Bytes from row to row, of luma.
+    /// Bytes from row to row; for planar formats, of luma.
     pub(super) bytes_per_row: usize,
-    /// Rows.
+    /// Number of rows.
     pub(super) height: usize,
 }
 
 impl Frame {
-    /// Bytes of row `y` from `start` on, up to `length` of them: fewer at the row's end, none below the last row.
+    /// Returns up to `length` bytes of row `y` from `start` on: fewer at the row's end, none below the last row.
     fn row(&mut self, y: usize, start: usize, length: usize) -> &mut [u8] {
         let end = if y < self.height { (start + length).min(self.bytes_per_row) } else { start };
         let at = y * self.bytes_per_row;
         self.bytes.get_mut(at + start..at + end).unwrap_or_default()
     }
 
-    /// Bytes of a plane after luma that starts `offset` bytes after it and has `bytes_per_row` bytes a row.
+    /// Returns a row of a plane that starts `offset` bytes after luma and has `bytes_per_row` bytes in each row.
     fn plane_row(&mut self, offset: usize, bytes_per_row: usize, y: usize, start: usize, length: usize) -> &mut [u8] {
         let at = self.bytes_per_row * self.height + offset + y * bytes_per_row;
         let end = (start + length).min(bytes_per_row);
@@ -77,21 +79,21 @@ impl Frame {
     }
 }
 
-/// A pixel format's way from values to bytes.
+/// The conversion of a pixel format from values to bytes.
 pub(super) trait Encoder: Debug + Send + Sync {
-    /// Whether it needs red and blue beside green.
+    /// Returns `true` if it needs red and blue in addition to green.
     fn is_colored(&self) -> bool;
 
-    /// Columns and rows of the cells that blocks consist of: of pixels that share bytes.
+    /// Returns the columns and rows of a cell: the pixels that share bytes. Blocks consist of cells.
     fn cell(&self) -> [usize; 2] {
         [1, 1]
     }
 
-    /// Writes a block that is as many rows high as a cell.
+    /// Writes a block whose height is that of a cell.
     fn encode(&self, block: &Block<'_>, frame: &mut Frame);
 }
 
-/// The encoder of a format; JPEG pictures are made from R G B.
+/// Returns the encoder of a format; JPEG pictures are made from R G B.
 pub(super) fn encoder(format: SensorFormat, color: YcbcrEncoding) -> Arc<dyn Encoder> {
     let conversion = Conversion::new(color);
     match format.pixels() {

@@ -1,15 +1,15 @@
-//! RGB24, BGR24 and the 32-bit orders: a byte for each color.
+//! RGB24, BGR24 and the 32-bit orders: one byte for each color.
 
 use super::{Block, Encoder, Frame};
 use wstac_host::camera::formats::FourCc;
 
-/// Value of the byte that is no color: opaque.
+/// Value of the byte that holds no color: opaque.
 const NO_COLOR: u8 = 255;
 
 /// Pixels of `BYTES` bytes.
 #[derive(Debug)]
 pub(super) struct PackedRgb<const BYTES: usize> {
-    /// Which bytes are red, green and blue.
+    /// Positions of the bytes of red, green and blue.
     places: [usize; 3],
 }
 
@@ -21,7 +21,7 @@ impl PackedRgb<3> {
 }
 
 impl PackedRgb<4> {
-    /// The order in memory of a 32-bit code, as V4L2 defines it.
+    /// Returns the order in memory of a 32-bit code, as V4L2 defines it.
     pub(super) fn of(code: FourCc) -> Self {
         let places = match &code {
             b"XB24" | b"AB24" => [0, 1, 2],

@@ -3,7 +3,7 @@
 use super::ycbcr::Conversion;
 use super::{Block, Encoder, Frame};
 
-/// Cells of four bytes with luma at bytes `LUMA` and `LUMA` + 2; chroma is the mean of both pixels'.
+/// Cells of four bytes with luma at bytes `LUMA` and `LUMA` + 2; chroma is the mean of both pixels.
 #[derive(Debug)]
 pub(super) struct PackedPairs<const LUMA: usize>(pub(super) Conversion);
 

@@ -3,7 +3,7 @@
 use super::ycbcr::Conversion;
 use super::{Block, Encoder, Frame};
 
-/// How chroma lies; each sample is the mean of its cell.
+/// The arrangement of chroma; each sample is the mean of its cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Chroma {
     /// NV12: Cb Cr pairs for 2 × 2 pixels.
@@ -54,7 +54,7 @@ impl Encoder for Planar {
 }
 
 impl Planar {
-    /// Cb Cr pairs of 2 × 2 pixels.
+    /// Writes the Cb Cr pairs of 2 × 2 pixels.
     fn encode_pairs(&self, block: &Block<'_>, frame: &mut Frame) {
         let row = frame.plane_row(0, frame.bytes_per_row, block.top / 2, block.left, block.width);
         for (pair, sum) in row.as_chunks_mut().0.iter_mut().zip(sums::<2, 2>(block)) {
@@ -62,7 +62,7 @@ impl Planar {
         }
     }
 
-    /// Planes of Cb and Cr.
+    /// Writes the planes of Cb and Cr.
     fn encode_planes<const COLUMNS: usize, const ROWS: usize>(&self, block: &Block<'_>, frame: &mut Frame) {
         let share = 1.0 / (COLUMNS * ROWS) as f32;
         let bytes_per_row = frame.bytes_per_row.div_ceil(COLUMNS);
@@ -79,12 +79,12 @@ impl Planar {
     }
 }
 
-/// Sums of the colors over each cell of a block that is `ROWS` rows high: up to 4 · 255.
+/// Sums the colors over each cell of a block that is `ROWS` rows high: up to 4 · 255.
 fn sums<'a, const COLUMNS: usize, const ROWS: usize>(
     block: &Block<'a>,
 ) -> impl Iterator<Item = [u16; 3]> + use<'a, COLUMNS, ROWS> {
     let cells = |values: &'a [u16]| {
-        // The second row is the first one again where there is none, and does not count.
+        // If there is no second row, the first one takes its place and does not count.
         let (first, second) = values.split_at(values.len() / ROWS);
         let second = if ROWS == 2 { second } else { first };
         let pairs = first.as_chunks::<COLUMNS>().0.iter().zip(second.as_chunks::<COLUMNS>().0);

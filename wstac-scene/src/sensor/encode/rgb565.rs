@@ -2,23 +2,23 @@
 
 use super::{Block, Encoder, Frame};
 
-/// Greens that the format knows.
+/// Number of green levels in the format.
 pub(in crate::sensor) const GREEN_LEVELS: u16 = 64;
 
-/// What 6 bits of green are read as (SPEC §1).
+/// Returns the level that 6 bits of green are read as (SPEC §1).
 pub(in crate::sensor) const fn green_level(bits: u16) -> u16 {
     bits << 2 | bits >> 4
 }
 
-/// The 6 bits that are read as the green nearest to `value`, 0..=255; of two as near, the darker.
+/// Returns the 6 bits that are read as the green nearest to `value`, 0..=255; of two equally near, the darker.
 pub(in crate::sensor) fn nearest_green(value: u16) -> u16 {
-    // Widened bits lie 4 or 5 apart: the nearest are those of the value less a half of that, or the next.
+    // Widened bits are 4 or 5 apart. The nearest are those of the value less half of that, or the next.
     let bits = value.saturating_sub(2) >> 2;
     let next = (bits + 1).min(GREEN_LEVELS - 1);
     if value.abs_diff(green_level(next)) < value.abs_diff(green_level(bits)) { next } else { bits }
 }
 
-/// RGB565.
+/// The RGB565 encoder.
 #[derive(Debug)]
 pub(super) struct Rgb565;
 

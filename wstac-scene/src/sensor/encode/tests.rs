@@ -2,13 +2,13 @@ use wstac_core::green::ycbcr::{QuantizationRange, YcbcrMatrix};
 
 use super::*;
 
-/// Red, green and blue of 2 × 2 pixels, one row after the other where a cell has one, encoded.
+/// Encodes 2 × 2 pixels of red, green and blue, one row after the other if a cell has one.
 fn bytes(format: &str, pixels: [[u16; 3]; 4], frame_bytes: usize) -> Vec<u8> {
     let format: SensorFormat = format.parse().unwrap();
     let encoder = encoder(format, YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Full });
     let mut frame = Frame { bytes: vec![0; frame_bytes], bytes_per_row: 0, height: 2 };
     frame.bytes_per_row = match format.pixels() {
-        // Luma's.
+        // These are the bytes of luma.
         PixelFormat::Nv12 | PixelFormat::Yu12 | PixelFormat::Yuv422p | PixelFormat::Yuv444p => 2,
         _ => frame_bytes / 2,
     };
@@ -21,7 +21,9 @@ fn bytes(format: &str, pixels: [[u16; 3]; 4], frame_bytes: usize) -> Vec<u8> {
     frame.bytes
 }
 
-/// Every order of bytes, as V4L2 describes it; BT.601, full range, of which this color is 124, 86, 182.
+/// Checks every order of bytes, as V4L2 describes it.
+///
+/// In BT.601, full range, this color is 124, 86, 182.
 #[test]
 fn bytes_are_where_v4l2_puts_them() {
     const BITS: u16 = 24 << 11 | 25 << 5 | 6;
@@ -58,7 +60,7 @@ fn bytes_are_where_v4l2_puts_them() {
 
 #[test]
 fn chroma_is_the_mean_of_its_cell() {
-    // Alone, blue has Cb of 255, and black 128.
+    // Blue has a Cb of 255 when alone, and black has 128.
     let pixels = [[0, 0, 255], [0, 0, 0], [0, 0, 0], [0, 0, 0]];
     assert_eq!(bytes("YUYV", pixels, 8), [29, 192, 0, 118, 0, 128, 0, 128]);
     assert_eq!(bytes("NV12", pixels, 6), [29, 0, 0, 0, 160, 123]);

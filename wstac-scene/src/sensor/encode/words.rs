@@ -1,8 +1,8 @@
-//! GREY, Y10, Y12, Y16, and mosaics of the same depths: one value a pixel.
+//! GREY, Y10, Y12, Y16, and mosaics of the same depths: one value for each pixel.
 
 use super::{Block, Encoder, Frame};
 
-/// One byte a pixel.
+/// The encoder of one byte for each pixel.
 #[derive(Debug)]
 pub(super) struct Bytes;
 
@@ -18,7 +18,7 @@ impl Encoder for Bytes {
     }
 }
 
-/// One little-endian 16-bit word a pixel.
+/// The encoder of one little-endian 16-bit word for each pixel.
 #[derive(Debug)]
 pub(super) struct Words;
 

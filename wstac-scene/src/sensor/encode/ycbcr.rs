@@ -1,12 +1,14 @@
-//! R, G, B of 0..=255 → Y, Cb, Cr, as a camera's own processor does it: rounded to nearest.
+//! Converts R, G, B of 0..=255 into Y, Cb, Cr as a camera's own processor does: rounded to nearest.
 
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 
-/// Added to a number of 0..=255, leaves it, rounded to nearest, in the low bits of a single precision number.
+/// Constant that rounds: added to a number of 0..=255, it leaves the nearest integer in the low bits of a
+/// single-precision number.
 const ROUNDER: f32 = 8_388_608.0;
 
-/// The factors of one matrix and range, in single precision: several pixels at once on every machine, and within 1e-4 of
-/// a level.
+/// The factors of one matrix and range, in single precision.
+///
+/// Every machine can process several pixels at once, and the error is within 1e-4 of a level.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Conversion {
     luma: [f32; 3],
@@ -16,7 +18,7 @@ pub(super) struct Conversion {
 }
 
 impl Conversion {
-    /// The conversion of this color.
+    /// Creates the conversion of a YCbCr encoding.
     pub(super) fn new(color: YcbcrEncoding) -> Self {
         let (red, blue) = match color.matrix {
             YcbcrMatrix::Bt601 => (0.299, 0.114),
@@ -34,19 +36,19 @@ impl Conversion {
         Self { luma, black, cb, cr }
     }
 
-    /// Luma of a pixel.
+    /// Returns the luma of a pixel.
     #[inline(always)]
     pub(super) fn luma(&self, pixel: [u16; 3]) -> u8 {
         (self.black + dot(self.luma, pixel) + ROUNDER).to_bits() as u8
     }
 
-    /// Cb of pixels whose colors are summed: of their mean, which is the sum times `share`.
+    /// Returns the Cb of the mean of some pixels, which is their sum times `share`.
     #[inline(always)]
     pub(super) fn cb(&self, sum: [u16; 3], share: f32) -> u8 {
         level(dot(self.cb, sum) * share)
     }
 
-    /// Cr, likewise.
+    /// Returns the Cr of the mean of some pixels, which is their sum times `share`.
     #[inline(always)]
     pub(super) fn cr(&self, sum: [u16; 3], share: f32) -> u8 {
         level(dot(self.cr, sum) * share)
@@ -71,7 +73,7 @@ fn level(chroma: f32) -> u8 {
 mod tests {
     use super::*;
 
-    /// Straight from the definition: Y' = Kr R + Kg G + Kb B, Cb = (B − Y') / 2 (1 − Kb), Cr likewise.
+    /// Computes from the definition: Y' = Kr R + Kg G + Kb B, Cb = (B − Y') / 2 (1 − Kb), and Cr accordingly.
     fn by_definition(color: YcbcrEncoding, [r, g, b]: [u16; 3]) -> [f64; 3] {
         let (kr, kb) = if color.matrix == YcbcrMatrix::Bt601 { (0.299, 0.114) } else { (0.2126, 0.0722) };
         let [r, g, b] = [r, g, b].map(|value| f64::from(value) / 255.0);

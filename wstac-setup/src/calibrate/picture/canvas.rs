@@ -1,9 +1,9 @@
-//! A picture that is drawn on: what lies outside of it is left out.
+//! A picture to draw on; parts of a drawing outside of it are left out.
 
 /// Red, green and blue.
 pub(super) type Color = [u8; 3];
 
-/// Dots of a glyph.
+/// Dots in a glyph's width; its height follows.
 const WIDTH: usize = 5;
 const HEIGHT: usize = 7;
 /// Pixels of a glyph's dot.
@@ -12,7 +12,7 @@ const DOT: usize = 2;
 const PEN: i64 = 2;
 /// Pixels of a dash and of the gap after it.
 const DASH: usize = 8;
-/// Under text and lines: the picture's own light does not hide them.
+/// Color under text and lines, so that the picture's own light does not hide them.
 const SHADE: Color = [0, 0, 0];
 
 pub(super) struct Canvas {
@@ -35,7 +35,7 @@ impl Canvas {
         }
     }
 
-    /// A square of `side` pixels around a point.
+    /// Draws a square of `side` pixels around a point.
     fn dot(&mut self, [x, y]: [f64; 2], side: i64, color: Color) {
         let [left, top] = [x, y].map(|at| at.round() as i64 - (side - 1) / 2);
         for y in top..top + side {
@@ -49,7 +49,7 @@ impl Canvas {
         }
     }
 
-    /// Points with a shade around them.
+    /// Draws points with a shade around them.
     fn strokes(&mut self, points: &[[f64; 2]], color: Color) {
         for (side, color) in [(PEN + 2, SHADE), (PEN, color)] {
             for &point in points {
@@ -64,7 +64,7 @@ impl Canvas {
         }
     }
 
-    /// A rectangle's outline, within it.
+    /// Draws a rectangle's outline, inside the rectangle.
     pub(super) fn outline(&mut self, [x, y]: [f64; 2], [width, height]: [f64; 2], color: Color, dashed: bool) {
         let (right, bottom) = (x + width - 2.0, y + height - 2.0);
         let corners = [[x, y], [right, y], [right, bottom], [x, bottom], [x, y]];
@@ -90,7 +90,7 @@ impl Canvas {
         self.strokes(&points, color);
     }
 
-    /// Digits and commas from this point on to the right and down.
+    /// Draws digits and commas from this point to the right and down.
     pub(super) fn text(&mut self, [x, y]: [f64; 2], text: &str, color: Color) {
         for (side, color) in [(DOT as i64 + 2, SHADE), (DOT as i64, color)] {
             for (k, character) in text.chars().enumerate() {
@@ -104,14 +104,14 @@ impl Canvas {
         }
     }
 
-    /// The bytes of a PNG file.
+    /// Returns the bytes of a PNG file.
     pub(super) fn to_png(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
         let (width, height) = (self.width as u32, self.height as u32);
         let mut encoder = png::Encoder::new(&mut bytes, width, height);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
-        // Writing to memory does not fail: the header says what follows.
+        // Writing to memory does not fail: the header describes the data that follows.
         if let Ok(mut writer) = encoder.write_header() {
             let _ = writer.write_image_data(self.pixels.as_flattened());
         }
@@ -119,14 +119,16 @@ impl Canvas {
     }
 }
 
-/// Points on a line, a pixel apart.
+/// Returns points on a line, a pixel apart.
 fn along(from: [f64; 2], to: [f64; 2]) -> Vec<[f64; 2]> {
     let count = (to[0] - from[0]).hypot(to[1] - from[1]).ceil().clamp(1.0, 20_000.0);
     let point = |k: usize| [0, 1].map(|axis| from[axis] + (to[axis] - from[axis]) * k as f64 / count);
     (0..=count as usize).map(point).collect()
 }
 
-/// The dots of a digit or a comma, row by row, the leftmost dot the highest bit; of others nothing.
+/// Returns the dots of a digit or a comma, row by row, with the leftmost dot in the highest bit.
+///
+/// Other characters have no dots.
 fn glyph(character: char) -> [u8; HEIGHT] {
     match character {
         '0' => [0b01110, 0b10001, 0b10011, 0b10101, 0b11001, 0b10001, 0b01110],

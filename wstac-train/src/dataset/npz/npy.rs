@@ -1,9 +1,9 @@
-//! An array's `.npy`: what its elements are, and the header before them.
+//! An array's `.npy`: the type of its elements, and the header before them.
 
-/// Numbers as an array holds them, little-endian.
+/// Types of numbers in an array, little-endian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dtype {
-    /// True or false, a byte each.
+    /// True or false, one byte each.
     Bool,
     /// 16 bits, signed.
     Int16,
@@ -18,7 +18,7 @@ pub enum Dtype {
 }
 
 impl Dtype {
-    /// NumPy's name.
+    /// Returns NumPy's name of the type.
     fn descr(self) -> String {
         match self {
             Self::Bool => "|b1".into(),
@@ -30,7 +30,7 @@ impl Dtype {
         }
     }
 
-    /// Bytes of an element.
+    /// Returns the number of bytes of an element.
     pub(super) fn bytes(self) -> u64 {
         match self {
             Self::Bool => 1,
@@ -41,14 +41,14 @@ impl Dtype {
     }
 }
 
-/// A `.npy`'s header: what follows it starts at a multiple of 64 bytes.
+/// Returns the header of a `.npy`; the data after it starts at a multiple of 64 bytes.
 pub(super) fn header(dtype: Dtype, shape: &[usize]) -> Vec<u8> {
     let shape = match shape {
         [one] => format!("({one},)"),
         _ => format!("({})", shape.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")),
     };
     let text = format!("{{'descr': '{}', 'fortran_order': False, 'shape': {shape}, }}", dtype.descr());
-    // The text ends with a line feed; ten bytes stand before it.
+    // The text ends with a line feed; ten bytes precede it.
     let padded = (10 + text.len() + 1).next_multiple_of(64) - 10;
     let mut header = b"\x93NUMPY\x01\x00".to_vec();
     header.extend((padded as u16).to_le_bytes());

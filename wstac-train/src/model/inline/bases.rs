@@ -1,19 +1,21 @@
 //! Conditions that a Cortex-M compares in few bytes.
 //!
-//! Thumb-2 compares with a number of its own in one instruction where that is 8 bits, shifted; any other number is first built in a
-//! register, a negative one with two instructions and 8 bytes. So thresholds are compared to a few *bases* instead, numbers that stay in
-//! registers: x ≤ t is x − (t − base) ≤ base. With t − base in 8 bits that is 2 bytes to subtract and 2 to compare.
-//! The bases come from memory that the compiler is told nothing about; otherwise it would build t again.
+//! Thumb-2 compares with an immediate number in one instruction if it has 8 bits, shifted. Any other number is first
+//! built in a register, a negative one with two instructions and 8 bytes. So thresholds are compared with a few *bases*
+//! instead, numbers that stay in registers: x ≤ t is x − (t − base) ≤ base. With t − base in 8 bits that is 2 bytes to
+//! subtract and 2 to compare.
+//!
+//! The bases come from memory that the compiler cannot see into; otherwise it would build t again.
 
 use super::super::integers::Part;
 
-/// How far a base reaches: what a 2-byte subtraction takes.
+/// Reach of a base: the largest number in a 2-byte subtraction.
 const REACH: usize = 255;
-/// How far it reaches with a 4-byte one.
+/// Reach of a base with a 4-byte subtraction.
 const FAR: i32 = 4095;
-/// Fewest thresholds that a base must be worth.
+/// Smallest number of thresholds for which a base is worthwhile.
 const WORTH: u32 = 4;
-/// All int16 numbers.
+/// Number of int16 values.
 const NUMBERS: usize = 1 << 16;
 
 /// The bases of a model.
@@ -21,7 +23,7 @@ const NUMBERS: usize = 1 << 16;
 pub(super) struct Bases(pub(super) Vec<i32>);
 
 impl Bases {
-    /// At most `most` bases, each where it has most thresholds within reach that no other one has.
+    /// Selects at most `most` bases, each with the most thresholds in reach that no other base reaches.
     pub(super) fn of<'a>(trees: impl Iterator<Item = &'a Vec<Part>>, most: usize) -> Self {
         let mut counts = vec![0_u32; NUMBERS];
         for part in trees.flatten() {
@@ -39,7 +41,7 @@ impl Bases {
             }
             let near = |base: usize| base.saturating_sub(REACH)..(base + REACH + 1).min(NUMBERS);
             let worth = |base: usize| sums[near(base).end] - sums[near(base).start];
-            // Of equals the lowest, so that the same model gives the same text.
+            // Of equal candidates the lowest wins, so that the same model gives the same text.
             let Some(best) = (0..NUMBERS).rev().max_by_key(|&base| worth(base)) else { break };
             if worth(best) < WORTH {
                 break;
@@ -50,7 +52,7 @@ impl Bases {
         Self(bases)
     }
 
-    /// Whether the input is at most the threshold, or above it, as Rust.
+    /// Returns the Rust condition that the input is at most the threshold, or above it.
     pub(super) fn condition(&self, input: u16, threshold: i16, above: bool) -> String {
         let sign = if above { ">" } else { "<=" };
         let (x, threshold) = (format!("i32::from(s[{input}])"), i32::from(threshold));
@@ -67,8 +69,10 @@ impl Bases {
     }
 }
 
-/// Whether an instruction compares with a threshold as it stands; the compiler may take the next number with a strict comparison.
-/// Of negative ones it makes sums of a number that it keeps in a register, which is better left to bases.
+/// Returns `true` if one instruction compares with the threshold directly.
+///
+/// The compiler may take the next number with a strict comparison. It turns negative thresholds into sums of a number
+/// in a register; bases do this better.
 fn is_short(threshold: i32) -> bool {
     [threshold, threshold + 1].into_iter().all(|number| {
         let number = number.cast_unsigned();
@@ -88,7 +92,7 @@ mod tests {
     fn bases_are_where_thresholds_are() {
         let tree: Vec<Part> = (-4000..-3000).chain(1000..1100).chain(7000..7003).map(split).collect();
         let bases = Bases::of([&tree].into_iter(), 9).0;
-        // Every threshold but the three is within reach of one, and the next base would be worth nothing.
+        // All but three thresholds are within reach of a base, and another base would not be worthwhile.
         assert_eq!(bases.len(), 3);
         for part in &tree[..1100] {
             let Part::Split { threshold, .. } = *part else { unreachable!() };

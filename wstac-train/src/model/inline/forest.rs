@@ -1,4 +1,4 @@
-//! Forests: groups of trees vote, and between them is asked whether somebody has won already.
+//! Forests: groups of trees vote, and between the groups the code checks whether a class has already won.
 
 use std::collections::BTreeMap;
 use std::collections::BTreeSet;
@@ -10,20 +10,22 @@ use super::bases::Bases;
 use super::tree::{ATTRIBUTES, Writer, head, visits};
 use super::{chunks, classify};
 
-/// Classes whose votes share a register, a byte each.
+/// Classes whose votes share a register, with one byte each.
 const CLASSES_A_WORD: usize = 4;
-/// Most registers that votes are kept in.
+/// Largest number of registers that hold votes.
 const MOST_WORDS: usize = 3;
-/// Registers that bases and votes have together; votes in memory leave one less. With more the compiler moves them to and from memory:
-/// 100 trees of 12290 splits took 6 % more instructions and 3 % more bytes with 9.
+/// Registers for bases and votes together; votes in memory leave one register less.
+///
+/// With more, the compiler moves them to and from memory. With 9, 100 trees of 12290 splits took 6 % more instructions
+/// and 3 % more bytes.
 const REGISTERS: usize = 6;
-/// Parts that a forest is in, with a look at who leads between those of the second half.
+/// Number of parts of a forest; between those of the second half the code checks which class leads.
 const CHECKS: usize = 10;
 
-/// How votes are counted.
+/// The way votes are counted.
 struct Count {
     classes: usize,
-    /// Words of votes: one for each class, or one for four where every leaf is one vote of at most 255.
+    /// Words of votes: one for each class, or one for four if every leaf is one vote of at most 255.
     words: usize,
     unit: u32,
 }
@@ -39,12 +41,12 @@ impl Count {
         }
     }
 
-    /// Whether a word holds votes of four classes. Of one class it does not matter.
+    /// Returns `true` if a word holds votes of four classes. For one class it does not matter.
     fn is_packed(&self) -> bool {
         self.words < self.classes
     }
 
-    /// What a class's vote does.
+    /// Returns the code of a class's vote.
     fn vote(&self, class: usize) -> String {
         if self.is_packed() {
             let (word, place) = (class / CLASSES_A_WORD, 8 * (class % CLASSES_A_WORD));
@@ -54,7 +56,9 @@ impl Count {
         }
     }
 
-    /// The function that says who is first, and by how much: a line or two for every class, faster than a loop.
+    /// Returns the function that finds the leading class and its lead.
+    ///
+    /// It has a line or two for every class, which is faster than a loop.
     fn first(&self) -> String {
         let mut body = "    let (mut class, mut first, mut second) = (0, 0, 0);\n".to_owned();
         for class in 0..self.classes {
@@ -77,18 +81,18 @@ impl Count {
     }
 }
 
-/// Functions that vote, and `classify`.
+/// Returns the functions that vote, and `classify`.
 pub(super) fn body(votes: &Votes, classes: usize) -> String {
     let count = Count::of(votes, classes);
     let taken = if count.is_packed() { count.words } else { 1 };
     let bases = Bases::of(votes.trees.iter(), REGISTERS - taken);
     let entries = entries(votes, classes);
     let leaf = |leaf: u32| {
-        // Of entries it is their number, not their place, so that numbers stay small.
+        // For entries it is their number, not their position, so that numbers stay small.
         format!("{}_u32", entries.get(&leaf).map_or(leaf, |entry| classes as u32 + entry.0))
     };
     let mut writer = Writer { bases: &bases, leaf_type: "u32", leaf: &leaf, functions: String::new(), count: 0 };
-    // Short ways come first: what is left when somebody has won is the most work.
+    // Short trees come first: the remaining trees, which an early win skips, are then the most work.
     let mut trees: Vec<&Vec<Part>> = votes.trees.iter().collect();
     trees.sort_by(|a, b| visits(a).total_cmp(&visits(b)));
     let mut functions = String::new();
@@ -97,7 +101,7 @@ pub(super) fn body(votes: &Votes, classes: usize) -> String {
     let mut group = 0;
     let mut rest = &trees[..];
     while !rest.is_empty() {
-        // Before the second half nobody can have won.
+        // No class can have won before the second half.
         let to_half = rest.len().saturating_sub(trees.len() / 2);
         let (these, others) = rest.split_at(if to_half > 0 { to_half } else { check_every.min(rest.len()) });
         rest = others;
@@ -108,7 +112,7 @@ pub(super) fn body(votes: &Votes, classes: usize) -> String {
         }
         if !rest.is_empty() {
             let left = count.unit * rest.len() as u32;
-            // A tree adds one vote to a lead at most: until that can be enough, to look would be in vain.
+            // A tree adds at most one vote to a lead: a check before that can be enough is useless.
             let _ = write!(
                 answer,
                 "    if {} < reach {{\n        let (class, lead) = first(&votes);\n        \
@@ -121,7 +125,7 @@ pub(super) fn body(votes: &Votes, classes: usize) -> String {
     classify(&bases, &answer) + &count.first() + &shares(&entries, classes) + &functions + &writer.functions
 }
 
-/// A function in which some trees vote.
+/// Returns a function in which some trees vote.
 fn one_group(name: &str, trees: &[&Vec<Part>], count: &Count, writer: &mut Writer) -> String {
     let mut text = head(name, writer.bases, &format!(", votes: &mut [u32; {}]", count.words), "");
     let words: Vec<String> = (0..count.words).map(|word| format!("v{word}")).collect();
@@ -157,7 +161,7 @@ fn one_group(name: &str, trees: &[&Vec<Part>], count: &Count, writer: &mut Write
     text + "}\n"
 }
 
-/// Leaves that are not all one class's: by their words, their numbers and shares.
+/// Leaves that do not belong to a single class: by their words, their numbers and fractions.
 type Entries = BTreeMap<u32, (u32, Vec<(u16, u32)>)>;
 
 fn entries(votes: &Votes, classes: usize) -> Entries {
@@ -173,7 +177,7 @@ fn entries(votes: &Votes, classes: usize) -> Entries {
     entries
 }
 
-/// The function that adds the shares of an entry.
+/// Returns the function that adds the fractions of an entry.
 fn shares(entries: &Entries, classes: usize) -> String {
     if entries.is_empty() {
         return String::new();

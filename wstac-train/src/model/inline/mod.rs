@@ -1,7 +1,8 @@
 //! Models as Rust: a source file that an application compiles in, with a condition for every split.
 //!
-//! It answers as the model file does for every sample, in fewer instructions and more bytes: see `tree` for its shape and `bases` for
-//! its conditions. It needs nothing but `core`, and has no `unsafe`, no indices that are computed, no panics and no allocation.
+//! It answers as the model file does for every sample, in fewer instructions and more bytes. `tree` describes its shape
+//! and `bases` its conditions. It needs only `core`, and has no `unsafe`, no computed indices, no panics and no
+//! allocation.
 
 mod bases;
 mod boosted;
@@ -19,14 +20,16 @@ use super::write::{Options, boosted::sums, forest::votes};
 pub struct Source {
     /// The file's text.
     pub text: String,
-    /// How far decisions are those of the trained model, in words.
+    /// Agreement of decisions with those of the trained model, in words.
     pub exactness: String,
 }
 
-/// Rust that answers as a model does; `file` and `tool` are the trained model's file name and what trained it.
+/// Returns Rust code that answers as a model does.
+///
+/// `file` and `tool` are the trained model's file name and the tool that trained it.
 ///
 /// # Errors
-/// What of the model cannot be written, and why; linear models never can.
+/// A part of the model cannot be written; the message names it and the reason. Linear models can never be written.
 pub fn source(model: &Trained, file: &str, tool: &str, options: Options) -> Result<Source, String> {
     let classes = super::write::classes(model)?;
     let frames = frames(model.inputs)?;
@@ -67,7 +70,7 @@ pub fn source(model: &Trained, file: &str, tool: &str, options: Options) -> Resu
     Ok(Source { text, exactness })
 }
 
-/// The function that answers, around what it does; `all` are its trees.
+/// Returns the function that answers, with the body inside; `all` are its trees.
 fn classify(bases: &bases::Bases, body: &str) -> String {
     let numbers: Vec<String> = bases.0.iter().map(ToString::to_string).collect();
     format!(
@@ -80,7 +83,9 @@ fn classify(bases: &bases::Bases, body: &str) -> String {
     )
 }
 
-/// Trees as they follow each other, for functions of at most so many splits, where they do not have more alone.
+/// Splits consecutive trees into groups for functions of at most a fixed number of splits.
+///
+/// A single tree with more splits is a group of its own.
 fn chunks<'t, 'p>(trees: &'t [&'p Vec<Part>]) -> Vec<&'t [&'p Vec<Part>]> {
     const MOST_SPLITS: usize = 3000;
     let (mut chunks, mut start, mut splits) = (Vec::new(), 0, 0);

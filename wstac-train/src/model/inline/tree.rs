@@ -1,32 +1,33 @@
 //! One tree as Rust: a block that is left with the leaf.
 //!
-//! Of a split's two subtrees the smaller one is nested and the larger one follows, so that even a chain of 65 535 splits is nested at
-//! most 16 deep; what is left of a large tree goes on in a function of its own, so that no function is too long to compile.
+//! The smaller of a split's two subtrees is nested and the larger one follows. So even a chain of 65 535 splits is
+//! nested at most 16 deep. The rest of a large tree continues in a function of its own, so that no function is too long
+//! to compile.
 
 use std::fmt::Write;
 
 use super::super::integers::Part;
 use super::bases::Bases;
 
-/// Splits after which the rest of a tree goes on in another function.
+/// Number of splits after which the rest of a tree continues in another function.
 const MOST_SPLITS: u32 = 1000;
 
-/// What trees are written with.
+/// The state with which trees are written.
 pub(super) struct Writer<'a> {
-    /// What thresholds are compared with.
+    /// The bases with which thresholds are compared.
     pub(super) bases: &'a Bases,
     /// The type of a leaf.
     pub(super) leaf_type: &'a str,
     /// A leaf's word as Rust.
     pub(super) leaf: &'a dyn Fn(u32) -> String,
-    /// Functions that trees go on in.
+    /// Functions in which trees continue.
     pub(super) functions: String,
-    /// How many of them.
+    /// Number of these functions.
     pub(super) count: usize,
 }
 
 impl Writer<'_> {
-    /// A tree as an expression, its leaf; the lines after the first start with `indent`.
+    /// Returns a tree as an expression whose value is its leaf; the lines after the first start with `indent`.
     pub(super) fn tree(&mut self, tree: &[Part], indent: usize) -> String {
         if let [Part::Leaf(leaf)] = *tree {
             return (self.leaf)(leaf);
@@ -45,7 +46,7 @@ impl Writer<'_> {
         text
     }
 
-    /// From a node on, always into the larger subtree, to a leaf.
+    /// Writes the path from a node, always into the larger subtree, to a leaf.
     fn path(
         &mut self,
         text: &mut String,
@@ -87,7 +88,7 @@ impl Writer<'_> {
         }
     }
 
-    /// A call of the function in which a tree goes on at a node.
+    /// Returns a call of the function in which a tree continues at a node.
     fn call(&mut self, node: u32, waiting: &mut Vec<(usize, u32)>) -> String {
         let number = self.count;
         self.count += 1;
@@ -96,7 +97,7 @@ impl Writer<'_> {
     }
 }
 
-/// A function's start, up to the bases in variables.
+/// Returns the start of a function, up to the bases in variables.
 pub(super) fn head(name: &str, bases: &Bases, more: &str, gives: &str) -> String {
     let names: Vec<String> = (0..bases.0.len()).map(|number| format!("b{number}")).collect();
     format!(
@@ -106,11 +107,12 @@ pub(super) fn head(name: &str, bases: &Bases, more: &str, gives: &str) -> String
     )
 }
 
-/// What functions are marked with: the same text for every version of rustfmt and clippy, and bases that nothing uses are no fault.
+/// Attributes of functions: rustfmt and clippy of every version leave the text alone, and unused bases cause no
+/// warning.
 pub(super) const ATTRIBUTES: &str =
     "#[rustfmt::skip]\n#[allow(unused, clippy::all, clippy::pedantic)]\n#[inline(never)]\n";
 
-/// Splits of a tree that a sample visits where both ways are as likely.
+/// Returns the mean number of splits that a sample visits if both directions are equally likely.
 pub(super) fn visits(tree: &[Part]) -> f64 {
     let mut chances = vec![0.0; tree.len()];
     let mut visits = 0.0;
@@ -125,12 +127,12 @@ pub(super) fn visits(tree: &[Part]) -> f64 {
     visits
 }
 
-/// How many splits a tree has.
+/// Returns the number of splits in a tree.
 pub(super) fn splits(tree: &[Part]) -> usize {
     tree.len() / 2
 }
 
-/// How many splits there are from every node on. Parents are before their children.
+/// Returns the number of splits from every node on. Parents precede their children.
 fn sizes(tree: &[Part]) -> Vec<u32> {
     let mut sizes = vec![0; tree.len()];
     for (number, part) in tree.iter().enumerate().rev() {

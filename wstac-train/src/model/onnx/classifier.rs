@@ -1,4 +1,4 @@
-//! `TreeEnsembleClassifier`, as a forest.
+//! `TreeEnsembleClassifier`, read as a forest.
 
 use std::collections::HashMap;
 
@@ -9,10 +9,10 @@ use super::trees::{Leaf, split, votes};
 use super::{Read, attribute, integers, labels, numbers, post_transform};
 use crate::model::trained::{Kind, MOST_NODES, Node, Tree};
 
-/// What to do with trees that are no forest.
+/// Advice for trees that are not a forest.
 const BOOSTED: &str = "of boosted trees import what XGBoost's save_model writes, which is exact";
 
-/// A forest of `TreeEnsembleClassifier`.
+/// Reads a forest from `TreeEnsembleClassifier`.
 pub(super) fn read(node: &OnnxNode, before: &Before) -> Result<Read, String> {
     let wrong = |why: String| format!("TreeEnsembleClassifier: {why}");
     let labels = labels(node, "classlabels_int64s")?;
@@ -32,9 +32,9 @@ pub(super) fn read(node: &OnnxNode, before: &Before) -> Result<Read, String> {
 
 struct Ensemble {
     trees: Vec<Tree<Leaf>>,
-    /// Number of a tree and number of a node of it, by their names in the file.
+    /// Numbers of a tree and of a node in it, by their names in the file.
     places: HashMap<(i64, i64), (usize, usize)>,
-    /// Whether weights are of the second of two classes only.
+    /// `true` if weights are only those of the second of two classes.
     single: bool,
 }
 
@@ -89,7 +89,7 @@ impl Ensemble {
         Ok(ensemble)
     }
 
-    /// Gives leaves their weights of classes.
+    /// Gives the leaves their weights of classes.
     fn weights(&mut self, node: &OnnxNode, labels: usize) -> Result<(), String> {
         let lists = ["class_treeids", "class_nodeids", "class_ids"];
         let [trees, names, classes] = lists.map(|list| integers(node, list));
@@ -98,7 +98,7 @@ impl Ensemble {
         if lengths.iter().any(|&length| length != trees.len()) {
             return Err(format!("lists of {lengths:?} weights, expected {} in each", trees.len()));
         }
-        // With weights of one class only, they are of the second of two, above one half.
+        // Weights of a single class belong to the second of two, which wins above one half.
         self.single = labels == 2 && classes.windows(2).all(|two| two[0] == two[1]);
         for at in 0..trees.len() {
             let (tree, name) = (trees[at], names[at]);

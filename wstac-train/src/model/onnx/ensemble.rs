@@ -1,7 +1,7 @@
-//! `TreeEnsemble`, of version 5 of ONNX's machine learning operators: a forest, or trees that add up to scores.
+//! `TreeEnsemble`, from version 5 of ONNX's machine learning operators: a forest, or trees that add up to scores.
 //!
-//! Its leaves have a weight of one class each, so a forest of soft votes has a tree for each class, or leaves of one class
-//! only.
+//! Each of its leaves has a weight of one class. So a forest of soft votes has a tree for each class, or only leaves of
+//! one class.
 
 use super::path::{Answer, Before};
 use super::proto::Node as OnnxNode;
@@ -17,7 +17,7 @@ const SUM: i64 = 1;
 const NONE: i64 = 0;
 const SOFTMAX: i64 = 1;
 
-/// Trees of `TreeEnsemble`.
+/// Reads the trees of `TreeEnsemble`.
 pub(super) fn read(node: &OnnxNode, before: &Before) -> Result<Read, String> {
     let wrong = |why: String| format!("TreeEnsemble: {why}");
     let number = |name, default| attribute(node, name).and_then(|found| found.integer).unwrap_or(default);
@@ -35,7 +35,7 @@ pub(super) fn read(node: &OnnxNode, before: &Before) -> Result<Read, String> {
     let trees = Lists::read(node).and_then(|lists| lists.trees(classes, &before.scalers)).map_err(wrong)?;
     let inputs = before.width.ok_or("the ONNX input's shape does not say how many inputs there are, expected 700")?;
     let answer = Answer::Scores(classes);
-    // Leaves that all weigh the same are votes as they are; others may be parts of votes.
+    // Leaves that all weigh the same are complete votes; others may be parts of votes.
     let mut single = trees.clone();
     if votes(&mut single, false).is_ok() {
         return Ok(Read { inputs, kind: Kind::Forest(single), answer });
@@ -56,7 +56,7 @@ struct Lists<'m> {
     modes: &'m [i64],
     inputs: &'m [i64],
     thresholds: Vec<f64>,
-    /// Where the comparison is true, and where it is false: the child, and whether it is a leaf.
+    /// Children for a true and for a false comparison: the number of the child, and whether it is a leaf.
     children: [(&'m [i64], &'m [i64]); 2],
     classes: &'m [i64],
     weights: Vec<f64>,
@@ -104,7 +104,7 @@ impl<'m> Lists<'m> {
         Ok(trees)
     }
 
-    /// The tree of a root.
+    /// Builds the tree of a root.
     fn tree(
         &self,
         root: i64,
@@ -114,7 +114,7 @@ impl<'m> Lists<'m> {
         left: &mut usize,
     ) -> Result<Tree<Leaf>, String> {
         let mut nodes = vec![Node::Leaf(Vec::new())];
-        // What is to come, and where it goes.
+        // The remaining nodes, and the positions of their numbers.
         let mut waiting = vec![(Child::Node(root), 0)];
         while let Some((child, place)) = waiting.pop() {
             *left = left.checked_sub(1).ok_or_else(|| format!("more than {MOST_NODES} nodes"))?;
@@ -152,7 +152,7 @@ impl<'m> Lists<'m> {
         Ok(Tree { nodes })
     }
 
-    /// The class of a leaf, and its weight.
+    /// Returns the class of a leaf, and its weight.
     fn leaf(&self, number: i64, classes: usize) -> Result<(u16, f64), String> {
         let at = usize::try_from(number).ok().filter(|&at| at < self.weights.len());
         let at = at.ok_or_else(|| format!("leaf {number}, expected one of {}", self.weights.len()))?;

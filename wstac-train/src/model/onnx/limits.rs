@@ -1,14 +1,14 @@
-//! Refuses ONNX files with more parts than a model has, before they are decoded.
+//! Rejects ONNX files with more parts than a model has, before they are decoded.
 //!
 //! An empty part takes two bytes of a file, and up to a hundred times that in memory.
 
 use crate::model::trained::MOST_NODES as MOST_TEXTS;
 
-/// How many parts of one kind a message may have.
+/// The largest number of parts of one kind in a message.
 struct Limit {
     /// The field that holds a part.
     field: usize,
-    /// What the parts are called.
+    /// The name of the parts.
     name: &'static str,
     most: usize,
     /// Limits within a part.
@@ -21,7 +21,7 @@ impl Limit {
     }
 }
 
-/// Most steps, constants, inputs or outputs of a model.
+/// Largest number of steps, constants, inputs or outputs in a model.
 const MOST_NODES: usize = 20_000;
 const MOST_NAMES: usize = 65_536;
 const TENSOR: &[Limit] =
@@ -45,15 +45,15 @@ const GRAPH: &[Limit] = &[
 ];
 const MODEL: &[Limit] = &[Limit::new(7, "graph", 1, GRAPH)];
 
-/// Most parts of a whole model that have parts themselves, and most texts and names.
+/// Largest number of parts that have parts themselves, in a whole model; `MOST_TEXTS` limits texts and names.
 const MOST_PARTS: usize = 100_000;
 
-/// Refuses a model with more parts than these.
+/// Rejects a model with more parts than these.
 pub(super) fn check(model: &[u8]) -> Result<(), String> {
     check_message(model, MODEL, &mut [MOST_PARTS, MOST_TEXTS])
 }
 
-/// Checks one message; `left` is how many parts with parts, and how many without, a model may have beside those before.
+/// Checks one message; `left` holds the remaining permitted numbers of parts with parts, and of parts without.
 fn check_message(mut rest: &[u8], limits: &[Limit], left: &mut [usize; 2]) -> Result<(), String> {
     let mut counts = [0; 4];
     while !rest.is_empty() {
@@ -95,7 +95,7 @@ fn number(rest: &mut &[u8]) -> Result<usize, String> {
 mod tests {
     use super::*;
 
-    /// A field of bytes.
+    /// Encodes a field of bytes.
     fn field(number: u8, bytes: &[u8]) -> Vec<u8> {
         let mut field = vec![number << 3 | 2];
         prost::encode_length_delimiter(bytes.len(), &mut field).unwrap();
@@ -105,7 +105,7 @@ mod tests {
 
     #[test]
     fn as_many_parts_as_there_may_be_and_one_more() {
-        // From the model down to the part that is repeated, by fields.
+        // Fields on the path from the model down to the repeated part.
         for (way, most, name) in [
             (&[7][..], 1, "graph"),
             (&[7, 1], 20_000, "nodes"),
@@ -116,7 +116,7 @@ mod tests {
             (&[7, 11, 2, 1, 2, 1], 64, "dimensions of a shape"),
         ] {
             let (last, above) = way.split_last().unwrap();
-            // Texts are any bytes, here some that are no message.
+            // Texts are any bytes; these are not a message.
             let part: &[u8] = if matches!(last, 6) { b"\xFF" } else { &[] };
             let model =
                 |count| above.iter().rfold(field(*last, part).repeat(count), |part, above| field(*above, &part));
@@ -127,7 +127,7 @@ mod tests {
 
     #[test]
     fn all_parts_together_are_limited_too() {
-        // A graph of 200 nodes, of 499 attributes each: with the graph, one part more than there may be without the last.
+        // A graph of 200 nodes with 499 attributes each: with the graph, one part more than permitted without the last.
         let node = field(1, &field(5, &[]).repeat(499));
         let graph = |nodes: usize| field(7, &node.repeat(nodes));
         assert_eq!(check(&graph(199)), Ok(()));

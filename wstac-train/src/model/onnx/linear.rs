@@ -1,4 +1,4 @@
-//! `LinearClassifier` and `SVMClassifier` of a linear kernel, as weighted sums.
+//! `LinearClassifier`, and `SVMClassifier` with a linear kernel, as weighted sums.
 
 use super::path::{Answer, Before};
 use super::proto::Node;
@@ -6,7 +6,7 @@ use super::scaler::fold;
 use super::{Read, attribute, floats, integers, labels, post_transform};
 use crate::model::trained::{Kind, Linear, Row, frames};
 
-/// Weighted sums of `LinearClassifier`.
+/// Reads the weighted sums of `LinearClassifier`.
 pub(super) fn classifier(node: &Node, before: &Before) -> Result<Read, String> {
     let labels = labels(node, "classlabels_ints")?;
     let transform = post_transform(node);
@@ -41,7 +41,7 @@ pub(super) fn classifier(node: &Node, before: &Before) -> Result<Read, String> {
         })
         .collect();
     if let [first, second] = &mut rows[..] {
-        // Of two classes, one sum is enough: the second where it is above that of the first.
+        // For two classes one sum is enough: the second class wins if its sum is above that of the first.
         second.weights.iter_mut().zip(&first.weights).for_each(|(second, first)| *second -= first);
         second.bias -= first.bias;
         rows.remove(0);
@@ -50,7 +50,9 @@ pub(super) fn classifier(node: &Node, before: &Before) -> Result<Read, String> {
     Ok(Read { inputs, kind: Kind::Linear(Linear { pairs: false, rows }), answer: Answer::Label(labels) })
 }
 
-/// How many rows coefficients are in where no intercepts tell: of two classes it may be one, of the second class, or two.
+/// Returns the number of rows of coefficients if no intercepts show it.
+///
+/// For two classes it may be one, of the second class, or two.
 fn rows_without_intercepts(coefficients: usize, classes: usize, width: Option<usize>) -> Result<usize, String> {
     let possible: Vec<usize> = [1, classes]
         .into_iter()
@@ -71,7 +73,7 @@ fn rows_without_intercepts(coefficients: usize, classes: usize, width: Option<us
     }
 }
 
-/// Weighted sums of `SVMClassifier`: each pair of classes has its own, of the support vectors of both.
+/// Reads the weighted sums of `SVMClassifier`: each pair of classes has its own, from the support vectors of both.
 pub(super) fn svm(node: &Node, before: &Before) -> Result<Read, String> {
     let labels = labels(node, "classlabels_ints")?;
     let classes = labels.len();
@@ -101,7 +103,7 @@ pub(super) fn svm(node: &Node, before: &Before) -> Result<Read, String> {
         ));
     }
     let inputs = vectors.len() / count;
-    // There may be many pairs: what inputs they are of must not be too many.
+    // There may be many pairs, so the number of inputs must be limited.
     frames(inputs)?;
     let starts: Vec<usize> = counts
         .iter()
@@ -114,7 +116,7 @@ pub(super) fn svm(node: &Node, before: &Before) -> Result<Read, String> {
     for first in 0..classes {
         for second in first + 1..classes {
             let mut row = Row { weights: vec![0.0; inputs], bias: f64::from(rho[rows.len()]) };
-            // libsvm keeps a vector's coefficients against the other classes in rows, its own class left out.
+            // libsvm keeps a vector's coefficients against the other classes in rows, without its own class.
             for (class, line) in [(first, second - 1), (second, first)] {
                 for vector in starts[class]..starts[class] + counts[class] {
                     let coefficient = f64::from(coefficients[line * count + vector]);

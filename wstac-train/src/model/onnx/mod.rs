@@ -1,7 +1,7 @@
-//! Models in ONNX, as skl2onnx writes them for scikit-learn, and others in the same operators.
+//! Models in ONNX, as skl2onnx writes them for scikit-learn, and from other programs with the same operators.
 //!
-//! [`limits`], [`proto`] and [`tensor`] read the file, [`path`] finds what stands before and after the one classifier, and the others
-//! read classifiers.
+//! [`limits`], [`proto`] and [`tensor`] read the file, [`path`] finds the operators before and after the one
+//! classifier, and the others read classifiers.
 
 mod classifier;
 mod ensemble;
@@ -25,14 +25,14 @@ use super::trained::{Kind, Trained, guess_task};
 const CLASSIFIERS: [&str; 4] = ["TreeEnsembleClassifier", "TreeEnsemble", "LinearClassifier", "SVMClassifier"];
 const UNDERSTOOD: &str = "Cast, Identity, Scaler, TreeEnsembleClassifier, TreeEnsemble with ArgMax, LinearClassifier, SVMClassifier (linear kernel), and for labels LabelEncoder, ArrayFeatureExtractor and Gather";
 
-/// What of a classifier is read.
+/// The part of a classifier that is read.
 struct Read {
     inputs: usize,
     kind: Kind,
     answer: Answer,
 }
 
-/// The model in a file, with the labels given, or with its own; and what trained it.
+/// Reads the model in a file, with the labels given or its own; also returns the tool that trained it.
 pub(super) fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained, String), String> {
     let unknown = |why| format!("expected JSON or UBJSON of XGBoost, or ONNX; as ONNX it {why}");
     let model = proto::model(bytes).map_err(unknown)?;
@@ -78,14 +78,14 @@ fn attribute<'m>(node: &'m Node, name: &str) -> Option<&'m Attribute> {
     node.attributes.iter().find(|attribute| attribute.name == name)
 }
 
-/// A list of floats; all of them must be finite.
+/// Returns a list of floats; all of them must be finite.
 fn floats<'m>(node: &'m Node, name: &str) -> Result<&'m [f32], String> {
     let list = attribute(node, name).map_or(&[][..], |attribute| &attribute.floats);
     finite(node, name, list.iter().map(|&number| f64::from(number)))?;
     Ok(list)
 }
 
-/// A list of numbers, of floats or a tensor of floats or doubles; all of them must be finite.
+/// Returns a list of numbers, either floats or a tensor of floats or doubles; all of them must be finite.
 fn numbers(node: &Node, name: &str) -> Result<Vec<f64>, String> {
     let tensor = [name.to_owned(), format!("{name}_as_tensor")]
         .iter()
@@ -103,7 +103,7 @@ fn numbers(node: &Node, name: &str) -> Result<Vec<f64>, String> {
 }
 
 fn finite(node: &Node, name: &str, mut list: impl Iterator<Item = f64>) -> Result<(), String> {
-    // Where the list says so, the number itself is worth more than its place only.
+    // The message names the number as well as its position, which helps more than the position alone.
     match list.by_ref().enumerate().find(|(_, number)| !number.is_finite()) {
         Some((at, number)) => Err(format!("{}: {name}[{at}] is {number}, expected a finite number", node.kind)),
         None => Ok(()),
@@ -114,7 +114,7 @@ fn integers<'m>(node: &'m Node, name: &str) -> &'m [i64] {
     attribute(node, name).map_or(&[], |attribute| &attribute.integers)
 }
 
-/// Labels, text or integers.
+/// Returns the labels, text or integers.
 fn labels(node: &Node, integer_names: &str) -> Result<Vec<String>, String> {
     let texts = attribute(node, "classlabels_strings").map_or(&[][..], |attribute| &attribute.texts);
     let numbers = integers(node, integer_names);
@@ -129,7 +129,7 @@ fn labels(node: &Node, integer_names: &str) -> Result<Vec<String>, String> {
     texts.iter().map(text).collect::<Result<_, _>>().map_err(|_| format!("{}: a label is not UTF-8", node.kind))
 }
 
-/// What is done to scores in the end.
+/// Returns the operation on the final scores.
 fn post_transform(node: &Node) -> String {
     let text = attribute(node, "post_transform").and_then(|attribute| attribute.text.as_deref()).unwrap_or(b"NONE");
     String::from_utf8_lossy(text).into_owned()

@@ -1,32 +1,32 @@
-//! The way through a graph that the label takes: from the input to the classifier, and from its answer to an output.
+//! The path of the label through a graph: from the input to the classifier, and from its answer to an output.
 //!
-//! What becomes of scores and probabilities beside it does not matter. What is on the way and not understood is refused by
-//! its name.
+//! Operations on scores and probabilities off this path do not matter. An operator on the path that is not understood
+//! is rejected by its name.
 
 use super::proto::{Model, Node};
 use super::tensor::{DOUBLE, FLOAT, STRING, Tensor};
 use super::{Scaler, UNDERSTOOD, attribute, floats};
 
-/// ONNX's number of the type of truths.
+/// ONNX's number of the boolean type.
 const BOOL: i64 = 9;
 
-/// What stands before the classifier.
+/// The operators before the classifier.
 pub(super) struct Before {
-    /// The last dimension of the input, where it is stated.
+    /// The last dimension of the input, if it is stated.
     pub(super) width: Option<usize>,
-    /// Scalers in their order.
+    /// Scalers, in their order.
     pub(super) scalers: Vec<Scaler>,
 }
 
-/// What a classifier gives first.
+/// The first output of a classifier.
 pub(super) enum Answer {
     /// The label, one of these.
     Label(Vec<String>),
-    /// A score for each of so many classes.
+    /// A score for each class, and the number of classes.
     Scores(usize),
 }
 
-/// Backwards from the classifier to the input.
+/// Follows the path backwards from the classifier to the input.
 pub(super) fn before(model: &Model, classifier: &Node) -> Result<Before, String> {
     let mut scalers = Vec::new();
     let mut name = classifier.inputs.first().ok_or("the ONNX classifier has no input")?;
@@ -48,7 +48,7 @@ pub(super) fn before(model: &Model, classifier: &Node) -> Result<Before, String>
         let before = before.ok_or_else(|| format!("ONNX input {name} comes from nowhere"))?;
         match before.kind.as_str() {
             "Identity" => {}
-            // Other types lose something of the input.
+            // Other types lose a part of the input.
             "Cast" if to(before).and_then(|to| u64::try_from(to).ok()) == Some(DOUBLE) && !scalers.is_empty() => {
                 return Err("ONNX node Cast to double (11) before a Scaler, expected float (1)".into());
             }
@@ -67,7 +67,7 @@ pub(super) fn before(model: &Model, classifier: &Node) -> Result<Before, String>
     Err("the ONNX graph goes in a circle".into())
 }
 
-/// Forwards from the classifier to an output; the labels that come out for its classes.
+/// Follows the path forwards from the classifier to an output, and returns the resulting labels of its classes.
 pub(super) fn labels(model: &Model, classifier: &Node, answer: Answer) -> Result<Vec<String>, String> {
     let mut name = classifier.outputs.first().ok_or("the ONNX classifier has no output")?;
     let mut labels = match answer {
@@ -97,7 +97,7 @@ pub(super) fn labels(model: &Model, classifier: &Node, answer: Answer) -> Result
     Err("the ONNX graph goes in a circle after the classifier".into())
 }
 
-/// Where the number of the highest score comes out.
+/// Finds the output that holds the number of the highest score.
 fn highest<'m>(model: &'m Model, scores: &'m String) -> Result<&'m String, String> {
     let mut name = scores;
     for _ in 0..=model.nodes.len() {
@@ -109,8 +109,8 @@ fn highest<'m>(model: &'m Model, scores: &'m String) -> Result<&'m String, Strin
             }
             return node.outputs.first().ok_or_else(|| "an ONNX node has no output".into());
         }
-        // These keep the order of scores; of others only the one that is not understood is of interest.
-        // A Softmax does over the classes of a sample, not over samples.
+        // These keep the order of scores; of other operators only the unknown one is of interest. A Softmax does over
+        // the classes of a sample, but not over samples.
         let axis = |node: &Node| attribute(node, "axis").and_then(|found| found.integer).unwrap_or(-1);
         let keeps = |node: &&Node| node.kind == "Identity" || node.kind == "Softmax" && matches!(axis(node), 1 | -1);
         match (next.clone().find(keeps), next.next()) {
@@ -129,7 +129,7 @@ fn highest<'m>(model: &'m Model, scores: &'m String) -> Result<&'m String, Strin
     Err("the ONNX graph goes in a circle after the classifier".into())
 }
 
-/// Labels of a constant list, which those before are places in.
+/// Returns labels of a constant list in which the given labels are positions.
 fn picked(model: &Model, node: &Node, name: &String, labels: &[String]) -> Result<Vec<String>, String> {
     let kind = &node.kind;
     let (Some(list), Some(index)) = (node.inputs.first(), node.inputs.get(1)) else {
@@ -146,7 +146,7 @@ fn picked(model: &Model, node: &Node, name: &String, labels: &[String]) -> Resul
     })
 }
 
-/// Labels of those before.
+/// Returns the encoded labels for the given ones.
 fn encoded(node: &Node, labels: &[String]) -> Result<Vec<String>, String> {
     let list = |names: [&str; 3]| {
         names.iter().find_map(|name| attribute(node, name)).map(|attribute| {
@@ -167,14 +167,14 @@ fn encoded(node: &Node, labels: &[String]) -> Result<Vec<String>, String> {
     all.ok_or_else(|| format!("LabelEncoder: {} keys, expected one for each of {} classes", keys.len(), labels.len()))
 }
 
-/// A constant by its name.
+/// Finds a constant by its name.
 fn constant<'m>(model: &'m Model, name: &String) -> Option<&'m Tensor> {
     let node = || model.nodes.iter().find(|node| node.kind == "Constant" && node.outputs.contains(name));
     let listed = model.constants.iter().find(|constant| constant.0 == *name).map(|constant| &constant.1);
     listed.or_else(|| node().and_then(|node| attribute(node, "value")).and_then(|value| value.tensor.as_ref()))
 }
 
-/// A list of labels.
+/// Returns a list of labels.
 fn texts(tensor: &Tensor) -> Vec<String> {
     match tensor.kind {
         STRING => tensor.texts.iter().map(|text| String::from_utf8_lossy(text).into_owned()).collect(),
@@ -187,7 +187,7 @@ fn is_real(kind: u64) -> bool {
     matches!(kind, FLOAT | DOUBLE)
 }
 
-/// The type that a `Cast` makes.
+/// Returns the type that a `Cast` produces.
 fn to(cast: &Node) -> Option<i64> {
     attribute(cast, "to").and_then(|to| to.integer)
 }

@@ -1,4 +1,4 @@
-//! As much of ONNX as models need: nodes with their attributes, constants, inputs and outputs.
+//! The parts of ONNX that models need: nodes with their attributes, constants, inputs and outputs.
 //!
 //! `messages.rs` is written by `ci/protobuf`.
 
@@ -8,7 +8,7 @@ use super::limits;
 use super::messages::{AttributeProto, ModelProto, NodeProto, ValueInfoProto};
 use super::tensor::Tensor;
 
-/// A model, as far as it is read.
+/// The parts of a model that are read.
 #[derive(Debug)]
 pub(super) struct Model {
     pub(super) producer: String,
@@ -38,7 +38,7 @@ pub(super) struct Node {
     pub(super) attributes: Vec<Attribute>,
 }
 
-/// How a step does what it does.
+/// An attribute of a step.
 #[derive(Debug)]
 pub(super) struct Attribute {
     pub(super) name: String,

@@ -1,23 +1,23 @@
-//! What is done to inputs before the classifier: (x − offset) · scale, in float32.
+//! Scaling of inputs before the classifier: (x − offset) · scale, in float32.
 
 use crate::model::trained::Row;
 
-/// Units of a feature.
+/// Units in a feature value of 1.
 const ONE: f64 = 2048.0;
 
-/// Offsets and scales; a list of one is for all inputs, none changes nothing.
+/// Offsets and scales; a list of one is for all inputs, and an empty list changes no input.
 pub(super) struct Scaler {
     offset: Vec<f32>,
     scale: Vec<f32>,
 }
 
 impl Scaler {
-    /// Offsets and scales.
+    /// Creates a scaler from offsets and scales.
     pub(super) fn new(offset: &[f32], scale: &[f32]) -> Self {
         Self { offset: offset.to_vec(), scale: scale.to_vec() }
     }
 
-    /// Refuses lists that are neither of one number nor of one for each input.
+    /// Rejects lists that hold neither one number nor one for each input.
     pub(super) fn check(&self, inputs: usize) -> Result<(), String> {
         for (name, list) in [("offset", &self.offset), ("scale", &self.scale)] {
             if ![0, 1, inputs].contains(&list.len()) {
@@ -27,7 +27,7 @@ impl Scaler {
         Ok(())
     }
 
-    /// Offset and scale of an input.
+    /// Returns the offset and scale of an input.
     fn of(&self, input: usize) -> Result<(f32, f32), String> {
         let get = |list: &[f32], none: f32| match list {
             [] => Some(none),
@@ -39,7 +39,7 @@ impl Scaler {
     }
 }
 
-/// Weights of unscaled inputs.
+/// Converts rows to weights of unscaled inputs.
 pub(super) fn fold(rows: &mut [Row], scalers: &[Scaler]) -> Result<(), String> {
     for scaler in scalers.iter().rev() {
         for row in &mut *rows {
@@ -53,8 +53,9 @@ pub(super) fn fold(rows: &mut [Row], scalers: &[Scaler]) -> Result<(), String> {
     Ok(())
 }
 
-/// The threshold of an unscaled input that decides, as at most it or above it, for every integer as the scaled one does in
-/// float32, as ONNX computes.
+/// Returns the threshold of an unscaled input that decides for every integer as the scaled one does.
+///
+/// The result is "at most" or "above" the threshold. The scaled comparison is in float32, as ONNX computes it.
 pub(super) fn unscaled(threshold: f64, strict: bool, input: usize, scalers: &[Scaler]) -> Result<f64, String> {
     let steps: Vec<(f32, f32)> = scalers.iter().map(|scaler| scaler.of(input)).collect::<Result<_, _>>()?;
     if let Some((_, scale)) = steps.iter().find(|step| step.1 <= 0.0) {
@@ -65,7 +66,7 @@ pub(super) fn unscaled(threshold: f64, strict: bool, input: usize, scalers: &[Sc
         let scaled = f64::from(scaled);
         if strict { scaled < threshold } else { scaled <= threshold }
     };
-    // Left is a range from the lowest on, as scales are above 0.
+    // The left side is a range from the lowest integer on, because scales are above 0.
     let (mut from, mut to) = (i32::from(i16::MIN), i32::from(i16::MAX) + 1);
     while from < to {
         // Rounded down, unlike i32::midpoint: otherwise a range of two negative numbers would never end.

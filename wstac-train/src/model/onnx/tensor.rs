@@ -1,8 +1,8 @@
-//! Tensors in ONNX: numbers and texts of a constant, flat; shapes do not matter to models.
+//! Tensors in ONNX: numbers and texts of a constant, flat; their shapes do not matter to models.
 
 use super::messages::TensorProto;
 
-/// What a constant holds; of the three lists, the one of its type.
+/// The values of a constant: of the three lists, the one of its type is used.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tensor {
     /// ONNX's number of its type: 1 is float, 2 uint8, 7 int64, 8 string, 11 double.
@@ -30,7 +30,7 @@ impl Tensor {
         let kind = message.data_type() as u64;
         let (name, raw) = (message.name.unwrap_or_default(), message.raw_data.unwrap_or_default());
         let raw = raw.as_slice();
-        // Of the lists of floats, and of those of integers, each type uses one.
+        // Each type uses one of the lists of floats and one of those of integers.
         let mut tensor =
             Self { kind, floats: message.double_data, integers: message.int64_data, texts: message.string_data };
         tensor.floats.extend(message.float_data.into_iter().map(f64::from));
@@ -43,25 +43,25 @@ impl Tensor {
             INT32 => tensor.integers.extend(whole::<4>(raw)?.iter().map(|bytes| i64::from(i32::from_le_bytes(*bytes)))),
             INT64 => tensor.integers.extend(whole::<8>(raw)?.iter().map(|bytes| i64::from_le_bytes(*bytes))),
             STRING => {}
-            // Constants of other types are none that a model needs.
+            // Models need no constants of other types.
             _ => return Ok((name, Self { kind: tensor.kind, ..Self::default() })),
         }
         Ok((name, tensor))
     }
 }
 
-/// Numbers of `N` bytes each.
+/// Splits bytes into numbers of `N` bytes each.
 fn whole<const N: usize>(bytes: &[u8]) -> Result<&[[u8; N]], String> {
     let (whole, rest) = bytes.as_chunks();
     if rest.is_empty() { Ok(whole) } else { Err("has a list of numbers that ends inside one".into()) }
 }
 
-/// A packed list of float32.
+/// Iterates over a packed list of float32.
 fn singles(bytes: &[u8]) -> Result<impl Iterator<Item = f64>, String> {
     Ok(whole(bytes)?.iter().map(|bytes| f64::from(f32::from_le_bytes(*bytes))))
 }
 
-/// A packed list of float64.
+/// Iterates over a packed list of float64.
 fn doubles(bytes: &[u8]) -> Result<impl Iterator<Item = f64>, String> {
     Ok(whole(bytes)?.iter().map(|bytes| f64::from_le_bytes(*bytes)))
 }

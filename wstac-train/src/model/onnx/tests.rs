@@ -1,7 +1,7 @@
 use super::*;
 use crate::model::write::{Options, write};
 
-/// A field of bytes.
+/// Encodes a field of bytes.
 fn field(number: u8, bytes: &[u8]) -> Vec<u8> {
     let mut field = vec![number << 3 | 2];
     let mut length = bytes.len();
@@ -19,7 +19,7 @@ fn attribute_of(name: &str, more: &[Vec<u8>]) -> Vec<u8> {
 }
 
 fn floats_of(name: &str, floats: &[f32]) -> Vec<u8> {
-    // One number alone, the others packed.
+    // The first number is alone, the others are packed.
     let (first, rest) = floats.split_first().unwrap();
     let packed: Vec<u8> = rest.iter().flat_map(|float| float.to_le_bytes()).collect();
     attribute_of(name, &[[&[7 << 3 | 5][..], &first.to_le_bytes()].concat(), field(7, &packed)])
@@ -42,7 +42,7 @@ fn model(nodes: &[Vec<u8>]) -> Vec<u8> {
     model_of(nodes, &[1 << 3, 0xBC, 5])
 }
 
-/// A model whose input's last dimension is `width`: a field of a number, or nothing.
+/// Encodes a model whose input's last dimension is `width`: a field of a number, or empty.
 fn model_of(nodes: &[Vec<u8>], width: &[u8]) -> Vec<u8> {
     let shape = field(2, &[field(1, &[]), field(1, width)].concat());
     let input = field(11, &[field(1, b"X"), field(2, &field(1, &shape))].concat());
@@ -71,13 +71,14 @@ fn number_of(name: &str, number: u8) -> Vec<u8> {
     attribute_of(name, &[vec![3 << 3, number]])
 }
 
-/// A tensor in an attribute: of type 1, floats, or 2, bytes, both raw.
+/// Encodes a tensor in an attribute: type 1 is floats, type 2 is bytes, both raw.
 fn tensor_of(name: &str, kind: u8, raw: &[u8]) -> Vec<u8> {
     attribute_of(name, &[field(5, &[vec![2 << 3, kind], field(9, raw)].concat())])
 }
 
-/// Two trees of `TreeEnsemble` for three classes: one split of feature 1 of frame 1 at −1, and a leaf of class 2 and
-/// weight 1.5.
+/// Encodes two trees of `TreeEnsemble` for three classes.
+///
+/// One has a split of feature 1 of frame 1 at −1. The other is a leaf of class 2 and weight 1.5.
 fn five(weights: [f32; 2], classes: [u8; 2]) -> Vec<Vec<u8>> {
     let floats = |floats: &[f32]| -> Vec<u8> { floats.iter().flat_map(|float| float.to_le_bytes()).collect() };
     vec![
@@ -110,7 +111,7 @@ fn trees_of_version_5_add_or_vote() {
             read.classify(&sample)
         })
     };
-    // Votes that weigh the same: a tie is the lower class's.
+    // Votes of equal weight: a tie goes to the lower class.
     assert_eq!(read(&[1.5, 1.5], &[0, 1]), [0, 1]);
     assert_eq!(read(&[1.5, 1.5], &[2, 1]), [2, 1]);
     // Scores: 1.25 is less than the other tree's 1.5, 1.75 is more.
@@ -130,7 +131,7 @@ fn labels_are_followed_to_the_output() {
     let encoder = [integers_of("keys_int64s", &[0, 1, 2]), texts_of("values_strings", &["Fla", "Sin", "Saw"])];
     let encoded = model(&[classifier("y"), node("LabelEncoder", "y", "label", &encoder)]);
     assert_eq!(read(&encoded, None).unwrap().0.labels, ["Sin", "Fla"]);
-    // A list of labels as a constant, and the answer is a place in it.
+    // The answer is a position in a constant list of labels.
     let list = field(5, &[vec![2 << 3, 8], field(6, b"Tri"), field(6, b"Saw")].concat());
     let constant = node("Constant", "none", "list", &[field(5, &[field(1, b"value"), list].concat())]);
     let names = [field(1, b"list"), field(1, b"y"), field(2, b"label"), field(4, b"ArrayFeatureExtractor")];
@@ -143,7 +144,7 @@ fn labels_are_followed_to_the_output() {
 
 #[test]
 fn shares_that_float32_took_are_given_back() {
-    // A third and two thirds of one of three votes, as a file has them.
+    // One third and two thirds of one of three votes, as a file stores them.
     for (of, exact) in [(3.0_f64, true), (1021.0, true), (2_000_003.0, false)] {
         let mut attributes = forest("BRANCH_LEQ", 0.0);
         attributes[7] = integers_of("class_treeids", &[0, 0, 0]);
@@ -249,7 +250,7 @@ fn numbers_that_are_not_finite_are_named() {
             assert!(error.contains(says) && error.contains(&number.to_string()), "{error}");
         }
     }
-    // Subnormal numbers are numbers: the threshold is just above 0.
+    // Subnormal numbers are valid numbers: the threshold is just above 0.
     let tiny = f32::from_bits(1);
     let bytes = model(&[node("TreeEnsembleClassifier", "X", "label", &forest("BRANCH_LT", tiny))]);
     let words = write(&read(&bytes, None).unwrap().0, "", Options::default()).unwrap().words;
@@ -313,7 +314,7 @@ fn what_is_not_understood_is_named() {
         (vec![node("Gemm", "X", "y", &[]), node("LinearClassifier", "y", "label", &[])], "node Gemm before"),
         (vec![named("y"), node("Gemm", "y", "label", &[])], "node Gemm after"),
         (vec![node("Identity", "y", "y", &[]), node("LinearClassifier", "y", "label", &[])], "in a circle"),
-        // Inputs lose something on the way.
+        // Inputs lose a part on the way.
         (vec![node("Cast", "X", "y", &[cast(7)]), node("LinearClassifier", "y", "label", &[])], "Cast to 7 before"),
         (vec![named("y"), node("Cast", "y", "label", &[cast(9)])], "Cast to bool"),
         (vec![node("TreeEnsemble", "X", "label", &five([1.0, 2.0], [0, 1]))], "expected ArgMax after it"),

@@ -1,21 +1,21 @@
-//! What both operators of trees have in common: comparisons, and what weights of leaves make together.
+//! Code that both operators of trees share: comparisons, and the combination of leaf weights.
 
 use std::collections::HashMap;
 
 use super::scaler::{Scaler, unscaled};
 use crate::model::trained::{Boosted, Kind, MOST_NODES, Node, Score, Tree};
 
-/// Classes and what a leaf adds to each.
+/// The classes of a leaf, and its contribution to each.
 pub(super) type Leaf = Vec<(u16, f64)>;
 
-/// How far float32 may have moved a share, relative to 1.
+/// Largest error of a fraction from float32, relative to 1.
 const NEAR: f64 = 1.5e-7;
-/// Most training samples of a leaf whose shares are told to be fractions of them.
+/// Largest number of training samples in a leaf whose fractions are recognized.
 const MOST_SAMPLES: u32 = 1024;
-/// How far the weights of a leaf may be from one vote.
+/// Largest deviation of the total weight of a leaf from one vote.
 const ABOUT: f64 = 1e-4;
 
-/// A node that compares; its children are those where the comparison is true and where it is false.
+/// Creates a node that compares; its children are those for a true and for a false comparison.
 pub(super) fn split(
     mode: &str,
     input: i64,
@@ -26,7 +26,7 @@ pub(super) fn split(
     let (mut strict, left, right) = match mode {
         "BRANCH_LEQ" => (false, yes, no),
         "BRANCH_LT" => (true, yes, no),
-        // At least is not below, above is not at most.
+        // At least is the opposite of below, above is the opposite of at most.
         "BRANCH_GTE" => (true, no, yes),
         "BRANCH_GT" => (false, no, yes),
         _ => return Err(format!("mode {mode}, expected BRANCH_LEQ, BRANCH_LT, BRANCH_GTE, BRANCH_GT or a leaf")),
@@ -40,8 +40,10 @@ pub(super) fn split(
     Ok(Node::Split { input, threshold, strict, left, right })
 }
 
-/// Makes votes of weights: all leaves have the same weight together, which is 1, or 1 divided by the number of trees, or any.
-/// `single`: weights are those of the second of two classes, and the first has the rest.
+/// Turns weights into votes.
+///
+/// The weights of each leaf have the same total: 1, or 1 divided by the number of trees, or any other. If `single` is
+/// set, weights are those of the second of two classes, and the first has the rest.
 pub(super) fn votes(trees: &mut [Tree<Leaf>], single: bool) -> Result<(), String> {
     let count = trees.len() as f64;
     let sum = |leaf: &Leaf| leaf.iter().map(|share| share.1).sum::<f64>();
@@ -64,7 +66,7 @@ pub(super) fn votes(trees: &mut [Tree<Leaf>], single: bool) -> Result<(), String
             }
             if single {
                 let second = leaf.first().map_or(0.0, |share| share.1);
-                // Of all of a vote, float32 leaves next to nothing to the first.
+                // If the second class has the whole vote, float32 leaves a tiny rest for the first.
                 let first = 1.0 - second;
                 leaf.push((0, if first.abs() <= NEAR { 0.0 } else { first }));
             }
@@ -82,8 +84,9 @@ pub(super) fn votes(trees: &mut [Tree<Leaf>], single: bool) -> Result<(), String
     Ok(())
 }
 
-/// Makes shares the fractions that they were before float32, where all of a leaf are of one small denominator: votes that
-/// were equal are so again.
+/// Restores the fractions that weights were before float32, if all of a leaf have one small denominator.
+///
+/// Votes that were equal become equal again.
 fn unrounded(leaf: &mut Leaf) {
     let numerator = |share: f64, of: f64| {
         let whole = (share * of).round();
@@ -97,11 +100,12 @@ fn unrounded(leaf: &mut Leaf) {
     }
 }
 
-/// Puts trees together that differ in nothing but the class of each leaf: operators with one class a leaf write a forest's tree
-/// as several.
+/// Merges trees that differ only in the class of each leaf.
+///
+/// Operators with one class for each leaf write a forest's tree as several trees.
 pub(super) fn merged(trees: &[Tree<Leaf>]) -> Vec<Tree<Leaf>> {
     let mut groups: Vec<Tree<Leaf>> = Vec::new();
-    // The groups of a shape that came last, which still lack classes.
+    // The last groups of a shape, which still lack classes.
     let mut open: HashMap<Vec<u64>, usize> = HashMap::new();
     for tree in trees {
         let shape = shape(tree);
@@ -117,7 +121,8 @@ pub(super) fn merged(trees: &[Tree<Leaf>]) -> Vec<Tree<Leaf>> {
     groups
 }
 
-/// Everything of a tree's nodes but their leaves; trees of one operator list their nodes in the same way.
+/// Returns all properties of a tree's nodes except their leaves; trees of one operator list their nodes in the same
+/// way.
 fn shape(tree: &Tree<Leaf>) -> Vec<u64> {
     let mut shape = Vec::with_capacity(tree.nodes.len());
     for node in &tree.nodes {
@@ -136,7 +141,7 @@ fn shape(tree: &Tree<Leaf>) -> Vec<u64> {
     shape
 }
 
-/// Two trees of one shape as one, unless a leaf has the same class in both.
+/// Merges two trees of one shape, or returns `None` if a leaf has the same class in both.
 fn both(first: &Tree<Leaf>, second: &Tree<Leaf>) -> Option<Tree<Leaf>> {
     let mut nodes = Vec::with_capacity(first.nodes.len());
     for pair in first.nodes.iter().zip(&second.nodes) {
@@ -153,8 +158,9 @@ fn both(first: &Tree<Leaf>, second: &Tree<Leaf>) -> Option<Tree<Leaf>> {
     Some(Tree { nodes })
 }
 
-/// Trees that add to scores, in float32 and in their order. A tree of several classes becomes one for each, with leaves of 0
-/// for the others: to add 0 changes no sum.
+/// Returns trees that add up to scores, in float32 and in their order.
+///
+/// A tree of several classes becomes one for each, with leaves of 0 for the others. To add 0 changes no sum.
 pub(super) fn scores(trees: &[Tree<Leaf>], classes: usize) -> Result<Kind, String> {
     let mut scores = vec![Score { start: 0.0, trees: Vec::new() }; classes];
     let mut room = MOST_NODES;
@@ -215,7 +221,7 @@ mod tests {
                         .map(|(class, share)| (class, f64::from((share / trees) as f32) * trees))
                         .collect();
                     unrounded(&mut leaf);
-                    // The same fraction, though of its least denominator.
+                    // The same fraction, but with its smallest denominator.
                     assert!(
                         (leaf[0].1 - exact[0]).abs() < 1e-15 && (leaf[1].1 - exact[1]).abs() < 1e-15,
                         "{part}/{of}"

@@ -8,17 +8,19 @@ use super::{Body, Leaves, push_long};
 
 /// Boosted trees with integer thresholds.
 pub(in crate::model) struct Sums {
-    /// For each score what it starts with, and its trees: bits of float32 or int32; leaves are those of float32 or int16.
+    /// The start value and the trees of each score.
+    ///
+    /// Starts are bits of float32 or int32; leaves are bits of float32 or int16.
     pub(in crate::model) scores: Vec<(u32, Vec<Vec<Part>>)>,
-    /// Of a single score: the second class is the answer above it; bits likewise.
+    /// Bound of a single score, as bits of float32 or int32: above it the second class is the answer.
     pub(in crate::model) bound: u32,
-    /// Whether leaves are int16.
+    /// `true` if leaves are int16.
     pub(in crate::model) short: bool,
-    /// How far sums are those of the trained model, in words.
+    /// Agreement of sums with those of the trained model, in words.
     pub(in crate::model) exactness: String,
 }
 
-/// Boosted trees with integer thresholds, and their leaves' bits.
+/// Converts boosted trees to integer thresholds, with the bits of their leaves.
 pub(in crate::model) fn sums(model: &Boosted, classes: usize, inputs: usize, leaves: Leaves) -> Result<Sums, String> {
     let trees = model.scores.iter().map(|score| score.trees.len()).sum::<usize>();
     u16::try_from(trees).map_err(|_| format!("{trees} trees, expected at most 65535"))?;
@@ -35,7 +37,7 @@ pub(in crate::model) fn sums(model: &Boosted, classes: usize, inputs: usize, lea
     let bits = |number: f32| {
         if short { (f64::from(number) * scale).round() as i32 as u32 } else { number.to_bits() }
     };
-    // Whole numbers are above the bound where real ones are: above its whole part.
+    // Whole numbers are above the bound exactly if they are above its integer part.
     let bound = if short { (f64::from(model.bound) * scale).floor() as i32 as u32 } else { model.bound.to_bits() };
     let mut scores = Vec::with_capacity(model.scores.len());
     for (class, score) in model.scores.iter().enumerate() {
@@ -82,7 +84,7 @@ pub(super) fn body(model: &Boosted, classes: usize, inputs: usize, leaves: Leave
     Ok(Body { kind: 4, number, trees: count, shift, halves, exactness, score_bound: 0.0 })
 }
 
-/// What the largest leaf is 32 767 of, so far as starts and sums fit 32 bits.
+/// Returns the scale that makes the largest leaf 32 767, or less so that starts and sums fit in 32 bits.
 fn scale(model: &Boosted) -> f64 {
     let mut scale = f64::MAX;
     for score in &model.scores {
@@ -97,7 +99,7 @@ fn scale(model: &Boosted) -> f64 {
     scale.min(f64::from(i32::MAX) / f64::from(model.bound.abs()).max(1e-30))
 }
 
-/// Whether a number is finite, and so small that no sum of such numbers overflows.
+/// Returns `true` if a number is finite and so small that no sum of such numbers overflows.
 fn is_moderate(number: f32) -> bool {
     number.abs() < 2.0_f32.powi(96)
 }

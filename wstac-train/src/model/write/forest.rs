@@ -1,4 +1,4 @@
-//! Forests: votes as integers, leaves that are not of one class in a table.
+//! Forests: votes as integers, with leaves of several classes in a table.
 
 use std::collections::HashMap;
 
@@ -9,35 +9,39 @@ use super::{Body, push_long};
 
 type Leaf = Vec<(u16, f64)>;
 
-/// Denominators of leaves that are looked for: those of leaves with up to so many training samples.
+/// Largest denominator of leaves that is tried: that of a leaf with this many training samples.
 const MOST_SAMPLES: u32 = 1024;
-/// How far a share of up to `MOST_SAMPLES` samples, times their number, may be from a whole number in float64.
+/// Largest deviation from a whole number, in float64, of a fraction times its number of samples.
+///
+/// The number of samples is up to `MOST_SAMPLES`.
 const WHOLE: f64 = 1e-12;
-/// How far float32, in which ONNX keeps shares, may have moved one; readers give back those that are plain fractions.
+/// Largest change of a fraction by float32, in which ONNX stores it; readers restore plain fractions.
 const FLOAT32: f64 = 1.5e-7;
-/// Most halves of the table: leaves and classes number them together in 16 bits.
+/// Largest number of halves in the table: leaves and classes number them together in 16 bits.
 const MOST_HALVES: usize = 65_535;
 
 /// A forest in integers.
 pub(in crate::model) struct Votes {
-    /// Its trees. A leaf below the number of classes is all one class's; another one, less that number, is the place of its
-    /// entry in the table.
+    /// Its trees.
+    ///
+    /// A leaf below the number of classes belongs to that one class. Any other leaf, minus that number, is the position
+    /// of its entry in the table.
     pub(in crate::model) trees: Vec<Vec<Part>>,
-    /// What a vote of 1 counts; times the trees it is below 2^32.
+    /// The value of a vote of 1; times the number of trees it is below 2^32.
     pub(in crate::model) unit: u32,
-    /// Entries: how many classes have a share, then for each the class and its share (the low half, the high half).
+    /// Entries: the number of classes with a fraction, then for each the class and its fraction (low half, high half).
     pub(in crate::model) table: Vec<u16>,
-    /// How far votes are those of the trained model, in words.
+    /// Agreement of votes with those of the trained model, in words.
     pub(in crate::model) exactness: String,
 }
 
-/// A forest's thresholds and votes as integers.
+/// Converts a forest's thresholds and votes to integers.
 pub(in crate::model) fn votes(trees: &[Tree<Leaf>], classes: usize, inputs: usize) -> Result<Votes, String> {
     let count = u16::try_from(trees.len()).ok().filter(|&count| count > 0);
     let count = count.ok_or_else(|| format!("{} trees, expected 1 to 65535", trees.len()))?;
     let most = u32::MAX / u32::from(count);
     let whole = denominator(trees, most);
-    // Coarser votes have fewer different leaves, so they are tried where the table gets too long.
+    // Coarser votes have fewer different leaves, so they are tried if the table becomes too long.
     let finest = most.ilog2().min(24);
     let mut least = usize::MAX;
     let units = whole.into_iter().chain([divisible(most)]).chain((4..=finest).rev().map(|bits| 1 << bits));
@@ -58,7 +62,7 @@ pub(in crate::model) fn votes(trees: &[Tree<Leaf>], classes: usize, inputs: usiz
         let exactness = if whole == Some(unit) {
             "thresholds and votes are exact".into()
         } else {
-            // Printed digits are rounded, upwards.
+            // Printed digits are rounded up.
             format!(
                 "thresholds are exact; votes are in units of 1/{unit}: a class's sum is off by {:.2e} of {count} at most",
                 1.01 * bound
@@ -92,7 +96,7 @@ pub(super) fn body(trees: &[Tree<Leaf>], classes: usize, inputs: usize) -> Resul
     })
 }
 
-/// The least number of which all shares are whole parts, where it is `most` at most.
+/// Returns the smallest common denominator of all fractions, or `None` if it is above `most`.
 fn denominator(trees: &[Tree<Leaf>], most: u32) -> Option<u32> {
     let mut all = 1_u32;
     for tree in trees {
@@ -112,8 +116,9 @@ fn denominator(trees: &[Tree<Leaf>], most: u32) -> Option<u32> {
     Some(all)
 }
 
-/// A number up to `most`, and above half of it, that all numbers from 1 up to as many as can be divide: the shares of leaves
-/// with so many samples are whole parts of it, and votes of them that are equal stay equal.
+/// Returns a number, at most `most` and above half of it, that all numbers from 1 to as many as possible divide.
+///
+/// The fractions of leaves with that many samples are then whole numbers of it, and equal votes stay equal.
 fn divisible(most: u32) -> u32 {
     let mut all = 1_u32;
     for number in 2.. {
@@ -132,11 +137,11 @@ fn greatest_common(mut a: u32, mut b: u32) -> u32 {
     a
 }
 
-/// A leaf's shares in whole units, together no more than the unit.
+/// Returns a leaf's fractions in whole units; their sum is at most the unit.
 fn shares(leaf: &Leaf, unit: u32) -> Vec<(u16, u32)> {
     let sum: f64 = leaf.iter().map(|&(_, share)| share).sum();
     let exact = |share: f64| share / sum.max(1.0) * f64::from(unit);
-    // By how much each is too large, and what it is.
+    // The excess of each fraction, and its value.
     let mut all: Vec<(f64, u16, u32)> = leaf
         .iter()
         .map(|&(class, share)| {
@@ -145,7 +150,8 @@ fn shares(leaf: &Leaf, unit: u32) -> Vec<(u16, u32)> {
         })
         .collect();
     let given: u64 = all.iter().map(|share| u64::from(share.2)).sum();
-    // Rounding gives at most half a unit to each of those that it makes larger, so there are twice as many as units to take back.
+    // Rounding adds at most half a unit to each fraction that it increases. So there are twice as many of these as
+    // units to take back.
     all.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     for share in all.iter_mut().take(given.saturating_sub(unit.into()) as usize) {
         share.2 = share.2.saturating_sub(1);
@@ -155,20 +161,20 @@ fn shares(leaf: &Leaf, unit: u32) -> Vec<(u16, u32)> {
     shares
 }
 
-/// The table of leaves that are not all one class's.
+/// The table of leaves that do not belong to a single class.
 struct Table {
     classes: u16,
     unit: u32,
     words: Vec<u16>,
-    /// Halves that it would take, more than there may be too.
+    /// Number of halves that it needs, even if that is above the limit.
     halves: usize,
     entries: HashMap<Vec<(u16, u32)>, u32>,
-    /// The most that a share was off since it was set to 0.
+    /// Largest error of a fraction since the value was set to 0.
     off: f64,
 }
 
 impl Table {
-    /// A leaf's word: its class, or its place in the table.
+    /// Returns a leaf's word: its class, or its position in the table.
     fn leaf(&mut self, leaf: &Leaf) -> Result<u32, String> {
         let sum: f64 = leaf.iter().map(|&(_, share)| share).sum();
         let fits = |&(class, share): &(u16, f64)| class < self.classes && (0.0..=1.001).contains(&share);
@@ -193,7 +199,7 @@ impl Table {
         if let Some(&word) = self.entries.get(&shares) {
             return Ok(word);
         }
-        // Places that do not fit are found out in the end.
+        // Positions that do not fit are detected at the end.
         let word = self.words.len() as u32 + u32::from(self.classes);
         self.halves += 1 + 3 * shares.len();
         if self.halves <= MOST_HALVES {

@@ -1,4 +1,4 @@
-//! How trees lie in the file: preorder, leaves in their parents, offsets only where both children are nodes.
+//! The layout of trees in the file: preorder, leaves in their parents, offsets only if both children are nodes.
 
 use wstac_core::model::file::MOST_SHIFT;
 use wstac_core::model::trees::{CLASS_SHIFT, LEFT_LEAF, MOST_PENDING, MOST_SINGLE, NARROW, RIGHT_LEAF, SAME};
@@ -6,18 +6,18 @@ use wstac_core::model::trees::{CLASS_SHIFT, LEFT_LEAF, MOST_PENDING, MOST_SINGLE
 use super::super::integers::Part;
 use super::push_long;
 
-/// What leaves are in the file.
+/// The size of leaves in the file.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum LeafSize {
-    /// A forest's, with so many classes: in their parents where they fit, otherwise a half, or a byte.
+    /// A forest's leaves, with this many classes: in their parents if they fit, otherwise a half, or a byte.
     Votes { classes: u16 },
-    /// A half.
+    /// One half.
     Half,
     /// Two halves.
     TwoHalves,
 }
 
-/// All trees, with the smallest shift of lengths and offsets that is enough, and that shift.
+/// Returns all trees and the smallest sufficient shift of lengths and offsets.
 pub(super) fn lay_out(trees: &[Vec<Part>], leaves: LeafSize) -> Result<(Vec<u16>, u8), String> {
     'shifts: for shift in 0..=MOST_SHIFT as u8 {
         let mut halves = Vec::new();
@@ -47,10 +47,10 @@ enum Unfit {
     Depth,
 }
 
-/// A tree's nodes; the root is the first part.
+/// Returns a tree's nodes; the root is the first part.
 fn nodes(tree: &[Part], leaves: LeafSize, shift: u8) -> Result<Vec<u16>, Unfit> {
     let mut halves = Vec::new();
-    // Nodes to come, and the place of the parent that wants their offset.
+    // Nodes to come, and the position of the parent that needs their offset.
     let mut waiting = vec![(0, None)];
     while let Some((number, parent)) = waiting.pop() {
         let Some(part) = tree.get(number as usize) else { continue };
@@ -61,7 +61,7 @@ fn nodes(tree: &[Part], leaves: LeafSize, shift: u8) -> Result<Vec<u16>, Unfit> 
         }
         let place = halves.len() as u32;
         let (input, threshold, left, right) = match *part {
-            // A leaf that is no child in its parent: a tree of its own, or one that does not fit there.
+            // A leaf that is not stored in its parent: a tree of its own, or one that does not fit there.
             Part::Leaf(leaf) => {
                 push_same(&mut halves, leaf, leaves);
                 continue;
@@ -92,7 +92,7 @@ fn nodes(tree: &[Part], leaves: LeafSize, shift: u8) -> Result<Vec<u16>, Unfit> 
     Ok(halves)
 }
 
-/// A node that ends in a leaf whatever the sample is.
+/// Appends a node that ends in a leaf for every sample.
 fn push_same(halves: &mut Vec<u16>, leaf: u32, size: LeafSize) {
     match size {
         LeafSize::Votes { .. } => halves.extend([LEFT_LEAF | RIGHT_LEAF | SAME, leaf as u16]),
@@ -100,7 +100,7 @@ fn push_same(halves: &mut Vec<u16>, leaf: u32, size: LeafSize) {
     }
 }
 
-/// One node.
+/// Appends one node.
 fn split(halves: &mut Vec<u16>, input: u16, threshold: i16, both: [Option<u32>; 2], size: LeafSize) {
     let [left, right] = both;
     let mut node = input;

@@ -1,5 +1,6 @@
-//! Linear models: one scale for all rows, so that their sums can be compared; of pairs of classes only signs count, so each row has
-//! its own.
+//! Linear models: one scale for all rows, so that their sums can be compared.
+//!
+//! For pairs of classes only signs count, so each row has its own scale.
 
 use wstac_core::model::linear_svm::BLOCK;
 use wstac_core::params::FEATURES;
@@ -7,9 +8,9 @@ use wstac_core::params::FEATURES;
 use super::super::trained::{Linear, Row, file_order};
 use super::Body;
 
-/// Units of a feature.
+/// Units in a feature value of 1.
 const ONE: f64 = 2048.0;
-/// The features of a camera of 8 bits at the default floor: ln(2.5/255) to ln 5.
+/// Range of the features of a camera of 8 bits at the default floor: ln(2.5/255) to ln 5.
 const USUAL: (f64, f64) = (-9471.0, 3296.0);
 
 pub(super) fn body(model: &Linear, classes: usize, frames: usize, narrow: bool) -> Result<Body, String> {
@@ -55,7 +56,7 @@ pub(super) fn body(model: &Linear, classes: usize, frames: usize, narrow: bool) 
     halves.extend(scaled.iter().flat_map(|(_, bias)| (0..4).map(move |half| (bias >> (16 * half)) as u16)));
     for block in scaled.chunks(BLOCK) {
         if narrow {
-            // Rows of a block take turns, four inputs each, first, third, second, fourth; what is missing is 0.
+            // Rows of a block alternate, with four inputs each: first, third, second, fourth. Missing inputs are 0.
             for first in (0..inputs).step_by(4) {
                 for (weights, _) in block {
                     let byte = |input: usize| weights.get(input).map_or(0, |weight| u16::from(*weight as u8));
@@ -80,10 +81,10 @@ pub(super) fn body(model: &Linear, classes: usize, frames: usize, narrow: bool) 
     Ok(Body { kind, number, trees: 0, shift: 0, halves, exactness, score_bound: usual })
 }
 
-/// What weights are multiplied by so that the largest of these rows is `full`, and biases fit.
+/// Returns the factor for weights with which the largest of these rows is `full`, and biases fit.
 fn scale(rows: &[Row], full: f64) -> f64 {
     let largest = rows.iter().flat_map(|row| &row.weights).fold(0.0_f64, |most, weight| most.max(weight.abs()));
-    // Without weights only biases count; any scale at which they fit will do.
+    // Without weights only biases count; any scale at which they fit is suitable.
     let largest_bias = rows.iter().fold(0.0_f64, |most, row| most.max(row.bias.abs()));
     (full / largest.max(1e-290)).min(2.0_f64.powi(61) / ONE / largest_bias.max(1e-290))
 }

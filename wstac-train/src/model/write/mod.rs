@@ -1,4 +1,4 @@
-//! Writes model files: exactly what `wstac_core::model` reads, and nothing that it refuses.
+//! Writes model files; `wstac_core::model` reads every one of them and rejects none.
 
 pub(super) mod boosted;
 pub(super) mod forest;
@@ -14,48 +14,50 @@ use wstac_core::model::labels::LONGEST_LABEL;
 use super::integers;
 use super::trained::{Kind, Trained, frames};
 
-/// How real numbers become integers.
+/// Options for the conversion of real numbers to integers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Options {
     /// Weights of linear models are int8 instead of int16.
     pub narrow_weights: bool,
-    /// What leaves of boosted trees are.
+    /// The type of leaves in boosted trees.
     pub leaves: Leaves,
 }
 
-/// What leaves of boosted trees are.
+/// The type of leaves in boosted trees.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Leaves {
-    /// Int16 where that is proven to give the same answers, otherwise float32.
+    /// Int16 if it is proven to give the same answers, otherwise float32.
     #[default]
     Auto,
-    /// Int16, rounded where they must be.
+    /// Int16, rounded if necessary.
     Int16,
-    /// Float32 as they are.
+    /// Float32, unchanged.
     Float32,
 }
 
-/// A model file, and what writing it cost.
+/// A model file, and the loss of accuracy in writing it.
 #[derive(Clone, Debug)]
 pub struct Written {
     /// The file's words.
     pub words: Vec<u32>,
-    /// How far decisions are those of the trained model, in words.
+    /// Agreement of decisions with those of the trained model, in words.
     pub exactness: String,
-    /// By how much a score of a linear model, in its own units, may be off for the features of a camera of 8 bits: what its weights
-    /// and its bias were rounded by, each weight's times the feature's end that makes it worse, of the row that is worst. Sums
-    /// of products are exact. 0 for trees.
+    /// Largest error of a score of a linear model, in its own units, for the features of a camera of 8 bits; 0 for
+    /// trees.
+    ///
+    /// It sums the rounding errors of weights and bias in the worst row. Each weight's error is multiplied by the end
+    /// of the feature range that makes it worse. Sums of products are exact.
     pub score_bound: f64,
 }
 
 impl Written {
-    /// The file's bytes.
+    /// Returns the file's bytes.
     pub fn bytes(&self) -> Vec<u8> {
         self.words.iter().flat_map(|word| word.to_le_bytes()).collect()
     }
 }
 
-/// What a kind says of itself, to be put between header and labels.
+/// The part of the file between header and labels, which depends on the kind.
 struct Body {
     kind: u16,
     number: u16,
@@ -66,10 +68,10 @@ struct Body {
     score_bound: f64,
 }
 
-/// The model file of a trained model; `facts` is text about its training.
+/// Writes the model file of a trained model; `facts` is text about its training.
 ///
 /// # Errors
-/// What of the model cannot be written, and why.
+/// A part of the model cannot be written; the message names it and the reason.
 pub fn write(model: &Trained, facts: &str, options: Options) -> Result<Written, String> {
     let classes = classes(model)?;
     let frames = frames(model.inputs)?;
@@ -112,7 +114,7 @@ pub fn write(model: &Trained, facts: &str, options: Options) -> Result<Written, 
     Ok(Written { words, exactness, score_bound: body.score_bound })
 }
 
-/// How many classes a model has.
+/// Returns the number of classes of a model.
 pub(super) fn classes(model: &Trained) -> Result<usize, String> {
     let classes = model.labels.len();
     if classes == 0 || classes > MOST_CLASSES {

@@ -21,7 +21,7 @@ impl Chance {
     fn sample(&mut self, thresholds: &[(usize, i16)]) -> [i16; INPUTS] {
         let mut sample = [0; INPUTS];
         sample.fill_with(|| self.next(65_536) as i16);
-        // Half of the samples are on thresholds or beside them.
+        // Half of the samples are on thresholds or next to them.
         for &(input, threshold) in thresholds {
             if self.next(2) == 0 {
                 sample[input] = threshold.saturating_add(self.next(3) as i16 - 1);
@@ -31,7 +31,9 @@ impl Chance {
     }
 }
 
-/// A random tree of `splits` splits over the first inputs of a sample of 70 frames, its thresholds among the samples' range.
+/// Creates a random tree of `splits` splits over the first inputs of a sample of 70 frames.
+///
+/// Its thresholds are within the samples' range.
 fn tree<L>(chance: &mut Chance, splits: usize, mut leaf: impl FnMut(&mut Chance) -> L) -> Tree<L> {
     let mut nodes = vec![Node::Leaf(leaf(chance))];
     let mut leaves = vec![0];
@@ -48,7 +50,7 @@ fn tree<L>(chance: &mut Chance, splits: usize, mut leaf: impl FnMut(&mut Chance)
     Tree { nodes }
 }
 
-/// The leaf of a sample in the order of data sets, walked as the trainer would.
+/// Returns the leaf of a sample in the order of data sets, found as the trainer would.
 fn walk<'a, L>(tree: &'a Tree<L>, sample: &[i16; INPUTS]) -> &'a L {
     let mut at = 0;
     loop {
@@ -104,7 +106,7 @@ fn same_answers(
     words
 }
 
-/// The class of the pure leaf that a sample ends in.
+/// Returns the class of the pure leaf in which a sample ends.
 fn pure(tree: &Tree<Vec<(u16, f64)>>, sample: &[i16; INPUTS]) -> usize {
     usize::from(walk(tree, sample)[0].0)
 }
@@ -123,7 +125,7 @@ fn single_trees_end_where_a_plain_walk_ends() {
 fn trees_whose_offsets_need_a_shift_are_the_same() {
     let mut chance = Chance::new(2);
     let mut tree = tree(&mut chance, 40_000, |chance| vec![(chance.next(60) as u16, 1.0)]);
-    // The same again, right of a new root.
+    // The same tree once more, right of a new root.
     let nodes = tree.nodes.len();
     for node in 0..nodes {
         tree.nodes.push(match tree.nodes[node].clone() {
@@ -204,7 +206,7 @@ fn boosted_trees_add_up_in_order() {
     let single = Boosted { scores: scores[..1].to_vec(), bound: 0.25 };
     let trained = model(2, Kind::Boosted(single));
     same_answers(&trained, &all, Options::default(), |sample| usize::from(sum(&scores[0], sample) > 0.25));
-    // Rounded leaves decide alike where scores are not close.
+    // Rounded leaves decide alike if scores are not close.
     let short = Options { leaves: Leaves::Int16, ..Options::default() };
     let words = write(&trained, "", short).unwrap().words;
     let read = Model::from_words(&words).unwrap();
@@ -254,7 +256,7 @@ fn linear_models_decide_as_real_numbers_do() {
     }
 }
 
-/// The class that sums decide for, where none of them is within the margin.
+/// Returns the class for which sums decide, or `None` if one of them is within the margin.
 fn decide(pairs: bool, classes: usize, sums: &[f64], margin: f64) -> Option<usize> {
     if !pairs && sums.len() == 1 {
         return (sums[0].abs() > margin).then(|| usize::from(sums[0] > 0.0));
@@ -304,7 +306,7 @@ fn votes_near_plain_fractions_are_not_called_exact() {
 
 #[test]
 fn shares_above_one_vote_are_rounded_down_to_it() {
-    // The larger share is rounded down already, the other one is nothing: neither has a unit that rounding gave.
+    // The larger fraction is already rounded down, and the other one is zero: neither has a unit from rounding up.
     for more in (1..100).map(|step| f64::from(step) * 7e-9) {
         let leaf = vec![(0, 1.0 + more), (1, 1e-12)];
         let written =
