@@ -1,6 +1,8 @@
 //! Sliding direction from the order in which rows and columns light up (SPEC §5; paper, "Directional
 //! Identification").
 
+use core::fmt;
+
 use crate::exp::{EXP_FRACTION_BITS, exp_of_negative};
 use crate::params::{COLUMNS, FEATURE_FRACTION_BITS, LEAST_CONFIDENCE, ROWS};
 use crate::trigger::Event;
@@ -36,12 +38,31 @@ impl Heading {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Unclear {
     /// A row and a column never light up.
     NeverLit,
     /// Rows and columns are about equally in order: the confidence is below 0.2.
     NoOrder,
 }
+
+impl Unclear {
+    /// Returns the reason as a sentence. JSON output and `Display` use this sentence.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::NeverLit => "unclear: a row and a column never light up",
+            Self::NoOrder => "unclear: neither rows nor columns light up in order",
+        }
+    }
+}
+
+impl fmt::Display for Unclear {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+impl core::error::Error for Unclear {}
 
 /// A direction and how sure it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

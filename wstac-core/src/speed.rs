@@ -1,5 +1,7 @@
 //! Sliding speed from how long a sample is lit (SPEC §4; paper, "Speed Regression").
 
+use core::fmt;
+
 use crate::error::{Error, LawParameter};
 use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, exp_of_negative};
 use crate::features::Features;
@@ -212,6 +214,7 @@ impl Speed {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum NoSpeed {
     /// The baseline itself is above the threshold.
     BaselineAbove,
@@ -226,6 +229,26 @@ pub enum NoSpeed {
     /// The law has no finite speed for this duration.
     OutsideLaw,
 }
+
+impl NoSpeed {
+    /// Returns the reason as a sentence, without the bound of [`NoSpeed::CutOff`]. JSON output and `Display` use this sentence.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::BaselineAbove => "the baseline is above the speed threshold",
+            Self::NeverValid => "no frame is above the speed threshold",
+            Self::CutOff { .. } => "cut off: the sample starts or ends above the speed threshold",
+            Self::OutsideLaw => "the speed law has no finite speed for this duration",
+        }
+    }
+}
+
+impl fmt::Display for NoSpeed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+impl core::error::Error for NoSpeed {}
 
 /// First and last valid frame of an event's sample; nothing where no frame is valid.
 ///

@@ -1,5 +1,7 @@
 //! Bytes of a link into messages; after garbage, from the next zero on.
 
+use core::fmt;
+
 use super::{LONGEST, Payload, VERSION, crc};
 
 /// Finds frames in the bytes of a link. `N` bytes are the longest that it takes; for a board, which receives requests alone, 16 do.
@@ -45,6 +47,7 @@ enum State {
 
 /// A message that arrived.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Received<P> {
     /// What it says.
     pub message: P,
@@ -57,6 +60,7 @@ pub struct Received<P> {
 /// Why a frame is no message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum DecodeError {
     /// Its bytes are not those that were sent, or never were a frame.
     Damaged,
@@ -65,6 +69,18 @@ pub enum DecodeError {
     /// It arrived whole, but is no message that is known here.
     Unknown,
 }
+
+impl fmt::Display for DecodeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Damaged => f.write_str("the frame is damaged: its bytes are not the bytes that were sent"),
+            Self::Version(found) => write!(f, "version of the link is {found}, expected {VERSION}"),
+            Self::Unknown => f.write_str("the message is unknown to this version of the software"),
+        }
+    }
+}
+
+impl core::error::Error for DecodeError {}
 
 impl<const N: usize> Default for Decoder<N> {
     fn default() -> Self {

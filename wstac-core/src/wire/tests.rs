@@ -335,3 +335,21 @@ fn texts_are_cut_between_characters_and_labels_are_read_where_they_lie() {
     // A fourth model has no place.
     assert_eq!(answers().with_texture(answer), answers());
 }
+
+#[test]
+fn reasons_are_errors_with_sentences() {
+    let reasons: [(&dyn core::error::Error, &str); 9] = [
+        (&NoSpeed::BaselineAbove, "the baseline is above the speed threshold"),
+        (&NoSpeed::NeverValid, "no frame is above the speed threshold"),
+        (&NoSpeed::CutOff { at_most: Some(45.5) }, "cut off: the sample starts or ends above the speed threshold"),
+        (&NoSpeed::OutsideLaw, "the speed law has no finite speed for this duration"),
+        (&Unclear::NeverLit, "unclear: a row and a column never light up"),
+        (&Unclear::NoOrder, "unclear: neither rows nor columns light up in order"),
+        (&DecodeError::Damaged, "the frame is damaged: its bytes are not the bytes that were sent"),
+        (&DecodeError::Version(7), "version of the link is 7, expected 1"),
+        (&DecodeError::Unknown, "the message is unknown to this version of the software"),
+    ];
+    for (reason, sentence) in reasons {
+        assert_eq!(reason.to_string(), sentence);
+    }
+}

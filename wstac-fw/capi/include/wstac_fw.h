@@ -136,6 +136,8 @@ enum WstacFwWhy
   WSTAC_FW_WHY_OUTSIDE_LAW = 4,
   // Neither rows nor columns light up in order.
   WSTAC_FW_WHY_NO_ORDER = 5,
+  // Another reason, which this library has no number for.
+  WSTAC_FW_WHY_OTHER = 6,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L

@@ -46,6 +46,8 @@ pub enum WstacFwWhy {
     OutsideLaw = 4,
     /// Neither rows nor columns light up in order.
     NoOrder = 5,
+    /// Another reason, which this library has no number for.
+    Other = 6,
 }
 
 /// A sliding speed.
@@ -205,6 +207,7 @@ pub unsafe extern "C" fn wstac_fw_speed(pipeline: *const WstacFwPipeline, speed:
                 WstacFwSpeed { why: WstacFwWhy::CutOff, at_most_mm_s: at_most.unwrap_or(0.0), ..none }
             }
             Err(NoSpeed::OutsideLaw) => WstacFwSpeed { why: WstacFwWhy::OutsideLaw, ..none },
+            Err(_) => WstacFwSpeed { why: WstacFwWhy::Other, ..none },
         }
     };
     // SAFETY: the caller's.
@@ -226,6 +229,7 @@ pub unsafe extern "C" fn wstac_fw_direction(
             Ok(_) => WstacFwWhy::There,
             Err(Unclear::NeverLit) => WstacFwWhy::NeverLit,
             Err(Unclear::NoOrder) => WstacFwWhy::NoOrder,
+            Err(_) => WstacFwWhy::Other,
         };
         let degrees = found.heading.map_or(-1, |heading: Heading| heading.degrees().cast_signed());
         WstacFwDirection { why, degrees, confidence: found.confidence }

@@ -142,7 +142,7 @@ impl From<Error> for WstacFwStatus {
             Error::Backtrack { .. } => Self::Backtrack,
             Error::Multiplier(_) => Self::Multiplier,
             Error::Margin(_) => Self::Margin,
-            Error::Follow(_) => Self::Follow,
+            Error::TrackingBaseline(_) => Self::Follow,
             Error::FloorLevels(_) => Self::FloorLevels,
             Error::SpeedThreshold(_) => Self::SpeedThreshold,
             Error::FittedRange { .. } => Self::FittedRange,

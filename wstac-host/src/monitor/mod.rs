@@ -84,7 +84,7 @@ impl Monitor {
                     }
                     self.heard = true;
                 }
-                Some(Err(DecodeError::Damaged)) => {
+                Some(Err(_)) => {
                     self.damaged += 1;
                     if !self.heard && self.damaged == ONLY_NOISE {
                         let noise = "nothing but noise so far: is it the right port, and --baud the board's?";
