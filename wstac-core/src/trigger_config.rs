@@ -112,17 +112,17 @@ impl TriggerConfig {
         self.rule
     }
 
-    /// The multiplier, b.
+    /// Returns the multiplier, b.
     pub const fn multiplier(&self) -> Q16 {
         self.multiplier
     }
 
-    /// Least distance of the signed rule's threshold from the baseline.
+    /// Returns the least distance of the signed rule's threshold from the baseline.
     pub const fn margin(&self) -> Q16 {
         self.margin
     }
 
-    /// Frames of the baseline, 5m.
+    /// Returns the number of frames of the baseline, 5m.
     pub const fn baseline_frames(&self) -> u16 {
         self.window as u16 * BASELINE_WINDOWS as u16
     }
