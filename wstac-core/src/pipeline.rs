@@ -112,7 +112,8 @@ impl<'a> Update<'a> {
     /// are returned with the 15th frame.
     ///
     /// ```
-    /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate, taxels::FrameGeometry};
+    /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline};
+    /// use wstac_core::{rate::FrameRate, taxels::FrameGeometry};
     ///
     /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
     /// let mut pipeline = Pipeline::builder(geometry).build()?;
@@ -180,7 +181,8 @@ impl Pipeline {
     /// the log kernel [`Fixed`] and a fixed baseline.
     ///
     /// ```
-    /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate, taxels::FrameGeometry};
+    /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline};
+    /// use wstac_core::{rate::FrameRate, taxels::FrameGeometry};
     /// use wstac_core::{baseline_policy::TrackingBaseline, ln::any::AnyLn, trigger::{Rule, TriggerConfig}};
     ///
     /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;

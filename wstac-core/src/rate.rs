@@ -56,7 +56,8 @@ impl FrameRate {
     /// ```
     /// use wstac_core::rate::FrameRate;
     /// let frames = |numerator, denominator| FrameRate::new(numerator, denominator).unwrap().frames_added();
-    /// assert_eq!([frames(30, 1), frames(45, 1), frames(46, 1), frames(60_000, 1001), frames(1000, 1)], [1, 1, 2, 2, 33]);
+    /// assert_eq!([frames(30, 1), frames(45, 1), frames(46, 1)], [1, 1, 2]);
+    /// assert_eq!([frames(60_000, 1001), frames(1000, 1)], [2, 33]);
     /// ```
     pub const fn frames_added(self) -> u32 {
         let (n, d) = (self.numerator as u64, self.denominator as u64);

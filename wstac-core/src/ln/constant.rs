@@ -1,5 +1,5 @@
-//! ln and exp in 64-bit floating point at compile time. They make the tables and check configurations, and never cost a
-//! frame any time.
+//! ln and exp in 64-bit floating point at compile time. They make the tables and check configurations, and are never
+//! part of a frame's cost.
 
 /// ln 2.
 const LN_2: f64 = core::f64::consts::LN_2;

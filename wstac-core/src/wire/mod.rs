@@ -19,12 +19,17 @@
 //! A frame is `00`, then the content in [COBS](https://doi.org/10.1109/90.769765), then `00`. No other byte of it is 0.
 //! The leading zero keeps garbage out of the first message behind it. The content is, in this order:
 //!
-//! | bytes | what |
+//! | bytes | content |
 //! | --- | --- |
 //! | 1 | [`VERSION`] |
-//! | 1–3 | the sender's sequence number, one more with each message, after 65 535 again 0: a varint |
-//! | 1–… | the message as [postcard](https://postcard.jamesmunns.com/wire-format) writes it: its number (that of the variant of [`Message`] or [`Request`], in the order of the source), then its fields in that order |
+//! | 1–3 | the sender's sequence number, one more with each message, 0 again after 65,535; a varint |
+//! | 1–… | the message as [postcard] writes it: its number, then its fields |
 //! | 4 | CRC-32 (IEEE) of all bytes before, the lowest first |
+//!
+//! The number of a message is that of its variant of [`Message`] or [`Request`]. Variants and fields are in the order of
+//! the source.
+//!
+//! [postcard]: https://postcard.jamesmunns.com/wire-format
 //!
 //! In postcard, `u8` and `bool` are one byte. Larger integers are varints: seven bits per byte, the lowest first, with
 //! bit 7 set in all but the last. Signed ones are zigzag (0, −1, 1, −2 …). `f32` is its four bytes, the lowest first.
