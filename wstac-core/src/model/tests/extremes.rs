@@ -131,7 +131,7 @@ fn chains_of_any_depth_end_where_they_should() {
 }
 
 /// Adds a balanced tree over the bits of input 0's number from `low` on: 2^levels leaves, of class 1 if the bits are
-/// all 1.
+/// all 1. Returns its number of nodes.
 fn balanced(nodes: &mut Vec<u16>, levels: u32, low: i32, shift: usize) -> usize {
     let half = 1 << (levels - 1);
     let threshold = below((low + half - 1) as i16);
