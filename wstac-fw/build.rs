@@ -1,8 +1,8 @@
 //! Compiles in the files that the environment names, and tells how to link.
 //!
-//! | variable | what it names |
+//! | variable | it names |
 //! | --- | --- |
-//! | `WSTAC_CONFIG` | a configuration file, as `wstac run --config` takes it; without it all is as published |
+//! | `WSTAC_CONFIG` | a configuration file, as `wstac run --config` takes it; without it, the defaults |
 //! | `WSTAC_MODEL` | a texture model's file, as `wstac model import` writes it; without it there is no texture |
 //! | `WSTAC_PIXELS` | the camera's pixel format, such as YUYV; without it GREY |
 

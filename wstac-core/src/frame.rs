@@ -9,7 +9,7 @@ pub struct Rows<'a> {
     bytes_per_row: usize,
     /// Frame row that `bytes` starts with.
     first: u16,
-    /// Rows of the whole frame: where a planar format's chroma starts.
+    /// Rows of the whole frame, behind which a planar format's chroma starts.
     height: u16,
 }
 

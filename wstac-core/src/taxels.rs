@@ -62,8 +62,8 @@ impl<G: GreenChannel> FrameGeometry<G> {
         let cells = u32::from(self.stride.counted(width / cell)) * u32::from(self.stride.counted(height / cell));
         self.pixels = cells * u32::from(cell);
         let (full_scale, frames) = (self.green.full_scale(), self.rate.frames_added());
-        // There are at most 2^28 pixels, levels up to 2^16 and 2^31 frames: 5 · A · G alone fits 64 bits, but times
-        // frames it may not.
+        // There are at most 2^28 pixels, 2^16 levels and 2^31 frames. 5 · A · G fits 64 bits, but its product with the
+        // frames may not.
         let fits = (5 * u64::from(self.pixels) * u64::from(full_scale))
             .checked_mul(u64::from(frames))
             .is_some_and(|most| u32::try_from(most).is_ok());

@@ -18,7 +18,7 @@ pub struct Texture<'m> {
     pub task: Task,
 }
 
-/// A texture model of any kind, or of one kind alone, so that no other kind is linked.
+/// A texture model of any kind, or of only one kind, so that no other kind is linked.
 pub trait TextureModel<'m> {
     /// Returns the class of a sample of 700 numbers, frame by frame.
     fn class(&self, sample: &[i16; INPUTS]) -> u8;

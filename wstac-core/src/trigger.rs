@@ -96,7 +96,7 @@ pub(crate) struct TriggerState {
     bounds: [[i32; FEATURES]; 2],
     /// Frames lost since the last that arrived. Their meaning is known when the gap ends.
     lost: u64,
-    /// What waits behind a returned event: frames to fill, then one that arrived.
+    /// The frames that wait behind a returned event: frames to fill, then one that arrived.
     backlog: Option<(u8, Features, bool)>,
     interrupted: Option<InterruptedSample>,
 }

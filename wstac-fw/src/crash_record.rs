@@ -1,7 +1,7 @@
 //! The reason why the firmware stopped. It is kept over the reset that follows, and the next start reports it.
 //!
-//! The record is in memory that the start-up code leaves alone. After a reset it is unchanged. After power was off it
-//! holds random bytes, so it is valid only with its magic number and checksum.
+//! The record is in memory that the start-up code does not change. It survives a reset. After power was off the memory
+//! holds arbitrary bytes, so the record is valid only with its magic number and checksum.
 
 #[cfg(feature = "h743")]
 use core::sync::atomic::{Ordering, compiler_fence};

@@ -15,12 +15,12 @@
 //! once that is full, it continues in this one. So rows are trusted only when [`Stripes::release`] has counted again
 //! after they were read.
 //!
-//! | fault | how it is noticed | when |
+//! | fault | how it is detected | when |
 //! | --- | --- | --- |
-//! | overrun | the interface says so, or the next stripe was complete before this one was read | at once |
+//! | overrun | the interface reports it, or the next stripe was complete before this one was read | at once |
 //! | lost sync | a vertical sync in the middle of a frame | at once |
-//! | lost sync | no frame began for 1.5 frame times, but then lines come | 1.9 frame times |
-//! | silent sensor | the same, and no lines | 1.9 frame times |
+//! | lost sync | no frame began for 1.5 frame times, but then lines arrive | 1.9 frame times |
+//! | silent sensor | no frame began for 1.5 frame times, and no lines arrive | 1.9 frame times |
 //!
 //! After each of them, capture restarts at the next vertical sync. The time tells how many frames were lost: a frame
 //! that begins n frame times after the one before follows n − 1 lost ones.
@@ -144,7 +144,7 @@ impl<C: Capture> Stripes<C> {
         self.due = self.after(3, 2);
     }
 
-    /// The next step.
+    /// Returns the next step.
     pub fn step(&mut self) -> Step<'_> {
         if self.abandon {
             self.abandon = false;

@@ -59,9 +59,9 @@ pub(super) enum Leaves<'a> {
         classes: u16,
         /// All words. Some of their halves are the table of leaves.
         words: &'a [u32],
-        /// Where the table starts.
+        /// The half at which the table starts.
         table: usize,
-        /// Where it ends.
+        /// The half at which the table ends.
         end: usize,
         /// The value of one vote.
         unit: u32,

@@ -38,7 +38,7 @@ pub struct Decoder<const N: usize = LONGEST> {
     lost: u16,
 }
 
-/// How much of a frame has arrived.
+/// The part of a frame that has arrived.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Nothing,

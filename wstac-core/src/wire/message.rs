@@ -78,7 +78,7 @@ pub enum Message<'a> {
         #[serde(serialize_with = "super::numbers::long")]
         dropped: u64,
     },
-    /// How the stream ended. No message follows.
+    /// The end of the stream. No message follows.
     End {
         /// The stream's frames, baseline and the sample that was under way.
         stream: StreamEnd,

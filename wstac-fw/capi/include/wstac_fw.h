@@ -434,7 +434,7 @@ WstacFwStatus wstac_fw_direction(const struct WstacFwPipeline *pipeline, struct 
 // `pipeline` is null or a pipeline's memory; `incomplete` is null or memory for one.
 WstacFwStatus wstac_fw_take_interrupted(struct WstacFwPipeline *pipeline, struct WstacFwIncomplete *incomplete);
 
-// How the stream stands; after wstac_fw_finish, how it ended.
+// Writes the state of the stream; after wstac_fw_finish, how it ended.
 //
 // # Safety
 // `pipeline` is null or a pipeline's memory; `end` is null or memory for one.

@@ -265,7 +265,7 @@ pub unsafe extern "C" fn wstac_fw_take_interrupted(
     status(take())
 }
 
-/// How the stream stands; after wstac_fw_finish, how it ended.
+/// Writes the state of the stream; after wstac_fw_finish, how it ended.
 ///
 /// # Safety
 /// `pipeline` is null or a pipeline's memory; `end` is null or memory for one.

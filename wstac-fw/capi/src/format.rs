@@ -12,7 +12,7 @@ use wstac_core::green::packed_ycbcr::{Uyvy, Yuyv};
 use wstac_core::green::planar_ycbcr::{Nv12, Yu12};
 use wstac_core::green::rgb565::Rgb565;
 use wstac_core::green::words::{Y10, Y12, Y16};
-use wstac_core::green::ycbcr::{YcbcrEncoding, Exact, Linear};
+use wstac_core::green::ycbcr::{Exact, Linear, YcbcrEncoding};
 use wstac_core::params::DEFAULT_FLOOR_LEVELS;
 
 use crate::status::WstacFwStatus;

@@ -42,7 +42,7 @@ fn checked<M: Memory>(memory: *const M) -> Result<*mut Slot<M::Value>, WstacFwSt
 /// `slot` is readable, and as large and aligned as a slot.
 unsafe fn check_mark<M: Memory>(slot: *const Slot<M::Value>) -> Result<(), WstacFwStatus> {
     // The mark is a slot's first field.
-    // SAFETY: the caller's; any number is a mark.
+    // SAFETY: guaranteed by the caller; any number is a mark.
     let mark = unsafe { slot.cast::<u32>().read_volatile() };
     if mark == M::MARK { Ok(()) } else { Err(WstacFwStatus::State) }
 }

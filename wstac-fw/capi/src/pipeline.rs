@@ -6,7 +6,7 @@ use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::error::Error;
 use wstac_core::features::Features;
 use wstac_core::frame::Stride;
-use wstac_core::green::ycbcr::{YcbcrEncoding, YcbcrMatrix, QuantizationRange};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::fixed::Fixed;
 use wstac_core::params::TAXELS;

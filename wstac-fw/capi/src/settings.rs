@@ -1,8 +1,8 @@
 //! A pipeline's parameters, which may be changed before its first frame. A program links only the functions that it
 //! calls: these use 64-bit floating point.
 
-use wstac_core::features::Floor;
 use wstac_core::baseline_policy::TrackingBaseline;
+use wstac_core::features::Floor;
 use wstac_core::params::{
     AFTERGLOW_FRAMES, DEFAULT_BACKTRACK, DEFAULT_MARGIN, DEFAULT_MULTIPLIER, DEFAULT_WINDOW, FASTEST_FITTED,
     SLOWEST_FITTED, SPEED_INTERCEPT, SPEED_SLOPE, TRACK_LENGTH, VALID_THRESHOLD,

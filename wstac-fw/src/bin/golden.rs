@@ -198,7 +198,7 @@ fn give_event(results: &File, event: Option<&Event<'_>>, config: &SpeedConfig) {
     ]);
 }
 
-/// The formats in the order of tests/firmware/golden.py.
+/// Returns the format of this number, in the order of tests/firmware/golden.py.
 fn pixel_format(number: u32) -> PixelFormat {
     use PixelFormat as F;
     const FORMATS: [PixelFormat; 14] = [

@@ -57,7 +57,7 @@ impl World {
         self.frames[(self.now / PERIOD) as usize]
     }
 
-    /// One tick of the sensor and the interface.
+    /// Simulates one tick of the sensor and the interface.
     fn tick(&mut self) {
         let (frame, at) = (self.frame(), self.now % PERIOD);
         let cut = matches!(frame, Cut) && at > 2 * STRIPE;
@@ -231,7 +231,7 @@ fn a_silent_sensor_is_told_of_until_it_speaks_and_time_counts_the_frames() {
         run(&[Good, Nothing, Nothing, Nothing, Nothing, Nothing, Good]),
         "0:0 1 2 3 Silent Silent Silent lost 5 6:0 1 2 3"
     );
-    // Nothing was lost before the first frame, where time begins.
+    // No frame counts as lost before the first frame: time begins there.
     assert_eq!(run(&[Nothing, Nothing, Good]), "Silent 2:0 1 2 3");
 }
 
@@ -242,7 +242,7 @@ fn a_frame_that_stops_is_given_up() {
     assert_eq!(run(&[Good, Stops, Nothing, Nothing, Good]), "0:0 1 2 3 1:0 1 abandoned Silent lost 2 4:0 1 2 3");
 }
 
-/// An interface whose complete stripes a test sets.
+/// A capture interface whose number of complete stripes a test sets.
 fn interface() -> (Rc<RefCell<World>>, Stripes<Interface>) {
     let world =
         World { now: 0, frames: &[Good], complete: 0, trouble: None, lines: false, in_frame: false, ring: [0; 2] };

@@ -69,7 +69,7 @@ fn linear_zeros(kind: u16, number: u16, rows: u16) -> Vec<u32> {
     file(kind, number, rows, 0, &part)
 }
 
-/// The weights of all rows are one half, as two int8 or an int16; row 1 is less by a bias.
+/// Returns a model whose weights are all one half, as two int8 or an int16; row 1 is less by a bias.
 fn limits(number: u16, weight: u16) -> Vec<u32> {
     let row = if number == 1 { 350 } else { 700 };
     let mut part = vec![3, 0];
