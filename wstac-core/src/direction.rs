@@ -98,8 +98,8 @@ struct Slope {
 ///
 /// The error comes from these sources:
 ///
-/// - A feature's own error (0.507 units of 2^-11) is a fraction r = 2.5e-4 of a frame's light L, and of the baseline's
-///   light B.
+/// - A feature's own error (0.507 units of 2^-11) is a fraction r = 2.5e-4 of a frame's light L and of the baseline's
+///   B.
 /// - Both lights are e^x of a table. Each is off by 4 units of 2^-31 of the line's brightest light, and by 2^-27 of
 ///   itself. Together this is below 2e-8 of the brightest light.
 /// - The rounding of the mean adds 2^-20 B.

@@ -7,8 +7,8 @@ use crate::params::{COLUMNS, FEATURE_FRACTION_BITS, FEATURE_ONE, FEATURES, ROWS,
 
 /// The ten features of a frame, in units of 2^-11.
 ///
-/// They are ln of the five row sums, then of the five column sums, relative to full scale: −16 · 2048 (saturated) ..=
-/// ln 5 · 2048.
+/// They are ln of the five row sums, then of the five column sums, relative to full scale. The range is −16 · 2048
+/// (saturated) ..= ln 5 · 2048.
 pub type Features = [i16; FEATURES];
 
 /// Fraction bits of a logarithm beyond those of a feature.

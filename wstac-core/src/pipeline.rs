@@ -177,8 +177,8 @@ impl<'a> Finished<'a> {
 impl Pipeline {
     /// Starts to build a pipeline for frames of this geometry: pixel format, layout, stride and rate.
     ///
-    /// Without another call, the pipeline has a darkness floor of half a gray level, the trigger's default parameters,
-    /// the log kernel [`Fixed`] and a fixed baseline.
+    /// Without another call, the pipeline has a darkness floor of half a gray level and a fixed baseline. The trigger's
+    /// parameters are the defaults, and the log kernel is [`Fixed`].
     ///
     /// ```
     /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline};

@@ -260,8 +260,9 @@ impl core::error::Error for NoSpeed {}
 
 /// Returns the first and last valid frame of an event's sample; `None` if no frame is valid.
 ///
-/// A frame is valid if and only if a feature is above ln threshold. So the result differs from that of the real light
-/// only if the light is within a feature's own error of the threshold: 0.507 units of 2^-11, 0.025 % of the light.
+/// A frame is valid if and only if a feature is above ln threshold. A feature's own error is 0.507 units of 2^-11,
+/// which is 0.025 % of the light. So the result differs from that of the real light only if the light is that close to
+/// the threshold.
 pub fn duration(event: &Event<'_>, config: &SpeedConfig) -> Option<LitSpan> {
     match config.on {
         ThresholdOn::Absolute => {

@@ -58,8 +58,8 @@ fn of_run(bytes: &[u8]) -> u32 {
     bytes.iter().map(|&byte| u32::from(byte)).sum()
 }
 
-/// A block that kernels can sum: at least one row, rows of the same alignment, each with an aligned word and at most
-/// `MOST` bytes wide.
+/// A block that kernels can sum. It has at least one row. All rows have the same alignment, an aligned word each, and
+/// at most `MOST` bytes.
 #[cfg(any(test, target_arch = "arm"))]
 #[derive(Clone, Copy)]
 struct Strip<'a, const MOST: usize>(Block<'a>);

@@ -7,8 +7,8 @@ use super::simd::{self, Chroma, Shared};
 use super::ycbcr::{Conversion, Exact};
 use crate::frame::{Rows, Run};
 
-/// The format NV12: luma, then rows of Cb Cr pairs for every 2 × 2 pixels, with as many bytes from row to row as luma.
-/// G = 255.
+/// The format NV12: luma, then rows of Cb Cr pairs for every 2 × 2 pixels. Both have the same bytes from row to row. G
+/// = 255.
 #[derive(Clone, Copy, Debug)]
 pub struct Nv12<C = Exact> {
     conversion: C,

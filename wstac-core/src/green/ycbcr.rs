@@ -1,6 +1,6 @@
 //! Green from Y, Cb, Cr: exactly per pixel, or once per taxel.
 //!
-//! Kr and Kb are those of the matrix, Kg = 1 − Kr − Kb, and y, b, r are the samples less their zero level. Then
+//! Kr and Kb are those of the matrix, and Kg = 1 − Kr − Kb. y, b, r are the samples less their zero level. Then
 //!
 //! G = p/q · y − B · b − C · r,  B = s · 2 Kb (1 − Kb) / Kg,  C = s · 2 Kr (1 − Kr) / Kg,
 //!

@@ -2,15 +2,17 @@
 //!
 //! From half 16 on a file holds:
 //!
-//! - the number of weighted sums (*rows*; one half): one for each class, a single one for two classes (one-vs-rest), or
-//!   one for each pair of classes, 0 and 1, 0 and 2 … 1 and 2 … (one-vs-one)
+//! - the number of weighted sums (*rows*; one half), see below
 //! - a half of 0
 //! - each row's bias, an int64 (four halves)
 //! - the weights, in blocks of up to [`BLOCK`] rows.
 //!
+//! There is one row for each class, or a single one for two classes (one-vs-rest). Or there is one for each pair of
+//! classes, 0 and 1, 0 and 2 … 1 and 2 … (one-vs-one).
+//!
 //! For int16, a block has for every two inputs the two weights of each row. For int8, it has for every four inputs the
-//! four weights of each row, in the order first, third, second, fourth: a Cortex-M4 widens every other byte. Inputs are
-//! those of the frames that the model needs; for int8, zeros follow up to a multiple of four.
+//! four weights of each row. They are in the order first, third, second, fourth, because a Cortex-M4 widens every other
+//! byte. Inputs are those of the frames that the model needs; for int8, zeros follow up to a multiple of four.
 //!
 //! In one-vs-rest, the class with the highest sum wins; if there are several, the lowest. Of two classes with one row,
 //! the second wins if the sum is above 0. In one-vs-one, each row is a vote: for its first class if the sum is above 0,

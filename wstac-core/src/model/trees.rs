@@ -1,7 +1,7 @@
 //! Trees: the layout of their nodes in the file, and the one check of them.
 //!
-//! A tree is its length (one half, in units of 2^shift halves), counted behind it, then its nodes in preorder: a node,
-//! its left subtree, its right subtree. Leaves are in their parents:
+//! A tree starts with its length: one half, in units of 2^shift halves, counted behind it. Then come its nodes in
+//! preorder: a node, its left subtree, its right subtree. Leaves are in their parents:
 //!
 //! | node | halves |
 //! | --- | --- |

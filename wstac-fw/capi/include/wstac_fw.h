@@ -310,8 +310,8 @@ typedef struct WstacFwTrigger {
 
 // The law from a duration to a speed: `[speed]` of a configuration file.
 typedef struct WstacFwSpeedLaw {
-  // Whether the law is D = 30 track / v + afterglow instead of D = intercept - slope log10 v, in frames at 30 per
-  // second.
+  // Whether the law is the physical one: D = 30 track / v + afterglow instead of D = intercept - slope log10 v. D is
+  // in frames at 30 per second.
   bool physical;
   // The intercept in frames; with `physical` the track in mm.
   float intercept_or_track;

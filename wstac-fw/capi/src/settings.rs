@@ -35,8 +35,8 @@ pub struct WstacFwTrigger {
 /// The law from a duration to a speed: `[speed]` of a configuration file.
 #[repr(C)]
 pub struct WstacFwSpeedLaw {
-    /// Whether the law is D = 30 track / v + afterglow instead of D = intercept - slope log10 v, in frames at 30 per
-    /// second.
+    /// Whether the law is the physical one: D = 30 track / v + afterglow instead of D = intercept - slope log10 v. D is
+    /// in frames at 30 per second.
     pub physical: bool,
     /// The intercept in frames; with `physical` the track in mm.
     pub intercept_or_track: f32,

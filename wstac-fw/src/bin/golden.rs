@@ -179,8 +179,8 @@ fn give(results: &File, update: &Update<'_>, config: &SpeedConfig) {
     give_event(results, update.event().as_ref(), config);
 }
 
-/// Writes an event: its frame, how many frames were filled, whether it is reliable, its duration and direction (−1 if
-/// there is none), and its speed in 1/16 mm/s.
+/// Writes an event: its frame, how many frames were filled, and whether it is reliable. Then come its duration and
+/// direction (−1 if there is none), and its speed in 1/16 mm/s.
 fn give_event(results: &File, event: Option<&Event<'_>>, config: &SpeedConfig) {
     let Some(event) = event else { return };
     let duration = speed::duration(event, config).map_or(-1, |duration: LitSpan| i16::from(duration.frames()));

@@ -242,7 +242,7 @@ fn a_frame_that_stops_is_given_up() {
     assert_eq!(run(&[Good, Stops, Nothing, Nothing, Good]), "0:0 1 2 3 1:0 1 abandoned Silent lost 2 4:0 1 2 3");
 }
 
-/// A capture interface whose number of complete stripes a test sets.
+/// Returns a capture interface whose number of complete stripes a test sets.
 fn interface() -> (Rc<RefCell<World>>, Stripes<Interface>) {
     let world =
         World { now: 0, frames: &[Good], complete: 0, trouble: None, lines: false, in_frame: false, ring: [0; 2] };

@@ -85,6 +85,7 @@ impl Monitor {
                     self.heard = true;
                 }
                 Some(Err(_)) => {
+                    // Damaged, or of a reason that is newer than this code.
                     self.damaged += 1;
                     if !self.heard && self.damaged == ONLY_NOISE {
                         let noise = "nothing but noise so far: is it the right port, and --baud the board's?";

@@ -102,8 +102,8 @@ fn one_class_is_always_the_answer() {
     }
 }
 
-/// Returns a chain of so many splits to one side: leaf 0 while the number of input 3 is beyond a threshold, 1 at the
-/// end.
+/// Returns a chain of so many splits to one side. Its leaf is 0 while the number of input 3 is beyond a threshold, and
+/// 1 at the end.
 fn chain(depth: u16, to_right: bool) -> Vec<u16> {
     let mut nodes = vec![];
     for level in 1..depth {
