@@ -352,8 +352,8 @@ impl<B: BaselinePolicy> Trigger<B> {
 }
 
 impl TriggerState {
-    /// Returns the number that the next pushed frame gets.
-    // It is not inlined: it is called in many places, and takes 50 bytes in each on a Cortex-M0.
+    /// Number of the frame that the next push is.
+    // A function of its own: it is asked for in many places, and takes 50 bytes in each on a Cortex-M0.
     #[inline(never)]
     pub(crate) fn next_frame(&self) -> u64 {
         let backlog = self.backlog.map_or(0, |(fills, ..)| u64::from(fills) + 1);

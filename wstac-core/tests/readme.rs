@@ -1,6 +1,6 @@
 //! The program in the repository's README is the one on the crate's front page, which compiles and runs as a doctest.
 
-/// Returns the first block of Rust in Markdown.
+/// The first block of Rust in Markdown.
 fn first_block(page: &str) -> Option<&str> {
     Some(page.split_once("```rust\n")?.1.split_once("```")?.0)
 }

@@ -27,10 +27,10 @@
 // The number of bytes of a class's name, with the 0 behind it.
 #define WSTAC_FW_LABEL_BYTES 64
 
-// The number of bytes of a pipeline.
+// Bytes of a pipeline.
 #define WSTAC_PIPELINE_SIZE 2384
 
-// The number that a pipeline's address is a multiple of.
+// What a pipeline's address is a multiple of.
 #define WSTAC_PIPELINE_ALIGN 8
 
 // The result of a call. Errors are below 0; then nothing has changed, and nothing was written.
@@ -177,7 +177,7 @@ typedef struct WstacFwFormat WstacFwFormat;
 //
 // wstac_fw_init sets it up. A copied or moved pipeline is another one in the same state. Nothing has to be freed.
 typedef struct WstacFwPipeline {
-  // Private to the library.
+  // The library's own.
   uint64_t opaque[298];
 } WstacFwPipeline;
 

@@ -20,9 +20,9 @@ use crate::format::{Chosen, WstacFwFormat};
 use crate::memory::{Memory, borrowed, fits, set_up, value_mut};
 use crate::status::{WstacFwStatus, status};
 
-/// The number of bytes of a pipeline.
+/// Bytes of a pipeline.
 pub const WSTAC_PIPELINE_SIZE: usize = 2384;
-/// The number that a pipeline's address is a multiple of.
+/// What a pipeline's address is a multiple of.
 pub const WSTAC_PIPELINE_ALIGN: usize = 8;
 
 /// A pipeline, in memory that the program provides: `static WstacFwPipeline pipeline;`.
@@ -30,7 +30,7 @@ pub const WSTAC_PIPELINE_ALIGN: usize = 8;
 /// wstac_fw_init sets it up. A copied or moved pipeline is another one in the same state. Nothing has to be freed.
 #[repr(C)]
 pub struct WstacFwPipeline {
-    /// Private to the library.
+    /// The library's own.
     opaque: [u64; 298],
 }
 
