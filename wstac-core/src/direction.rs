@@ -106,8 +106,9 @@ struct Slope {
 ///
 /// Let d be the sum of these errors at frame t, about r (L + B), and a the light above the baseline. A centroid c is
 /// off by at most Σ |t − c| d / (Σ a − Σ d), and by 2^-20 frames of its own rounding. A slope is off by a tenth of its
-/// lines' errors, each times |index − 2|. A confidence is off by at most 2 (|s₁| Δs₂ + |s₂| Δs₁) / ((|s₁| + |s₂|) (|s₁|
-/// + |s₂| − Δs₁ − Δs₂)), and by 2^-15 of its own rounding. A line whose Σ a is below Σ d may count as lit or not.
+/// lines' errors, each times |index − 2|. A confidence is off by 2^-15 of its own rounding, and by at most
+/// 2 (|s₁| Δs₂ + |s₂| Δs₁) / ((|s₁| + |s₂|) (|s₁| + |s₂| − Δs₁ − Δs₂)).
+/// A line whose Σ a is below Σ d may count as lit or not.
 pub fn direction(event: &Event<'_>) -> Direction {
     let means = event.baseline.means(EXP_FRACTION_BITS);
     let slope = |first: usize, count: usize| {

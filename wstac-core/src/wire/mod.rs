@@ -26,8 +26,8 @@
 //! | 1–… | the message as [postcard] writes it: its number, then its fields |
 //! | 4 | CRC-32 (IEEE) of all bytes before, the lowest first |
 //!
-//! The number of a message is that of its variant of [`Message`] or [`Request`]. Variants and fields are in the order of
-//! the source.
+//! The number of a message is that of its variant of [`Message`] or [`Request`]. Variants and fields are in the order
+//! of the source.
 //!
 //! [postcard]: https://postcard.jamesmunns.com/wire-format
 //!
