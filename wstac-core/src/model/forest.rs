@@ -3,7 +3,7 @@
 //! From half 16 on a file holds:
 //!
 //! - the value of one vote, U (two halves)
-//! - the halves of the table of leaves (two halves)
+//! - the size of the table of leaves, in halves (two halves)
 //! - the table
 //! - the trees of [`super::trees`].
 //!
