@@ -1,12 +1,12 @@
-//! Compiles in what the environment names, and says how to link.
+//! Compiles in the files that the environment names, and tells how to link.
 //!
-//! | variable | what it names |
+//! | variable | it names |
 //! | --- | --- |
-//! | `WSTAC_CONFIG` | a configuration file, as `wstac run --config` takes it; without it all is as published |
+//! | `WSTAC_CONFIG` | a configuration file, as `wstac run --config` takes it; without it, the defaults |
 //! | `WSTAC_MODEL` | a texture model's file, as `wstac model import` writes it; without it there is no texture |
 //! | `WSTAC_PIXELS` | the camera's pixel format, such as YUYV; without it GREY |
 
-// Modules of another crate and of this program alike.
+// Modules of another crate and of this program.
 #![allow(unreachable_pub)]
 
 #[path = "build/link.rs"]
@@ -31,22 +31,23 @@ fn main() {
     match setup::source(named("WSTAC_CONFIG"), named("WSTAC_MODEL"), pixels.as_deref()) {
         Ok(source) => fs::write(out.join("setup.rs"), source).expect("OUT_DIR can be written"),
         Err(error) => {
-            // One line that says what is wrong, instead of a panic's many.
+            // One line that says what is wrong, instead of the many lines of a panic.
             println!("cargo::error={}", error.replace('\n', " "));
         }
     }
 }
 
-/// What a variable says, if anything.
+/// Returns the value of a variable, if it has one.
 fn variable(name: &str) -> Option<OsString> {
     println!("cargo:rerun-if-env-changed={name}");
     env::var_os(name).filter(|value| !value.is_empty())
 }
 
-/// The file that a variable names.
+/// Returns the path of the file that a variable names.
 fn named(name: &str) -> Option<PathBuf> {
     let file = PathBuf::from(variable(name)?);
     println!("cargo:rerun-if-changed={}", file.display());
-    // Relative names are the caller's, who stands in the package's folder or above it: cargo runs this in the former.
+    // Relative names are relative to the caller's folder, which is the package's folder or the one above. Cargo runs
+    // this in the former.
     Some(file)
 }

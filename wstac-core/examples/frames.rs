@@ -1,6 +1,6 @@
-//! Your own frames in, events out: `cargo run -p wstac-core --example frames`.
+//! Turns your own frames into events: `cargo run -p wstac-core --example frames`.
 //!
-//! `Grabber` stands for whatever gives you frames: a camera's library, a video decoder, a DMA. Everything else is what a
+//! `Grabber` stands for whatever produces your frames: a camera's library, a video decoder, a DMA. The rest is what a
 //! program does with them. The core allocates nothing and needs no `std`; only this example prints.
 
 use wstac_core::direction::direction;
@@ -13,16 +13,16 @@ use wstac_core::speed::{SpeedConfig, duration, speed};
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::trigger::Event;
 
-/// Frames of 640 × 480 RGB, whose rows take 2048 bytes each because the driver likes powers of two.
+/// Frames of 640 × 480 RGB, whose rows take 2048 bytes each, as if the driver preferred powers of two.
 const SIZE: (u32, u32) = (640, 480);
 const BYTES_PER_ROW: u32 = 2048;
-/// Width and height of a taxel, and the distance from one to the next, in pixels.
+/// The width and height of a taxel, and the distance from one to the next, in pixels.
 const TAXEL: [u16; 2] = [48, 48];
 const PITCH: u16 = 80;
 
 fn main() -> Result<(), Error> {
-    // Where the whiskers' bases are in your picture, row by row. `wstac calibrate` finds them; `Layout::paper` has the
-    // published ones.
+    // These are the places of the whiskers' bases in your picture, row by row. `wstac calibrate` finds them;
+    // `Layout::paper` has the published ones.
     let corners = core::array::from_fn(|taxel| [130 + taxel as u16 % 5 * PITCH, 50 + taxel as u16 / 5 * PITCH]);
     let layout = Layout::new(FrameSize::new(SIZE.0, SIZE.1)?, TAXEL, corners)?;
     let rate = FrameRate::NOMINAL;
@@ -33,7 +33,7 @@ fn main() -> Result<(), Error> {
     let mut grabber = Grabber::new();
     loop {
         let update = match grabber.grab() {
-            // Fails on bytes that are no frame, which the grabber could have told before: that is a lost frame, too.
+            // This fails on bytes that are not a frame. Such a frame is lost, too.
             Grabbed::Frame(bytes) => match pipeline.push_frame(bytes) {
                 Ok(update) => update,
                 Err(error) => {
@@ -41,7 +41,7 @@ fn main() -> Result<(), Error> {
                     pipeline.push_lost(1)
                 }
             },
-            // Time is frames: what is lost keeps its place, or every later speed would be wrong.
+            // Frames measure time: a lost frame keeps its place, or every later speed would be wrong.
             Grabbed::Lost(frames) => pipeline.push_lost(frames),
             Grabbed::End => break,
         };
@@ -74,14 +74,14 @@ fn print(event: &Event<'_>, config: &SpeedConfig) {
     println!(", {} frames filled", event.frames_filled);
 }
 
-/// What comes out of a camera.
+/// The output of a camera.
 enum Grabbed<'a> {
     Frame(&'a [u8]),
     Lost(u64),
     End,
 }
 
-/// A camera over whose picture a stripe of light moves upwards, from frame 40 on; it loses two frames.
+/// A camera over whose picture a stripe of light moves upwards from frame 40 on. It loses two frames.
 struct Grabber {
     frame: u32,
     bytes: Vec<u8>,

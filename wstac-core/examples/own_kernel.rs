@@ -1,8 +1,8 @@
-//! A logarithm and a model of your own: `cargo run -p wstac-core --example own_kernel`.
+//! Uses a logarithm and a model of your own: `cargo run -p wstac-core --example own_kernel`.
 //!
-//! The logarithm is the arithmetic that a frame costs most of after its pixels, and a type parameter of [`Pipeline`]: what
-//! you do not name is not linked. This one has no table and one multiplication. The model is a file that the compiler
-//! checks: `wstac model import forest.onnx -o my.wsm`.
+//! After the pixels, the logarithm is the arithmetic that costs most of a frame. It is a type parameter of
+//! [`Pipeline`], and only the kernel that you name is linked. This one has no table and one multiplication. The model
+//! is a file that the compiler checks: `wstac model import forest.onnx -o my.wsm`.
 
 use wstac_core::error::Error;
 use wstac_core::features::Features;
@@ -16,10 +16,11 @@ use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture::texture;
 
-/// A forest in 1,660 bytes of flash: a damaged file, or one of another kind, does not compile.
+/// A forest in 1,660 bytes of flash. A damaged file, or one of another kind, does not compile.
 static MODEL: Forest<'static> = include_model!(Forest, "../tests/models/small.wsm");
 
-/// log2(1 + m) as the parabola m + 0.344 m (1 − m), within 0.0083: within 0.0058 as a natural logarithm, 12 units of a feature.
+/// Computes log2(1 + m) as the parabola m + 0.344 m (1 − m), within 0.0083. As a natural logarithm that is within
+/// 0.0058, 12 units of a feature.
 #[derive(Clone, Copy, Debug, Default)]
 struct Parabola;
 
@@ -27,7 +28,7 @@ struct Parabola;
 const LN_2: u64 = 45_426;
 
 impl Ln for Parabola {
-    // A kernel is asked for x ≥ 1 and answers ln x in units of 2^-26. It must not panic, whatever x is.
+    // A kernel is called with x ≥ 1 and returns ln x in units of 2^-26. It must not panic, whatever x is.
     fn ln(&self, x: u32) -> i32 {
         let exponent = x.max(1).ilog2();
         // The mantissa without its leading one, 0 to 1 in units of 2^-16.
@@ -39,7 +40,7 @@ impl Ln for Parabola {
     }
 }
 
-/// What the frames of one slide give with a logarithm: the highest features, and the texture.
+/// Returns the results of one slide's frames with a logarithm: the highest features, and the texture.
 fn slide<L: Ln>() -> Result<(Features, String), Error> {
     let camera = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
     let mut pipeline = Pipeline::builder(camera).ln(L::default()).build()?;
@@ -51,7 +52,7 @@ fn slide<L: Ln>() -> Result<(Features, String), Error> {
         }
         if let Some(event) = pipeline.push_frame(&frame)?.event() {
             let highest = core::array::from_fn(|feature| event.sample.feature(feature).max().unwrap_or(i16::MIN));
-            // For a model that is no file, `event.sample.flat()` is what it takes: 700 numbers, frame by frame.
+            // A model that is not a file takes `event.sample.flat()`: 700 numbers, frame by frame.
             return Ok((highest, texture(&event.sample.flat(), &MODEL).label.to_string()));
         }
     }

@@ -1,16 +1,16 @@
-//! The baseline η, the thresholds that follow from it, and how it moves where it follows drift (SPEC §3).
+//! The baseline η, its thresholds, and how it moves if it tracks drift (SPEC §3).
 
 use crate::features::Features;
 use crate::fixed::Q16;
 use crate::params::{BASELINE_WINDOWS, FEATURE_FRACTION_BITS, FEATURE_ONE, FEATURES};
 use crate::trigger_config::{Rule, TriggerConfig};
 
-/// 2^-11 in units of 2^-27 / 5, in which η, thresholds and margins are all integers.
+/// 2^-11 in units of 2^-27 / 5. In that unit η, thresholds and margins are all integers.
 const UNIT: i64 = (BASELINE_WINDOWS as i64) << 16;
 
-/// What the sensor showed before contact: ten totals over the baseline's 5m frames.
+/// Holds what the sensor showed before contact: ten totals over the baseline's 5m frames.
 ///
-/// η_k = total_k / 5 is the mean window sum, total_k / 5m the mean feature; totals keep both exact.
+/// The mean window sum is η_k = total_k / 5; the mean feature is total_k / 5m. Totals keep both exact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -20,7 +20,8 @@ pub struct Baseline {
 }
 
 impl Baseline {
-    /// A baseline from its totals (units of 2^-11) over `frames` frames, 5 to 350; for tests and recordings.
+    /// Creates a baseline from its totals, in units of 2^-11, over `frames` frames (5 to 350). It is for tests and
+    /// recordings.
     pub fn new(totals: [i32; FEATURES], frames: u16) -> Self {
         Self { totals, frames }
     }
@@ -36,30 +37,31 @@ impl Baseline {
         self.frames += 1;
     }
 
-    /// Sum of each feature over the baseline's frames, in units of 2^-11.
+    /// Returns the sum of each feature over the baseline's frames, in units of 2^-11.
     pub fn totals(&self) -> &[i32; FEATURES] {
         &self.totals
     }
 
-    /// Frames of the baseline, 5m; fewer while it is under way.
+    /// Returns the number of frames of the baseline: 5m, or fewer while it is being gathered.
     pub fn frames(&self) -> u16 {
         self.frames
     }
 
-    /// Each feature's mean over the baseline's frames, with `fraction_bits` (11 to 20) fraction bits, rounded down.
+    /// Returns each feature's mean over the baseline's frames, with `fraction_bits` (11 to 20) fraction bits, rounded
+    /// down.
     pub(crate) fn means(&self, fraction_bits: u32) -> [i32; FEATURES] {
         let frames = i64::from(self.frames);
         self.totals.map(|total| {
             // |total| < 2^15 · 350, so 64 bits hold it; the quotient is within the range of a feature.
             let scaled = i64::from(total) << (fraction_bits - FEATURE_FRACTION_BITS);
             let mean = scaled.checked_div_euclid(frames).unwrap_or(0);
-            // A recorded baseline may hold anything: a mean of features is a feature.
+            // A recorded baseline may hold any numbers. A mean of features is within the range of a feature.
             let most = 1_i64 << (15 + fraction_bits - FEATURE_FRACTION_BITS);
             mean.clamp(-most, most - 1) as i32
         })
     }
 
-    /// The trigger's own margin around η in units of 2^-27 / 5 for a total: how far above η a window sum must be.
+    /// Returns the trigger's margin around η for a total, in units of 2^-27 / 5: how far above η a window sum must be.
     fn margin(total: i32, config: &TriggerConfig) -> i64 {
         let beyond_one = (i64::from(config.multiplier().bits()) - i64::from(Q16::ONE.bits())).abs();
         let relative = beyond_one * i64::from(total.abs());
@@ -72,7 +74,7 @@ impl Baseline {
         }
     }
 
-    /// The highest window sum of each feature, in units of 2^-11, that does not fire.
+    /// Returns the highest window sum of each feature that does not fire, in units of 2^-11.
     pub(crate) fn thresholds(&self, config: &TriggerConfig) -> [i32; FEATURES] {
         // W fires if W · 5 · 2^16 > total · 2^16 + margin.
         self.totals.map(|total| {
@@ -84,8 +86,10 @@ impl Baseline {
         })
     }
 
-    /// Moves every total by 2^-shift of what five windows like this one (`sums`) would differ from it by, at most by 2^-shift of the margin.
-    /// What is left of a division stays in `remainders`, 0 to 2^shift − 1 each, so that no difference is too small to count.
+    /// Moves every total towards five windows like this one (`sums`).
+    ///
+    /// A total moves by 2^-shift of the difference, and by at most 2^-shift of the margin. The remainder of each
+    /// division stays in `remainders`, 0 to 2^shift − 1 each, so that no difference is too small to count.
     pub(crate) fn follow(
         &mut self,
         sums: &[i32; FEATURES],
@@ -95,7 +99,8 @@ impl Baseline {
     ) {
         for ((total, remainder), &sum) in self.totals.iter_mut().zip(remainders).zip(sums) {
             let most = (Self::margin(*total, config) >> 16).min(i64::from(i32::MAX)) as i32;
-            // |sum| ≤ 70 · 2^15, and a total never passes five times the sum that it moves to: all fits 26 bits.
+            // |sum| ≤ 70 · 2^15, and a total never exceeds five times the sum that it moves to. Everything fits 26
+            // bits.
             let difference = (BASELINE_WINDOWS as i32 * sum - *total).max(-most).min(most);
             let moved = *remainder + difference;
             *total += moved >> shift;
@@ -103,7 +108,7 @@ impl Baseline {
         }
     }
 
-    /// Whether the five window sums, `lowest` to `highest`, lie within the trigger's own margin.
+    /// Returns whether the five window sums, `lowest` to `highest`, lie within the trigger's margin.
     pub(crate) fn is_quiet(&self, lowest: &[i32; FEATURES], highest: &[i32; FEATURES], config: &TriggerConfig) -> bool {
         self.totals
             .iter()

@@ -1,25 +1,28 @@
-//! What becomes of the baseline after its 5m frames: it is kept, or it follows slow drift while nothing touches (SPEC §3, "Slow drift").
+//! What happens to the baseline after its first 5m frames (SPEC §3, "Slow drift").
 //!
-//! A type parameter of [`Trigger`](crate::trigger::Trigger) chooses: what is not asked for takes neither code nor memory. A host that chooses when it
-//! runs has `Option<Follow>`.
+//! The baseline stays fixed, or it tracks slow drift while nothing touches the sensor.
+//!
+//! A type parameter of [`Trigger`](crate::trigger::Trigger) chooses the policy. A policy that is not chosen takes
+//! neither code nor memory. A host that chooses at run time uses `Option<TrackingBaseline>`.
 
 use crate::baseline::Baseline;
 use crate::error::Error;
 use crate::params::{FEATURES, LONGEST_FOLLOW, SAMPLE_FRAMES, SHORTEST_FOLLOW};
 use crate::trigger_config::TriggerConfig;
 
-/// What becomes of the baseline. There are three: [`FixedBaseline`], [`TrackingBaseline`] and `Option<Follow>`.
+/// Decides what happens to the baseline. There are three: [`FixedBaseline`], [`TrackingBaseline`] and
+/// `Option<TrackingBaseline>`.
 pub trait BaselinePolicy: sealed::Sealed + Clone + core::fmt::Debug {
-    /// The same before its first window.
+    /// Returns the policy in its state before the first window.
     #[doc(hidden)]
     #[must_use]
     fn anew(&self) -> Self;
 
-    /// A window has fired.
+    /// Takes note of a window that fired.
     #[doc(hidden)]
     fn fired(&mut self, config: &TriggerConfig);
 
-    /// A window that did not fire is complete.
+    /// Takes a complete window that did not fire.
     #[doc(hidden)]
     fn quiet(
         &mut self,
@@ -37,7 +40,7 @@ mod sealed {
     impl Sealed for Option<super::TrackingBaseline> {}
 }
 
-/// The first 5m frames' baseline stays (paper).
+/// Keeps the baseline of the first 5m frames (paper).
 #[derive(Clone, Copy, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FixedBaseline;
@@ -55,30 +58,32 @@ impl BaselinePolicy for FixedBaseline {
     fn quiet(&mut self, _: &[i32; FEATURES], _: &mut Baseline, _: &mut [i32; FEATURES], _: &TriggerConfig) {}
 }
 
-/// The baseline follows slow drift (decided).
+/// Lets the baseline track slow drift (decided).
 ///
-/// After each complete window that did not fire the baseline moves by 1/N of the window's distance from it, at most by 1/N of the
-/// trigger's own margin either way, and the thresholds are worked out anew: a low pass with a time constant of N windows, in integers whose
-/// remainders are kept. The ⌈35/m⌉ windows after one that fired are left out (afterglow). Frames of a long gap are in no window.
+/// After each complete window that did not fire, the baseline moves by 1/N of the window's distance from it. It moves
+/// by at most 1/N of the trigger's margin, up or down. Then the thresholds are computed again. This is a low-pass
+/// filter with a time constant of N windows, in integers whose remainders are kept. The ⌈35/m⌉ windows after a window
+/// that fired are left out, because of the afterglow. Frames of a long gap are in no window.
 ///
-/// What is so slow that it rises by less than the margin within N windows is drift, whatever causes it: a press that slow fires with
-/// [`FixedBaseline`], and not with this. A step fires as before, and is not followed as long as its windows fire.
+/// A signal that rises by less than the margin within N windows counts as drift, whatever causes it. A press that slow
+/// fires with [`FixedBaseline`], but not with this policy. A step fires as before. It is not tracked as long as its
+/// windows fire.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TrackingBaseline {
     /// log2 N.
     shift: u8,
-    /// Windows to leave out.
+    /// Windows that are still to be left out.
     pause: u8,
-    /// What divisions left of each total, in units of 2^-11 / N.
+    /// The remainder of each total's divisions, in units of 2^-11 / N.
     remainders: [i32; FEATURES],
 }
 
 impl TrackingBaseline {
-    /// A time constant of N windows, a power of two from 16 to 32768.
+    /// Creates a policy with a time constant of N windows: a power of two from 16 to 32768.
     ///
     /// # Errors
-    /// [`Error::TrackingBaseline`] for another number.
+    /// Returns [`Error::TrackingBaseline`] for another number.
     pub const fn new(windows: u32) -> Result<Self, Error> {
         if !windows.is_power_of_two() || windows < SHORTEST_FOLLOW || windows > LONGEST_FOLLOW {
             return Err(Error::TrackingBaseline(windows));
@@ -86,7 +91,7 @@ impl TrackingBaseline {
         Ok(Self { shift: windows.ilog2() as u8, pause: 0, remainders: [0; FEATURES] })
     }
 
-    /// The time constant N, in windows.
+    /// Returns the time constant N, in windows.
     pub const fn windows(&self) -> u32 {
         1 << self.shift
     }

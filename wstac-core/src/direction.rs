@@ -1,27 +1,29 @@
 //! Sliding direction from the order in which rows and columns light up (SPEC §5; paper, "Directional
 //! Identification").
 
+use core::fmt;
+
 use crate::exp::{EXP_FRACTION_BITS, exp_of_negative};
 use crate::params::{COLUMNS, FEATURE_FRACTION_BITS, LEAST_CONFIDENCE, ROWS};
 use crate::trigger::Event;
 
-/// One of the four ways a specimen can slide.
+/// One of the four directions in which a specimen can slide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Heading {
-    /// +x: columns in order.
+    /// The specimen slides along +x: columns light up in order.
     Right,
-    /// +y: rows reversed.
+    /// The specimen slides along +y: rows light up in reverse order.
     Up,
-    /// −x: columns reversed.
+    /// The specimen slides along −x: columns light up in reverse order.
     Left,
-    /// −y: rows in order.
+    /// The specimen slides along −y: rows light up in order.
     Down,
 }
 
 impl Heading {
-    /// The angle in degrees, counter-clockwise from +x: 0, 90, 180 or 270.
+    /// Returns the angle in degrees, counter-clockwise from +x: 0, 90, 180 or 270.
     pub fn degrees(self) -> u16 {
         match self {
             Self::Right => 0,
@@ -32,10 +34,11 @@ impl Heading {
     }
 }
 
-/// Why there is no direction.
+/// The reason why there is no direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Unclear {
     /// A row and a column never light up.
     NeverLit,
@@ -43,19 +46,37 @@ pub enum Unclear {
     NoOrder,
 }
 
-/// A direction and how sure it is.
+impl Unclear {
+    /// Returns the reason as a sentence. JSON output and `Display` use this sentence.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::NeverLit => "unclear: a row and a column never light up",
+            Self::NoOrder => "unclear: neither rows nor columns light up in order",
+        }
+    }
+}
+
+impl fmt::Display for Unclear {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+impl core::error::Error for Unclear {}
+
+/// A direction and its confidence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Direction {
-    /// The way, or why there is none.
+    /// The heading, or the reason why there is none.
     pub heading: Result<Heading, Unclear>,
-    /// (|s₁| − |s₂|) / (|s₁| + |s₂|) of the two slopes, in units of 2^-15: 0..=32768.
+    /// The confidence (|s₁| − |s₂|) / (|s₁| + |s₂|) of the two slopes, in units of 2^-15: 0..=32768.
     pub confidence: u16,
 }
 
 impl Direction {
-    /// The confidence as a real number, 0..=1.
+    /// Returns the confidence as a real number, 0..=1.
     pub fn confidence(&self) -> f32 {
         f32::from(self.confidence) / 32_768.0
     }
@@ -64,7 +85,7 @@ impl Direction {
 /// Fraction bits of a centroid, in frames.
 const CENTROID_FRACTION_BITS: u32 = 20;
 
-/// Slope of centroid against index, as a fraction; 0 where fewer than two lines light up.
+/// Slope of centroid against index, as a fraction. It is 0 if fewer than two lines light up.
 #[derive(Clone, Copy)]
 struct Slope {
     numerator: i64,
@@ -73,14 +94,20 @@ struct Slope {
     all_lit: bool,
 }
 
-/// Direction of an event: least-squares slopes of the rows' and the columns' light centroids.
+/// Returns the sliding direction of an event, from least-squares slopes of the rows' and the columns' light centroids.
 ///
-/// Error: a feature's own (0.507 units of 2^-11) is a share r = 2.5e-4 of a frame's light L, and of the baseline's B. Both are
-/// e^x of a table, each off by 4 units of 2^-31 of the line's brightest light and 2^-27 of itself: together below 2e-8 of the
-/// brightest. The mean's rounding adds 2^-20 B. With d for the sum of these at frame t, nearly r (L + B), and a for the light above
-/// the baseline, a centroid c is off by at most Σ |t − c| d / (Σ a − Σ d), and 2^-20 frames of its own rounding; a slope by a tenth
-/// of its lines' errors, each times |index − 2|; and a confidence by
-/// 2 (|s₁| Δs₂ + |s₂| Δs₁) / ((|s₁| + |s₂|) (|s₁| + |s₂| − Δs₁ − Δs₂)), and 2^-15 of its own rounding.
+/// The error comes from these sources:
+///
+/// - A feature's own error (0.507 units of 2^-11) is a fraction r = 2.5e-4 of a frame's light L and of the baseline's
+///   B.
+/// - Both lights are e^x of a table. Each is off by 4 units of 2^-31 of the line's brightest light, and by 2^-27 of
+///   itself. Together this is below 2e-8 of the brightest light.
+/// - The rounding of the mean adds 2^-20 B.
+///
+/// Let d be the sum of these errors at frame t, about r (L + B), and a the light above the baseline. A centroid c is
+/// off by at most Σ |t − c| d / (Σ a − Σ d), and by 2^-20 frames of its own rounding. A slope is off by a tenth of its
+/// lines' errors, each times |index − 2|. A confidence is off by 2^-15 of its own rounding, and by at most
+/// 2 (|s₁| Δs₂ + |s₂| Δs₁) / ((|s₁| + |s₂|) (|s₁| + |s₂| − Δs₁ − Δs₂)).
 /// A line whose Σ a is below Σ d may count as lit or not.
 pub fn direction(event: &Event<'_>) -> Direction {
     let means = event.baseline.means(EXP_FRACTION_BITS);
@@ -93,7 +120,7 @@ pub fn direction(event: &Event<'_>) -> Direction {
         )
     };
     let (rows, columns) = (slope(0, ROWS), slope(ROWS, COLUMNS));
-    // Over a common denominator.
+    // Both slopes over a common denominator.
     let row = rows.numerator.unsigned_abs() * columns.denominator.unsigned_abs();
     let column = columns.numerator.unsigned_abs() * rows.denominator.unsigned_abs();
     let (difference, sum) = (row.abs_diff(column), row + column);
@@ -110,10 +137,11 @@ pub fn direction(event: &Event<'_>) -> Direction {
     Direction { heading, confidence }
 }
 
-/// When a row or column is lit, in frames from the sample's start: the centroid of its light above its baseline
-/// `mean`; nothing where it never lights up.
+/// Returns when a row or column is lit, in frames from the sample's start: the centroid of its light above its baseline
+/// `mean`. Returns `None` if it never lights up.
 fn centroid(event: &Event<'_>, feature: usize, mean: i32) -> Option<i64> {
-    // Light is taken as a share of the line's brightest: a centroid does not depend on it, and all bits are used.
+    // Light is a fraction of the line's brightest light. A centroid does not depend on that unit, and all bits are
+    // used.
     let brightest = event.sample.feature(feature).max()?;
     let brightest = i32::from(brightest) << (EXP_FRACTION_BITS - FEATURE_FRACTION_BITS);
     let base = exp_of_negative(u32::try_from(brightest - mean).ok()?);
@@ -128,7 +156,7 @@ fn centroid(event: &Event<'_>, feature: usize, mean: i32) -> Option<i64> {
     (moment << CENTROID_FRACTION_BITS).checked_div(light).map(|centroid| centroid as i64)
 }
 
-/// Least squares over the lines that light up.
+/// Returns the least-squares slope over the lines that light up.
 fn slope_of(lines: impl Iterator<Item = (i64, Option<i64>)>) -> Slope {
     let (mut n, mut x, mut xx, mut y, mut xy) = (0, 0, 0, 0, 0);
     let mut all_lit = true;

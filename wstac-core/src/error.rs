@@ -1,8 +1,8 @@
-//! What can be wrong with a layout, a configuration or a frame: one cause, one variant.
+//! Errors of layouts, configurations and frames: one variant for each cause.
 
 use core::fmt;
 
-/// Why something could not be built or used. Every variant names what was found and what was expected.
+/// The reason why something could not be built or used. Every variant names what was found and what was expected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -15,7 +15,7 @@ pub enum Error {
         /// Height found, in pixels.
         height: u32,
     },
-    /// A taxel holds no pixel: too small a frame for the paper layout, or a side of 0.
+    /// A taxel holds no pixel: the frame is too small for the paper layout, or a side is 0.
     EmptyTaxel {
         /// Width found, in pixels.
         width: u32,
@@ -24,9 +24,9 @@ pub enum Error {
     },
     /// A taxel reaches outside the frame.
     TaxelOutside {
-        /// The taxel, counted row by row from 0.
+        /// The taxel's number, counted row by row from 0.
         taxel: u8,
-        /// Its right and bottom end (exclusive), in pixels.
+        /// The taxel's right and bottom end (exclusive), in pixels.
         end: (u32, u32),
         /// Width and height of the frame, in pixels.
         frame: (u16, u16),
@@ -40,16 +40,16 @@ pub enum Error {
         /// Consecutive frames added up.
         frames: u32,
     },
-    /// A pixel stride other than 1, 2, 3 or 5.
+    /// The pixel stride is not 1, 2, 3 or 5.
     Stride(u32),
-    /// Fewer bytes from row to row than a row of pixels needs.
+    /// There are fewer bytes from row to row than a row of pixels needs.
     BytesPerRow {
         /// Bytes found.
         found: u32,
         /// Least bytes expected.
         expected: u32,
     },
-    /// A frame rate of zero, or with a zero denominator.
+    /// The frame rate is zero or has a zero denominator.
     FrameRate {
         /// Numerator found.
         numerator: u32,
@@ -63,63 +63,63 @@ pub enum Error {
         /// Least bytes expected.
         expected: usize,
     },
-    /// A stripe that is not whole rows.
+    /// A stripe does not consist of whole rows.
     StripeNotWholeRows {
         /// Bytes found.
         found: usize,
         /// Bytes from row to row.
         bytes_per_row: usize,
     },
-    /// A stripe with more rows than the frame has left.
+    /// A stripe has more rows than the frame has left.
     StripeTooLong {
         /// Rows found.
         found: usize,
         /// Rows left in the frame.
         left: usize,
     },
-    /// A stripe of a planar format, whose chroma follows all its luma: such formats take whole frames.
+    /// A stripe has a planar format, whose chroma follows all its luma. Such formats take whole frames only.
     StripeOfPlanar,
-    /// A whole frame while a frame is under way in stripes.
+    /// A whole frame arrived while a frame was under way in stripes.
     FrameUnderWay {
-        /// Rows of it that have arrived.
+        /// Rows of that frame that have arrived.
         rows: u16,
     },
-    /// A window of 0 frames, or of more than a sample has.
+    /// The window has 0 frames, or more than a sample has.
     Window(u32),
-    /// A backtrack longer than the baseline (5m), or that does not leave room for the window (l - m).
+    /// The backtrack is longer than the baseline (5m), or it does not leave room for the window (l − m).
     Backtrack {
         /// Frames found.
         found: u32,
         /// Most frames allowed.
         most: u32,
     },
-    /// A multiplier that is not a number from 0 (rule `signed`: from 1) to below 65536.
+    /// The multiplier is not a number from 0 (rule `signed`: from 1) to below 65536.
     Multiplier(f64),
-    /// A margin that is not a number from 0 to below 65536.
+    /// The margin is not a number from 0 to below 65536.
     Margin(f64),
-    /// A time constant of a baseline that follows drift, in windows, that is not a power of two from 16 to 32768.
+    /// The time constant of a tracking baseline, in windows, is not a power of two from 16 to 32768.
     TrackingBaseline(u32),
-    /// Floor levels that are not a number from 0 to full scale.
+    /// The floor levels are not a number from 0 to full scale.
     FloorLevels(f64),
-    /// A darkness floor for pixels of another green full scale.
+    /// The darkness floor is for pixels of another green full scale.
     FloorFullScale {
         /// Full scale that the floor is for.
         found: u32,
         /// Full scale of the camera's pixels.
         expected: u32,
     },
-    /// A speed threshold that is not a number above 0 and at most 5.
+    /// The speed threshold is not a number above 0 and at most 5.
     SpeedThreshold(f64),
-    /// Speeds that a law was fitted on which are no range of finite numbers above 0, the slowest first.
+    /// The speeds that a law was fitted on are not a range of finite numbers above 0, slowest first.
     FittedRange {
         /// Slowest found, in mm/s.
         slowest: f32,
         /// Fastest found, in mm/s.
         fastest: f32,
     },
-    /// A parameter of a speed law that is not finite, or not above zero where it must be.
+    /// A parameter of a speed law is not finite, or not above zero although it must be.
     SpeedLaw {
-        /// Which.
+        /// The parameter.
         parameter: LawParameter,
         /// Number found.
         found: f32,
@@ -130,14 +130,15 @@ pub enum Error {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum LawParameter {
-    /// Frames at 1 mm/s, of the paper's law.
+    /// The frames at 1 mm/s, of the published law.
     Intercept,
-    /// Frames a decade, of the paper's law.
+    /// The frames per decade, of the published law.
     Slope,
-    /// Lit track in mm, of the physical law.
+    /// The lit track in mm, of the physical law.
     Track,
-    /// Afterglow in frames, of the physical law.
+    /// The afterglow in frames, of the physical law.
     Afterglow,
 }
 

@@ -1,10 +1,10 @@
-//! e^x of fixed-point numbers by three small tables: what turns features back into light.
+//! e^x of fixed-point numbers by three small tables. It turns features back into light.
 
 use crate::ln::constant;
 
 /// Fraction bits of the argument.
 pub(crate) const EXP_FRACTION_BITS: u32 = 20;
-/// One, as a result.
+/// The number one, as a result.
 pub(crate) const EXP_ONE: u32 = 1 << 31;
 
 /// Steps of 1/8, down to e^-18: below the range of a feature, −16 − ln 5.
@@ -14,7 +14,7 @@ const MIDDLE: [u32; 32] = table(256.0);
 /// Steps of 1/8192.
 const FINE: [u32; 32] = table(8192.0);
 
-/// e^-i/`steps` in units of 2^-31.
+/// Returns a table of e^(-i / `steps`) in units of 2^-31.
 const fn table<const N: usize>(steps: f64) -> [u32; N] {
     let mut table = [0; N];
     let mut i = 0;
@@ -25,7 +25,7 @@ const fn table<const N: usize>(steps: f64) -> [u32; N] {
     table
 }
 
-/// e^-`x` in units of 2^-31 for `x` ≥ 0 in units of 2^-20; 0 from 18.1 on. Error below 4 units.
+/// Returns e^-`x` in units of 2^-31 for `x` ≥ 0 in units of 2^-20; 0 from 18.1 on. The error is below 4 units.
 pub(crate) fn exp_of_negative(x: u32) -> u32 {
     let entry = |table: &[u32], index: u32| u64::from(table.get(index as usize).copied().unwrap_or(0));
     let coarse = entry(&COARSE, x >> 17);

@@ -5,14 +5,17 @@ use crate::ln::constant;
 use crate::ln::{LN_FRACTION_BITS, Ln, fixed::Fixed};
 use crate::params::{COLUMNS, FEATURE_FRACTION_BITS, FEATURE_ONE, FEATURES, ROWS, TAXELS};
 
-/// The ten features of a frame in units of 2^-11: ln of the five row sums, then of the five column sums, of full
-/// scale; −16 · 2048 (saturated) ..= ln 5 · 2048.
+/// The ten features of a frame, in units of 2^-11.
+///
+/// They are ln of the five row sums, then of the five column sums, relative to full scale. The range is −16 · 2048
+/// (saturated) ..= ln 5 · 2048.
 pub type Features = [i16; FEATURES];
 
-/// Bits that a logarithm has more than a feature.
+/// Fraction bits of a logarithm beyond those of a feature.
 const SHIFT: u32 = LN_FRACTION_BITS - FEATURE_FRACTION_BITS;
 
-/// Row sums, then column sums, of the taxel sums; saturating, which five sums of at most G · A do not need.
+/// Returns the row sums, then the column sums, of the taxel sums. They saturate, which five sums of at most G · A never
+/// do.
 #[inline(always)]
 pub fn line_sums(taxels: &[u32; TAXELS]) -> [u32; FEATURES] {
     let mut lines = [0; FEATURES];
@@ -27,21 +30,21 @@ pub fn line_sums(taxels: &[u32; TAXELS]) -> [u32; FEATURES] {
     lines
 }
 
-/// The darkness floor (SPEC §2), worked out once: in a `const`, a board needs no 64-bit floating point for it.
+/// The darkness floor (SPEC §2), computed once. In a `const`, a board needs no 64-bit floating point for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Floor {
     full_scale: u32,
-    /// In units of 2^-11; nothing for one raw count.
+    /// In units of 2^-11; `None` for one raw count.
     feature: Option<i16>,
 }
 
 impl Floor {
-    /// Features of pixels whose green full scale is `full_scale` are floored at ln(5 · `levels` / `full_scale`), and at one raw
-    /// count for `levels` = 0.
+    /// Creates a floor at ln(5 · `levels` / `full_scale`) for pixels whose green full scale is `full_scale`. With
+    /// `levels` = 0 the floor is one raw count.
     ///
     /// # Errors
-    /// [`Error::FloorLevels`] where `levels` is not 0..=`full_scale`.
+    /// Returns [`Error::FloorLevels`] if `levels` is not 0..=`full_scale`.
     pub const fn new(levels: f64, full_scale: u32) -> Result<Self, Error> {
         if !(levels >= 0.0 && levels <= full_scale as f64) {
             return Err(Error::FloorLevels(levels));
@@ -56,31 +59,33 @@ impl Floor {
     }
 }
 
-/// From line sums to features: a log kernel `L`, the full scale and the darkness floor.
+/// Turns line sums into features with a log kernel `L`, the full scale and the darkness floor.
 #[derive(Clone, Copy, Debug)]
 pub struct FeatureScale<L = Fixed> {
-    /// ln(G · A · frames), by the same kernel, so that full scale is 0 exactly.
+    /// ln(G · A · frames) by the same kernel, so that full scale is exactly 0.
     reference: i32,
     floor: i16,
     kernel: L,
 }
 
 impl<L: Ln> FeatureScale<L> {
-    /// Creates the scale for taxels of `pixels` pixels at green full scale `full_scale`, `frames` of them added up, with the default
-    /// value of the log kernel.
+    /// Creates the scale with the default value of the log kernel.
+    ///
+    /// A taxel has `pixels` pixels of green full scale `full_scale`; `frames` camera frames are added up.
     ///
     /// # Errors
-    /// [`Error::FloorFullScale`] if the floor is for another full scale; [`Error::SumTooLarge`] if
-    /// 5 · `pixels` · `full_scale` · `frames` exceeds 32 bits.
+    /// Returns [`Error::FloorFullScale`] if the floor is for another full scale. Returns [`Error::SumTooLarge`] if 5 ·
+    /// `pixels` · `full_scale` · `frames` exceeds 32 bits.
     pub fn new(pixels: u32, full_scale: u32, frames: u32, floor: Floor) -> Result<Self, Error> {
         Self::with_ln(pixels, full_scale, frames, floor, L::default())
     }
 
-    /// Creates the scale for taxels of `pixels` pixels at green full scale `full_scale`, `frames` of them added up, with a log
-    /// kernel that was chosen at run time.
+    /// Creates the scale with a log kernel that was chosen at run time.
+    ///
+    /// A taxel has `pixels` pixels of green full scale `full_scale`; `frames` camera frames are added up.
     ///
     /// # Errors
-    /// As [`FeatureScale::new`].
+    /// Returns the errors of [`FeatureScale::new`].
     pub fn with_ln(pixels: u32, full_scale: u32, frames: u32, floor: Floor, kernel: L) -> Result<Self, Error> {
         let fits = pixels.checked_mul(full_scale).and_then(|most| most.checked_mul(frames));
         let Some(most) = fits.filter(|most| most.checked_mul(5).is_some()) else {
@@ -101,34 +106,35 @@ impl<L: Ln> FeatureScale<L> {
         Ok(())
     }
 
-    /// The least feature there is.
+    /// Returns the least possible feature.
     pub fn floor(&self) -> i16 {
         self.floor
     }
 
-    /// ln `sum` − ln(full scale), rounded to the nearest 2^-11, floored.
+    /// Returns ln `sum` − ln(full scale), rounded to the nearest 2^-11, and at least the floor.
     ///
-    /// Error: half a unit of rounding and the kernel's own error e in each of two logarithms, 1/2 + 2 · 2048 · e units of 2^-11 from
-    /// the real number, above −16, where it saturates: 0.507 with [`Fixed<256>`](Fixed), 1.033 with `Fixed<32>`, 0.50004 with
-    /// `libm`, 0.7622 with `micromath`. The floor and zero do not add to that: what is held at a bound moves no further apart.
+    /// The error has two parts: half a unit of rounding, and the kernel's own error e in each of two logarithms.
+    /// Together they are 1/2 + 2 · 2048 · e units of 2^-11 above −16, below which a feature saturates. That is 0.507
+    /// units with [`Fixed<256>`](Fixed), 1.033 with `Fixed<32>`, 0.50004 with `libm`, and 0.7622 with `micromath`. The
+    /// floor and zero add nothing to it: values held at a bound move no further apart.
     #[inline(always)]
     pub fn feature(&self, sum: u32) -> i16 {
         if sum == 0 {
             return self.floor;
         }
-        // At most ln 5 · 2048 = 3296 for a sum of five taxels; what is no such sum saturates.
+        // At most ln 5 · 2048 = 3296 for a sum of five taxels. Larger sums saturate.
         let feature = (self.kernel.ln(sum) - self.reference + (1 << (SHIFT - 1))) >> SHIFT;
         feature.clamp(i32::from(self.floor), i32::from(i16::MAX)) as i16
     }
 
-    /// The features of ten line sums.
+    /// Returns the features of ten line sums.
     #[inline(always)]
     pub fn features(&self, lines: &[u32; FEATURES]) -> Features {
         lines.map(|sum| self.feature(sum))
     }
 }
 
-/// A feature as a real number: an exact multiple of 1/2048.
+/// Returns a feature as a real number: an exact multiple of 1/2048.
 pub fn to_f32(feature: i16) -> f32 {
     f32::from(feature) / FEATURE_ONE as f32
 }

@@ -1,4 +1,4 @@
-//! Numbers with 16 fraction bits: multipliers and margins that every platform decides alike with.
+//! Numbers with 16 fraction bits: multipliers and margins, so that every platform decides alike.
 
 /// A number from 0 to below 65536 with 16 fraction bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -7,17 +7,17 @@
 pub struct Q16(u32);
 
 impl Q16 {
-    /// One.
+    /// The number one.
     pub const ONE: Self = Self(1 << 16);
 
-    /// The nearest to `x`, halves up; nothing for what is not a number from 0 to below 65536.
+    /// Returns the number nearest to `x`; ties round up. Returns `None` if `x` is not a number from 0 to below 65536.
     pub const fn new(x: f64) -> Option<Self> {
         let scaled = x * 65_536.0 + 0.5;
         // False for NaN too.
         if x >= 0.0 && scaled < 4_294_967_296.0 { Some(Self(scaled as u32)) } else { None }
     }
 
-    /// In units of 2^-16.
+    /// Returns the number in units of 2^-16.
     pub const fn bits(self) -> u32 {
         self.0
     }

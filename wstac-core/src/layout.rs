@@ -1,11 +1,11 @@
-//! Where the 25 taxels are in a frame (SPEC §1).
+//! The positions of the 25 taxels in a frame (SPEC §1).
 
 use crate::error::Error;
 use crate::params::{
     COLUMNS, LARGEST_FRAME_SIDE, PAPER_FIRST_CORNER, PAPER_IMAGE_SIDE, PAPER_PITCH, PAPER_TAXEL_SIDE, TAXELS,
 };
 
-/// Width and height of a frame, each 1..=16384 pixels.
+/// The width and height of a frame, each 1..=16384 pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -16,10 +16,10 @@ pub struct FrameSize {
 }
 
 impl FrameSize {
-    /// A frame of `width` × `height` pixels.
+    /// Creates the size of a frame of `width` × `height` pixels.
     ///
     /// # Errors
-    /// [`Error::FrameSize`] where a side is 0 or above 16384.
+    /// Returns [`Error::FrameSize`] if a side is 0 or above 16384.
     pub const fn new(width: u32, height: u32) -> Result<Self, Error> {
         if width == 0 || height == 0 || width > LARGEST_FRAME_SIDE || height > LARGEST_FRAME_SIDE {
             return Err(Error::FrameSize { width, height });
@@ -27,12 +27,12 @@ impl FrameSize {
         Ok(Self { width: width as u16, height: height as u16 })
     }
 
-    /// Width in pixels.
+    /// Returns the width in pixels.
     pub const fn width(self) -> u16 {
         self.width
     }
 
-    /// Height in pixels.
+    /// Returns the height in pixels.
     pub const fn height(self) -> u16 {
         self.height
     }
@@ -51,7 +51,7 @@ impl From<FrameSize> for (u32, u32) {
     }
 }
 
-/// One taxel size and 25 corners, all inside one frame size.
+/// One taxel size and 25 corners, with all taxels inside one frame size.
 ///
 /// Taxels may overlap and may be as large as the frame.
 ///
@@ -73,7 +73,7 @@ pub struct Layout {
     corners: [[u16; 2]; TAXELS],
 }
 
-/// What a layout is made of before it is checked.
+/// The parts of a layout before they are checked.
 #[cfg(feature = "serde")]
 #[derive(serde::Deserialize)]
 struct LayoutFields {
@@ -91,10 +91,11 @@ impl TryFrom<LayoutFields> for Layout {
 }
 
 impl Layout {
-    /// A layout from its parts: `taxel` is width and height, `corners` are left and top, row by row.
+    /// Creates a layout from its parts: `taxel` is width and height, `corners` are left and top, row by row.
     ///
     /// # Errors
-    /// [`Error::EmptyTaxel`] where a side is 0, [`Error::TaxelOutside`] for the first taxel that leaves the frame.
+    /// Returns [`Error::EmptyTaxel`] if a side is 0, and [`Error::TaxelOutside`] for the first taxel that leaves the
+    /// frame.
     pub const fn new(frame: FrameSize, taxel: [u16; 2], corners: [[u16; 2]; TAXELS]) -> Result<Self, Error> {
         let [width, height] = [taxel[0] as u32, taxel[1] as u32];
         if width == 0 || height == 0 {
@@ -111,11 +112,13 @@ impl Layout {
         Ok(Self { frame, taxel, corners })
     }
 
-    /// The paper's layout in the centred largest square of a frame: 50 px taxels at a pitch of 80 px, the first
-    /// at (15, 15), in a 400 × 400 image; each number scaled and rounded to the nearest pixel, halves up.
+    /// Creates the paper's layout in the centered largest square of a frame.
+    ///
+    /// In a 400 × 400 image, taxels of 50 px have a pitch of 80 px, the first at (15, 15). Each number is scaled and
+    /// rounded to the nearest pixel; ties round up.
     ///
     /// # Errors
-    /// [`Error::EmptyTaxel`] where the square has fewer than 4 pixels a side.
+    /// Returns [`Error::EmptyTaxel`] if the square has fewer than 4 pixels per side.
     pub const fn paper(frame: FrameSize) -> Result<Self, Error> {
         let (width, height) = (frame.width as u32, frame.height as u32);
         let side = if width < height { width } else { height };
@@ -132,25 +135,25 @@ impl Layout {
         Self::new(frame, [taxel, taxel], corners)
     }
 
-    /// The frame size that the layout was checked against.
+    /// Returns the frame size that the layout was checked against.
     pub const fn frame(&self) -> FrameSize {
         self.frame
     }
 
-    /// Width and height of every taxel, in pixels.
+    /// Returns the width and height of every taxel, in pixels.
     pub const fn taxel(&self) -> [u16; 2] {
         self.taxel
     }
 
-    /// Left and top of each taxel, row by row, in pixels.
+    /// Returns the left and top of each taxel, row by row, in pixels.
     pub const fn corners(&self) -> &[[u16; 2]; TAXELS] {
         &self.corners
     }
 
-    /// The layout with corners and sizes snapped down to multiples of `cell` pixels (a power of two).
+    /// Returns the layout with corners and sizes rounded down to multiples of `cell` pixels (a power of two).
     ///
     /// # Errors
-    /// [`Error::EmptyTaxel`] where a taxel is smaller than a cell.
+    /// Returns [`Error::EmptyTaxel`] if a taxel is smaller than a cell.
     pub(crate) fn snapped(mut self, cell: u16) -> Result<Self, Error> {
         let mask = !(cell - 1);
         let [width, height] = self.taxel;
@@ -165,13 +168,13 @@ impl Layout {
     }
 }
 
-/// Left of column `k` (or top of row `k`) where `spare` pixels lie outside the centred square of `side`.
+/// Returns the left of column `k` (or the top of row `k`) if `spare` pixels lie outside the centered square of `side`.
 const fn paper_corner(spare: u32, side: u32, k: u32) -> u16 {
     let half = PAPER_IMAGE_SIDE / 2;
     nearest(spare * half + (PAPER_FIRST_CORNER + k * PAPER_PITCH) * side, PAPER_IMAGE_SIDE) as u16
 }
 
-/// `numerator / denominator` to the nearest integer, halves up.
+/// Returns `numerator / denominator` rounded to the nearest integer; ties round up.
 const fn nearest(numerator: u32, denominator: u32) -> u32 {
     (numerator + denominator / 2) / denominator
 }

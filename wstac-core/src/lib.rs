@@ -1,16 +1,19 @@
 //! Frames of a WSTac tactile sensor → 25 taxel sums → ten features → events → sliding speed, direction and texture.
 //!
-//! "SPEC" in these pages is `docs/SPEC.md` of the repository: the arithmetic, with what is published and what was
-//! decided. "Paper" is the published description of the sensor that it quotes.
+//! In these pages, "SPEC" is `docs/SPEC.md` of the repository: the arithmetic, with published and decided numbers.
+//! "Paper" is the published description of the sensor that it quotes.
 //!
-//! `no_std`, no allocation, integers from the camera to the event; unsafe code in kernels alone, beside plain ones that they are tested to equal: sums
-//! of bytes on a Cortex-M (`green/byte_sums/`) and on a host with AVX2 (`green/avx2/`), and for texture models `descent`, `dot`, the calls of these in `forest.rs` and `boosted.rs`, and a
-//! cast in `model/bytes.rs`. Construction validates; running takes what construction allows and cannot fail on anything else than bytes that
-//! are not a frame.
+//! The crate is `no_std`, allocates nothing, and uses integers from the camera to the event.
+//!
+//! Unsafe code is only in kernels, beside plain ones that they are tested to equal. Some sum bytes: on a Cortex-M
+//! (`green/byte_sums/`), and on a host with AVX2 or NEON (`green/avx2/`, `green/neon/`). Others are for texture models:
+//! `descent`, `dot`, their calls in `forest.rs` and `boosted.rs`, and a cast in `model/bytes.rs`.
+//!
+//! Construction validates. Running takes what construction allows, and can fail only on bytes that are not a frame.
 //!
 //! | stage | module |
 //! | --- | --- |
-//! | where taxels are | [`layout`] |
+//! | positions of taxels | [`layout`] |
 //! | pixel bytes → green sums | [`green`], [`taxels`] |
 //! | sums → features | [`ln`], [`features`], [`stream`] |
 //! | features → events | [`trigger`], [`baseline`], [`baseline_policy`], [`sample`] |
@@ -46,7 +49,8 @@
 //!
 //! ## Panics
 //! None. Sizes, sums and indices are proven when a [`taxels::FrameGeometry`], a [`trigger::TriggerConfig`] or a
-//! [`speed::SpeedConfig`] is built, trees and weights when a [`model::Model`] is; slices are taken with checked access whose other branch reads nothing.
+//! [`speed::SpeedConfig`] is built. Trees and weights are proven when a [`model::Model`] is. Slices are accessed with
+//! checks whose other branch reads nothing.
 #![no_std]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![deny(unsafe_code)]

@@ -1,6 +1,6 @@
-//! Every constant of the sensor and of its arithmetic: value, unit, source.
+//! Every constant of the sensor and of its arithmetic, with its value, unit and source.
 //!
-//! *Paper* marks a published number, *decided* one that the published description leaves open.
+//! *Paper* marks a published number. *Decided* marks a number that the published description leaves open.
 
 /// Rows of taxels, top to bottom (paper).
 pub const ROWS: usize = 5;
@@ -15,28 +15,28 @@ pub const FEATURES: usize = ROWS + COLUMNS;
 pub const SAMPLE_FRAMES: usize = 70;
 /// Fraction bits of a feature: its unit is 2^-11 of a natural logarithm (decided).
 pub const FEATURE_FRACTION_BITS: u32 = 11;
-/// One, in units of a feature.
+/// The number one, in units of a feature.
 pub const FEATURE_ONE: i32 = 1 << FEATURE_FRACTION_BITS;
-/// The longest run of lost frames that is filled; a longer one ends what was under way: l / 10 (decided).
+/// The longest run of lost frames that is filled: l / 10 (decided). A longer run ends what was under way.
 pub const LONGEST_FILLED_GAP: u32 = SAMPLE_FRAMES as u32 / 10;
 
 /// Side of the tactile image that the paper layout is stated in, in pixels (paper).
 pub const PAPER_IMAGE_SIDE: u32 = 400;
 /// Side of a taxel in that image, in pixels (paper).
 pub const PAPER_TAXEL_SIDE: u32 = 50;
-/// Distance between the corners of neighbouring taxels in that image, in pixels (decided).
+/// Distance between the corners of neighboring taxels in that image, in pixels (decided).
 pub const PAPER_PITCH: u32 = 80;
 /// Distance of the first corner from the image's edges, in pixels (decided).
 pub const PAPER_FIRST_CORNER: u32 = 15;
 
-/// Frame rate that the sample length and the speed law are stated for, in frames a second (paper).
+/// Frame rate that the sample length and the speed law are stated for, in frames per second (paper).
 pub const NOMINAL_FRAME_RATE: u32 = 30;
-/// Above this rate consecutive frames are added up, in frames a second (decided).
+/// Above this rate, in frames per second, consecutive frames are added up (decided).
 pub const HIGHEST_SINGLE_FRAME_RATE: u32 = 45;
-/// Widest and highest frame, in pixels.
+/// Largest width and height of a frame, in pixels.
 pub const LARGEST_FRAME_SIDE: u32 = 16_384;
 
-/// Darkness floor: gray levels of a taxel below which a feature says nothing (decided).
+/// Darkness floor, in gray levels of a taxel: below it a feature carries no information (decided).
 pub const DEFAULT_FLOOR_LEVELS: f64 = 0.5;
 
 /// Windows of the baseline (paper).
@@ -47,29 +47,30 @@ pub const DEFAULT_WINDOW: u8 = 5;
 pub const DEFAULT_MULTIPLIER: f64 = 1.2;
 /// Frames of a sample before the window that fired, c (decided).
 pub const DEFAULT_BACKTRACK: u16 = 10;
-/// Least distance of the signed rule's threshold from the baseline, in units of a feature's natural
-/// logarithm a frame (decided).
+/// Least distance of the signed rule's threshold from the baseline, in units of a feature's natural logarithm per frame
+/// (decided).
 pub const DEFAULT_MARGIN: f64 = 0.2;
 
-/// Shortest time constant of a baseline that follows drift, in windows (decided).
+/// Shortest time constant of a tracking baseline, in windows (decided).
 pub const SHORTEST_FOLLOW: u32 = 16;
-/// Longest time constant of a baseline that follows drift, in windows (decided).
+/// Longest time constant of a tracking baseline, in windows (decided).
 pub const LONGEST_FOLLOW: u32 = 32_768;
 
-/// A frame is valid where a row or column of taxels is brighter than this share of full scale (paper).
+/// A frame is valid if a row or column of taxels is brighter than this fraction of full scale (paper).
 pub const VALID_THRESHOLD: f64 = 0.0475;
-/// Intercept of the paper's speed law, in frames at 30 frames a second (paper, R² 0.99).
+/// Intercept of the published speed law, in frames at 30 frames per second (paper, R² 0.99).
 pub const SPEED_INTERCEPT: f32 = 151.06;
-/// Slope of the paper's speed law, in frames a decade of mm/s, sign dropped (paper, R² 0.99).
+/// Slope of the published speed law, in frames per decade of mm/s, sign dropped (paper, R² 0.99).
 pub const SPEED_SLOPE: f32 = 56.29;
 /// Slowest slide that the speed law was fitted on, in mm/s (paper).
 pub const SLOWEST_FITTED: f32 = 100.0;
 /// Fastest slide that the speed law was fitted on, in mm/s (paper).
 pub const FASTEST_FITTED: f32 = 200.0;
-/// Lit track of the physical speed law D = L / v + τ, in mm: least squares on the paper's law at
-/// 100, 110 … 200 mm/s.
+/// Lit track of the physical speed law D = L / v + τ, in mm. It is a least-squares fit to the published law at 100, 110
+/// … 200 mm/s.
 pub const TRACK_LENGTH: f32 = 113.4;
-/// Afterglow τ of the physical speed law, in frames at 30 frames a second: fitted with [`TRACK_LENGTH`].
+/// Afterglow τ of the physical speed law, in frames at 30 frames per second. It was fitted together with
+/// [`TRACK_LENGTH`].
 pub const AFTERGLOW_FRAMES: f32 = 5.36;
 
 /// Least confidence of a direction, as numerator and denominator: 0.2 (decided).

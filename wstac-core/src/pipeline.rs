@@ -1,4 +1,5 @@
-//! The whole way from a camera's bytes to events, and the only one who knows its order: bytes, taxel sums, features, trigger.
+//! The pipeline from a camera's bytes to events. Only this module knows its order: bytes, taxel sums, features,
+//! trigger.
 
 use crate::baseline::Baseline;
 use crate::baseline_policy::{BaselinePolicy, FixedBaseline};
@@ -13,10 +14,11 @@ use crate::stream::{FeatureFrame, FeatureStream, Loss};
 use crate::taxels::FrameGeometry;
 use crate::trigger::{Event, InterruptedSample, StreamEnd, Trigger, TriggerConfig, TriggerState};
 
-/// Turns frames, stripes of frames, taxel sums and lost frames into features, events and early samples. Everything is checked when
-/// it is built.
+/// Turns frames, stripes of frames, taxel sums and lost frames into features, events and early samples.
 ///
-/// Every push returns an [`Update`]: whatever the frame brought.
+/// Everything is checked when the pipeline is built.
+///
+/// Every push returns an [`Update`] with whatever the frame brought.
 ///
 /// ```
 /// use wstac_core::{direction, green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
@@ -47,19 +49,21 @@ pub struct Pipeline<G: GreenChannel = Gray, L = Fixed, B = FixedBaseline> {
     trigger: Trigger<B>,
 }
 
-/// What a default pipeline may take, ring included.
+/// The most bytes that a default pipeline may take, ring included.
 const MOST_BYTES: usize = 2048;
 const _: () = assert!(size_of::<Pipeline>() < MOST_BYTES);
 
-/// Whatever one push brought. Most pushes bring features and nothing else; a stripe that does not complete its frame brings nothing.
+/// Holds whatever one push brought. Most pushes bring only features. A stripe that does not complete its frame brings
+/// nothing.
 ///
-/// It is a view of the pipeline: events, samples and prefixes are borrowed until the next push, and what nobody asks for costs nothing.
+/// It is a view of the pipeline. Events, samples and prefixes are borrowed until the next push. Parts that are not
+/// asked for cost nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct Update<'a> {
     completed: Option<Completed<'a>>,
 }
 
-/// What one feature frame brought.
+/// The results of one feature frame.
 #[derive(Clone, Copy, Debug)]
 struct Completed<'a> {
     trigger: &'a TriggerState,
@@ -67,14 +71,15 @@ struct Completed<'a> {
     number: u64,
     /// First frame of the sample that was completed.
     event: Option<u64>,
-    /// Frames of the sample under way that had arrived before: 0..=68.
+    /// Frames of the sample under way that had arrived before this frame: 0..=68.
     before: u8,
 }
 
 impl<'a> Update<'a> {
     const NOTHING: Self = Self { completed: None };
 
-    /// Returns the feature frame that was completed. At most one is: lost frames bring none of their own.
+    /// Returns the feature frame that was completed. A push completes at most one: lost frames have no feature frame of
+    /// their own.
     pub fn frame(&self) -> Option<CompletedFrame> {
         let Completed { trigger, number, .. } = self.completed?;
         let (features, has_missing_frames) = trigger.newest()?;
@@ -87,7 +92,7 @@ impl<'a> Update<'a> {
         event.map(|first| trigger.event(first))
     }
 
-    /// Returns the sample that a long gap interrupted, which has no event.
+    /// Returns the sample that a long gap interrupted. It has no event.
     pub fn interrupted(&self) -> Option<InterruptedSample> {
         self.completed?.trigger.interrupted()
     }
@@ -97,14 +102,18 @@ impl<'a> Update<'a> {
         self.completed.is_some()
     }
 
-    /// Returns the first `frames` frames of the sample under way if this push brought the last of them: once a sample for each
-    /// number of frames, and before the sample's event. 70 or more frames are a whole sample, and never a prefix.
+    /// Returns the first `frames` frames of the sample under way, if this push brought the last of them.
     ///
-    /// Texture models that need no more frames than that answer on it as they will on the whole sample. By default the trigger fires
-    /// when 15 frames of a sample have arrived (its backtrack and a window): shorter prefixes come with the 15th.
+    /// That happens once per sample for each number of frames, and before the sample's event. 70 or more frames are a
+    /// whole sample and never a prefix.
+    ///
+    /// A texture model that needs no more frames gives the same answer for the prefix as for the whole sample. By
+    /// default the trigger fires when 15 frames of a sample have arrived (its backtrack and a window). Shorter prefixes
+    /// are returned with the 15th frame.
     ///
     /// ```
-    /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate, taxels::FrameGeometry};
+    /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline};
+    /// use wstac_core::{rate::FrameRate, taxels::FrameGeometry};
     ///
     /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
     /// let mut pipeline = Pipeline::builder(geometry).build()?;
@@ -133,15 +142,15 @@ impl<'a> Update<'a> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct CompletedFrame {
-    /// The frame's number, counted from the pipeline's first frame. Lost frames are counted, too.
+    /// The frame's number, counted from the pipeline's first frame. Lost frames count, too.
     pub number: u64,
     /// The ten features, five rows, then five columns, in units of 2^-11.
     pub features: Features,
-    /// Some, but not all, of its camera frames were lost; the others stand for them.
+    /// Whether some, but not all, of its camera frames were lost. The others stand for them.
     pub has_missing_frames: bool,
 }
 
-/// What the end of a stream brought.
+/// Holds whatever the end of a stream brought.
 #[derive(Clone, Copy, Debug)]
 pub struct Finished<'a> {
     trigger: &'a TriggerState,
@@ -168,11 +177,12 @@ impl<'a> Finished<'a> {
 impl Pipeline {
     /// Starts to build a pipeline for frames of this geometry: pixel format, layout, stride and rate.
     ///
-    /// Without another call it has a darkness floor of half a gray level, the trigger's default parameters, the log kernel [`Fixed`]
-    /// and a fixed baseline.
+    /// Without another call, the pipeline has a darkness floor of half a gray level and a fixed baseline. The trigger's
+    /// parameters are the defaults, and the log kernel is [`Fixed`].
     ///
     /// ```
-    /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate, taxels::FrameGeometry};
+    /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline};
+    /// use wstac_core::{rate::FrameRate, taxels::FrameGeometry};
     /// use wstac_core::{baseline_policy::TrackingBaseline, ln::any::AnyLn, trigger::{Rule, TriggerConfig}};
     ///
     /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
@@ -201,25 +211,29 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
     /// Takes a whole frame.
     ///
     /// # Errors
-    /// [`Error::FrameTooShort`]: the frame was not taken; count it with [`Pipeline::push_lost`] to keep time.
-    /// [`Error::FrameUnderWay`]: a frame in stripes is not complete; give it up with [`Pipeline::abandon_frame`],
-    /// which counts it as lost, and push again.
+    /// Returns [`Error::FrameTooShort`] if the frame was not taken. Count it with [`Pipeline::push_lost`] to keep time.
+    ///
+    /// Returns [`Error::FrameUnderWay`] if a frame in stripes is not complete. Give it up with
+    /// [`Pipeline::abandon_frame`], which counts it as lost, and push again.
     pub fn push_frame(&mut self, bytes: &[u8]) -> Result<Update<'_>, Error> {
         let Some(frame) = self.stream.push_frame(bytes)? else { return Ok(Update::NOTHING) };
         Ok(self.advance(frame, 0))
     }
 
-    /// Takes the next rows of a frame, as a DMA delivers them. What the last of them bring is bit-identical to what the whole frame
-    /// brings.
+    /// Takes the next rows of a frame, as a DMA delivers them.
+    ///
+    /// The result of the last rows is bit-identical to that of the whole frame.
     ///
     /// # Errors
-    /// [`Error::StripeNotWholeRows`], [`Error::StripeTooLong`], [`Error::StripeOfPlanar`]: the stripe was not taken.
+    /// Returns [`Error::StripeNotWholeRows`], [`Error::StripeTooLong`] or [`Error::StripeOfPlanar`] if the stripe was
+    /// not taken.
     pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<Update<'_>, Error> {
         let Some(frame) = self.stream.push_stripe(bytes)? else { return Ok(Update::NOTHING) };
         Ok(self.advance(frame, 0))
     }
 
-    /// Takes the 25 taxel sums of a frame that was summed elsewhere, row by row, each at most G · A; larger ones saturate.
+    /// Takes the 25 taxel sums of a frame that was summed elsewhere, row by row. Each is at most G · A; larger ones
+    /// saturate.
     pub fn push_taxels(&mut self, taxels: &[u32; TAXELS]) -> Update<'_> {
         match self.stream.push_taxels(taxels) {
             Some(frame) => self.advance(frame, 0),
@@ -233,34 +247,39 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
         self.lose(loss)
     }
 
-    /// Keeps the place of lost camera frames in time: a short gap is filled, a long one interrupts the sample under way. Lost before the
-    /// first frame, they have no place. A frame that is under way in stripes stays so.
+    /// Keeps the place of lost camera frames in time.
+    ///
+    /// A short gap is filled; a long one interrupts the sample under way. Frames lost before the first frame have no
+    /// place. A frame that is under way in stripes stays so.
     pub fn push_lost(&mut self, frames: u64) -> Update<'_> {
         let loss = self.stream.push_lost(frames);
         self.lose(loss)
     }
 
-    /// Settles what is pending at the end of a stream, and says how it ended.
+    /// Settles what is pending at the end of a stream and returns how it ended.
     pub fn finish(&mut self) -> Finished<'_> {
         self.trigger.forget_interrupted();
         let event = self.trigger.settle();
         Finished { trigger: self.trigger.state(), event }
     }
 
-    /// Gathers a new baseline from the next feature frame on. Returns the sample that was being captured, which ends here.
+    /// Gathers a new baseline from the next feature frame on. Returns the sample that was being captured and ends here.
     pub fn rezero(&mut self) -> Option<InterruptedSample> {
         self.trigger.rezero()
     }
 
-    /// Takes the next camera frame as a stream's first: a new baseline, and no feature frame of which a part has arrived. What follows is
-    /// what a new pipeline gives, apart from the frames' numbers, which go on. Returns the sample that was being captured, which ends here.
+    /// Takes the next camera frame as the first of a stream.
+    ///
+    /// A new baseline is gathered, and feature frames of which a part has arrived are dropped. From then on the results
+    /// are those of a new pipeline, except that frame numbers go on. Returns the sample that was being captured and
+    /// ends here.
     pub fn restart(&mut self) -> Option<InterruptedSample> {
         self.stream.restart();
         self.trigger.rezero()
     }
 
-    /// Replaces the trigger's parameters and what becomes of the baseline, and gathers a new baseline from the next feature frame on.
-    /// Returns the sample that was being captured, which ends here.
+    /// Replaces the trigger's parameters and the baseline policy, and gathers a new baseline from the next feature
+    /// frame on. Returns the sample that was being captured and ends here.
     pub fn set_trigger(&mut self, config: TriggerConfig, baseline: B) -> Option<InterruptedSample> {
         self.trigger.reset(config, baseline)
     }
@@ -268,7 +287,7 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
     /// Replaces the darkness floor of the features to come.
     ///
     /// # Errors
-    /// [`Error::FloorFullScale`] if the floor is for pixels of another full scale; nothing has changed then.
+    /// Returns [`Error::FloorFullScale`] if the floor is for pixels of another full scale; then nothing has changed.
     pub fn set_floor(&mut self, floor: Floor) -> Result<(), Error> {
         self.stream.set_floor(floor)
     }
@@ -278,12 +297,13 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
         self.stream.camera()
     }
 
-    /// Returns the 25 taxel sums of the last camera frame that was pushed as bytes, until the next frame begins or is lost.
+    /// Returns the 25 taxel sums of the last camera frame that was pushed as bytes, until the next frame begins or is
+    /// lost.
     pub fn taxels(&self) -> Option<[u32; TAXELS]> {
         self.stream.taxels()
     }
 
-    /// Returns the number of the feature frame that comes next: lost frames are counted.
+    /// Returns the number of the next feature frame. Lost frames count, too.
     pub fn next_frame(&self) -> u64 {
         self.trigger.next_frame()
     }
@@ -293,23 +313,26 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
         self.trigger.config()
     }
 
-    /// Returns the baseline once its 5m frames have arrived: as it is now, if it tracks drift.
+    /// Returns the baseline once its 5m frames have arrived. A tracking baseline is returned as it is now.
     pub fn baseline(&self) -> Option<&Baseline> {
         self.trigger.baseline()
     }
 
-    /// Returns the highest window sum of each feature that does not fire, in units of 2^-11, once the baseline is complete.
+    /// Returns the highest window sum of each feature that does not fire, in units of 2^-11, once the baseline is
+    /// complete.
     pub fn thresholds(&self) -> Option<&[i32; FEATURES]> {
         self.trigger.thresholds()
     }
 
-    /// Returns the last feature frames, at most 70, lost ones filled; and the number of the frame after the last of them. An event's
-    /// sample is among them for a while: a link sends it in parts, without a copy.
+    /// Returns the last feature frames, at most 70 with lost ones filled, and the number of the frame after the last of
+    /// them.
+    ///
+    /// An event's sample is among them for a while: a link sends it in parts, without a copy.
     pub fn recent(&self) -> (u64, Sample<'_>) {
         self.trigger.recent()
     }
 
-    /// Returns how the stream stands; after [`Pipeline::finish`], how it ended.
+    /// Returns the state of the stream; after [`Pipeline::finish`], how it ended.
     pub fn end(&self) -> StreamEnd {
         self.trigger.end()
     }
@@ -322,25 +345,26 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
         Update::NOTHING
     }
 
-    /// Hands a feature frame, and `lost_after` lost ones behind it, to the trigger.
+    /// Hands a feature frame and the `lost_after` lost frames behind it to the trigger.
     fn advance(&mut self, frame: FeatureFrame, lost_after: u64) -> Update<'_> {
         let trigger = self.trigger.state();
         let (number, before) = (trigger.next_frame(), trigger.under_way());
         self.trigger.forget_interrupted();
         let event = self.trigger.advance(frame.features, frame.has_missing_frames, lost_after);
         let trigger = self.trigger.state();
-        // A sample that was interrupted is not the one under way now.
+        // An interrupted sample is not the one that is under way now.
         let before = if trigger.interrupted().is_some() { 0 } else { before.map_or(0, |before| before.frames) };
         Update { completed: Some(Completed { trigger, number, event, before }) }
     }
 }
 
-/// Builds a [`Pipeline`]; [`Pipeline::builder`] makes one.
+/// Builds a [`Pipeline`]. [`Pipeline::builder`] creates the builder.
 #[derive(Clone, Copy, Debug)]
 #[must_use]
 pub struct PipelineBuilder<G, L = Fixed, B = FixedBaseline, F = f64> {
     geometry: FrameGeometry<G>,
-    /// In gray levels of a taxel, or worked out: a type, so that a board needs no 64-bit floating point for the other one.
+    /// The floor in gray levels of a taxel, or computed. It is a type parameter so that a board with a computed floor
+    /// needs no 64-bit floating point.
     floor: F,
     ln: L,
     trigger: TriggerConfig,
@@ -349,19 +373,19 @@ pub struct PipelineBuilder<G, L = Fixed, B = FixedBaseline, F = f64> {
 }
 
 impl<G: GreenChannel, L: Ln, B: BaselinePolicy, F: FloorChoice> PipelineBuilder<G, L, B, F> {
-    /// Floors features at this many gray levels of a taxel, from 0 to the green full scale.
+    /// Sets the darkness floor to this many gray levels of a taxel, from 0 to the green full scale.
     pub fn floor_levels(self, levels: f64) -> PipelineBuilder<G, L, B, f64> {
         let Self { geometry, ln, trigger, baseline, first_frame, .. } = self;
         PipelineBuilder { geometry, floor: levels, ln, trigger, baseline, first_frame }
     }
 
-    /// Floors features at a floor that has been worked out, in a `const` as a rule: then a board needs no 64-bit floating point.
+    /// Sets a computed darkness floor. If it is computed in a `const`, a board needs no 64-bit floating point.
     pub fn floor(self, floor: Floor) -> PipelineBuilder<G, L, B, Floor> {
         let Self { geometry, ln, trigger, baseline, first_frame, .. } = self;
         PipelineBuilder { geometry, floor, ln, trigger, baseline, first_frame }
     }
 
-    /// Takes logarithms with another kernel. A host that chooses at run time has [`AnyLn`](crate::ln::any::AnyLn).
+    /// Sets the log kernel. A host that chooses at run time uses [`AnyLn`](crate::ln::any::AnyLn).
     pub fn ln<K: Ln>(self, ln: K) -> PipelineBuilder<G, K, B, F> {
         let Self { geometry, floor, trigger, baseline, first_frame, .. } = self;
         PipelineBuilder { geometry, floor, ln, trigger, baseline, first_frame }
@@ -372,8 +396,9 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, F: FloorChoice> PipelineBuilder<
         Self { trigger, ..self }
     }
 
-    /// Sets what becomes of the baseline after its 5m frames. A host that chooses at run time has
-    /// `Option<`[`TrackingBaseline`](crate::baseline_policy::TrackingBaseline)`>`.
+    /// Sets the baseline policy, which applies after the baseline's 5m frames.
+    ///
+    /// A host that chooses at run time uses `Option<`[`TrackingBaseline`](crate::baseline_policy::TrackingBaseline)`>`.
     pub fn baseline<P: BaselinePolicy>(self, baseline: P) -> PipelineBuilder<G, L, P, F> {
         let Self { geometry, floor, ln, trigger, first_frame, .. } = self;
         PipelineBuilder { geometry, floor, ln, trigger, baseline, first_frame }
@@ -387,17 +412,18 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, F: FloorChoice> PipelineBuilder<
     /// Builds the pipeline.
     ///
     /// # Errors
-    /// [`Error::FloorLevels`] if the floor is not 0 to the green full scale, [`Error::FloorFullScale`] if it is for pixels of another
-    /// full scale.
+    /// Returns [`Error::FloorLevels`] if the floor is not 0 to the green full scale, and [`Error::FloorFullScale`] if
+    /// it is for pixels of another full scale.
     pub fn build(self) -> Result<Pipeline<G, L, B>, Error> {
         Ok(self.check()?.build())
     }
 
-    /// Checks everything, so that the pipeline can be built in its place: on a board with little stack, where a `Result` of a whole
-    /// pipeline would be a copy of 2 KiB.
+    /// Checks everything, so that the pipeline can be built in its final place.
+    ///
+    /// This helps a board with little stack, where a `Result` of a whole pipeline would be a copy of 2 KiB.
     ///
     /// # Errors
-    /// As [`PipelineBuilder::build`].
+    /// Returns the errors of [`PipelineBuilder::build`].
     pub fn check(self) -> Result<CheckedBuilder<G, L, B>, Error> {
         let Self { geometry, floor, ln, trigger, baseline, first_frame } = self;
         let stream = FeatureStream::with_ln(geometry, floor.floor(geometry.full_scale())?, ln)?;
@@ -405,7 +431,7 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, F: FloorChoice> PipelineBuilder<
     }
 }
 
-/// A [`PipelineBuilder`] in which nothing is wrong.
+/// A [`PipelineBuilder`] that has been checked.
 #[derive(Clone, Debug)]
 #[must_use]
 pub struct CheckedBuilder<G: GreenChannel, L = Fixed, B = FixedBaseline> {
@@ -424,9 +450,9 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy> CheckedBuilder<G, L, B> {
     }
 }
 
-/// How a darkness floor is given to [`PipelineBuilder`]: in gray levels or worked out.
+/// A form in which [`PipelineBuilder`] takes a darkness floor: gray levels, or a computed [`Floor`].
 pub trait FloorChoice: sealed::Sealed + Copy {
-    /// Works the floor out for pixels of this full scale.
+    /// Computes the floor for pixels of this full scale.
     #[doc(hidden)]
     fn floor(self, full_scale: u32) -> Result<Floor, Error>;
 }

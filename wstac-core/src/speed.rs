@@ -1,4 +1,6 @@
-//! Sliding speed from how long a sample is lit (SPEC §4; paper, "Speed Regression").
+//! Sliding speed from the duration for which a sample is lit (SPEC §4; paper, "Speed Regression").
+
+use core::fmt;
 
 use crate::error::{Error, LawParameter};
 use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, exp_of_negative};
@@ -11,40 +13,43 @@ use crate::params::{
 use crate::rate::FrameRate;
 use crate::trigger::Event;
 
-/// From a duration D, in frames at 30 a second, to a speed v in mm/s.
+/// The law from a duration D, in frames at 30 per second, to a speed v in mm/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Law {
-    /// D = intercept − slope · log10 v (paper).
+    /// The published law: D = intercept − slope · log10 v (paper).
     Published {
-        /// Frames at 1 mm/s.
+        /// The frames at 1 mm/s.
         intercept: f32,
-        /// Frames a decade, above 0.
+        /// The frames per decade, above 0.
         slope: f32,
     },
-    /// D = 30 · track / v + afterglow.
+    /// The physical law: D = 30 · track / v + afterglow.
     Physical {
-        /// Lit track in mm, above 0.
+        /// The lit track in mm, above 0.
         track: f32,
-        /// Afterglow in frames.
+        /// The afterglow in frames.
         afterglow: f32,
     },
 }
 
 impl Law {
-    /// The paper's law with the paper's numbers.
+    /// The published law with the paper's numbers.
     pub const PUBLISHED: Self = Self::Published { intercept: SPEED_INTERCEPT, slope: SPEED_SLOPE };
-    /// The physical law, fitted to the paper's.
+    /// The physical law, fitted to the published law.
     pub const PHYSICAL: Self = Self::Physical { track: TRACK_LENGTH, afterglow: AFTERGLOW_FRAMES };
 
-    /// Speed in mm/s of a slide that lasted `frames` at 30 a second; nothing where the law has no finite speed.
+    /// Returns the speed in mm/s of a slide that lasted `frames` at 30 per second; `None` if the law has no finite
+    /// speed.
     ///
-    /// Error, as a share of the speed, with u = 2^-24 for what one operation on 32 bits rounds by: `frames` is off by up to six of
-    /// them, intercept and slope by one each. Their difference is then off by (intercept + 6 D) u, which the law multiplies by
-    /// ln 10 / slope; three operations and the two parameters add 5 |ln v| u, and e^x 3 u. So `Published` is off by at most
-    /// ((intercept + 6 D) ln 10 / slope + 5 |ln v| + 3) u: 2.5e-6 from 100 to 200 mm/s. `Physical` is off by at most
-    /// ((6 D + afterglow) / (D − afterglow) + 5) u, 8e-7 there, and more towards its pole.
+    /// The error is a fraction of the speed. Let u = 2^-24 be the rounding of one 32-bit operation. `frames` is off by
+    /// up to six of them, intercept and slope by one each. Their difference is then off by (intercept + 6 D) u, which
+    /// the law multiplies by ln 10 / slope. Three operations and the two parameters add 5 |ln v| u, and e^x adds 3 u.
+    ///
+    /// So `Published` is off by at most ((intercept + 6 D) ln 10 / slope + 5 |ln v| + 3) u: 2.5e-6 from 100 to 200
+    /// mm/s. `Physical` is off by at most ((6 D + afterglow) / (D − afterglow) + 5) u: 8e-7 in that range, and more
+    /// towards its pole.
     pub fn speed(&self, frames: f32) -> Option<f32> {
         let mm_s = match *self {
             Self::Published { intercept, slope } => libm::expf((intercept - frames) / slope * core::f32::consts::LN_10),
@@ -53,7 +58,7 @@ impl Law {
             }
             Self::Physical { .. } => return None,
         };
-        // Beyond what 32 bits can tell from 0 or from infinity there is no answer.
+        // There is no answer if 32 bits cannot tell it from 0 or from infinity.
         (mm_s > 0.0 && mm_s.is_finite()).then_some(mm_s)
     }
 
@@ -74,20 +79,20 @@ impl Law {
     }
 }
 
-/// What the validity threshold is compared with.
+/// The quantity that the validity threshold is compared with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum ThresholdOn {
-    /// Σ o of a row or column.
+    /// The light Σ o of a row or column.
     #[default]
     Absolute,
-    /// Σ o less its baseline.
+    /// The light Σ o of a row or column less its baseline.
     AboveBaseline,
 }
 
-/// How speed is worked out; checked when built.
+/// The parameters of the speed computation, checked when they are built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
@@ -98,21 +103,23 @@ pub struct SpeedConfig {
     level: i32,
     /// The threshold in units of [`BRIGHTEST`] · 2^-31, rounded down.
     light: u32,
-    /// Frames at 30 a second that a feature frame lasts.
+    /// Frames at 30 per second that a feature frame lasts.
     nominal_frames: f32,
     /// Slowest and fastest speed that the law was fitted on, in mm/s.
     fitted: [f32; 2],
 }
 
-/// A little above the highest feature there is, ln 5, in units of 2^-20.
+/// A little above the highest possible feature, ln 5, in units of 2^-20.
 const BRIGHTEST: i32 = 1_690_000;
 
 impl SpeedConfig {
-    /// A law, the threshold above which a row or column is lit (a share of full scale, summed over its five taxels:
-    /// above 0, at most 5), and the camera's frame rate.
+    /// Creates the parameters from a law, a threshold and the camera's frame rate.
+    ///
+    /// A row or column is lit above the threshold. The threshold is a fraction of full scale, summed over its five
+    /// taxels: above 0, at most 5.
     ///
     /// # Errors
-    /// [`Error::SpeedThreshold`], [`Error::SpeedLaw`].
+    /// Returns [`Error::SpeedThreshold`] or [`Error::SpeedLaw`] if one of them is out of range.
     pub const fn new(law: Law, threshold: f64, on: ThresholdOn, rate: FrameRate) -> Result<Self, Error> {
         if !(threshold > 0.0 && threshold <= 5.0) {
             return Err(Error::SpeedThreshold(threshold));
@@ -134,11 +141,12 @@ impl SpeedConfig {
         })
     }
 
-    /// The same with a law that was fitted on speeds from `slowest` to `fastest` mm/s: answers outside are marked as extrapolated.
-    /// Without this it is the paper's range, 100 to 200 mm/s.
+    /// Returns the parameters with the range of speeds that the law was fitted on, from `slowest` to `fastest` mm/s.
+    ///
+    /// Answers outside are marked as extrapolated. Without this call the range is the paper's, 100 to 200 mm/s.
     ///
     /// # Errors
-    /// [`Error::FittedRange`] unless both are finite and 0 < `slowest` ≤ `fastest`.
+    /// Returns [`Error::FittedRange`] unless both are finite and 0 < `slowest` ≤ `fastest`.
     pub const fn fitted_on(self, slowest: f32, fastest: f32) -> Result<Self, Error> {
         if slowest > 0.0 && slowest <= fastest && fastest.is_finite() {
             return Ok(Self { fitted: [slowest, fastest], ..self });
@@ -146,13 +154,13 @@ impl SpeedConfig {
         Err(Error::FittedRange { slowest, fastest })
     }
 
-    /// This many mm/s, marked where that is outside the range that the law was fitted on.
+    /// Returns a speed of this many mm/s, marked if it is outside the range that the law was fitted on.
     pub fn marked(&self, mm_s: f32) -> Speed {
         let [slowest, fastest] = self.fitted;
         Speed { mm_s, extrapolated: !(slowest..=fastest).contains(&mm_s) }
     }
 
-    /// The paper's law and threshold, for cameras of this rate.
+    /// Creates the published law and threshold for cameras of this rate.
     pub const fn published(rate: FrameRate) -> Self {
         const PUBLISHED: SpeedConfig =
             match SpeedConfig::new(Law::PUBLISHED, VALID_THRESHOLD, ThresholdOn::Absolute, FrameRate::NOMINAL) {
@@ -172,19 +180,19 @@ impl SpeedConfig {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LitSpan {
-    /// First valid frame of the sample, 0..=69.
+    /// The first valid frame of the sample, 0..=69.
     pub first: u8,
-    /// Last valid frame of the sample, `first`..=69.
+    /// The last valid frame of the sample, `first`..=69.
     pub last: u8,
 }
 
 impl LitSpan {
-    /// D: end minus start, 0..=69 frames.
+    /// Returns the duration D: end minus start, 0..=69 frames.
     pub fn frames(self) -> u8 {
         self.last.saturating_sub(self.first)
     }
 
-    /// Whether the light starts before the sample or lasts beyond it.
+    /// Returns whether the light starts before the sample or lasts beyond it.
     pub fn is_cut_off(self) -> bool {
         self.first == 0 || usize::from(self.last) == SAMPLE_FRAMES - 1
     }
@@ -195,31 +203,33 @@ impl LitSpan {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Speed {
-    /// Speed in mm/s.
+    /// The speed in mm/s.
     pub mm_s: f32,
-    /// Outside the range that the law was fitted on: the paper's, 100..=200 mm/s, or [`SpeedConfig::fitted_on`]'s.
+    /// Whether the speed is outside the range that the law was fitted on: the paper's, 100..=200 mm/s, or that of
+    /// [`SpeedConfig::fitted_on`].
     pub extrapolated: bool,
 }
 
 impl Speed {
-    /// This many mm/s, marked where that is outside the paper's range.
+    /// Creates a speed of this many mm/s, marked if it is outside the paper's range.
     pub fn new(mm_s: f32) -> Self {
         Self { mm_s, extrapolated: !(SLOWEST_FITTED..=FASTEST_FITTED).contains(&mm_s) }
     }
 }
 
-/// Why there is no speed.
+/// The reason why there is no speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum NoSpeed {
     /// The baseline itself is above the threshold.
     BaselineAbove,
     /// No frame of the sample is above the threshold.
     NeverValid,
-    /// The first or the last frame of the sample is valid: the slide lasted at least as long as was seen.
+    /// The first or the last frame of the sample is valid: the slide lasted at least as long as the sample shows.
     CutOff {
-        /// What the law makes of the duration that was seen, in mm/s: a bound as good as the law is there, which is
+        /// The law's speed for the duration that was seen, in mm/s. It is an upper bound, as good as the law is there,
         /// outside the range it was fitted on.
         at_most: Option<f32>,
     },
@@ -227,10 +237,32 @@ pub enum NoSpeed {
     OutsideLaw,
 }
 
-/// First and last valid frame of an event's sample; nothing where no frame is valid.
+impl NoSpeed {
+    /// Returns the reason as a sentence, without the bound of [`NoSpeed::CutOff`]. JSON output and `Display` use this
+    /// sentence.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::BaselineAbove => "the baseline is above the speed threshold",
+            Self::NeverValid => "no frame is above the speed threshold",
+            Self::CutOff { .. } => "cut off: the sample starts or ends above the speed threshold",
+            Self::OutsideLaw => "the speed law has no finite speed for this duration",
+        }
+    }
+}
+
+impl fmt::Display for NoSpeed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+impl core::error::Error for NoSpeed {}
+
+/// Returns the first and last valid frame of an event's sample; `None` if no frame is valid.
 ///
-/// A frame is valid exactly where a feature is above ln threshold, so it differs from the real light's only where that is within a
-/// feature's own error of the threshold: 0.507 units of 2^-11, 0.025 % of the light.
+/// A frame is valid if and only if a feature is above ln threshold. A feature's own error is 0.507 units of 2^-11,
+/// which is 0.025 % of the light. So the result differs from that of the real light only if the light is that close to
+/// the threshold.
 pub fn duration(event: &Event<'_>, config: &SpeedConfig) -> Option<LitSpan> {
     match config.on {
         ThresholdOn::Absolute => {
@@ -250,10 +282,10 @@ pub fn duration(event: &Event<'_>, config: &SpeedConfig) -> Option<LitSpan> {
     }
 }
 
-/// Sliding speed of an event.
+/// Returns the sliding speed of an event.
 ///
 /// # Errors
-/// Why there is none: see [`NoSpeed`].
+/// Returns a [`NoSpeed`] that says why there is none.
 pub fn speed(event: &Event<'_>, config: &SpeedConfig) -> Result<Speed, NoSpeed> {
     let above = |&total: &i32| {
         let scaled = i64::from(total) << (EXP_FRACTION_BITS - FEATURE_FRACTION_BITS);
@@ -269,7 +301,7 @@ pub fn speed(event: &Event<'_>, config: &SpeedConfig) -> Result<Speed, NoSpeed> 
     config.at(duration).map(|mm_s| config.marked(mm_s)).ok_or(NoSpeed::OutsideLaw)
 }
 
-/// Light of a feature in units of 2^-20: a share of [`BRIGHTEST`] in units of 2^-31.
+/// Returns the light of a feature in units of 2^-20, as a fraction of [`BRIGHTEST`] in units of 2^-31.
 fn light(feature: i32) -> u32 {
     exp_of_negative((BRIGHTEST - feature).max(0) as u32)
 }

@@ -1,4 +1,4 @@
-//! Camera bytes → features, near 30 frames a second: sums, frames added up, logarithms (SPEC §1, §2).
+//! Camera bytes → features at about 30 frames per second: sums, frames added up, logarithms (SPEC §1, §2).
 
 use crate::error::Error;
 use crate::features::{FeatureScale, Features, Floor, line_sums};
@@ -7,29 +7,29 @@ use crate::ln::Ln;
 use crate::params::{FEATURES, TAXELS};
 use crate::taxels::{FrameGeometry, TaxelSums};
 
-/// The features of one feature frame: of one camera frame, or of several above 45 frames a second.
+/// The features of one feature frame, which is one camera frame, or several above 45 frames per second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FeatureFrame {
     /// The ten features, five rows, then five columns, in units of 2^-11.
     pub features: Features,
-    /// Some, but not all, of its camera frames were lost; the others stand for them.
+    /// Whether some, but not all, of its camera frames were lost. The others stand for them.
     pub has_missing_frames: bool,
 }
 
-/// What lost camera frames bring about.
+/// Holds whatever lost camera frames brought about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Loss {
     /// The feature frame that was under way, if they complete it.
     pub has_missing_frames: Option<FeatureFrame>,
-    /// Feature frames that are lost entirely, after that one.
+    /// Feature frames that are lost entirely after that one.
     pub frames: u64,
 }
 
-/// Camera bytes in, features out.
+/// Turns camera bytes into features.
 #[derive(Clone, Debug)]
 pub struct FeatureStream<G: GreenChannel, L> {
     accumulators: TaxelSums<G>,
@@ -42,26 +42,26 @@ pub struct FeatureStream<G: GreenChannel, L> {
 }
 
 impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
-    /// A stream from this camera, floored at `floor_levels` gray levels a taxel.
+    /// Creates a stream from this camera with a floor of `floor_levels` gray levels of a taxel.
     ///
     /// # Errors
-    /// [`Error::FloorLevels`] where that is not 0 to the green full scale.
+    /// Returns [`Error::FloorLevels`] if the floor is not 0 to the green full scale.
     pub fn new(camera: FrameGeometry<G>, floor_levels: f64) -> Result<Self, Error> {
         Self::with_floor(camera, Floor::new(floor_levels, camera.full_scale())?)
     }
 
-    /// The same with a floor that has been worked out.
+    /// Creates a stream with a computed floor.
     ///
     /// # Errors
-    /// [`Error::FloorFullScale`] where it is for pixels of another full scale.
+    /// Returns [`Error::FloorFullScale`] if the floor is for pixels of another full scale.
     pub fn with_floor(camera: FrameGeometry<G>, floor: Floor) -> Result<Self, Error> {
         Self::with_ln(camera, floor, L::default())
     }
 
-    /// Creates a stream with a floor that has been worked out and a log kernel that was chosen at run time.
+    /// Creates a stream with a computed floor and a log kernel that was chosen at run time.
     ///
     /// # Errors
-    /// [`Error::FloorFullScale`] if the floor is for pixels of another full scale.
+    /// Returns [`Error::FloorFullScale`] if the floor is for pixels of another full scale.
     pub fn with_ln(camera: FrameGeometry<G>, floor: Floor, ln: L) -> Result<Self, Error> {
         let frames = camera.rate().frames_added();
         Ok(Self {
@@ -74,41 +74,43 @@ impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
         })
     }
 
-    /// The camera that the bytes come from.
+    /// Returns the geometry of the camera's frames.
     pub fn camera(&self) -> &FrameGeometry<G> {
         self.accumulators.camera()
     }
 
-    /// Takes a whole frame; features, if it completes a feature frame.
+    /// Takes a whole frame. Returns features if it completes a feature frame.
     ///
     /// # Errors
-    /// Those of [`TaxelSums::push_frame`]; nothing has changed then.
+    /// Returns the errors of [`TaxelSums::push_frame`]; then nothing has changed.
     pub fn push_frame(&mut self, bytes: &[u8]) -> Result<Option<FeatureFrame>, Error> {
         let taxels = self.accumulators.push_frame(bytes)?;
         Ok(self.add(&taxels))
     }
 
-    /// Takes the next rows of a frame; features, if they complete a feature frame.
+    /// Takes the next rows of a frame. Returns features if they complete a feature frame.
     ///
     /// # Errors
-    /// Those of [`TaxelSums::push_stripe`]; nothing has changed then.
+    /// Returns the errors of [`TaxelSums::push_stripe`]; then nothing has changed.
     pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<Option<FeatureFrame>, Error> {
         let Some(taxels) = self.accumulators.push_stripe(bytes)? else { return Ok(None) };
         Ok(self.add(&taxels))
     }
 
-    /// Takes the 25 taxel sums of a frame that was summed elsewhere, each at most G · A; larger ones saturate.
+    /// Takes the 25 taxel sums of a frame that was summed elsewhere. Each is at most G · A; larger ones saturate.
     pub fn push_taxels(&mut self, taxels: &[u32; TAXELS]) -> Option<FeatureFrame> {
         self.accumulators.forget_taxels();
         self.add(taxels)
     }
 
-    /// Returns the taxel sums of the last camera frame that was pushed as bytes, until the next frame begins or is lost.
+    /// Returns the taxel sums of the last camera frame that was pushed as bytes, until the next frame begins or is
+    /// lost.
     pub fn taxels(&self) -> Option<[u32; TAXELS]> {
         self.accumulators.taxels()
     }
 
-    /// Starts anew: the next camera frame is the stream's first. Rows and camera frames of which the rest is missing are forgotten.
+    /// Starts again: the next camera frame is the stream's first. Rows and camera frames of an incomplete feature frame
+    /// are forgotten.
     pub fn restart(&mut self) {
         self.accumulators.abandon_rows();
         self.lines = [0; FEATURES];
@@ -118,7 +120,7 @@ impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
     /// Replaces the darkness floor.
     ///
     /// # Errors
-    /// [`Error::FloorFullScale`] if the floor is for pixels of another full scale; nothing has changed then.
+    /// Returns [`Error::FloorFullScale`] if the floor is for pixels of another full scale; then nothing has changed.
     pub fn set_floor(&mut self, floor: Floor) -> Result<(), Error> {
         self.scale.set_floor(floor, self.accumulators.camera().full_scale())
     }
@@ -139,8 +141,10 @@ impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
         self.lose(1)
     }
 
-    /// Keeps the place of `frames` lost camera frames in time. Lost before the first frame, they have none. A frame
-    /// that is under way in stripes stays so: [`FeatureStream::abandon_frame`] gives that up.
+    /// Keeps the place of `frames` lost camera frames in time.
+    ///
+    /// Frames lost before the first frame have no place. A frame that is under way in stripes stays so:
+    /// [`FeatureStream::abandon_frame`] gives it up.
     pub fn push_lost(&mut self, frames: u64) -> Loss {
         if frames > 0 {
             self.accumulators.forget_taxels();
@@ -165,7 +169,7 @@ impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
         Loss { has_missing_frames, frames: groups + u64::from(has_missing_frames.is_none()) }
     }
 
-    /// The feature frame, if all its camera frames have arrived or are lost; nothing if all are lost.
+    /// Returns the feature frame if all its camera frames have arrived or are lost; `None` if all are lost.
     fn complete(&mut self) -> Option<FeatureFrame> {
         if self.present + self.lost < self.camera().rate().frames_added() {
             return None;
@@ -178,7 +182,7 @@ impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
         } else if present == 0 {
             return None;
         } else {
-            // The mean of those that arrived stands for each that did not.
+            // The mean of the frames that arrived stands for each that did not.
             lines.map(|sum| {
                 (u64::from(sum) * (present + lost) * 2 + present).checked_div(2 * present).unwrap_or(0) as u32
             })

@@ -1,4 +1,4 @@
-//! Rows of pixels → 25 taxel sums, exact integers, whole frames or stripes (SPEC §1).
+//! Rows of pixels → 25 taxel sums: exact integers, from whole frames or stripes (SPEC §1).
 
 use crate::error::Error;
 use crate::frame::{Rows, Run, Stride};
@@ -7,12 +7,12 @@ use crate::layout::Layout;
 use crate::params::{COLUMNS, ROWS, TAXELS};
 use crate::rate::FrameRate;
 
-/// How one camera's frames are summed: format, layout, stride and rate, checked together once.
+/// Describes how one camera's frames are summed: format, layout, stride and rate, checked together once.
 #[derive(Clone, Copy, Debug)]
 pub struct FrameGeometry<G> {
     green: G,
     layout: Layout,
-    /// Of each row of taxels the first frame row, and the one behind the last: a stripe passes over most of them.
+    /// For each row of taxels, the first frame row and the one behind the last. A stripe skips most of them.
     bands: [[u16; 2]; ROWS],
     stride: Stride,
     bytes_per_row: u32,
@@ -21,19 +21,19 @@ pub struct FrameGeometry<G> {
 }
 
 impl<G: GreenChannel> FrameGeometry<G> {
-    /// A camera of this pixel format, layout and rate, every pixel counted, rows without padding.
+    /// Creates the geometry of this pixel format, layout and rate. Every pixel is counted, and rows have no padding.
     ///
     /// # Errors
-    /// [`Error::EmptyTaxel`] where a Bayer format's taxels hold no 2 × 2 cell; [`Error::SumTooLarge`] where
-    /// 5 · A · G · (frames added up) exceeds `u32::MAX`.
+    /// Returns [`Error::EmptyTaxel`] if a Bayer format's taxels hold no 2 × 2 cell. Returns [`Error::SumTooLarge`] if 5
+    /// · A · G · (frames added up) exceeds `u32::MAX`.
     pub fn new(green: G, layout: Layout, rate: FrameRate) -> Result<Self, Error> {
         Self::with_stride(green, layout, rate, Stride::One)
     }
 
-    /// The same with a pixel stride: A is the pixels that it counts.
+    /// Creates the geometry with a pixel stride. A is the number of pixels that it counts.
     ///
     /// # Errors
-    /// As [`FrameGeometry::new`].
+    /// Returns the errors of [`FrameGeometry::new`].
     pub fn with_stride(green: G, layout: Layout, rate: FrameRate, stride: Stride) -> Result<Self, Error> {
         let layout = layout.snapped(green.cell())?;
         let bytes_per_row = green.row_bytes(layout.frame().width()) as u32;
@@ -42,10 +42,10 @@ impl<G: GreenChannel> FrameGeometry<G> {
         Ok(camera)
     }
 
-    /// The camera with this many bytes from row to row.
+    /// Returns the geometry with this many bytes from row to row.
     ///
     /// # Errors
-    /// [`Error::BytesPerRow`] where that is less than a row of pixels.
+    /// Returns [`Error::BytesPerRow`] if that is less than a row of pixels.
     pub fn with_bytes_per_row(mut self, bytes_per_row: u32) -> Result<Self, Error> {
         let expected = self.green.row_bytes(self.layout.frame().width()) as u32;
         if bytes_per_row < expected {
@@ -55,57 +55,58 @@ impl<G: GreenChannel> FrameGeometry<G> {
         Ok(self)
     }
 
-    /// A of the SPEC, and the check that five taxels' sums fit 32 bits.
+    /// Counts the pixels of a taxel (A of the SPEC) and checks that five taxels' sums fit 32 bits.
     fn count_pixels(&mut self) -> Result<(), Error> {
         let cell = self.green.cell();
         let [width, height] = self.layout.taxel();
         let cells = u32::from(self.stride.counted(width / cell)) * u32::from(self.stride.counted(height / cell));
         self.pixels = cells * u32::from(cell);
         let (full_scale, frames) = (self.green.full_scale(), self.rate.frames_added());
-        // 2^28 pixels, 2^16 and 2^31 frames: 5 · A · G alone fits 64 bits, frames may not.
+        // There are at most 2^28 pixels, 2^16 levels and 2^31 frames. 5 · A · G fits 64 bits, but its product with the
+        // frames may not.
         let fits = (5 * u64::from(self.pixels) * u64::from(full_scale))
             .checked_mul(u64::from(frames))
             .is_some_and(|most| u32::try_from(most).is_ok());
         if fits { Ok(()) } else { Err(Error::SumTooLarge { pixels: self.pixels, full_scale, frames }) }
     }
 
-    /// The layout as it is used: snapped to cells for Bayer formats.
+    /// Returns the layout as it is used: rounded down to cells for Bayer formats.
     pub fn layout(&self) -> &Layout {
         &self.layout
     }
 
-    /// Pixels counted in a taxel, A.
+    /// Returns the number of pixels counted in a taxel, A.
     pub fn pixels(&self) -> u32 {
         self.pixels
     }
 
-    /// Green full scale of one pixel, G.
+    /// Returns the green full scale of one pixel, G.
     pub fn full_scale(&self) -> u32 {
         self.green.full_scale()
     }
 
-    /// Camera frames a second.
+    /// Returns the number of camera frames per second.
     pub fn rate(&self) -> FrameRate {
         self.rate
     }
 
-    /// Bytes from row to row.
+    /// Returns the number of bytes from row to row.
     pub fn bytes_per_row(&self) -> usize {
         self.bytes_per_row as usize
     }
 
-    /// Least bytes of a whole frame: the last row's padding may be missing.
+    /// Returns the least bytes of a whole frame. The last row's padding may be missing.
     pub fn frame_bytes(&self) -> usize {
         self.green.least_frame_bytes(self.layout.frame(), self.bytes_per_row())
     }
 
-    /// Least bytes of `rows` rows of a packed format.
+    /// Returns the least bytes of `rows` rows of a packed format.
     fn packed_bytes(&self, rows: usize) -> usize {
         self.green.packed_bytes(self.layout.frame().width(), rows, self.bytes_per_row())
     }
 }
 
-/// Of each row of taxels the first frame row, and the one behind the last.
+/// Returns the first frame row and the one behind the last, for each row of taxels.
 fn bands(layout: &Layout) -> [[u16; 2]; ROWS] {
     let [_, height] = layout.taxel();
     let mut bands = [[u16::MAX, 0]; ROWS];
@@ -117,7 +118,7 @@ fn bands(layout: &Layout) -> [[u16; 2]; ROWS] {
     bands
 }
 
-/// The 25 accumulators of one camera, and how far the present frame has come.
+/// Sums the 25 taxels of one camera's frames, and keeps track of how far the present frame has come.
 #[derive(Clone, Debug)]
 pub struct TaxelSums<G: GreenChannel> {
     camera: FrameGeometry<G>,
@@ -125,25 +126,25 @@ pub struct TaxelSums<G: GreenChannel> {
     sums: [G::Sum; TAXELS],
     /// Rows of the frame under way that have arrived.
     rows: u16,
-    /// The sums are those of a complete frame.
+    /// Whether the sums are those of a complete frame.
     is_complete: bool,
 }
 
 impl<G: GreenChannel> TaxelSums<G> {
-    /// Empty accumulators.
+    /// Creates empty sums.
     pub fn new(camera: FrameGeometry<G>) -> Self {
         Self { camera, sums: [G::Sum::default(); TAXELS], rows: 0, is_complete: false }
     }
 
-    /// The camera that is summed.
+    /// Returns the geometry of the frames that are summed.
     pub fn camera(&self) -> &FrameGeometry<G> {
         &self.camera
     }
 
-    /// Sums a whole frame: the 25 taxel sums S, row by row.
+    /// Sums a whole frame. Returns the 25 taxel sums S, row by row.
     ///
     /// # Errors
-    /// [`Error::FrameTooShort`], [`Error::FrameUnderWay`]; the accumulators stay as they were.
+    /// Returns [`Error::FrameTooShort`] or [`Error::FrameUnderWay`]; then the sums stay as they were.
     pub fn push_frame(&mut self, bytes: &[u8]) -> Result<[u32; TAXELS], Error> {
         let expected = self.camera.frame_bytes();
         if bytes.len() < expected {
@@ -156,12 +157,13 @@ impl<G: GreenChannel> TaxelSums<G> {
         Ok(self.complete())
     }
 
-    /// Adds the next rows of a frame; the 25 taxel sums when the last row has arrived. The sums are bit-identical to
-    /// those of the whole frame.
+    /// Adds the next rows of a frame. Returns the 25 taxel sums when the last row has arrived.
+    ///
+    /// The sums are bit-identical to those of the whole frame.
     ///
     /// # Errors
-    /// [`Error::StripeNotWholeRows`], [`Error::StripeTooLong`], [`Error::StripeOfPlanar`]; the accumulators stay as
-    /// they were.
+    /// Returns [`Error::StripeNotWholeRows`], [`Error::StripeTooLong`] or [`Error::StripeOfPlanar`]; then the sums stay
+    /// as they were.
     pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<Option<[u32; TAXELS]>, Error> {
         let camera = &self.camera;
         let (height, bytes_per_row) = (camera.layout.frame().height(), camera.bytes_per_row());
@@ -180,8 +182,8 @@ impl<G: GreenChannel> TaxelSums<G> {
         Ok((self.rows == height).then(|| self.complete()))
     }
 
-    /// Returns the taxel sums of the last frame, until the first row of the next one arrives; `None` before the first frame and
-    /// after [`TaxelSums::abandon_frame`].
+    /// Returns the taxel sums of the last frame, until the first row of the next one arrives. Returns `None` before the
+    /// first frame and after [`TaxelSums::abandon_frame`].
     pub fn taxels(&self) -> Option<[u32; TAXELS]> {
         self.is_complete.then(|| self.totals())
     }
@@ -192,18 +194,18 @@ impl<G: GreenChannel> TaxelSums<G> {
         self.is_complete = false;
     }
 
-    /// Forgets the rows of a frame under way; the sums of a complete one stay.
+    /// Forgets the rows of a frame under way. The sums of a complete frame stay.
     pub(crate) fn abandon_rows(&mut self) {
         self.rows = 0;
     }
 
-    /// Forgets the sums of a complete frame; the rows of one under way stay.
+    /// Forgets the sums of a complete frame. The rows of a frame under way stay.
     pub(crate) fn forget_taxels(&mut self) {
         self.is_complete = false;
     }
 
-    /// Adds `count` rows, the frame's next ones, to the taxels that they cross.
-    // A function of its own: what it takes does not hang on what else a program links.
+    /// Adds the frame's next `count` rows to the taxels that they cross.
+    // It is not inlined, so that its cost does not depend on what else a program links.
     #[inline(never)]
     fn add_rows(&mut self, bytes: &[u8], count: u16) {
         if self.rows == 0 {
@@ -245,14 +247,14 @@ impl<G: GreenChannel> TaxelSums<G> {
         self.rows = end;
     }
 
-    /// Ends the frame whose last row has arrived; its taxel sums.
+    /// Ends the frame whose last row has arrived. Returns its taxel sums.
     fn complete(&mut self) -> [u32; TAXELS] {
         self.rows = 0;
         self.is_complete = true;
         self.totals()
     }
 
-    /// The taxel sums of the frame that is complete.
+    /// Returns the taxel sums of the complete frame.
     fn totals(&self) -> [u32; TAXELS] {
         let mut totals = [0; TAXELS];
         for (total, sum) in totals.iter_mut().zip(&self.sums) {

@@ -1,4 +1,4 @@
-//! What slid: a texture model's answer for an event, in words (SPEC §6; paper, "Texture Classification").
+//! The texture that slid: a texture model's answer for an event, in words (SPEC §6; paper, "Texture Classification").
 
 use crate::model::Model;
 use crate::model::boosted::Boosted;
@@ -7,24 +7,24 @@ use crate::model::forest::Forest;
 use crate::model::labels::{Label, Labels};
 use crate::model::linear_svm::LinearSvm;
 
-/// What a model says.
+/// The answer of a texture model.
 #[derive(Clone, Copy, Debug)]
 pub struct Texture<'m> {
-    /// Number of the class.
+    /// The number of the class.
     pub class: u8,
-    /// Its name; of a specimen, pattern and depth in mm, such as `Saw3`.
+    /// The name of the class. If it names a specimen, a pattern and a depth in mm, it is such as `Saw3`.
     pub label: Label<'m>,
-    /// What the model tells apart.
+    /// The task of the model: what it tells apart.
     pub task: Task,
 }
 
-/// A model of any kind, or of one kind alone, so that no other is linked.
+/// A texture model of any kind, or of only one kind, so that no other kind is linked.
 pub trait TextureModel<'m> {
-    /// The class of a sample: 700 numbers, frame by frame.
+    /// Returns the class of a sample of 700 numbers, frame by frame.
     fn class(&self, sample: &[i16; INPUTS]) -> u8;
-    /// The names of its classes.
+    /// Returns the names of the classes.
     fn labels(&self) -> Labels<'m>;
-    /// What it tells apart.
+    /// Returns what the model tells apart.
     fn task(&self) -> Task;
 }
 
@@ -47,8 +47,8 @@ macro_rules! texture_models {
 }
 texture_models!(LinearSvm Forest Boosted Model);
 
-/// What a model says of 700 numbers: [`Sample::flat`](crate::sample::Sample::flat) of an event, or
-/// [`SamplePrefix::flat`](crate::early::SamplePrefix::flat) of one that is still under way.
+/// Returns a model's answer for 700 numbers: [`Sample::flat`](crate::sample::Sample::flat) of an event, or
+/// [`SamplePrefix::flat`](crate::early::SamplePrefix::flat) of a sample that is still under way.
 pub fn texture<'m>(numbers: &[i16; INPUTS], model: &impl TextureModel<'m>) -> Texture<'m> {
     let class = model.class(numbers);
     Texture { class, label: model.labels().of(class), task: model.task() }

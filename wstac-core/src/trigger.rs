@@ -16,15 +16,16 @@ pub use crate::trigger_config::{Rule, TriggerConfig};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Event<'a> {
-    /// Number of the first frame of the sample: t − c.
+    /// The number of the first frame of the sample: t − c.
     pub frame: u64,
-    /// The sample X: 70 frames of ten features in units of 2^-11, borrowed from the ring until the next push.
+    /// The sample X: 70 frames of ten features in units of 2^-11. It is borrowed from the ring until the next push.
     pub sample: Sample<'a>,
-    /// The baseline that the trigger compared with.
+    /// The baseline that the trigger compared the frames with.
     pub baseline: &'a Baseline,
-    /// Frames of the sample that were lost, in whole or in part, and filled: 0..=70.
+    /// The number of frames of the sample that were lost, in whole or in part, and filled: 0..=70.
     pub frames_filled: u8,
-    /// The baseline was quiet and without a long gap, and at most a tenth of the sample was filled.
+    /// Whether the event is reliable: the baseline was quiet and without a long gap, and at most a tenth of the sample
+    /// was filled.
     pub reliable: bool,
 }
 
@@ -33,18 +34,18 @@ pub struct Event<'a> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct InterruptedSample {
-    /// Number of its first frame.
+    /// The number of its first frame.
     pub frame: u64,
-    /// Frames of it that had arrived: 1..=69.
+    /// The number of its frames that had arrived: 1..=69.
     pub frames: u8,
 }
 
-/// How a stream ended.
+/// The state of a stream, or how it ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct StreamEnd {
-    /// Frames on the time line, lost ones included.
+    /// The number of frames on the time line, lost ones included.
     pub frames: u64,
     /// Whether the stream was long enough for the baseline.
     pub baseline_complete: bool,
@@ -54,7 +55,7 @@ pub struct StreamEnd {
     pub incomplete: Option<InterruptedSample>,
 }
 
-/// What the trigger is doing.
+/// The present task of the trigger.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
     /// Gathering the baseline.
@@ -67,33 +68,35 @@ enum Phase {
     Rest { left: u8 },
 }
 
-/// Baseline, windows and capture over a stream of features; `B` is what becomes of the baseline: [`FixedBaseline`], or a
-/// [`TrackingBaseline`](crate::baseline_policy::TrackingBaseline).
+/// Finds events in a stream of features: baseline, windows and capture.
+///
+/// `B` is the baseline policy: [`FixedBaseline`] or a [`TrackingBaseline`](crate::baseline_policy::TrackingBaseline).
 #[derive(Clone, Debug)]
 pub struct Trigger<B = FixedBaseline> {
     state: TriggerState,
     following: B,
 }
 
-/// All of a trigger but what becomes of the baseline: what updates borrow, whatever that is.
+/// All of a trigger except the baseline policy. Updates borrow it, whatever the policy is.
 #[derive(Clone, Debug)]
 pub(crate) struct TriggerState {
     config: TriggerConfig,
-    /// The last frames: all of a sample when it is complete.
+    /// The last frames. When a sample is complete, they are its frames.
     ring: Deque<Features, SAMPLE_FRAMES>,
-    /// Which of the ring's frames were filled: bit 0 is the newest.
+    /// The frames of the ring that were filled, one bit each: bit 0 is the newest.
     filled: [u64; 2],
-    /// Number of the frame that comes next; at `u64::MAX` it stays there.
+    /// The number of the next frame. At `u64::MAX` it stays there.
     frame: u64,
     phase: Phase,
     window_sums: [i32; FEATURES],
     baseline: Baseline,
     quiet: bool,
-    /// Lowest and highest window sums of the baseline; when it is complete the second holds the thresholds.
+    /// The lowest and highest window sums of the baseline. Once it is complete, the second element holds the
+    /// thresholds.
     bounds: [[i32; FEATURES]; 2],
-    /// Frames lost since the last that arrived: what they mean is known when the gap ends.
+    /// Frames lost since the last that arrived. Their meaning is known when the gap ends.
     lost: u64,
-    /// What an event was returned in front of: frames to fill, then one that arrived.
+    /// The frames that wait behind a returned event: frames to fill, then one that arrived.
     backlog: Option<(u8, Features, bool)>,
     interrupted: Option<InterruptedSample>,
 }
@@ -102,19 +105,20 @@ pub(crate) struct TriggerState {
 const NO_BOUNDS: [[i32; FEATURES]; 2] = [[i32::MAX; FEATURES], [i32::MIN; FEATURES]];
 
 impl Trigger {
-    /// A trigger at frame 0, before its baseline.
+    /// Creates a trigger at frame 0, before its baseline.
     pub fn new(config: TriggerConfig) -> Self {
         Self::starting_at(config, 0)
     }
 
-    /// A trigger before its baseline whose first frame is number `frame`, for a recording that does not start at 0.
+    /// Creates a trigger before its baseline whose first frame has the number `frame`. It is for recordings that do not
+    /// start at 0.
     pub fn starting_at(config: TriggerConfig, frame: u64) -> Self {
         Self::with(config, frame, FixedBaseline)
     }
 }
 
 impl<B: BaselinePolicy> Trigger<B> {
-    /// Creates a trigger before its baseline whose first frame is number `frame`, with what becomes of the baseline after its 5m frames.
+    /// Creates a trigger before its baseline whose first frame has the number `frame`, with a baseline policy.
     pub fn with(config: TriggerConfig, frame: u64, following: B) -> Self {
         Self {
             state: TriggerState {
@@ -135,44 +139,49 @@ impl<B: BaselinePolicy> Trigger<B> {
         }
     }
 
-    /// Returns what the trigger knows.
+    /// Returns the trigger's state.
     pub(crate) fn state(&self) -> &TriggerState {
         &self.state
     }
 
-    /// The trigger's parameters.
+    /// Returns the trigger's parameters.
     pub fn config(&self) -> &TriggerConfig {
         &self.state.config
     }
 
-    /// The baseline, once its 5m frames have arrived: as it is now, where it follows drift.
+    /// Returns the baseline once its 5m frames have arrived. A tracking baseline is returned as it is now.
     pub fn baseline(&self) -> Option<&Baseline> {
         (self.state.phase != Phase::Baseline).then_some(&self.state.baseline)
     }
 
-    /// The highest window sum of each feature that does not fire, in units of 2^-11; once the baseline is complete.
+    /// Returns the highest window sum of each feature that does not fire, in units of 2^-11, once the baseline is
+    /// complete.
     pub fn thresholds(&self) -> Option<&[i32; FEATURES]> {
         (self.state.phase != Phase::Baseline).then_some(&self.state.bounds[1])
     }
 
-    /// Number of the frame that the next push is: lost frames are counted.
+    /// Returns the number that the next pushed frame gets. Lost frames count, too.
     pub fn next_frame(&self) -> u64 {
         self.state.next_frame()
     }
 
-    /// The last frames that were taken, 70 at most, lost ones filled; and the number of the frame after the last of them. An
-    /// event's sample is among them for a while: a link sends it in parts, without a copy.
+    /// Returns the last frames that were taken, at most 70 with lost ones filled, and the number of the frame after the
+    /// last of them.
+    ///
+    /// An event's sample is among them for a while: a link sends it in parts, without a copy.
     pub fn recent(&self) -> (u64, Sample<'_>) {
         (self.state.frame, Sample::new(self.state.ring.as_slices()))
     }
 
-    /// Takes the features of the next frame; an event, if they complete a sample. `has_missing_frames` says that some, but not
-    /// all, of the camera frames in them were lost.
+    /// Takes the features of the next frame. Returns an event if they complete a sample.
+    ///
+    /// `has_missing_frames` says that some, but not all, of the camera frames in them were lost.
     pub fn push(&mut self, features: Features, has_missing_frames: bool) -> Option<Event<'_>> {
         self.push_then_lose(features, has_missing_frames, 0)
     }
 
-    /// Takes the features of the next frame, then `lost_after` lost frames, as [`Trigger::push`] and [`Trigger::push_lost`] do.
+    /// Takes the features of the next frame, then `lost_after` lost frames, as [`Trigger::push`] and
+    /// [`Trigger::push_lost`] do.
     pub fn push_then_lose(
         &mut self,
         features: Features,
@@ -183,7 +192,8 @@ impl<B: BaselinePolicy> Trigger<B> {
         Some(self.state.event(first))
     }
 
-    /// Takes the features of the next frame, then `lost_after` lost frames; the first frame of the sample that they complete.
+    /// Takes the features of the next frame, then `lost_after` lost frames. Returns the first frame of the sample that
+    /// they complete.
     pub(crate) fn advance(&mut self, features: Features, has_missing_frames: bool, lost_after: u64) -> Option<u64> {
         self.clear_backlog();
         let lost = core::mem::replace(&mut self.state.lost, lost_after);
@@ -200,7 +210,7 @@ impl<B: BaselinePolicy> Trigger<B> {
         self.step(features, has_missing_frames)
     }
 
-    /// Takes note of `frames` lost frames: they keep their place in time. Up to 7 in a row are filled with the last
+    /// Takes note of `frames` lost frames, which keep their place in time. Up to 7 in a row are filled with the last
     /// features; more end what was under way.
     pub fn push_lost(&mut self, frames: u64) {
         // Before the first frame there is no time to keep.
@@ -209,7 +219,7 @@ impl<B: BaselinePolicy> Trigger<B> {
         }
     }
 
-    /// The sample that a long gap has interrupted, once.
+    /// Returns the sample that a long gap has interrupted, once.
     pub fn take_interrupted(&mut self) -> Option<InterruptedSample> {
         self.state.interrupted.take()
     }
@@ -219,13 +229,14 @@ impl<B: BaselinePolicy> Trigger<B> {
         self.state.interrupted = None;
     }
 
-    /// Settles what is pending at the end of a stream: an event, if lost frames at the very end complete a sample.
+    /// Settles what is pending at the end of a stream. Returns an event if lost frames at the very end complete a
+    /// sample.
     pub fn finish(&mut self) -> Option<Event<'_>> {
         let first = self.settle()?;
         Some(self.state.event(first))
     }
 
-    /// Settles what is pending at the end of a stream; the first frame of the sample that it completes.
+    /// Settles what is pending at the end of a stream. Returns the first frame of the sample that it completes.
     pub(crate) fn settle(&mut self) -> Option<u64> {
         self.clear_backlog();
         let lost = core::mem::take(&mut self.state.lost);
@@ -235,7 +246,8 @@ impl<B: BaselinePolicy> Trigger<B> {
         }
         let mut complete = None;
         for _ in 0..lost {
-            // A gap of 7 completes one sample at most; what follows it would shift the ring under the event.
+            // A gap of 7 frames completes at most one sample. The frames that follow it would shift the ring under the
+            // event.
             if complete.is_some() {
                 self.state.frame = self.state.frame.saturating_add(1);
             } else {
@@ -245,7 +257,7 @@ impl<B: BaselinePolicy> Trigger<B> {
         complete
     }
 
-    /// Gathers a new baseline from the next frame on. Returns the sample that was being captured, which ends here.
+    /// Gathers a new baseline from the next frame on. Returns the sample that was being captured and ends here.
     pub fn rezero(&mut self) -> Option<InterruptedSample> {
         self.reset(self.state.config, self.following.anew())
     }
@@ -257,18 +269,18 @@ impl<B: BaselinePolicy> Trigger<B> {
         self.state.reset(config)
     }
 
-    /// How the stream stands; after [`Trigger::finish`], how it ended.
+    /// Returns the state of the stream; after [`Trigger::finish`], how it ended.
     pub fn end(&self) -> StreamEnd {
         self.state.end()
     }
 
-    /// The sample that is being captured, as far as it has arrived; nothing outside an event.
+    /// Returns the sample that is being captured, as far as it has arrived; `None` outside an event.
     pub(crate) fn captured(&self) -> Option<(InterruptedSample, Sample<'_>)> {
         let so_far = self.state.under_way()?;
         Some((so_far, self.state.last(so_far.frames)))
     }
 
-    /// Takes what an event was returned in front of. No second event can be in it: the next is 70 frames away.
+    /// Takes the frames that wait behind a returned event. They cannot hold a second event: the next is 70 frames away.
     fn clear_backlog(&mut self) {
         if let Some((fills, features, has_missing_frames)) = self.state.backlog.take() {
             for _ in 0..fills {
@@ -298,7 +310,7 @@ impl<B: BaselinePolicy> Trigger<B> {
         }
     }
 
-    /// Takes one frame in its place in time; the first frame of the sample that it completes.
+    /// Takes one frame in its place in time. Returns the first frame of the sample that it completes.
     fn step(&mut self, features: Features, filled: bool) -> Option<u64> {
         let Self { state, following } = self;
         state.remember(features, filled);
@@ -388,7 +400,7 @@ impl TriggerState {
         self.frame.saturating_add(backlog).saturating_add(self.lost)
     }
 
-    /// How the stream stands.
+    /// Returns the state of the stream.
     pub(crate) fn end(&self) -> StreamEnd {
         StreamEnd {
             frames: self.next_frame(),
@@ -398,7 +410,7 @@ impl TriggerState {
         }
     }
 
-    /// The sample that is being captured.
+    /// Returns the sample that is being captured.
     pub(crate) fn under_way(&self) -> Option<InterruptedSample> {
         match self.phase {
             Phase::Capture { first, left } => {
@@ -408,12 +420,12 @@ impl TriggerState {
         }
     }
 
-    /// The sample that the last gap has interrupted.
+    /// Returns the sample that the last gap has interrupted.
     pub(crate) fn interrupted(&self) -> Option<InterruptedSample> {
         self.interrupted
     }
 
-    /// The features that were pushed last, and whether they are patched.
+    /// Returns the features that were pushed last, and whether some of their frames are missing.
     pub(crate) fn newest(&self) -> Option<(&Features, bool)> {
         match &self.backlog {
             Some((_, features, has_missing_frames)) => Some((features, *has_missing_frames)),
@@ -421,12 +433,12 @@ impl TriggerState {
         }
     }
 
-    /// The last `frames` frames.
+    /// Returns the last `frames` frames.
     pub(crate) fn last(&self, frames: u8) -> Sample<'_> {
         Sample::last(self.ring.as_slices(), usize::from(frames))
     }
 
-    /// The event whose sample the ring holds.
+    /// Returns the event whose sample the ring holds.
     pub(crate) fn event(&self, frame: u64) -> Event<'_> {
         let [low, high] = self.filled;
         let in_sample = (1 << (SAMPLE_FRAMES - 64)) - 1;
@@ -442,7 +454,7 @@ impl TriggerState {
 
     /// Moves time on by `left` frames of a long gap after the baseline.
     fn skip_windows(&mut self, left: u64) {
-        // Of more frames than the ring holds only the last can be seen again.
+        // If there are more frames than the ring holds, only the last of them can be seen again.
         for _ in 0..left.min(SAMPLE_FRAMES as u64) {
             if let Some(&last) = self.ring.back() {
                 self.remember(last, true);
@@ -450,7 +462,7 @@ impl TriggerState {
         }
         self.frame = self.frame.saturating_add(left);
         self.phase = match self.phase {
-            // Before t + l a window's backtrack would reach into the sample that is out.
+            // Before t + l, a window's backtrack would reach into the sample that was returned.
             Phase::Rest { left: rest } if left < u64::from(rest) => Phase::Rest { left: rest - left as u8 },
             _ => Phase::Watch { seen: 0 },
         };
@@ -472,7 +484,7 @@ impl TriggerState {
         self.filled = [low << 1 | u64::from(filled), high << 1 | low >> 63];
     }
 
-    /// Goes on capturing the sample that starts at `first`, of which `left` frames are to come.
+    /// Continues to capture the sample that starts at `first` and of which `left` frames are to come.
     fn capture(&mut self, first: u64, left: u8) -> Option<u64> {
         if left > 0 {
             self.phase = Phase::Capture { first, left };
@@ -509,8 +521,9 @@ impl TriggerState {
 
 /// Pushes a frame that is not lost and settles what is pending. Returns whether that completed an event.
 ///
-/// No program needs it. A function without type parameters makes the compiler translate the default trigger's methods with this crate
-/// instead of with each program, which would cost 34 bytes and 6 instructions per frame more on a Cortex-M4.
+/// No program needs it. A function without type parameters makes the compiler translate the default trigger's methods
+/// with this crate instead of with each program. Without it they would cost 34 bytes and 6 instructions per frame more
+/// on a Cortex-M4.
 pub fn push_and_finish(trigger: &mut Trigger, features: Features) -> bool {
     trigger.push_then_lose(features, false, 0).is_some() || trigger.finish().is_some()
 }

@@ -6,26 +6,28 @@ use crate::params::{
     BASELINE_WINDOWS, DEFAULT_BACKTRACK, DEFAULT_MARGIN, DEFAULT_MULTIPLIER, DEFAULT_WINDOW, SAMPLE_FRAMES,
 };
 
-/// How a window's threshold follows from the baseline η.
+/// The rule by which a window's threshold follows from the baseline η.
 ///
-/// Sums and comparisons are exact, so a decision differs from that of real numbers only by what features and parameters were
-/// rounded by. With ε for a feature's error ([`FeatureScale::feature`](crate::features::FeatureScale::feature), 0.507 units of
-/// 2^-11) a sum of m features is off by m ε, and so is η, a mean of such sums; b and m · margin are off by 2^-17 and m · 2^-17.
-/// So the edge of the decision is off by at most, in units of 2^-11 in a window sum,
+/// Sums and comparisons are exact. A decision differs from that of real numbers only because features and parameters
+/// are rounded. Let ε be a feature's error, 0.507 units of 2^-11
+/// ([`FeatureScale::feature`](crate::features::FeatureScale::feature)). A sum of m features is off by m ε, and so is η,
+/// a mean of such sums. b is off by 2^-17, and m · margin by m · 2^-17. In units of 2^-11 in a window sum, the edge of
+/// the decision is off by at most
 ///
 /// - `Literal`: m ε + (b + 2^-17) m ε + |η| 2^-17,
-/// - `Signed`: 2 m ε + max((b + 2^-17 − 1) m ε + |η| 2^-17, m 2^-6),
+/// - `Signed`: 2 m ε + max((b + 2^-17 − 1) m ε + |η| 2^-17, m 2^-6).
 ///
-/// and wherever the real window sum is further from the real threshold than that, both decide alike. With the default parameters
-/// it is 5.94 units, or 1.19 units a frame: 0.058 % of the light.
+/// If the real window sum is further from the real threshold than that, both decide alike. With the default parameters
+/// the bound is 5.94 units, or 1.19 units per frame: 0.058 % of the light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Rule {
-    /// b · η (paper). η is usually negative, and then a b above 1 fires on every window.
+    /// The threshold is b · η (paper). η is usually negative, and then any b above 1 fires on every window.
     Literal,
-    /// η + max((b − 1) · |η|, m · margin), b ≥ 1: a higher b is harder to fire for every η (decided).
+    /// The threshold is η + max((b − 1) · |η|, m · margin), with b ≥ 1 (decided). A higher b is harder to fire for
+    /// every η.
     #[default]
     Signed,
 }
@@ -43,7 +45,7 @@ pub struct TriggerConfig {
     margin: Q16,
 }
 
-/// What a trigger's parameters are before they are checked.
+/// The trigger's parameters before they are checked.
 #[cfg(feature = "serde")]
 #[derive(serde::Deserialize)]
 struct TriggerFields {
@@ -65,11 +67,13 @@ impl TryFrom<TriggerFields> for TriggerConfig {
 }
 
 impl TriggerConfig {
-    /// Window m and backtrack c in frames, multiplier b, margin in units of a feature's natural logarithm a frame.
+    /// Creates the parameters: window m and backtrack c in frames, multiplier b, and margin in units of a feature's
+    /// natural logarithm per frame.
     ///
     /// # Errors
-    /// [`Error::Window`] unless 1 ≤ m ≤ 70; [`Error::Backtrack`] unless c ≤ 5m and c + m ≤ 70; [`Error::Multiplier`]
-    /// unless 0 ≤ b < 65536 and, with [`Rule::Signed`], b ≥ 1; [`Error::Margin`] unless 0 ≤ margin < 65536.
+    /// Returns [`Error::Window`] unless 1 ≤ m ≤ 70, and [`Error::Backtrack`] unless c ≤ 5m and c + m ≤ 70. Returns
+    /// [`Error::Multiplier`] unless 0 ≤ b < 65536 and, with [`Rule::Signed`], b ≥ 1. Returns [`Error::Margin`] unless 0
+    /// ≤ margin < 65536.
     pub const fn new(window: u32, multiplier: f64, backtrack: u32, rule: Rule, margin: f64) -> Result<Self, Error> {
         if window == 0 || window > SAMPLE_FRAMES as u32 {
             return Err(Error::Window(window));
@@ -93,32 +97,32 @@ impl TriggerConfig {
         Ok(Self { window: window as u8, backtrack: backtrack as u8, rule, multiplier: b, margin })
     }
 
-    /// Frames of a window, m: 1..=70.
+    /// Returns the number of frames of a window, m: 1..=70.
     pub const fn window(&self) -> u8 {
         self.window
     }
 
-    /// Frames of a sample before the window that fired, c: 0..=69.
+    /// Returns the number of frames of a sample before the window that fired, c: 0..=69.
     pub const fn backtrack(&self) -> u8 {
         self.backtrack
     }
 
-    /// How the threshold follows from the baseline.
+    /// Returns the rule by which the threshold follows from the baseline.
     pub const fn rule(&self) -> Rule {
         self.rule
     }
 
-    /// The multiplier, b.
+    /// Returns the multiplier, b.
     pub const fn multiplier(&self) -> Q16 {
         self.multiplier
     }
 
-    /// Least distance of the signed rule's threshold from the baseline.
+    /// Returns the least distance of the signed rule's threshold from the baseline.
     pub const fn margin(&self) -> Q16 {
         self.margin
     }
 
-    /// Frames of the baseline, 5m.
+    /// Returns the number of frames of the baseline, 5m.
     pub const fn baseline_frames(&self) -> u16 {
         self.window as u16 * BASELINE_WINDOWS as u16
     }

@@ -1,11 +1,11 @@
-//! Damaged model files: refused by their checksum; with a checksum that is right they are refused or harmless.
+//! Damaged model files are refused because of their checksum. With a correct checksum they are refused or harmless.
 #![allow(missing_docs)]
 
 use wstac_core::model::Model;
 use wstac_core::model::file::{INPUTS, ModelError, crc};
 use wstac_random_models::{KINDS, MOST_WORDS, Maker};
 
-/// A small model of each kind, and samples.
+/// Returns a small model of each kind, and samples.
 fn small() -> Vec<(Vec<u32>, Vec<[i16; INPUTS]>)> {
     let (mut maker, mut words) = (Box::new(Maker::new(crc)), vec![0; MOST_WORDS]);
     (0..KINDS)
@@ -28,7 +28,7 @@ fn with_byte(words: &mut [u32], at: usize, byte: u8) {
     words[at / 4] = u32::from_le_bytes(bytes);
 }
 
-/// Whether a file is refused; one that is not must answer with a class that it has.
+/// Returns whether a file is refused. A file that is not refused must answer with a class that it has.
 fn refused(words: &[u32], samples: &[[i16; INPUTS]]) -> bool {
     let Ok(model) = Model::from_words(words) else { return true };
     for sample in samples {
@@ -93,7 +93,7 @@ fn every_truncation_is_refused() {
         for length in 0..words.len() {
             let mut cut = words[..length].to_vec();
             assert!(Model::from_words(&cut).is_err());
-            // Length and checksum made right: its parts still reach beyond its end.
+            // Length and checksum are corrected, but its parts still reach beyond its end.
             if length > 2 {
                 cut[2] = length as u32;
                 cut[1] = crc(&cut);

@@ -1,4 +1,4 @@
-//! Models that are compiled in. That a damaged one does not compile is in the documents of `include_model!`.
+//! Models that are compiled in. The documentation of `include_model!` shows that a damaged one does not compile.
 #![allow(missing_docs)]
 
 use wstac_core::include_model;

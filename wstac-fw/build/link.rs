@@ -1,11 +1,11 @@
-//! How to link: the memories of the emulated boards, and the log strings of the real one.
+//! Tells how to link: the memories of the emulated boards, and the log strings of the real one.
 
 use std::path::Path;
 use std::{env, fs};
 
-/// QEMU's microbit.
+/// The memory of QEMU's microbit.
 const MICROBIT: &str = "MEMORY { FLASH : ORIGIN = 0, LENGTH = 256K RAM : ORIGIN = 0x20000000, LENGTH = 16K }\n";
-/// QEMU's mps2-an385, mps2-an386 and mps2-an500.
+/// The memory of QEMU's mps2-an385, mps2-an386 and mps2-an500.
 const MPS2: &str = "MEMORY { FLASH : ORIGIN = 0, LENGTH = 4M RAM : ORIGIN = 0x20000000, LENGTH = 4M }\n";
 
 /// Links a program for an emulated board: an nRF51 for a Cortex-M0, an MPS2 for all others.
@@ -23,7 +23,7 @@ pub fn emulated(out: &Path) {
     println!("cargo:rustc-link-arg=-Tlink.x");
 }
 
-/// Links a program for the STM32H743; its memory is known to embassy-stm32.
+/// Links a program for the STM32H743, whose memory embassy-stm32 knows.
 pub fn h743() {
     if env::var_os("CARGO_FEATURE_H743").is_some() {
         for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {

@@ -1,25 +1,25 @@
-//! The pixel formats that a board can be built for: those whose rows can be summed as they come.
+//! The pixel formats that a board can be built for: those whose rows can be summed as they arrive.
 
 use std::env;
 use std::fmt::Write;
 
 use wstac_core::green::any::YcbcrMethod;
 
-/// A format: what `WSTAC_PIXELS` calls it, and how it is written in Rust.
+/// A format: its name in `WSTAC_PIXELS`, and its form in Rust.
 pub struct Pixels {
-    /// Its name.
+    /// The name of the format.
     pub name: &'static str,
-    /// Bytes of a pixel: YUYV's of half a cell.
+    /// The bytes of a pixel; for YUYV, of half a cell.
     bytes: u8,
-    /// Green full scale of a pixel.
+    /// The green full scale of a pixel.
     pub full_scale: u32,
-    /// What the link calls it.
+    /// The name of the format on the link.
     format: &'static str,
     kind: &'static str,
     value: &'static str,
 }
 
-/// The default is the first.
+/// All formats; the first is the default.
 const PIXELS: [Pixels; 6] = [
     Pixels { name: "GREY", bytes: 1, full_scale: 255, format: "Gray", kind: "gray::Gray", value: "gray::Gray" },
     Pixels { name: "Y16", bytes: 2, full_scale: 65_535, format: "Y16", kind: "words::Y16", value: "words::Words" },
@@ -51,7 +51,7 @@ const PIXELS: [Pixels; 6] = [
 ];
 
 impl Pixels {
-    /// The format of this name, GREY where there is none; or what was expected.
+    /// Returns the format of this name, or GREY if there is no name. The error lists what was expected.
     pub fn named(name: Option<&str>) -> Result<&'static Self, String> {
         let name = name.unwrap_or(PIXELS[0].name);
         if env::var_os("CARGO_FEATURE_H743").is_some() && name != "GREY" {
@@ -64,7 +64,7 @@ impl Pixels {
         found.ok_or_else(|| format!("WSTAC_PIXELS={name}: expected one of {} (BAYER8 is RGGB)", names.join(", ")))
     }
 
-    /// Its items of `setup.rs`. Of YUYV, the configuration says how it becomes green.
+    /// Returns the format's items of `setup.rs`. For YUYV, the configuration says how it becomes green.
     pub fn source(&self, yuv: YcbcrMethod) -> Result<String, String> {
         let color = "wstac_core::green::ycbcr::YcbcrEncoding { matrix: wstac_core::green::ycbcr::YcbcrMatrix::Bt601, \
                       range: wstac_core::green::ycbcr::QuantizationRange::Limited }";

@@ -1,4 +1,4 @@
-//! From a configuration and a model's file to `setup.rs`, the source that is compiled in.
+//! Turns a configuration and a model's file into `setup.rs`, the source that is compiled in.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use wstac_core::model::Model;
 use crate::pixels::Pixels;
 use wstac_host::config::{Config, Kernel};
 
-/// The source; or what is wrong with a file or the name of a pixel format.
+/// Returns the source, or what is wrong with a file or the name of a pixel format.
 pub fn source(config: Option<PathBuf>, model: Option<PathBuf>, pixels: Option<&str>) -> Result<String, String> {
     let pixels = Pixels::named(pixels)?;
     let config = match config {
@@ -27,7 +27,7 @@ pub fn source(config: Option<PathBuf>, model: Option<PathBuf>, pixels: Option<&s
     Ok(source)
 }
 
-/// Where there is no model.
+/// The source if there is no model.
 const NO_TEXTURE: &str = "/// The kind of the texture model.
 pub type Kind = wstac_core::model::linear_svm::LinearSvm<'static>;
 /// There is no texture model: the environment names none in `WSTAC_MODEL`.
@@ -119,7 +119,7 @@ pub const fn speed(rate: FrameRate) -> Result<SpeedConfig, Error> {{
     Ok(source)
 }
 
-/// The model, compiled in as what it is: code of another kind is not linked.
+/// Returns the source of the model, compiled in as its own kind: code of another kind is not linked.
 fn texture(file: &Path) -> Result<String, String> {
     let bytes = std::fs::read(file).map_err(|error| error.to_string())?;
     let (words, _) = bytes.as_chunks::<4>();

@@ -1,4 +1,4 @@
-//! An event's texture, by boosted trees.
+//! Classifies an event's texture by boosted trees.
 #![no_std]
 #![no_main]
 

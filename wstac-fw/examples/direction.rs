@@ -1,4 +1,4 @@
-//! An event's speed and direction: all of the pipeline but textures.
+//! Computes an event's speed and direction: all of the pipeline except textures.
 #![no_std]
 #![no_main]
 
@@ -12,7 +12,7 @@ fn main() -> ! {
     bench::events(answers)
 }
 
-// A function of its own: within the loop over stripes both answers would be short of registers.
+// It is a function of its own: within the loop over stripes, both answers would be short of registers.
 #[inline(never)]
 fn answers(event: &Event<'_>) {
     bench::show(speed::speed(event, &bench::SPEED));

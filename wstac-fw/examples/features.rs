@@ -1,4 +1,4 @@
-//! Features alone: a stripe of rows in, ten features a frame out. What wants no events needs no pipeline.
+//! Computes only features: a stripe of rows in, ten features per frame out. A program without events needs no pipeline.
 #![no_std]
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! An event's texture, by a random forest.
+//! Classifies an event's texture by a random forest.
 #![no_std]
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! An event's texture, by a linear SVM.
+//! Classifies an event's texture by a linear SVM.
 #![no_std]
 #![no_main]
 

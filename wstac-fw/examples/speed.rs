@@ -1,4 +1,4 @@
-//! An event's sliding speed too.
+//! Computes an event's sliding speed as well.
 #![no_std]
 #![no_main]
 

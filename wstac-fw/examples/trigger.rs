@@ -1,4 +1,4 @@
-//! The trigger too: an event when something has slid over the sensor, with its sample.
+//! Runs the trigger as well: an event, with its sample, if something has slid over the sensor.
 #![no_std]
 #![no_main]
 

@@ -1,17 +1,17 @@
-//! Why the firmware stopped, kept over the reset that follows, for the next start to report.
+//! The reason why the firmware stopped. It is kept over the reset that follows, and the next start reports it.
 //!
-//! The words are in memory that the start-up code leaves alone. After a reset they are as they were; after power was off they
-//! are anything, so they count only with the magic number and the checksum that go with them.
+//! The record is in memory that the start-up code does not change. It survives a reset. After power was off the memory
+//! holds arbitrary bytes, so the record is valid only with its magic number and checksum.
 
 #[cfg(feature = "h743")]
 use core::sync::atomic::{Ordering, compiler_fence};
 
-/// Bytes of text that are kept.
+/// The bytes of text that are kept.
 const MOST: usize = 96;
-/// What the record begins with.
+/// The magic number at the start of the record.
 const MAGIC: u32 = 0x5753_7461;
 
-/// Text with what proves that it is one.
+/// A text with a magic number and a checksum that prove that it is one.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct CrashRecord {
@@ -22,12 +22,12 @@ pub struct CrashRecord {
 }
 
 impl CrashRecord {
-    /// No words yet.
+    /// Creates an empty record.
     pub const fn new() -> Self {
         Self { magic: MAGIC, checksum: 0, length: 0, text: [0; MOST] }
     }
 
-    /// The same with more text; what does not fit is left out.
+    /// Returns the record with more text. Text that does not fit is left out.
     pub fn add(&mut self, text: &str) {
         for &byte in text.as_bytes() {
             if let Some(place) = self.text.get_mut(self.length as usize) {
@@ -38,7 +38,7 @@ impl CrashRecord {
         self.checksum = self.sum();
     }
 
-    /// The same with a number in base `base`, 2 to 16.
+    /// Returns the record with a number in base `base`, 2 to 16, added.
     pub fn add_number(&mut self, number: u32, base: u32) {
         let mut digits = [b'0'; 32];
         let mut rest = number;
@@ -55,20 +55,20 @@ impl CrashRecord {
         self.add(digits.get(first..).and_then(|digits| str::from_utf8(digits).ok()).unwrap_or_default());
     }
 
-    /// The text, if this is what was written.
+    /// Returns the text if the record is valid.
     pub fn text(&self) -> Option<&str> {
         if self.magic != MAGIC || self.checksum != self.sum() {
             return None;
         }
         let bytes = self.text.get(..self.length as usize)?;
-        // Text that was cut in the middle of a character ends before it.
+        // A text that was cut in the middle of a character ends before it.
         match str::from_utf8(bytes) {
             Ok(text) => Some(text),
             Err(error) => bytes.get(..error.valid_up_to()).and_then(|bytes| str::from_utf8(bytes).ok()),
         }
     }
 
-    /// CRC-32 (IEEE) of length and text.
+    /// Returns the CRC-32 (IEEE) of length and text.
     fn sum(&self) -> u32 {
         let mut rest = u32::MAX;
         for byte in self.length.to_le_bytes().into_iter().chain(self.text) {
@@ -89,7 +89,7 @@ impl Default for CrashRecord {
 
 #[cfg(feature = "h743")]
 mod kept {
-    //! The place, and who writes to it.
+    //! The place of the record, and the handlers that write to it.
 
     use core::mem::MaybeUninit;
     use core::panic::PanicInfo;
@@ -100,22 +100,23 @@ mod kept {
 
     use super::{CrashRecord, Ordering, compiler_fence};
 
-    /// Bytes of a panic's path that are kept.
+    /// The bytes of a panic's path that are kept.
     const PATH: usize = 40;
 
-    /// Not touched by the start-up code.
+    /// The record, which the start-up code does not touch.
     #[unsafe(link_section = ".uninit.crash_record")]
     static mut KEPT: MaybeUninit<CrashRecord> = MaybeUninit::uninit();
 
-    /// Memory with error correction keeps the last write in a buffer, which a reset clears: this one follows.
+    /// Memory with error correction keeps the last write in a buffer, which a reset clears. This word is written after
+    /// the record.
     #[unsafe(link_section = ".uninit.crash_record")]
     static mut FLUSH: MaybeUninit<u64> = MaybeUninit::uninit();
 
-    /// The words of the last run, once.
+    /// Returns the text of the last run, once.
     #[allow(unsafe_code)]
     pub fn take() -> Option<CrashRecord> {
-        // SAFETY: any bytes are a record, one of numbers alone; nothing else reads or writes it but a handler that does not
-        // return.
+        // SAFETY: any bytes are a valid record, because it consists of numbers. Only a handler that does not return
+        // also reads or writes it.
         let words = unsafe { addr_of!(KEPT).cast::<CrashRecord>().read_volatile() };
         keep(CrashRecord { magic: 0, ..CrashRecord::new() });
         words.text().is_some().then_some(words)
@@ -123,7 +124,7 @@ mod kept {
 
     #[allow(unsafe_code)]
     fn keep(words: CrashRecord) {
-        // SAFETY: as above.
+        // SAFETY: any bytes are a valid record, and no other code uses it now.
         unsafe {
             addr_of_mut!(KEPT).cast::<CrashRecord>().write_volatile(words);
             addr_of_mut!(FLUSH).cast::<u64>().write_volatile(0);
@@ -137,7 +138,7 @@ mod kept {
         cortex_m::interrupt::disable();
         let mut words = CrashRecord::new();
         words.add("panic");
-        // The place first, and the end of its path: what is too much is cut.
+        // The place comes first, with the end of its path. Text that is too long is cut.
         if let Some(place) = info.location() {
             let file = place.file();
             words.add(" at ");
@@ -162,7 +163,7 @@ mod kept {
         words.add(", called from 0x");
         words.add_number(frame.lr(), 16);
         words.add(", fault status 0x");
-        // SAFETY: a register that says what the fault was; reading it changes nothing.
+        // SAFETY: the register says what the fault was; reading it changes nothing.
         words.add_number(unsafe { (*SCB::PTR).cfsr.read() }, 16);
         keep(words);
         SCB::sys_reset()
@@ -203,7 +204,7 @@ mod tests {
         words.add("overflow");
         for byte in 0..size_of::<CrashRecord>() {
             let mut bytes = words;
-            // Any bit of the record.
+            // Any bit of the record is changed.
             let flip = |value: u32| value ^ 1 << (byte % 4 * 8);
             match byte {
                 0..4 => bytes.magic = flip(bytes.magic),

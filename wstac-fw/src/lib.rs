@@ -1,4 +1,5 @@
-//! Firmware of a WSTac tactile sensor: what a board needs beside `wstac-core` to turn its own camera's frames into events.
+//! Firmware of a WSTac tactile sensor: the code that a board needs besides `wstac-core` to turn its own camera's frames
+//! into events.
 #![no_std]
 
 #[cfg(test)]

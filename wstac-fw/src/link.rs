@@ -1,4 +1,4 @@
-//! A board's side of the link: messages on the serial line, and faults on every way there is.
+//! A board's side of the link: messages on the serial line, and reports of faults on every available way.
 
 use embassy_stm32::gpio::{Level, Output};
 use wstac_core::wire::{self, Decoder, Fault, Message, Request};
@@ -7,23 +7,23 @@ use crate::reader::Outlet;
 use crate::sensor::SensorError;
 use crate::serial::Serial;
 
-/// What keeps the frames away.
+/// The reason why there are no frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Absence {
-    /// Nothing does.
+    /// There are frames.
     None,
-    /// The sensor sends nothing.
+    /// The sensor sends no pixels.
     Silent,
-    /// It does not answer on its bus.
+    /// The sensor does not answer on its bus.
     Gone,
-    /// It is another sensor.
+    /// The sensor is another one.
     Unknown {
-        /// What it says it is.
+        /// The identity that the sensor reports.
         id: u16,
     },
-    /// It does not keep its settings.
+    /// The sensor does not keep its settings.
     NotTaken {
-        /// The register that holds something else.
+        /// The register that holds another value.
         register: u8,
     },
 }
@@ -38,7 +38,7 @@ impl<E> From<SensorError<E>> for Absence {
     }
 }
 
-/// The serial line with messages on it, and the light that says that something is wrong.
+/// The serial line with messages on it, and the light that shows a fault.
 pub struct Link {
     serial: Serial,
     sequence: u16,
@@ -48,22 +48,22 @@ pub struct Link {
 }
 
 impl Link {
-    /// Messages on this line; `trouble` is the light.
+    /// Creates the link on this line; `trouble` is the light.
     pub fn new(serial: Serial, trouble: Output<'static>) -> Self {
         Self { serial, sequence: 0, decoder: Decoder::new(), trouble, events: 0 }
     }
 
-    /// Events that were sent.
+    /// Returns the number of events that were sent.
     pub fn events(&self) -> u32 {
         self.events
     }
 
-    /// Whether there is room for any message.
+    /// Returns whether there is room for any message.
     pub fn has_room(&self) -> bool {
         self.serial.room() >= wire::LONGEST
     }
 
-    /// The next request that has arrived.
+    /// Returns the next request that has arrived.
     pub fn request(&mut self) -> Option<Request> {
         while let Some(byte) = self.serial.receive() {
             if let Some(Ok(received)) = self.decoder.push::<Request>(byte) {
@@ -73,7 +73,7 @@ impl Link {
         None
     }
 
-    /// Tells of a fault, on all ways.
+    /// Reports a fault, on all ways.
     pub fn fault(&mut self, fault: Fault<'_>) {
         match fault {
             Fault::Overrun => defmt::warn!("overrun: a frame is lost"),
@@ -92,7 +92,7 @@ impl Link {
         self.send(&Message::Fault(fault));
     }
 
-    /// Tells why there are no frames.
+    /// Reports why there are no frames.
     pub fn absence(&mut self, reason: Absence) {
         match reason {
             Absence::None => {}

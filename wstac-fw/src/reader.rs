@@ -1,4 +1,5 @@
-//! Rows and losses in, messages for the host out: the core with what was compiled in, as `wstac run` has it on a host.
+//! Turns rows and losses into messages for the host: the core with the compiled-in configuration, as `wstac run` has it
+//! on a host.
 
 use wstac_core::early::SamplePrefix;
 use wstac_core::error::Error;
@@ -16,10 +17,10 @@ use wstac_core::wire::{Answers, Hello, Message, ModelFacts, Request, SAMPLE_PART
 
 use crate::setup;
 
-/// Frames from one status to the next: about a second.
+/// The number of frames from one status to the next: about one second.
 const STATUS_EVERY: u64 = 30;
 
-/// Takes messages. One that it has no place for is left out.
+/// Takes messages. A message without room is left out.
 pub trait Outlet {
     /// Takes a message.
     fn send(&mut self, message: &Message<'_>);
@@ -30,13 +31,13 @@ pub trait Outlet {
 pub struct Reader {
     pipeline: Pipeline<setup::GreenChannel, setup::Ln, setup::BaselinePolicy>,
     sender: Sender,
-    /// Size of the whole frames, for who asks.
+    /// The size of the whole frames, for hosts that ask.
     size: FrameSize,
     dropped: u64,
     status_at: u64,
 }
 
-/// Makes messages of what frames bring.
+/// Turns the results of frames into messages.
 #[derive(Clone, Debug)]
 struct Sender {
     speed: SpeedConfig,
@@ -45,21 +46,23 @@ struct Sender {
     held: Option<Held>,
 }
 
-/// An event whose sample is being sent, a part at a time: its frames stay among the pipeline's last ones for a while.
+/// An event whose sample is being sent, one part at a time. Its frames stay among the pipeline's last ones for a while.
 #[derive(Clone, Debug)]
 struct Held {
     answers: Answers<'static>,
-    /// The sample's frame that the next part starts with.
+    /// The frame of the sample that the next part starts with.
     next: u8,
 }
 
 impl Reader {
-    /// The core for rows of [`setup::PIXELS`] with taxels at `layout`, at this rate; `size` is that of the frames that they are from. `speed` is
-    /// [`setup::speed`] of that rate, which a `const` works out.
+    /// Creates the reader for rows of [`setup::PIXELS`] with taxels at `layout`, at this rate.
+    ///
+    /// `size` is that of the whole frames that the rows are from. `speed` is [`setup::speed`] of the rate, which a
+    /// `const` computes.
     ///
     /// # Errors
-    /// What [`FrameGeometry::with_stride`] and [`Pipeline::builder`] say of the configuration.
-    // A function of its own: what it is made of would lie on the stack of what runs for ever.
+    /// Returns the errors of [`FrameGeometry::with_stride`] and [`Pipeline::builder`] for the configuration.
+    // It is not inlined: its parts would lie on the stack of a function that runs for ever.
     #[inline(never)]
     pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, speed: SpeedConfig) -> Result<Self, Error> {
         let camera = FrameGeometry::with_stride(setup::GREEN, layout, rate, setup::STRIDE)?;
@@ -76,7 +79,7 @@ impl Reader {
     /// Takes the next rows of a frame.
     ///
     /// # Errors
-    /// Those of [`Pipeline::push_stripe`]: the rows are not of this layout; nothing was taken.
+    /// Returns the errors of [`Pipeline::push_stripe`] if the rows do not fit this layout; then nothing was taken.
     pub fn rows(&mut self, rows: &[u8], out: &mut impl Outlet) -> Result<(), Error> {
         let update = self.pipeline.push_stripe(rows)?;
         if update.is_frame() {
@@ -88,7 +91,7 @@ impl Reader {
         Ok(())
     }
 
-    /// Gives up the frame under way: it is lost.
+    /// Gives up the frame under way, which is lost.
     pub fn abandon_frame(&mut self, out: &mut impl Outlet) {
         self.note_lost(1, out);
         self.sender.give(&self.pipeline.abandon_frame(), out);
@@ -105,24 +108,24 @@ impl Reader {
         out.send(&Message::Lost { frames });
     }
 
-    /// Does what the host asks for.
+    /// Answers a request of the host.
     pub fn answer(&mut self, request: Request, out: &mut impl Outlet) {
         match request {
             Request::Hello => self.hello(out),
             Request::Features(wanted) => self.sender.wants_features = wanted,
             Request::Samples(wanted) => self.sender.wants_samples = wanted,
-            // Of a newer host.
+            // The request is from a newer host.
             _ => {}
         }
     }
 
-    /// Says how the stream stands. Frames bring that about once a second; without frames it is for the caller.
+    /// Sends the state of the stream. Frames cause that about once per second; without frames the caller does.
     pub fn status(&mut self, out: &mut impl Outlet) {
         self.status_at = self.pipeline.next_frame().saturating_add(STATUS_EVERY);
         out.send(&Message::Status { stream: self.pipeline.end(), dropped: self.dropped });
     }
 
-    /// Says what the board is.
+    /// Sends the description of the board.
     pub fn hello(&self, out: &mut impl Outlet) {
         let mut models = [None; 3];
         models[0] = setup::MODEL.map(|model| ModelFacts {
@@ -142,16 +145,18 @@ impl Reader {
         }));
     }
 
-    /// Sends the next part of a sample that is wanted, or the event after its last part; call it when there is room for a
-    /// message. Nothing to send is false.
+    /// Sends the next part of a sample that is wanted, or the event after its last part. Returns false if there was
+    /// nothing to send.
     ///
-    /// A part goes out while its frames are still among the last 70. One part a frame is in time; after a long gap or on a slow
-    /// line the rest of the parts is left out, which the host can see.
+    /// Call it when there is room for a message.
+    ///
+    /// A part is sent while its frames are still among the last 70. One part per frame is in time. After a long gap or
+    /// on a slow line the remaining parts are left out, which the host can see.
     pub fn send_held(&mut self, out: &mut impl Outlet) -> bool {
         self.sender.send_held(self.pipeline.recent(), out)
     }
 
-    /// Settles what is pending at the end of a stream that has one, and says how it ended.
+    /// Settles what is pending at the end of a stream that has one, and sends how it ended.
     pub fn finish(&mut self, out: &mut impl Outlet) {
         while self.send_held(out) {}
         let finished = self.pipeline.finish();
@@ -166,14 +171,14 @@ impl Reader {
         out.send(&Message::End { stream: end, dropped: self.dropped });
     }
 
-    /// Camera frames lost since the start.
+    /// Returns the number of camera frames lost since the start.
     pub fn dropped(&self) -> u64 {
         self.dropped
     }
 }
 
 impl Sender {
-    /// Sends what a push brought.
+    /// Sends the results of a push.
     fn give(&mut self, update: &Update<'_>, out: &mut impl Outlet) {
         if self.wants_features
             && let Some(frame) = update.frame()
@@ -195,8 +200,8 @@ impl Sender {
         }
     }
 
-    /// Sends an event, or keeps it until its sample is sent. One that is still kept is older: it goes out first, without the rest of its
-    /// sample.
+    /// Sends an event, or keeps it until its sample is sent. An event that is still kept is older: it is sent first,
+    /// without the rest of its sample.
     fn event(&mut self, event: &Event<'_>, out: &mut impl Outlet) {
         let answers = answers(event, &self.speed);
         if let Some(older) = self.held.take() {
@@ -209,7 +214,7 @@ impl Sender {
         }
     }
 
-    /// Sends the next part of the sample that is kept, of which the last frames are `recent`, or the event.
+    /// Sends the next part of the kept sample, of which the last frames are `recent`, or the event.
     fn send_held(&mut self, (end, recent): (u64, Sample<'_>), out: &mut impl Outlet) -> bool {
         let Some(held) = &mut self.held else { return false };
         let first = (held.answers.frame + u64::from(held.next) + SAMPLE_FRAMES as u64).checked_sub(end);
@@ -231,8 +236,8 @@ impl Sender {
     }
 }
 
-/// Says what a model that needs no more frames makes of the sample under way.
-// A frame of its own: its copy of the sample would lie on the stack all the time.
+/// Sends the answer of a model that needs no more frames, for the sample under way.
+// It is not inlined: its copy of the sample would lie on the stack all the time.
 #[inline(never)]
 fn early_texture(prefix: &SamplePrefix<'_>, model: &setup::Kind, out: &mut impl Outlet) {
     let mut numbers = [0; INPUTS];
@@ -241,8 +246,8 @@ fn early_texture(prefix: &SamplePrefix<'_>, model: &setup::Kind, out: &mut impl 
     out.send(&Message::Texture { frame: prefix.frame, frames: model.frames(), texture });
 }
 
-/// An event's answers, its texture included.
-// As above.
+/// Returns an event's answers, its texture included.
+// It is not inlined either, for the same reason.
 #[inline(never)]
 fn answers(event: &Event<'_>, speed: &SpeedConfig) -> Answers<'static> {
     let answers = Answers::new(event, speed);

@@ -1,7 +1,7 @@
-//! OmniVision's serial camera control bus, over any I²C: registers of eight bits.
+//! OmniVision's serial camera control bus over any I²C, with registers of eight bits.
 //!
-//! It is I²C without the repeated start and with no meaning of acknowledge for a sensor's own bytes: a read is a write of the
-//! register's address, a stop, and a read. A sensor that is not there shows as an address without acknowledge.
+//! It is I²C without the repeated start, and acknowledge has no meaning for a sensor's own bytes. A read is a write of
+//! the register's address, a stop, and a read. An absent sensor shows as an address without acknowledge.
 
 use embedded_hal::i2c::I2c;
 
@@ -13,7 +13,7 @@ pub struct Sccb<'b, B> {
 }
 
 impl<'b, B: I2c> Sccb<'b, B> {
-    /// The sensor at this 7-bit address.
+    /// Creates the bus to the sensor at this 7-bit address.
     pub fn new(bus: &'b mut B, address: u8) -> Self {
         Self { bus, address }
     }
@@ -21,7 +21,7 @@ impl<'b, B: I2c> Sccb<'b, B> {
     /// Reads a register.
     ///
     /// # Errors
-    /// The bus's, such as no acknowledge.
+    /// Returns the errors of the bus, such as no acknowledge.
     pub fn read(&mut self, register: u8) -> Result<u8, B::Error> {
         let mut value = [0];
         self.bus.write(self.address, &[register])?;
@@ -33,7 +33,7 @@ impl<'b, B: I2c> Sccb<'b, B> {
     /// Writes a register.
     ///
     /// # Errors
-    /// The bus's, such as no acknowledge.
+    /// Returns the errors of the bus, such as no acknowledge.
     pub fn write(&mut self, register: u8, value: u8) -> Result<(), B::Error> {
         self.bus.write(self.address, &[register, value])
     }

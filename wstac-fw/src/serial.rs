@@ -1,6 +1,6 @@
-//! USART3 of the STM32H743: bytes out from a queue, all of a message or none; requests in.
+//! USART3 of the STM32H743. It sends bytes from a queue, all of a message or none, and receives requests.
 //!
-//! Sending never waits: a message that finds no room is left out, and its number in the sequence tells the host.
+//! Sending never waits. A message without room is left out, and its number in the sequence tells the host.
 
 use core::cell::RefCell;
 
@@ -13,11 +13,11 @@ use heapless::Deque;
 
 use crate::stripes::dcmi::CHANGED;
 
-/// Bytes that wait to be sent: two of the longest messages.
+/// The size of the queue of bytes to be sent: two of the longest messages.
 const OUT: usize = 512;
-/// Bytes that wait to be read: a few requests.
+/// The size of the queue of bytes to be read: a few requests.
 const IN: usize = 32;
-/// Number of the pins' function.
+/// The number of the pins' function.
 const USART3_PINS: u8 = 7;
 
 /// Both queues.
@@ -32,7 +32,7 @@ struct Queues {
 /// Handles the interrupt of USART3.
 pub struct Interrupts;
 
-// SAFETY: called by hardware alone; what it shares is behind a mutex.
+// SAFETY: only hardware calls it; the data that it shares is behind a mutex.
 #[allow(unsafe_code)]
 impl Handler<typelevel::USART3> for Interrupts {
     unsafe fn on_interrupt() {
@@ -44,7 +44,7 @@ impl Handler<typelevel::USART3> for Interrupts {
 pub struct Serial(());
 
 impl Serial {
-    /// Starts the line at this many bits a second, eight data bits, no parity, one stop bit.
+    /// Starts the line at this many bits per second, with eight data bits, no parity, and one stop bit.
     pub fn new(
         _usart: Peri<'static, peripherals::USART3>,
         _interrupts: impl Binding<typelevel::USART3, Interrupts>,
@@ -61,7 +61,7 @@ impl Serial {
         rcc::enable_and_reset::<peripherals::USART3>();
         let clock = rcc::frequency::<peripherals::USART3>().0;
         USART3.brr().write(|w| w.set_brr(((clock + baud / 2) / baud) as u16));
-        // What is not read in time is lost: requests are sent again.
+        // Bytes that are not read in time are lost; requests are sent again.
         USART3.cr3().write(|w| w.set_ovrdis(true));
         USART3.cr1().write(|w| {
             w.set_te(true);
@@ -70,7 +70,7 @@ impl Serial {
             w.set_ue(true);
         });
         typelevel::USART3::unpend();
-        // SAFETY: the handler is bound, and shares its queues behind a mutex alone.
+        // SAFETY: the handler is bound, and shares its queues only behind a mutex.
         #[allow(unsafe_code)]
         unsafe {
             typelevel::USART3::enable();
@@ -78,7 +78,7 @@ impl Serial {
         Self(())
     }
 
-    /// Sends all bytes, or none where they do not fit the queue; whether they did.
+    /// Sends all bytes, or none if they do not fit the queue. Returns whether they fit.
     pub fn send(&mut self, bytes: &[u8]) -> bool {
         QUEUES.lock(|queues| {
             let out = &mut queues.borrow_mut().out;
@@ -91,12 +91,12 @@ impl Serial {
         })
     }
 
-    /// Room for bytes to be sent.
+    /// Returns how many more bytes can be queued.
     pub fn room(&self) -> usize {
         QUEUES.lock(|queues| OUT - queues.borrow().out.len())
     }
 
-    /// The next byte that has arrived.
+    /// Returns the next byte that has arrived.
     pub fn receive(&mut self) -> Option<u8> {
         QUEUES.lock(|queues| queues.borrow_mut().received.pop_front())
     }
@@ -108,7 +108,7 @@ fn serve() {
         let state = USART3.isr().read();
         if state.rxne() {
             let byte = USART3.rdr().read().0 as u8;
-            // Without room it is lost, and the request with it.
+            // Without room the byte is lost, and the request with it.
             let _ = queues.received.push_back(byte);
             CHANGED.signal(());
         }

@@ -1,5 +1,7 @@
-//! What is compiled in: the configuration, the texture model and the pixel format that `WSTAC_CONFIG`, `WSTAC_MODEL` and `WSTAC_PIXELS`
-//! named when this was built (`build.rs`), all checked by then.
+//! The compiled-in configuration, texture model and pixel format.
+//!
+//! `WSTAC_CONFIG`, `WSTAC_MODEL` and `WSTAC_PIXELS` named them when this was built (`build.rs`), which has checked all
+//! of them.
 #![allow(clippy::unreadable_literal)]
 
 use wstac_core::error::Error;
@@ -18,7 +20,7 @@ include!(concat!(env!("OUT_DIR"), "/setup.rs"));
 /// Checks the pipeline of this configuration for frames of this geometry.
 ///
 /// # Errors
-/// As [`PipelineBuilder::check`](wstac_core::pipeline::PipelineBuilder::check).
+/// Returns the errors of [`PipelineBuilder::check`](wstac_core::pipeline::PipelineBuilder::check).
 pub fn checked(
     geometry: FrameGeometry<GreenChannel>,
 ) -> Result<CheckedBuilder<GreenChannel, Ln, BaselinePolicy>, Error> {
@@ -29,7 +31,7 @@ pub fn checked(
 /// Builds the pipeline of this configuration for frames of this geometry.
 ///
 /// # Errors
-/// As [`checked`].
+/// Returns the errors of [`checked`].
 pub fn pipeline(geometry: FrameGeometry<GreenChannel>) -> Result<Pipeline<GreenChannel, Ln, BaselinePolicy>, Error> {
     Ok(checked(geometry)?.build())
 }

@@ -1,8 +1,8 @@
-//! A camera's frames, some rows at a time, from hardware that captures into a ring of two stripes; what goes wrong, and the
-//! way back.
+//! Reads a camera's frames, some rows at a time, from hardware that captures into a ring of two stripes. It detects
+//! faults and recovers from them.
 //!
-//! [`Stripes`] is told nothing but what [`Capture`] counts and what time it is, so tests drive it through every fault. The
-//! hardware's side of the STM32H743 is `dcmi`, the only owner of a DMA.
+//! [`Stripes`] knows only what [`Capture`] counts and the time, so tests drive it through every fault. The hardware's
+//! side of the STM32H743 is `dcmi`, the only owner of a DMA.
 //!
 //! ```text
 //! frame          |--- stripe 0 --- stripe 1 --- … --- stripe n-1 ---|  blanking  |--- stripe 0 …
@@ -10,48 +10,51 @@
 //! the core reads               half 0        half 1 …
 //! ```
 //!
-//! A frame is whole stripes, and a restart begins at a vertical sync with stripe 0 in half 0. So stripe k is in half k mod 2,
-//! and nothing but the count of complete stripes has to be kept. While a stripe is read the DMA fills the other half; once that
-//! is full, it goes on in this one. So rows are trusted only when [`Stripes::release`] has counted again after they were read.
+//! A frame is whole stripes, and a restart begins at a vertical sync with stripe 0 in half 0. So stripe k is in half k
+//! mod 2, and only the count of complete stripes has to be kept. While a stripe is read, the DMA fills the other half;
+//! once that is full, it continues in this one. So rows are trusted only when [`Stripes::release`] has counted again
+//! after they were read.
 //!
-//! | fault | how it is noticed | when |
+//! | fault | how it is detected | when |
 //! | --- | --- | --- |
-//! | overrun | the interface says so, or the next stripe was complete before this one was read | at once |
+//! | overrun | the interface reports it, or the next stripe was complete before this one was read | at once |
 //! | lost sync | a vertical sync in the middle of a frame | at once |
-//! | lost sync | no frame began for 1.5 frame times, but then lines come | 1.9 frame times |
-//! | silent sensor | the same, and no lines | 1.9 frame times |
+//! | lost sync | no frame began for 1.5 frame times, but then lines arrive | 1.9 frame times |
+//! | silent sensor | no frame began for 1.5 frame times, and no lines arrive | 1.9 frame times |
 //!
-//! After each of them capture restarts at the next vertical sync. How many frames were lost is what time says: a frame that
-//! begins n frame times after the one before follows n − 1 lost ones.
+//! After each of them, capture restarts at the next vertical sync. The time tells how many frames were lost: a frame
+//! that begins n frame times after the one before follows n − 1 lost ones.
 
 #[cfg(feature = "h743")]
 pub mod dcmi;
 
-/// Ticks of a clock that does not stop or turn back.
+/// The ticks of a clock that does not stop or run backwards.
 pub type Ticks = u64;
 
-/// What a camera interface with a DMA ring of two stripes must be able to do.
+/// A camera interface with a DMA ring of two stripes.
 pub trait Capture {
-    /// Begins anew at the next vertical sync, with its first row at the ring's start; forgets what it has counted and seen.
+    /// Restarts at the next vertical sync, with its first row at the ring's start. It forgets what it has counted and
+    /// seen.
     fn restart(&mut self);
 
-    /// Stripes complete since the restart, modulo 2^32. What was read of [`Capture::rows`] before was read before they are counted.
+    /// Returns the number of stripes complete since the restart, modulo 2^32. Reads of [`Capture::rows`] before the
+    /// call happen before the count.
     fn complete(&self) -> u32;
 
-    /// What the interface itself found wrong since the restart.
+    /// Returns the fault that the interface itself has found since the restart.
     fn trouble(&self) -> Option<Trouble>;
 
-    /// Whether a line has begun since the restart, in a frame or not.
+    /// Returns whether a line has begun since the restart, in a frame or not.
     fn lines_come(&self) -> bool;
 
-    /// The rows of half 0 or 1 of the ring, without gaps.
+    /// Returns the rows of half 0 or 1 of the ring, without gaps.
     fn rows(&self, half: usize) -> &[u8];
 
-    /// The time.
+    /// Returns the time.
     fn now(&self) -> Ticks;
 }
 
-/// What a camera interface can see for itself.
+/// A fault that a camera interface itself can detect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trouble {
     /// Pixels came faster than the DMA took them.
@@ -60,19 +63,19 @@ pub enum Trouble {
     MisplacedSync,
 }
 
-/// What interrupted the frames.
+/// The fault that interrupted the frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "h743", derive(defmt::Format))]
 pub enum Fault {
-    /// Rows were lost or overwritten: DMA or core came too late.
+    /// Rows were lost or overwritten: the DMA or the core was too late.
     Overrun,
     /// A vertical sync was missing or misplaced.
     LostSync,
-    /// The sensor sends nothing.
+    /// The sensor sends no pixels.
     Silent,
 }
 
-/// What to do next.
+/// The next step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step<'a> {
     /// Read these rows, [`Stripes::release`] them, then ask again at once.
@@ -82,40 +85,40 @@ pub enum Step<'a> {
         /// Whether they end the frame.
         last: bool,
     },
-    /// The rest of the frame under way will not come: it is lost.
+    /// The rest of the frame under way will not arrive: the frame is lost.
     Abandoned,
-    /// So many frames were lost before the next rows.
+    /// This many frames were lost before the next rows.
     Lost(u64),
-    /// Tell. A silent sensor is told of every two frame times, until it speaks.
+    /// Report this fault. A silent sensor is reported every two frame times, until it sends again.
     Fault(Fault),
-    /// Nothing, until the hardware says so or the time has come.
+    /// Do nothing until the hardware signals or the time has come.
     Wait(Ticks),
 }
 
-/// Where the ring is read.
+/// The position at which the ring is read.
 #[derive(Debug)]
 pub struct Stripes<C> {
     capture: C,
     per_frame: u32,
-    /// Ticks from frame to frame.
+    /// The ticks from frame to frame.
     period: Ticks,
-    /// Stripes read since the restart, modulo 2^32.
+    /// The stripes read since the restart, modulo 2^32.
     taken: u32,
-    /// Stripes read of the frame under way: fewer than a frame has.
+    /// The stripes read of the frame under way: fewer than a frame has.
     in_frame: u32,
-    /// The next stripe is being read.
+    /// Whether the next stripe is being read.
     lent: bool,
-    /// When the last frame began.
+    /// The time when the last frame began.
     began: Option<Ticks>,
-    /// When the next frame is to have begun.
+    /// The time by which the next frame should have begun.
     due: Ticks,
-    /// When it is decided what kept it.
+    /// The time at which the reason for the delay is decided.
     verdict: Option<Ticks>,
     abandon: bool,
 }
 
 impl<C: Capture> Stripes<C> {
-    /// Reads frames of `stripes_per_frame` stripes, `period` ticks apart, from `capture`, which is started.
+    /// Creates a reader of frames of `stripes_per_frame` stripes, `period` ticks apart, from `capture`, and starts it.
     pub fn new(capture: C, stripes_per_frame: u32, period: Ticks) -> Self {
         let mut stripes = Self {
             capture,
@@ -133,7 +136,7 @@ impl<C: Capture> Stripes<C> {
         stripes
     }
 
-    /// Begins anew at the next vertical sync. A frame that is under way is given up.
+    /// Restarts at the next vertical sync. A frame that is under way is given up.
     pub fn restart(&mut self) {
         self.abandon |= self.is_in_frame();
         self.capture.restart();
@@ -141,7 +144,7 @@ impl<C: Capture> Stripes<C> {
         self.due = self.after(3, 2);
     }
 
-    /// What to do next.
+    /// Returns the next step.
     pub fn step(&mut self) -> Step<'_> {
         if self.abandon {
             self.abandon = false;
@@ -153,7 +156,7 @@ impl<C: Capture> Stripes<C> {
                 Trouble::MisplacedSync => Fault::LostSync,
             });
         }
-        // Nothing is complete yet, or the next stripe is. With one more the DMA is in that one again.
+        // No stripe is complete yet, or the next one is. With one more, the DMA is in that one again.
         if self.lent && !self.release() {
             return self.fault(Fault::Overrun);
         }
@@ -164,10 +167,12 @@ impl<C: Capture> Stripes<C> {
         }
     }
 
-    /// Ends the reading of the rows that [`Step::Rows`] gave. Whether all that was read of them is what the camera sent; if not,
-    /// they must not complete a frame, and the next step gives it up.
+    /// Ends the reading of the rows of [`Step::Rows`]. Returns whether all that was read of them is what the camera
+    /// sent.
     ///
-    /// To be called between reading a frame's last rows and making anything of the frame.
+    /// If not, they must not complete a frame, and the next step gives the frame up.
+    ///
+    /// Call it between reading a frame's last rows and using the frame.
     pub fn release(&mut self) -> bool {
         let whole = self.lent && self.ahead() == 1;
         if whole {
@@ -178,7 +183,7 @@ impl<C: Capture> Stripes<C> {
         whole
     }
 
-    /// The capture hardware.
+    /// Returns the capture hardware.
     pub fn capture(&self) -> &C {
         &self.capture
     }
@@ -187,12 +192,12 @@ impl<C: Capture> Stripes<C> {
         self.in_frame > 0 || self.lent
     }
 
-    /// Complete stripes that were not read to their end.
+    /// Returns the number of complete stripes that were not read to their end.
     fn ahead(&self) -> u32 {
         self.capture.complete().wrapping_sub(self.taken)
     }
 
-    /// `numerator / denominator` frame times from now.
+    /// Returns the time `numerator / denominator` frame times from now.
     fn after(&self, numerator: Ticks, denominator: Ticks) -> Ticks {
         let frames = self.period.saturating_mul(numerator).checked_div(denominator).unwrap_or(0);
         self.capture.now().saturating_add(frames)
@@ -201,7 +206,7 @@ impl<C: Capture> Stripes<C> {
     fn take(&mut self) -> Step<'_> {
         if !self.is_in_frame() {
             if self.verdict.is_some() {
-                // It came while the verdict was out: late, but it came.
+                // The frame came while the decision was pending: late, but it came.
                 self.verdict = None;
                 return Step::Fault(Fault::LostSync);
             }
@@ -218,7 +223,7 @@ impl<C: Capture> Stripes<C> {
         Step::Rows { rows: self.capture.rows(self.taken as usize % 2), last }
     }
 
-    /// Frame times from one time to another, to the nearest, halves up.
+    /// Returns the number of frame times from one time to another, rounded to the nearest; ties round up.
     fn frames_between(&self, before: Ticks, now: Ticks) -> u64 {
         now.saturating_sub(before).saturating_add(self.period / 2).checked_div(self.period).unwrap_or(0)
     }
@@ -230,7 +235,7 @@ impl<C: Capture> Stripes<C> {
                 return Step::Wait(verdict);
             }
             if self.capture.lines_come() {
-                // Capture restarted at the beginning of the verdict: it goes on waiting for its vertical sync.
+                // Capture restarted when the decision began; it still waits for its vertical sync.
                 self.verdict = None;
                 self.due = self.after(3, 2);
                 return Step::Fault(Fault::LostSync);

@@ -4,10 +4,10 @@ use wstac_core::error::Error;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::params::TAXELS;
 
-/// Camera interfaces capture words of this many pixels, a byte each.
+/// The number of pixels, one byte each, of the words that camera interfaces capture.
 const WORD: u16 = 4;
 
-/// A window into a frame, and the taxels' places in it.
+/// A window into a frame, and the taxels' positions in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Window {
     left: u16,
@@ -16,12 +16,12 @@ pub struct Window {
 }
 
 impl Window {
-    /// The smallest window around the taxels that is whole words wide and whole stripes of `rows` rows high.
+    /// Returns the smallest window around the taxels that is whole words wide and whole stripes of `rows` rows high.
     ///
     /// # Errors
-    /// [`Error::TaxelOutside`] where the frame, rounded down to whole words and whole stripes, does not hold the taxels:
-    /// a frame whose width is a multiple of 4 and whose height is one of `rows` always does. [`Error::FrameSize`] where
-    /// `rows` is 0.
+    /// Returns [`Error::TaxelOutside`] if the frame, rounded down to whole words and whole stripes, does not hold the
+    /// taxels. A frame whose width is a multiple of 4 and whose height is a multiple of `rows` always does. Returns
+    /// [`Error::FrameSize`] if `rows` is 0.
     pub const fn around(layout: &Layout, rows: u16) -> Result<Self, Error> {
         let (frame, taxel, corners) = (layout.frame(), layout.taxel(), layout.corners());
         let (mut least, mut end) = ([u16::MAX; 2], [0; 2]);
@@ -57,33 +57,34 @@ impl Window {
         }
     }
 
-    /// Columns left of the window.
+    /// Returns the number of columns left of the window.
     pub const fn left(&self) -> u16 {
         self.left
     }
 
-    /// Rows above the window.
+    /// Returns the number of rows above the window.
     pub const fn top(&self) -> u16 {
         self.top
     }
 
-    /// Width of the window in pixels, a multiple of 4.
+    /// Returns the width of the window in pixels, a multiple of 4.
     pub const fn width(&self) -> u16 {
         self.layout.frame().width()
     }
 
-    /// Height of the window in rows, whole stripes.
+    /// Returns the height of the window in rows, whole stripes.
     pub const fn height(&self) -> u16 {
         self.layout.frame().height()
     }
 
-    /// The taxels in the window, as if it were the frame.
+    /// Returns the layout of the taxels in the window, as if it were the frame.
     pub const fn layout(&self) -> &Layout {
         &self.layout
     }
 }
 
-/// First pixel and length of a multiple of `unit` that covers `least..end`, moved back where it would leave the frame.
+/// Returns the first pixel and length of a multiple of `unit` that covers `least..end`, moved back if it would leave
+/// the frame.
 const fn span(least: u16, end: u16, frame: u16, unit: u16) -> (u16, u16) {
     let most = frame - frame % unit;
     let wanted = (end - least).div_ceil(unit) as u32 * unit as u32;
@@ -119,7 +120,7 @@ mod tests {
 
     #[test]
     fn a_window_is_no_larger_than_it_must_be() {
-        // 320 x 240: taxels of 30 pixels from (49, 9) to (271, 231), 222 each way.
+        // 320 x 240: taxels of 30 pixels from (49, 9) to (271, 231), 222 pixels each way.
         for rows in [8, 16] {
             let window = Window::around(&layout(320, 240), rows).unwrap();
             assert_eq!((window.left(), window.width(), window.top(), window.height()), (49, 224, 9, 224));

@@ -174,20 +174,12 @@ impl From<InterruptedSample> for IncompleteLine {
 
 /// Returns what a person is told about a missing speed.
 pub fn no_speed(reason: NoSpeed) -> &'static str {
-    match reason {
-        NoSpeed::BaselineAbove => "the baseline is above the speed threshold",
-        NoSpeed::NeverValid => "no frame is above the speed threshold",
-        NoSpeed::CutOff { .. } => "cut off: the sample starts or ends above the speed threshold",
-        NoSpeed::OutsideLaw => "the speed law has no finite speed for this duration",
-    }
+    reason.as_str()
 }
 
 /// Returns what a person is told about a missing direction.
 pub fn unclear(reason: Unclear) -> &'static str {
-    match reason {
-        Unclear::NeverLit => "unclear: a row and a column never light up",
-        Unclear::NoOrder => "unclear: neither rows nor columns light up in order",
-    }
+    reason.as_str()
 }
 
 /// What a person is told about a missing texture.

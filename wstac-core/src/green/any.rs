@@ -1,4 +1,4 @@
-//! A pixel format chosen at run time, for hosts; firmware names the one type it needs instead.
+//! A pixel format that is chosen at run time, for hosts. Firmware names the one type it needs instead.
 
 use super::GreenChannel;
 use super::bayer::{Bayer, BayerOrder};
@@ -16,15 +16,15 @@ use crate::frame::{Rows, Run};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum PixelFormat {
-    /// One byte a pixel, taken as green.
+    /// One byte per pixel, taken as green.
     // Recordings keep the name.
     #[cfg_attr(feature = "serde", serde(rename = "Grey"))]
     Gray,
-    /// One little-endian word of 16 bits a pixel, of which 10 count.
+    /// One little-endian word of 16 bits per pixel, of which 10 count.
     Y10,
-    /// One little-endian word of 16 bits a pixel, of which 12 count.
+    /// One little-endian word of 16 bits per pixel, of which 12 count.
     Y12,
-    /// One little-endian word of 16 bits a pixel.
+    /// One little-endian word of 16 bits per pixel.
     Y16,
     /// R G B in memory.
     Rgb24,
@@ -34,13 +34,13 @@ pub enum PixelFormat {
     Rgbx32,
     /// X R G B or X B G R in memory.
     Xrgb32,
-    /// One little-endian word of 16 bits a pixel, with 6 bits of green.
+    /// One little-endian word of 16 bits per pixel, with 6 bits of green.
     Rgb565,
-    /// One byte a site.
+    /// One byte per site.
     Bayer8(BayerOrder),
-    /// One little-endian word of 16 bits a site, of which 10 count.
+    /// One little-endian word of 16 bits per site, of which 10 count.
     Bayer10(BayerOrder),
-    /// One little-endian word of 16 bits a site, of which 12 count.
+    /// One little-endian word of 16 bits per site, of which 12 count.
     Bayer12(BayerOrder),
     /// Y₀ Cb Y₁ Cr in memory, for two pixels.
     Yuyv,
@@ -57,13 +57,13 @@ pub enum PixelFormat {
 }
 
 impl PixelFormat {
-    /// Whether its pixels are Y, Cb and Cr, so that matrix and range matter.
+    /// Returns whether the pixels are Y, Cb and Cr, so that matrix and range matter.
     pub const fn is_ycbcr(self) -> bool {
         matches!(self, Self::Yuyv | Self::Uyvy | Self::Nv12 | Self::Yu12 | Self::Yuv422p | Self::Yuv444p)
     }
 }
 
-/// How YCbCr becomes green: the trade of speed for accuracy.
+/// The method that turns YCbCr into green: a tradeoff between speed and accuracy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -76,7 +76,7 @@ pub enum YcbcrMethod {
     Linear,
 }
 
-/// Makes [`Any`] of a line a format: the name, the type, and which elements of the common sum it uses.
+/// Makes [`Any`] from one line per format: the name, the type, and which elements of the common sum it uses.
 macro_rules! any {
     ($($name:ident($format:ty) $sum:tt;)*) => {
         /// Any of the pixel formats.
@@ -155,7 +155,7 @@ any! {
 }
 
 impl Any {
-    /// The format of this name. `color` and `method` matter for YCbCr only.
+    /// Creates the format of this name. `color` and `method` matter only for YCbCr.
     pub const fn new(format: PixelFormat, color: YcbcrEncoding, method: YcbcrMethod) -> Self {
         let (exact, linear) = (Exact::new(color), Linear::new(color));
         Self(match (format, method) {

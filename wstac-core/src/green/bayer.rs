@@ -1,9 +1,9 @@
-//! Bayer mosaics of 8, 10 and 12 bits: the green sites only, no demosaic.
+//! Bayer mosaics of 8, 10 and 12 bits. Only the green sites count, without demosaicing.
 
 use super::{GreenChannel, full_scale, saturated_word, sum_pixels};
 use crate::frame::{Rows, Run};
 
-/// Order of a Bayer mosaic: the colors of its first row's first two sites, then of its second row's.
+/// The order of a Bayer mosaic: the colors of its first row's first two sites, then those of its second row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -15,15 +15,16 @@ pub enum BayerOrder {
     Bggr,
 }
 
-/// A mosaic of `BITS` bits: one byte a site for 8, a little-endian 16-bit word otherwise; G = 2^BITS − 1.
+/// A mosaic of `BITS` bits, with G = 2^BITS − 1. A site is one byte for 8 bits, and a little-endian 16-bit word
+/// otherwise.
 #[derive(Clone, Copy, Debug)]
 pub struct Bayer<const BITS: u32> {
-    /// Column of the green site in the even rows' cells.
+    /// The column of the green site in the even rows' cells.
     green_in_even_row: u8,
 }
 
 impl<const BITS: u32> Bayer<BITS> {
-    /// A mosaic of this order.
+    /// Creates a mosaic of this order.
     pub const fn new(order: BayerOrder) -> Self {
         Self { green_in_even_row: matches!(order, BayerOrder::Rggb | BayerOrder::Bggr) as u8 }
     }

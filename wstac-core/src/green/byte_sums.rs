@@ -1,8 +1,7 @@
-//! Sums the bytes of a block of rows: what a taxel of one byte per pixel comes down to.
+//! Sums the bytes of a block of rows, which is the work for a taxel of one byte per pixel.
 //!
 //! The plain code is right anywhere, and a host's compiler makes packed instructions of it. A Cortex-M's compiler does
-//! not.
-//! So there four bytes are added as one word, and a Cortex-M4 or M7 has an instruction for their sum.
+//! not. So there four bytes are added as one word, and a Cortex-M4 or M7 has an instruction for their sum.
 //!
 //! The table has the instructions from a frame of 400 × 400 to its features, with 62,500 bytes under taxels.
 //! The Cortex-M0 gets stripes of eight rows, the others whole frames. `cost` of wstac-fw counts them.
@@ -59,8 +58,8 @@ fn of_run(bytes: &[u8]) -> u32 {
     bytes.iter().map(|&byte| u32::from(byte)).sum()
 }
 
-/// A block that kernels can sum: at least one row, rows of the same alignment, each with an aligned word and at most
-/// `MOST` bytes wide.
+/// A block that kernels can sum. It has at least one row. All rows have the same alignment, an aligned word each, and
+/// at most `MOST` bytes.
 #[cfg(any(test, target_arch = "arm"))]
 #[derive(Clone, Copy)]
 struct Strip<'a, const MOST: usize>(Block<'a>);

@@ -1,9 +1,9 @@
-//! GREY: one byte a pixel, taken as green.
+//! GREY: one byte per pixel, taken as green.
 
 use super::{GreenChannel, byte_sums, sum_pixels};
 use crate::frame::{Rows, Run};
 
-/// GREY, G = 255.
+/// The format GREY, with G = 255.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Gray;
 

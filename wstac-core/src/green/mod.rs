@@ -1,7 +1,7 @@
-//! Rows of one pixel format → green sums (SPEC §1). Nothing else knows about formats.
+//! Rows of one pixel format → green sums (SPEC §1). No other module knows about formats.
 //!
-//! A format is a type with [`GreenChannel`] in a file of its own; an application that names one type links that one only.
-//! [`any::Any`] chooses at run time, for hosts.
+//! A format is a type with [`GreenChannel`] in a file of its own. An application that names one type links only that
+//! one. [`any::Any`] chooses at run time, for hosts.
 
 pub mod any;
 #[cfg(target_arch = "x86_64")]
@@ -23,9 +23,9 @@ pub mod ycbcr;
 use crate::frame::{Rows, Run, Stride};
 use crate::layout::FrameSize;
 
-/// Returns the name of the instructions that frames are summed with on this machine: `AVX-512` (with `AVX2` for most
-/// formats), `AVX2`, `NEON`, or
-/// `plain` if it has none of them.
+/// Returns the name of the instructions that frames are summed with on this machine.
+///
+/// It is `AVX-512` (with `AVX2` for most formats), `AVX2`, `NEON`, or `plain` if the machine has none of them.
 pub fn instruction_set() -> &'static str {
     #[cfg(simd)]
     if let Some(simd) = simd::Simd::get() {
@@ -34,39 +34,39 @@ pub fn instruction_set() -> &'static str {
     "plain"
 }
 
-/// A pixel format: how the bytes of a row become green.
+/// A pixel format, which turns the bytes of a row into green.
 pub trait GreenChannel: Copy {
-    /// What a taxel's pixels are gathered in before they are green.
+    /// The type that a taxel's pixels are gathered in before they are green.
     type Sum: Copy + Default + core::fmt::Debug;
 
-    /// Green full scale G of one pixel: 255 for 8 bits, 1023, 4095, 65535.
+    /// Returns the green full scale G of one pixel: 255 for 8 bits, 1023, 4095, 65535.
     fn full_scale(&self) -> u32;
 
-    /// Least bytes that a row of `width` pixels takes (of a planar format: of its luma).
+    /// Returns the least bytes of a row of `width` pixels (for a planar format, of its luma).
     fn row_bytes(&self, width: u16) -> usize;
 
-    /// Side of the cell that pixels are counted in: 2 for Bayer formats, which have one green site in each of a
-    /// cell's rows; 1 otherwise.
+    /// Returns the side of the cell that pixels are counted in. It is 2 for Bayer formats, which have one green site in
+    /// each of a cell's rows, and 1 otherwise.
     fn cell(&self) -> u16 {
         1
     }
 
-    /// Bytes of the chroma planes that follow a planar format's luma; `None` for packed formats, which may come in
-    /// stripes.
+    /// Returns the bytes of the chroma planes that follow a planar format's luma; `None` for packed formats, which may
+    /// come in stripes.
     fn chroma_bytes(&self, _bytes_per_row: usize, _rows: u16) -> Option<usize> {
         None
     }
 
-    /// Returns the least bytes of `rows` rows of a packed format: padding after the last row may be missing.
+    /// Returns the least bytes of `rows` rows of a packed format. Padding after the last row may be missing.
     ///
-    /// More than a 32-bit machine can address saturates: no slice is as long.
+    /// A number that a 32-bit machine cannot address saturates: no slice is as long.
     #[inline]
     fn packed_bytes(&self, width: u16, rows: usize, bytes_per_row: usize) -> usize {
         let before = rows.saturating_sub(1).saturating_mul(bytes_per_row);
         before.saturating_add(if rows == 0 { 0 } else { self.row_bytes(width) })
     }
 
-    /// Returns the least bytes of a frame: of a packed format, padding after the last row may be missing.
+    /// Returns the least bytes of a frame. In a packed format, padding after the last row may be missing.
     #[inline]
     fn least_frame_bytes(&self, size: FrameSize, bytes_per_row: usize) -> usize {
         let rows = usize::from(size.height());
@@ -106,11 +106,11 @@ pub trait GreenChannel: Copy {
         row_by_row(self, sum, rows, run, count);
     }
 
-    /// The taxel sum S of `pixels` gathered pixels: 0..=G · pixels.
+    /// Returns the taxel sum S of `pixels` gathered pixels: 0..=G · pixels.
     fn total(&self, sum: &Self::Sum, pixels: u32) -> u32;
 }
 
-/// Adds `run` and the `count` − 1 runs below it one by one: the plain way of a block.
+/// Adds `run` and the `count` − 1 runs below it one by one, which is the plain way of a block.
 #[inline(always)]
 fn row_by_row<G: GreenChannel>(green: &G, sum: &mut G::Sum, rows: &Rows<'_>, run: Run, count: u16) {
     for y in run.y..run.y + count {
@@ -118,7 +118,7 @@ fn row_by_row<G: GreenChannel>(green: &G, sum: &mut G::Sum, rows: &Rows<'_>, run
     }
 }
 
-/// Adds `green` of every pixel of `BYTES` bytes that the stride counts.
+/// Returns the sum of `green` of every pixel of `BYTES` bytes that the stride counts.
 #[inline(always)]
 fn sum_pixels<const BYTES: usize>(bytes: &[u8], stride: Stride, green: impl Fn(&[u8; BYTES]) -> u32) -> u32 {
     let pixels = bytes.as_chunks::<BYTES>().0.iter();
@@ -130,13 +130,13 @@ fn sum_pixels<const BYTES: usize>(bytes: &[u8], stride: Stride, green: impl Fn(&
     }
 }
 
-/// A 16-bit little-endian word that counts as full scale where it is above it.
+/// Returns a 16-bit little-endian word, which counts as full scale if it is above it.
 #[inline(always)]
 fn saturated_word<const BITS: u32>(bytes: [u8; 2]) -> u32 {
     u32::from(u16::from_le_bytes(bytes)).min(full_scale(BITS))
 }
 
-/// Full scale of `bits` bits.
+/// Returns the full scale of `bits` bits.
 const fn full_scale(bits: u32) -> u32 {
     (1 << bits) - 1
 }

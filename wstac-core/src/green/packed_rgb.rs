@@ -5,15 +5,15 @@ use super::simd::Simd;
 use super::{GreenChannel, sum_pixels};
 use crate::frame::{Rows, Run};
 
-/// Pixels of `BYTES` bytes whose byte `GREEN` is green, G = 255.
+/// The formats whose pixels have `BYTES` bytes, of which byte `GREEN` is green; G = 255.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PackedRgb<const BYTES: usize, const GREEN: usize>;
 
-/// RGB24 and BGR24: three bytes, green in the middle.
+/// RGB24 and BGR24: three bytes per pixel, green in the middle.
 pub type Rgb24 = PackedRgb<3, 1>;
-/// Four bytes, green second: R G B X and B G R X.
+/// R G B X and B G R X: four bytes per pixel, green second.
 pub type Rgbx32 = PackedRgb<4, 1>;
-/// Four bytes, green third: X R G B and X B G R.
+/// X R G B and X B G R: four bytes per pixel, green third.
 pub type Xrgb32 = PackedRgb<4, 2>;
 
 impl<const BYTES: usize, const GREEN: usize> GreenChannel for PackedRgb<BYTES, GREEN> {

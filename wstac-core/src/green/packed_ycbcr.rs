@@ -4,19 +4,19 @@ use super::GreenChannel;
 use super::ycbcr::{Conversion, Exact};
 use crate::frame::{Rows, Run, Stride};
 
-/// Cells of four bytes with luma at bytes `LUMA` and `LUMA` + 2; G = 255.
+/// The formats of cells of four bytes with luma at bytes `LUMA` and `LUMA` + 2; G = 255.
 #[derive(Clone, Copy, Debug)]
 pub struct PackedYcbcr<C, const LUMA: usize> {
     conversion: C,
 }
 
-/// YUYV: Y₀ Cb Y₁ Cr.
+/// The format YUYV: Y₀ Cb Y₁ Cr.
 pub type Yuyv<C = Exact> = PackedYcbcr<C, 0>;
-/// UYVY: Cb Y₀ Cr Y₁.
+/// The format UYVY: Cb Y₀ Cr Y₁.
 pub type Uyvy<C = Exact> = PackedYcbcr<C, 1>;
 
 impl<C, const LUMA: usize> PackedYcbcr<C, LUMA> {
-    /// The format, with this way to green.
+    /// Creates the format with this conversion to green.
     pub const fn new(conversion: C) -> Self {
         const { assert!(LUMA < 2) }
         Self { conversion }
@@ -59,8 +59,8 @@ impl<C: Conversion, const LUMA: usize> GreenChannel for PackedYcbcr<C, LUMA> {
     }
 }
 
-/// Adds a run of pixels of which each even one and the next share a chroma sample; `cells` are Y₀, Y₁, Cb, Cr of
-/// every pair that the run touches.
+/// Adds a run of pixels, of which each even one and the next share a chroma sample. `cells` are Y₀, Y₁, Cb, Cr of every
+/// pair that the run touches.
 #[inline(always)]
 pub(super) fn add_pairs<C: Conversion>(
     conversion: &C,

@@ -7,14 +7,15 @@ use super::simd::{self, Chroma, Shared};
 use super::ycbcr::{Conversion, Exact};
 use crate::frame::{Rows, Run};
 
-/// NV12: luma, then rows of Cb Cr pairs for every 2 × 2 pixels, as many bytes from row to row as luma. G = 255.
+/// The format NV12: luma, then rows of Cb Cr pairs for every 2 × 2 pixels. Both have the same bytes from row to row. G
+/// = 255.
 #[derive(Clone, Copy, Debug)]
 pub struct Nv12<C = Exact> {
     conversion: C,
 }
 
 impl<C> Nv12<C> {
-    /// The format, with this way to green.
+    /// Creates the format with this conversion to green.
     pub const fn new(conversion: C) -> Self {
         Self { conversion }
     }
@@ -64,20 +65,20 @@ impl<C: Conversion> GreenChannel for Nv12<C> {
     }
 }
 
-/// Luma, then a plane of Cb, then one of Cr; one chroma sample for two columns, and for `2^VERTICAL` rows. Chroma
-/// rows take half of luma's bytes from row to row, rounded up. G = 255.
+/// The formats of luma, then a plane of Cb, then one of Cr. One chroma sample is for two columns and `2^VERTICAL` rows.
+/// Chroma rows take half of luma's bytes from row to row, rounded up. G = 255.
 #[derive(Clone, Copy, Debug)]
 pub struct PlanarPairs<C, const VERTICAL: u32> {
     conversion: C,
 }
 
-/// YU12 (I420): chroma for 2 × 2 pixels.
+/// The format YU12 (I420): chroma for 2 × 2 pixels.
 pub type Yu12<C = Exact> = PlanarPairs<C, 1>;
-/// YUV422P: chroma for 2 × 1 pixels.
+/// The format YUV422P: chroma for 2 × 1 pixels.
 pub type Yuv422p<C = Exact> = PlanarPairs<C, 0>;
 
 impl<C, const VERTICAL: u32> PlanarPairs<C, VERTICAL> {
-    /// The format, with this way to green.
+    /// Creates the format with this conversion to green.
     pub const fn new(conversion: C) -> Self {
         Self { conversion }
     }
@@ -106,7 +107,7 @@ impl<C: Conversion, const VERTICAL: u32> GreenChannel for PlanarPairs<C, VERTICA
         let (y, first, cells) = (run.y >> VERTICAL, span.first / 2, span.pixels / 2);
         let cb = rows.plane_row(0, bytes_per_row, y, first, cells);
         let cr = rows.plane_row(plane, bytes_per_row, y, first, cells);
-        // The last column of an odd width has no right neighbour: what is read in its place is not counted.
+        // The last column of an odd width has no right neighbor. The value that is read in its place is not counted.
         let luma = rows.row_to_end(run.y, span.first);
         let pairs = (0..cb.len().min(cr.len())).map(|cell| {
             let at = |bytes: &[u8], index: usize| bytes.get(index).copied().unwrap_or(0);
@@ -138,14 +139,14 @@ impl<C: Conversion, const VERTICAL: u32> GreenChannel for PlanarPairs<C, VERTICA
     }
 }
 
-/// YUV444P: luma, Cb and Cr planes of the same size; G = 255.
+/// The format YUV444P: luma, Cb and Cr planes of the same size; G = 255.
 #[derive(Clone, Copy, Debug)]
 pub struct Yuv444p<C = Exact> {
     conversion: C,
 }
 
 impl<C> Yuv444p<C> {
-    /// The format, with this way to green.
+    /// Creates the format with this conversion to green.
     pub const fn new(conversion: C) -> Self {
         Self { conversion }
     }
@@ -184,9 +185,9 @@ impl<C: Conversion> GreenChannel for Yuv444p<C> {
 
 /// The pairs of columns that a run touches.
 struct Span {
-    /// First column of the first pair.
+    /// The first column of the first pair.
     first: usize,
-    /// Columns of all pairs: even.
+    /// The number of columns of all pairs, which is even.
     pixels: usize,
 }
 

@@ -3,7 +3,7 @@
 use super::{GreenChannel, sum_pixels};
 use crate::frame::{Rows, Run};
 
-/// RGB565, G = 255.
+/// The format RGB565, with G = 255.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Rgb565;
 

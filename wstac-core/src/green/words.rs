@@ -1,19 +1,20 @@
-//! Y10, Y12, Y16: one little-endian 16-bit word a pixel, taken as green.
+//! Y10, Y12, Y16: one little-endian 16-bit word per pixel, taken as green.
 
 #[cfg(simd)]
 use super::simd::{Places, Simd};
 use super::{GreenChannel, full_scale, saturated_word, sum_pixels};
 use crate::frame::{Rows, Run};
 
-/// Words of `BITS` significant bits, G = 2^BITS − 1; a word above G (a driver that sets padding bits) counts as G.
+/// The formats of words of `BITS` significant bits, with G = 2^BITS − 1. A word above G (from a driver that sets
+/// padding bits) counts as G.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Words<const BITS: u32>;
 
-/// Y10, G = 1023.
+/// The format Y10, with G = 1023.
 pub type Y10 = Words<10>;
-/// Y12, G = 4095.
+/// The format Y12, with G = 4095.
 pub type Y12 = Words<12>;
-/// Y16, G = 65535.
+/// The format Y16, with G = 65535.
 pub type Y16 = Words<16>;
 
 impl<const BITS: u32> GreenChannel for Words<BITS> {
@@ -37,7 +38,7 @@ impl<const BITS: u32> GreenChannel for Words<BITS> {
     #[inline(always)]
     fn add_block(&self, sum: &mut u32, rows: &Rows<'_>, run: Run, count: u16) {
         let block = rows.block(run.y, count, 2 * usize::from(run.x), 2 * usize::from(run.width));
-        // Of 16 bits no word is above full scale.
+        // With 16 bits no word is above full scale.
         match block.filter(|_| BITS == 16).zip(Simd::get()).and_then(|(block, simd)| simd.places(block)) {
             Some(Places { all: [a, b, c, d], .. }) => *sum += a + c + ((b + d) << 8),
             None => super::row_by_row(self, sum, rows, run, count),

@@ -1,20 +1,21 @@
 //! Green from Y, Cb, Cr: exactly per pixel, or once per taxel.
 //!
-//! With Kr, Kb of the matrix and Kg = 1 − Kr − Kb, and y, b, r the samples less their zero level,
+//! Kr and Kb are those of the matrix, and Kg = 1 − Kr − Kb. y, b, r are the samples less their zero level. Then
 //!
 //! G = p/q · y − B · b − C · r,  B = s · 2 Kb (1 − Kb) / Kg,  C = s · 2 Kr (1 − Kr) / Kg,
 //!
-//! p/q = 85/73 (255/219) and s = 255/224 for limited range, 1 and 1 for full range. The nearest integer, halves up, is
+//! For limited range p/q = 85/73 (255/219) and s = 255/224; for full range both are 1. Rounded to the nearest integer
+//! (ties round up) it is
 //!
 //! round(G) = ⌊(p · y + w) / q⌋  with  w(b, r) = ⌊q/2 − q B b − q C r⌋,
 //!
-//! because p · y is an integer. So only w needs more than 16 bits, once for the pixels that share a chroma sample.
+//! because p · y is an integer. So only w needs more than 16 bits, once for all pixels that share a chroma sample.
 
 #[cfg(simd)]
 use super::simd::{Cells, Factors, Simd};
 pub(super) use vectors::Vectors;
 
-/// Matrix of Y, Cb, Cr.
+/// The matrix of Y, Cb, Cr.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -26,30 +27,30 @@ pub enum YcbcrMatrix {
     Bt709,
 }
 
-/// Quantisation range of Y, Cb, Cr.
+/// The quantization range of Y, Cb, Cr.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum QuantizationRange {
-    /// Y 16..=235, Cb and Cr 16..=240.
+    /// Limited range: Y 16..=235, Cb and Cr 16..=240.
     #[default]
     Limited,
-    /// 0..=255.
+    /// Full range: 0..=255.
     Full,
 }
 
-/// What the numbers of a YCbCr stream mean, as its source states it.
+/// The meaning of the numbers of a YCbCr stream, as its source states it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct YcbcrEncoding {
-    /// Matrix.
+    /// The matrix.
     pub matrix: YcbcrMatrix,
-    /// Quantisation range.
+    /// The quantization range.
     pub range: QuantizationRange,
 }
 
-/// `$of($color)`, made at compile time for each of the four colors: no 128-bit division at run time.
+/// Makes `$of($color)` at compile time for each of the four colors, so that there is no 128-bit division at run time.
 macro_rules! of_color {
     ($of:path, $color:expr) => {
         match ($color.matrix, $color.range) {
@@ -110,11 +111,11 @@ const fn common_divisor(mut a: i64, mut b: i64) -> i64 {
     a
 }
 
-/// A way from Y, Cb, Cr to green.
+/// A conversion from Y, Cb, Cr to green.
 pub trait Conversion: Copy + Vectors<<Self as Conversion>::Sum> {
-    /// What a taxel's pixels are gathered in.
+    /// The type that a taxel's pixels are gathered in.
     type Sum: Copy + Default + core::fmt::Debug;
-    /// What the pixels of one chroma sample share.
+    /// The type of what the pixels of one chroma sample share.
     type Chroma: Copy;
 
     /// Prepares one chroma sample.
@@ -123,7 +124,7 @@ pub trait Conversion: Copy + Vectors<<Self as Conversion>::Sum> {
     /// Adds one pixel.
     fn add(&self, sum: &mut Self::Sum, y: u8, chroma: Self::Chroma);
 
-    /// The taxel sum of `pixels` gathered pixels: 0..=255 · pixels.
+    /// Returns the taxel sum of `pixels` gathered pixels: 0..=255 · pixels.
     fn total(&self, sum: &Self::Sum, pixels: u32) -> u32;
 }
 
@@ -131,8 +132,9 @@ pub trait Conversion: Copy + Vectors<<Self as Conversion>::Sum> {
 const HIGH_BITS: u32 = 17;
 const LOW_BITS: u32 = 22;
 
-/// Every pixel rounded to the nearest integer and clamped to 0..=255, in 32-bit arithmetic: equal to the exact
-/// fractions for every Y, Cb, Cr (tested on all 2^24).
+/// Rounds every pixel to the nearest integer and clamps it to 0..=255, in 32-bit arithmetic.
+///
+/// The result equals that of the exact fractions for every Y, Cb, Cr (tested on all 2^24).
 #[derive(Clone, Copy, Debug)]
 pub struct Exact {
     luma: i32,
@@ -140,9 +142,9 @@ pub struct Exact {
     cb: (i32, i32),
     /// q C, high and low part.
     cr: (i32, i32),
-    /// q/2 less what luma's zero level makes, and half a unit against rounding of the factors.
+    /// q/2 less the effect of luma's zero level, and half a unit against rounding of the factors.
     offset: (i32, i32),
-    /// Highest p · y + w that is not clamped, and 2^22 / q rounded up: n / q = (n · reciprocal) >> 22 up to there.
+    /// The highest p · y + w that is not clamped, and 2^22 / q rounded up: n / q = (n · reciprocal) >> 22 up to there.
     highest: i32,
     reciprocal: u32,
     /// The numbers of vector kernels.
@@ -151,7 +153,7 @@ pub struct Exact {
 }
 
 impl Exact {
-    /// The conversion for streams of this color: one of four made at compile time.
+    /// Returns the conversion for streams of this color: one of four made at compile time.
     pub const fn new(color: YcbcrEncoding) -> Self {
         of_color!(Exact::of, color)
     }
@@ -163,7 +165,7 @@ impl Exact {
         let cb = split_at_low(nearest);
         let nearest = (one * c.cr as i128 + c.denominator as i128 / 2) / c.denominator as i128;
         let cr = split_at_low(nearest);
-        // A value that is an integer exactly must not fall below it: half the least distance of any other value.
+        // A value that is exactly an integer must not fall below it: half the least distance of any other value.
         let guard = one / (2 * c.denominator as i128);
         let half = one * c.luma.1 as i128 / 2;
         let offset = split_at_low(half + guard - one * (c.luma.0 * c.black) as i128);
@@ -234,7 +236,7 @@ const OFFSET_BITS: u32 = 16;
 impl Factors {
     /// Returns the factors of vector kernels: those of [`Exact`] with fewer bits.
     ///
-    /// The offset is that for Cb = Cr = 0. Rounded to 16 fraction bits it makes the same w as exact fractions do.
+    /// The offset is that for Cb = Cr = 0. Rounded to 16 fraction bits, it gives the same w as exact fractions do.
     const fn of(c: &Coefficients) -> Self {
         let (cb, cr, denominator) = (c.cb as i128, c.cr as i128, c.denominator as i128);
         let factors = [
@@ -247,15 +249,17 @@ impl Factors {
     }
 }
 
-/// Y, Cb and Cr summed, and converted once per taxel: rounded to the nearest integer, halves up, and clamped to
-/// 0..=255 · pixels. Differs from [`Exact`] by per-pixel rounding and clipping.
+/// Sums Y, Cb and Cr, and converts them once per taxel.
+///
+/// The result is rounded to the nearest integer (ties round up) and clamped to 0..=255 · pixels. It differs from that
+/// of [`Exact`] by per-pixel rounding and clipping.
 #[derive(Clone, Copy, Debug)]
 pub struct Linear {
     coefficients: Coefficients,
 }
 
 impl Linear {
-    /// The conversion for streams of this color: one of four made at compile time.
+    /// Returns the conversion for streams of this color: one of four made at compile time.
     pub const fn new(color: YcbcrEncoding) -> Self {
         Self { coefficients: of_color!(Coefficients::of, color) }
     }
@@ -278,12 +282,13 @@ impl Conversion for Linear {
     }
 
     fn total(&self, sum: &[u32; 3], pixels: u32) -> u32 {
-        // 64 bits hold it: pixels < 2^32 / (5 · 255), |q B| + |q C| < 10^2 in units of 1 / denominator < 2.7 · 10^8.
+        // 64 bits hold the result: pixels < 2^32 / (5 · 255), |q B| + |q C| < 10^2 in units of 1 / denominator < 2.7 ·
+        // 10^8.
         let c = &self.coefficients;
         let level = |sum: u32, zero: i32| i64::from(sum) - i64::from(zero) * i64::from(pixels);
         let (p, q) = (i64::from(c.luma.0), i64::from(c.luma.1));
         let chroma = c.cb * level(sum[1], 128) + c.cr * level(sum[2], 128);
-        // ⌊q/2 − chroma⌋ with an even denominator's half kept exact.
+        // ⌊q/2 − chroma⌋, in which the half of an even denominator is kept exact.
         let w = (q * c.denominator - 2 * chroma).checked_div_euclid(2 * c.denominator).unwrap_or(0);
         let green = (p * level(sum[0], c.black) + w).checked_div_euclid(q).unwrap_or(0);
         green.clamp(0, 255 * i64::from(pixels)) as u32
@@ -301,8 +306,9 @@ impl Vectors<[u32; 3]> for Linear {
 }
 
 mod vectors {
-    /// Gathers pixels by vectors. The trait cannot be named outside, so that the interface is the same on every
-    /// machine.
+    /// Gathers pixels by vectors.
+    ///
+    /// The trait cannot be named outside, so that the interface is the same on every machine.
     pub trait Vectors<Sum> {
         /// Adds the pixels of cells by vectors and returns whether it did.
         #[cfg(simd)]
@@ -321,7 +327,7 @@ mod tests {
         YcbcrEncoding { matrix: YcbcrMatrix::Bt709, range: QuantizationRange::Full },
     ];
 
-    /// ⌊G + 1/2⌋ in exact fractions, straight from the definition.
+    /// Returns ⌊G + 1/2⌋ in exact fractions, straight from the definition.
     fn by_definition(color: YcbcrEncoding, y: u8, cb: u8, cr: u8) -> i128 {
         let (kr, kb) = match color.matrix {
             YcbcrMatrix::Bt601 => (2990, 1140),

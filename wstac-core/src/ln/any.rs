@@ -2,7 +2,7 @@
 
 use super::{Ln, fixed::Fixed, libm::Libm};
 
-/// Any of the kernels of this crate, by its name. A program that names it links all of them.
+/// Any of this crate's kernels, chosen by name. A program that names this type links all of them.
 ///
 /// ```
 /// use wstac_core::ln::{Ln, any::AnyLn, fixed::Fixed, libm::Libm};

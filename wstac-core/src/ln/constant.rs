@@ -1,10 +1,10 @@
-//! ln and exp in 64-bit floating point at compile time: they make the tables and check configurations, and are
-//! never part of a frame's cost.
+//! ln and exp in 64-bit floating point at compile time. They make the tables and check configurations, and are never
+//! part of a frame's cost.
 
 /// ln 2.
 const LN_2: f64 = core::f64::consts::LN_2;
 
-/// ln `x` for finite `x` > 0, error below 1e-15 of the result or of 1.
+/// Returns ln `x` for finite `x` > 0. The error is below 1e-15 of the result or of 1.
 pub const fn ln(x: f64) -> f64 {
     // Subnormals first become normal.
     let (x, scaled) = if x < f64::MIN_POSITIVE { (x * (1_u64 << 54) as f64, -54.0) } else { (x, 0.0) };
@@ -26,7 +26,7 @@ pub const fn ln(x: f64) -> f64 {
     2.0 * z * sum + (exponent as f64 + scaled) * LN_2
 }
 
-/// e^`x` for −64 ≤ `x` ≤ 0, relative error below 1e-15.
+/// Returns e^`x` for −64 ≤ `x` ≤ 0. The relative error is below 1e-15.
 pub const fn exp(x: f64) -> f64 {
     // e^x = (e^(x/64))^64; the series of an argument in −1..=0 needs 20 terms.
     let small = x / 64.0;
@@ -44,12 +44,12 @@ pub const fn exp(x: f64) -> f64 {
     sum
 }
 
-/// `x` to the nearest integer, halves away from zero, saturating.
+/// Returns the integer nearest to `x`, saturating; ties round away from zero.
 pub(crate) const fn nearest(x: f64) -> i64 {
     (if x < 0.0 { x - 0.5 } else { x + 0.5 }) as i64
 }
 
-/// The largest integer that is not above `x`, saturating.
+/// Returns the largest integer that is not above `x`, saturating.
 pub(crate) const fn floor(x: f64) -> i64 {
     let whole = x as i64;
     if x < whole as f64 { whole - 1 } else { whole }

@@ -1,20 +1,20 @@
-//! ln by a chord table on the mantissa: integers and 32-bit multiplies only, no divisions, monotone.
+//! ln by a chord table on the mantissa: only integers and 32-bit multiplies, no divisions, monotone.
 
 use super::constant::ln;
 use super::{LN_FRACTION_BITS, Ln};
 
-/// Chords between `SEGMENTS` + 1 points of ln(1 + m), `SEGMENTS` a power of two from 16 to 256.
+/// The log kernel by chords between `SEGMENTS` + 1 points of ln(1 + m). `SEGMENTS` is a power of two from 16 to 256.
 ///
-/// A chord is at most 1 / (8 · `SEGMENTS`²) below the curve; half of that is added back to every inner point (not to
-/// ln 1, which stays 0). So 256 segments (1 KiB of flash) are within 1.7e-6 of ln, 32 segments (128 bytes) within
-/// 1.3e-4 (tested below); the unit of a feature is 4.9e-4.
+/// A chord is at most 1 / (8 · `SEGMENTS`²) below the curve. Half of that is added back to every inner point (not to ln
+/// 1, which stays 0). So 256 segments (1 KiB of flash) are within 1.7e-6 of ln, and 32 segments (128 bytes) within
+/// 1.3e-4 (tested below). The unit of a feature is 4.9e-4.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Fixed<const SEGMENTS: usize = 256>;
 
 /// ln 2 in units of 2^-26.
 const LN_2: u32 = scaled(2.0);
 
-/// ln `x` in units of 2^-26.
+/// Returns ln `x` in units of 2^-26.
 const fn scaled(x: f64) -> u32 {
     (ln(x) * (1_u64 << LN_FRACTION_BITS) as f64 + 0.5) as u32
 }

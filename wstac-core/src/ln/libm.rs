@@ -1,8 +1,10 @@
-//! ln by `libm` in 64-bit floating point: the most accurate kernel, slow where there is no 64-bit FPU.
+//! ln by `libm` in 64-bit floating point: the most accurate kernel, but slow without a 64-bit FPU.
 
 use super::{LN_FRACTION_BITS, Ln};
 
-/// `libm::log`, rounded to the nearest 2^-26: within 7.6e-9 (measured on every integer), of which 2^-27 is rounding.
+/// The log kernel by `libm::log`, rounded to the nearest 2^-26.
+///
+/// Its error is within 7.6e-9 (measured on every integer), of which 2^-27 is rounding.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Libm;
 

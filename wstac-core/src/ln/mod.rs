@@ -10,8 +10,10 @@ pub mod micromath;
 /// Fraction bits of a kernel's result: ln(2^32) = 22.2 fits 31 bits.
 pub const LN_FRACTION_BITS: u32 = 26;
 
-/// A natural logarithm of 32-bit integers. A kernel without a choice in it is a type without fields: it takes no memory.
+/// A natural logarithm of 32-bit integers. A kernel without a choice in it is a type without fields, which takes no
+/// memory.
 pub trait Ln: Default {
-    /// ln `x` for `x` ≥ 1, in units of 2^-26: 0..=22.2 · 2^26. ln 0 is not asked for; a kernel answers any number of that range.
+    /// Returns ln `x` for `x` ≥ 1 in units of 2^-26: 0..=22.2 · 2^26. ln 0 is never asked for; a kernel may return any
+    /// number of that range.
     fn ln(&self, x: u32) -> i32;
 }

@@ -1,9 +1,14 @@
 //! Boosted trees: every tree adds its leaf to the score of its class, and the class with the highest score wins.
 //!
-//! From half 16 on: scores (one for each class, or a single one for two classes), then two halves: the score above which
-//! the second of two classes is the answer; for each score its trees (one half) and what it starts with (two halves);
-//! then all trees of the first score, of the second and so on, as in [`super::trees`]. Leaves, starts and the bound are
-//! int32 and leaves int16, or all float32, which are added in the order of the trees: exactly what XGBoost does.
+//! From half 16 on a file holds:
+//!
+//! - the number of scores: one for each class, or a single one for two classes
+//! - two halves: the score above which the second of two classes is the answer
+//! - for each score its number of trees (one half) and its start (two halves)
+//! - all trees of the first score, of the second and so on, as in [`super::trees`].
+//!
+//! Either leaves are int16, and starts and the bound int32; or all of them are float32. They are added in the order of
+//! the trees, exactly as XGBoost does.
 
 use super::descent;
 use super::file::{HEADER_HALVES, Header, INPUTS, ModelError, half, long};
@@ -17,24 +22,24 @@ pub struct Boosted<'a> {
     words: &'a [u32],
     pub(super) labels: Labels<'a>,
     pub(super) header: Header,
-    /// Number of scores: that of the classes, or 1.
+    /// The number of scores: that of the classes, or 1.
     scores: u8,
-    /// Half at which the trees start.
+    /// The half at which the trees start.
     trees: usize,
     floats: bool,
 }
 
 /// The kind's number in the file.
 pub(super) const KIND: u16 = 4;
-/// What leaves are: see the file's half 7.
+/// The types of leaves: see the file's half 7.
 const INT16: u16 = 2;
 const FLOAT32: u16 = 3;
 
 impl<'a> Boosted<'a> {
-    /// Boosted trees from their file's words, all of which are checked.
+    /// Creates boosted trees from their file's words and checks all of them.
     ///
     /// # Errors
-    /// What is wrong with the file.
+    /// Returns a [`ModelError`] that says what is wrong with the file.
     pub const fn from_words(words: &'a [u32]) -> Result<Self, ModelError> {
         let header = match Header::read(words) {
             Ok(header) => header,
@@ -100,14 +105,15 @@ impl<'a> Boosted<'a> {
         Ok(Self { words, labels: Labels::new(words, &header), header, scores: scores as u8, trees, floats })
     }
 
-    /// The class of a sample, 700 features in units of 2^-11, frame by frame ([`crate::sample::Sample::flat`]); the lowest of those
-    /// with the highest score.
+    /// Returns the class of a sample; if several have the highest score, the lowest of them.
+    ///
+    /// A sample is 700 features in units of 2^-11, frame by frame ([`crate::sample::Sample::flat`]).
     #[inline(always)]
     pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
         self.decide::<true>(sample)
     }
 
-    /// The same, fast or the plain way.
+    /// Returns the class of a sample, either by the fast kernel or by plain code.
     #[inline(always)]
     pub(super) fn decide<const FAST: bool>(&self, sample: &[i16; INPUTS]) -> u8 {
         if FAST && !(descent::IS_POSSIBLE && self.header.shift == 0) {
@@ -120,8 +126,8 @@ impl<'a> Boosted<'a> {
         }
     }
 
-    /// The class with the highest score of those that `score` makes of what they start with, their trees' place and number;
-    /// it gives them with the place of the trees behind.
+    /// Returns the class with the highest score. `score` computes a score from its start and the place and number of
+    /// its trees, and returns it with the place of the trees behind.
     #[inline(always)]
     fn highest<S: PartialOrd + Copy>(
         &self,
@@ -151,7 +157,7 @@ impl<'a> Boosted<'a> {
         for _ in 0..trees {
             let Ok((start, end)) = trees::bounds(self.words, at, self.header.labels, shift) else { break };
             let leaf = walk::leaf::<1>(self.words, start, shift, sample);
-            // Starts and leaves fit 32 bits together: checked once.
+            // Starts and leaves fit 32 bits together, which has been checked once.
             sum = sum.wrapping_add(i32::from(half(self.words, leaf) as i16));
             at = end;
         }
@@ -176,7 +182,7 @@ impl<'a> Boosted<'a> {
 
     #[allow(unsafe_code)]
     fn float_score_fast(&self, sum: f32, at: usize, trees: u16, sample: &[i16; INPUTS]) -> (f32, usize) {
-        // SAFETY: as above.
+        // SAFETY: the trees have been checked, and so many belong to the score; the shift is 0.
         unsafe { descent::sum_floats(self.words, at, trees, sum, sample) }
     }
 }

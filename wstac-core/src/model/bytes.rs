@@ -1,14 +1,14 @@
-//! A file's bytes as its words, without a copy: the one cast that takes unsafe code.
+//! A file's bytes as its words, without a copy. This one cast takes unsafe code.
 #![allow(unsafe_code)]
 
 use super::file::ModelError;
 
-/// The words that bytes are, on a little-endian machine and aligned to four.
+/// Returns bytes as words, if the machine is little-endian and the bytes are aligned to four.
 ///
 /// # Errors
-/// [`ModelError::Alignment`] where they are not, or where bytes are left over.
+/// Returns [`ModelError::Alignment`] if they are not, or if bytes are left over.
 pub(super) fn words(bytes: &[u8]) -> Result<&[u32], ModelError> {
-    // SAFETY: every four bytes are a u32, and the parts that are not aligned are given separately.
+    // SAFETY: every four bytes are a u32, and unaligned parts are returned separately.
     let (before, words, rest) = unsafe { bytes.align_to::<u32>() };
     if cfg!(target_endian = "big") || !before.is_empty() {
         return Err(ModelError::Alignment);

@@ -1,8 +1,8 @@
-//! The walk from a tree's root to a leaf, fast: what [`super::walk`] does, without its checks.
+//! The fast walk from a tree's root to a leaf: that of [`super::walk`] without its checks.
 //!
-//! The gain, in instructions of a Cortex-M4 (`ci/m4 FILE SAMPLES`): 100 trees of 12,110 splits take 6,002 instead of 25,341, 1000
-//! boosted ones of 6,220 take 26,535 instead of 128,426 (int16 leaves) or 30,988 instead of 136,429 (float32). Both ways are
-//! tested to answer alike.
+//! The gain, in instructions of a Cortex-M4 (`ci/m4 FILE SAMPLES`): 100 trees of 12,110 splits take 6,002 instead of
+//! 25,341. For 1000 boosted trees of 6,220 splits it depends on the leaves. With int16 they take 26,535 instead of
+//! 128,426; with float32, 30,988 instead of 136,429. Both ways are tested to give the same answers.
 #![allow(unsafe_code)]
 
 #[cfg(not(thumb2))]
@@ -16,14 +16,15 @@ use portable::{add_leaves, count_classes, leaf};
 #[cfg(thumb2)]
 use thumb2::{add_leaves, count_classes, leaf};
 
-/// Whether halves lie in words as the file counts them.
+/// Whether halves lie in words as the file counts them, so that the fast walk is possible.
 pub(super) const IS_POSSIBLE: bool = cfg!(target_endian = "little");
 
-/// Adds what `trees` trees of a forest say; where the tree behind them starts. A leaf that is no class goes to `shared`.
+/// Adds the votes of `trees` trees of a forest. Returns where the tree behind them starts. A leaf that is not a class
+/// goes to `shared`.
 ///
 /// # Safety
-/// At half `at` of the words so many trees start that [`super::trees::check`] has found good as a forest's of so many classes,
-/// with a shift of 0; and [`IS_POSSIBLE`].
+/// At half `at` of the words, so many trees start that [`super::trees::check`] has accepted for a forest of so many
+/// classes, with a shift of 0. [`IS_POSSIBLE`] is true.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
 pub(super) unsafe fn vote(
@@ -37,7 +38,7 @@ pub(super) unsafe fn vote(
     shared: impl Fn(&mut [u32; MOST_CLASSES], u16),
 ) -> usize {
     let start = words.as_ptr().cast::<u16>();
-    // SAFETY: a tree is its length and as many halves; a leaf below the classes is below their most.
+    // SAFETY: a tree is its length and as many halves; a leaf below the number of classes is below their maximum.
     unsafe {
         let (mut next, mut left) = (start.add(at), trees);
         while left > 0 {
@@ -52,25 +53,28 @@ pub(super) unsafe fn vote(
     }
 }
 
-/// Adds the int16 leaves that a sample ends in, of `trees` boosted trees, to a sum; and where the trees behind them start.
+/// Adds to a sum the int16 leaves that a sample ends in, of `trees` boosted trees. Returns the sum and where the trees
+/// behind them start.
 ///
 /// # Safety
-/// At half `at` of the words so many trees start that [`super::trees::check`] has found good with such leaves, with a shift of 0;
-/// their sum fits; and [`IS_POSSIBLE`].
+/// At half `at` of the words, so many trees start that [`super::trees::check`] has accepted with int16 leaves, with a
+/// shift of 0. Their sum fits 32 bits. [`IS_POSSIBLE`] is true.
 #[inline(always)]
 pub(super) unsafe fn sum(words: &[u32], at: usize, trees: u16, sum: i32, sample: &[i16; INPUTS]) -> (i32, usize) {
     let start = words.as_ptr().cast::<u16>();
-    // SAFETY: what is asked of the caller.
+    // SAFETY: the caller guarantees it.
     unsafe {
         let (sum, next) = add_leaves(sum, start.add(at), trees, sample);
         (sum, next.offset_from_unsigned(start))
     }
 }
 
-/// Adds float32 leaves, in the order of the trees; otherwise as above.
+/// Adds to a sum the float32 leaves that a sample ends in, in the order of the trees. Returns the sum and where the
+/// trees behind them start.
 ///
 /// # Safety
-/// As above, with such leaves.
+/// At half `at` of the words, so many trees start that [`super::trees::check`] has accepted with float32 leaves, with a
+/// shift of 0. [`IS_POSSIBLE`] is true.
 #[inline(always)]
 pub(super) unsafe fn sum_floats(
     words: &[u32],

@@ -1,24 +1,25 @@
-//! The weighted sums of a block of rows, which read each part of the sample once.
+//! The weighted sums of a block of rows. They read each part of the sample once.
 //!
-//! The plain way is right anywhere, and where 32 bits are enough a host's compiler makes packed instructions of it. A
-//! Cortex-M4 or M7 has packed multiply-accumulate of its own, which no compiler finds here: two products and their sum to 64 bits are
-//! one instruction; ten rows of 700 take 7,277 (`ci/m4 FILE SAMPLES`) instead of 22,017. Both ways are tested to give the same sums.
+//! The plain code is right anywhere. If 32 bits are enough, a host's compiler makes packed instructions of it. A
+//! Cortex-M4 or M7 has packed multiply-accumulate instructions, which no compiler finds here: two products and their
+//! sum to 64 bits are one instruction. Ten rows of 700 take 7,277 instructions (`ci/m4 FILE SAMPLES`) instead of
+//! 22,017. Both ways are tested to give the same sums.
 
 use self::plain::Sum;
 use super::linear_svm::BLOCK;
 
-/// Weights of one size, `ROWS` rows of them taking turns by the word.
+/// Weights of one size. The words of `ROWS` rows take turns.
 pub(super) trait Weights {
-    /// Words of a row of so many inputs.
+    /// Returns the number of words of a row of so many inputs.
     fn row_words(inputs: usize) -> usize;
-    /// The sums of products, the plain way.
+    /// Returns the sums of products by plain code.
     fn plain<S: Sum, const ROWS: usize>(weights: &[u32], inputs: &[i16]) -> [S; ROWS];
-    /// The sums of a block of rows, with packed instructions.
+    /// Returns the sums of a block of rows by packed instructions.
     #[cfg(dsp)]
     fn packed(start: [i64; BLOCK], weights: &[u32], inputs: &[i16]) -> [i64; BLOCK];
 }
 
-/// Two weights a word.
+/// Two weights per word.
 pub(super) enum Int16 {}
 
 impl Weights for Int16 {
@@ -39,7 +40,7 @@ impl Weights for Int16 {
     }
 }
 
-/// Four weights a word.
+/// Four weights per word.
 pub(super) enum Int8 {}
 
 impl Weights for Int8 {
@@ -60,7 +61,7 @@ impl Weights for Int8 {
     }
 }
 
-/// The sums of a block of rows.
+/// Returns the sums of a block of rows.
 #[inline(always)]
 pub(super) fn block<W: Weights>(
     start: [i64; BLOCK],
@@ -77,13 +78,13 @@ pub(super) fn block<W: Weights>(
     both(start, sums::<W, BLOCK>(weights, inputs, fits_32_bits))
 }
 
-/// The sums of rows, the plain way, in 32 bits where that is enough.
+/// Returns the sums of rows by plain code, in 32 bits if that is enough.
 #[inline(always)]
 pub(super) fn sums<W: Weights, const ROWS: usize>(weights: &[u32], inputs: &[i16], fits_32_bits: bool) -> [i64; ROWS] {
     if fits_32_bits { W::plain::<i32, ROWS>(weights, inputs).map(i64::from) } else { W::plain(weights, inputs) }
 }
 
-/// The sums of two blocks' sums. With a bias of 2^62 at most none of them overflows.
+/// Returns the sums of two blocks' sums. With a bias of at most 2^62 none of them overflows.
 #[inline(always)]
 pub(super) fn both(one: [i64; BLOCK], other: [i64; BLOCK]) -> [i64; BLOCK] {
     [one[0].wrapping_add(other[0]), one[1].wrapping_add(other[1])]
@@ -92,7 +93,7 @@ pub(super) fn both(one: [i64; BLOCK], other: [i64; BLOCK]) -> [i64; BLOCK] {
 mod plain {
     /// A number that products are summed up in.
     pub(in super::super) trait Sum: Copy + Default {
-        /// The sum and two products of int16, which together may just exceed 32 bits.
+        /// Returns the sum and two products of int16, which together may just exceed 32 bits.
         #[must_use]
         fn add(self, one: i32, other: i32) -> Self;
     }
@@ -147,7 +148,7 @@ mod packed {
     use super::BLOCK;
     use crate::params::FEATURES;
 
-    /// Inputs of a turn of the loop: a frame.
+    /// The number of inputs of an iteration of the loop: a frame.
     const TURN: usize = FEATURES;
 
     #[inline(always)]
@@ -156,7 +157,7 @@ mod packed {
         if turns == 0 {
             return start;
         }
-        // SAFETY: so many turns of ten words and ten inputs are there; inputs are those of whole frames.
+        // SAFETY: so many iterations of ten words and ten inputs are there; inputs are those of whole frames.
         unsafe { turns_of_int16(start, weights.as_ptr(), inputs.as_ptr(), turns) }
     }
 
@@ -165,19 +166,20 @@ mod packed {
         let turns = (inputs.len() / 4).min(weights.len() / BLOCK);
         let mut sums = start;
         if turns > 0 {
-            // SAFETY: so many turns of two words and four inputs are there.
+            // SAFETY: so many iterations of two words and four inputs are there.
             sums = unsafe { turns_of_int8(start, weights.as_ptr(), inputs.as_ptr(), turns) };
         }
-        // Of an odd number of frames two inputs are left.
+        // If the number of frames is odd, two inputs are left.
         let left = (weights.get(turns * BLOCK..).unwrap_or_default(), inputs.get(turns * 4..).unwrap_or_default());
         let rest = super::plain::int8::<i64, BLOCK>(left.0, left.1);
         super::both(sums, rest)
     }
 
-    /// On a Cortex-M4, 20 instructions for 20 products. Weights are aligned, as LDM wants them; the sample need not be.
+    /// Sums int16 products: 20 instructions for 20 products on a Cortex-M4. Weights are aligned, as LDM needs them; the
+    /// sample need not be.
     ///
     /// # Safety
-    /// `turns`, not 0, times ten words and ten inputs are there.
+    /// `turns` times ten words and ten inputs are there, and `turns` is not 0.
     #[inline(never)]
     unsafe fn turns_of_int16(
         start: [i64; BLOCK],
@@ -186,7 +188,7 @@ mod packed {
         turns: usize,
     ) -> [i64; BLOCK] {
         let [(mut low0, mut high0), (mut low1, mut high1)] = start.map(|sum| (sum as u32, (sum >> 32) as u32));
-        // SAFETY: a turn reads ten words of weights and ten inputs. R6 is saved, as the compiler may need it.
+        // SAFETY: an iteration reads ten words of weights and ten inputs. R6 is saved, as the compiler may need it.
         unsafe {
             core::arch::asm!(
                 "push {{r6}}",
@@ -220,10 +222,10 @@ mod packed {
         sums([low0, high0, low1, high1])
     }
 
-    /// On a Cortex-M4, 13 instructions for 8 products: weights are widened on the way.
+    /// Sums int8 products: 13 instructions for 8 products on a Cortex-M4. Weights are widened on the way.
     ///
     /// # Safety
-    /// `turns`, not 0, times two words and four inputs are there.
+    /// `turns` times two words and four inputs are there, and `turns` is not 0.
     #[inline(never)]
     unsafe fn turns_of_int8(
         start: [i64; BLOCK],
@@ -232,7 +234,7 @@ mod packed {
         turns: usize,
     ) -> [i64; BLOCK] {
         let [(mut low0, mut high0), (mut low1, mut high1)] = start.map(|sum| (sum as u32, (sum >> 32) as u32));
-        // SAFETY: a turn reads two words of weights and four inputs. R6 is saved, as the compiler may need it.
+        // SAFETY: an iteration reads two words of weights and four inputs. R6 is saved, as the compiler may need it.
         unsafe {
             core::arch::asm!(
                 "push {{r6}}",

@@ -1,16 +1,16 @@
-//! The model file: its byte layout, and the checks that everything after them relies on.
+//! The model file: its byte layout, and the checks that all later code relies on.
 //!
-//! A file is 32-bit little-endian words and is used where it lies, aligned to them: nothing is unpacked. Places in it are
-//! counted in *halves*, of 16 bits, of which a word holds two, the first one low; larger numbers are two or four halves, the
-//! low one first.
+//! A file is 32-bit little-endian words. It is used where it lies, aligned to four bytes, and never unpacked. Places in
+//! it are counted in *halves* of 16 bits: a word holds two, the first one low. Larger numbers are two or four halves,
+//! the low one first.
 //!
-//! | half | what |
+//! | half | content |
 //! | --- | --- |
 //! | 0–1 | `WSM1` |
 //! | 2–3 | CRC-32 (IEEE) of the bytes from half 4 to the end |
 //! | 4–5 | length of the file, in words |
-//! | 6 | kind: 1 linear, one against the rest; 2 linear, one against one; 3 forest; 4 boosted trees |
-//! | 7 | what weights and leaves are: 1 int8, 2 int16, 3 float32; 0 in a forest |
+//! | 6 | kind: 1 linear, one-vs-rest; 2 linear, one-vs-one; 3 forest; 4 boosted trees |
+//! | 7 | type of weights and leaves: 1 int8, 2 int16, 3 float32; 0 in a forest |
 //! | 8 | classes, 1 to [`MOST_CLASSES`] |
 //! | 9 | task: 0 unstated, 1 specimen, 2 pattern, 3 depth |
 //! | 10 | frames of the sample that it needs, from the first on: 1 to 70 |
@@ -18,77 +18,81 @@
 //! | 12–13 | half at which the labels start |
 //! | 14 | shift of the trees' lengths and offsets, 0 to 8 |
 //! | 15 | 0 |
-//! | 16– | what its kind says: [`super::linear_svm`], [`super::forest`], [`super::boosted`] |
-//! | labels | for each class: its name's length in bytes, 0 to 63 (one byte), and the name; the training facts, likewise but with two bytes of length, the low one first; then up to three bytes of 0. All text is UTF-8 |
+//! | 16– | the part of its kind: [`super::linear_svm`], [`super::forest`], [`super::boosted`] |
+//! | labels | the class names, then the training facts, then up to three bytes of 0 |
 //!
-//! Features are counted frame by frame, ten a frame: feature k of frame t is 10 t + k. (Data sets hold 70 frames of
-//! feature 0, then of feature 1 and so on: an importer reorders.)
+//! For each class there is its name's length in bytes, 0 to 63 (one byte), and the name. The training facts are stored
+//! likewise, but with two bytes of length, the low one first. All text is UTF-8.
+//!
+//! Features are counted frame by frame, ten per frame: feature k of frame t is 10 t + k. (Data sets hold 70 frames of
+//! feature 0, then of feature 1 and so on; an importer reorders them.)
 
 use crate::params::{FEATURES, SAMPLE_FRAMES};
 
-/// Most classes that a model may have.
+/// The most classes that a model may have.
 pub const MOST_CLASSES: usize = 64;
-/// Numbers in a sample.
+/// The number of numbers in a sample.
 pub const INPUTS: usize = FEATURES * SAMPLE_FRAMES;
-/// Halves before what a kind defines.
+/// The number of halves of the header, before the part that a kind defines.
 pub const HEADER_HALVES: usize = 16;
-/// Largest shift of lengths and offsets.
+/// The largest shift of lengths and offsets.
 pub const MOST_SHIFT: u16 = 8;
 /// The first four bytes.
 pub const MAGIC: [u16; 2] = [u16::from_le_bytes(*b"WS"), u16::from_le_bytes(*b"M1")];
 
-/// What is wrong with a model file.
+/// The reason why bytes are not a valid model file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum ModelError {
-    /// It does not start with `WSM`.
+    /// The file does not start with `WSM`.
     Magic,
-    /// It is of another version of this layout than `1`; its fourth byte.
+    /// The file has another version of this layout than `1`: this is its fourth byte.
     Version(u8),
-    /// Its length is not what it says, or it is cut off.
+    /// The file's length is not what its header says, or the file is cut off.
     Length {
-        /// Words that there are.
+        /// The number of words found.
         found: u32,
-        /// Words that its header says.
+        /// The number of words that its header states.
         expected: u32,
     },
-    /// There is something else than up to three bytes of 0 behind its training facts.
+    /// Behind the training facts there is more than up to three bytes of 0.
     End,
-    /// Its checksum is wrong: it is damaged.
+    /// The checksum is wrong: the file is damaged.
     Checksum {
-        /// That of its bytes.
+        /// The checksum of its bytes.
         found: u32,
-        /// What its header says.
+        /// The checksum that its header states.
         expected: u32,
     },
-    /// It is of another kind than what it is read as.
+    /// The file's model is of another kind than expected.
     Kind {
-        /// Its kind.
+        /// The kind found.
         found: u16,
-        /// The kind that it is read as; of the two linear ones the first.
+        /// The expected kind; of the two linear kinds, the first.
         expected: u16,
     },
-    /// A number of its header is out of range.
+    /// A number of the header is out of range.
     Header {
-        /// The half.
+        /// The half of the number.
         half: u8,
-        /// What stands there.
+        /// The number found.
         found: u16,
     },
-    /// A part reaches beyond its end, or parts do not follow each other; the half.
+    /// A part reaches beyond the file's end, or parts do not follow each other, at this half.
     Part(u32),
-    /// A tree's node is impossible: a feature out of range, a child that is none, a leaf that is none; the half.
+    /// A tree's node is impossible at this half: a feature out of range, or an invalid child or leaf.
     Node(u32),
-    /// Scores could exceed what they are summed in.
+    /// Scores could exceed the type that they are summed in.
     Overflow,
-    /// A label or the training facts are no text; the byte.
+    /// A label or the training facts are not valid text, at this byte.
     Label(u32),
-    /// Bytes that are no whole words, or not aligned to four, or on a machine that is not little-endian.
+    /// The bytes are not whole words, or not aligned to four, or the machine is not little-endian.
     Alignment,
 }
 
 impl ModelError {
-    /// What is wrong, in words.
+    /// Returns what is wrong, in words.
     pub const fn describe(self) -> &'static str {
         match self {
             Self::Magic => "does not start with WSM1, expected a model file, as wstac model import makes",
@@ -123,7 +127,7 @@ impl core::fmt::Display for ModelError {
     }
 }
 
-/// A kind by its name.
+/// Returns the name of a kind.
 const fn name(kind: u16) -> &'static str {
     match kind {
         super::linear_svm::ONE_AGAINST_REST | super::linear_svm::ONE_AGAINST_ONE => "a linear model",
@@ -133,7 +137,7 @@ const fn name(kind: u16) -> &'static str {
     }
 }
 
-/// What a half of the header may be.
+/// Returns the range of a half of the header, in words.
 const fn range(half: u8) -> &'static str {
     match half {
         6 => "1 to 4",
@@ -150,22 +154,22 @@ const fn range(half: u8) -> &'static str {
 
 impl core::error::Error for ModelError {}
 
-/// What a model tells apart.
+/// The task of a model: what it tells apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Task {
-    /// Unstated.
+    /// A task that is not stated.
     Other,
-    /// Specimens: pattern and depth.
+    /// Tells apart specimens: pattern and depth.
     Specimen,
-    /// Patterns.
+    /// Tells apart patterns.
     Pattern,
-    /// Depths in mm.
+    /// Tells apart depths in mm.
     Depth,
 }
 
-/// The header of a file that has been checked as far as all kinds have it in common.
+/// The header of a file. The checks that all kinds have in common have been made.
 #[derive(Clone, Copy, Debug)]
 pub struct Header {
     pub(super) kind: u16,
@@ -175,12 +179,12 @@ pub struct Header {
     pub(super) frames: u8,
     pub(super) trees: u16,
     pub(super) shift: u8,
-    /// Half at which the labels start: where what a kind defines must end.
+    /// The half at which the labels start. The part that a kind defines must end there.
     pub(super) labels: usize,
 }
 
 impl Header {
-    /// Checks everything but what a kind defines.
+    /// Checks everything except the part that a kind defines.
     pub(super) const fn read(words: &[u32]) -> Result<Self, ModelError> {
         if half(words, 0) != MAGIC[0] || half(words, 1) != MAGIC[1] {
             return Err(other_start(words));
@@ -235,29 +239,30 @@ impl Header {
         })
     }
 
-    /// Numbers of the sample that the model may look at.
+    /// Returns how many numbers of the sample the model may use.
     pub(super) const fn inputs(&self) -> usize {
         self.frames as usize * FEATURES
     }
 }
 
-/// What a file is that does not start with the four bytes of this layout.
+/// Returns the error of a file that does not start with the four bytes of this layout.
 const fn other_start(words: &[u32]) -> ModelError {
     let [name @ .., version] = long(words, 0).to_le_bytes();
     if let b"WSM" = &name { ModelError::Version(version) } else { ModelError::Magic }
 }
 
-/// 16 bits; 0 beyond the end. What is checked first never reads there, and nothing else can tell the compiler so.
+/// Returns 16 bits; 0 beyond the end. The checks make sure that later code never reads there, but the compiler cannot
+/// know that otherwise.
 pub(super) const fn half(words: &[u32], at: usize) -> u16 {
     if at / 2 < words.len() { (words[at / 2] >> (16 * (at % 2))) as u16 } else { 0 }
 }
 
-/// 32 bits at two halves.
+/// Returns the 32 bits of two halves.
 pub(super) const fn long(words: &[u32], at: usize) -> u32 {
     half(words, at) as u32 | (half(words, at + 1) as u32) << 16
 }
 
-/// The words from one place to another; none where these are not in order.
+/// Returns the words from one place to another; no words if the places are not in order.
 pub(super) const fn part(words: &[u32], from: usize, to: usize) -> &[u32] {
     match words.split_at_checked(to) {
         Some((before, _)) => match before.split_at_checked(from) {
@@ -268,7 +273,7 @@ pub(super) const fn part(words: &[u32], from: usize, to: usize) -> &[u32] {
     }
 }
 
-/// Remainders of CRC-32 for every byte.
+/// The remainders of CRC-32 for every byte.
 const CRC_TABLE: [u32; 256] = {
     let mut table = [0; 256];
     let mut byte = 0;
@@ -285,12 +290,12 @@ const CRC_TABLE: [u32; 256] = {
     table
 };
 
-/// CRC-32 (IEEE) of a file's bytes behind its own checksum.
+/// Returns the CRC-32 (IEEE) of a file's bytes behind its own checksum.
 pub const fn crc(words: &[u32]) -> u32 {
     let mut rest = u32::MAX;
     let mut at = 2;
     while at < words.len() {
-        // A byte of the word is taken in with each step; what is left of it is shifted down with the rest.
+        // Each step takes in one byte of the word. The rest of the word is shifted down with the remainder.
         rest ^= words[at];
         rest = rest >> 8 ^ CRC_TABLE[(rest & 0xFF) as usize];
         rest = rest >> 8 ^ CRC_TABLE[(rest & 0xFF) as usize];

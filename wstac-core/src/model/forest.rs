@@ -1,9 +1,15 @@
-//! Random forests: every tree votes with its leaf's shares of the classes, and the class with most wins.
+//! Random forests: every tree votes with its leaf's fractions of the classes, and the class with most votes wins.
 //!
-//! From half 16 on: what a vote of 1 counts, U (two halves), halves of the table of leaves (two halves), the table, then the
-//! trees of [`super::trees`]. A leaf below the number of classes is all one class's. Another one, less that number, is the
-//! place in the table where its entry starts: how many classes have a share, then for each the class and its share of U
-//! (two halves). Trees · U is below 2^32.
+//! From half 16 on a file holds:
+//!
+//! - the value of one vote, U (two halves)
+//! - the size of the table of leaves, in halves (two halves)
+//! - the table
+//! - the trees of [`super::trees`].
+//!
+//! A leaf below the number of classes gives its whole vote to that class. Any other leaf, less that number, is the
+//! place in the table where its entry starts. An entry is the number of its classes, then for each the class and its
+//! part of U (two halves). Trees · U is below 2^32.
 
 use super::descent;
 use super::file::{HEADER_HALVES, Header, INPUTS, MOST_CLASSES, ModelError, half, long};
@@ -18,7 +24,7 @@ pub struct Forest<'a> {
     pub(super) labels: Labels<'a>,
     pub(super) header: Header,
     unit: u32,
-    /// Halves at which the table of leaves and the trees start.
+    /// The halves at which the table of leaves and the trees start.
     table: usize,
     trees: usize,
 }
@@ -27,10 +33,10 @@ pub struct Forest<'a> {
 pub(super) const KIND: u16 = 3;
 
 impl<'a> Forest<'a> {
-    /// A forest from its file's words, all of which are checked.
+    /// Creates a forest from its file's words and checks all of them.
     ///
     /// # Errors
-    /// What is wrong with the file.
+    /// Returns a [`ModelError`] that says what is wrong with the file.
     pub const fn from_words(words: &'a [u32]) -> Result<Self, ModelError> {
         let header = match Header::read(words) {
             Ok(header) => header,
@@ -78,14 +84,15 @@ impl<'a> Forest<'a> {
         Ok(Self { words, labels: Labels::new(words, &header), header, unit, table, trees })
     }
 
-    /// The class of a sample, 700 features in units of 2^-11, frame by frame ([`crate::sample::Sample::flat`]); the lowest of those
-    /// with most votes.
+    /// Returns the class of a sample; if several have most votes, the lowest of them.
+    ///
+    /// A sample is 700 features in units of 2^-11, frame by frame ([`crate::sample::Sample::flat`]).
     #[inline(always)]
     pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
         self.decide::<true>(sample)
     }
 
-    /// The same, fast or the plain way.
+    /// Returns the class of a sample, either by the fast kernel or by plain code.
     #[inline(always)]
     pub(super) fn decide<const FAST: bool>(&self, sample: &[i16; INPUTS]) -> u8 {
         if FAST && !(descent::IS_POSSIBLE && self.header.shift == 0) {
@@ -95,12 +102,12 @@ impl<'a> Forest<'a> {
         let classes = usize::from(self.header.classes);
         let (mut at, mut left, mut lead) = (self.trees, u32::from(self.header.trees), 0);
         loop {
-            // Whoever leads now can be out of reach, by more than all votes that are left, after more than so many trees.
+            // After so many trees, the leading class may be ahead by more than all votes that are left.
             let missing = left.wrapping_mul(self.unit).wrapping_sub(lead);
             let enough = missing.checked_div(self.unit.wrapping_mul(2)).unwrap_or(0);
             let some = left.min(enough.saturating_add(1).max(CHECK_EVERY));
             at = if FAST {
-                // SAFETY: this forest has been checked, and its shift is 0; so many trees are left.
+                // SAFETY: this forest has been checked, its shift is 0, and so many trees are left.
                 #[allow(unsafe_code)]
                 unsafe {
                     descent::vote(
@@ -128,7 +135,7 @@ impl<'a> Forest<'a> {
         }
     }
 
-    /// Adds what the next `trees` trees say, the plain way; where the tree behind them starts.
+    /// Adds the votes of the next `trees` trees by plain code. Returns where the tree behind them starts.
     fn vote(&self, votes: &mut [u32; MOST_CLASSES], mut at: usize, trees: u32, sample: &[i16; INPUTS]) -> usize {
         let classes = u16::from(self.header.classes);
         for _ in 0..trees {
@@ -144,7 +151,7 @@ impl<'a> Forest<'a> {
         at
     }
 
-    /// Adds what an entry of the table of leaves says, that a leaf names.
+    /// Adds the votes of the table entry that a leaf names.
     fn share_out(&self, votes: &mut [u32; MOST_CLASSES], leaf: u16) {
         let entry = self.table + usize::from(leaf.wrapping_sub(u16::from(self.header.classes)));
         let shares = usize::from(half(self.words, entry));
@@ -154,17 +161,17 @@ impl<'a> Forest<'a> {
     }
 }
 
-/// Fewest trees between two looks at who leads.
+/// The fewest trees between two checks of which class leads.
 const CHECK_EVERY: u32 = 4;
 
 fn add(votes: &mut [u32; MOST_CLASSES], class: u16, share: u32) {
     if let Some(votes) = votes.get_mut(usize::from(class)) {
-        // Trees times unit fit 32 bits, checked once.
+        // Trees times unit fit 32 bits, which has been checked once.
         *votes = votes.wrapping_add(share);
     }
 }
 
-/// The lowest of the classes with most votes, its votes, and the most of any other.
+/// Returns the lowest of the classes with most votes, its votes, and the most votes of any other class.
 #[inline(never)]
 fn standing(votes: &[u32]) -> (u8, u32, u32) {
     let (mut best, mut first, mut second) = (0, 0, 0);

@@ -2,10 +2,10 @@
 
 use super::file::{Header, ModelError, half};
 
-/// Longest name of a class, in bytes.
+/// The length of the longest class name, in bytes.
 pub const LONGEST_LABEL: usize = 63;
 
-/// Checks labels and training facts: text, up to the very end of the file.
+/// Checks that labels and training facts are text, up to the very end of the file.
 pub(super) const fn check(words: &[u32], start: usize, classes: u8) -> Result<(), ModelError> {
     let mut at = 2 * start;
     let mut class = 0;
@@ -36,7 +36,7 @@ pub(super) const fn check(words: &[u32], start: usize, classes: u8) -> Result<()
     Ok(())
 }
 
-/// The text behind the length at byte `at`: one byte of length, or two of a long text.
+/// Returns the text behind the length at byte `at`: one byte of length, or two for a long text.
 const fn text(words: &[u32], at: usize, long: bool) -> Label<'_> {
     let low = byte(words, at) as usize;
     let (start, length) = if long { (at + 2, low | (byte(words, at + 1) as usize) << 8) } else { (at + 1, low) };
@@ -47,7 +47,7 @@ const fn byte(words: &[u32], at: usize) -> u8 {
     (half(words, at / 2) >> (8 * (at % 2))) as u8
 }
 
-/// The character that starts at a byte, and its length in UTF-8; nothing where there is none.
+/// Returns the character that starts at a byte, and its length in UTF-8; `None` if there is no valid one.
 const fn character(words: &[u32], at: usize, end: usize) -> Option<(char, usize)> {
     let first = byte(words, at) as u32;
     let (length, mut code, least) = match first {
@@ -79,13 +79,13 @@ const fn character(words: &[u32], at: usize, end: usize) -> Option<(char, usize)
 #[derive(Clone, Copy, Debug)]
 pub struct Label<'a> {
     words: &'a [u32],
-    /// Bytes of the file.
+    /// The bytes of the file.
     start: usize,
     end: usize,
 }
 
 impl<'a> Label<'a> {
-    /// Its characters.
+    /// Returns the characters.
     pub fn chars(self) -> impl Iterator<Item = char> + use<'a> {
         let mut at = self.start;
         core::iter::from_fn(move || {
@@ -95,7 +95,7 @@ impl<'a> Label<'a> {
         })
     }
 
-    /// Its bytes, in UTF-8.
+    /// Returns the bytes, in UTF-8.
     pub fn bytes(self) -> impl ExactSizeIterator<Item = u8> + use<'a> {
         (self.start..self.end).map(move |at| byte(self.words, at))
     }
@@ -118,7 +118,7 @@ impl PartialEq<str> for Label<'_> {
 #[derive(Clone, Copy, Debug)]
 pub struct Labels<'a> {
     words: &'a [u32],
-    /// Byte of the file.
+    /// The byte of the file at which they start.
     start: usize,
     classes: u8,
 }
@@ -128,32 +128,32 @@ impl<'a> Labels<'a> {
         Self { words, start: 2 * header.labels, classes: header.classes }
     }
 
-    /// How many classes there are.
+    /// Returns the number of classes.
     pub fn len(&self) -> usize {
         usize::from(self.classes)
     }
 
-    /// Never: a model has a class.
+    /// Returns false: a model always has a class.
     pub fn is_empty(&self) -> bool {
         self.classes == 0
     }
 
-    /// The name of a class; nothing for a class that there is not.
+    /// Returns the name of a class; `None` if there is no such class.
     pub fn get(&self, class: usize) -> Option<Label<'a>> {
         (class < self.len()).then(|| self.text(class))
     }
 
-    /// The name of a class that the model has just given, so there is one.
+    /// Returns the name of a class that the model has just returned, so there is one.
     pub(crate) fn of(&self, class: u8) -> Label<'a> {
         self.text(usize::from(class))
     }
 
-    /// What the trainer wrote about the training.
+    /// Returns the trainer's text about the training.
     pub fn training(&self) -> Label<'a> {
         self.text(self.len())
     }
 
-    /// The text of this number: the training facts come behind the classes.
+    /// Returns the text of this number. The training facts come behind the classes.
     fn text(&self, number: usize) -> Label<'a> {
         let mut at = self.start;
         for _ in 0..number {

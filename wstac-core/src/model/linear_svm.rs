@@ -1,26 +1,33 @@
-//! Linear models, such as a linear SVM: a weighted sum of the sample for every class, or for every two classes.
+//! Linear models, such as a linear SVM: a weighted sum of the sample for every class, or for every pair of classes.
 //!
-//! From half 16 on: the weighted sums (*rows*; one half): one for each class, or a single one for two classes (one against
-//! the rest), or one for each pair of classes, 0 and 1, 0 and 2 … 1 and 2 … (one against one); a half of 0; then each
-//! row's bias, an int64 (four halves); then the weights, in blocks of up to [`BLOCK`] rows: for every two inputs, the two
-//! weights of each row of the block (int16); or for every four inputs, the four of each (int8), in the order first, third,
-//! second, fourth: a Cortex-M4 widens every other byte. Inputs are those of the frames that the model needs, and for int8
-//! zeros up to a multiple of four.
+//! From half 16 on a file holds:
 //!
-//! One against the rest: the class with the highest sum wins, the lowest of several; of two classes with one row, the second
-//! where it is above 0. One against one: each row is a vote, for its first class where it is above 0 and for its second
-//! otherwise; the class with most votes wins, the lowest of several (as libsvm does).
+//! - the number of weighted sums (*rows*; one half), see below
+//! - a half of 0
+//! - each row's bias, an int64 (four halves)
+//! - the weights, in blocks of up to [`BLOCK`] rows.
+//!
+//! There is one row for each class, or a single one for two classes (one-vs-rest). Or there is one for each pair of
+//! classes, 0 and 1, 0 and 2 … 1 and 2 … (one-vs-one).
+//!
+//! For int16, a block has for every two inputs the two weights of each row. For int8, it has for every four inputs the
+//! four weights of each row. They are in the order first, third, second, fourth, because a Cortex-M4 widens every other
+//! byte. Inputs are those of the frames that the model needs; for int8, zeros follow up to a multiple of four.
+//!
+//! In one-vs-rest, the class with the highest sum wins; if there are several, the lowest. Of two classes with one row,
+//! the second wins if the sum is above 0. In one-vs-one, each row is a vote: for its first class if the sum is above 0,
+//! and for its second otherwise. The class with most votes wins; if there are several, the lowest (as in libsvm).
 
 use super::dot::{self, Int8, Int16, Weights};
 use super::file::{HEADER_HALVES, Header, INPUTS, MOST_CLASSES, ModelError, half, part};
 use super::labels::Labels;
 
-/// Rows that are summed up together: each part of the sample is read once for them.
+/// The number of rows that are summed together. Each part of the sample is read once for them.
 pub const BLOCK: usize = 2;
-/// The kinds' numbers in the file.
+/// The numbers of the kinds in the file.
 pub(super) const ONE_AGAINST_REST: u16 = 1;
 pub(super) const ONE_AGAINST_ONE: u16 = 2;
-/// What weights are: see the file's half 7.
+/// The types of weights: see the file's half 7.
 const INT8: u16 = 1;
 const INT16: u16 = 2;
 
@@ -29,7 +36,7 @@ const INT16: u16 = 2;
 pub struct LinearSvm<'a> {
     pub(super) labels: Labels<'a>,
     pub(super) header: Header,
-    /// Two words a row.
+    /// Two words per row.
     biases: &'a [[u32; 2]],
     weights: &'a [u32],
     /// Whether no sum can exceed 32 bits, whatever the sample is.
@@ -37,10 +44,10 @@ pub struct LinearSvm<'a> {
 }
 
 impl<'a> LinearSvm<'a> {
-    /// A linear model from its file's words, all of which are checked.
+    /// Creates a linear model from its file's words and checks all of them.
     ///
     /// # Errors
-    /// What is wrong with the file.
+    /// Returns a [`ModelError`] that says what is wrong with the file.
     pub const fn from_words(words: &'a [u32]) -> Result<Self, ModelError> {
         let header = match Header::read(words) {
             Ok(header) => header,
@@ -78,21 +85,22 @@ impl<'a> LinearSvm<'a> {
         let (biases, weights) = (part(parts, 0, 2 * rows), part(parts, 2 * rows, parts.len()));
         let (biases, _) = biases.as_chunks::<2>();
         let fits_32_bits = match largest(biases, weights, row_halves / 2, header.number == INT8) {
-            // 700 products of int16 are below 2^40: with a bias below 2^62 no sum of them overflows.
+            // 700 products of int16 are below 2^40. With a bias below 2^62 no sum of them overflows.
             None => return Err(ModelError::Overflow),
             Some(largest) => largest <= i32::MAX as u64,
         };
         Ok(Self { labels: Labels::new(words, &header), header, biases, weights, fits_32_bits })
     }
 
-    /// The class of a sample, 700 features in units of 2^-11, frame by frame ([`crate::sample::Sample::flat`]): 0 to the number of
-    /// [`labels`](Self::labels) less one.
+    /// Returns the class of a sample: 0 to the number of [`labels`](Self::labels) less one.
+    ///
+    /// A sample is 700 features in units of 2^-11, frame by frame ([`crate::sample::Sample::flat`]).
     #[inline(always)]
     pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
         self.decide::<true>(sample)
     }
 
-    /// The same, fast or the plain way.
+    /// Returns the class of a sample, either by packed instructions or by plain code.
     #[inline(always)]
     pub(super) fn decide<const FAST: bool>(&self, sample: &[i16; INPUTS]) -> u8 {
         if self.header.kind == ONE_AGAINST_ONE {
@@ -130,7 +138,8 @@ impl<'a> LinearSvm<'a> {
         best
     }
 
-    /// Gives every row's sum in order. Inlined, so that a model that is compiled in takes the code of its own kind alone.
+    /// Passes every row's sum to `give` in order. It is inlined, so that a compiled-in model takes only the code of its
+    /// own kind.
     #[inline(always)]
     pub(super) fn each_sum<const FAST: bool>(&self, sample: &[i16; INPUTS], give: impl FnMut(usize, i64)) {
         if self.header.number == INT16 {
@@ -145,11 +154,11 @@ impl<'a> LinearSvm<'a> {
         let inputs = sample.get(..self.header.inputs()).unwrap_or_default();
         let row_words = W::row_words(inputs.len());
         let (blocks, last) = self.biases.as_chunks::<BLOCK>();
-        // Keeps the compiler from writing the loop out for every block of a model that is compiled in: flash matters more.
+        // This keeps the compiler from unrolling the loop for every block of a compiled-in model: flash matters more.
         let (blocks, mut left) = core::hint::black_box((blocks, self.weights));
         let mut row = 0;
         for biases in blocks {
-            // Not `chunks_exact`: its panic where chunks would be empty was left over in fast code for a Cortex-M4.
+            // `chunks_exact` does not serve: its panic for empty chunks was left over in fast code for a Cortex-M4.
             let weights;
             (weights, left) = left.split_at_checked(BLOCK * row_words).unwrap_or_default();
             let start = biases.map(bias_of);
@@ -170,12 +179,13 @@ impl<'a> LinearSvm<'a> {
     }
 }
 
-/// An int64 of two words.
+/// Returns the int64 of two words.
 const fn bias_of([low, high]: [u32; 2]) -> i64 {
     low as i64 | (high as i64) << 32
 }
 
-/// The largest that a row's bias and weights can add up to, whatever the sample is; nothing where a bias is above 2^62.
+/// Returns the largest sum that a row's bias and weights can reach, whatever the sample is; `None` if a bias is above
+/// 2^62.
 const fn largest(biases: &[[u32; 2]], weights: &[u32], row_words: usize, int8: bool) -> Option<u64> {
     let mut most = 0;
     let mut row = 0;
@@ -184,7 +194,7 @@ const fn largest(biases: &[[u32; 2]], weights: &[u32], row_words: usize, int8: b
         if bias > 1 << 62 {
             return None;
         }
-        // Words of a block's rows take turns.
+        // The words of a block's rows take turns.
         let rows = if biases.len() - row / BLOCK * BLOCK < BLOCK { biases.len() % BLOCK } else { BLOCK };
         let mut at = row / BLOCK * BLOCK * row_words + row % BLOCK;
         let mut sum = 0;

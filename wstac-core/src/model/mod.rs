@@ -1,9 +1,10 @@
-//! Texture models: one small file that a board compiles in and a host loads, and that answers as the trained model did
-//! (SPEC §6).
+//! Texture models (SPEC §6). A model is one small file that a board compiles in and a host loads. It answers as the
+//! trained model did.
 //!
-//! [`mod@file`] has the byte layout. A model is checked when it is made, in a `const` on a board ([`crate::include_model!`]); then it
-//! answers without checks that could fail, panics or allocation. An application that names the one kind it uses
-//! ([`LinearSvm`], [`Forest`], [`Boosted`]) links that alone; [`Model`] is any of them.
+//! [`mod@file`] has the byte layout. A model is checked when it is created, on a board in a `const`
+//! ([`crate::include_model!`]). After that it answers without checks that could fail, panics or allocation. An
+//! application that names the one kind it uses ([`LinearSvm`], [`Forest`], [`Boosted`]) links only that kind. [`Model`]
+//! is any of them.
 
 pub mod boosted;
 mod bytes;
@@ -22,34 +23,35 @@ use self::forest::Forest;
 use self::labels::Labels;
 use self::linear_svm::LinearSvm;
 
-/// Makes what all kinds of models have in common.
+/// Implements the methods that all kinds of models have in common.
 macro_rules! common {
     ($($kind:ident)*) => {$(
         impl<'a> $kind<'a> {
-            /// A model from its file's bytes, all of which are checked; they are used where they lie.
+            /// Creates a model from its file's bytes, which are checked and used where they lie.
             ///
             /// # Errors
-            /// What is wrong with the file; bytes must be aligned to four, and the machine little-endian.
+            /// Returns a [`ModelError`] that says what is wrong with the file. Bytes must be aligned to four, and the
+            /// machine little-endian.
             pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, ModelError> {
                 Self::from_words(bytes::words(bytes)?)
             }
 
-            /// The names of its classes.
+            /// Returns the names of the classes.
             pub const fn labels(&self) -> Labels<'a> {
                 self.labels
             }
 
-            /// What it tells apart.
+            /// Returns the task of the model: what it tells apart.
             pub const fn task(&self) -> Task {
                 self.header.task
             }
 
-            /// Frames of the sample that it needs, from the first on: 1 to 70.
+            /// Returns the number of frames of the sample that the model needs, from the first on: 1 to 70.
             pub const fn frames(&self) -> u8 {
                 self.header.frames
             }
 
-            /// Trees; 0 where there are none.
+            /// Returns the number of trees; 0 for a model without trees.
             pub const fn trees(&self) -> u16 {
                 self.header.trees
             }
@@ -61,7 +63,7 @@ common!(LinearSvm Forest Boosted);
 /// A model of any kind.
 #[derive(Clone, Copy, Debug)]
 pub enum Model<'a> {
-    /// Weighted sums.
+    /// A linear model: weighted sums.
     LinearSvm(LinearSvm<'a>),
     /// A random forest.
     Forest(Forest<'a>),
@@ -70,10 +72,10 @@ pub enum Model<'a> {
 }
 
 impl<'a> Model<'a> {
-    /// A model from its file's words, all of which are checked.
+    /// Creates a model from its file's words and checks all of them.
     ///
     /// # Errors
-    /// What is wrong with the file.
+    /// Returns a [`ModelError`] that says what is wrong with the file.
     pub const fn from_words(words: &'a [u32]) -> Result<Self, ModelError> {
         let header = match Header::read(words) {
             Ok(header) => header,
@@ -96,15 +98,16 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// A model from its file's bytes, all of which are checked; they are used where they lie.
+    /// Creates a model from its file's bytes, which are checked and used where they lie.
     ///
     /// # Errors
-    /// What is wrong with the file; bytes must be aligned to four, and the machine little-endian.
+    /// Returns a [`ModelError`] that says what is wrong with the file. Bytes must be aligned to four, and the machine
+    /// little-endian.
     pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, ModelError> {
         Self::from_words(bytes::words(bytes)?)
     }
 
-    /// The class of a sample: 700 features in units of 2^-11, frame by frame ([`crate::sample::Sample::flat`]).
+    /// Returns the class of a sample: 700 features in units of 2^-11, frame by frame ([`crate::sample::Sample::flat`]).
     pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
         match self {
             Self::LinearSvm(model) => model.classify(sample),
@@ -113,7 +116,7 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// The names of its classes.
+    /// Returns the names of the classes.
     pub const fn labels(&self) -> Labels<'a> {
         match self {
             Self::LinearSvm(model) => model.labels(),
@@ -122,7 +125,7 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// What it tells apart.
+    /// Returns the task of the model: what it tells apart.
     pub const fn task(&self) -> Task {
         match self {
             Self::LinearSvm(model) => model.task(),
@@ -131,7 +134,7 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Frames of the sample that it needs, from the first on: 1 to 70.
+    /// Returns the number of frames of the sample that the model needs, from the first on: 1 to 70.
     pub const fn frames(&self) -> u8 {
         match self {
             Self::LinearSvm(model) => model.frames(),
@@ -141,7 +144,7 @@ impl<'a> Model<'a> {
     }
 }
 
-/// A file's bytes as words, in a `const`. For [`include_model!`].
+/// Returns a file's bytes as words, in a `const`. It is for [`include_model!`].
 #[doc(hidden)]
 pub const fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
     let mut words = [0; N];
@@ -157,10 +160,11 @@ pub const fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
     words
 }
 
-/// Compiles a model file in: checked by the compiler, so that a bad one does not build. The kind is one of
-/// [`LinearSvm`](crate::model::linear_svm::LinearSvm), [`Forest`](crate::model::forest::Forest),
-/// [`Boosted`](crate::model::boosted::Boosted) and [`Model`](crate::model::Model), by its name in scope; what it names is
-/// linked. The path is relative to the source file, as for `include_bytes!`.
+/// Compiles a model file into the program. The compiler checks it, so that a bad file does not build.
+///
+/// The kind is [`LinearSvm`](crate::model::linear_svm::LinearSvm), [`Forest`](crate::model::forest::Forest),
+/// [`Boosted`](crate::model::boosted::Boosted) or [`Model`](crate::model::Model), by its name in scope. Only the kind
+/// that it names is linked. The path is relative to the source file, as for `include_bytes!`.
 ///
 /// ```
 /// use wstac_core::{include_model, model::forest::Forest};

@@ -8,7 +8,7 @@ use super::*;
 mod extremes;
 mod kernels;
 
-/// A file of what a kind defines: header, labels and checksum around it. Labels are `a`, `b` …
+/// Returns a file with header, labels and checksum around the part of a kind. Labels are `a`, `b` …
 fn file(kind: u16, number: u16, classes: u16, trees: u16, part: &[u16]) -> Vec<u32> {
     let mut halves = vec![0; HEADER_HALVES];
     halves[..2].copy_from_slice(&MAGIC);
@@ -27,7 +27,7 @@ fn file(kind: u16, number: u16, classes: u16, trees: u16, part: &[u16]) -> Vec<u
     sealed(words)
 }
 
-/// The same with a checksum that is right.
+/// Returns the file with a correct checksum.
 fn sealed(mut words: Vec<u32>) -> Vec<u32> {
     words[1] = crc(&words);
     words
@@ -37,7 +37,7 @@ fn below(threshold: i16) -> u16 {
     threshold as u16
 }
 
-/// Three trees over two features; the last one's leaf is shared, 3 quarters for class 2 and one for class 0.
+/// Returns three trees over two features. The last one's leaf is shared: 3 quarters for class 2 and one for class 0.
 fn forest() -> Vec<u32> {
     let both = LEFT_LEAF | RIGHT_LEAF;
     let part = [
@@ -90,7 +90,7 @@ fn a_forest_votes() {
     assert_eq!((forest.task(), forest.frames(), forest.trees()), (Task::Specimen, 70, 3));
 }
 
-/// Two classes with a score each, of two trees each; float32 or int16 leaves.
+/// Returns two classes with a score each, of two trees each, with float32 or int16 leaves.
 fn boosted(floats: bool) -> Vec<u32> {
     let both = LEFT_LEAF | RIGHT_LEAF;
     let value = |value: i16| if floats { f32::from(value).to_bits() } else { i32::from(value) as u32 };
@@ -121,7 +121,7 @@ fn boosted_trees_add_up() {
     }
 }
 
-/// Weights of `rows` rows, int16: `weight(row, input)`.
+/// Returns the int16 weights of `rows` rows: `weight(row, input)`.
 fn linear(kind: u16, classes: u16, rows: usize, biases: &[i64], weight: impl Fn(usize, usize) -> i16) -> Vec<u32> {
     let mut part = vec![rows as u16, 0];
     for bias in biases {
@@ -137,12 +137,12 @@ fn linear(kind: u16, classes: u16, rows: usize, biases: &[i64], weight: impl Fn(
 
 #[test]
 fn a_linear_model_weighs() {
-    // Class k looks at input k alone.
+    // Class k uses only input k.
     let words = linear(1, 7, 7, &[0, 0, 0, 0, 0, 0, 500], |row, input| i16::from(row == input) * 100);
     let model = LinearSvm::from_words(&words).unwrap();
     assert_eq!(model.classify(&sample(0, 0, 0)), 6);
     assert_eq!(model.classify(&sample(4, 6, 0)), 1);
-    // A tie: the lowest.
+    // In a tie the lowest class wins.
     assert_eq!(model.classify(&sample(6, 6, 0)), 0);
     // All weights and inputs at their limits: no sum overflows.
     for extreme in [i16::MIN, i16::MAX] {
@@ -157,7 +157,7 @@ fn a_linear_model_weighs() {
 
 #[test]
 fn one_against_one_votes() {
-    // Rows 0–1, 0–2, 1–2: whoever has the larger input of the two.
+    // Rows 0–1, 0–2, 1–2: the class with the larger input of the two wins.
     let pairs = [(0, 1), (0, 2), (1, 2)];
     let words = linear(2, 3, 3, &[0; 3], |row, input| {
         let (first, second) = pairs[row];
@@ -187,7 +187,7 @@ fn what_is_damaged_is_refused() {
     }
 }
 
-/// With a checksum that is right, too: what the checks let through answers without end or harm.
+/// Damages a file and corrects its checksum: if the checks accept it, it answers without hanging or harm.
 #[test]
 fn what_is_changed_on_purpose_is_refused_or_harmless() {
     let mut state = 1_u64;

@@ -1,19 +1,21 @@
-//! Trees: how their nodes lie in the file, and the one check of them.
+//! Trees: the layout of their nodes in the file, and the one check of them.
 //!
-//! A tree is its length (one half, in units of 2^shift halves), counted behind it, then its nodes in preorder: a node, what
-//! is left of it, what is right of it. Leaves are in their parents:
+//! A tree starts with its length: one half, in units of 2^shift halves, counted behind it. Then come its nodes in
+//! preorder: a node, its left subtree, its right subtree. Leaves are in their parents:
 //!
 //! | node | halves |
 //! | --- | --- |
 //! | both children are nodes | feature, threshold, offset of the right one |
 //! | one child is a leaf | feature, threshold, the leaf; in a forest, feature with the leaf in it, threshold |
-//! | both are leaves | feature, threshold, the left leaf, the right leaf; or both as bytes of one half, the left one low; or feature, a leaf that both are |
+//! | both are leaves | feature, threshold, the left leaf, the right leaf |
+//! | both are leaves of a byte | feature, threshold, one half with the left leaf low |
+//! | both are the same leaf | feature, the leaf |
 //!
-//! The feature's half has flags on top: [`LEFT_LEAF`], [`RIGHT_LEAF`]; of two leaves of a forest also [`NARROW`] or
-//! [`SAME`]; of one leaf of a forest a class below 16 at [`CLASS_SHIFT`] (another leaf becomes a node with [`SAME`]). A
-//! number x of the sample goes left where x ≤ threshold, an int16. A child that is a node and has no offset follows its
-//! parent. Offsets count from their node in units of 2^shift halves: a right child follows the left subtree, with less than
-//! a unit of padding, and so does the next tree. Leaves are one half, or two (float32).
+//! The feature's half has flags on top: [`LEFT_LEAF`] and [`RIGHT_LEAF`]. For two leaves of a forest there is also
+//! [`NARROW`] or [`SAME`]. For one leaf of a forest there is a class below 16 at [`CLASS_SHIFT`]; another leaf becomes
+//! a node with [`SAME`]. A number x of the sample goes left if x ≤ threshold, an int16. A child that is a node and has
+//! no offset follows its parent. Offsets count from their node in units of 2^shift halves. A right child follows the
+//! left subtree, with less than a unit of padding, and so does the next tree. Leaves are one half, or two (float32).
 
 use super::file::{ModelError, half, long};
 
@@ -23,18 +25,19 @@ pub const LEFT_LEAF: u16 = 1 << 15;
 pub const RIGHT_LEAF: u16 = 1 << 14;
 /// Both leaves are bytes of one half.
 pub const NARROW: u16 = 1 << 13;
-/// Both leaves are the same one, in the threshold's place.
+/// Both leaves are the same one, which is in the threshold's place.
 pub const SAME: u16 = 1 << 12;
-/// Where the class of a forest's single leaf starts.
+/// The bit at which the class of a forest's single leaf starts.
 pub const CLASS_SHIFT: u16 = 10;
-/// Classes that fit there.
+/// The number of classes that fit there.
 pub const MOST_SINGLE: u16 = 16;
-/// The feature's bits.
+/// The bits of the feature.
 pub const FEATURE: u16 = (1 << 10) - 1;
-/// Most right children that wait while a tree is checked: its depth at most.
+/// The most right children that wait while a tree is checked, which is at most its depth.
 pub const MOST_PENDING: usize = 256;
 
-/// Where a tree's nodes start and end, from its length on; the end may be up to a unit of padding behind the last node.
+/// Returns where a tree's nodes start and end, from its length on. The end may be up to a unit of padding behind the
+/// last node.
 pub(super) const fn bounds(words: &[u32], at: usize, end: usize, shift: u8) -> Result<(usize, usize), ModelError> {
     let length = (half(words, at) as usize) << shift;
     if at >= end || length == 0 || length > end - at - 1 {
@@ -43,30 +46,30 @@ pub(super) const fn bounds(words: &[u32], at: usize, end: usize, shift: u8) -> R
     Ok((at + 1, at + 1 + length))
 }
 
-/// What leaves are.
+/// The type of leaves.
 #[derive(Clone, Copy)]
 pub(super) enum Leaves<'a> {
-    /// A half: every value is one.
+    /// One half: every value is a valid leaf.
     Integers,
-    /// Two halves, float32: finite, and below 2^96 so that no sum of them can overflow.
+    /// Two halves, float32: finite, and below 2^96, so that no sum of them can overflow.
     Floats,
-    /// Classes below the number, then places in the table behind it at which an entry starts.
+    /// Classes below the number of classes; above it, places in the table at which an entry starts.
     Votes {
-        /// How many classes there are.
+        /// The number of classes.
         classes: u16,
-        /// All words, and the halves of them that are the table of leaves.
+        /// All words. Some of their halves are the table of leaves.
         words: &'a [u32],
-        /// Where the table starts.
+        /// The half at which the table starts.
         table: usize,
-        /// Where it ends.
+        /// The half at which the table ends.
         end: usize,
-        /// What a vote of 1 counts.
+        /// The value of one vote.
         unit: u32,
     },
 }
 
-/// Checks a tree whose nodes are the halves `start..end`: every node is reached once, every child is a node or a leaf,
-/// features are below `inputs`, and leaves are what `leaves` says.
+/// Checks a tree whose nodes are the halves `start..end`. Every node is reached once, every child is a node or a leaf,
+/// features are below `inputs`, and leaves are as `leaves` says.
 pub(super) const fn check(
     words: &[u32],
     start: usize,
@@ -102,7 +105,7 @@ pub(super) const fn check(
         }
         at += size;
         if node & LEFT_LEAF != 0 && node & RIGHT_LEAF != 0 {
-            // The subtree is whole: next is the nearest right child that waits, or the tree's end.
+            // The subtree is complete. The next node is the nearest right child that waits, or the tree's end.
             let target = if count == 0 { end } else { pending[(count - 1) % MOST_PENDING] };
             if target < at || target - at >= 1 << shift {
                 return error;
@@ -116,13 +119,13 @@ pub(super) const fn check(
     }
 }
 
-/// Whether a float32 is finite and below 2^96, by its high half.
+/// Returns whether a float32 is finite and below 2^96, by its high half.
 pub(super) const fn is_moderate(high: u16) -> bool {
     high & 0x7F80 < (96 + 127) << 7
 }
 
 impl Leaves<'_> {
-    /// Halves of a node at a place, with two leaves that are good; 0 where they are not.
+    /// Returns the number of halves of a node with two valid leaves; 0 if they are not valid.
     const fn pair(self, words: &[u32], at: usize, node: u16) -> usize {
         let flags = node & !(LEFT_LEAF | RIGHT_LEAF | FEATURE);
         let low = half(words, at + 2);
@@ -136,7 +139,7 @@ impl Leaves<'_> {
         }
     }
 
-    /// Halves of a node at a place, with one leaf that is good; 0 where it is not.
+    /// Returns the number of halves of a node with one valid leaf; 0 if it is not valid.
     const fn single(self, words: &[u32], at: usize, node: u16) -> usize {
         let class = node >> CLASS_SHIFT & (MOST_SINGLE - 1);
         match self {
@@ -147,7 +150,7 @@ impl Leaves<'_> {
         }
     }
 
-    /// Whether a half is a forest's leaf.
+    /// Returns whether a half is a forest's leaf.
     const fn votes(self, leaf: u16) -> bool {
         match self {
             Self::Votes { classes, words, table, end, unit } => {
@@ -158,8 +161,8 @@ impl Leaves<'_> {
     }
 }
 
-/// Whether what starts at a place of the table of leaves is an entry: classes that there are, with shares that are the
-/// unit together at most.
+/// Returns whether an entry of the table of leaves starts at a place. Its classes exist, and its parts are together at
+/// most one vote.
 const fn is_entry(words: &[u32], at: usize, end: usize, classes: u16, unit: u32) -> bool {
     if at >= end {
         return false;

@@ -1,20 +1,20 @@
-//! The walk from a tree's root to a leaf, the plain way: every access is checked.
+//! The plain walk from a tree's root to a leaf. Every access is checked.
 
 use super::file::{INPUTS, half};
 use super::trees::{CLASS_SHIFT, FEATURE, LEFT_LEAF, MOST_SINGLE, NARROW, RIGHT_LEAF, SAME};
 
-/// Whether a sample goes left at a node.
+/// Returns whether a sample goes left at a node.
 fn goes_left(words: &[u32], at: usize, sample: &[i16; INPUTS]) -> bool {
     let value = sample.get(usize::from(half(words, at) & FEATURE)).copied().unwrap_or(0);
     value <= half(words, at + 1) as i16
 }
 
-/// Where the right child of a node without leaves is.
+/// Returns the place of the right child of a node without leaves.
 fn right_child(words: &[u32], at: usize, shift: u8) -> usize {
     at + (usize::from(half(words, at + 2)) << shift)
 }
 
-/// The leaf of a forest's tree: a class, or behind classes a place in the table of leaves.
+/// Returns the leaf of a forest's tree: a class, or behind the classes a place in the table of leaves.
 pub(super) fn votes(words: &[u32], mut at: usize, shift: u8, sample: &[i16; INPUTS]) -> u16 {
     loop {
         let (node, left) = (half(words, at), goes_left(words, at, sample));
@@ -28,7 +28,7 @@ pub(super) fn votes(words: &[u32], mut at: usize, shift: u8, sample: &[i16; INPU
     }
 }
 
-/// The left or the right one of a forest's two leaves.
+/// Returns the left or the right one of a forest's two leaves.
 pub(super) fn pair(words: &[u32], at: usize, left: bool) -> u16 {
     let node = half(words, at);
     if node & NARROW != 0 {
@@ -38,7 +38,7 @@ pub(super) fn pair(words: &[u32], at: usize, left: bool) -> u16 {
     half(words, if node & SAME != 0 { at + 1 } else { at + 2 + usize::from(!left) })
 }
 
-/// Where the leaf of a boosted tree is, of so many halves.
+/// Returns the place of the leaf of a boosted tree, of so many halves.
 pub(super) fn leaf<const LEAF: usize>(words: &[u32], mut at: usize, shift: u8, sample: &[i16; INPUTS]) -> usize {
     loop {
         let (node, left) = (half(words, at), goes_left(words, at, sample));

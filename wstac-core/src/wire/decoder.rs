@@ -1,8 +1,11 @@
-//! Bytes of a link into messages; after garbage, from the next zero on.
+//! Turns the bytes of a link into messages. After garbage it starts again at the next zero.
+
+use core::fmt;
 
 use super::{LONGEST, Payload, VERSION, crc};
 
-/// Finds frames in the bytes of a link. `N` bytes are the longest that it takes; for a board, which receives requests alone, 16 do.
+/// Finds frames in the bytes of a link. `N` is the length of the longest frame that it takes. For a board, which
+/// receives only requests, 16 bytes are enough.
 ///
 /// ```
 /// use wstac_core::wire::{Decoder, LONGEST, Request, encode};
@@ -24,18 +27,18 @@ pub struct Decoder<const N: usize = LONGEST> {
     /// The present frame without its COBS codes.
     bytes: [u8; N],
     length: usize,
-    /// Bytes of the COBS block that are to come.
+    /// Bytes of the COBS block that are still to come.
     left: u8,
-    /// What the next code stands for, if one comes: a zero or nothing.
+    /// Whether the next code, if one comes, stands for a zero.
     zero: bool,
     state: State,
-    /// The sequence number that is expected.
+    /// The next expected sequence number.
     next: Option<u16>,
-    /// Messages that were lost before one that could not be read.
+    /// Messages that were lost before a message that could not be read.
     lost: u16,
 }
 
-/// What of a frame has arrived.
+/// The part of a frame that has arrived.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Nothing,
@@ -45,26 +48,40 @@ enum State {
 
 /// A message that arrived.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Received<P> {
-    /// What it says.
+    /// The message.
     pub message: P,
-    /// How many messages the sender sent since the last that arrived, and that did not arrive.
+    /// The number of messages that the sender sent since the last received one and that did not arrive.
     pub lost: u16,
-    /// Whether it is the first message of a sender that has just started. Nothing was lost before it.
+    /// Whether it is the first message of a sender that has just started. Then no message was lost before it.
     pub first: bool,
 }
 
-/// Why a frame is no message.
+/// The reason why a frame is no message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum DecodeError {
-    /// Its bytes are not those that were sent, or never were a frame.
+    /// The frame's bytes are not the bytes that were sent, or never were a frame.
     Damaged,
-    /// It is of another version of the link than [`VERSION`], which it says.
+    /// The frame has another version of the link than [`VERSION`]: this one.
     Version(u8),
-    /// It arrived whole, but is no message that is known here.
+    /// The frame arrived whole, but its message is unknown here.
     Unknown,
 }
+
+impl fmt::Display for DecodeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Damaged => f.write_str("the frame is damaged: its bytes are not the bytes that were sent"),
+            Self::Version(found) => write!(f, "version of the link is {found}, expected {VERSION}"),
+            Self::Unknown => f.write_str("the message is unknown to this version of the software"),
+        }
+    }
+}
+
+impl core::error::Error for DecodeError {}
 
 impl<const N: usize> Default for Decoder<N> {
     fn default() -> Self {
@@ -73,12 +90,12 @@ impl<const N: usize> Default for Decoder<N> {
 }
 
 impl<const N: usize> Decoder<N> {
-    /// A decoder before its first byte.
+    /// Creates a decoder before its first byte.
     pub const fn new() -> Self {
         Self { bytes: [0; N], length: 0, left: 0, zero: false, state: State::Nothing, next: None, lost: 0 }
     }
 
-    /// Takes the next byte; a message, if it ends one, or what is wrong with the frame that it ends.
+    /// Takes the next byte. If the byte ends a frame, returns its message, or the reason why the frame is no message.
     pub fn push<'a, P: Payload<'a>>(&'a mut self, byte: u8) -> Option<Result<Received<P>, DecodeError>> {
         if byte != 0 {
             self.take(byte);
@@ -134,13 +151,14 @@ impl<const N: usize> Decoder<N> {
         let (sequence, rest) = postcard::take_from_bytes::<u16>(rest).map_err(|_| DecodeError::Unknown)?;
         let message = postcard::from_bytes::<P>(rest);
         let ahead = sequence.wrapping_sub(self.next.unwrap_or(sequence));
-        // Far back is not far ahead: the sender started again, and what it sent since is lost.
+        // Far behind does not mean far ahead: the sender has started again, and the messages that it has sent since are
+        // lost.
         let lost = if ahead > u16::MAX / 2 { sequence } else { ahead };
         self.next = Some(sequence.wrapping_add(1));
         self.lost = self.lost.saturating_add(lost);
         let message = message.map_err(|_| DecodeError::Unknown)?;
         let lost = core::mem::take(&mut self.lost);
-        // A board that has had no frame yet answers with the same hello, but under another number.
+        // A board that has had no frame yet answers with the same hello, but with another sequence number.
         let first = sequence == 0 && message.starts();
         Ok(Received { lost: if first { 0 } else { lost }, first, message })
     }

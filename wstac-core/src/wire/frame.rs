@@ -1,23 +1,23 @@
-//! A message's bytes into a frame: CRC and COBS as they come, no second buffer.
+//! Turns a message's bytes into a frame: CRC and COBS are computed as the bytes come, without a second buffer.
 
 use postcard::ser_flavors::Flavor;
 use postcard::{Error, Result};
 
 use super::{LONGEST, Payload, VERSION, crc};
 
-/// The frame of a [`Message`](super::Message) or a [`Request`](super::Request), in the first bytes of `buffer`. A sender counts `sequence` up
-/// by one with each, and wraps.
+/// Writes the frame of a [`Message`](super::Message) or a [`Request`](super::Request) to the first bytes of `buffer`
+/// and returns them. A sender adds one to `sequence` with each frame, and wraps.
 pub fn encode<'b, 'm>(message: &impl Payload<'m>, sequence: u16, buffer: &'b mut [u8; LONGEST]) -> &'b [u8] {
     let frame = Frame { buffer: &mut *buffer, code: 1, end: 2, crc: u32::MAX };
-    // Every message fits (a test has the longest of each), so nothing is left out here.
+    // Every message fits (a test has the longest of each), so no byte is left out here.
     let length = postcard::serialize_with_flavor(&(VERSION, sequence, message), frame).unwrap_or(0);
     buffer.get(..length).unwrap_or_default()
 }
 
-/// A frame under way. Its zero at the start and its first code have their places already.
+/// A frame under way. Its zero at the start and its first code already have their places.
 struct Frame<'b> {
     buffer: &'b mut [u8; LONGEST],
-    /// Where the code of the present block is: how far it is from there to the next zero.
+    /// The place of the present block's code, which is the distance from there to the next zero.
     code: usize,
     end: usize,
     crc: u32,
@@ -31,7 +31,7 @@ impl Frame<'_> {
         Ok(())
     }
 
-    /// Takes a byte in COBS.
+    /// Adds a byte in COBS.
     fn put(&mut self, byte: u8) -> Result<()> {
         if byte == 0 {
             self.close()
@@ -42,7 +42,7 @@ impl Frame<'_> {
         }
     }
 
-    /// Ends the block: a zero stands here.
+    /// Ends the block with a zero.
     fn close(&mut self) -> Result<()> {
         self.set(self.code, (self.end - self.code) as u8)?;
         self.code = self.end;
@@ -54,7 +54,7 @@ impl Frame<'_> {
 impl Flavor for Frame<'_> {
     type Output = usize;
 
-    // Called from every field of every message: inlined, these would make up most of the code.
+    // It is called from every field of every message. Inlined, the calls would make up most of the code.
     #[inline(never)]
     fn try_push(&mut self, byte: u8) -> Result<()> {
         self.crc = crc(self.crc, byte);

@@ -1,4 +1,4 @@
-//! What a board and a host tell each other.
+//! The messages between a board and a host.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,43 +15,45 @@ use crate::speed::{self, LitSpan, NoSpeed, Speed, SpeedConfig};
 use crate::texture::Texture;
 use crate::trigger::{Event, InterruptedSample, StreamEnd, TriggerConfig};
 
-/// From a board to a host. What `wstac run` would print of the same frames, in the same order but for an event whose sample
-/// is wanted, which comes after it; and how the board is.
+/// A message from a board to a host.
+///
+/// The messages are what `wstac run` would print for the same frames, in the same order, and the state of the board.
+/// One exception is an event whose sample is wanted: it comes after its sample.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Message<'a> {
-    /// What the board is: sent when it starts and when it is asked.
+    /// Describes the board. It is sent when the board starts and when a host asks.
     #[serde(borrow)]
     Hello(Hello<'a>),
-    /// The features of a frame, where they are wanted.
+    /// The features of a frame, if they are wanted.
     Features {
-        /// Number of the feature frame.
+        /// The number of the feature frame.
         #[serde(serialize_with = "super::numbers::long")]
         frame: u64,
-        /// In units of 2^-11.
+        /// The features in units of 2^-11.
         #[serde(with = "super::numbers::one")]
         features: Features,
     },
-    /// Frames of an event's sample, where they are wanted: all parts come before the event ([`sample_parts`]).
+    /// Frames of an event's sample, if they are wanted. All parts come before the event ([`sample_parts`]).
     SamplePart {
-        /// Number of the first frame of the sample: that of the event.
+        /// The number of the first frame of the sample, which is that of the event.
         #[serde(serialize_with = "super::numbers::long")]
         frame: u64,
-        /// Which frame of the sample this part starts with: 0, 10, 20 … 60.
+        /// The frame of the sample that this part starts with: 0, 10, 20 … 60.
         first: u8,
-        /// Its frames, in units of 2^-11.
+        /// The frames of the part, in units of 2^-11.
         #[serde(with = "super::numbers::part")]
         features: [Features; SAMPLE_PART],
     },
     /// An event and its answers.
     #[serde(borrow)]
     Event(Answers<'a>),
-    /// What a model that needs no more frames says of a sample that is still being captured.
+    /// The answer of a model that needs no more frames, for a sample that is still being captured.
     Texture {
-        /// Number of the first frame of the sample: that of the event to come.
+        /// The number of the first frame of the sample, which is that of the event to come.
         #[serde(serialize_with = "super::numbers::long")]
         frame: u64,
-        /// Frames of the sample that were looked at.
+        /// The number of frames of the sample that the model used.
         frames: u8,
         /// The model's answer.
         #[serde(borrow)]
@@ -59,53 +61,53 @@ pub enum Message<'a> {
     },
     /// A sample that a long gap interrupted.
     InterruptedSample(InterruptedSample),
-    /// Camera frames that were lost or unusable, since the last such message.
+    /// Camera frames that were lost or unusable since the last such message.
     Lost {
-        /// How many.
+        /// The number of frames.
         #[serde(serialize_with = "super::numbers::long")]
         frames: u64,
     },
-    /// Something went wrong, or right again.
+    /// A fault, or its end.
     #[serde(borrow)]
     Fault(Fault<'a>),
-    /// How the stream stands: sent about once a second, so that a silent board is one that is gone.
+    /// The state of the stream. It is sent about once per second, so that a silent board is a lost board.
     Status {
-        /// Its frames, baseline and the sample under way.
+        /// The stream's frames, baseline and sample under way.
         stream: StreamEnd,
-        /// Camera frames that were lost or unusable since the board started.
+        /// The number of camera frames that were lost or unusable since the board started.
         #[serde(serialize_with = "super::numbers::long")]
         dropped: u64,
     },
-    /// How the stream ended: nothing follows.
+    /// The end of the stream. No message follows.
     End {
-        /// Its frames, baseline and the sample that was under way.
+        /// The stream's frames, baseline and the sample that was under way.
         stream: StreamEnd,
-        /// Camera frames that were lost or unusable since the board started.
+        /// The number of camera frames that were lost or unusable since the board started.
         #[serde(serialize_with = "super::numbers::long")]
         dropped: u64,
     },
 }
 
-/// What a board is.
+/// The description of a board.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hello<'a> {
-    /// Name of the firmware.
+    /// The name of the firmware.
     #[serde(borrow)]
     pub firmware: Text<'a, 31>,
-    /// Version of the firmware.
+    /// The version of the firmware.
     #[serde(borrow)]
     pub version: Text<'a, 31>,
-    /// Size of the frames that taxels are summed in.
+    /// The size of the frames that taxels are summed in.
     pub size: FrameSize,
-    /// Their pixel format.
+    /// The pixel format of the frames.
     pub format: PixelFormat,
     /// The camera's frame rate.
     pub rate: FrameRate,
-    /// How events are found.
+    /// The parameters that events are found with.
     pub trigger: TriggerConfig,
-    /// The texture models; none in places that are left.
+    /// The texture models; unused places are `None`.
     pub models: [Option<ModelFacts>; 3],
-    /// Number of the frame that comes next: 0 where the board has just started.
+    /// The number of the next frame: 0 if the board has just started.
     #[serde(serialize_with = "super::numbers::long")]
     pub frame: u64,
 }
@@ -113,37 +115,38 @@ pub struct Hello<'a> {
 /// A texture model of a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ModelFacts {
-    /// What it tells apart.
+    /// The task of the model: what it tells apart.
     pub task: Task,
-    /// How many classes there are.
+    /// The number of classes.
     pub classes: u8,
-    /// Frames of a sample that it needs, from the first on: 1 to 70.
+    /// The number of frames of a sample that it needs, from the first on: 1 to 70.
     pub frames: u8,
 }
 
-/// An event's answers: all of an event but its sample.
+/// An event's answers: all of an event except its sample.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Answers<'a> {
-    /// Number of the first frame of the sample.
+    /// The number of the first frame of the sample.
     #[serde(serialize_with = "super::numbers::long")]
     pub frame: u64,
-    /// Lit frames, last less first; nothing where no frame is lit.
+    /// The duration in frames, from the first lit frame to the last; `None` if no frame is lit.
     pub duration: Option<u8>,
-    /// Sliding speed, or why there is none.
+    /// The sliding speed, or the reason why there is none.
     pub speed: Result<Speed, NoSpeed>,
-    /// Sliding direction, or why there is none, and how sure it is.
+    /// The sliding direction, or the reason why there is none, and its confidence.
     pub direction: Direction,
-    /// What texture models say; none in places that are left.
+    /// The answers of texture models; unused places are `None`.
     #[serde(borrow)]
     pub textures: [Option<TextureAnswer<'a>>; 3],
-    /// Frames of the sample that were filled: 0 to 70.
+    /// The number of frames of the sample that were filled: 0 to 70.
     pub frames_filled: u8,
-    /// The baseline was quiet and without a long gap, and at most a tenth of the sample was filled.
+    /// Whether the event is reliable: the baseline was quiet and without a long gap, and at most a tenth of the sample
+    /// was filled.
     pub reliable: bool,
 }
 
 impl<'a> Answers<'a> {
-    /// Works out an event's speed and direction; textures are for [`Answers::with_texture`].
+    /// Computes an event's speed and direction. [`Answers::with_texture`] adds textures.
     pub fn new(event: &Event<'_>, config: &SpeedConfig) -> Self {
         Self {
             frame: event.frame,
@@ -156,7 +159,7 @@ impl<'a> Answers<'a> {
         }
     }
 
-    /// The same with what one more model says. There is room for three; a fourth is left out.
+    /// Returns the answers with one more texture answer. There is room for three; a fourth is left out.
     #[must_use]
     pub fn with_texture(mut self, texture: impl Into<TextureAnswer<'a>>) -> Self {
         if let Some(place) = self.textures.iter_mut().find(|place| place.is_none()) {
@@ -166,10 +169,10 @@ impl<'a> Answers<'a> {
     }
 }
 
-/// What a texture model says.
+/// The answer of a texture model.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TextureAnswer<'a> {
-    /// What the model tells apart.
+    /// The task of the model: what it tells apart.
     pub task: Task,
     /// The class's name.
     #[serde(borrow)]
@@ -182,53 +185,53 @@ impl<'m> From<Texture<'m>> for TextureAnswer<'m> {
     }
 }
 
-/// What happens to a board.
+/// A fault of a board, or its end.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Fault<'a> {
-    /// Pixels came faster than they were taken; the frame is lost.
+    /// Pixels came faster than they were taken. The frame is lost.
     Overrun,
-    /// A frame did not begin or end when it should have; the frame is lost.
+    /// A frame did not begin or end when it should have. The frame is lost.
     LostSync,
     /// The camera sends no pixels.
     SensorSilent,
     /// The camera does not answer on its bus.
     SensorGone,
-    /// The camera is none that the firmware knows.
+    /// The firmware does not know the camera.
     SensorUnknown {
-        /// What it says it is.
+        /// The identity that the camera reports.
         id: u16,
     },
     /// The camera sends frames again.
     SensorBack,
-    /// Why the board started again: the text of a panic, or the name of a fault.
+    /// The reason why the board started again: the text of a panic, or the name of a fault.
     #[serde(borrow)]
     LastRun(Text<'a, 191>),
-    /// The camera answers, but does not keep what is written to it.
+    /// The camera answers, but does not keep the values that are written to it.
     SensorRefuses {
-        /// The register that holds something else.
+        /// The register that holds another value.
         register: u8,
     },
 }
 
-/// From a host to a board.
+/// A request from a host to a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Request {
     /// Asks for a [`Message::Hello`].
     Hello,
-    /// Whether every frame's features are wanted; at first they are not.
+    /// Says whether every frame's features are wanted. At first they are not.
     Features(bool),
-    /// Whether every event's sample is wanted; at first it is not.
+    /// Says whether every event's sample is wanted. At first it is not.
     Samples(bool),
 }
 
-/// Frames of a sample in one message.
+/// The number of frames of a sample in one message.
 pub const SAMPLE_PART: usize = 10;
 const _: () = assert!(SAMPLE_FRAMES.is_multiple_of(SAMPLE_PART));
 
-/// The seven messages that carry an event's sample; the event comes after them.
+/// Returns the seven messages that carry an event's sample. The event comes after them.
 pub fn sample_parts(frame: u64, sample: Sample<'_>) -> impl Iterator<Item = Message<'static>> {
     (0..SAMPLE_FRAMES).step_by(SAMPLE_PART).map(move |first| {
         let mut features = [[0; FEATURES]; SAMPLE_PART];

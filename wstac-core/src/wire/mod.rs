@@ -1,6 +1,7 @@
-//! The link from a board to a host: messages in frames that find their beginning again after any garbage.
+//! The link from a board to a host. Messages are in frames whose beginning is found again after any garbage.
 //!
-//! A board sends [`Message`]s and takes [`Request`]s; nothing waits for an answer, so one direction alone works, too.
+//! A board sends [`Message`]s and takes [`Request`]s. Neither side waits for an answer, so a link in one direction
+//! works, too.
 //!
 //! ```
 //! use wstac_core::speed::SpeedConfig;
@@ -15,26 +16,33 @@
 //! ```
 //!
 //! ## Bytes
-//! A frame is `00`, what follows in [COBS](https://doi.org/10.1109/90.769765), and `00`; no other byte of it is 0. The zero in front keeps
-//! garbage out of the first message behind it. In COBS stand, in this order:
+//! A frame is `00`, then the content in [COBS](https://doi.org/10.1109/90.769765), then `00`. No other byte of it is 0.
+//! The leading zero keeps garbage out of the first message behind it. The content is, in this order:
 //!
-//! | bytes | what |
+//! | bytes | content |
 //! | --- | --- |
 //! | 1 | [`VERSION`] |
-//! | 1–3 | the sender's sequence number, one more with each message, after 65 535 again 0: a varint |
-//! | 1–… | the message as [postcard](https://postcard.jamesmunns.com/wire-format) writes it: its number (that of the variant of [`Message`] or [`Request`], in the order of the source), then its fields in that order |
+//! | 1–3 | the sender's sequence number, one more with each message, 0 again after 65,535; a varint |
+//! | 1–… | the message as [postcard] writes it: its number, then its fields |
 //! | 4 | CRC-32 (IEEE) of all bytes before, the lowest first |
 //!
-//! Of postcard: `u8` and `bool` are a byte; larger integers are varints, seven bits a byte, the lowest first, with bit 7 set in all but the
-//! last, signed ones as zigzag (0, −1, 1, −2 …); `f32` is its four bytes, the lowest first; an option is 0, or 1 and the value; a result is 0 and
-//! the value, or 1 and the error; an enum is its variant's number and the variant's fields; text is its length in bytes and the bytes.
-//! Features alone are not as postcard has numbers, but a byte string: its length, 20 or 200, and two bytes a feature, the lower first. They are dark
-//! most of the time, and then as varints would take three.
+//! The number of a message is that of its variant of [`Message`] or [`Request`]. Variants and fields are in the order
+//! of the source.
+//!
+//! [postcard]: https://postcard.jamesmunns.com/wire-format
+//!
+//! In postcard, `u8` and `bool` are one byte. Larger integers are varints: seven bits per byte, the lowest first, with
+//! bit 7 set in all but the last. Signed ones are zigzag (0, −1, 1, −2 …). `f32` is its four bytes, the lowest first.
+//! An option is 0, or 1 and the value. A result is 0 and the value, or 1 and the error. An enum is its variant's number
+//! and the variant's fields. Text is its length in bytes and the bytes.
+//!
+//! Only features differ from postcard's numbers. They are a byte string: its length, 20 or 200, and two bytes per
+//! feature, the lower first. Features are dark most of the time, and as varints they would then take three bytes.
 //!
 //! ## Versions
-//! New messages, and new fields at a message's end, leave [`VERSION`] as it is: a receiver passes over messages that it does not know
-//! ([`DecodeError::Unknown`]) and over bytes behind the fields that it knows. Any other change counts it up; then a receiver reads nothing
-//! ([`DecodeError::Version`]) and says so.
+//! New messages, and new fields at a message's end, leave [`VERSION`] as it is. A receiver skips messages that it does
+//! not know ([`DecodeError::Unknown`]), and bytes behind the fields that it knows. Any other change increases the
+//! version. Then a receiver reads no message and reports it ([`DecodeError::Version`]).
 
 mod decoder;
 mod frame;
@@ -49,15 +57,15 @@ pub use text::Text;
 
 use serde::{Deserialize, Serialize};
 
-/// Version of the bytes on the link: the first of every frame.
+/// The version of the bytes on the link, in the first byte of every frame.
 pub const VERSION: u8 = 1;
 
-/// Bytes of the longest frame, its zeros included: any message fits.
+/// The number of bytes of the longest frame, its zeros included. Any message fits.
 pub const LONGEST: usize = 256;
 
-/// What frames carry: [`Message`] or [`Request`], and nothing else.
+/// The content of a frame: [`Message`] or [`Request`], and no other type.
 pub trait Payload<'a>: Serialize + Deserialize<'a> + sealed::Sealed {
-    /// Whether its sender begins with it, if it is its first message.
+    /// Returns whether a sender begins with it, if it is the sender's first message.
     fn starts(&self) -> bool;
 }
 
@@ -79,7 +87,7 @@ mod sealed {
     impl Sealed for super::Message<'_> {}
 }
 
-/// Remainders of CRC-32 (IEEE) for every half byte: small, as flash is.
+/// The remainders of CRC-32 (IEEE) for every half byte: a small table, to save flash.
 const CRC_TABLE: [u32; 16] = {
     let mut table = [0; 16];
     let mut nibble = 0;

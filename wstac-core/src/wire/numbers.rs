@@ -1,4 +1,4 @@
-//! Features as byte strings, two bytes a number, the lower first; and frame numbers, written in one place.
+//! Features as byte strings, two bytes per number, the lower first; and frame numbers, written in one place.
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serializer};
@@ -7,11 +7,11 @@ use super::SAMPLE_PART;
 use crate::features::Features;
 use crate::params::FEATURES;
 
-/// Bytes of a frame's features.
+/// The number of bytes of a frame's features.
 const FRAME_BYTES: usize = 2 * FEATURES;
 
-/// A frame number, as postcard has it. Its varint would be unrolled at each of a dozen places: this takes 1200 bytes off a Cortex-M4's
-/// code.
+/// Serializes a frame number as postcard does. Its varint would be unrolled at each of a dozen places. One function
+/// takes 1200 bytes off a Cortex-M4's code.
 #[inline(never)]
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde gives fields by reference")]
 pub(super) fn long<S: Serializer>(number: &u64, serializer: S) -> Result<S::Ok, S::Error> {
@@ -39,7 +39,7 @@ fn read<'de, D: Deserializer<'de>, const N: usize>(deserializer: D) -> Result<[F
     Ok(frames)
 }
 
-/// Of one frame.
+/// Serializes the features of one frame.
 pub(super) mod one {
     use super::{Deserializer, Features, Serializer};
 
@@ -52,7 +52,7 @@ pub(super) mod one {
     }
 }
 
-/// Of a part of a sample.
+/// Serializes the features of a part of a sample.
 pub(super) mod part {
     use super::{Deserializer, Features, SAMPLE_PART, Serializer};
 

@@ -1,4 +1,4 @@
-//! Every message there and back, at its extremes, and what damage does to it.
+//! Tests every message there and back, at its extremes, and the effects of damage.
 
 use std::string::{String, ToString};
 use std::vec::Vec;
@@ -47,7 +47,7 @@ fn answers() -> Answers<'static> {
     }
 }
 
-/// Every message at its longest, then some others.
+/// Returns every message at its longest, then some others.
 fn messages() -> Vec<Message<'static>> {
     let incomplete = InterruptedSample { frame: u64::MAX, frames: 69 };
     let stream =
@@ -85,7 +85,7 @@ fn frame(message: &Message, sequence: u16) -> Vec<u8> {
     encode(message, sequence, &mut [0; LONGEST]).to_vec()
 }
 
-/// What a decoder finds, in words, so that nothing borrows it.
+/// The result of a decoder, in words, so that nothing borrows it.
 type Found = Result<(String, u16), DecodeError>;
 
 fn received(decoder: &mut Decoder, bytes: &[u8]) -> Vec<Found> {
@@ -119,7 +119,7 @@ fn every_message_is_read_as_it_was_written() {
         });
         assert_eq!(found.collect::<Vec<_>>(), [true], "{message:?}");
     }
-    // The longest of all has its place, and little is left.
+    // The longest message fits, and little room is left.
     assert!(longest > 200 && longest <= LONGEST, "{longest}");
 }
 
@@ -136,7 +136,7 @@ fn the_bytes_of_a_frame_are_these() {
     let mut expected = [&[0, 14][..], &content[..13], &[18], &content[14..], &sum.to_le_bytes()].concat();
     expected.push(0);
     assert_eq!(frame(&message, 300), expected);
-    // An event: 159.9 mm/s in 27 frames, 90°, confidence 0.5, one texture, nothing filled, reliable.
+    // An event: 159.9 mm/s in 27 frames, 90°, confidence 0.5, one texture, no frame filled, reliable.
     let texture = Some(TextureAnswer { task: Task::Specimen, label: Text::new("Saw3") });
     let event = Answers {
         frame: 35,
@@ -178,7 +178,7 @@ fn every_truncation_and_every_changed_byte_is_refused() {
                 let mut damaged = bytes.clone();
                 damaged[at] ^= change;
                 let found = received(&mut Decoder::new(), &damaged);
-                // Where a zero came in there are two frames, or one and nothing.
+                // If a zero came in, there are two frames, or one and an empty one.
                 assert!(found.iter().all(|one| *one == Err(DecodeError::Damaged)), "{message:?} byte {at} ^ {change}");
                 assert!((1..=2).contains(&found.len()), "{message:?} byte {at} ^ {change}");
             }
@@ -219,10 +219,10 @@ fn a_board_that_starts_again_has_lost_nothing() {
     let first = Message::Hello(hello(0));
     assert_eq!(received(&mut decoder, &frame(&first, 0)), [arrived(&first, 0)]);
     assert_eq!(received(&mut decoder, &frame(&lost, 1)), [arrived(&lost, 0)]);
-    // An answered hello is no start.
+    // A hello that answers a request is not a start.
     let later = Message::Hello(hello(9));
     assert_eq!(received(&mut decoder, &frame(&later, 4)), [arrived(&later, 2)]);
-    // Nor is one of a board without frames.
+    // A hello of a board without frames is not a start either.
     assert_eq!(received(&mut decoder, &frame(&first, 7)), [arrived(&first, 2)]);
     // A start whose hello was lost.
     assert_eq!(received(&mut decoder, &frame(&lost, 20_000)), [arrived(&lost, 20_000 - 8)]);
@@ -240,7 +240,7 @@ fn a_frame_that_is_too_long_for_a_decoder_is_refused_whatever_its_beginning() {
     assert_eq!(push(&cobs(&[&checked[..], &[9]].concat())), [Err(DecodeError::Damaged)]);
 }
 
-/// A frame of any content, with its CRC.
+/// Returns a frame of any content, with its CRC.
 fn frame_of(content: &[u8]) -> Vec<u8> {
     cobs(&with_crc(content))
 }
@@ -279,7 +279,7 @@ fn other_versions_and_unknown_messages_are_told_apart_from_damage() {
     ] {
         assert_eq!(received(&mut Decoder::new(), &frame_of(content)), [expected], "{content:?}");
     }
-    // What was lost before an unknown message is not forgotten.
+    // Messages that were lost before an unknown message are not forgotten.
     let mut decoder = Decoder::new();
     received(&mut decoder, &frame(&lost, 0));
     received(&mut decoder, &frame_of(&[1, 3, 99]));
@@ -294,7 +294,7 @@ fn any_bytes_are_borne() {
     let mut refused = 0;
     for _ in 0..1_000_000 {
         random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        // Zeros are more frequent than chance has them, so that frames are short.
+        // Zeros are more frequent than by chance, so that frames are short.
         let byte = if random >> 28 == 0 { 0 } else { (random >> 16) as u8 };
         if let Some(found) = decoder.push::<Message>(byte) {
             assert!(found.is_err());
@@ -334,4 +334,22 @@ fn texts_are_cut_between_characters_and_labels_are_read_where_they_lie() {
     assert_eq!(frame(&Message::Event(of_model), 1), frame(&Message::Event(by_text), 1));
     // A fourth model has no place.
     assert_eq!(answers().with_texture(answer), answers());
+}
+
+#[test]
+fn reasons_are_errors_with_sentences() {
+    let reasons: [(&dyn core::error::Error, &str); 9] = [
+        (&NoSpeed::BaselineAbove, "the baseline is above the speed threshold"),
+        (&NoSpeed::NeverValid, "no frame is above the speed threshold"),
+        (&NoSpeed::CutOff { at_most: Some(45.5) }, "cut off: the sample starts or ends above the speed threshold"),
+        (&NoSpeed::OutsideLaw, "the speed law has no finite speed for this duration"),
+        (&Unclear::NeverLit, "unclear: a row and a column never light up"),
+        (&Unclear::NoOrder, "unclear: neither rows nor columns light up in order"),
+        (&DecodeError::Damaged, "the frame is damaged: its bytes are not the bytes that were sent"),
+        (&DecodeError::Version(7), "version of the link is 7, expected 1"),
+        (&DecodeError::Unknown, "the message is unknown to this version of the software"),
+    ];
+    for (reason, sentence) in reasons {
+        assert_eq!(reason.to_string(), sentence);
+    }
 }

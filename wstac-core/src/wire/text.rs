@@ -1,4 +1,4 @@
-//! Short text in messages: borrowed, and never longer than a message has room for.
+//! Short text in messages. It is borrowed, and never longer than a message has room for.
 
 use core::fmt::{self, Write};
 
@@ -15,18 +15,18 @@ pub struct Text<'a, const MOST: usize = 63>(Source<'a>);
 #[derive(Clone, Copy, Debug)]
 enum Source<'a> {
     Str(&'a str),
-    /// Where it lies in a model file.
+    /// Text of a class's name, which lies in a model file.
     Label(Label<'a>),
 }
 
 impl<'a, const MOST: usize> Text<'a, MOST> {
-    /// This text, cut after the last whole character of its first `MOST` bytes.
+    /// Creates a text, cut after the last whole character of its first `MOST` bytes.
     pub fn new(text: &'a str) -> Self {
         let end = text.floor_char_boundary(MOST);
         Self(Source::Str(text.get(..end).unwrap_or_default()))
     }
 
-    /// Its bytes, in UTF-8.
+    /// Returns the bytes of the text, in UTF-8.
     pub fn bytes(&self) -> impl Iterator<Item = u8> + use<'a, MOST> {
         // One of the two is empty.
         let (text, label) = match self.0 {
@@ -36,7 +36,7 @@ impl<'a, const MOST: usize> Text<'a, MOST> {
         text.bytes().chain(label.into_iter().flat_map(Label::bytes))
     }
 
-    /// How many bytes these are.
+    /// Returns the number of bytes.
     pub fn len(&self) -> usize {
         match self.0 {
             Source::Str(text) => text.len(),
@@ -44,13 +44,13 @@ impl<'a, const MOST: usize> Text<'a, MOST> {
         }
     }
 
-    /// Whether there are none.
+    /// Returns whether there are no bytes.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 }
 
-/// A class's name; of anything longer than that may be, nothing.
+/// Creates the text of a class's name. A name that is too long becomes an empty text.
 impl<'a> From<Label<'a>> for Text<'a> {
     fn from(label: Label<'a>) -> Self {
         if label.bytes().len() > 63 { Self::new("") } else { Self(Source::Label(label)) }
@@ -72,7 +72,7 @@ impl<const MOST: usize> fmt::Display for Text<'_, MOST> {
     }
 }
 
-/// As a sequence of bytes, since a label is no `str` in memory: postcard writes both alike.
+/// Serializes the text as a sequence of bytes, since a label is no `str` in memory. Postcard writes both alike.
 impl<const MOST: usize> Serialize for Text<'_, MOST> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut sequence = serializer.serialize_seq(Some(self.len()))?;

@@ -1,4 +1,5 @@
-//! What a pipeline knows: features, the event, and its answers, one function each: a program links those that it calls.
+//! The answers of a pipeline: features, the event, and its speed and direction. Each has its own function, and a
+//! program links only those that it calls.
 
 use wstac_core::direction::{Heading, Unclear, direction};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
@@ -9,11 +10,11 @@ use crate::memory::{give, place, value, value_mut};
 use crate::pipeline::WstacFwPipeline;
 use crate::status::{WstacFwStatus, status};
 
-/// Features of a frame: five rows, then five columns.
+/// The number of features of a frame: five rows, then five columns.
 pub const WSTAC_FW_FEATURES: usize = 10;
-/// Frames of a sample.
+/// The number of frames of a sample.
 pub const WSTAC_FW_SAMPLE_FRAMES: usize = 70;
-/// Numbers of a sample, frame by frame: feature k of frame t is number 10 t + k.
+/// The number of numbers of a sample, frame by frame: feature k of frame t is number 10 t + k.
 pub const WSTAC_FW_SAMPLE_NUMBERS: usize = 700;
 
 const _: () = assert!(WSTAC_FW_FEATURES == FEATURES && WSTAC_FW_SAMPLE_FRAMES == SAMPLE_FRAMES);
@@ -22,83 +23,86 @@ const _: () = assert!(WSTAC_FW_SAMPLE_NUMBERS == FEATURES * SAMPLE_FRAMES);
 /// A tactile event.
 #[repr(C)]
 pub struct WstacFwEvent {
-    /// Number of the first frame of its sample: feature frames are counted from 0.
+    /// The number of the first frame of its sample. Feature frames are counted from 0.
     pub frame: u64,
-    /// Frames of the sample that were lost, in whole or in part, and filled: 0 to 70.
+    /// The number of frames of the sample that were lost, in whole or in part, and filled: 0 to 70.
     pub frames_filled: u8,
-    /// The baseline was quiet and without a long gap, and at most a tenth of the sample was filled.
+    /// Whether the event is reliable: the baseline was quiet and without a long gap, and at most a tenth of the sample
+    /// was filled.
     pub reliable: bool,
 }
 
-/// Why an answer is missing.
+/// The reason why an answer is missing.
 #[repr(i32)]
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum WstacFwWhy {
-    /// It is there.
+    /// The answer is there.
     There = 0,
     /// The baseline itself is above the speed threshold.
     BaselineAbove = 1,
     /// No frame of the sample is above the speed threshold.
     NeverLit = 2,
-    /// The sample starts or ends above the speed threshold: the slide lasted longer.
+    /// The sample starts or ends above the speed threshold, so the slide lasted longer.
     CutOff = 3,
     /// The speed law has no finite speed for this duration.
     OutsideLaw = 4,
     /// Neither rows nor columns light up in order.
     NoOrder = 5,
+    /// Another reason, which this library has no number for.
+    Other = 6,
 }
 
 /// A sliding speed.
 #[repr(C)]
 pub struct WstacFwSpeed {
-    /// Whether there is one, or why not.
+    /// Whether there is one, or the reason why not.
     pub why: WstacFwWhy,
-    /// mm/s; 0 where there is none.
+    /// The speed in mm/s; 0 if there is none.
     pub mm_s: f32,
-    /// Of a slide that is cut off: it was at most this fast, in mm/s, as far as the law is good there; 0 otherwise.
+    /// The upper bound of the speed of a slide that is cut off, in mm/s, as far as the law is good there; 0 otherwise.
     pub at_most_mm_s: f32,
-    /// Lit frames, last less first: 0 to 69; -1 where no frame is lit.
+    /// The duration in frames from the first lit frame to the last: 0 to 69; -1 if no frame is lit.
     pub duration_frames: i16,
-    /// The speed is outside the range that the law was fitted on.
+    /// Whether the speed is outside the range that the law was fitted on.
     pub extrapolated: bool,
 }
 
 /// A sliding direction.
 #[repr(C)]
 pub struct WstacFwDirection {
-    /// Whether there is one, or why not.
+    /// Whether there is one, or the reason why not.
     pub why: WstacFwWhy,
-    /// 0, 90, 180 or 270, counter-clockwise from +x; -1 where there is none.
+    /// The direction in degrees: 0, 90, 180 or 270, counter-clockwise from +x; -1 if there is none.
     pub degrees: i16,
-    /// 0 to 32768: 0 to 1 in units of 2^-15.
+    /// The confidence, 0 to 32768: 0 to 1 in units of 2^-15.
     pub confidence: u16,
 }
 
 /// A sample that a long gap has interrupted.
 #[repr(C)]
 pub struct WstacFwIncomplete {
-    /// Number of its first frame.
+    /// The number of its first frame.
     pub frame: u64,
-    /// Frames of it that had arrived: 1 to 69.
+    /// The number of its frames that had arrived: 1 to 69.
     pub frames: u8,
 }
 
-/// How a stream stands, or has ended.
+/// The state of a stream, or how it ended.
 #[repr(C)]
 pub struct WstacFwEnd {
-    /// Feature frames on the time line, lost ones included.
+    /// The number of feature frames on the time line, lost ones included.
     pub frames: u64,
-    /// Number of the first frame of the sample that is under way.
+    /// The number of the first frame of the sample that is under way.
     pub incomplete_frame: u64,
-    /// Frames of it that have arrived: 1 to 69; 0 where none is under way.
+    /// The number of its frames that have arrived: 1 to 69; 0 if none is under way.
     pub incomplete_frames: u8,
-    /// The baseline is complete.
+    /// Whether the baseline is complete.
     pub baseline_complete: bool,
-    /// It was quiet, and without a long gap.
+    /// Whether the baseline was quiet and without a long gap.
     pub baseline_quiet: bool,
 }
 
-/// Makes an answer of the present event, and gives it.
+/// Computes an answer for the present event and writes it.
 ///
 /// # Safety
 /// `pipeline` is null or a pipeline's memory; `to` is null or memory for a `T`.
@@ -108,21 +112,24 @@ unsafe fn answer<T>(
     of: impl FnOnce(&Event<'_>, &crate::pipeline::State) -> T,
 ) -> WstacFwStatus {
     let answer = || {
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees it.
         let state = unsafe { value(pipeline) }?;
         let to = place(to)?;
         let event = state.event().ok_or(WstacFwStatus::State)?;
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees it.
         unsafe { give(to, of(&event, state)) }
     };
     status(answer())
 }
 
-/// The ten features of the feature frame that the last call completed: natural logarithms in units of 1/2048. WSTAC_FW_STATUS_NONE where it
-/// completed none. `frame`, which may be null, gets the frame's number.
+/// Writes the ten features of the feature frame that the last call completed, as natural logarithms in units of 1/2048.
+///
+/// Returns WSTAC_FW_STATUS_NONE if the last call completed none. `frame`, which may be null, receives the frame's
+/// number.
 ///
 /// # Safety
-/// `pipeline` is null or a pipeline's memory; `features` is null or memory for 10 numbers; `frame` is null or memory for one.
+/// `pipeline` is null or a pipeline's memory; `features` is null or memory for 10 numbers; `frame` is null or memory
+/// for one.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_fw_features(
     pipeline: *const WstacFwPipeline,
@@ -130,21 +137,21 @@ pub unsafe extern "C" fn wstac_fw_features(
     frame: *mut u64,
 ) -> WstacFwStatus {
     let give_features = || {
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees it.
         let state = unsafe { value(pipeline) }?;
         let to = place(features)?.cast::<[i16; FEATURES]>();
         let Some((number, features)) = state.features else { return Ok(WstacFwStatus::None) };
         if !frame.is_null() {
-            // SAFETY: the caller's.
+            // SAFETY: the caller guarantees it.
             unsafe { give(frame, number) }?;
         }
-        // SAFETY: the caller's; an array is aligned as its numbers.
+        // SAFETY: the caller guarantees it; an array is aligned as its numbers.
         unsafe { give(to, features) }
     };
     status(give_features())
 }
 
-/// The event that the last call completed.
+/// Writes the event that the last call completed.
 ///
 /// # Safety
 /// `pipeline` is null or a pipeline's memory; `event` is null or memory for one.
@@ -155,7 +162,7 @@ pub unsafe extern "C" fn wstac_fw_event(pipeline: *const WstacFwPipeline, event:
         frames_filled: event.frames_filled,
         reliable: event.reliable,
     };
-    // SAFETY: the caller's.
+    // SAFETY: the caller guarantees it.
     unsafe { answer(pipeline, event, of) }
 }
 
@@ -166,15 +173,15 @@ pub unsafe extern "C" fn wstac_fw_event(pipeline: *const WstacFwPipeline, event:
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_fw_sample(pipeline: *const WstacFwPipeline, sample: *mut i16) -> WstacFwStatus {
     let copy = || {
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees it.
         let state = unsafe { value(pipeline) }?;
         let to = place(sample)?;
         let event = state.event().ok_or(WstacFwStatus::State)?;
         let frames = event.sample.frames().take(SAMPLE_FRAMES);
         for (number, feature) in frames.flatten().enumerate() {
-            // SAFETY: 700 numbers (the caller), and no more are taken.
+            // SAFETY: there are 700 numbers (the caller), and no more are taken.
             let to = unsafe { to.add(number) };
-            // SAFETY: as above.
+            // SAFETY: the place is one of the 700 numbers.
             unsafe { to.write(*feature) };
         }
         Ok(WstacFwStatus::Ok)
@@ -182,7 +189,7 @@ pub unsafe extern "C" fn wstac_fw_sample(pipeline: *const WstacFwPipeline, sampl
     status(copy())
 }
 
-/// The event's sliding speed.
+/// Writes the event's sliding speed.
 ///
 /// # Safety
 /// `pipeline` is null or a pipeline's memory; `speed` is null or memory for one.
@@ -205,13 +212,14 @@ pub unsafe extern "C" fn wstac_fw_speed(pipeline: *const WstacFwPipeline, speed:
                 WstacFwSpeed { why: WstacFwWhy::CutOff, at_most_mm_s: at_most.unwrap_or(0.0), ..none }
             }
             Err(NoSpeed::OutsideLaw) => WstacFwSpeed { why: WstacFwWhy::OutsideLaw, ..none },
+            Err(_) => WstacFwSpeed { why: WstacFwWhy::Other, ..none },
         }
     };
-    // SAFETY: the caller's.
+    // SAFETY: the caller guarantees it.
     unsafe { answer(pipeline, speed, of) }
 }
 
-/// The event's sliding direction.
+/// Writes the event's sliding direction.
 ///
 /// # Safety
 /// `pipeline` is null or a pipeline's memory; `to` is null or memory for one.
@@ -226,15 +234,18 @@ pub unsafe extern "C" fn wstac_fw_direction(
             Ok(_) => WstacFwWhy::There,
             Err(Unclear::NeverLit) => WstacFwWhy::NeverLit,
             Err(Unclear::NoOrder) => WstacFwWhy::NoOrder,
+            Err(_) => WstacFwWhy::Other,
         };
         let degrees = found.heading.map_or(-1, |heading: Heading| heading.degrees().cast_signed());
         WstacFwDirection { why, degrees, confidence: found.confidence }
     };
-    // SAFETY: the caller's.
+    // SAFETY: the caller guarantees it.
     unsafe { answer(pipeline, to, of) }
 }
 
-/// The sample that a long gap has interrupted, once: WSTAC_FW_STATUS_NONE where there is none. A gap is known to be long by the frame behind it.
+/// Writes the sample that a long gap has interrupted, once.
+///
+/// Returns WSTAC_FW_STATUS_NONE if there is none. A gap is known to be long when the frame behind it arrives.
 ///
 /// # Safety
 /// `pipeline` is null or a pipeline's memory; `incomplete` is null or memory for one.
@@ -244,24 +255,24 @@ pub unsafe extern "C" fn wstac_fw_take_interrupted(
     incomplete: *mut WstacFwIncomplete,
 ) -> WstacFwStatus {
     let take = || {
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees it.
         let state = unsafe { value_mut(pipeline) }?;
         let to = place(incomplete)?;
         let Some(sample) = state.interrupted.take() else { return Ok(WstacFwStatus::None) };
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees it.
         unsafe { give(to, WstacFwIncomplete { frame: sample.frame, frames: sample.frames }) }
     };
     status(take())
 }
 
-/// How the stream stands; after wstac_fw_finish, how it ended.
+/// Writes the state of the stream; after wstac_fw_finish, how it ended.
 ///
 /// # Safety
 /// `pipeline` is null or a pipeline's memory; `end` is null or memory for one.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_fw_end(pipeline: *const WstacFwPipeline, end: *mut WstacFwEnd) -> WstacFwStatus {
     let give_end = || {
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees it.
         let state = unsafe { value(pipeline) }?;
         let found = state.pipeline.end();
         let given = WstacFwEnd {
@@ -271,7 +282,7 @@ pub unsafe extern "C" fn wstac_fw_end(pipeline: *const WstacFwPipeline, end: *mu
             baseline_complete: found.baseline_complete,
             baseline_quiet: found.baseline_quiet,
         };
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees it.
         unsafe { give(end, given) }
     };
     status(give_end())

@@ -1,4 +1,4 @@
-//! Pixel formats as a C program names them: by address, so that a program has the code of those alone that it names.
+//! Pixel formats, which a C program names by address, so that it has only the code of those that it names.
 
 use core::mem::offset_of;
 
@@ -12,12 +12,12 @@ use wstac_core::green::packed_ycbcr::{Uyvy, Yuyv};
 use wstac_core::green::planar_ycbcr::{Nv12, Yu12};
 use wstac_core::green::rgb565::Rgb565;
 use wstac_core::green::words::{Y10, Y12, Y16};
-use wstac_core::green::ycbcr::{YcbcrEncoding, Exact, Linear};
+use wstac_core::green::ycbcr::{Exact, Linear, YcbcrEncoding};
 use wstac_core::params::DEFAULT_FLOOR_LEVELS;
 
 use crate::status::WstacFwStatus;
 
-/// What a taxel is gathered in; most formats use the first number alone.
+/// The type that a taxel is gathered in. Most formats use only the first number.
 type Sum = [u32; 3];
 
 /// A pixel format: one of the WSTAC_FW_ constants below. A program links the code of those that it names.
@@ -33,10 +33,10 @@ pub struct WstacFwFormat {
     total: fn(YcbcrEncoding, &Sum, u32) -> u32,
 }
 
-/// What tells a format from anything else that a pointer may point to.
+/// The mark that distinguishes a format from anything else that a pointer may point to.
 const MARK: u32 = u32::from_le_bytes(*b"WSfm");
 
-/// The default floor at a full scale that a format has.
+/// Returns the default floor at a format's full scale.
 const fn floor(full_scale: u32) -> Floor {
     match Floor::new(DEFAULT_FLOOR_LEVELS, full_scale) {
         Ok(floor) => floor,
@@ -44,7 +44,7 @@ const fn floor(full_scale: u32) -> Floor {
     }
 }
 
-/// A format's table: its full scale, which numbers of the sum it uses, and the format itself for a color.
+/// Makes a format's table: its full scale, which numbers of the sum it uses, and the format itself for a color.
 macro_rules! format {
     ($full_scale:literal, $numbers:tt, |$color:ident| $green:expr) => {{
         fn full_scale() -> u32 {
@@ -118,7 +118,7 @@ pub static WSTAC_FW_RGBX32: WstacFwFormat = format!(255, one, |_color| Rgbx32::d
 /// Four bytes, green third: X R G B and X B G R.
 #[unsafe(no_mangle)]
 pub static WSTAC_FW_XRGB32: WstacFwFormat = format!(255, one, |_color| Xrgb32::default());
-/// 5, 6 and 5 bits in 16-bit little-endian words.
+/// RGB of 5, 6 and 5 bits in 16-bit little-endian words.
 #[unsafe(no_mangle)]
 pub static WSTAC_FW_RGB565: WstacFwFormat = format!(255, one, |_color| Rgb565);
 /// Bayer mosaic of 8 bits whose even rows have green second: RGGB and BGGR.
@@ -127,52 +127,52 @@ pub static WSTAC_FW_RGGB8: WstacFwFormat = format!(255, one, |_color| Bayer::<8>
 /// Bayer mosaic of 8 bits whose even rows have green first: GRBG and GBRG.
 #[unsafe(no_mangle)]
 pub static WSTAC_FW_GRBG8: WstacFwFormat = format!(255, one, |_color| Bayer::<8>::new(BayerOrder::Grbg));
-/// The same as WSTAC_FW_RGGB8 of 10 bits in 16-bit little-endian words.
+/// Bayer mosaic of 10 bits in 16-bit little-endian words whose even rows have green second: RGGB and BGGR.
 #[unsafe(no_mangle)]
 pub static WSTAC_FW_RGGB10: WstacFwFormat = format!(1023, one, |_color| Bayer::<10>::new(BayerOrder::Rggb));
-/// The same as WSTAC_FW_GRBG8 of 10 bits in 16-bit little-endian words.
+/// Bayer mosaic of 10 bits in 16-bit little-endian words whose even rows have green first: GRBG and GBRG.
 #[unsafe(no_mangle)]
 pub static WSTAC_FW_GRBG10: WstacFwFormat = format!(1023, one, |_color| Bayer::<10>::new(BayerOrder::Grbg));
-/// The same as WSTAC_FW_RGGB8 of 12 bits in 16-bit little-endian words.
+/// Bayer mosaic of 12 bits in 16-bit little-endian words whose even rows have green second: RGGB and BGGR.
 #[unsafe(no_mangle)]
 pub static WSTAC_FW_RGGB12: WstacFwFormat = format!(4095, one, |_color| Bayer::<12>::new(BayerOrder::Rggb));
-/// The same as WSTAC_FW_GRBG8 of 12 bits in 16-bit little-endian words.
+/// Bayer mosaic of 12 bits in 16-bit little-endian words whose even rows have green first: GRBG and GBRG.
 #[unsafe(no_mangle)]
 pub static WSTAC_FW_GRBG12: WstacFwFormat = format!(4095, one, |_color| Bayer::<12>::new(BayerOrder::Grbg));
 /// Y Cb Y Cr, green exact to the pixel.
 #[unsafe(no_mangle)]
 pub static WSTAC_FW_YUYV: WstacFwFormat = format!(255, one, |color| Yuyv::new(Exact::new(color)));
-/// Y Cb Y Cr, green once a taxel: fewer instructions, as `[green] yuv = "linear"` has it.
+/// Y Cb Y Cr, green once per taxel, as with `[green] yuv = "linear"`. It takes fewer instructions.
 #[unsafe(no_mangle)]
 pub static WSTAC_FW_YUYV_LINEAR: WstacFwFormat = format!(255, three, |color| Yuyv::new(Linear::new(color)));
 /// Cb Y Cr Y, green exact to the pixel.
 #[unsafe(no_mangle)]
 pub static WSTAC_FW_UYVY: WstacFwFormat = format!(255, one, |color| Uyvy::new(Exact::new(color)));
-/// Cb Y Cr Y, green once a taxel: fewer instructions, as `[green] yuv = "linear"` has it.
+/// Cb Y Cr Y, green once per taxel, as with `[green] yuv = "linear"`. It takes fewer instructions.
 #[unsafe(no_mangle)]
 pub static WSTAC_FW_UYVY_LINEAR: WstacFwFormat = format!(255, three, |color| Uyvy::new(Linear::new(color)));
 /// A plane of Y, then rows of Cb Cr for every 2 x 2 pixels. Whole frames only.
 #[unsafe(no_mangle)]
 pub static WSTAC_FW_NV12: WstacFwFormat = format!(255, one, |color| Nv12::new(Exact::new(color)));
-/// Planes of Y, of Cb and of Cr, these for every 2 x 2 pixels. Whole frames only.
+/// Planes of Y, of Cb and of Cr, the latter two for every 2 x 2 pixels. Whole frames only.
 #[unsafe(no_mangle)]
 pub static WSTAC_FW_YU12: WstacFwFormat = format!(255, one, |color| Yu12::new(Exact::new(color)));
 
 impl WstacFwFormat {
-    /// The format that a program names: one of this library's constants, which its mark confirms before the rest of it is looked at.
+    /// Returns the format that a program names. It is one of this library's constants, which its mark confirms before
+    /// the rest of it is read.
     ///
     /// # Errors
-    /// Where it is null, not aligned, or none.
+    /// Returns a status if it is null, not aligned, or not a format.
     ///
     /// # Safety
-    /// Null, or as many readable bytes as a format has.
+    /// `format` is null, or as many readable bytes as a format has.
     pub(crate) unsafe fn checked<'a>(format: *const Self) -> Result<&'a Self, WstacFwStatus> {
         if format.is_null() {
             return Err(WstacFwStatus::Null);
         }
         let mark = format.wrapping_byte_add(offset_of!(Self, mark)).cast::<u32>();
-        // What is not aligned is none. The mark alone is read: anything else need not be what its type says.
-        // SAFETY: not null, aligned, and readable (the caller); any number is a mark.
+        // An unaligned address is not a format. Only the mark is read: any other field may be invalid for its type.
         if !format.is_aligned() || unsafe { mark.read_volatile() } != MARK {
             return Err(WstacFwStatus::Format);
         }
@@ -180,7 +180,7 @@ impl WstacFwFormat {
         Ok(unsafe { &*format })
     }
 
-    /// The default floor of its pixels.
+    /// Returns the default floor of the format's pixels.
     pub(crate) fn default_floor(&self) -> Floor {
         self.floor
     }
@@ -205,7 +205,7 @@ impl GreenChannel for Chosen {
     }
 
     fn cell(&self) -> u16 {
-        // Never 0, which is divided by: the compiler knows so only here.
+        // It is never 0, which would be a divisor. Only this tells the compiler so.
         (self.format.cell)().max(1)
     }
 

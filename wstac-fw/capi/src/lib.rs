@@ -1,8 +1,8 @@
-//! WSTac's pipeline for firmware in C: `libwstac_fw.a`, whose header is `include/wstac_fw.h`.
+//! WSTac's pipeline for firmware in C: `libwstac_fw.a`, with the header `include/wstac_fw.h`.
 //!
-//! Nothing is allocated: a pipeline and a model live in memory that the caller gives. Every call checks its pointers and that what
-//! they point to has been set up; what is wrong is a status, with a text. A pipeline or a model is used by one thread, or one level
-//! of interrupts, at a time; there is nothing that two of them share.
+//! Nothing is allocated: a pipeline and a model live in memory that the caller provides. Every call checks its
+//! pointers, and that the memory behind them has been set up. Every fault is a status, with a text. A pipeline or a
+//! model is used by only one thread, or one interrupt level, at a time. Two of them share nothing.
 //!
 //! | what | file |
 //! | --- | --- |
@@ -22,8 +22,9 @@ pub mod pipeline;
 pub mod settings;
 pub mod status;
 
-/// Not reached: no panic is left in what a program links, which `ci/capi` checks. Traps on Arm and x86-64, so that it would
-/// not go unseen; elsewhere it stands still.
+/// Stops the program. It is never reached: a linked program has no panic left, which `ci/capi` checks.
+///
+/// It traps on Arm and x86-64, so that it would be noticed; elsewhere it stands still.
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
     loop {
@@ -33,7 +34,7 @@ fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
             core::arch::asm!("udf #0");
         }
         #[cfg(target_arch = "x86_64")]
-        // SAFETY: as above.
+        // SAFETY: an undefined instruction has no effect but its fault.
         unsafe {
             core::arch::asm!("ud2");
         }

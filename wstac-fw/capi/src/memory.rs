@@ -1,8 +1,8 @@
-//! Memory that a caller gives, and what has been set up in it.
+//! Memory that a caller provides, and the values that have been set up in it.
 
 use crate::status::WstacFwStatus;
 
-/// What lies in a caller's memory: a mark that it has been set up, then the thing itself.
+/// The content of a caller's memory: a mark that it has been set up, then the value.
 #[repr(C)]
 pub(crate) struct Slot<T> {
     mark: u32,
@@ -14,20 +14,20 @@ pub(crate) struct Slot<T> {
 /// # Safety
 /// `Self` is plain numbers, at least as large as `Slot<Self::Value>`, and as aligned.
 pub(crate) unsafe trait Memory {
-    /// What is set up in it.
+    /// The type of the value that is set up in it.
     type Value;
-    /// What tells it from memory that has not been set up.
+    /// The mark that distinguishes it from memory that has not been set up.
     const MARK: u32;
 }
 
-/// Whether a [`Slot`] of `T` fits into `M`, closely: for a `const` assertion.
+/// Returns whether a [`Slot`] of `T` fits closely into `M`, for a `const` assertion.
 pub(crate) const fn fits<M, T>(most_unused: usize) -> bool {
     align_of::<M>() >= align_of::<Slot<T>>()
         && size_of::<M>() >= size_of::<Slot<T>>()
         && size_of::<M>() - size_of::<Slot<T>>() <= most_unused
 }
 
-/// Checks memory that a caller says to have `size` bytes.
+/// Checks memory that has `size` bytes according to the caller.
 fn checked<M: Memory>(memory: *const M) -> Result<*mut Slot<M::Value>, WstacFwStatus> {
     if memory.is_null() {
         return Err(WstacFwStatus::Null);
@@ -39,10 +39,10 @@ fn checked<M: Memory>(memory: *const M) -> Result<*mut Slot<M::Value>, WstacFwSt
 /// Checks that memory has been set up.
 ///
 /// # Safety
-/// Readable, and as large and aligned as a slot.
+/// `slot` is readable, and as large and aligned as a slot.
 unsafe fn check_mark<M: Memory>(slot: *const Slot<M::Value>) -> Result<(), WstacFwStatus> {
     // The mark is a slot's first field.
-    // SAFETY: the caller's; any number is a mark.
+    // SAFETY: guaranteed by the caller; any number is a mark.
     let mark = unsafe { slot.cast::<u32>().read_volatile() };
     if mark == M::MARK { Ok(()) } else { Err(WstacFwStatus::State) }
 }
@@ -50,10 +50,10 @@ unsafe fn check_mark<M: Memory>(slot: *const Slot<M::Value>) -> Result<(), Wstac
 /// Sets up memory of `size` bytes.
 ///
 /// # Errors
-/// Where it is none, too small or not aligned, and those of `make`.
+/// Returns a status if the memory is null, too small or not aligned, and the errors of `make`.
 ///
 /// # Safety
-/// `memory` is null, or `size` bytes that nobody else uses meanwhile.
+/// `memory` is null, or `size` bytes that no other code uses meanwhile.
 pub(crate) unsafe fn set_up<M: Memory>(
     memory: *mut M,
     size: usize,
@@ -64,49 +64,49 @@ pub(crate) unsafe fn set_up<M: Memory>(
         return Err(WstacFwStatus::Memory);
     }
     let value = make()?;
-    // SAFETY: not null, aligned, as large as its type, which holds a slot (`Memory`), and nobody else's (the caller). What was there
-    // before, if anything, needs no drop: it owns nothing.
+    // SAFETY: it is not null, aligned, as large as its type, which holds a slot (`Memory`), and not in use by others
+    // (the caller). Its previous content needs no drop, because it owns nothing.
     unsafe { slot.write(Slot { mark: M::MARK, value }) };
     Ok(WstacFwStatus::Ok)
 }
 
-/// What has been set up in memory, to change.
+/// Returns the value that has been set up in memory, to be changed.
 ///
 /// # Errors
-/// Where it is none, not aligned, or not set up.
+/// Returns a status if the memory is null, not aligned, or not set up.
 ///
 /// # Safety
-/// `memory` is null, or readable and writable as its type, and nobody else uses it meanwhile.
+/// `memory` is null, or readable and writable as its type, and no other code uses it meanwhile.
 pub(crate) unsafe fn value_mut<'a, M: Memory>(memory: *mut M) -> Result<&'a mut M::Value, WstacFwStatus> {
     let slot = checked(memory)?;
-    // SAFETY: readable, and as large and aligned as a slot (the caller, `checked`).
+    // SAFETY: it is readable, and as large and aligned as a slot (the caller, `checked`).
     unsafe { check_mark::<M>(slot) }?;
-    // SAFETY: its mark says that `set_up` has written a slot there, and nobody else uses it (the caller).
+    // SAFETY: its mark says that `set_up` has written a slot there, and no other code uses it (the caller).
     Ok(unsafe { &mut (*slot).value })
 }
 
-/// [`value_mut`] to look at.
+/// Returns the value that has been set up in memory, to be read.
 ///
 /// # Errors
-/// As there.
+/// Returns a status if the memory is null, not aligned, or not set up.
 ///
 /// # Safety
-/// `memory` is null, or readable as its type, and nobody changes it meanwhile.
+/// `memory` is null, or readable as its type, and no code changes it meanwhile.
 pub(crate) unsafe fn value<'a, M: Memory>(memory: *const M) -> Result<&'a M::Value, WstacFwStatus> {
     let slot = checked(memory)?;
     // SAFETY: as in `value_mut`.
     unsafe { check_mark::<M>(slot) }?;
-    // SAFETY: as in `value_mut`, and nobody changes it (the caller).
+    // SAFETY: as in `value_mut`, and no code changes it (the caller).
     Ok(unsafe { &(*slot).value })
 }
 
-/// A caller's struct or array to read.
+/// Returns a caller's struct or array, to be read.
 ///
 /// # Errors
-/// Where it is null or not aligned.
+/// Returns a status if the address is null or not aligned.
 ///
 /// # Safety
-/// Null, or a `T` that nobody changes meanwhile.
+/// `from` is null, or a `T` that no code changes meanwhile.
 pub(crate) unsafe fn borrowed<'a, T>(from: *const T) -> Result<&'a T, WstacFwStatus> {
     if from.is_null() {
         return Err(WstacFwStatus::Null);
@@ -114,14 +114,14 @@ pub(crate) unsafe fn borrowed<'a, T>(from: *const T) -> Result<&'a T, WstacFwSta
     if !from.is_aligned() {
         return Err(WstacFwStatus::Memory);
     }
-    // SAFETY: not null, aligned, a `T` (the caller).
+    // SAFETY: it is not null, aligned, and a `T` (the caller).
     Ok(unsafe { &*from })
 }
 
 /// Checks that there is a place for a `T`.
 ///
 /// # Errors
-/// Where it is null or not aligned.
+/// Returns a status if the address is null or not aligned.
 pub(crate) fn place<T>(to: *mut T) -> Result<*mut T, WstacFwStatus> {
     if to.is_null() {
         return Err(WstacFwStatus::Null);
@@ -129,16 +129,16 @@ pub(crate) fn place<T>(to: *mut T) -> Result<*mut T, WstacFwStatus> {
     if to.is_aligned() { Ok(to) } else { Err(WstacFwStatus::Memory) }
 }
 
-/// Gives a caller a `T`.
+/// Writes a `T` to a caller's memory.
 ///
 /// # Errors
-/// Where there is no place for it.
+/// Returns a status if the address is null or not aligned.
 ///
 /// # Safety
-/// Null, or memory for a `T` that nobody else uses meanwhile.
+/// `to` is null, or memory for a `T` that no other code uses meanwhile.
 pub(crate) unsafe fn give<T>(to: *mut T, value: T) -> Result<WstacFwStatus, WstacFwStatus> {
     let to = place(to)?;
-    // SAFETY: not null, aligned, memory for a `T` (the caller).
+    // SAFETY: it is not null, aligned, and memory for a `T` (the caller).
     unsafe { to.write(value) };
     Ok(WstacFwStatus::Ok)
 }

@@ -1,4 +1,4 @@
-//! A texture model, from the bytes of its file.
+//! Texture models, from the bytes of their files.
 
 use core::ffi::c_char;
 use core::slice;
@@ -11,35 +11,36 @@ use wstac_core::texture::texture;
 use crate::memory::{Memory, borrowed, fits, give, place, set_up, value};
 use crate::status::{WstacFwStatus, status};
 
-/// Bytes of a model.
+/// The number of bytes of a model.
 pub const WSTAC_FW_MODEL_SIZE: usize = 112;
-/// Bytes of a class's name, with the 0 behind it.
+/// The number of bytes of a class's name, with the 0 behind it.
 pub const WSTAC_FW_LABEL_BYTES: usize = 64;
 
 const _: () = assert!(WSTAC_FW_LABEL_BYTES == LONGEST_LABEL + 1);
 
-/// A texture model, in memory that the program gives. Set up by wstac_fw_model_init; it reads the file's bytes where they lie. Nothing has to
-/// be freed.
+/// A texture model, in memory that the program provides.
+///
+/// wstac_fw_model_init sets it up. It reads the file's bytes where they lie. Nothing has to be freed.
 #[repr(C)]
 pub struct WstacFwModel {
-    /// The library's own.
+    /// Private to the library.
     opaque: [u64; 14],
 }
 
 const _: () = assert!(size_of::<WstacFwModel>() == WSTAC_FW_MODEL_SIZE);
 const _: () = assert!(fits::<WstacFwModel, Model<'static>>(if cfg!(target_pointer_width = "32") { 52 } else { 0 }));
 
-// SAFETY: numbers, as large and aligned as asserted above.
+// SAFETY: it consists of numbers, as large and aligned as asserted above.
 unsafe impl Memory for WstacFwModel {
     type Value = Model<'static>;
     const MARK: u32 = u32::from_le_bytes(*b"WSmd");
 }
 
-/// What a model tells apart.
+/// The task of a model: what it tells apart.
 #[repr(i32)]
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum WstacFwTask {
-    /// Unstated.
+    /// A task that is not stated.
     Other = 0,
     /// Specimens: pattern and depth.
     Specimen = 1,
@@ -49,19 +50,21 @@ pub enum WstacFwTask {
     Depth = 3,
 }
 
-/// What a model says of a sample.
+/// The answer of a model for a sample.
 #[repr(C)]
 pub struct WstacFwTexture {
-    /// What the model tells apart.
+    /// The task of the model: what it tells apart.
     pub task: WstacFwTask,
-    /// Number of the class, from 0.
+    /// The number of the class, from 0.
     pub class_number: u8,
-    /// Its name in UTF-8, such as Saw3, that ends in 0.
+    /// The name of the class in UTF-8, such as Saw3, with a 0 at its end.
     pub label: [c_char; WSTAC_FW_LABEL_BYTES],
 }
 
-/// Checks all of a model file's bytes, which are aligned to four, and sets the model up in `size` bytes of memory: sizeof(WstacFwModel). The
-/// bytes are not copied: they stay where and as they are as long as the model is used, in flash as a rule.
+/// Checks all of a model file's bytes and sets the model up in `size` bytes of memory: sizeof(WstacFwModel).
+///
+/// The bytes must be aligned to four. They are not copied: they must stay where and as they are as long as the model is
+/// used, usually in flash.
 ///
 /// # Safety
 /// `model` is null or that memory; `bytes` is null or `length` bytes.
@@ -79,18 +82,18 @@ pub unsafe extern "C" fn wstac_fw_model_init(
         if isize::try_from(length).is_err() {
             return Err(WstacFwStatus::Memory);
         }
-        // SAFETY: not null, `length` bytes that stay (the caller).
+        // SAFETY: there are `length` bytes that stay (the caller), and the address is not null.
         let bytes = unsafe { slice::from_raw_parts(bytes, length) };
         Ok(Model::from_bytes(bytes)?)
     };
-    // SAFETY: the caller's.
+    // SAFETY: the caller guarantees it.
     status(unsafe { set_up(model, size, make) })
 }
 
-/// What a model says of a sample, as wstac_fw_sample gives it: 700 numbers.
+/// Writes a model's answer for a sample of 700 numbers, as wstac_fw_sample provides it.
 ///
 /// # Safety
-/// `model` is null or a model's memory, `sample` null or 700 numbers, `to` null or memory for a texture.
+/// `model` is null or a model's memory, `sample` is null or 700 numbers, and `to` is null or memory for a texture.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_fw_classify(
     model: *const WstacFwModel,
@@ -98,9 +101,9 @@ pub unsafe extern "C" fn wstac_fw_classify(
     to: *mut WstacFwTexture,
 ) -> WstacFwStatus {
     let classify = || {
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees it.
         let model = unsafe { value(model) }?;
-        // SAFETY: the caller's; an array is aligned as its numbers.
+        // SAFETY: the caller guarantees it; an array is aligned as its numbers.
         let sample = unsafe { borrowed(sample.cast::<[i16; INPUTS]>()) }?;
         let to = place(to)?;
         let found = texture(sample, model);
@@ -115,7 +118,7 @@ pub unsafe extern "C" fn wstac_fw_classify(
             Task::Pattern => WstacFwTask::Pattern,
             Task::Depth => WstacFwTask::Depth,
         };
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees it.
         unsafe { give(to, WstacFwTexture { task, class_number: found.class, label }) }
     };
     status(classify())

@@ -1,4 +1,4 @@
-//! A pipeline in the caller's memory: frames or stripes in.
+//! A pipeline in the caller's memory, which takes frames or stripes.
 
 use core::slice;
 
@@ -6,7 +6,7 @@ use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::error::Error;
 use wstac_core::features::Features;
 use wstac_core::frame::Stride;
-use wstac_core::green::ycbcr::{YcbcrEncoding, YcbcrMatrix, QuantizationRange};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::fixed::Fixed;
 use wstac_core::params::TAXELS;
@@ -25,8 +25,9 @@ pub const WSTAC_PIPELINE_SIZE: usize = 2408;
 /// What a pipeline's address is a multiple of.
 pub const WSTAC_PIPELINE_ALIGN: usize = 8;
 
-/// A pipeline, in memory that the program gives: `static WstacFwPipeline pipeline;`. Set up by wstac_fw_init; copied or moved it is another
-/// pipeline in the same state. Nothing has to be freed.
+/// A pipeline, in memory that the program provides: `static WstacFwPipeline pipeline;`.
+///
+/// wstac_fw_init sets it up. A copied or moved pipeline is another one in the same state. Nothing has to be freed.
 #[repr(C)]
 pub struct WstacFwPipeline {
     /// The library's own.
@@ -38,26 +39,26 @@ const _: () = assert!(align_of::<WstacFwPipeline>() == WSTAC_PIPELINE_ALIGN);
 // On a 64-bit machine, where tests run, pointers are larger.
 const _: () = assert!(fits::<WstacFwPipeline, State>(if cfg!(target_pointer_width = "32") { 24 } else { 0 }));
 
-// SAFETY: numbers, as large and aligned as asserted above.
+// SAFETY: it consists of numbers, as large and aligned as asserted above.
 unsafe impl Memory for WstacFwPipeline {
     type Value = State;
     const MARK: u32 = u32::from_le_bytes(*b"WSpl");
 }
 
-/// What a pipeline is.
+/// The state of a pipeline.
 pub(crate) struct State {
     pub(crate) pipeline: Pipeline<Chosen, Fixed, Option<TrackingBaseline>>,
     pub(crate) speed: SpeedConfig,
-    /// Those of the feature frame that the last call completed, and its number.
+    /// The number and the features of the feature frame that the last call completed.
     pub(crate) features: Option<(u64, Features)>,
     /// The event that the last call completed, whose sample the pipeline still holds.
     seen: Option<Seen>,
-    /// The sample that a long gap has interrupted, until it is asked for.
+    /// The sample that a long gap has interrupted, until a program asks for it.
     pub(crate) interrupted: Option<InterruptedSample>,
     phase: Phase,
 }
 
-/// How far a stream has come.
+/// The phase of a stream.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Phase {
     SetUp,
@@ -65,7 +66,7 @@ enum Phase {
     Ended,
 }
 
-/// Of an event what the pipeline does not keep.
+/// The part of an event that the pipeline does not keep.
 #[derive(Clone, Copy)]
 struct Seen {
     frame: u64,
@@ -85,7 +86,7 @@ impl State {
         let layout = if options.corners.is_null() {
             Layout::paper(size)?
         } else {
-            // SAFETY: the caller's 25 corners.
+            // SAFETY: the caller guarantees 25 corners.
             let corners = unsafe { borrowed(options.corners.cast::<[WstacFwCorner; TAXELS]>()) }?;
             Layout::new(size, options.taxel, corners.each_ref().map(|corner| [corner.left, corner.top]))?
         };
@@ -112,19 +113,19 @@ impl State {
         })
     }
 
-    /// Whether parameters can still be changed.
+    /// Returns whether parameters can still be changed.
     pub(crate) fn is_fresh(&self) -> bool {
         self.phase == Phase::SetUp
     }
 
-    /// The event that the last call completed.
+    /// Returns the event that the last call completed.
     pub(crate) fn event(&self) -> Option<Event<'_>> {
         let Seen { frame, frames_filled, reliable } = self.seen?;
         let (_, sample) = self.pipeline.recent();
         Some(Event { frame, sample, baseline: self.pipeline.baseline()?, frames_filled, reliable })
     }
 
-    /// Pushes something, as long as the stream has not ended: from now on it has started.
+    /// Pushes frames or losses if the stream has not ended. From then on it has started.
     fn push(
         &mut self,
         push: impl FnOnce(&mut Pipeline<Chosen, Fixed, Option<TrackingBaseline>>) -> Result<Update<'_>, Error>,
@@ -156,45 +157,48 @@ impl State {
 /// A taxel's corner in a frame, in pixels.
 #[repr(C)]
 pub struct WstacFwCorner {
-    /// Its first column.
+    /// The first column.
     pub left: u16,
-    /// Its first row.
+    /// The first row.
     pub top: u16,
 }
 
-/// A camera's frames. All zeros but format, width and height are the defaults.
+/// The description of a camera's frames. Zeros in all fields except format, width and height are the defaults.
 #[repr(C)]
 pub struct WstacFwOptions {
-    /// Pixel format, such as &WSTAC_FW_GREY.
+    /// The pixel format, such as &WSTAC_FW_GREY.
     pub format: *const WstacFwFormat,
-    /// Pixels of a row, 1 to 16384.
+    /// The number of pixels of a row, 1 to 16384.
     pub width: u32,
-    /// Rows of a frame, 1 to 16384.
+    /// The number of rows of a frame, 1 to 16384.
     pub height: u32,
-    /// Bytes from row to row; 0 for rows without padding.
+    /// The number of bytes from row to row; 0 for rows without padding.
     pub bytes_per_row: u32,
-    /// Frames a second, numerator; with a denominator of 0, too, 30 a second. Above 45 a second frames are added up to about 30.
+    /// The numerator of the frames per second. If it and the denominator are 0, the rate is 30 per second. Above 45 per
+    /// second, frames are added up to about 30.
     pub fps_numerator: u32,
-    /// Frames a second, denominator.
+    /// The denominator of the frames per second.
     pub fps_denominator: u32,
-    /// Every such pixel of a taxel, either way, is counted: 1, 2, 3 or 5; 0 is 1.
+    /// The stride: one of so many pixels of a taxel is counted, in both directions. It is 1, 2, 3 or 5; 0 means 1.
     pub stride: u32,
-    /// Y Cb Cr are of ITU-R BT.709 instead of BT.601.
+    /// Whether Y Cb Cr are of ITU-R BT.709 instead of BT.601.
     pub bt709: bool,
-    /// Y Cb Cr are of full range instead of limited.
+    /// Whether Y Cb Cr are of full range instead of limited.
     pub full_range: bool,
-    /// Width and height of every taxel in pixels; with corners only.
+    /// The width and height of every taxel in pixels. They count only with corners.
     pub taxel: [u16; 2],
-    /// Corners of 25 taxels, row by row; null for the paper's layout in the centred largest square.
+    /// The corners of 25 taxels, row by row; null for the paper's layout in the centered largest square.
     pub corners: *const WstacFwCorner,
 }
 
-/// Sets a pipeline up, with the default trigger and speed law, in `size` bytes of memory: sizeof(WstacFwPipeline). It may have been in use
-/// before. The baseline is the first 25 feature frames: nothing may touch the sensor then.
+/// Sets up a pipeline with the default trigger and speed law, in `size` bytes of memory: sizeof(WstacFwPipeline).
+///
+/// The memory may have been in use before. The baseline is the first 25 feature frames, during which nothing may touch
+/// the sensor.
 ///
 /// # Safety
-/// `pipeline` is null or that memory; `options` is null or options, whose format is null or one of the WSTAC_FW_ constants, and whose corners
-/// are null or 25.
+/// `pipeline` is null or that memory; `options` is null or options. Their format is null or one of the WSTAC_FW_
+/// constants, and their corners are null or 25.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_fw_init(
     pipeline: *mut WstacFwPipeline,
@@ -202,20 +206,20 @@ pub unsafe extern "C" fn wstac_fw_init(
     options: *const WstacFwOptions,
 ) -> WstacFwStatus {
     let make = || {
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees it.
         let options = unsafe { borrowed(options) }?;
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees it.
         let format = unsafe { WstacFwFormat::checked(options.format) }?;
         State::new(options, format)
     };
-    // SAFETY: the caller's.
+    // SAFETY: the caller guarantees it.
     status(unsafe { set_up(pipeline, size, make) })
 }
 
-/// Bytes that a caller gives.
+/// Returns the bytes that a caller provides.
 ///
 /// # Safety
-/// Null, or `length` bytes that nobody changes meanwhile.
+/// `bytes` is null, or `length` bytes that no code changes meanwhile.
 unsafe fn bytes<'a>(bytes: *const u8, length: usize) -> Result<&'a [u8], WstacFwStatus> {
     if bytes.is_null() {
         return Err(WstacFwStatus::Null);
@@ -223,12 +227,13 @@ unsafe fn bytes<'a>(bytes: *const u8, length: usize) -> Result<&'a [u8], WstacFw
     if isize::try_from(length).is_err() {
         return Err(WstacFwStatus::Memory);
     }
-    // SAFETY: not null, `length` bytes (the caller), which no more than half of all addresses can be.
+    // SAFETY: it is not null, and `length` bytes (the caller), which are at most half of all addresses.
     Ok(unsafe { slice::from_raw_parts(bytes, length) })
 }
 
-/// Takes a whole frame. WSTAC_FW_STATUS_EVENT if it completes an event. A frame that is refused has not been taken: wstac_fw_push_lost keeps
-/// its place in time.
+/// Takes a whole frame. Returns WSTAC_FW_STATUS_EVENT if it completes an event.
+///
+/// A frame that is refused has not been taken: wstac_fw_push_lost keeps its place in time.
 ///
 /// # Safety
 /// `pipeline` is null or a pipeline's memory; `frame` is null or `length` bytes.
@@ -239,17 +244,18 @@ pub unsafe extern "C" fn wstac_fw_push_frame(
     length: usize,
 ) -> WstacFwStatus {
     let push = || {
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees it.
         let state = unsafe { value_mut(pipeline) }?;
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees it.
         let frame = unsafe { bytes(frame, length) }?;
         state.push(|pipeline| pipeline.push_frame(frame))
     };
     status(push())
 }
 
-/// Takes the next rows of a frame, as a DMA delivers them. WSTAC_FW_STATUS_EVENT if they complete an event, which is that of the whole frame
-/// bit for bit. A stripe that is refused has not been taken.
+/// Takes the next rows of a frame, as a DMA delivers them. Returns WSTAC_FW_STATUS_EVENT if they complete an event.
+///
+/// The event is bit-identical to that of the whole frame. A stripe that is refused has not been taken.
 ///
 /// # Safety
 /// `pipeline` is null or a pipeline's memory; `rows` is null or `length` bytes.
@@ -260,53 +266,58 @@ pub unsafe extern "C" fn wstac_fw_push_stripe(
     length: usize,
 ) -> WstacFwStatus {
     let push = || {
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees it.
         let state = unsafe { value_mut(pipeline) }?;
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees it.
         let rows = unsafe { bytes(rows, length) }?;
         state.push(|pipeline| pipeline.push_stripe(rows))
     };
     status(push())
 }
 
-/// Forgets the rows of a frame whose rest will not arrive, and counts it as lost: one frame, whether or not any of its rows had arrived.
+/// Forgets the rows of a frame whose rest will not arrive, and counts it as lost.
+///
+/// It counts one frame, whether or not any of its rows had arrived.
 ///
 /// # Safety
 /// `pipeline` is null or a pipeline's memory.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_fw_abandon_frame(pipeline: *mut WstacFwPipeline) -> WstacFwStatus {
     let abandon = || {
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees it.
         let state = unsafe { value_mut(pipeline) }?;
         state.push(|pipeline| Ok(pipeline.abandon_frame()))
     };
     status(abandon())
 }
 
-/// Keeps the place of lost camera frames in time: a short gap is filled, one of more than 7 feature frames ends what was under way. A frame
-/// that is under way in stripes stays so.
+/// Keeps the place of lost camera frames in time.
+///
+/// A short gap is filled. A gap of more than 7 feature frames ends what was under way. A frame that is under way in
+/// stripes stays so.
 ///
 /// # Safety
 /// `pipeline` is null or a pipeline's memory.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_fw_push_lost(pipeline: *mut WstacFwPipeline, frames: u64) -> WstacFwStatus {
     let lose = || {
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees it.
         let state = unsafe { value_mut(pipeline) }?;
         state.push(|pipeline| Ok(pipeline.push_lost(frames)))
     };
     status(lose())
 }
 
-/// Ends the stream. WSTAC_FW_STATUS_EVENT if frames that were lost at its very end complete an event. Nothing can be pushed after it until
-/// wstac_fw_init.
+/// Ends the stream. Returns WSTAC_FW_STATUS_EVENT if frames that were lost at its very end complete an event.
+///
+/// Nothing can be pushed after it until wstac_fw_init.
 ///
 /// # Safety
 /// `pipeline` is null or a pipeline's memory.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_fw_finish(pipeline: *mut WstacFwPipeline) -> WstacFwStatus {
     let finish = || {
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees it.
         let state = unsafe { value_mut(pipeline) }?;
         state.finish()
     };

@@ -1,19 +1,19 @@
-//! What a call comes back with, and what that means in words.
+//! The results of calls, and their texts.
 
 use core::ffi::{CStr, c_char};
 
 use wstac_core::error::Error;
 use wstac_core::model::file::ModelError;
 
-/// What a call comes back with. Errors are below 0: nothing has changed then, and nothing was written.
+/// The result of a call. Errors are below 0; then nothing has changed, and nothing was written.
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WstacFwStatus {
     /// Done.
     Ok = 0,
-    /// Done, and an event is complete: ask for it before the next push.
+    /// Done, and an event is complete. Ask for it before the next push.
     Event = 1,
-    /// Done, and there is nothing to give.
+    /// Done, but the requested value does not exist.
     None = 2,
     /// A pointer is null.
     Null = -1,
@@ -21,7 +21,7 @@ pub enum WstacFwStatus {
     Memory = -2,
     /// The pipeline or model has not been set up, or the call does not fit what it has done.
     State = -3,
-    /// The format is none of this library's.
+    /// The format is not one of this library's.
     Format = -4,
     /// Width or height is out of range.
     FrameSize = -5,
@@ -29,7 +29,7 @@ pub enum WstacFwStatus {
     EmptyTaxel = -6,
     /// A taxel reaches outside the frame.
     TaxelOutside = -7,
-    /// Sums do not fit 32 bits: taxels are too large.
+    /// Sums do not fit 32 bits, because taxels are too large.
     SumTooLarge = -8,
     /// The stride is unknown.
     Stride = -9,
@@ -43,9 +43,9 @@ pub enum WstacFwStatus {
     StripeNotWholeRows = -13,
     /// A stripe has more rows than the frame has left.
     StripeTooLong = -14,
-    /// A stripe of a planar format.
+    /// A stripe has a planar format.
     StripeOfPlanar = -15,
-    /// A whole frame while one is under way in stripes.
+    /// A whole frame arrived while one is under way in stripes.
     FrameUnderWay = -16,
     /// The window is out of range.
     Window = -17,
@@ -55,33 +55,33 @@ pub enum WstacFwStatus {
     Multiplier = -19,
     /// The margin is out of range.
     Margin = -20,
-    /// The time constant of a baseline that follows is out of range.
+    /// The time constant of a tracking baseline is out of range.
     Follow = -21,
     /// Floor levels are out of range.
     FloorLevels = -22,
     /// The speed threshold is out of range.
     SpeedThreshold = -23,
-    /// The range of speeds is none.
+    /// The fitted speeds are not a range.
     FittedRange = -24,
     /// A parameter of the speed law is out of range.
     SpeedLaw = -25,
-    /// The bytes are no model file.
+    /// The bytes are not a model file.
     ModelMagic = -26,
     /// The model file is of another version.
     ModelVersion = -27,
-    /// The model file is cut off, or has bytes too many.
+    /// The model file is cut off, or has too many bytes.
     ModelLength = -28,
     /// The model file is damaged.
     ModelChecksum = -29,
     /// The model file's bytes are not aligned to four.
     ModelAlignment = -30,
-    /// The model file says something impossible.
+    /// The model file has impossible content.
     ModelContent = -31,
-    /// Something else is wrong with the parameters.
+    /// The parameters have another fault.
     Other = -32,
 }
 
-/// Every status in words.
+/// The text of every status.
 const TEXTS: [(WstacFwStatus, &CStr); 35] = {
     use WstacFwStatus as S;
     [
@@ -165,12 +165,13 @@ impl From<ModelError> for WstacFwStatus {
     }
 }
 
-/// A call's status from what it did.
+/// Returns a call's status from its result.
 pub(crate) fn status(result: Result<WstacFwStatus, WstacFwStatus>) -> WstacFwStatus {
     result.unwrap_or_else(|error| error)
 }
 
-/// A status in words: text in English that ends in 0 and stays. Of a number that is no status it says so.
+/// Returns the text of a status, in English, with a 0 at its end. The text stays valid. It says so if a number is not a
+/// status.
 #[unsafe(no_mangle)]
 pub extern "C" fn wstac_fw_status_text(status: i32) -> *const c_char {
     let known = TEXTS.iter().find(|(known, _)| *known as i32 == status);

@@ -1,6 +1,8 @@
-//! What the way from frames to answers costs on a board that QEMU emulates: frames of 400 × 400 [`setup::PIXELS`] from the file `frames`, in
-//! stripes and whole where there is room; their features into the file `features`, and instructions and stack to the console, as JSON
-//! (`ci/firmware`). What an answer of the texture model takes is counted of the events, and of the samples in the file `samples`.
+//! Measures the cost of the way from frames to answers on a board that QEMU emulates (`ci/firmware`).
+//!
+//! The file `frames` has frames of 400 × 400 [`setup::PIXELS`]. They are taken in stripes, and whole if there is room.
+//! Features go to the file `features`; instructions and stack go to the console, as JSON. The cost of the texture
+//! model's answer is counted for the events, and for the samples in the file `samples`.
 #![no_std]
 #![no_main]
 
@@ -23,13 +25,13 @@ use wstac_fw::emulated::stack;
 use wstac_fw::setup;
 
 const SIDE: usize = 400;
-/// Rows that a DMA brings at a time.
+/// The rows that a DMA brings at a time.
 const ROWS: usize = 8;
-/// Bytes of a whole frame.
+/// The bytes of a whole frame.
 #[cfg(not(microbit))]
 const FRAME: usize = SIDE * SIDE * setup::PIXEL_BYTES;
 
-/// What a kind of work took in all.
+/// The total cost of a kind of work.
 #[derive(Default)]
 struct Cost {
     times: u32,
@@ -42,7 +44,7 @@ impl Cost {
         self.ticks += u64::from(ticks);
     }
 
-    /// Instructions a time.
+    /// Returns the instructions per execution.
     fn mean(&self, clock: &Clock) -> u64 {
         clock.instructions(self.ticks).checked_div(u64::from(self.times)).unwrap_or(0)
     }
@@ -62,7 +64,7 @@ fn run() -> Result<(), Error> {
     let layout = setup::layout(FrameSize::new(SIDE as u32, SIDE as u32)?)?;
     let camera = FrameGeometry::with_stride(setup::GREEN, layout, FrameRate::NOMINAL, setup::STRIDE)?;
     let mut pipeline = setup::pipeline(camera)?;
-    // The pipeline's own cannot be timed apart.
+    // The pipeline's own work cannot be timed separately.
     let mut trigger = Trigger::with(setup::TRIGGER, 0, setup::FOLLOWING);
     let speed = setup::speed(FrameRate::NOMINAL)?;
     let [mut to_features, mut to_trigger, mut to_speed, mut to_direction, mut to_texture] =
@@ -104,7 +106,8 @@ fn run() -> Result<(), Error> {
     Ok(())
 }
 
-/// Instructions of the texture model's answer to one of the samples in the file: what trees take depends on the sample.
+/// Returns the instructions of the texture model's answer to one of the samples in the file. The cost of trees depends
+/// on the sample.
 #[inline(never)]
 fn answers(clock: &Clock) -> u64 {
     let Some(model) = setup::MODEL else { return 0 };
@@ -121,7 +124,7 @@ fn answers(clock: &Clock) -> u64 {
     cost.mean(clock)
 }
 
-/// Instructions from a whole frame to its features: 0 on a board that has no room for one.
+/// Returns the instructions from a whole frame to its features; 0 on a board that has no room for one.
 #[cfg(not(microbit))]
 fn whole_frames(clock: &Clock, mut stream: FeatureStream<setup::GreenChannel, setup::Ln>) -> Result<u64, Error> {
     #[allow(clippy::large_stack_arrays, reason = "it is none: the start-up code writes it")]

@@ -1,5 +1,7 @@
-//! The firmware on a board that QEMU emulates: frames of 400 × 400 [`setup::PIXELS`] from the file `frames`, in stripes as a DMA brings them;
-//! events out of the UART, requests into it, and how deep the stack was into the file `stack` (`ci/firmware`).
+//! The firmware on a board that QEMU emulates (`ci/firmware`).
+//!
+//! The file `frames` has frames of 400 × 400 [`setup::PIXELS`], which are taken in stripes as a DMA brings them. Events
+//! go out of the UART, and requests come in. The greatest depth of the stack goes to the file `stack`.
 #![no_std]
 #![no_main]
 
@@ -16,10 +18,10 @@ use wstac_fw::reader::{Outlet, Reader};
 use wstac_fw::setup;
 
 const SIDE: usize = 400;
-/// Rows that a DMA would bring at a time.
+/// The rows that a DMA would bring at a time.
 const ROWS: usize = 8;
 
-/// The UART with what is sent on it.
+/// The UART with the messages that are sent on it.
 struct Link {
     uart: Uart,
     sequence: u16,

@@ -1,5 +1,7 @@
-//! The golden vectors on a board that QEMU emulates: cases of any pixel format from the file `cases`, what comes of them into the file
-//! `results` (tests/firmware/golden.py). First, sums of GREY by chance: their kernels are this board's own.
+//! Runs the golden vectors on a board that QEMU emulates (tests/firmware/golden.py).
+//!
+//! The file `cases` has cases of any pixel format; results go to the file `results`. Random sums of GREY come first,
+//! because their kernels are this board's own.
 #![no_std]
 #![no_main]
 
@@ -21,13 +23,13 @@ use wstac_core::taxels::{FrameGeometry, TaxelSums};
 use wstac_core::trigger::{Event, Rule, TriggerConfig};
 use wstac_fw::emulated::host::{self, File};
 
-/// Frames that are larger come in stripes.
+/// The size of the largest whole frame. Larger frames come in stripes.
 const ROOM: usize = if cfg!(microbit) { 6 * 1024 } else { 32 * 1024 };
-/// Layouts by chance.
+/// The number of random layouts.
 const TURNS: usize = 400;
-/// Words in front of a case's frames.
+/// The words in front of a case's frames.
 const HEADER: usize = 80;
-/// What results start with: of a feature frame, an event, the end.
+/// The first word of a result: for a feature frame, an event, the end.
 const FEATURES: i16 = 1;
 const EVENT: i16 = 2;
 const END: i16 = 3;
@@ -68,7 +70,8 @@ fn main() -> ! {
     host::done()
 }
 
-/// Sums taxels of every width, height, place, alignment and distance of rows, and compares them with what bytes one by one add up to.
+/// Sums taxels of every width, height, place, alignment and distance of rows, and compares them with sums of single
+/// bytes.
 fn sums_by_chance(room: &mut [u8; ROOM]) -> Result<(), Error> {
     let mut seed = 1_u32;
     let mut below = |end: usize| {
@@ -76,7 +79,7 @@ fn sums_by_chance(room: &mut [u8; ROOM]) -> Result<(), Error> {
         ((u64::from(seed) * end as u64) >> 32) as usize
     };
     for turn in 0..TURNS {
-        // Some so wide that they are summed in strips.
+        // Some are so wide that they are summed in strips.
         let width = 1 + below(if turn % 4 == 0 { 600 } else { 90 });
         let (bytes_per_row, offset) = (width + below(6), below(4));
         let height = 1 + below(((ROOM - offset) / bytes_per_row).min(60));
@@ -131,7 +134,7 @@ fn run(cases: &File, results: &File, header: &[u8], room: &mut [u8; ROOM]) -> Re
     let mut pipeline = Pipeline::builder(camera).floor_levels(floor).trigger(trigger).build()?;
     for _ in 0..frames {
         lose(cases, results, &mut pipeline, &speed);
-        // Whole frames where there is room; or else rows, as many as there is room for.
+        // Frames are taken whole if there is room, and otherwise in as many rows as there is room for.
         let at_once = if frame_bytes <= ROOM || planar {
             frame_bytes
         } else {
@@ -157,7 +160,7 @@ fn run(cases: &File, results: &File, header: &[u8], room: &mut [u8; ROOM]) -> Re
     Ok(())
 }
 
-/// Takes note of the frames that were lost before the next: a number of the file says how many.
+/// Takes note of the frames that were lost before the next one. A number of the file says how many.
 fn lose(cases: &File, results: &File, pipeline: &mut Pipeline<Any>, speed: &SpeedConfig) {
     let mut lost = [0; 4];
     cases.read(&mut lost);
@@ -167,7 +170,7 @@ fn lose(cases: &File, results: &File, pipeline: &mut Pipeline<Any>, speed: &Spee
     }
 }
 
-/// Writes what a push brought: a frame's features, an event.
+/// Writes the results of a push: a frame's features, an event.
 fn give(results: &File, update: &Update<'_>, config: &SpeedConfig) {
     if let Some(frame) = update.frame() {
         results.write(&[FEATURES, i16::from(frame.has_missing_frames)]);
@@ -176,8 +179,8 @@ fn give(results: &File, update: &Update<'_>, config: &SpeedConfig) {
     give_event(results, update.event().as_ref(), config);
 }
 
-/// Writes an event: its frame, how many were filled, whether it is reliable, its duration and direction, −1 for none, and its speed in
-/// 1/16 mm/s.
+/// Writes an event: its frame, how many frames were filled, and whether it is reliable. Then come its duration and
+/// direction (−1 if there is none), and its speed in 1/16 mm/s.
 fn give_event(results: &File, event: Option<&Event<'_>>, config: &SpeedConfig) {
     let Some(event) = event else { return };
     let duration = speed::duration(event, config).map_or(-1, |duration: LitSpan| i16::from(duration.frames()));
@@ -195,7 +198,7 @@ fn give_event(results: &File, event: Option<&Event<'_>>, config: &SpeedConfig) {
     ]);
 }
 
-/// The formats in the order of tests/firmware/golden.py.
+/// Returns the format of this number, in the order of tests/firmware/golden.py.
 fn pixel_format(number: u32) -> PixelFormat {
     use PixelFormat as F;
     const FORMATS: [PixelFormat; 14] = [

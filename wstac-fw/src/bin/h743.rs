@@ -1,4 +1,5 @@
-//! Nucleo-H743ZI2 with a parallel camera: frames in stripes by DMA, events out of the serial line. Wiring: `README.md`.
+//! The firmware of a Nucleo-H743ZI2 with a parallel camera: frames in stripes by DMA, events out of the serial line.
+//! The wiring is in `README.md`.
 #![no_std]
 #![no_main]
 #![allow(clippy::used_underscore_binding, reason = "by the macro around main alone")]
@@ -31,15 +32,15 @@ use wstac_fw::stripes::{self, Step, Stripes};
 use wstac_fw::window::Window;
 use wstac_fw::{crash_record, setup};
 
-/// The sensors that are looked for, in this order. All give frames of one size.
+/// The sensors that the firmware looks for, in this order. All produce frames of one size.
 const SENSORS: [Sensor; 3] = [OV7690, OV7692, OV7725];
-/// Their rate.
+/// The frame rate of the sensors.
 const RATE: FrameRate = FrameRate::NOMINAL;
-/// Rows of a stripe.
+/// The rows of a stripe.
 const ROWS: u16 = 16;
-/// Bits a second of the serial line.
+/// The bits per second of the serial line.
 const BAUD: u32 = 115_200;
-/// Between two tries to find a sensor.
+/// The time between two attempts to find a sensor.
 const TRY_AGAIN: Duration = Duration::from_millis(250);
 
 const LAYOUT: Layout = match setup::layout(SENSORS[0].size) {
@@ -54,11 +55,11 @@ const WINDOW: Window = match Window::around(&LAYOUT, ROWS) {
     Ok(window) => window,
     Err(_) => panic!("the configuration's [layout] leaves the whole words and stripes of a frame"),
 };
-/// Bytes of a row.
+/// The bytes of a row.
 const WIDTH: usize = WINDOW.width() as usize;
-/// Words of a stripe.
+/// The words of a stripe.
 const WORDS: usize = WIDTH * ROWS as usize / 4;
-/// Ticks from frame to frame.
+/// The ticks from frame to frame.
 const PERIOD: u64 = TICK_HZ * RATE.denominator() as u64 / RATE.numerator() as u64;
 
 bind_interrupts!(struct Irqs {
@@ -126,7 +127,7 @@ async fn main(_spawner: Spawner) {
                     absent = Absence::None;
                     line.fault(Fault::SensorBack);
                 }
-                // The last row completes the frame, and is kept back until all rows are known to be those of the camera.
+                // The last row completes the frame. It is kept back until all rows are known to be those of the camera.
                 let (now, later) = rows.split_at(rows.len() - if last { WIDTH } else { 0 });
                 let mut row = [0; WIDTH];
                 row[..later.len()].copy_from_slice(later);
@@ -147,7 +148,7 @@ async fn main(_spawner: Spawner) {
                 if absent == Absence::None {
                     line.fault(Fault::SensorSilent);
                 }
-                // Of a board without a camera, too.
+                // This also serves a board without a camera.
                 reader.status(&mut line);
                 match sensor.set_up(&mut bus, &mut Delay) {
                     Ok(()) => {
@@ -172,7 +173,7 @@ async fn main(_spawner: Spawner) {
     }
 }
 
-/// The core, in its place. A function of its own, so that what it is made of is not on the stack for ever.
+/// Creates the core in its place. It is not inlined, so that its parts do not stay on the stack for ever.
 #[inline(never)]
 fn reader() -> Option<&'static mut Reader> {
     let reader = cortex_m::singleton!(: Option<Reader> = None)?;
@@ -185,13 +186,14 @@ fn reader() -> Option<&'static mut Reader> {
     }
 }
 
-/// Number of the camera interface's function of its pins.
+/// The number of the camera interface's function of its pins.
 const DCMI_PINS: u8 = 13;
 
-/// 96 MHz from the 8 MHz that the board's debugger gives, at the supply range VOS3, the lowest to run in; 24 MHz for the
-/// sensor.
+/// Returns the clock configuration: 96 MHz from the debugger's 8 MHz, and 24 MHz for the sensor.
 ///
-/// The camera interface needs 2.5 times the pixel clock, 24 MHz; nothing else asks for more.
+/// The supply range is VOS3, the lowest to run in.
+///
+/// The camera interface needs 2.5 times the pixel clock of 24 MHz. No other part needs more.
 fn clocks() -> Config {
     let mut config = Config::default();
     let rcc = &mut config.rcc;
@@ -216,13 +218,13 @@ fn clocks() -> Config {
     config
 }
 
-/// Looks for a sensor until one is there, and sets it up.
+/// Looks for a sensor until one is found, and sets it up.
 async fn find(bus: &mut I2c<'_, Blocking, Master>, reader: &mut Reader, line: &mut Link) -> &'static Sensor {
     let mut said = Absence::None;
     loop {
         while let Some(request) = line.request() {
             reader.answer(request, line);
-            // A host that has just come is to know, too.
+            // A host that has just connected should know, too.
             said = if request == Request::Hello { Absence::None } else { said };
         }
         let mut reason = Absence::Gone;

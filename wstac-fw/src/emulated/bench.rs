@@ -1,5 +1,6 @@
-//! What programs on emulated boards share: frames of 400 × 400 pixels. Of the examples, whose sizes are measured, pixels come from
-//! somewhere and answers go somewhere.
+//! The parts that programs on emulated boards share, for frames of 400 × 400 pixels.
+//!
+//! The sizes of the examples are measured, so their pixels come from a static buffer and their answers go to a sink.
 
 use core::hint::black_box;
 
@@ -13,10 +14,10 @@ use wstac_core::trigger::Event;
 use super::host;
 use crate::setup;
 
-/// Bytes of a stripe: eight rows of 400 pixels.
+/// The bytes of a stripe: eight rows of 400 pixels.
 pub const STRIPE: usize = 8 * 400 * setup::PIXEL_BYTES;
 
-/// Where the taxels are in the frames.
+/// The positions of the taxels in the frames.
 pub const LAYOUT: Layout = match FrameSize::new(400, 400) {
     Ok(size) => match setup::layout(size) {
         Ok(layout) => layout,
@@ -31,18 +32,18 @@ pub const SPEED: SpeedConfig = match setup::speed(FrameRate::NOMINAL) {
     Err(_) => panic!("checked by the build script"),
 };
 
-/// What is said of a configuration that does not fit the frames.
+/// The message if the configuration does not fit the frames.
 pub const DOES_NOT_FIT: &str = "the configuration does not fit the camera\n";
 
 /// Returns the geometry of the frames: 400 × 400 pixels.
 ///
 /// # Errors
-/// If the configuration does not fit them.
+/// Returns an error if the configuration does not fit them.
 pub fn camera() -> Result<FrameGeometry<setup::GreenChannel>, Error> {
     FrameGeometry::with_stride(setup::GREEN, LAYOUT, FrameRate::NOMINAL, setup::STRIDE)
 }
 
-/// Hands every event of endless stripes to `show`.
+/// Passes every event of endless stripes to `show`.
 #[inline(always)]
 pub fn events(show: impl FnMut(&Event<'_>)) -> ! {
     match run(show) {
@@ -60,10 +61,10 @@ fn run(mut show: impl FnMut(&Event<'_>)) -> Result<(), Error> {
     }
 }
 
-/// The next stripe, in RAM as a DMA would leave it.
+/// Returns the next stripe, in RAM as a DMA would leave it.
 pub fn stripe() -> &'static [u8] {
     static mut PIXELS: [u8; STRIPE] = [0; STRIPE];
-    // SAFETY: it has so many bytes, and nobody writes them.
+    // SAFETY: it has this many bytes, and no code writes them.
     black_box(unsafe { core::slice::from_raw_parts((&raw const PIXELS).cast(), STRIPE) })
 }
 

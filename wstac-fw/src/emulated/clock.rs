@@ -1,5 +1,7 @@
-//! Counts instructions. Under `-icount shift=0` an instruction takes a nanosecond of the board's time; how many are a tick of SysTick
-//! is the board's clock, so it is measured with as many as are known.
+//! Counts instructions.
+//!
+//! Under `-icount shift=0` an instruction takes a nanosecond of the board's time. The number of instructions per tick
+//! of SysTick depends on the board's clock. So it is measured with a known number of instructions.
 
 use core::arch::asm;
 
@@ -8,17 +10,18 @@ use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 
 const TICKS: u32 = 1 << 24;
-/// Turns of a loop of two instructions.
+/// The iterations of a loop of two instructions.
 const KNOWN: u32 = 1 << 20;
 
-/// The board's timer.
+/// A counter of instructions, on the board's timer.
 pub struct Clock {
-    /// Ticks of 2 · `KNOWN` instructions.
+    /// The ticks of 2 · `KNOWN` instructions.
     known: u32,
 }
 
 impl Clock {
-    /// Starts a timer that nobody reads, whose turns make the emulator look whether bytes have arrived: it sleeps on its sockets otherwise.
+    /// Starts a timer that no code reads. When it wraps, the emulator checks whether bytes have arrived; otherwise it
+    /// sleeps on its sockets.
     pub fn tick() {
         if let Some(mut board) = Peripherals::take() {
             board.SYST.set_clock_source(SystClkSource::Core);
@@ -28,7 +31,7 @@ impl Clock {
         }
     }
 
-    /// Starts it; the second one in a program is none.
+    /// Starts the clock. Returns `None` the second time in a program.
     pub fn start() -> Option<Self> {
         let mut timer = Peripherals::take()?.SYST;
         timer.set_clock_source(SystClkSource::Core);
@@ -38,14 +41,14 @@ impl Clock {
         let mut clock = Self { known: 0 };
         clock.known = clock
             .ticks(|| {
-                // SAFETY: it counts a register down.
+                // SAFETY: the code counts a register down.
                 unsafe { asm!("2: subs {0}, #1", "bne 2b", inout(reg) KNOWN => _) };
             })
             .0;
         Some(clock)
     }
 
-    /// Ticks while `work` runs, below 2^24 of them, and what it gives.
+    /// Returns the ticks while `work` runs, below 2^24 of them, and the result of `work`.
     #[inline(always)]
     pub fn ticks<T>(&self, work: impl FnOnce() -> T) -> (u32, T) {
         let before = SYST::get_current();
@@ -53,7 +56,7 @@ impl Clock {
         (before.wrapping_sub(SYST::get_current()) % TICKS, result)
     }
 
-    /// Instructions of so many ticks.
+    /// Returns the instructions of this many ticks.
     pub fn instructions(&self, ticks: u64) -> u64 {
         (ticks * u64::from(2 * KNOWN)).checked_div(u64::from(self.known)).unwrap_or(0)
     }

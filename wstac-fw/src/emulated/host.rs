@@ -1,4 +1,5 @@
-//! The host, by semihosting: its files in the directory that the emulator runs in, its standard output, and the end of the program.
+//! The host, by semihosting: files in the directory that the emulator runs in, standard output, and the end of the
+//! program.
 
 use core::fmt::{self, Write};
 use core::mem::size_of_val;
@@ -6,7 +7,7 @@ use core::mem::size_of_val;
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::{nr, syscall, syscall1};
 
-/// An open file.
+/// An open file of the host.
 pub struct File(usize);
 
 const READ: usize = 1; // "rb"
@@ -18,7 +19,7 @@ impl File {
         Self::of(name, READ)
     }
 
-    /// Makes a file, or an existing one empty.
+    /// Creates a file, or empties an existing one.
     pub fn create(name: &[u8]) -> Self {
         Self::of(name, WRITE)
     }
@@ -29,15 +30,15 @@ impl File {
         if handle == usize::MAX { fail("a file of the board cannot be opened\n") } else { Self(handle) }
     }
 
-    /// Reads until `bytes` is full; false if the file ends before.
+    /// Reads until `bytes` is full. Returns false if the file ends before.
     pub fn read(&self, bytes: &mut [u8]) -> bool {
-        // SAFETY: the host writes within the slice. It answers how many bytes it did not write.
+        // SAFETY: the host writes within the slice. It returns how many bytes it did not write.
         unsafe { syscall!(READ, self.0, bytes.as_mut_ptr() as usize, bytes.len()) == 0 }
     }
 
     /// Appends numbers, little-endian.
     pub fn write(&self, numbers: &[i16]) {
-        // SAFETY: the host reads within the slice, and answers how many bytes it did not read.
+        // SAFETY: the host reads within the slice, and returns how many bytes it did not read.
         let left = unsafe { syscall!(WRITE, self.0, numbers.as_ptr() as usize, size_of_val(numbers)) };
         if left != 0 {
             fail("a file of the board cannot be written\n");
@@ -58,14 +59,14 @@ impl Write for Console {
     }
 }
 
-/// Ends the emulator: everything went as it should.
+/// Ends the emulator with success.
 pub fn done() -> ! {
     loop {
         debug::exit(EXIT_SUCCESS);
     }
 }
 
-/// Says why and ends the emulator with a failure.
+/// Prints the reason and ends the emulator with a failure.
 pub fn fail(why: &str) -> ! {
     let _ = Console.write_str(why);
     loop {

@@ -1,4 +1,5 @@
-//! What every program on a board that QEMU emulates needs: a clock that counts instructions, files of the host, a UART, an end.
+//! The parts that every program on a board that QEMU emulates needs: a clock that counts instructions, files of the
+//! host, a UART, an end.
 
 pub mod bench;
 pub mod clock;

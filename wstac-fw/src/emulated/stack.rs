@@ -1,8 +1,8 @@
-//! How deep the stack has been: the runtime paints it before anything runs.
+//! The greatest depth of the stack. The runtime paints the stack before anything runs.
 
 use core::ptr::read_volatile;
 
-/// What cortex-m-rt paints with.
+/// The word that cortex-m-rt paints with.
 const PAINT: u32 = 0xCCCC_CCCC;
 
 unsafe extern "C" {
@@ -10,10 +10,10 @@ unsafe extern "C" {
     static _stack_end: u32;
 }
 
-/// Bytes from the stack's start to its deepest word that has been written.
+/// Returns the bytes from the stack's start to its deepest word that has been written.
 pub fn deepest() -> usize {
     let (start, mut word) = (&raw const _stack_start, &raw const _stack_end);
-    // SAFETY: the linker's symbols bound memory that is the stack's, and the program ends below its start.
+    // SAFETY: the linker's symbols bound memory of the stack, and the program ends below its start.
     while word < start && unsafe { read_volatile(word) } == PAINT {
         word = word.wrapping_add(1);
     }

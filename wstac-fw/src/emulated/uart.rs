@@ -27,17 +27,17 @@ mod registers {
 }
 
 fn write(register: usize, value: u32) {
-    // SAFETY: the registers of this module are the UART's, which this type alone uses.
+    // SAFETY: the registers of this module are the UART's, which only this type uses.
     unsafe { write_volatile(register as *mut u32, value) }
 }
 
 fn read(register: usize) -> u32 {
-    // SAFETY: as above.
+    // SAFETY: the registers of this module are the UART's, which only this type uses.
     unsafe { read_volatile(register as *const u32) }
 }
 
 impl Uart {
-    /// Turns it on.
+    /// Turns the UART on.
     pub fn start() -> Self {
         #[cfg(microbit)]
         {
@@ -53,7 +53,7 @@ impl Uart {
         Self(())
     }
 
-    /// Sends bytes, and waits until they are on their way.
+    /// Sends bytes, and waits until they have been handed to the transmitter.
     pub fn send(&mut self, bytes: &[u8]) {
         for &byte in bytes {
             #[cfg(microbit)]
@@ -70,7 +70,7 @@ impl Uart {
         }
     }
 
-    /// A byte that has arrived.
+    /// Returns a byte that has arrived.
     pub fn receive(&mut self) -> Option<u8> {
         #[cfg(microbit)]
         {

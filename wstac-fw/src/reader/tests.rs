@@ -1,4 +1,4 @@
-//! What a reader sends of simulated frames, beside what the core makes of whole frames.
+//! Compares what a reader sends for simulated frames with the core's results for whole frames.
 
 use std::vec::Vec;
 
@@ -12,7 +12,7 @@ const SIZE: u16 = 40;
 const FRAME: usize = SIZE as usize * SIZE as usize;
 const SPEED: SpeedConfig = SpeedConfig::published(FrameRate::NOMINAL);
 
-/// What is kept of a message.
+/// The part of a message that is kept.
 #[derive(Clone, Debug, PartialEq)]
 enum Sent {
     Hello(u64),
@@ -49,7 +49,7 @@ fn layout() -> Layout {
     setup::layout(FrameSize::new(SIZE.into(), SIZE.into()).unwrap()).unwrap()
 }
 
-/// A bright bar that moves down from frame 40 on, over a dark ground.
+/// Returns a frame with a bright bar that moves down from frame 40 on, over a dark ground.
 fn frame(t: usize) -> Vec<u8> {
     let mut frame = std::vec![2; FRAME];
     if (40..73).contains(&t) {
@@ -62,7 +62,7 @@ fn reader() -> Reader {
     Reader::new(layout(), layout().frame(), FrameRate::NOMINAL, SPEED).unwrap()
 }
 
-/// Takes frames in stripes of four rows, with room for so many parts of a sample after each frame.
+/// Takes frames in stripes of four rows, with room for this many parts of a sample after each frame.
 fn run(reader: &mut Reader, frames: core::ops::Range<usize>, parts_a_frame: usize, log: &mut Log) {
     for t in frames {
         for rows in frame(t).chunks(4 * usize::from(SIZE)) {
@@ -74,7 +74,7 @@ fn run(reader: &mut Reader, frames: core::ops::Range<usize>, parts_a_frame: usiz
     }
 }
 
-/// The event of the same frames, taken whole: its first frame and its sample.
+/// Returns the event of the same frames, taken whole: its first frame and its sample.
 fn expected(lost: core::ops::Range<usize>) -> (u64, Vec<Features>) {
     let camera = FrameGeometry::new(Gray, layout(), FrameRate::NOMINAL).unwrap();
     let mut pipeline = setup::pipeline(camera).unwrap();
@@ -133,7 +133,7 @@ fn parts_that_come_too_late_are_left_out_and_the_event_still_comes() {
     let first = expected(0..0).0;
     let (mut reader, mut log) = (reader(), Log::default());
     reader.answer(Request::Samples(true), &mut log);
-    // A frame more than the sample has, and its first frame has left the ring.
+    // One frame more than the sample has, and its first frame has left the ring.
     run(&mut reader, 0..(first as usize + SAMPLE_FRAMES + 1), 0, &mut log);
     reader.send_held(&mut log);
     reader.send_held(&mut log);
@@ -159,7 +159,7 @@ fn an_event_that_waits_for_its_sample_goes_out_before_the_next_one() {
 fn lost_frames_are_told_of_and_keep_their_place() {
     let (mut reader, mut log) = (reader(), Log::default());
     run(&mut reader, 0..50, 0, &mut log);
-    // The first half of a frame, then two more that did not come.
+    // The first half of a frame is followed by two frames that did not come.
     reader.rows(&frame(50)[..FRAME / 2], &mut log).unwrap();
     reader.abandon_frame(&mut log);
     reader.lost(2, &mut log);

@@ -1,8 +1,8 @@
-//! Camera sensors: what makes each give QVGA at 30 frames a second in a fixed light response, as tables; and the one way in
-//! which they are identified and set up.
+//! Camera sensors. Tables make each of them send QVGA at 30 frames per second with a fixed light response. One
+//! procedure identifies them and sets them up.
 //!
-//! Automatic exposure, gain and white balance, and a gamma curve, would change the features without any touch: every table
-//! switches the automatic controls off first and then sets values, and makes gamma a straight line.
+//! Automatic exposure, gain, white balance and a gamma curve would change the features without any touch. So every
+//! table first switches the automatic controls off, then sets values, and makes gamma a straight line.
 
 pub mod ov7690;
 pub mod ov7725;
@@ -15,81 +15,81 @@ use wstac_core::layout::FrameSize;
 
 use crate::sccb::Sccb;
 
-/// A register and what is written to it.
+/// A register and the value that is written to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Setting {
-    /// Register.
+    /// The register.
     pub register: u8,
-    /// Its value.
+    /// The value of the register.
     pub value: u8,
 }
 
-/// A setting.
+/// Creates a setting.
 const fn set(register: u8, value: u8) -> Setting {
     Setting { register, value }
 }
 
-/// Everything that is particular about a sensor.
+/// The properties of a sensor.
 #[derive(Clone, Copy, Debug)]
 pub struct Sensor {
-    /// What people call it.
+    /// The common name of the sensor.
     pub name: &'static str,
-    /// 7-bit address on the bus.
+    /// The 7-bit address on the bus.
     pub address: u8,
-    /// The two identity registers, high byte first, and what they hold.
+    /// The two identity registers, high byte first, and their values.
     pub identity: [Setting; 2],
-    /// Starts it anew with every register at its default; no acknowledge or value follows.
+    /// The setting that restarts the sensor with every register at its default. No acknowledge or value follows.
     pub reset: Setting,
-    /// Milliseconds that it needs after that.
+    /// The milliseconds that the sensor needs after that.
     pub reset_ms: u32,
-    /// Format, size and rate, then the locks; each is read back.
+    /// The settings of format, size and rate, then the locks. Each is read back.
     pub settings: &'static [&'static [Setting]],
-    /// Milliseconds from the last setting to frames that show it.
+    /// The milliseconds from the last setting to frames that show it.
     pub settle_ms: u32,
-    /// Size of its frames.
+    /// The size of the sensor's frames.
     pub size: FrameSize,
-    /// Signals of its parallel port.
+    /// The signals of the sensor's parallel port.
     pub signals: Signals,
 }
 
-/// Polarities and order of a parallel port. A camera interface has to be told.
+/// The polarities and the byte order of a parallel port, which a camera interface needs to know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(clippy::struct_excessive_bools, reason = "four lines, each one way or the other")]
 pub struct Signals {
-    /// VSYNC is high between frames.
+    /// Whether VSYNC is high between frames.
     pub vsync_high_between_frames: bool,
-    /// HREF is high during a line's pixels.
+    /// Whether HREF is high during a line's pixels.
     pub href_high_in_lines: bool,
-    /// Data is to be taken at the rising edge of PCLK.
+    /// Whether data is to be taken at the rising edge of PCLK.
     pub sample_at_rising_edge: bool,
-    /// The first of two bytes is a pixel's luma; the second one is else.
+    /// Whether the first of two bytes is a pixel's luma. The second one is then chroma.
     pub luma_first: bool,
 }
 
-/// Why a sensor could not be set up.
+/// The reason why a sensor could not be set up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SensorError<E> {
-    /// The bus failed at this register; no acknowledge is a sensor that is not there.
+    /// The bus failed at this register. No acknowledge means that the sensor is absent.
     Bus {
-        /// Register that was to be read or written.
+        /// The register that was to be read or written.
         register: u8,
-        /// What the bus says.
+        /// The error of the bus.
         error: E,
     },
-    /// It is another sensor.
+    /// The sensor is another one.
     Identity {
-        /// High and low byte found.
+        /// The high and low byte found.
         found: u16,
-        /// High and low byte expected.
+        /// The high and low byte expected.
         expected: u16,
     },
-    /// A register does not hold what was written to it.
+    /// A register does not hold the value that was written to it.
     NotTaken {
         /// The register.
         register: u8,
-        /// Value found.
+        /// The value found.
         found: u8,
-        /// Value expected.
+        /// The value expected.
         expected: u8,
     },
 }
@@ -107,16 +107,16 @@ impl<E: fmt::Debug> fmt::Display for SensorError<E> {
 }
 
 impl Sensor {
-    /// Its identity: high and low byte.
+    /// Reads the identity: high and low byte.
     pub fn id(&self) -> u16 {
         let [high, low] = self.identity;
         u16::from_be_bytes([high.value, low.value])
     }
 
-    /// Whether this sensor is there.
+    /// Checks that this sensor is there.
     ///
     /// # Errors
-    /// [`SensorError::Bus`], [`SensorError::Identity`].
+    /// Returns [`SensorError::Bus`] or [`SensorError::Identity`].
     pub fn identify<B: I2c>(&self, bus: &mut B) -> Result<(), SensorError<B::Error>> {
         let mut port = Port(Sccb::new(bus, self.address));
         let [high, low] = self.identity;
@@ -124,10 +124,11 @@ impl Sensor {
         if found == self.id() { Ok(()) } else { Err(SensorError::Identity { found, expected: self.id() }) }
     }
 
-    /// Identifies it, resets it and writes its settings, each read back.
+    /// Identifies the sensor, resets it and writes its settings. Each is read back.
     ///
     /// # Errors
-    /// All of [`SensorError`]; the sensor may be left half set up, and the next try begins with a reset again.
+    /// Returns any [`SensorError`]. The sensor may then be left partly set up; the next attempt begins with a reset
+    /// again.
     pub fn set_up<B: I2c>(&self, bus: &mut B, delay: &mut impl DelayNs) -> Result<(), SensorError<B::Error>> {
         self.identify(bus)?;
         let mut port = Port(Sccb::new(bus, self.address));
@@ -157,7 +158,7 @@ impl<B: I2c> Port<'_, B> {
     }
 }
 
-/// 320 × 240.
+/// The size of QVGA, 320 × 240.
 const QVGA: FrameSize = match FrameSize::new(320, 240) {
     Ok(size) => size,
     Err(_) => panic!("a valid size: decided at compile time"),

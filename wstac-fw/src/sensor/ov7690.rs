@@ -1,7 +1,8 @@
 //! OV7690 and its sister OV7692: the cameras of the published power figure.
 //!
-//! Register addresses and bits are those of OmniVision's public register lists of the OV7690; no data sheet was at hand, and no
-//! sensor, so all of this is to be confirmed on hardware. Least sure are the OV7692's address and the clock's arithmetic.
+//! Register addresses and bits are those of OmniVision's public register lists of the OV7690. There was no data sheet
+//! and no sensor, so nothing of this is confirmed on hardware. Least certain are the OV7692's address and the
+//! arithmetic of the clock.
 //!
 //! | register | bits that are used |
 //! | --- | --- |
@@ -21,7 +22,7 @@
 
 use super::{QVGA, Sensor, Setting, Signals, set};
 
-/// OV7690.
+/// The OV7690.
 pub const OV7690: Sensor = Sensor {
     name: "OV7690",
     address: 0x21,
@@ -29,7 +30,7 @@ pub const OV7690: Sensor = Sensor {
     reset: set(0x12, 0x80),
     reset_ms: 5,
     settings: &[&FORMAT, &WINDOW, &GAMMA, &LOCKS],
-    // Ten frames.
+    // The time of ten frames.
     settle_ms: 334,
     size: QVGA,
     signals: Signals {
@@ -40,11 +41,11 @@ pub const OV7690: Sensor = Sensor {
     },
 };
 
-/// OV7692: the same registers at another address.
+/// The OV7692, which has the same registers at another address.
 pub const OV7692: Sensor =
     Sensor { name: "OV7692", address: 0x3C, identity: [set(0x0A, 0x76), set(0x0B, 0x92)], ..OV7690 };
 
-/// YUV 4:2:2, Y first, 30 frames a second from a clock of 24 MHz.
+/// YUV 4:2:2, Y first, at 30 frames per second from a clock of 24 MHz.
 static FORMAT: [Setting; 5] = [
     set(0x12, 0x00), // YUV
     set(0x82, 0x03), // 4:2:2
@@ -71,7 +72,7 @@ static WINDOW: [Setting; 14] = [
     set(0xCF, 0xF0),
 ];
 
-/// A straight line: the curve's values are its inputs. The slope above the last is 4/3 · (256 − 208).
+/// Gamma as a straight line: the curve's values are its inputs. The slope above the last is 4/3 · (256 − 208).
 static GAMMA: [Setting; 16] = [
     set(0xA3, 4),
     set(0xA4, 8),
@@ -91,7 +92,7 @@ static GAMMA: [Setting; 16] = [
     set(0xB2, 64),
 ];
 
-/// Automatic controls off, then values.
+/// Switches automatic controls off, then sets values.
 static LOCKS: [Setting; 8] = [
     set(0x13, 0x00), // no automatic exposure, gain, white balance
     set(0x15, 0x00), // the rate stays, no digital gain

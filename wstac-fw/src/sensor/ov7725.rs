@@ -1,7 +1,8 @@
-//! OV7725: 320 × 240 scaled down from the whole array, which a clock of 24 MHz reads 30 times a second.
+//! OV7725: 320 × 240, scaled down from the whole array, which a clock of 24 MHz reads 30 times per second.
 //!
-//! Register addresses and bits are those of OmniVision's data sheet as public drivers quote it; it was not at hand, and no
-//! sensor either: to be confirmed on hardware. The rate is arithmetic: 24 MHz / (784 × 510 × 2 clocks a frame) = 30.0.
+//! Register addresses and bits are those of OmniVision's data sheet as public drivers quote it. There was no data sheet
+//! and no sensor, so nothing of this is confirmed on hardware. The rate is arithmetic: 24 MHz / (784 × 510 × 2 clocks
+//! per frame) = 30.0.
 //!
 //! | register | bits that are used |
 //! | --- | --- |
@@ -23,7 +24,7 @@
 
 use super::{QVGA, Sensor, Setting, Signals, set};
 
-/// OV7725.
+/// The OV7725.
 pub const OV7725: Sensor = Sensor {
     name: "OV7725",
     address: 0x21,
@@ -31,7 +32,7 @@ pub const OV7725: Sensor = Sensor {
     reset: set(0x12, 0x80),
     reset_ms: 10,
     settings: &[&FORMAT, &WINDOW, &LOCKS],
-    // Ten frames.
+    // The time of ten frames.
     settle_ms: 334,
     size: QVGA,
     signals: Signals {
@@ -42,7 +43,7 @@ pub const OV7725: Sensor = Sensor {
     },
 };
 
-/// YUV 4:2:2, Y first, 30 frames a second from a clock of 24 MHz.
+/// YUV 4:2:2, Y first, at 30 frames per second from a clock of 24 MHz.
 static FORMAT: [Setting; 4] = [
     set(0x12, 0x00), // the whole array, YUV
     set(0x0C, 0x10), // Y first
@@ -64,7 +65,7 @@ static WINDOW: [Setting; 10] = [
     set(0xAC, 0xFF),
 ];
 
-/// Automatic controls off, then values; nothing that bends the light's curve.
+/// Switches automatic controls off, then sets values. No setting bends the light's curve.
 static LOCKS: [Setting; 10] = [
     set(0x13, 0x00), // no automatic exposure, gain, white balance
     set(0x0E, 0x01), // the rate stays

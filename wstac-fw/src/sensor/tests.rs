@@ -1,4 +1,4 @@
-//! Every step on the bus, in order, and every way in which a step can fail.
+//! Tests every step on the bus, in order, and every way in which a step can fail.
 
 use std::string::ToString;
 use std::vec::Vec;
@@ -14,7 +14,7 @@ use super::{Sensor, SensorError, Setting};
 const ALL: [Sensor; 3] = [OV7690, OV7692, OV7725];
 
 fn is_read(sensor: &Sensor, Setting { register, value }: Setting) -> [Transaction; 2] {
-    // A stop lies between the two: each transaction of the mock is one of its own.
+    // A stop lies between the two: each transaction of the mock stands alone.
     [Transaction::write(sensor.address, [register].into()), Transaction::read(sensor.address, [value].into())]
 }
 
@@ -26,7 +26,7 @@ fn settings(sensor: &Sensor) -> Vec<Setting> {
     sensor.settings.iter().copied().flatten().copied().collect()
 }
 
-/// All that goes over the bus when nothing is wrong.
+/// Returns all steps on the bus if nothing is wrong.
 fn whole(sensor: &Sensor) -> Vec<Transaction> {
     let mut steps: Vec<_> = sensor.identity.into_iter().flat_map(|setting| is_read(sensor, setting)).collect();
     steps.push(is_written(sensor, sensor.reset));
@@ -73,7 +73,7 @@ fn no_acknowledge_at_any_step_ends_it_there_and_names_the_register() {
                 panic!("{}, step {at}: no error", sensor.name)
             };
             assert_eq!(found, error);
-            // Identity is four steps, the reset one, and each setting three.
+            // The identity takes four steps, the reset one, and each setting three.
             let expected = match at {
                 0..4 => sensor.identity[at / 2].register,
                 4 => sensor.reset.register,
@@ -103,7 +103,8 @@ fn automatic_controls_are_off_before_their_values_are_set() {
     for sensor in ALL {
         let settings = settings(&sensor);
         let place = |register| settings.iter().position(|setting| setting.register == register).unwrap();
-        // 0x13 holds the switches of all three in both families; gain, blue, red, green, and exposure's low byte follow.
+        // 0x13 holds the switches of all three in both families. Gain, blue, red, green, and exposure's low byte
+        // follow.
         assert_eq!(settings[place(0x13)].value & 7, 0, "{}", sensor.name);
         assert!([0x00, 0x01, 0x02, 0x03, 0x10].into_iter().all(|value| place(value) > place(0x13)), "{}", sensor.name);
         // No setting resets it again, and none is undone by a later one.

@@ -1,14 +1,16 @@
-//! STM32H743: its camera interface (DCMI) and one stream of its DMA, as [`Capture`].
+//! The camera interface (DCMI) of the STM32H743 and one stream of its DMA, as [`Capture`].
 //!
-//! The DCMI captures frame after frame, crops them to a window and drops every second byte, the chroma of YUYV; DMA1's stream 0
-//! writes what is left round and round a ring of two stripes, and interrupts when a half is full. That is all: no frame is
-//! anywhere.
+//! The DCMI captures frame after frame, crops each to a window and drops every second byte, the chroma of YUYV. Stream
+//! 0 of DMA1 writes the rest into a ring of two stripes, round and round, and interrupts when a half is full. No whole
+//! frame is kept anywhere.
 //!
-//! This is the only file that knows the DMA, and the only unsafe of the capture: the ring is lent for ever, no one else holds it,
-//! and the DMA is told its exact length. Rows that the DMA may have written over while they were read are numbers, if wrong ones;
-//! [`Stripes::release`](super::Stripes::release) counts the stripes again after reading, and the frame is given up.
+//! This is the only file that knows the DMA, and it has the only unsafe code of the capture. The ring is lent for ever,
+//! no other code holds it, and the DMA is given its exact length. The DMA may overwrite rows while they are read; then
+//! they are numbers, if wrong ones. [`Stripes::release`](super::Stripes::release) counts the stripes again after
+//! reading, and the frame is given up.
 //!
-//! Register bits are those of the reference manual RM0433. The caches stay off (as after reset), so memory is what the DMA wrote.
+//! Register bits are those of the reference manual RM0433. The caches stay off (as after reset), so memory holds what
+//! the DMA wrote.
 
 use core::slice;
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering, compiler_fence};
@@ -28,39 +30,39 @@ use crate::window::Window;
 /// A ring of two stripes of `WORDS` words each.
 pub type Ring<const WORDS: usize> = [[u32; WORDS]; 2];
 
-/// Signalled when anything of the capture has changed.
+/// The signal that the state of the capture has changed.
 pub static CHANGED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
-/// The stream of DMA1 that is used; channel of DMAMUX1 of the same number.
+/// The stream of DMA1 that is used. The channel of DMAMUX1 has the same number.
 const STREAM: usize = 0;
 /// DMAMUX1's number of the DCMI's requests.
 const REQUEST: u8 = 75;
-/// CR bit 16: of two bytes one is captured (BSM = 01). The register crate does not name it.
+/// CR bit 16: one of two bytes is captured (BSM = 01). The register crate does not name it.
 const EVERY_SECOND_BYTE: u32 = 1 << 16;
-/// CR bit 18: the second one of them (OEBS).
+/// CR bit 18: the second of them is captured (OEBS).
 const THE_SECOND: u32 = 1 << 18;
 
-/// Stripes complete since the restart, modulo 2^32.
+/// The stripes complete since the restart, modulo 2^32.
 static COMPLETE: AtomicU32 = AtomicU32::new(0);
-/// Those of the frame under way.
+/// The complete stripes of the frame under way.
 static IN_FRAME: AtomicU32 = AtomicU32::new(0);
 /// 0, or the [`Trouble`] since the restart.
 static TROUBLE: AtomicU8 = AtomicU8::new(NONE);
-/// Stripes of a frame, and words of a stripe, for the interrupts.
+/// The stripes of a frame and the words of a stripe, for the interrupts.
 static PER_FRAME: AtomicU32 = AtomicU32::new(1);
 static WORDS_PER_STRIPE: AtomicU32 = AtomicU32::new(0);
 
-/// So often the DMA is asked whether it has stopped.
+/// The number of times that the DMA is asked whether it has stopped.
 const PATIENCE: u32 = 1000;
 
 const NONE: u8 = 0;
 const OVERRUN: u8 = 1;
 const MISPLACED_SYNC: u8 = 2;
 
-/// Handles the interrupts of the DCMI and of the DMA's stream: both do all there is to do.
+/// Handles the interrupts of the DCMI and of the DMA's stream. Both do all the work there is.
 pub struct Interrupts;
 
-// SAFETY: called by hardware alone, at one priority: neither interrupts the other.
+// SAFETY: only hardware calls it, at one priority, so neither handler interrupts the other.
 #[allow(unsafe_code)]
 impl Handler<typelevel::DCMI> for Interrupts {
     unsafe fn on_interrupt() {
@@ -68,7 +70,7 @@ impl Handler<typelevel::DCMI> for Interrupts {
     }
 }
 
-// SAFETY: as above.
+// SAFETY: only hardware calls it, at one priority, so neither handler interrupts the other.
 #[allow(unsafe_code)]
 impl Handler<typelevel::DMA1_STREAM0> for Interrupts {
     unsafe fn on_interrupt() {
@@ -83,10 +85,10 @@ pub struct Dcmi {
 }
 
 impl Dcmi {
-    /// Takes the interface, the DMA stream and the ring. Pins and sensor must be set up; nothing is captured before
+    /// Takes the interface, the DMA stream and the ring. Pins and sensor must be set up. Nothing is captured before
     /// [`Capture::restart`].
     ///
-    /// `rows` rows of the window are a stripe; `WORDS` must be theirs, which is checked.
+    /// A stripe is `rows` rows of the window. `WORDS` must be their number of words, which is checked.
     pub fn new<const WORDS: usize>(
         _dcmi: Peri<'static, peripherals::DCMI>,
         _stream: Peri<'static, peripherals::DMA1_CH0>,
@@ -114,7 +116,7 @@ impl Dcmi {
             w.set_crop(true);
             w.0 |= EVERY_SECOND_BYTE | if signals.luma_first { 0 } else { THE_SECOND };
         });
-        // Columns are counted in pixel clocks, two a pixel, and the counts are one less than what they count.
+        // Columns are counted in pixel clocks, two per pixel. The register values are one less than the counts.
         DCMI.cwstrt().write(|w| {
             w.set_hoffcnt(2 * window.left());
             w.set_vst(window.top());
@@ -137,7 +139,7 @@ impl Dcmi {
 
         typelevel::DCMI::unpend();
         typelevel::DMA1_STREAM0::unpend();
-        // SAFETY: the handlers are bound, and use nothing but registers and atomics.
+        // SAFETY: the handlers are bound, and use only registers and atomics.
         #[allow(unsafe_code)]
         unsafe {
             typelevel::DCMI::enable();
@@ -156,8 +158,8 @@ impl Capture for Dcmi {
             });
             let stream = DMA1.st(STREAM);
             stream.cr().modify(|w| w.set_en(false));
-            // At most the transfer of one word. If it does not stop, nothing is captured: the sensor seems silent, and each try to set
-            // it up ends in a restart.
+            // This waits at most for the transfer of one word. If the DMA does not stop, nothing is captured: the
+            // sensor seems silent, and each attempt to set it up ends in a restart.
             if (0..PATIENCE).all(|_| stream.cr().read().en()) {
                 defmt::error!("the DMA does not stop");
                 COMPLETE.store(0, Ordering::Relaxed);
@@ -194,14 +196,14 @@ impl Capture for Dcmi {
                 w.set_teie(true);
                 w.set_en(true);
             });
-            // The DMA first: the interface has room for four words alone.
+            // The DMA comes first: the interface alone has room for only four words.
             DCMI.cr().modify(|w| w.set_enable(true));
             DCMI.cr().modify(|w| w.set_capture(true));
         });
     }
 
     fn complete(&self) -> u32 {
-        // What the compiler reads of rows it has read by now.
+        // By now the compiler has made all its reads of rows.
         compiler_fence(Ordering::SeqCst);
         COMPLETE.load(Ordering::Acquire)
     }
@@ -220,12 +222,12 @@ impl Capture for Dcmi {
 
     fn rows(&self, half: usize) -> &[u8] {
         compiler_fence(Ordering::SeqCst);
-        // SAFETY: the ring has two stripes of these bytes, lives for ever, and is initialised; every byte is a number. No code writes
-        // to it: the DMA alone does, which is a writer that the compiler does not see. It writes in the other half until that is full,
-        // which is the time there is to read this one; so the bytes stay as they are while they are lent, as a reference wants it, but
-        // for a core that comes too late. Nothing prevents that. What it then reads are bytes of a later row, good for wrong sums and
-        // nothing else, as neither length nor index is made of them; and the fences here and in `complete` keep the reading between the
-        // two counts that find it out.
+        // SAFETY: the ring has two stripes of these bytes, lives for ever, and is initialized; every byte is a number.
+        // No code writes to it. Only the DMA does, a writer that the compiler does not see. It writes to the other half
+        // until that is full, which is the time there is to read this one. So the bytes stay as they are while they are
+        // lent, as a reference requires, unless the core is too late. Nothing prevents that. The core then reads bytes
+        // of a later row. They give wrong sums, but neither a length nor an index is made of them. The fences here and
+        // in `complete` keep the reads between the two counts that detect it.
         #[allow(unsafe_code)]
         unsafe {
             slice::from_raw_parts(self.ring.add(half % 2 * self.stripe_bytes), self.stripe_bytes)
@@ -237,7 +239,7 @@ impl Capture for Dcmi {
     }
 }
 
-/// Counts what is complete, and takes note of what is wrong.
+/// Counts complete stripes and takes note of faults.
 fn serve() {
     let dma = DMA1.isr(0).read();
     let (half, full, error) = (dma.htif(STREAM), dma.tcif(STREAM), dma.teif(STREAM));
@@ -267,7 +269,7 @@ fn serve() {
     CHANGED.signal(());
 }
 
-/// Whether whole stripes, so many, and not a word more are in the ring.
+/// Returns whether the ring has exactly this many whole stripes and not a word more.
 fn is_at_end(complete: u32) -> bool {
     let words = WORDS_PER_STRIPE.load(Ordering::Relaxed);
     let written = 2 * words - u32::from(DMA1.st(STREAM).ndtr().read().ndt());

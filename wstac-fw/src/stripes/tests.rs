@@ -1,4 +1,4 @@
-//! A sensor and a capture interface of arithmetic: frames of four stripes, forty ticks apart.
+//! Simulates a sensor and a capture interface: frames of four stripes, forty ticks apart.
 
 use std::cell::RefCell;
 use std::format;
@@ -8,30 +8,30 @@ use std::string::String;
 
 use super::{Capture, Fault, Step, Stripes, Ticks, Trouble};
 
-/// Ticks from frame to frame; a stripe is complete 7, 14, 21 and 28 ticks after its frame began.
+/// The ticks from frame to frame. A stripe is complete 7, 14, 21 and 28 ticks after its frame began.
 const PERIOD: Ticks = 40;
 const STRIPE: Ticks = 7;
 const STRIPES: u32 = 4;
-/// Lines come until this tick of a frame.
+/// The tick of a frame until which lines come.
 const LAST_LINE: Ticks = 30;
 
-/// What a frame is like.
+/// The kind of a frame.
 #[derive(Clone, Copy, PartialEq)]
 enum Frame {
     Good,
-    /// Lines without a vertical sync.
+    /// The frame has lines, but no vertical sync.
     NoSync,
-    /// Nothing at all.
+    /// The frame is missing.
     Nothing,
-    /// Another vertical sync after two stripes, and nothing after it.
+    /// The frame has another vertical sync after two stripes, and nothing after it.
     Cut,
     /// The interface overruns in its third stripe.
     Overrun,
-    /// Stops after two stripes.
+    /// The frame stops after two stripes.
     Stops,
-    /// Nobody takes rows from its second stripe on, until the frame is over.
+    /// No code takes rows from its second stripe on, until the frame is over.
     Busy,
-    /// What is made of the frame takes until the next one's first stripe is complete, and two ticks longer.
+    /// Processing the frame takes until the next one's first stripe is complete, and two ticks longer.
     LongWork,
     /// Reading its last stripe takes as long.
     SlowEnd,
@@ -39,7 +39,7 @@ enum Frame {
 
 use Frame::{Busy, Cut, Good, LongWork, NoSync, Nothing, Overrun, SlowEnd, Stops};
 
-/// What both see.
+/// The state that both sides see.
 struct World {
     now: Ticks,
     frames: &'static [Frame],
@@ -48,7 +48,7 @@ struct World {
     lines: bool,
     /// Whether the interface captures, since a vertical sync.
     in_frame: bool,
-    /// What the ring's halves hold: ten times the frame's number and the stripe's.
+    /// The contents of the ring's halves: ten times the frame's number and the stripe's.
     ring: [u8; 2],
 }
 
@@ -57,7 +57,7 @@ impl World {
         self.frames[(self.now / PERIOD) as usize]
     }
 
-    /// One tick of the sensor and the interface.
+    /// Simulates one tick of the sensor and the interface.
     fn tick(&mut self) {
         let (frame, at) = (self.frame(), self.now % PERIOD);
         let cut = matches!(frame, Cut) && at > 2 * STRIPE;
@@ -80,13 +80,13 @@ impl World {
             }
             self.ring[self.complete as usize % 2] = (self.now / PERIOD * 10 + stripe - 1) as u8;
             self.complete += 1;
-            // Beyond the window nothing is captured until the next sync.
+            // Nothing is captured beyond the window until the next sync.
             self.in_frame &= stripe < Ticks::from(STRIPES);
         }
         self.now += 1;
     }
 
-    /// Whether the core has other things to do.
+    /// Returns whether the core has other things to do.
     fn is_busy(&self) -> bool {
         let at = self.now % PERIOD;
         let before = (self.now / PERIOD).checked_sub(1).map(|frame| self.frames[frame as usize]);
@@ -99,7 +99,7 @@ impl World {
 #[derive(Clone)]
 struct Interface(Rc<RefCell<World>>);
 
-/// Every byte, for rows of one byte that name themselves.
+/// All bytes, for rows of one byte that name themselves.
 static BYTES: [u8; 256] = {
     let mut bytes = [0; 256];
     let mut k = 0;
@@ -133,7 +133,7 @@ impl Capture for Interface {
     }
 }
 
-/// Runs the frames; what came of them: rows as `frame:stripe`, faults with the frame times since the last rows.
+/// Runs the frames. Returns what came of them: rows as `frame:stripe`, faults with the frame times since the last rows.
 fn run(frames: &'static [Frame]) -> String {
     let world = World { now: 0, frames, complete: 0, trouble: None, lines: false, in_frame: false, ring: [0; 2] };
     let world = Rc::new(RefCell::new(world));
@@ -168,8 +168,8 @@ fn run(frames: &'static [Frame]) -> String {
                 Step::Lost(frames) => format!("lost {frames}"),
                 Step::Abandoned => "abandoned".into(),
                 Step::Fault(fault) => {
-                    // A frame that begins in time has rows STRIPE ticks after: faults are told within two frame times. That there is
-                    // silence is told again for as long as it lasts.
+                    // A frame that begins in time has rows STRIPE ticks later, so faults are reported within two frame
+                    // times. Silence is reported again for as long as it lasts.
                     let again = fault == Fault::Silent && mem::replace(&mut silent, true);
                     assert!(now - last <= 2 * PERIOD || again, "{fault:?} after {} ticks", now - last);
                     format!("{fault:?}")
@@ -198,7 +198,7 @@ fn a_lost_sync_costs_the_frame_without_it() {
 
 #[test]
 fn a_sync_inside_a_frame_is_not_taken_for_rows() {
-    // Abandoning counts the cut frame; time says that none is missing before the next one.
+    // Abandoning counts the cut frame. The time tells that none is missing before the next one.
     assert_eq!(run(&[Good, Cut, Good, Good]), "0:0 1 2 3 1:0 1 LostSync abandoned 2:0 1 2 3 3:0 1 2 3");
 }
 
@@ -231,18 +231,18 @@ fn a_silent_sensor_is_told_of_until_it_speaks_and_time_counts_the_frames() {
         run(&[Good, Nothing, Nothing, Nothing, Nothing, Nothing, Good]),
         "0:0 1 2 3 Silent Silent Silent lost 5 6:0 1 2 3"
     );
-    // Nothing was lost before the first frame: time begins there.
+    // No frame counts as lost before the first frame: time begins there.
     assert_eq!(run(&[Nothing, Nothing, Good]), "Silent 2:0 1 2 3");
 }
 
 #[test]
 fn a_frame_that_stops_is_given_up() {
-    // The sync that shows it has passed when capture restarts: that frame is lost, too.
+    // The sync that shows it has passed when capture restarts, so that frame is lost, too.
     assert_eq!(run(&[Good, Stops, Good, Good]), "0:0 1 2 3 1:0 1 LostSync abandoned lost 1 3:0 1 2 3");
     assert_eq!(run(&[Good, Stops, Nothing, Nothing, Good]), "0:0 1 2 3 1:0 1 abandoned Silent lost 2 4:0 1 2 3");
 }
 
-/// An interface of which a test sets what is complete.
+/// Returns a capture interface whose number of complete stripes a test sets.
 fn interface() -> (Rc<RefCell<World>>, Stripes<Interface>) {
     let world =
         World { now: 0, frames: &[Good], complete: 0, trouble: None, lines: false, in_frame: false, ring: [0; 2] };
@@ -256,7 +256,8 @@ fn a_stripe_is_not_handed_out_when_the_next_one_is_complete() {
         let (world, mut stripes) = interface();
         world.borrow_mut().complete = 1;
         assert!(matches!(stripes.step(), Step::Rows { .. }));
-        // Complete while the first was read: it may have been written over, whether the reader asks or not.
+        // It was complete while the first was read. The first may have been overwritten, whether the reader asks or
+        // not.
         world.borrow_mut().complete = 2;
         assert!(!(released && stripes.release()));
         assert_eq!(stripes.step(), Step::Fault(Fault::Overrun));
@@ -267,7 +268,7 @@ fn a_stripe_is_not_handed_out_when_the_next_one_is_complete() {
 
 #[test]
 fn counts_may_begin_again_at_zero() {
-    // Years of three stripes a frame: 2^32 is no multiple of that.
+    // Years of three stripes per frame: 2^32 is not a multiple of three.
     let (world, mut stripes) = interface();
     (stripes.per_frame, stripes.taken, world.borrow_mut().complete) = (3, u32::MAX - 4, u32::MAX - 4);
     for stripe in 0..9_u32 {

@@ -84,7 +84,8 @@ impl Monitor {
                     }
                     self.heard = true;
                 }
-                Some(Err(DecodeError::Damaged)) => {
+                Some(Err(_)) => {
+                    // Damaged, or of a reason that is newer than this code.
                     self.damaged += 1;
                     if !self.heard && self.damaged == ONLY_NOISE {
                         let noise = "nothing but noise so far: is it the right port, and --baud the board's?";

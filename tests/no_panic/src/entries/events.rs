@@ -2,7 +2,7 @@
 
 use wstac_core::baseline::Baseline;
 use wstac_core::baseline_policy::TrackingBaseline;
-use wstac_core::direction::{self, Direction, Heading};
+use wstac_core::direction::{self, Direction, Heading, Unclear};
 use wstac_core::error::Error;
 use wstac_core::features::Features;
 use wstac_core::green::gray::Gray;
@@ -65,6 +65,8 @@ entries! {
     direction(event: &Event<'_>) -> Direction { direction::direction(event) }
     degrees(heading: Heading) -> u16 { heading.degrees() }
     confidence(direction: &Direction) -> f32 { direction.confidence() }
+    why_unclear(reason: Unclear) -> &'static str { reason.as_str() }
+    why_no_speed(reason: NoSpeed) -> &'static str { reason.as_str() }
     duration(event: &Event<'_>, config: &SpeedConfig) -> Option<LitSpan> { speed::duration(event, config) }
     speed(event: &Event<'_>, config: &SpeedConfig) -> Result<Speed, NoSpeed> { speed::speed(event, config) }
     duration_frames(duration: LitSpan) -> u8 { duration.frames() }

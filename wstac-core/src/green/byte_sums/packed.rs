@@ -1,28 +1,30 @@
-//! Four bytes an instruction: USADA8 adds the distances of four bytes from zero. Words are loaded where they lie, aligned or, at both
-//! ends of a run, not: in memory that allows that, as RAM does unless `CCR.UNALIGN_TRP` is set.
+//! Sums four bytes per instruction: USADA8 adds the distances of four bytes from zero.
+//!
+//! Words are loaded where they lie: aligned, or at both ends of a run unaligned. That needs memory that allows it, as
+//! RAM does unless `CCR.UNALIGN_TRP` is set.
 #![allow(unsafe_code)]
 
 use super::Strip;
 
-/// Words of a group, which one instruction loads.
+/// The number of words of a group, which one instruction loads.
 const GROUP: usize = 4;
-/// Groups that are written out.
+/// The number of groups that are written out.
 const MOST_GROUPS: usize = 8;
-/// Bytes that have no more words.
+/// The width of a row in bytes that has no more words.
 pub(super) const MOST_WIDTH: usize = 4 * GROUP * MOST_GROUPS;
 
-/// What the loop reads from memory once a row, for want of registers.
+/// Values that the loop reads from memory once per row, for lack of registers.
 #[repr(C)]
 struct Ends {
-    /// Which bytes of a run's first four are in front of its first aligned word.
+    /// A mask of those of a run's first four bytes that are in front of its first aligned word.
     head: u32,
-    /// Which bytes of a run's last four are behind its last aligned word.
+    /// A mask of those of a run's last four bytes that are behind its last aligned word.
     tail: u32,
     /// Words beyond whole groups.
     left: u32,
 }
 
-/// The sum of a strip. A row of 50 bytes takes 29 instructions.
+/// Returns the sum of a strip. A row of 50 bytes takes 29 instructions.
 #[inline(never)]
 pub(super) fn of_strip(Strip(block): Strip<'_, MOST_WIDTH>) -> u32 {
     let (first, width) = (block.bytes().as_ptr(), block.width());
@@ -36,11 +38,12 @@ pub(super) fn of_strip(Strip(block): Strip<'_, MOST_WIDTH>) -> u32 {
         left: left as u32,
     };
     let mut sum = 0_u32;
-    // SAFETY: so many rows are there; it reads the first four bytes of each, the last four, and the aligned words.
+    // SAFETY: so many rows are there. The code reads the first four bytes of each, the last four, and the aligned
+    // words.
     unsafe {
         core::arch::asm!(
             "push {{r6}}",
-            // Where among the groups a row comes in: five instructions of four bytes each.
+            // The place among the groups where a row comes in: five instructions of four bytes each.
             "adr r6, 4f",
             "sub r6, r6, r3",
             "orr r6, r6, #1",

@@ -1,19 +1,21 @@
-//! Four bytes a word, in any core's instructions: the words themselves are added up, and every second byte of them in two lanes of 16
-//! bits; what the total has more are the other bytes, in lanes too.
+//! Sums four bytes per word, in instructions that every core has.
+//!
+//! The words themselves are added up, and every second byte of them in two lanes of 16 bits. The rest of the total is
+//! the other bytes, in lanes too.
 #![allow(unsafe_code)]
 
 use super::{Strip, of_run};
 
-/// Every second byte of a word.
+/// A mask of every second byte of a word.
 const LANES: u32 = 0x00FF_00FF;
-/// Words whose bytes' sums fit a lane: 257 of them just do.
+/// The number of words whose bytes' sums fit a lane: 257 of them just do.
 const MOST_WORDS: usize = 256;
-/// Words that are written out, for fewer turns of the loop.
+/// The number of words that are written out, for fewer iterations of the loop.
 const GROUP: usize = 4;
-/// Bytes that have no more words.
+/// The width of a row in bytes that has no more words.
 pub(super) const MOST_WIDTH: usize = 4 * MOST_WORDS;
 
-/// The sum of a strip.
+/// Returns the sum of a strip.
 #[inline(never)]
 pub(super) fn of_strip(Strip(block): Strip<'_, MOST_WIDTH>) -> u32 {
     let mut row = block.bytes().as_ptr();
@@ -64,13 +66,13 @@ fn add_groups(groups: &[[u32; GROUP]], total: u32, odd: u32) -> (u32, u32) {
         .fold((total, odd), |sums, group| group.iter().fold(sums, |(total, odd), &word| add_word(word, total, odd)))
 }
 
-/// The same on a Cortex-M0, where it takes 22 instructions a group instead of the 35 that a compiler finds.
+/// Adds groups of words on a Cortex-M0. It takes 22 instructions per group instead of the 35 that a compiler finds.
 #[cfg(all(target_arch = "arm", not(thumb2)))]
 #[inline(always)]
 fn add_groups(groups: &[[u32; GROUP]], mut total: u32, mut odd: u32) -> (u32, u32) {
     let range = groups.as_ptr_range();
     if !groups.is_empty() {
-        // SAFETY: it reads the groups, of which there are some.
+        // SAFETY: the code reads the groups, of which there is at least one.
         unsafe {
             core::arch::asm!(
                 "2:",
@@ -97,8 +99,8 @@ fn add_groups(groups: &[[u32; GROUP]], mut total: u32, mut odd: u32) -> (u32, u3
     (total, odd)
 }
 
-/// The sum of the bytes of words, of which the total and the lanes are known. No carry of the total is missed: without the odd bytes it
-/// is below 2^32.
+/// Returns the sum of the bytes of words from their total and lanes. No carry of the total is missed: without the odd
+/// bytes it is below 2^32.
 fn bytes_of(total: u32, odd: u32) -> u32 {
     let even = total.wrapping_sub(odd << 8);
     (even & 0xFFFF) + (even >> 16) + (odd & 0xFFFF) + (odd >> 16)

@@ -1,13 +1,13 @@
-//! The descent in Rust: a compiler's instructions, for any processor.
+//! The descent in Rust, for any processor.
 
 use super::super::file::{INPUTS, MOST_CLASSES};
 use super::super::trees::{CLASS_SHIFT, FEATURE, LEFT_LEAF, MOST_SINGLE, NARROW, RIGHT_LEAF, SAME};
 
-/// Counts the classes that trees say, up to one whose leaf is none; where the trees behind start, how many are left with
-/// that one, and its leaf.
+/// Counts the classes that trees vote for, up to a tree whose leaf is not a class. Returns where the trees behind
+/// start, how many trees are left, that one included, and its leaf.
 ///
 /// # Safety
-/// As for [`super::vote`]; `trees` is not 0.
+/// The conditions are those of [`super::vote`], and `trees` is not 0.
 #[inline(always)]
 pub(super) unsafe fn count_classes(
     mut next: *const u16,
@@ -18,7 +18,7 @@ pub(super) unsafe fn count_classes(
     unit: u32,
 ) -> (*const u16, u32, u16) {
     loop {
-        // SAFETY: a tree is its length and as many halves; a leaf below the classes is below their most.
+        // SAFETY: a tree is its length and as many halves; a leaf below the number of classes is below their maximum.
         unsafe {
             let root = next.add(1);
             next = root.add(usize::from(next.read()));
@@ -27,7 +27,7 @@ pub(super) unsafe fn count_classes(
                 return (next, trees, leaf);
             }
             let count = counts.get_unchecked_mut(usize::from(leaf));
-            // Trees times unit fit 32 bits, checked once.
+            // Trees times unit fit 32 bits, which has been checked once.
             *count = count.wrapping_add(unit);
             trees -= 1;
             if trees == 0 {
@@ -37,15 +37,15 @@ pub(super) unsafe fn count_classes(
     }
 }
 
-/// The leaf of a forest's tree: a class, or behind classes a place in the table of leaves.
+/// Returns the leaf of a forest's tree: a class, or behind the classes a place in the table of leaves.
 ///
 /// # Safety
-/// As above, of one tree.
+/// The conditions are those of [`super::vote`], for one tree.
 #[inline(always)]
 unsafe fn votes(mut node: *const u16, sample: &[i16; INPUTS]) -> u16 {
     loop {
-        // SAFETY: a checked node has two halves at least, and three where it has no leaf; its feature is below 700; what is
-        // read behind it was found to be there; and children are nodes of the same tree, ever further back.
+        // SAFETY: a checked node has at least two halves, and three if it has no leaf. Its feature is below 700. What
+        // is read behind it was found to be there. Children are nodes of the same tree, ever further back.
         unsafe {
             let head = node.read();
             let left = goes_left(node, sample);
@@ -62,14 +62,14 @@ unsafe fn votes(mut node: *const u16, sample: &[i16; INPUTS]) -> u16 {
     }
 }
 
-/// The leaf of a boosted tree, of `LEAF` halves.
+/// Returns the leaf of a boosted tree, of `LEAF` halves.
 ///
 /// # Safety
-/// `node` is the root of a tree that [`super::super::trees::check`] has found good with such leaves, with a shift of 0.
+/// `node` is the root of a tree that [`super::super::trees::check`] has accepted with such leaves, with a shift of 0.
 #[inline(always)]
 pub(super) unsafe fn leaf<const LEAF: usize>(mut node: *const u16, sample: &[i16; INPUTS]) -> *const u16 {
     loop {
-        // SAFETY: as above; a leaf is in the node that has it.
+        // SAFETY: the node has been checked as in `votes`; a leaf is in the node that has it.
         unsafe {
             let head = node.read();
             if goes_left(node, sample) {
@@ -86,10 +86,12 @@ pub(super) unsafe fn leaf<const LEAF: usize>(mut node: *const u16, sample: &[i16
     }
 }
 
-/// Adds the int16 leaves that a sample ends in, of `trees` trees, to a sum; and where the trees behind them start.
+/// Adds to a sum the int16 leaves that a sample ends in, of `trees` trees. Returns the sum and where the trees behind
+/// them start.
 ///
 /// # Safety
-/// At `next` so many trees start that [`super::super::trees::check`] has found good with such leaves, with a shift of 0; their sum fits.
+/// At `next`, so many trees start that [`super::super::trees::check`] has accepted with int16 leaves, with a shift of
+/// 0. Their sum fits 32 bits.
 #[inline(always)]
 pub(super) unsafe fn add_leaves(
     mut sum: i32,
@@ -108,7 +110,7 @@ pub(super) unsafe fn add_leaves(
     (sum, next)
 }
 
-/// Whether a sample goes left at a node.
+/// Returns whether a sample goes left at a node.
 ///
 /// # Safety
 /// The node has been checked.

@@ -1,15 +1,19 @@
-//! The descent in a Cortex-M3's, M4's and M7's own instructions. Words are loaded where they lie, aligned to two bytes: in memory that
-//! allows that, as flash and RAM do unless `CCR.UNALIGN_TRP` is set.
+//! The descent in the instructions of a Cortex-M3, M4 and M7.
+//!
+//! Words are loaded where they lie, aligned to two bytes. That needs memory that allows it, as flash and RAM do unless
+//! `CCR.UNALIGN_TRP` is set.
 
 use super::super::file::{INPUTS, MOST_CLASSES};
 use super::super::trees::{CLASS_SHIFT, LEFT_LEAF, NARROW, RIGHT_LEAF, SAME};
 
-/// As [`super::vote`] wants it: counts the classes that trees say, up to one whose leaf is none; where the trees behind start, how
-/// many are left with that one, and its leaf. A node's feature and threshold are one load; seven instructions go from a node to its left child, nine to its
-/// right one, ten past a leaf; ten of a tree are not of its nodes.
+/// Counts the classes that trees vote for, up to a tree whose leaf is not a class, for [`super::vote`]. Returns where
+/// the trees behind start, how many trees are left, that one included, and its leaf.
+///
+/// A node's feature and threshold are one load. Seven instructions go from a node to its left child, nine to its right
+/// child, ten past a leaf. Ten instructions of a tree are not of its nodes.
 ///
 /// # Safety
-/// As for [`super::vote`]; `trees` is not 0.
+/// The conditions are those of [`super::vote`], and `trees` is not 0.
 #[inline(always)]
 pub(super) unsafe fn count_classes(
     mut next: *const u16,
@@ -20,7 +24,8 @@ pub(super) unsafe fn count_classes(
     unit: u32,
 ) -> (*const u16, u32, u16) {
     let leaf: u32;
-    // SAFETY: it reads what the plain walk reads, all of which has been checked, and writes the counts of classes alone.
+    // SAFETY: the code reads what the plain walk reads, all of which has been checked, and writes only the counts of
+    // classes.
     unsafe {
         core::arch::asm!(
             // The next tree: its length, its root.
@@ -32,7 +37,7 @@ pub(super) unsafe fn count_classes(
             "tst {head}, #{leaves}",
             "beq 21f",
             "b 30f",
-            // To the left child, the next node: it is behind three halves.
+            // To the left child, which is the next node, behind three halves.
             "20:",
             "ldr {head}, [{node}, #6]!",
             "tst {head}, #{leaves}",
@@ -54,13 +59,13 @@ pub(super) unsafe fn count_classes(
             "cmp {value}, {head}, asr #16",
             "ble 20b",
             "b 22b",
-            // A node with a leaf, or two.
+            // A node with one leaf, or two.
             "30:",
             "ubfx {value}, {head}, #0, #10",
             "ldrsh {value}, [{sample}, {value}, lsl #1]",
             "cmp {value}, {head}, asr #16",
             "bgt 31f",
-            // Carry: the left child is a leaf; minus: the right one is.
+            // Carry means that the left child is a leaf; minus, that the right child is.
             "lsls {value}, {head}, #17",
             "bcs 33f",
             "ldr {head}, [{node}, #4]!",
@@ -89,7 +94,7 @@ pub(super) unsafe fn count_classes(
             "35:",
             "ubfx {value}, {head}, #{class}, #4",
             "b 41f",
-            // Leaves that are no bytes: the same one, or two halves.
+            // Leaves that are not bytes: one leaf for both, or two halves.
             "36:",
             "tst {head}, #{same}",
             "ite ne",
@@ -130,11 +135,14 @@ pub(super) unsafe fn count_classes(
     (next, trees, leaf as u16)
 }
 
-/// Adds the int16 leaves that a sample ends in, of `trees` trees, to a sum; and where the trees behind them start: the whole loop,
-/// of which seven instructions a tree are not of its nodes.
+/// Adds to a sum the int16 leaves that a sample ends in, of `trees` trees. Returns the sum and where the trees behind
+/// them start.
+///
+/// It is the whole loop, of which seven instructions per tree are not of its nodes.
 ///
 /// # Safety
-/// At `next` so many trees start that [`super::super::trees::check`] has found good with such leaves, with a shift of 0; their sum fits.
+/// At `next`, so many trees start that [`super::super::trees::check`] has accepted with int16 leaves, with a shift of
+/// 0. Their sum fits 32 bits.
 #[inline(always)]
 pub(super) unsafe fn add_leaves(
     mut sum: i32,
@@ -145,7 +153,7 @@ pub(super) unsafe fn add_leaves(
     if trees == 0 {
         return (sum, next);
     }
-    // SAFETY: it reads what the plain walk reads, all of which has been checked, and writes registers alone.
+    // SAFETY: the code reads what the plain walk reads, all of which has been checked, and writes only registers.
     unsafe {
         core::arch::asm!(
             // The next tree: its length, its root.
@@ -159,7 +167,7 @@ pub(super) unsafe fn add_leaves(
             "ldrsh {value}, [{sample}, {value}, lsl #1]",
             "cmp {value}, {head}, asr #16",
             "bgt 54f",
-            // Left, where carry says that there is a leaf; any other node is behind three halves.
+            // Left: carry says that there is a leaf; any other node is behind three halves.
             "52:",
             "lsls {value}, {head}, #17",
             "bcs 57f",
@@ -168,7 +176,7 @@ pub(super) unsafe fn add_leaves(
             "ldrsh {value}, [{sample}, {value}, lsl #1]",
             "cmp {value}, {head}, asr #16",
             "ble 52b",
-            // Right, where minus says that there is a leaf; any other node is by its offset, or behind the left leaf.
+            // Right: minus says that there is a leaf; any other node is at its offset, or behind the left leaf.
             "54:",
             "lsls {value}, {head}, #17",
             "bmi 58f",
@@ -216,15 +224,15 @@ pub(super) unsafe fn add_leaves(
     (sum, next)
 }
 
-/// The leaf of a boosted tree, of two halves.
+/// Returns the leaf of a boosted tree, of two halves.
 ///
 /// # Safety
-/// `node` is the root of a tree that [`super::super::trees::check`] has found good with such leaves, with a shift of 0.
+/// `node` is the root of a tree that [`super::super::trees::check`] has accepted with such leaves, with a shift of 0.
 #[inline(always)]
 pub(super) unsafe fn leaf<const LEAF: usize>(node: *const u16, sample: &[i16; INPUTS]) -> *const u16 {
     const { assert!(LEAF == 2, "integers are summed up above") };
     let leaf;
-    // SAFETY: as above.
+    // SAFETY: the code reads what the plain walk reads, all of which has been checked, and writes only registers.
     unsafe {
         core::arch::asm!(
             "ldr {head}, [{node}]",
@@ -254,7 +262,7 @@ pub(super) unsafe fn leaf<const LEAF: usize>(node: *const u16, sample: &[i16; IN
             "cmp {value}, {head}, asr #16",
             "bgt 74b",
             "b 72b",
-            // One leaf, two halves, before the other child.
+            // One leaf of two halves, before the other child.
             "75:",
             "ldr {head}, [{node}, #8]!",
             "b 71b",

@@ -1,10 +1,10 @@
-//! Models at the limits of what there can be.
+//! Models at the limits of the format.
 
 use super::*;
 
 const BOTH: u16 = LEFT_LEAF | RIGHT_LEAF;
 
-/// A forest of so many classes and these trees' nodes, votes of 1.
+/// Returns a forest of so many classes and these trees' nodes, with votes of 1.
 fn forest_of(classes: u16, trees: &[Vec<u16>], shift: u16) -> Vec<u32> {
     let mut part = vec![1, 0, 0, 0];
     for tree in trees {
@@ -14,7 +14,7 @@ fn forest_of(classes: u16, trees: &[Vec<u16>], shift: u16) -> Vec<u32> {
         part.resize(part.len() + (units << shift) - tree.len(), 0);
     }
     let mut words = file(3, 0, classes, trees.len() as u16, &part);
-    // The labels' place may take more than a half.
+    // The place of the labels may take more than a half.
     let labels = HEADER_HALVES + part.len();
     words[6] = labels as u32;
     words[7] = u32::from(shift);
@@ -35,7 +35,7 @@ fn where_every_class_has_the_same_votes_the_first_wins() {
         let trees: Vec<Vec<u16>> = (0..3 * classes).map(|tree| leaf(classes - 1 - tree % classes)).collect();
         let words = forest_of(classes, &trees, 0);
         assert_eq!(both_answer(&words, &[0; INPUTS]), 0, "{classes}");
-        // One vote more decides, although it comes last.
+        // One more vote decides, although it comes last.
         let trees: Vec<Vec<u16>> = trees.into_iter().chain([leaf(classes - 1)]).collect();
         assert_eq!(u16::from(both_answer(&forest_of(classes, &trees, 0), &[0; INPUTS])), classes - 1);
     }
@@ -50,7 +50,7 @@ fn where_every_score_is_the_same_the_first_class_wins() {
         assert_eq!(model(&words), 0);
         let empty = file(4, if floats { 3 } else { 2 }, 5, 0, &[&[5, 0, 0][..], &[0; 15]].concat());
         assert_eq!(model(&empty), 0, "no trees at all, and all starts 0");
-        // The same, but class 3 starts with the least that there is above 0.
+        // Every leaf and start is 0, but class 3 starts with the least number above 0.
         let mut part = [&[5, 0, 0][..], &[0; 15]].concat();
         part[3 + 3 * 3 + 1] = 1;
         words = file(4, if floats { 3 } else { 2 }, 5, 0, &part);
@@ -62,14 +62,14 @@ fn where_every_score_is_the_same_the_first_class_wins() {
     }
 }
 
-/// A linear model whose weights and biases are 0.
+/// Returns a linear model whose weights and biases are 0.
 fn linear_zeros(kind: u16, number: u16, rows: u16) -> Vec<u32> {
     let mut part = vec![0; 2 + usize::from(rows) * (4 + if number == 1 { 350 } else { 700 })];
     part[0] = rows;
     file(kind, number, rows, 0, &part)
 }
 
-/// Weights of all rows are one half, as two int8 or an int16; row 1 is less by a bias.
+/// Returns a model whose weights are all one half, as two int8 or an int16; row 1 is less by a bias.
 fn limits(number: u16, weight: u16) -> Vec<u32> {
     let row = if number == 1 { 350 } else { 700 };
     let mut part = vec![3, 0];
@@ -95,14 +95,15 @@ fn sums_at_the_limits_are_exact() {
 
 #[test]
 fn one_class_is_always_the_answer() {
-    // A score above the bound of two classes, too.
+    // A score above the bound of two classes is possible, too.
     let boosted = [file(4, 2, 1, 0, &[1, 0, 0, 0, 0, 0]), file(4, 2, 1, 0, &[1, 0, 0, 0, 5, 0])];
     for words in [forest_of(1, &[vec![BOTH | SAME, 0]], 0), linear_zeros(1, 2, 1)].into_iter().chain(boosted) {
         assert_eq!(Model::from_words(&words).unwrap().classify(&[7; INPUTS]), 0);
     }
 }
 
-/// A chain of so many splits to one side: leaf 0 while the number of input 3 is beyond a threshold, 1 at the end.
+/// Returns a chain of so many splits to one side. Its leaf is 0 while the number of input 3 is beyond a threshold, and
+/// 1 at the end.
 fn chain(depth: u16, to_right: bool) -> Vec<u16> {
     let mut nodes = vec![];
     for level in 1..depth {
@@ -129,8 +130,8 @@ fn chains_of_any_depth_end_where_they_should() {
     }
 }
 
-/// A balanced tree over the bits of input 0's number from `low` on: 2^levels leaves, of class 1 where the bits are all 1.
-/// Its number of nodes.
+/// Adds a balanced tree over the bits of input 0's number from `low` on: 2^levels leaves, of class 1 if the bits are
+/// all 1. Returns its number of nodes.
 fn balanced(nodes: &mut Vec<u16>, levels: u32, low: i32, shift: usize) -> usize {
     let half = 1 << (levels - 1);
     let threshold = below((low + half - 1) as i16);

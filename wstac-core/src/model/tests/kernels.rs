@@ -1,4 +1,4 @@
-//! What is fast answers as what is plain.
+//! Fast kernels give the same answers as plain code.
 
 use std::boxed::Box;
 
@@ -6,7 +6,7 @@ use wstac_random_models::{ANSWERS, KINDS, MOST_WORDS, Maker, answers};
 
 use super::*;
 
-/// A model's answer, the plain way.
+/// Returns a model's answer by plain code.
 fn plainly(model: &Model<'_>, sample: &[i16; INPUTS]) -> u8 {
     match model {
         Model::LinearSvm(model) => model.decide::<false>(sample),
@@ -30,11 +30,11 @@ fn fast_answers_are_the_plain_ones() {
         }))
     });
     assert_eq!(all, Some(ANSWERS));
-    // Not all of them the first class, and up to those that do not fit a node.
+    // Not all of them are the first class; they go up to those that do not fit a node.
     assert!(answered.iter().filter(|&&count| count > 10).count() >= 17, "{answered:?}");
 }
 
-/// With more models than the board has time for.
+/// Tests more models than the board has time for.
 #[test]
 fn more_models_answer_alike() {
     let (mut maker, mut words) = (Box::new(Maker::new(crc)), vec![0; MOST_WORDS]);
