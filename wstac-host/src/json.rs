@@ -41,7 +41,7 @@ pub enum Line<'a> {
         /// The kind of the fault in a word.
         fault: &'a str,
         /// What happened, for a person.
-        message: &'a str,
+        message: String,
     },
     /// The end of the stream.
     End {
@@ -67,7 +67,7 @@ impl<'a> Line<'a> {
             }
             Output::Interrupted(sample) => Self::Incomplete((*sample).into()),
             Output::Fault(report) => {
-                Self::Fault { frame: report.frame, fault: report.fault.kind.name(), message: &report.fault.message }
+                Self::Fault { frame: report.frame, fault: report.fault.kind.name(), message: report.fault.to_string() }
             }
             Output::End(end) => Self::End {
                 frames: end.frames,

@@ -25,7 +25,9 @@ use wstac_host::camera::mjpeg::Decoder;
 use wstac_host::camera::modes::fps;
 use wstac_host::error::Error;
 use wstac_host::source::open::{OpenOptions, SourceKind};
-use wstac_host::source::{Fault, FaultKind, Frame, FramePolicy, Lag, LossReason, Source, SourceEvent, StreamInfo};
+use wstac_host::source::{
+    Fault, FaultKind, Frame, FramePolicy, Lag, LossReason, Remedy, Source, SourceEvent, StreamInfo,
+};
 
 /// Longest wait for a frame before the caller may look for signals.
 const WAIT: Duration = Duration::from_millis(500);
@@ -252,15 +254,12 @@ impl CameraSource {
             return;
         }
         let path = self.request.path.display();
-        let (kind, message) = if signal {
-            (FaultKind::Signal, format!("{path}: the input has its signal again"))
+        self.told.push_back(Told::Fault(if signal {
+            Fault::new(FaultKind::Signal, format!("{path}: the input has its signal again"))
         } else {
-            (
-                FaultKind::NoSignal,
-                format!("{path}: the driver says that the input has no signal or power; waiting for it"),
-            )
-        };
-        self.told.push_back(Told::Fault(Fault { kind, message }));
+            let message = format!("{path}: the driver says that the input has no signal or power");
+            Fault { kind: FaultKind::NoSignal, message, remedy: Some(Remedy::AwaitSignal) }
+        }));
     }
 
     fn give_back(&mut self, filled: Filled) {

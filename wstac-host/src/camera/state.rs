@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
+pub use crate::words::UnlockedReason;
+
 /// A camera and its controls. Stored with every recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
@@ -47,7 +49,7 @@ pub struct LockedControl {
     pub locked: bool,
     /// Why it is not locked.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub why: Option<String>,
+    pub why: Option<UnlockedReason>,
 }
 
 impl CameraState {
@@ -71,8 +73,9 @@ impl CameraState {
             return "no controls to lock".into();
         }
         let text = format!("{} controls locked", locked.len());
-        let why =
-            |control: &&LockedControl| format!("{} ({})", control.name, control.why.as_deref().unwrap_or("unknown"));
+        let why = |control: &&LockedControl| {
+            format!("{} ({})", control.name, control.why.as_ref().map_or("unknown", UnlockedReason::name))
+        };
         let open: Vec<_> = open.iter().map(why).collect();
         if open.is_empty() { text } else { format!("{text}, NOT locked: {}", open.join(", ")) }
     }
@@ -83,7 +86,7 @@ mod tests {
     use super::*;
 
     fn control(name: &str, locked: bool, why: Option<&str>) -> LockedControl {
-        LockedControl { name: name.into(), id: 1, value: 7, locked, why: why.map(str::to_owned) }
+        LockedControl { name: name.into(), id: 1, value: 7, locked, why: why.map(UnlockedReason::from) }
     }
 
     #[test]

@@ -136,7 +136,7 @@ impl McapSource {
                     match line.map_err(|error| self.damaged(format_args!("{FAULTS}: {error}")))? {
                         Line::Lost { frames, why } => return Ok(Next::Lost(frames, LossReason::from(why.as_str()))),
                         Line::Fault { fault, message } => {
-                            return Ok(Next::Fault(Fault { kind: FaultKind::from(fault.as_str()), message }));
+                            return Ok(Next::Fault(Fault::from_text(FaultKind::from(fault.as_str()), &message)));
                         }
                         Line::Other => {}
                     }

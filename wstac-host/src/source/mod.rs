@@ -5,10 +5,10 @@ pub mod mcap;
 pub mod open;
 #[cfg(feature = "png")]
 pub mod png_folder;
-mod words;
 pub mod y4m;
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -23,10 +23,10 @@ use crate::camera::CameraState;
 use crate::config::Config;
 use crate::error::Error;
 
+pub use crate::words::{FaultKind, LossReason};
+
 /// What a person says of a recording, such as `specimen` `Saw3`.
 pub type Labels = BTreeMap<String, String>;
-
-pub use self::words::{FaultKind, LossReason};
 
 /// What all frames of a stream have in common.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,8 +90,62 @@ pub struct Lag {
 pub struct Fault {
     /// Its kind.
     pub kind: FaultKind,
-    /// What happened, for a person.
+    /// What happened, for a person, without what the source does about it.
     pub message: String,
+    /// What the source does about it, if that needs saying.
+    pub remedy: Option<Remedy>,
+}
+
+/// What a source does about a fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Remedy {
+    /// It waits for the same camera.
+    AwaitCamera,
+    /// It waits for the signal of its input.
+    AwaitSignal,
+    /// It starts the camera again and again until that works.
+    Retry,
+}
+
+impl Remedy {
+    const ALL: [Self; 3] = [Self::AwaitCamera, Self::AwaitSignal, Self::Retry];
+}
+
+impl fmt::Display for Remedy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::AwaitCamera => "waiting for the same camera, Ctrl-C ends",
+            Self::AwaitSignal => "waiting for it",
+            Self::Retry => "tried again until it starts",
+        })
+    }
+}
+
+impl Fault {
+    /// Creates a fault that the source does nothing about.
+    pub fn new(kind: FaultKind, message: impl Into<String>) -> Self {
+        Self { kind, message: message.into(), remedy: None }
+    }
+
+    /// Recognizes the text of a recorded fault, which [`Display`](fmt::Display) made.
+    pub fn from_text(kind: FaultKind, text: &str) -> Self {
+        for remedy in Remedy::ALL {
+            let message = text.strip_suffix(&remedy.to_string()).and_then(|text| text.strip_suffix("; "));
+            if let Some(message) = message {
+                return Self { kind, message: message.to_owned(), remedy: Some(remedy) };
+            }
+        }
+        Self::new(kind, text)
+    }
+}
+
+/// Writes what happened, then what the source does about it. The kind is not part of it.
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)?;
+        self.remedy.map_or(Ok(()), |remedy| write!(f, "; {remedy}"))
+    }
 }
 
 /// A frame of a source.
@@ -232,5 +286,23 @@ pub fn config_of(info: &StreamInfo, given: Option<Config>) -> Result<Config, Err
         (Some(given), _) => Ok(given),
         (None, Some(own)) => Config::parse(&own.configuration).map_err(|error| Error::new(&info.about, error)),
         (None, None) => Ok(Config::default()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faults_survive_a_recording() {
+        let remedies = Remedy::ALL.into_iter().map(Some).chain([None]);
+        for remedy in remedies {
+            let fault = Fault { remedy, ..Fault::new(FaultKind::Disconnected, "no frame; check the cable") };
+            assert_eq!(Fault::from_text(FaultKind::Disconnected, &fault.to_string()), fault);
+        }
+        let fault = Fault { remedy: Some(Remedy::AwaitSignal), ..Fault::new(FaultKind::NoSignal, "no signal") };
+        assert_eq!(fault.to_string(), "no signal; waiting for it");
+        let other = "no signal; waiting for it, of a newer program";
+        assert_eq!(Fault::from_text(FaultKind::NoSignal, other), Fault::new(FaultKind::NoSignal, other));
     }
 }

@@ -6,10 +6,7 @@ use v4l::v4l_sys as sys;
 
 use super::plan::{SWITCHES, Switch, VALUES};
 use super::{Control, ControlSetting, Controls};
-use wstac_host::camera::LockedControl;
-
-/// What is said of controls that nobody was to touch.
-const KEPT: &str = "left as it was";
+use wstac_host::camera::{LockedControl, UnlockedReason};
 
 /// What was tried with a control.
 struct Attempt {
@@ -19,7 +16,7 @@ struct Attempt {
     target: Option<i32>,
     refused: Option<io::Error>,
     /// Why it is not locked although it has this value.
-    open: Option<String>,
+    open: Option<UnlockedReason>,
     /// Whether it goes on changing what it governs.
     automatic: bool,
 }
@@ -53,7 +50,7 @@ pub(crate) fn lock(
             continue;
         }
         let governor = attempts.iter().find(|switch| switch.automatic && governed_by.contains(&switch.id));
-        let open = governor.map(|governor| format!("{} is automatic", governor.name));
+        let open = governor.map(|governor| other(format!("{} is automatic", governor.name)));
         attempts.push(match asked(id) {
             None if keep => kept(device, control),
             asked => Attempt { open, ..set(device, control, asked) },
@@ -73,7 +70,7 @@ pub(crate) fn hold(device: &impl Controls, controls: &mut [LockedControl]) {
     for control in controls.iter_mut().filter(|control| control.locked) {
         if !is(control) {
             control.locked = false;
-            control.why = Some("the camera changed it when the stream started".into());
+            control.why = Some(UnlockedReason::ChangedAtStart);
             control.value = device.get(control.id).map_or(control.value, i64::from);
         }
     }
@@ -105,7 +102,7 @@ fn checked<'c>(listed: &'c [Control], settings: &[ControlSetting]) -> Result<Vec
 
 /// Nothing is done: what is read is what is told.
 fn kept(device: &impl Controls, control: &Control) -> Attempt {
-    Attempt { target: device.get(control.id).ok(), open: Some(KEPT.into()), ..nothing_of(control) }
+    Attempt { target: device.get(control.id).ok(), open: Some(UnlockedReason::Kept), ..nothing_of(control) }
 }
 
 /// Switches something automatic off, or as a user asked.
@@ -121,9 +118,9 @@ fn switched(device: &impl Controls, control: &Control, switch: &Switch, asked: O
         return Attempt { target: now, ..nothing_of(control) };
     }
     let open = match asked {
-        Some(_) => (automatic && now == target).then(|| "set as asked, which leaves it automatic".to_owned()),
+        Some(_) => (automatic && now == target).then_some(UnlockedReason::SetAutomatic),
         None if has_off => Some(still_on(refused.as_ref(), control)),
-        None => Some(format!("cannot be off, which is {}: the camera has {least} to {most}", switch.off)),
+        None => Some(other(format!("cannot be off, which is {}: the camera has {least} to {most}", switch.off))),
     };
     Attempt { target, refused: refused.filter(|_| open.is_none()), open, automatic, ..nothing_of(control) }
 }
@@ -138,11 +135,30 @@ fn nothing_of(control: &Control) -> Attempt {
     Attempt { id: control.id, name, target: None, refused: None, open: None, automatic: false }
 }
 
-fn still_on(refused: Option<&io::Error>, control: &Control) -> String {
-    match refused {
-        Some(error) => format!("cannot be switched off: {}", reason(error, control)),
-        None => "was switched off, but is not".to_owned(),
+/// Returns why a switch is on that was to be off.
+fn still_on(refused: Option<&io::Error>, control: &Control) -> UnlockedReason {
+    let Some(error) = refused else { return UnlockedReason::StillOn };
+    match Refusal::of(control) {
+        Some(Refusal::ReadOnly) => UnlockedReason::OnReadOnly,
+        Some(Refusal::Grabbed) => UnlockedReason::OnGrabbed,
+        Some(Refusal::Inactive) => UnlockedReason::OnInactive,
+        None => other(format!("cannot be switched off: {error}")),
     }
+}
+
+/// Returns why the driver refused a value.
+fn not_set(error: &io::Error, control: &Control) -> UnlockedReason {
+    match Refusal::of(control) {
+        Some(Refusal::ReadOnly) => UnlockedReason::ReadOnly,
+        Some(Refusal::Grabbed) => UnlockedReason::Grabbed,
+        Some(Refusal::Inactive) => UnlockedReason::Governed,
+        None => other(format!("cannot be set: {error}")),
+    }
+}
+
+/// Creates a reason with numbers or the driver's words.
+fn other(words: String) -> UnlockedReason {
+    UnlockedReason::Other(words.into())
 }
 
 /// Sets a number to what a user asks for, or to what it is: then it stays so.
@@ -162,18 +178,18 @@ fn judged(device: &impl Controls, attempt: Attempt, after: &[Control]) -> Locked
     let now = after.iter().find(|control| control.id == id);
     let has = |flag| now.is_some_and(|control| control.has(flag));
     let why = if let Some(error) = error {
-        Some(format!("cannot be read: {error}"))
+        Some(other(format!("cannot be read: {error}")))
     } else if open.is_some() {
         open
     } else if let (Some(error), Some(now)) = (&refused, now) {
-        Some(format!("cannot be set: {}", reason(error, now)))
+        Some(not_set(error, now))
     } else if value != target {
         let found = |value: Option<i32>| value.map_or_else(|| "nothing".to_owned(), |value| value.to_string());
-        Some(format!("set to {}, but reads back {}", found(target), found(value)))
+        Some(other(format!("set to {}, but reads back {}", found(target), found(value))))
     } else if has(sys::V4L2_CTRL_FLAG_VOLATILE) {
-        Some("volatile: the camera changes it".into())
+        Some(UnlockedReason::Volatile)
     } else if has(sys::V4L2_CTRL_FLAG_INACTIVE) {
-        Some("inactive: something else governs it".into())
+        Some(UnlockedReason::Inactive)
     } else {
         None
     };
@@ -181,16 +197,24 @@ fn judged(device: &impl Controls, attempt: Attempt, after: &[Control]) -> Locked
     LockedControl { name, id, value, locked: why.is_none(), why }
 }
 
-/// Why the driver refuses, with what its flags say about it.
-fn reason(error: &io::Error, control: &Control) -> String {
-    for (flag, why) in [
-        (sys::V4L2_CTRL_FLAG_READ_ONLY, "read-only"),
-        (sys::V4L2_CTRL_FLAG_GRABBED, "another program holds it"),
-        (sys::V4L2_CTRL_FLAG_INACTIVE, "inactive: something else governs it"),
-    ] {
-        if control.has(flag) {
-            return why.to_owned();
+/// Why a driver refuses a value, as the control's flags say.
+enum Refusal {
+    ReadOnly,
+    Grabbed,
+    Inactive,
+}
+
+impl Refusal {
+    /// Returns what the flags of a control say; `None` if they say nothing.
+    fn of(control: &Control) -> Option<Self> {
+        if control.has(sys::V4L2_CTRL_FLAG_READ_ONLY) {
+            Some(Self::ReadOnly)
+        } else if control.has(sys::V4L2_CTRL_FLAG_GRABBED) {
+            Some(Self::Grabbed)
+        } else if control.has(sys::V4L2_CTRL_FLAG_INACTIVE) {
+            Some(Self::Inactive)
+        } else {
+            None
         }
     }
-    error.to_string()
 }

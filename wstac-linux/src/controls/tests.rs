@@ -111,7 +111,7 @@ fn one<'c>(controls: &'c [LockedControl], name: &str) -> &'c LockedControl {
 fn why(controls: &[LockedControl], name: &str) -> String {
     let control = one(controls, name);
     assert!(!control.locked, "{control:?}");
-    control.why.clone().unwrap()
+    control.why.as_ref().unwrap().to_string()
 }
 
 #[test]

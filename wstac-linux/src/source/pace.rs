@@ -82,12 +82,9 @@ impl Pace {
                 "the camera takes {measured:.1} frames a second, {rate:.1} were agreed on; those that are missing count as \
                  lost; usual cause: automatic exposure in the dark, so lock the exposure or add light"
             );
-            return Fault { kind: FaultKind::Slow, message };
+            return Fault::new(FaultKind::Slow, message);
         }
-        Fault {
-            kind: FaultKind::InTime,
-            message: format!("the camera takes {measured:.1} of {rate:.1} frames a second again"),
-        }
+        Fault::new(FaultKind::InTime, format!("the camera takes {measured:.1} of {rate:.1} frames a second again"))
     }
 }
 

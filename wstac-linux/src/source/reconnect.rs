@@ -8,7 +8,7 @@ use crate::choose::same;
 use crate::{Camera, Negotiated};
 use wstac_host::camera::LockedControl;
 use wstac_host::error::Error;
-use wstac_host::source::{Fault, FaultKind, LossReason, StreamInfo};
+use wstac_host::source::{Fault, FaultKind, LossReason, Remedy, StreamInfo};
 
 /// From one try to the next.
 const PAUSE: Duration = Duration::from_millis(500);
@@ -41,10 +41,7 @@ impl Away {
         }
         let state = info.camera.as_deref();
         let name = state.map(|state| format!("{}: {}", state.path.display(), state.card)).unwrap_or_default();
-        Some(Fault {
-            kind: FaultKind::Reconnected,
-            message: format!("{name} is back; {lost} frame(s) were lost meanwhile"),
-        })
+        Some(Fault::new(FaultKind::Reconnected, format!("{name} is back; {lost} frame(s) were lost meanwhile")))
     }
 
     /// Whether this is said for the first time.
@@ -67,8 +64,8 @@ impl CameraSource {
         let away = self.away.get_or_insert_default();
         away.no_signal = false;
         if away.is_new(why) {
-            let message = format!("{why}; waiting for the same camera, Ctrl-C ends");
-            self.told.push_back(Told::Fault(Fault { kind: FaultKind::Disconnected, message }));
+            let remedy = Some(Remedy::AwaitCamera);
+            self.told.push_back(Told::Fault(Fault { remedy, ..Fault::new(FaultKind::Disconnected, why) }));
         }
     }
 
@@ -86,8 +83,8 @@ impl CameraSource {
             Err(error) => {
                 let why = error.to_string();
                 if away.is_new(&why) {
-                    let message = format!("{why}; tried again until it starts");
-                    self.told.push_back(Told::Fault(Fault { kind: FaultKind::Refused, message }));
+                    let remedy = Some(Remedy::Retry);
+                    self.told.push_back(Told::Fault(Fault { remedy, ..Fault::new(FaultKind::Refused, why) }));
                 }
                 Ok(())
             }
@@ -103,7 +100,7 @@ impl CameraSource {
         let before = std::mem::replace(&mut self.info.camera, state).map(|state| state.controls).unwrap_or_default();
         if let Some(changed) = changed(&before, &camera.state.controls) {
             let message = format!("{}: {changed}: gray levels may have changed", self.request.path.display());
-            self.told.push_back(Told::Fault(Fault { kind: FaultKind::Controls, message }));
+            self.told.push_back(Told::Fault(Fault::new(FaultKind::Controls, message)));
         }
         (self.waits, self.errors) = (0, 0);
         self.camera = Some(camera);

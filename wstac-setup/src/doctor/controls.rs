@@ -2,8 +2,7 @@
 
 use serde::Serialize;
 
-use wstac_host::camera::ControlValue;
-use wstac_host::camera::LockedControl;
+use wstac_host::camera::{ControlValue, LockedControl, UnlockedReason};
 
 /// A control from the start of the measurement to its end.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -17,7 +16,7 @@ pub struct ControlReport {
     /// Whether it is locked; nothing of a control that does not matter.
     pub locked: Option<bool>,
     /// Why it is not locked.
-    pub why: Option<String>,
+    pub why: Option<UnlockedReason>,
     /// Whether it changed meanwhile, or the driver says that the hardware changes it.
     pub drifts: bool,
 }

@@ -104,9 +104,8 @@ pub fn measure(
     while stop.load(Ordering::Relaxed) == 0 && limit.frames.is_none_or(|most| steps < most) {
         let item = source.next_event()?;
         // It may come back, but not as a camera that was watched all the time; and it may never.
-        if let SourceEvent::Fault(Fault { kind: FaultKind::Disconnected | FaultKind::NoSignal, message }) = &item {
-            let why = message.split("; waiting for").next().unwrap_or_default();
-            return Err(Error::new(&info.about, format_args!("broke off while it was measured: {why}")));
+        if let SourceEvent::Fault(Fault { kind: FaultKind::Disconnected | FaultKind::NoSignal, message, .. }) = &item {
+            return Err(Error::new(&info.about, format_args!("broke off while it was measured: {message}")));
         }
         if settling > 0 && !matches!(item, SourceEvent::End) {
             settling -= u32::from(matches!(item, SourceEvent::Frame(_) | SourceEvent::Lost { .. }));
