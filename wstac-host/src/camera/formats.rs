@@ -68,9 +68,14 @@ pub fn preference(fourcc: FourCc) -> Option<usize> {
     READABLE.iter().position(|(code, _)| *code == fourcc)
 }
 
+/// Returns the codes that are read, in the order of preference.
+pub fn codes() -> impl Iterator<Item = FourCc> {
+    READABLE.iter().map(|(code, _)| *code)
+}
+
 /// The codes that are read, for a person.
 pub fn readable() -> String {
-    list(READABLE.iter().map(|(code, _)| *code))
+    list(codes())
 }
 
 /// Codes for a person: `GREY, Y10, YUYV`.
