@@ -41,7 +41,7 @@ macro_rules! words {
             }
         }
 
-        /// Alphabetical, as a person looks for words.
+        /// The order is alphabetical, as a person looks for words.
         impl Ord for $name {
             fn cmp(&self, other: &Self) -> Ordering {
                 self.name().cmp(other.name())
@@ -80,7 +80,7 @@ words! {
     Unreadable = "the driver could not read it",
     /// The driver marked the frame as damaged.
     Damaged = "marked as damaged by the driver",
-    /// The frame has fewer bytes than a frame has.
+    /// The buffer has fewer bytes than a frame.
     Short = "shorter than a frame",
     /// The frame's JPEG data are corrupt.
     CorruptJpeg = "corrupt JPEG picture",
@@ -150,7 +150,7 @@ words! {
     ChangedAtStart = "the camera changed it when the stream started",
 }
 
-/// As in recordings: the words.
+/// A reason is stored as its words, as in recordings.
 impl Serialize for UnlockedReason {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(self.name())
