@@ -1,4 +1,4 @@
-//! Locking: automatic off first, then the value, then everything is read back.
+//! Locking of controls: automatic ones off first, then the values, then everything is read back.
 
 use std::io;
 
@@ -8,24 +8,26 @@ use super::plan::{SWITCHES, Switch, VALUES};
 use super::{Control, ControlSetting, Controls};
 use wstac_host::camera::{LockedControl, UnlockedReason};
 
-/// What was tried with a control.
+/// An attempt to lock a control.
 struct Attempt {
     id: u32,
     name: String,
-    /// The value that it was to have; nothing where that could not even be read.
+    /// The value that it was to have; `None` if that could not even be read.
     target: Option<i32>,
     refused: Option<io::Error>,
-    /// Why it is not locked although it has this value.
+    /// The reason why it is not locked although it has this value.
     open: Option<UnlockedReason>,
     /// Whether it goes on changing what it governs.
     automatic: bool,
 }
 
-/// Locks the controls that change what gray levels mean, and sets those that a user names; all of them, as they were
-/// read back. `keep` leaves those that no user names as they are. What the driver refuses is no error: the list says so.
+/// Locks the controls that change what gray levels mean, and sets those that a user names.
+///
+/// It returns all of them as they were read back. `keep` leaves those that no user names as they are. A value that the
+/// driver refuses is no error: the list says so.
 ///
 /// # Errors
-/// Names the control, what was found and what there is: where a setting is of no control, or out of its range.
+/// A setting names no control, or is out of its range. The error names the control, what was found and what there is.
 pub(crate) fn lock(
     device: &impl Controls,
     settings: &[ControlSetting],
@@ -42,7 +44,7 @@ pub(crate) fn lock(
             asked => switched(device, control, switch, asked),
         });
     }
-    // What nothing automatic governs any more: the numbers, and whatever else a user names.
+    // These are what nothing automatic governs any more: the numbers, and other controls that a user names.
     let values = VALUES.iter().map(|value| (value.id, value.governed_by));
     for (id, governed_by) in values.chain(wanted.iter().map(|(control, _)| (control.id, &[][..]))) {
         let Some(control) = listed.iter().find(|control| control.id == id) else { continue };
@@ -60,11 +62,11 @@ pub(crate) fn lock(
     Ok(attempts.into_iter().map(|attempt| judged(device, attempt, &after)).collect())
 }
 
-/// Makes sure of locked controls once more: a camera may forget them when its stream starts.
+/// Reapplies locked controls, because a camera may forget them when its stream starts.
 pub(crate) fn hold(device: &impl Controls, controls: &mut [LockedControl]) {
     let is = |control: &LockedControl| device.get(control.id).is_ok_and(|value| i64::from(value) == control.value);
     for control in controls.iter().filter(|control| control.locked && !is(control)) {
-        // Whether it helped is asked below; a value of 32 bits is what was read.
+        // The code below checks whether it helped. A value of 32 bits is what was read.
         let _ = device.set(control.id, control.value as i32);
     }
     for control in controls.iter_mut().filter(|control| control.locked) {
@@ -76,7 +78,7 @@ pub(crate) fn hold(device: &impl Controls, controls: &mut [LockedControl]) {
     }
 }
 
-/// The controls that settings name.
+/// Returns the controls that settings name, with their values.
 fn checked<'c>(listed: &'c [Control], settings: &[ControlSetting]) -> Result<Vec<(&'c Control, i32)>, String> {
     let all = || {
         let ranges =
@@ -100,18 +102,18 @@ fn checked<'c>(listed: &'c [Control], settings: &[ControlSetting]) -> Result<Vec
     settings.iter().map(one).collect()
 }
 
-/// Nothing is done: what is read is what is told.
+/// Leaves a control as it is, and reports the value that is read.
 fn kept(device: &impl Controls, control: &Control) -> Attempt {
     Attempt { target: device.get(control.id).ok(), open: Some(UnlockedReason::Kept), ..nothing_of(control) }
 }
 
-/// Switches something automatic off, or as a user asked.
+/// Switches something automatic off, or sets it as a user asked.
 fn switched(device: &impl Controls, control: &Control, switch: &Switch, asked: Option<i32>) -> Attempt {
     let (least, most) = control.range;
     let current = device.get(control.id).ok();
     let has_off = (least..=most).contains(&switch.off);
     let target = asked.or(if has_off { Some(switch.off) } else { current });
-    // One that is off already need not be set, and may not be settable.
+    // A switch that is off already need not be set, and perhaps cannot be set.
     let refused = if current == target { None } else { target.and_then(|target| device.set(control.id, target).err()) };
     let (now, automatic) = (device.get(control.id).ok(), is_automatic(device, switch));
     if !automatic && asked.is_none() {
@@ -125,7 +127,7 @@ fn switched(device: &impl Controls, control: &Control, switch: &Switch, asked: O
     Attempt { target, refused: refused.filter(|_| open.is_none()), open, automatic, ..nothing_of(control) }
 }
 
-/// Whether a switch changes what it governs, or cannot be asked.
+/// Returns whether a switch changes what it governs, or cannot be read.
 fn is_automatic(device: &impl Controls, switch: &Switch) -> bool {
     !device.get(switch.id).is_ok_and(|value| value == switch.off || switch.fixed.contains(&value))
 }
@@ -161,14 +163,14 @@ fn other(words: String) -> UnlockedReason {
     UnlockedReason::Other(words.into())
 }
 
-/// Sets a number to what a user asks for, or to what it is: then it stays so.
+/// Sets a number to the value that a user asks for, or to its present one, so that it stays.
 fn set(device: &impl Controls, control: &Control, asked: Option<i32>) -> Attempt {
     let target = asked.or_else(|| device.get(control.id).ok());
     let refused = target.and_then(|target| device.set(control.id, target).err());
     Attempt { target, refused, ..nothing_of(control) }
 }
 
-/// Reads a control back and says how it stands.
+/// Reads a control back and returns its state.
 fn judged(device: &impl Controls, attempt: Attempt, after: &[Control]) -> LockedControl {
     let Attempt { id, name, target, refused, open, .. } = attempt;
     let (value, error) = match device.get(id) {
