@@ -1,6 +1,6 @@
 //! The configuration file: TOML, every key optional, defaults from the sensor's published or decided parameters.
 
-// The path is given because the firmware reads this file, too, from where it stands.
+// The path is given because the firmware reads this file, too, from its place here.
 mod speed;
 
 use std::fmt;

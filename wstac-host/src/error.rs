@@ -9,6 +9,8 @@ pub struct Error {
 }
 
 impl Error {
+    /// Creates an error.
+    ///
     /// `subject` names the file, device or option; `message` names the field, what was found and what was expected.
     pub fn new(subject: impl fmt::Display, message: impl fmt::Display) -> Self {
         Self { subject: subject.to_string(), message: message.to_string() }

@@ -189,7 +189,7 @@ pub struct FaultReport {
     pub fault: Fault,
 }
 
-/// How a stream ended.
+/// The state of a stream at its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StreamSummary {
     /// Feature frames on the time line, lost ones included.

@@ -20,7 +20,7 @@ pub struct Texture {
     pub pattern: Option<String>,
     /// The depth of the pattern in mm. It comes from a model of depths, or else from that of specimens.
     pub depth_mm: Option<f64>,
-    /// The class of a model that tells something else apart.
+    /// The class of a model that distinguishes something else.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub class: Option<String>,
 }

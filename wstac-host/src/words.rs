@@ -1,11 +1,11 @@
-//! Why frames were lost, what happened to a source, and why controls are not locked: words that recordings keep.
+//! Reasons and kinds that recordings keep as words: lost frames, faults of a source, controls that are not locked.
 
 use std::cmp::Ordering;
 use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// Bytes of the longest word of a recording that is kept; those of this program have less than half as many.
+/// Bytes of the longest words of a recording that are kept. Those of this program have less than half as many.
 const LONGEST: usize = 200;
 
 /// Makes an enumeration of words and the ways between both.
@@ -68,7 +68,7 @@ macro_rules! words {
 }
 
 words! {
-    /// Why frames were lost.
+    /// The reason why frames were lost.
     LossReason:
     /// The driver had no buffer for them.
     Dropped = "dropped by the driver",
@@ -99,7 +99,7 @@ words! {
 }
 
 words! {
-    /// What happened to a source.
+    /// The kind of a fault of a source.
     FaultKind:
     /// The stream broke off; the same camera is waited for.
     Disconnected = "disconnected",
@@ -122,11 +122,11 @@ words! {
 }
 
 words! {
-    /// Why a control is not locked.
+    /// The reason why a control is not locked.
     UnlockedReason:
     /// The user asked that controls stay as they were.
     Kept = "left as it was",
-    /// The user asked for a value that leaves it automatic.
+    /// The user gave a value that leaves it automatic.
     SetAutomatic = "set as asked, which leaves it automatic",
     /// The driver took the value that switches it off, and it is still on.
     StillOn = "was switched off, but is not",

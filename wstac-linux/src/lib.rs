@@ -6,8 +6,8 @@
 //! | [`devices`](mod@devices) | the cameras of this machine |
 //! | [`controls`] | exposure, gain, white balance and focus: locked, and reapplied |
 //!
-//! The `v4l` crate gives the kernel's structures and the raw calls.
-//! The capture stream is this crate's own: it ends its waits, survives faults, and tells damaged buffers from good ones.
+//! The `v4l` crate gives the kernel's structures and the raw calls. The capture stream is this crate's own: it ends its
+//! waits, survives faults, and separates damaged buffers from good ones.
 
 pub(crate) mod buffers;
 pub(crate) mod choose;

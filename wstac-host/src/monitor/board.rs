@@ -97,8 +97,8 @@ impl Board {
     ) -> Result<(), E> {
         let again = std::mem::replace(&mut self.known, true);
         if hello.frame == 0 {
-            // At frame 0, a board that was asked sends the same as one that starts. If frames were seen before, they are gone:
-            // that proves a start whose first message was lost.
+            // At frame 0, a board that was asked sends the same as one that starts. If frames were seen before, they
+            // are gone: that proves a start whose first message was lost.
             let back = self.progress.any();
             if first || back {
                 *self = Self { known: true, ..Self::new(self.wanted) };

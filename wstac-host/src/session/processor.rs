@@ -209,7 +209,7 @@ impl Processor {
         self.pipeline.rezero()
     }
 
-    /// Takes the next camera frame as the first of a stream: with a new baseline, and without a part of a feature frame.
+    /// Takes the next camera frame as the first of a stream, with a new baseline and without a part of a feature frame.
     ///
     /// The outputs that follow are those of a recording of the frames from here on, apart from the numbers of the
     /// frames. It returns the sample that was being captured, which ends here.

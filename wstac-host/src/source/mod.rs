@@ -47,7 +47,7 @@ pub struct StreamInfo {
     pub about: String,
     /// The camera that its frames come from, now or when they were recorded; `None` if no camera is known.
     pub camera: Option<Box<CameraState>>,
-    /// What a recording holds besides frames; `None` if the source is no recording.
+    /// The parts of a recording besides frames; `None` if the source is no recording.
     pub recorded: Option<Arc<Recorded>>,
 }
 
@@ -90,9 +90,9 @@ pub struct Lag {
 pub struct Fault {
     /// Its kind.
     pub kind: FaultKind,
-    /// What happened, for a person, without what the source does about it.
+    /// The event in words for a person, without the remedy.
     pub message: String,
-    /// What the source does about it, if that needs saying.
+    /// The action of the source; `None` if it needs no words.
     pub remedy: Option<Remedy>,
 }
 
@@ -123,12 +123,12 @@ impl fmt::Display for Remedy {
 }
 
 impl Fault {
-    /// Creates a fault that the source does nothing about.
+    /// Creates a fault without a remedy.
     pub fn new(kind: FaultKind, message: impl Into<String>) -> Self {
         Self { kind, message: message.into(), remedy: None }
     }
 
-    /// Recognizes the text of a recorded fault, which [`Display`](fmt::Display) made.
+    /// Creates a fault from the text of a recorded one, which [`Display`](fmt::Display) made.
     pub fn from_text(kind: FaultKind, text: &str) -> Self {
         for remedy in Remedy::ALL {
             let message = text.strip_suffix(&remedy.to_string()).and_then(|text| text.strip_suffix("; "));
@@ -140,7 +140,7 @@ impl Fault {
     }
 }
 
-/// Writes what happened, then what the source does about it. The kind is not part of it.
+/// Writes the message, then the remedy. The kind is not part of the text.
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.message)?;

@@ -54,8 +54,8 @@ pub trait SourceKind: Sync {
 /// Files are recognized by their first bytes or by their names.
 ///
 /// # Errors
-/// The name stands for none of these, the source cannot be used, or an option does not apply to it. The error says what was found
-/// and what was expected.
+/// The name stands for none of these, the source cannot be used, or an option does not apply to it. The error says what
+/// was found and what was expected.
 pub fn open(name: &str, options: &OpenOptions, kinds: &[&dyn SourceKind]) -> Result<Box<dyn Source>, Error> {
     if let Some(opened) = kinds.iter().find_map(|kind| kind.open(name, options)) {
         return opened;

@@ -199,7 +199,7 @@ fn judged(device: &impl Controls, attempt: Attempt, after: &[Control]) -> Locked
     LockedControl { name, id, value, locked: why.is_none(), why }
 }
 
-/// Why a driver refuses a value, as the control's flags say.
+/// The reason why a driver refuses a value, as the control's flags say.
 enum Refusal {
     ReadOnly,
     Grabbed,
@@ -207,7 +207,7 @@ enum Refusal {
 }
 
 impl Refusal {
-    /// Returns what the flags of a control say; `None` if they say nothing.
+    /// Returns the reason that a control's flags give; `None` if they give no reason.
     fn of(control: &Control) -> Option<Self> {
         if control.has(sys::V4L2_CTRL_FLAG_READ_ONLY) {
             Some(Self::ReadOnly)
