@@ -8,9 +8,9 @@
 //!   frames. The grid follows slowly: a camera whose own clock is up to 1 % off loses nothing.
 //! - If a frame that was merely late was counted as lost, the next frames are early. A later gap is then counted less,
 //!   by the sequence number, too. The count keeps to the time that passed.
-//! - A jump of the sequence number or of the timestamp by more than `LONGEST_GAP` (10 s) is a wrap or a reset unless the
-//!   other agrees. A wrap or a reset counts as one step. So does a sequence number that stays, or a timestamp that goes
-//!   back. A sequence number that wraps from 2^32 − 1 to 0 is no jump.
+//! - A jump of the sequence number or of the timestamp by more than `LONGEST_GAP` (10 s) is a wrap or a reset unless
+//!   the other agrees. A wrap or a reset counts as one step. So does a sequence number that stays, or a timestamp that
+//!   goes back. A sequence number that wraps from 2^32 − 1 to 0 is no jump.
 
 use std::time::Duration;
 
