@@ -33,7 +33,7 @@ pub struct Port {
     writable: bool,
 }
 
-/// The result of a read.
+/// The result of a read of a port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Got {
     /// The number of bytes that were read.
@@ -144,7 +144,7 @@ impl Port {
     }
 }
 
-/// Waits until a read returns at once, and returns whether it does. At the end it does, too.
+/// Waits at most [`WAIT`], and returns whether a read would return at once. At the end it would, too.
 fn wait(file: &File) -> io::Result<bool> {
     let longest = Timespec { tv_sec: 0, tv_nsec: WAIT.subsec_nanos().into() };
     Ok(poll(&mut [PollFd::new(file, PollFlags::IN)], Some(&longest))? > 0)

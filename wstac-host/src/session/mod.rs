@@ -173,7 +173,7 @@ impl Session {
     /// Takes the next event of the source: hands it to `observer`, then every output that follows from it.
     ///
     /// # Errors
-    /// The source fails, which is returned after the observer got an [`Output::End`], or the observer returns an error.
+    /// The source fails or the observer returns an error. If the source fails, the observer first gets an [`Output::End`].
     pub fn step<O: Observer>(&mut self, observer: &mut O) -> Result<Step, O::Error> {
         if self.is_over {
             return Ok(Step::Over);
@@ -351,7 +351,7 @@ impl SessionBuilder {
 /// Reads a source to its end or to its first error, and always emits the summary.
 ///
 /// # Errors
-/// The source fails, which is returned after the summary, or `emit` returns an error.
+/// The source fails or `emit` returns an error. If the source fails, the summary is emitted first.
 pub fn run<E: From<Error>>(
     source: &mut dyn Source,
     processor: &mut Processor,
