@@ -173,7 +173,8 @@ impl Session {
     /// Takes the next event of the source: hands it to `observer`, then every output that follows from it.
     ///
     /// # Errors
-    /// The source fails or the observer returns an error. If the source fails, the observer first gets an [`Output::End`].
+    /// The source fails or the observer returns an error. If the source fails, the observer first gets an
+    /// [`Output::End`].
     pub fn step<O: Observer>(&mut self, observer: &mut O) -> Result<Step, O::Error> {
         if self.is_over {
             return Ok(Step::Over);
