@@ -3,7 +3,8 @@
     check.py    every manifest, every file, and how many crates cargo compiles; needs no network once crates are there
 
 Arrows point down and never in a circle. The crates with a budget stay within it and compile no C. Files hold no module of another
-package, nothing public that is hidden from the documentation, and no memory that is never freed.
+package, nothing public that is hidden from the documentation, and no memory that is never freed. No code besides tests compares
+sentences: kinds and reasons are enumerations, whose words are for persons.
 """
 
 from __future__ import annotations
@@ -152,6 +153,84 @@ def wrong_in_files(texts: dict[str, str], folders: set[Path], rooms: set[Path]) 
     return wrong
 
 
+# Sentences of others that have to be recognized by their words, by file: the reason.
+FOREIGN: dict[tuple[str, str], str] = {}
+TOKEN = re.compile(
+    r"""(?P<comment>//[^\n]*|/\*.*?\*/)|b?r(?P<marks>#*)"(?P<raw>.*?)"(?P=marks)|b?"(?P<text>(?:[^"\\]|\\.)*)"|b?'(?:[^'\\\n]|\\.[^'\n]*)'""",
+    re.DOTALL,
+)
+TESTS = re.compile(r"^#\[cfg\(test\)\]\s*mod \w+ \{.*?^\}", re.MULTILINE | re.DOTALL)
+SENTENCE = re.compile(r"(?=.*[^\W\d_])\S.* \S|\S \S.*[^\W\d_]", re.DOTALL)
+# In code whose sentences are numbers between @ and whose other literals are empty.
+ALONE = r"@(\d+)@"
+COMPARED = [
+    re.compile(pattern)
+    for pattern in (
+        rf"[=!]=\s*[&*]*{ALONE}",
+        rf"{ALONE}\s*[=!]=",
+        rf"\.(?:contains|starts_with|ends_with|r?find|r?split|r?split_once|splitn|strip_prefix|strip_suffix|r?matches|eq|eq_ignore_ascii_case|trim_start_matches|trim_end_matches)\((?:\d+,)?\s*&?{ALONE}",
+        rf"{ALONE}[^\[\]()]*\]\s*\.(?:contains|iter\(\)\s*\.(?:any|find|position))\b",
+        # A pattern of `match`, `if let` and `let … else`.
+        rf'{ALONE}(?:\s*[)\]]|\s*\|\s*(?:@\d+@|""))*\s*(?:if\b[^{{}};=]*)?=>',
+        rf"\(\s*{ALONE}\s*,[^()]*\)\s*=>",
+        rf"\blet\b[^=;@]*{ALONE}[^=;]*=[^=]",
+    )
+]
+PATTERNS = re.compile(r"\b(?:assert_)?matches!\(")
+
+
+def is_test(file: Path, package: Path) -> bool:
+    """Returns whether a whole file is a test or an example."""
+    parts = file.relative_to(package).parts
+    return bool({"tests", "examples", "benches"} & set(parts)) or file.stem == "tests" or file.stem.endswith("_tests")
+
+
+def sentences_apart(code: str) -> tuple[str, list[str]]:
+    """Returns code without comments and literals, and its literals that are sentences; lines stay where they are."""
+    sentences: list[str] = []
+
+    def replace(found: re.Match[str]) -> str:
+        lines = "\n" * found[0].count("\n")
+        if found["comment"] is not None:
+            return lines
+        text = found["raw"] if found["raw"] is not None else found["text"]
+        if text is None or not SENTENCE.search(text):
+            return '""' + lines
+        sentences.append(text)
+        return f"@{len(sentences) - 1}@{lines}"
+
+    return TOKEN.sub(replace, code), sentences
+
+
+def compared(code: str) -> list[tuple[int, int]]:
+    """Returns where code compares sentences: the place in the code, and the number of the sentence."""
+    found = {(match.start(1), int(match[1])) for pattern in COMPARED for match in pattern.finditer(code)}
+    for start in PATTERNS.finditer(code):
+        depth, end = 1, start.end()
+        while depth and end < len(code):
+            depth += {"(": 1, ")": -1}.get(code[end], 0)
+            end += 1
+        found |= {(match.start(1), int(match[1])) for match in re.compile(ALONE).finditer(code, start.end(), end)}
+    return sorted(found)
+
+
+def wrong_sentences(texts: dict[str, str], rooms: set[Path], foreign: dict[tuple[str, str], str]) -> list[str]:
+    """Returns where code that is no test compares sentences; those in `foreign` may be compared, and have to be."""
+    wrong, left = [], set(foreign)
+    for name, text in sorted(texts.items()):
+        own = package_of(Path(name), rooms)
+        if own is None or is_test(Path(name), own):
+            continue
+        code, sentences = sentences_apart(TESTS.sub(lambda found: "\n" * found[0].count("\n"), text))
+        for at, number in compared(code):
+            place = (name, sentences[number])
+            left.discard(place)
+            if place not in foreign:
+                line = code.count("\n", 0, at) + 1
+                wrong.append(f'{name}:{line}: compares the sentence "{sentences[number]}", expected an enumeration')
+    return wrong + [f'{name}: compares no sentence "{text}", expected it as FOREIGN says' for name, text in sorted(left)]
+
+
 def tree(name: str, *options: str) -> set[str]:
     """Returns the crates that cargo compiles for a package, itself included: names and versions."""
     lines = run("cargo", "tree", "--locked", "--package", name, "--prefix", "none", "--format", "{p}", *options)
@@ -197,7 +276,7 @@ def main() -> None:
     folders = {package.folder for package in found.values()}
     rooms = {package.folder for package in found.values() if package.is_room}
     texts = {file: (ROOT / file).read_text(encoding="utf-8") for file in files if file.endswith(".rs")}
-    wrong = wrong_arrows(found, rules) + wrong_in_files(texts, folders, rooms)
+    wrong = wrong_arrows(found, rules) + wrong_in_files(texts, folders, rooms) + wrong_sentences(texts, rooms, FOREIGN)
 
     metadata = json.loads(run("cargo", "metadata", "--locked", "--format-version", "1"))
     links = {f"{package['name']} v{package['version']}": package["links"] for package in metadata["packages"]}

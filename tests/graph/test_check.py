@@ -80,6 +80,55 @@ class Files(unittest.TestCase):
             self.assertIn("points to itself", files(high=text))
 
 
+class Sentences(unittest.TestCase):
+    def wrong(self, text, name="low/src/lib.rs", foreign=()):
+        return check.wrong_sentences({name: text}, {Path("low")}, dict.fromkeys(foreign, "a reason"))
+
+    def test_no_comparison(self):
+        for text in (
+            'why == "left alone"',
+            '"left alone" != why',
+            'why.contains("left alone")',
+            'why.starts_with(\n    "left alone")',
+            'why.split("; left alone").next()',
+            '["never", "left alone"].contains(&why)',
+            'matches!(why, Some("left alone"))',
+            'match why { "left alone" => 1, _ => 2 }',
+            'match why { Some("never" | "left alone") => 1, _ => 2 }',
+            'match why { "left alone" | "never" if known => 1, _ => 2 }',
+            'match (why, 1) { ("left alone", number) => 1, _ => 2 }',
+            'if let Some("left alone") = why {}',
+            'why == r#"left alone"#',
+        ):
+            (wrong,) = self.wrong(f"fn f() {{\n    {text}\n}}")
+            self.assertRegex(wrong, r'low/src/lib.rs:[23]: compares the sentence ".*left alone"')
+
+    def test_words_and_texts_are_right(self):
+        for text in (
+            'why == "left"',
+            'text.split(", ")',
+            '// why == "left alone"',
+            'match why { Kept => "left alone", Other(words) => words }',
+            'assert!(matches!(why, Kept), "left alone");',
+            'let text = "why == left alone";',
+            'let Some(x) = f("left alone") else { return };',
+            "let a = ['\"', ' ']; why == b",
+        ):
+            self.assertEqual(self.wrong(text), [], text)
+
+    def test_tests_may(self):
+        text = 'why == "left alone"'
+        self.assertEqual(self.wrong(f"#[cfg(test)]\nmod tests {{\n    fn f() {{ {text} }}\n}}\n"), [])
+        self.assertEqual(len(self.wrong(f"#[cfg(test)]\nmod tests {{\n}}\nfn f() {{ {text} }}")), 1)
+        for name in ("low/src/a/tests.rs", "low/tests/a.rs", "low/examples/a.rs", "high/src/lib.rs"):
+            self.assertEqual(self.wrong(text, name), [])
+
+    def test_foreign_words_have_a_line_that_is_needed(self):
+        foreign = [("low/src/lib.rs", "left alone")]
+        self.assertEqual(self.wrong('why == "left alone"', foreign=foreign), [])
+        self.assertEqual(len(self.wrong('why == "left over"', foreign=foreign)), 2)
+
+
 class Counts(unittest.TestCase):
     def wrong(self, normal, build=(), links=None):
         trees = lambda _, __, edges, *___: set(normal) | (set(build) if "build" in edges else set())

@@ -116,7 +116,7 @@ fn again(folder: &Folder, info: &StreamInfo, items: &[Owned]) -> (Vec<Owned>, St
 }
 
 fn fault(kind: &str, message: &str) -> Owned {
-    Owned::Fault(Fault { kind: kind.into(), message: message.into() })
+    Owned::Fault(Fault::from_text(kind.into(), message))
 }
 
 #[test]

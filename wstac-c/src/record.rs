@@ -194,7 +194,7 @@ impl Given {
                 kind: WstacKind::Fault,
                 frame,
                 fault: self.keep(fault.kind.name()),
-                message: self.keep(&fault.message),
+                message: self.keep(&fault.to_string()),
                 ..EMPTY
             },
             Output::End(end) => WstacRecord {

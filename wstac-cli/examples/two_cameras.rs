@@ -105,7 +105,7 @@ fn print(sensor: &str, output: &Output) {
                 event.texture.as_ref().and_then(|texture| texture.specimen.as_deref()).unwrap_or("no texture");
             println!("{sensor}: frame {}: {speed}, {direction}, {texture}", event.frame);
         }
-        Output::Fault(report) => println!("{sensor}: frame {}: {}", report.frame, report.fault.message),
+        Output::Fault(report) => println!("{sensor}: frame {}: {}", report.frame, report.fault),
         Output::End(end) => println!("{sensor}: end after {} frames, {} dropped", end.frames, end.dropped),
         _ => {}
     }

@@ -82,7 +82,7 @@ impl Seek for AtomicFile {
 /// Writes a file completely or not at all.
 ///
 /// # Errors
-/// It cannot be written. The error names the path, and a file that had the name stays as it was.
+/// The file cannot be written. The error names the path, and a file that had the name stays as it was.
 pub fn atomic_write(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(), Error> {
     let mut file = AtomicFile::create(path)?;
     file.write_all(bytes.as_ref()).map_err(|error| Error::new(path.display(), error))?;
@@ -96,7 +96,7 @@ mod tests {
 
     use super::*;
 
-    /// The names of everything in a folder.
+    /// Returns the names of everything in a folder.
     fn names(folder: &Path) -> Vec<String> {
         let entries = fs::read_dir(folder).unwrap();
         let mut names: Vec<_> =

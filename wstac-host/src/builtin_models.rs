@@ -3,7 +3,7 @@
 /// Makes the list of the names and contents of files in `models`, then of those in `models/tradeoff`.
 macro_rules! models {
     ($($shipped:literal)* ; $($variant:literal)*) => {
-        /// Names and contents.
+        /// The names and contents of the models.
         pub(crate) const MODELS: &[(&str, &[u8])] = &[
             $(($shipped, include_bytes!(concat!("../models/", $shipped, ".wsm"))),)*
             $(($variant, include_bytes!(concat!("../models/tradeoff/", $variant, ".wsm")))),*
@@ -13,7 +13,7 @@ macro_rules! models {
 
 models! {
     "svm" "forest" "boosted";
-    // Others, which the study of speed against accuracy weighs.
+    // These are others, which the study of speed against accuracy weighs.
     "svm-20f"
     "svm-30f"
     "svm-40f"

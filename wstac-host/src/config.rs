@@ -1,6 +1,6 @@
 //! The configuration file: TOML, every key optional, defaults from the sensor's published or decided parameters.
 
-// By its path: the firmware reads this file, too, from where it stands.
+// The path is given because the firmware reads this file, too, from its place here.
 mod speed;
 
 use std::fmt;
@@ -24,20 +24,20 @@ use crate::error::Error;
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Config {
-    /// What messages call the configuration: the file that it was read from.
+    /// The name of the configuration in messages: the file that it was read from.
     #[serde(skip)]
     origin: Option<String>,
-    /// Where the taxels are.
+    /// The places of the taxels.
     pub layout: LayoutConfig,
-    /// How pixels become green.
+    /// The way from pixels to green.
     pub green: GreenConfig,
-    /// How sums become features.
+    /// The way from sums to features.
     pub features: FeaturesConfig,
-    /// When an event starts.
+    /// The condition for the start of an event.
     pub trigger: TriggerKeys,
-    /// How an event's speed is worked out.
+    /// The way to an event's speed.
     pub speed: SpeedKeys,
-    /// How an event's direction is worked out.
+    /// The way to an event's direction.
     pub direction: DirectionConfig,
 }
 
@@ -46,7 +46,7 @@ pub struct Config {
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct LayoutConfig {
     preset: Option<Preset>,
-    /// Width and height of the frames that the layout is for; of any where it is not given.
+    /// Width and height of the frames that the layout is for; `None` if it is for frames of any size.
     frame: Option<[u16; 2]>,
     taxel: Option<Vec<u16>>,
     corners: Option<Vec<Vec<u16>>>,
@@ -63,9 +63,9 @@ enum Preset {
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct GreenConfig {
-    /// How YCbCr becomes green.
+    /// The way from YCbCr to green.
     pub yuv: YcbcrMethod,
-    /// Which pixels are counted.
+    /// The pixels that are counted.
     pub stride: Stride,
 }
 
@@ -107,7 +107,7 @@ pub struct TriggerKeys {
     backtrack: u32,
     rule: Rule,
     margin: f64,
-    /// Time constant of a baseline that follows drift, in windows; 0 for one that is kept.
+    /// Time constant of a baseline that follows drift, in windows; 0 for a fixed baseline.
     follow: u32,
 }
 
@@ -128,7 +128,7 @@ impl Default for TriggerKeys {
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct DirectionConfig {
-    /// How a row's or column's time is found.
+    /// The way to the time of a row or column.
     pub method: DirectionMethod,
 }
 
@@ -142,17 +142,18 @@ pub enum DirectionMethod {
 }
 
 impl Config {
-    /// Reads and checks a file, as far as it can be checked without a camera.
+    /// Reads a file and checks everything that can be checked without a camera.
     ///
     /// # Errors
-    /// Names the file, the key, what was found and what was expected.
+    /// The file cannot be read, or a key is wrong. The error names the file, the key, what was found and what was
+    /// expected.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let text = std::fs::read_to_string(path).map_err(|error| Error::new(path.display(), error))?;
         let config = Self::parse(&text).map_err(|message| Error::new(path.display(), message))?;
         Ok(Self { origin: Some(path.display().to_string()), ..config })
     }
 
-    /// An error that shows only with a source: it names the configuration and the source.
+    /// Creates an error that shows only with a source. It names the configuration and the source.
     pub fn does_not_fit(&self, source: &str, table: &str, error: impl fmt::Display) -> Error {
         match &self.origin {
             Some(file) => Error::new(file, format_args!("{table} {error} (source: {source})")),
@@ -163,7 +164,7 @@ impl Config {
     /// Reads and checks a configuration's text.
     ///
     /// # Errors
-    /// Names the key, what was found and what was expected.
+    /// A key is wrong. The error names the key, what was found and what was expected.
     pub fn parse(text: &str) -> Result<Self, String> {
         let config: Self = toml::from_str(text).map_err(|error| error.to_string().trim_end().to_owned())?;
         config.layout.check()?;
@@ -177,10 +178,11 @@ impl Config {
         Ok(config)
     }
 
-    /// All of it as TOML, what was left to defaults included: [`parse`](Self::parse) gives the same again.
+    /// Returns all of the configuration as TOML, with the defaults written out. [`parse`](Self::parse) reads the same
+    /// configuration from it.
     ///
     /// # Errors
-    /// Those of writing TOML; none is known.
+    /// The errors of writing TOML. None is known to happen.
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
         let mut full = Self { speed: self.speed.in_full(), ..self.clone() };
         if full.layout.explicit().is_none() {
@@ -189,19 +191,19 @@ impl Config {
         toml::to_string(&full)
     }
 
-    /// The trigger's parameters.
+    /// Returns the trigger's parameters.
     ///
     /// # Errors
-    /// As [`TriggerConfig::new`].
+    /// The errors of [`TriggerConfig::new`].
     pub fn trigger(&self) -> Result<TriggerConfig, CoreError> {
         let keys = &self.trigger;
         TriggerConfig::new(keys.window, keys.multiplier, keys.backtrack, keys.rule, keys.margin)
     }
 
-    /// How the baseline follows drift; nothing where it is kept.
+    /// Returns how the baseline follows drift; `None` if it is fixed.
     ///
     /// # Errors
-    /// As [`TrackingBaseline::new`].
+    /// The errors of [`TrackingBaseline::new`].
     pub fn following(&self) -> Result<Option<TrackingBaseline>, CoreError> {
         match self.trigger.follow {
             0 => Ok(None),
@@ -209,20 +211,20 @@ impl Config {
         }
     }
 
-    /// How speed is worked out for a camera of this rate.
+    /// Returns how speed is computed for a camera of this rate.
     ///
     /// # Errors
-    /// As [`SpeedConfig::new`] and [`SpeedConfig::fitted_on`].
+    /// The errors of [`SpeedConfig::new`] and [`SpeedConfig::fitted_on`].
     pub fn speed(&self, rate: FrameRate) -> Result<SpeedConfig, CoreError> {
         let [slowest, fastest] = self.speed.range();
         SpeedConfig::new(self.speed.law(), self.speed.threshold, self.speed.threshold_on, rate)?
             .fitted_on(slowest, fastest)
     }
 
-    /// The layout for frames of this size.
+    /// Returns the layout for frames of this size.
     ///
     /// # Errors
-    /// As [`Layout::new`] and [`Layout::paper`].
+    /// The errors of [`Layout::new`] and [`Layout::paper`].
     pub fn layout(&self, frame: FrameSize) -> Result<Layout, CoreError> {
         match self.layout.explicit() {
             Some((taxel, corners)) => Layout::new(frame, taxel, corners),
@@ -232,15 +234,15 @@ impl Config {
 }
 
 impl LayoutConfig {
-    /// Width and height of the frames that the layout is for, where it says so.
+    /// Returns the width and height of the frames that the layout is for; `None` if it is for frames of any size.
     pub fn frame(&self) -> Option<[u16; 2]> {
         self.frame
     }
 
-    /// Refuses frames of another size than the layout is for: its taxels would lie beside the whiskers.
+    /// Refuses frames of another size than the layout is for, because its taxels would lie beside the whiskers.
     ///
     /// # Errors
-    /// Names the key, what was found and what was expected.
+    /// The size is another. The error names the key, what was found and what was expected.
     pub fn check_frame(&self, frame: FrameSize) -> Result<(), String> {
         let found = [frame.width(), frame.height()];
         match self.frame {
@@ -253,7 +255,7 @@ impl LayoutConfig {
         }
     }
 
-    /// The taxel size and the corners, where the layout is no preset.
+    /// Returns the taxel size and the corners; `None` if the layout is a preset.
     pub fn explicit(&self) -> Option<([u16; 2], [[u16; 2]; params::TAXELS])> {
         let mut corners = [[0; 2]; params::TAXELS];
         for (corner, given) in corners.iter_mut().zip(self.corners.as_ref()?) {
@@ -284,7 +286,7 @@ impl LayoutConfig {
     }
 }
 
-/// Two numbers, no more.
+/// Returns two numbers; `None` if there are more or fewer.
 fn pair(numbers: &[u16]) -> Option<[u16; 2]> {
     numbers.try_into().ok()
 }
@@ -343,7 +345,7 @@ mod tests {
     #[test]
     fn the_documented_values_are_the_defaults() {
         let (documented, default) = (Config::parse(DOCUMENTED).unwrap(), Config::parse("").unwrap());
-        // The preset is written out, and so are the law's parameters.
+        // The preset and the law's parameters are written out.
         let without = |config: &Config| {
             format!("{:?} {:?} {:?} {:?}", config.green, config.features, config.trigger, config.direction)
         };

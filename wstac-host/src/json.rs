@@ -1,4 +1,4 @@
-//! Typed outputs as the lines of `wstac run --json`. The names and values here are kept for ever.
+//! Typed outputs as the lines of `wstac run --json`. The names and values here are kept forever.
 
 use serde::Serialize;
 use wstac_core::direction::{Direction, Heading, Unclear};
@@ -41,7 +41,7 @@ pub enum Line<'a> {
         /// The kind of the fault in a word.
         fault: &'a str,
         /// What happened, for a person.
-        message: &'a str,
+        message: String,
     },
     /// The end of the stream.
     End {
@@ -67,7 +67,7 @@ impl<'a> Line<'a> {
             }
             Output::Interrupted(sample) => Self::Incomplete((*sample).into()),
             Output::Fault(report) => {
-                Self::Fault { frame: report.frame, fault: report.fault.kind.name(), message: &report.fault.message }
+                Self::Fault { frame: report.frame, fault: report.fault.kind.name(), message: report.fault.to_string() }
             }
             Output::End(end) => Self::End {
                 frames: end.frames,
@@ -172,17 +172,17 @@ impl From<InterruptedSample> for IncompleteLine {
     }
 }
 
-/// Returns what a person is told about a missing speed.
+/// Returns the words for a person about a missing speed.
 pub fn no_speed(reason: NoSpeed) -> &'static str {
     reason.as_str()
 }
 
-/// Returns what a person is told about a missing direction.
+/// Returns the words for a person about a missing direction.
 pub fn unclear(reason: Unclear) -> &'static str {
     reason.as_str()
 }
 
-/// What a person is told about a missing texture.
+/// The words for a person about a missing texture.
 pub const NO_MODEL: &str = "no model was given";
 
 /// Returns `complete` or `incomplete`.
@@ -213,10 +213,11 @@ pub fn rounded(mm_s: f32) -> f64 {
     if tenths >= 100.0 || value <= 0.0 || !value.is_finite() {
         return tenths;
     }
-    // Below 100, the last of four digits is 10^-decimals. Division by a power of ten up to 10^22 rounds correctly, so the result
-    // is the number that is written with these digits.
+    // Below 100, the last of four digits is 10^-decimals. Division by a power of ten up to 10^22 rounds correctly, so
+    // the result is the number that is written with these digits.
     let decimals = 3 - value.log10().floor() as i32;
-    let digits = |decimals: i32| (value * 10_f64.powi(decimals)).round();
+    // As formatting does it: ties to even.
+    let digits = |decimals: i32| (value * 10_f64.powi(decimals)).round_ties_even();
     // A logarithm near a whole number may be one off.
     let decimals = match digits(decimals) {
         found if found >= 10_000.0 => decimals - 1,
@@ -230,7 +231,7 @@ pub fn rounded(mm_s: f32) -> f64 {
 mod tests {
     use super::*;
 
-    /// The number that a reader makes of the written digits.
+    /// Returns the number that a reader makes of the written digits.
     fn written(mm_s: f32) -> f64 {
         let tenths = (f64::from(mm_s) * 10.0).round() / 10.0;
         if tenths >= 100.0 { tenths } else { format!("{mm_s:.3e}").parse().unwrap() }

@@ -4,13 +4,13 @@
 //! | --- | --- |
 //! | [`source`] | frames: the trait, and Y4M; with features PNG folders and recordings |
 //! | [`session`] | a source read through `wstac-core` |
-//! | [`output`], [`json`] | what a session gives: typed, and as lines of JSON |
+//! | [`output`], [`json`] | the outputs of a session: typed, and as lines of JSON |
 //! | [`config`] | the configuration file |
-//! | [`model_file`], [`texture`] | texture models, and what they answer |
+//! | [`model_file`], [`texture`] | texture models, and their answers |
 //! | `record` | recordings: written, planned and recovered (feature `mcap`) |
-//! | `monitor` | what a board sends (feature `board`) |
-//! | [`camera`] | what is known of a camera: formats, modes, controls |
-//! | [`error`] | errors that a person reads |
+//! | `monitor` | the messages of a board (feature `board`) |
+//! | [`camera`] | facts about cameras: formats, modes, controls |
+//! | [`error`] | errors for a person |
 
 #[cfg(feature = "atomic-write")]
 pub mod atomic_write;
@@ -30,3 +30,4 @@ pub mod session;
 pub mod source;
 pub mod statistics;
 pub mod texture;
+mod words;

@@ -17,7 +17,7 @@ use crate::error::Error;
 /// Size of the largest model file that is read, in bytes.
 pub const MOST_BYTES: u64 = 256 << 20;
 
-/// What the name of a model that comes with the program starts with.
+/// The prefix of the names of models that come with the program.
 pub const BUILT_IN: &str = "builtin:";
 
 /// The models that this build comes with.
@@ -50,18 +50,18 @@ impl OwnedModel {
 }
 
 impl ModelFile {
-    /// [`ModelFile::open`] of each name.
+    /// Opens a model file for each name, as [`ModelFile::open`] does.
     ///
     /// # Errors
-    /// Those of the first that cannot be opened.
+    /// The error of the first file that cannot be opened.
     pub fn open_all(names: &[PathBuf]) -> Result<Vec<Self>, Error> {
         names.iter().map(|name| Self::open(name)).collect()
     }
 
-    /// Reads `builtin:NAME`, or the file of that name; what is in it is checked by [`ModelFile::model`].
+    /// Reads `builtin:NAME`, or the file of that name. [`ModelFile::model`] checks the content.
     ///
     /// # Errors
-    /// Where there is no such model, or the file cannot be read, or is too large.
+    /// There is no such model, the file cannot be read, or it is too large.
     pub fn open(name: &Path) -> Result<Self, Error> {
         let about = name.display().to_string();
         let Some(built_in) = about.strip_prefix(BUILT_IN) else {
@@ -78,18 +78,18 @@ impl ModelFile {
         Self::of_bytes(about, bytes)
     }
 
-    /// All that come with the program, by name.
+    /// Returns all models that come with the program, with their names.
     pub fn built_in() -> impl Iterator<Item = (&'static str, Result<Self, Error>)> {
         MODELS.iter().map(|&(name, bytes)| (name, Self::of_bytes(format!("{BUILT_IN}{name}"), bytes)))
     }
 
-    /// Names of all that come with the program.
+    /// Returns the names of all models that come with the program.
     pub fn names() -> impl Iterator<Item = &'static str> {
         MODELS.iter().map(|&(name, _)| name)
     }
 
     fn of_bytes(about: String, bytes: &[u8]) -> Result<Self, Error> {
-        // Before the length, which says little of a file of another kind.
+        // This check comes before that of the length, which says little of a file of another kind.
         match bytes.first_chunk() {
             Some(b"WSM1") => {}
             Some([b'W', b'S', b'M', version]) => return Err(Error::new(about, ModelError::Version(*version))),
@@ -102,28 +102,28 @@ impl ModelFile {
         Ok(Self { about, words: words.iter().map(|word| u32::from_le_bytes(*word)).collect() })
     }
 
-    /// Its name, for messages.
+    /// Returns the file's name for messages.
     pub fn about(&self) -> &str {
         &self.about
     }
 
-    /// All of it, as 32-bit words that are little-endian in the file: what [`Model::from_words`] takes.
+    /// Returns all of the file as 32-bit words, which [`Model::from_words`] takes. They are little-endian in the file.
     pub fn words(&self) -> &[u32] {
         &self.words
     }
 
-    /// The model, all of which is checked.
+    /// Checks the whole file and returns the model.
     ///
     /// # Errors
-    /// What is wrong with the file.
+    /// The file is no valid model. The error says what is wrong with it.
     pub fn model(&self) -> Result<Model<'_>, Error> {
         Model::from_words(&self.words).map_err(|error| Error::new(&self.about, error))
     }
 
-    /// Returns the model with its words, all of which is checked.
+    /// Checks the whole file and returns the model with its words.
     ///
     /// # Errors
-    /// What is wrong with the file.
+    /// The file is no valid model. The error says what is wrong with it.
     pub fn owned(&self) -> Result<Arc<OwnedModel>, Error> {
         let model = OwnedModel::try_new(Arc::clone(&self.words), |words| Model::from_words(words));
         model.map(Arc::new).map_err(|error| Error::new(&self.about, error))

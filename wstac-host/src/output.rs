@@ -90,8 +90,8 @@ pub struct TactileEvent {
     pub lit_frames: Option<u8>,
     /// The sliding speed, or why there is none.
     pub speed: Result<Speed, NoSpeed>,
-    /// An upper bound of the speed of an event that is cut off: the slide lasted longer than was seen, so it was slower. The bound
-    /// is as good as the speed law is there.
+    /// An upper bound of the speed of an event that is cut off. The slide lasted longer than was seen, so it was
+    /// slower. The bound is as good as the speed law is there.
     pub speed_at_most: Option<Speed>,
     /// The sliding direction, or why there is none, and its confidence.
     pub direction: Direction,
@@ -99,7 +99,7 @@ pub struct TactileEvent {
     pub texture: Option<Texture>,
     /// Frames of the sample that were lost and filled, 0 to 70.
     pub frames_filled: u8,
-    /// The baseline was quiet, and at most a tenth of the sample was filled.
+    /// Whether the baseline was quiet and at most a tenth of the sample was filled.
     pub reliable: bool,
     /// The sample, if it was asked for.
     pub sample: Option<Box<SampleFrames>>,
@@ -189,7 +189,7 @@ pub struct FaultReport {
     pub fault: Fault,
 }
 
-/// How a stream ended.
+/// The state of a stream at its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StreamSummary {
     /// Feature frames on the time line, lost ones included.
@@ -209,7 +209,7 @@ impl StreamSummary {
     }
 }
 
-/// What a person is told about a baseline that was not quiet.
+/// The words for a person about a baseline that was not quiet.
 #[derive(Clone, Copy, Debug)]
 pub struct DisturbedBaseline;
 

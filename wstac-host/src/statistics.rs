@@ -103,7 +103,7 @@ fn sum(numbers: impl Iterator<Item = f64>) -> f64 {
 mod tests {
     use super::*;
 
-    /// Made with `numpy.polyfit(x, y, 1, cov=True)` and `numpy.corrcoef(x, y)[0, 1] ** 2` (numpy 2.4.6).
+    /// Compares with `numpy.polyfit(x, y, 1, cov=True)` and `numpy.corrcoef(x, y)[0, 1] ** 2` (numpy 2.4.6).
     #[test]
     fn as_numpy_has_it() {
         let points = [[2.0, 39.0], [2.05, 35.5], [2.1, 33.0], [2.1, 32.0], [2.2, 27.5], [2.3, 21.0]];

@@ -1,4 +1,4 @@
-//! Texture models beside a stream: what they say of samples, in words.
+//! Texture models beside a stream, and their answers about samples.
 
 use std::sync::Arc;
 
@@ -11,22 +11,22 @@ use wstac_core::texture::texture;
 use crate::error::Error;
 use crate::model_file::{ModelFile, OwnedModel};
 
-/// What texture models say of a sample; nothing where no model tells it.
+/// The answers of texture models about a sample. A field is `None` if no model answers it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Texture {
     /// The specimen, such as `Saw3`.
     pub specimen: Option<String>,
-    /// The pattern: `Fla`, `Sin`, `Saw` or `Tri`. From a model of patterns, or else that of specimens.
+    /// The pattern: `Fla`, `Sin`, `Saw` or `Tri`. It comes from a model of patterns, or else from that of specimens.
     pub pattern: Option<String>,
-    /// The depth of the pattern in mm. From a model of depths, or else that of specimens.
+    /// The depth of the pattern in mm. It comes from a model of depths, or else from that of specimens.
     pub depth_mm: Option<f64>,
-    /// The class of a model that tells something else apart.
+    /// The class of a model that distinguishes something else.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub class: Option<String>,
 }
 
 impl Texture {
-    /// What a model of this task says with a class's name.
+    /// Creates the answer of a model of this task from a class's name.
     pub fn of(task: Task, label: String) -> Self {
         let mut record = Self::default();
         match task {
@@ -41,7 +41,7 @@ impl Texture {
         record
     }
 
-    /// What several models say, each of another task; nothing where there is none.
+    /// Merges the answers of several models, each of another task; `None` without an answer.
     #[cfg(feature = "board")]
     pub(crate) fn of_all(mut answers: Vec<(Task, String)>) -> Option<Self> {
         answers.sort_by_key(|(task, _)| rank(*task));
@@ -55,7 +55,7 @@ impl Texture {
         })
     }
 
-    /// Takes over what another record knows.
+    /// Takes over the fields that another answer has.
     fn merge(&mut self, other: Self) {
         self.specimen = other.specimen.or(self.specimen.take());
         self.pattern = other.pattern.or(self.pattern.take());
@@ -64,7 +64,7 @@ impl Texture {
     }
 }
 
-/// A specimen's pattern and depth in mm, by its name: `Saw3` is a `Saw` of 3 mm. A sphere has no depth.
+/// Returns a specimen's pattern and depth in mm by its name: `Saw3` is a `Saw` of 3 mm. A sphere has no depth.
 pub fn pattern_and_depth(specimen: &str) -> (Option<String>, Option<f64>) {
     match specimen.split_at_checked(3) {
         Some((pattern, depth)) if depth.parse::<f64>().is_ok_and(f64::is_finite) => {
@@ -74,7 +74,8 @@ pub fn pattern_and_depth(specimen: &str) -> (Option<String>, Option<f64>) {
     }
 }
 
-/// The order in which answers are taken over: specimens first, since models of patterns and depths know better.
+/// Returns the order in which answers are taken over. Specimens come first, because models of patterns and depths know
+/// better.
 fn rank(task: Task) -> u8 {
     match task {
         Task::Other => 0,
@@ -114,16 +115,18 @@ impl Textures {
         Ok(Self { models: models.into_iter().map(|(model, _)| model).collect() })
     }
 
-    /// Returns the answer of all models to a whole sample, 70 frames of ten features each in units of 1/2048 ([`Sample::flat`]);
-    /// `None` without a model.
+    /// Returns the answer of all models to a whole sample; `None` without a model.
+    ///
+    /// The sample has 70 frames of ten features each, in units of 1/2048 ([`Sample::flat`]).
     ///
     /// [`Sample::flat`]: wstac_core::sample::Sample::flat
     pub fn of_sample(&self, sample: &[i16; INPUTS]) -> Option<Texture> {
         Texture::merged(self.models.iter().map(|model| answer(model.get(), sample)))
     }
 
-    /// Returns the answers of the models that need no more of the sample under way than has just arrived: the number of the
-    /// sample's first frame, the frames that the model reads, and the answer.
+    /// Returns the answers of the models for which enough of the sample under way has just arrived.
+    ///
+    /// An answer comes with the number of the sample's first frame and with the number of frames that the model reads.
     pub fn of_prefixes(&self, update: &Update<'_>) -> Vec<(u64, u8, Texture)> {
         let answers = self.models.iter().filter_map(|model| {
             let frames = model.get().frames();
@@ -134,7 +137,7 @@ impl Textures {
     }
 }
 
-/// A model's answer.
+/// Returns a model's answer.
 fn answer(model: &Model, sample: &[i16; INPUTS]) -> Texture {
     let texture = texture(sample, model);
     Texture::of(texture.task, texture.label.to_string())

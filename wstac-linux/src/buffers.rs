@@ -11,9 +11,9 @@ use v4l::v4l_sys as sys;
 use super::device::{CAPTURE, DQBUF, Device, QBUF, QUERYBUF, REQBUFS, STREAMOFF, STREAMON, zeroed};
 use wstac_host::error::Error;
 
-/// Buffers to ask for: a quarter of a second at 30 frames a second may pass before frames are lost.
+/// The number of buffers to ask for. A quarter of a second at 30 frames per second may pass before frames are lost.
 const WANTED: u32 = 8;
-/// One is with the program, one with the driver.
+/// The least number of buffers: one is with the program, one with the driver.
 const LEAST: u32 = 2;
 /// Calls in a row that may fail to give a buffer back before that is an error.
 const FAILED_RETURNS: u32 = 30;
@@ -27,24 +27,24 @@ pub(crate) struct Filled {
     bytes: usize,
     /// The driver's frame counter.
     pub(crate) sequence: u32,
-    /// When it was taken, where the driver's clock is the monotonic one.
+    /// The time when it was taken; `None` if the driver's clock is not the monotonic one.
     pub(crate) timestamp: Option<Duration>,
-    /// The driver says that its contents may be wrong.
+    /// Whether the driver says that its contents may be wrong.
     pub(crate) damaged: bool,
 }
 
-/// What a wait for a buffer brought.
+/// The result of a wait for a buffer.
 #[derive(Debug)]
 pub(crate) enum Wait {
     /// A buffer.
     Filled(Filled),
-    /// None in time.
+    /// No buffer in time.
     TimedOut,
-    /// None yet: a signal ended the wait, or another one took the buffer.
+    /// No buffer yet: a signal ended the wait, or another thread took the buffer.
     Interrupted,
 }
 
-/// Streaming buffers of a device. Dropping them stops the stream.
+/// The streaming buffers of a device. Dropping them stops the stream.
 #[derive(Debug)]
 pub(crate) struct Buffers {
     device: Device,
@@ -58,14 +58,14 @@ impl Buffers {
     /// Maps the driver's buffers, hands them all over and starts the stream.
     ///
     /// # Errors
-    /// The driver's, in words.
+    /// The driver refuses. The error says what, in words.
     pub(crate) fn start(device: Device) -> Result<Self, Error> {
         let mut request: sys::v4l2_requestbuffers = zeroed();
         request.count = WANTED;
         request.type_ = CAPTURE;
         request.memory = sys::v4l2_memory_V4L2_MEMORY_MMAP;
         device.call(&REQBUFS, &mut request).map_err(|error| device.error("buffers are refused", &error))?;
-        // From here on, dropping what there is gives it back.
+        // From here on, dropping the buffers gives back those that there are.
         let mut buffers = Self { device, maps: Vec::new(), idle: Vec::new(), failed_returns: 0 };
         for index in 0..request.count {
             let map = Map::of(&buffers.device, index);
@@ -84,7 +84,7 @@ impl Buffers {
         Ok(buffers)
     }
 
-    /// The device that streams.
+    /// Returns the device that streams.
     pub(crate) fn device(&self) -> &Device {
         &self.device
     }
@@ -92,7 +92,7 @@ impl Buffers {
     /// Waits for the next buffer.
     ///
     /// # Errors
-    /// The driver's. EIO is of one buffer: the stream may go on.
+    /// The driver's error. EIO concerns one buffer only: the stream may go on.
     pub(crate) fn wait(&mut self, timeout: Duration) -> io::Result<Wait> {
         self.return_idle()?;
         let mut poll = libc::pollfd { fd: self.device.file().as_raw_fd(), events: libc::POLLIN, revents: 0 };
@@ -106,10 +106,10 @@ impl Buffers {
                 return if error.kind() == io::ErrorKind::Interrupted { Ok(Wait::Interrupted) } else { Err(error) };
             }
         }
-        // An error flag is not looked at: taking the buffer says which error it is.
+        // The error flag is ignored, because taking the buffer says which error it is.
         let mut raw = described(0);
         match self.device.call(&DQBUF, &mut raw) {
-            // Without a buffer the error would be there again at once, for ever: the stream itself has failed.
+            // Without a buffer, the error would come again at once, forever. The stream itself has failed.
             Err(error) if poll.revents & libc::POLLIN == 0 && is_of_the_stream(&error) => {
                 return Err(io::Error::other("the driver says that the stream has failed"));
             }
@@ -130,12 +130,12 @@ impl Buffers {
         }))
     }
 
-    /// What the driver wrote.
+    /// Returns the bytes that the driver wrote.
     pub(crate) fn bytes(&self, filled: &Filled) -> &[u8] {
         self.maps.get(filled.index).and_then(|map| map.get(..filled.bytes)).unwrap_or(&[])
     }
 
-    /// Gives a buffer back; the next wait hands it to the driver.
+    /// Gives a buffer back. The next wait hands it to the driver.
     #[expect(clippy::needless_pass_by_value, reason = "the buffer is no longer the caller's")]
     pub(crate) fn give_back(&mut self, filled: Filled) {
         self.idle.push(filled.index);
@@ -156,7 +156,7 @@ impl Buffers {
         };
         self.failed_returns += 1;
         let gone = error.raw_os_error() == Some(libc::ENODEV);
-        // With all buffers refused, no frame would ever come.
+        // If all buffers are refused, no frame will ever come.
         if gone || self.idle.len() == self.maps.len() || self.failed_returns >= FAILED_RETURNS {
             Err(error)
         } else {
@@ -171,7 +171,7 @@ impl Buffers {
 
 impl Drop for Buffers {
     fn drop(&mut self) {
-        // A camera that is gone refuses all of it, and then there is nothing to stop.
+        // A camera that is gone refuses every call, and there is nothing to stop.
         let mut kind = CAPTURE as std::ffi::c_int;
         let _ = self.device.call(&STREAMOFF, &mut kind);
         self.maps.clear();
@@ -182,12 +182,12 @@ impl Drop for Buffers {
     }
 }
 
-/// Whether an error is not of one buffer where no buffer is ready.
+/// Returns whether an error concerns the stream, if no buffer is ready.
 fn is_of_the_stream(error: &io::Error) -> bool {
     matches!(error.raw_os_error(), Some(libc::EIO | libc::EAGAIN))
 }
 
-/// A request about the buffer of this number.
+/// Creates a request about the buffer of this number.
 fn described(index: u32) -> sys::v4l2_buffer {
     let mut raw: sys::v4l2_buffer = zeroed();
     raw.index = index;
@@ -196,7 +196,7 @@ fn described(index: u32) -> sys::v4l2_buffer {
     raw
 }
 
-/// A driver's time; nothing where it is before 0 or exactly 0, which means that it was not set.
+/// Returns a driver's time; `None` if it is negative or exactly 0, which means that it was not set.
 fn duration(time: sys::timeval) -> Option<Duration> {
     let seconds = u64::try_from(time.tv_sec).ok()?;
     let microseconds = u32::try_from(time.tv_usec).ok().filter(|microseconds| *microseconds < 1_000_000)?;

@@ -1,30 +1,31 @@
-//! Which of a camera's formats to ask for when the user leaves it open.
+//! Chooses a camera's format if the user leaves it open.
 
 use wstac_core::rate::FrameRate;
 
 use wstac_host::camera::formats::{self, FourCc};
 use wstac_host::camera::modes::{Mode, RateRange, Sizes};
 
-/// Rates that differ by less than this share are the same: 30000/1001 is 30.
+/// Rates that differ by less than this fraction are the same: 30000/1001 is 30.
 const SAME: f64 = 0.002;
 
-/// How far an offer is from what is wanted; less is better, compared from the first field on.
+/// The distance of an offer from the wanted format. Less is better; the first field is compared first.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 struct Distance {
-    /// Pixels that width and height are off, together.
+    /// Pixels that width and height are off, added up.
     size: u64,
-    /// The logarithm of how many times too slow, or too fast, it is.
+    /// The logarithm of the factor by which it is too slow or too fast.
     rate: f64,
-    /// The driver does not say all of it.
+    /// Whether the driver leaves something of it open.
     unknown: bool,
-    /// Place in the order of preference.
+    /// The place in the order of preference.
     preference: usize,
 }
 
-/// The format to ask for: of those that are read, one with the wanted size and, at that size, the wanted rate; among
-/// equals the one that is preferred. Nothing where none is read.
+/// Returns the format to ask for, of those that are read; `None` if none is read.
 ///
-/// A cheap USB camera is the case in point: 1280x720 uncompressed at 10 frames a second, as MJPEG at 30.
+/// It has the wanted size and, at that size, the wanted rate. Of equal formats, the preferred one is taken.
+///
+/// A typical case is a cheap USB camera. It has 1280x720 uncompressed at 10 frames per second, and as MJPEG at 30.
 pub(super) fn choose(modes: &[Mode], size: (u32, u32), rate: FrameRate) -> Option<FourCc> {
     let offers = modes.iter().filter_map(|mode| {
         let preference = formats::preference(mode.fourcc)?;
@@ -47,14 +48,14 @@ fn distance(sizes: &Sizes, size: (u32, u32), rate: FrameRate, preference: usize)
     }
 }
 
-/// How far a rate is from the nearest of an offer: 0 where it is among them.
+/// Returns the distance of a rate from the nearest one of an offer; 0 if the offer has it.
 fn apart(offer: RateRange, rate: FrameRate) -> f64 {
     let ratio = |a: FrameRate, b: FrameRate| (a.per_second() / b.per_second()).ln();
     let off = ratio(offer.slowest, rate).max(ratio(rate, offer.fastest)).max(0.0);
     if off < SAME { 0.0 } else { off }
 }
 
-/// Whether two rates are the same but for rounding.
+/// Returns whether two rates are the same apart from rounding.
 pub(crate) fn same(a: FrameRate, b: FrameRate) -> bool {
     apart(RateRange { slowest: a, fastest: a }, b) == 0.0
 }
@@ -85,7 +86,7 @@ mod tests {
         let yuyv = mode(*b"YUYV", &[((640, 480), &[30, 15]), (PAPER, &[10, 5])]);
         let mjpeg = mode(*b"MJPG", &[((640, 480), &[30]), (PAPER, &[30, 15])]);
         assert_eq!(chosen(&[yuyv.clone(), mjpeg.clone()]), Some(*b"MJPG"));
-        // At the size where both are fast enough, no loss is better.
+        // At a size at which both are fast enough, the format without loss is better.
         assert_eq!(choose(&[mjpeg, yuyv], (640, 480), FrameRate::NOMINAL), Some(*b"YUYV"));
     }
 

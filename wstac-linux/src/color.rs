@@ -1,9 +1,10 @@
-//! What a driver says about the meaning of Y, Cb, Cr, with V4L2's own rules for what it leaves open.
+//! The meaning of Y, Cb, Cr by a driver, with V4L2's own rules for what it leaves open.
 
 use v4l::v4l_sys as sys;
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 
-/// Color as `v4l2_pix_format` states it: numbers of the kernel's enumerations, which may be newer than this program.
+/// Color as `v4l2_pix_format` states it. The numbers are of the kernel's enumerations, which may be newer than this
+/// program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Colorimetry {
     /// `enum v4l2_colorspace`.
@@ -15,13 +16,13 @@ pub(crate) struct Colorimetry {
 }
 
 impl Colorimetry {
-    /// The nearest color that is computed, and a note where it is not exactly the one stated.
+    /// Returns the nearest color that is supported, and a note if it is not exactly the stated one.
     pub(crate) fn color(self) -> (YcbcrEncoding, Option<String>) {
         let (matrix, stands_for) = self.matrix();
         let range = match self.quantization {
             sys::v4l2_quantization_V4L2_QUANTIZATION_FULL_RANGE => QuantizationRange::Full,
             sys::v4l2_quantization_V4L2_QUANTIZATION_LIM_RANGE => QuantizationRange::Limited,
-            // V4L2_MAP_QUANTIZATION_DEFAULT, of YCbCr.
+            // This is V4L2_MAP_QUANTIZATION_DEFAULT, for YCbCr.
             _ if self.colorspace == sys::v4l2_colorspace_V4L2_COLORSPACE_JPEG => QuantizationRange::Full,
             _ => QuantizationRange::Limited,
         };
@@ -35,11 +36,12 @@ impl Colorimetry {
         (YcbcrEncoding { matrix, range }, note)
     }
 
-    /// The nearest matrix, and what it stands for where it is another. BT.2020 and SMPTE 240M are nearer to BT.709:
-    /// all three weigh green with 0.68 to 0.72, BT.601 with 0.59.
+    /// Returns the nearest matrix, and the name of the stated one if it is another.
+    ///
+    /// BT.2020 and SMPTE 240M are nearer to BT.709: all three weigh green with 0.68 to 0.72, BT.601 with 0.59.
     fn matrix(self) -> (YcbcrMatrix, Option<String>) {
         let encoding = match self.encoding {
-            // V4L2_MAP_YCBCR_ENC_DEFAULT.
+            // This is V4L2_MAP_YCBCR_ENC_DEFAULT.
             sys::v4l2_ycbcr_encoding_V4L2_YCBCR_ENC_DEFAULT => match self.colorspace {
                 sys::v4l2_colorspace_V4L2_COLORSPACE_REC709 | sys::v4l2_colorspace_V4L2_COLORSPACE_DCI_P3 => {
                     sys::v4l2_ycbcr_encoding_V4L2_YCBCR_ENC_709
@@ -51,7 +53,7 @@ impl Colorimetry {
             stated => stated,
         };
         match encoding {
-            // xvYCC has its matrices; sYCC is BT.601's.
+            // The encoding xvYCC has its matrices; sYCC has that of BT.601.
             sys::v4l2_ycbcr_encoding_V4L2_YCBCR_ENC_601
             | sys::v4l2_ycbcr_encoding_V4L2_YCBCR_ENC_XV601
             | sys::v4l2_ycbcr_encoding_V4L2_YCBCR_ENC_SYCC => (YcbcrMatrix::Bt601, None),

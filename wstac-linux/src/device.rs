@@ -16,10 +16,10 @@ use wstac_host::camera::formats::FourCc;
 use wstac_host::camera::modes::{RateRange, SizeRange};
 use wstac_host::error::Error;
 
-/// The buffers of a single-planar capture device.
+/// The type of buffers of a single-planar capture device.
 pub(super) const CAPTURE: u32 = sys::v4l2_buf_type_V4L2_BUF_TYPE_VIDEO_CAPTURE;
 
-/// Entries of a list that are read: a driver that never says it has no more must not be asked for ever.
+/// Most entries of a list that are read. A driver that never ends its list must not be asked forever.
 const MOST_ENTRIES: u32 = 1024;
 
 /// An open video node, in non-blocking mode.
@@ -29,31 +29,31 @@ pub(crate) struct Device {
     path: PathBuf,
 }
 
-/// Who a device is and what it can do.
+/// A device's identity and capabilities.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Identity {
-    /// What the maker calls it.
+    /// The maker's name for it.
     pub(crate) card: String,
     /// The kernel's driver.
     pub(crate) driver: String,
-    /// Where it is plugged in.
+    /// The place where it is plugged in.
     pub(crate) bus: String,
     /// `V4L2_CAP_*` of this node.
     pub(crate) capabilities: u32,
 }
 
-/// What the driver's frames are like.
+/// The properties of the driver's frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct PictureFormat {
-    /// What the buffers hold.
+    /// The content of the buffers.
     pub(crate) fourcc: FourCc,
     /// Width and height in pixels.
     pub(crate) size: (u32, u32),
-    /// Bytes from row to row; 0 where the driver does not say.
+    /// Bytes from the start of a row to the start of the next; 0 if the driver does not say.
     pub(crate) bytes_per_row: u32,
-    /// Y, Cb, Cr.
+    /// The meaning of Y, Cb, Cr.
     pub(crate) colorimetry: Colorimetry,
-    /// Frames are whole pictures, not fields of an interlaced one.
+    /// Whether frames are whole pictures, not fields of an interlaced one.
     pub(crate) progressive: bool,
 }
 
@@ -61,9 +61,9 @@ impl Device {
     /// Opens a video node.
     ///
     /// # Errors
-    /// Where there is no such file, it is no device, or it may not be opened.
+    /// There is no such file, it is no device, or it may not be opened.
     pub(crate) fn open(path: &Path) -> Result<Self, Error> {
-        // Looked at first: opening a named pipe or a tape would not end, or not be without effect.
+        // The file is examined first. Opening a named pipe could wait forever, and opening a tape would have an effect.
         let kind = std::fs::metadata(path).map_err(|error| explain(path, "cannot be opened", &error))?.file_type();
         if !kind.is_char_device() {
             return Err(Error::new(path.display(), "not a camera: expected a video device such as /dev/video0"));
@@ -73,25 +73,25 @@ impl Device {
         Ok(Self { file, path: path.to_owned() })
     }
 
-    /// The path that it was opened by.
+    /// Returns the path that it was opened by.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The open file.
+    /// Returns the open file.
     pub(super) fn file(&self) -> &File {
         &self.file
     }
 
-    /// An error that names this device.
+    /// Creates an error that names this device.
     pub(crate) fn error(&self, what: &str, error: &io::Error) -> Error {
         explain(&self.path, what, error)
     }
 
-    /// Calls the driver; a call that a signal interrupted is repeated.
+    /// Calls the driver, and repeats a call that a signal interrupted.
     pub(super) fn call<T: Copy>(&self, request: &Request<T>, argument: &mut T) -> io::Result<()> {
         loop {
-            // SAFETY: a `Request<T>` promises that the kernel takes a `T` here and leaves a valid one; the pointer is
+            // SAFETY: a `Request<T>` promises that the kernel takes a `T` here and leaves a valid one. The pointer is
             // to one for the length of the call.
             let result = unsafe { v4l::v4l2::ioctl(self.file.as_raw_fd(), request.code, (&raw mut *argument).cast()) };
             match result {
@@ -101,14 +101,14 @@ impl Device {
         }
     }
 
-    /// Who it is.
+    /// Returns its identity.
     ///
     /// # Errors
-    /// The driver's; ENOTTY from whatever is no V4L2 device.
+    /// The driver's error. It is ENOTTY if the file is no V4L2 device.
     pub(crate) fn identity(&self) -> io::Result<Identity> {
         let mut raw: sys::v4l2_capability = zeroed();
         self.call(&QUERYCAP, &mut raw)?;
-        // `capabilities` is of the whole device with all its nodes; older drivers know nothing else.
+        // The field `capabilities` is of the whole device with all its nodes. Older drivers know nothing else.
         let this_node = raw.capabilities & sys::V4L2_CAP_DEVICE_CAPS != 0;
         Ok(Identity {
             card: text(&raw.card),
@@ -118,7 +118,7 @@ impl Device {
         })
     }
 
-    /// The formats and their descriptions, in the driver's order.
+    /// Returns the formats and their descriptions, in the driver's order.
     pub(super) fn formats(&self) -> Vec<(FourCc, String)> {
         self.listed(&ENUM_FMT, |raw: &mut sys::v4l2_fmtdesc, index| {
             raw.index = index;
@@ -128,7 +128,7 @@ impl Device {
         .collect()
     }
 
-    /// The frame sizes of a format; none where the driver does not list them.
+    /// Returns the frame sizes of a format; none if the driver does not list them.
     pub(super) fn sizes(&self, fourcc: FourCc) -> Vec<SizeRange> {
         self.listed(&ENUM_FRAMESIZES, |raw: &mut sys::v4l2_frmsizeenum, index| {
             raw.index = index;
@@ -140,7 +140,7 @@ impl Device {
                 let size = unsafe { raw.__bindgen_anon_1.discrete };
                 return SizeRange::one(size.width, size.height);
             }
-            // SAFETY: as above.
+            // SAFETY: all fields are integers and the whole union was zeroed.
             let range = unsafe { raw.__bindgen_anon_1.stepwise };
             SizeRange {
                 smallest: (range.min_width, range.min_height),
@@ -151,7 +151,7 @@ impl Device {
         .collect()
     }
 
-    /// The frame rates of a format at one size; none where the driver does not list them.
+    /// Returns the frame rates of a format at one size; none if the driver does not list them.
     pub(super) fn rates(&self, fourcc: FourCc, (width, height): (u32, u32)) -> Vec<RateRange> {
         self.listed(&ENUM_FRAMEINTERVALS, |raw: &mut sys::v4l2_frmivalenum, index| {
             raw.index = index;
@@ -164,16 +164,16 @@ impl Device {
                 let only = rate(unsafe { raw.__bindgen_anon_1.discrete })?;
                 return Some(RateRange { slowest: only, fastest: only });
             }
-            // SAFETY: as above.
+            // SAFETY: all fields are integers and the whole union was zeroed.
             let range = unsafe { raw.__bindgen_anon_1.stepwise };
-            // A bound that is no fraction says nothing.
+            // A bound that is not a fraction is ignored.
             let (slowest, fastest) = (rate(range.max), rate(range.min));
             Some(RateRange { slowest: slowest.or(fastest)?, fastest: fastest.or(slowest)? })
         })
         .collect()
     }
 
-    /// What the driver answers to the numbers 0, 1, … until it has no more.
+    /// Returns the driver's answers to the numbers 0, 1, … until it has no more.
     fn listed<T: Kernel>(&self, request: &Request<T>, number: impl Fn(&mut T, u32)) -> impl Iterator<Item = T> {
         (0..MOST_ENTRIES).map_while(move |index| {
             let mut raw = zeroed();
@@ -182,7 +182,7 @@ impl Device {
         })
     }
 
-    /// Asks for a format and size; what the driver sets instead.
+    /// Asks for a format and size, and returns those that the driver sets instead.
     pub(super) fn set_format(&self, fourcc: FourCc, size: (u32, u32)) -> io::Result<PictureFormat> {
         let mut pix: sys::v4l2_pix_format = zeroed();
         (pix.width, pix.height) = size;
@@ -197,7 +197,7 @@ impl Device {
         let pix = unsafe { raw.fmt.pix };
         // SAFETY: the union's two fields are the same number under two names.
         let encoding = unsafe { pix.__bindgen_anon_1.ycbcr_enc };
-        // Without the mark, what follows it was not filled in.
+        // Without the mark, the fields behind it were not filled in.
         let (encoding, quantization) =
             if pix.priv_ == sys::V4L2_PIX_FMT_PRIV_MAGIC { (encoding, pix.quantization) } else { (0, 0) };
         Ok(PictureFormat {
@@ -209,7 +209,7 @@ impl Device {
         })
     }
 
-    /// Asks for a frame rate; the one that the driver sets instead, nothing where it has none to set.
+    /// Asks for a frame rate, and returns the one that the driver sets instead; `None` if it cannot set any.
     pub(super) fn set_rate(&self, rate: FrameRate) -> io::Result<Option<FrameRate>> {
         let mut raw: sys::v4l2_streamparm = zeroed();
         raw.type_ = CAPTURE;
@@ -230,7 +230,7 @@ impl Device {
         Ok(FrameRate::new(interval.denominator, interval.numerator).ok())
     }
 
-    /// Frames a second of the digital video signal that the input is set to.
+    /// Returns the frames per second of the digital video signal that the input is set to.
     pub(super) fn signal_rate(&self) -> Option<FrameRate> {
         let mut raw: sys::v4l2_dv_timings = zeroed();
         self.call(&G_DV_TIMINGS, &mut raw).ok()?;
@@ -248,7 +248,7 @@ impl Device {
         FrameRate::new(hundredths, 100).ok()
     }
 
-    /// Whether the driver says that the selected input has no signal or no power.
+    /// Returns whether the driver says that the selected input has no signal or no power.
     pub(crate) fn no_signal(&self) -> bool {
         let mut index: std::ffi::c_int = 0;
         let mut raw: sys::v4l2_input = zeroed();
@@ -269,10 +269,10 @@ pub(super) struct Request<T> {
 
 impl<T> Request<T> {
     /// # Safety
-    /// The kernel must take a `T` for this code, of which any bytes are valid and which holds no pointer that the
+    /// The kernel must take a `T` for this code. Any bytes of it must be valid, and it must hold no pointer that the
     /// kernel would follow.
     pub(super) const unsafe fn new(code: vidioc::_IOC_TYPE) -> Self {
-        // The code has the size of what the kernel reads and writes.
+        // The code has the size of the structure that the kernel reads and writes.
         assert!((code >> 16) as usize & 0x3fff == size_of::<T>(), "another type is expected by the kernel");
         Self { code, argument: std::marker::PhantomData }
     }
@@ -282,8 +282,8 @@ impl<T> Request<T> {
 macro_rules! requests {
     ($($name:ident: $argument:ty = $code:expr;)*) => {
         $(
-            // SAFETY: videodev2.h pairs this code with this type, made of integers only: its unions hold pointers for
-            // overlays and user memory, which nothing here uses.
+            // SAFETY: videodev2.h pairs this code with this type, which is made of integers only. Its unions hold
+            // pointers for overlays and user memory, which nothing here uses.
             pub(super) const $name: Request<$argument> = unsafe { Request::new($code) };
         )*
     };
@@ -298,7 +298,7 @@ requests! {
     S_PARM: sys::v4l2_streamparm = vidioc::VIDIOC_S_PARM;
     G_INPUT: std::ffi::c_int = vidioc::VIDIOC_G_INPUT;
     ENUMINPUT: sys::v4l2_input = vidioc::VIDIOC_ENUMINPUT;
-    // The crate does not know it: number 88, direction as of S_PARM.
+    // The crate does not have this request: number 88, with the direction of S_PARM.
     G_DV_TIMINGS: sys::v4l2_dv_timings = (vidioc::VIDIOC_S_PARM & !0x3fff_00ff)
         | ((size_of::<sys::v4l2_dv_timings>() as vidioc::_IOC_TYPE) << 16)
         | 0x58;
@@ -313,7 +313,7 @@ requests! {
     S_CTRL: sys::v4l2_control = vidioc::VIDIOC_S_CTRL;
 }
 
-/// A structure that the kernel takes, every byte 0.
+/// Returns a structure that the kernel takes, with every byte 0.
 pub(super) fn zeroed<T: Kernel>() -> T {
     // SAFETY: `Kernel` promises that this is a value.
     unsafe { mem::zeroed() }
@@ -337,18 +337,18 @@ kernel! {
     v4l2_streamparm v4l2_dv_timings v4l2_input v4l2_requestbuffers v4l2_buffer v4l2_queryctrl v4l2_control
 }
 
-/// The text before the first 0.
+/// Returns the text before the first 0.
 pub(super) fn text(bytes: &[u8]) -> String {
     let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
     String::from_utf8_lossy(&bytes[..end]).trim().to_owned()
 }
 
-/// Frames a second of a frame interval; nothing where it is no fraction above 0.
+/// Returns the frames per second of a frame interval; `None` if it is no fraction above 0.
 fn rate(interval: sys::v4l2_fract) -> Option<FrameRate> {
     FrameRate::new(interval.denominator, interval.numerator).ok()
 }
 
-/// An error that says what to do about it.
+/// Creates an error that says what to do about it.
 fn explain(path: &Path, what: &str, error: &io::Error) -> Error {
     let message = match error.raw_os_error() {
         Some(libc::EBUSY) => format!("{what}: another program uses the camera"),

@@ -1,4 +1,4 @@
-//! Which cameras there are.
+//! The cameras of this machine.
 
 use std::path::{Path, PathBuf};
 
@@ -9,19 +9,19 @@ use wstac_host::camera::DeviceInfo;
 use wstac_host::camera::formats;
 use wstac_host::camera::modes::{Mode, Sizes};
 
-/// All video nodes that capture, or that cannot be asked, in natural order: 2 before 10.
+/// Returns all video nodes that capture, or that cannot be asked, in natural order: 2 before 10.
 pub fn devices() -> Vec<DeviceInfo> {
     nodes().iter().filter_map(|path| device_at(path)).collect()
 }
 
-/// All video nodes, in natural order.
+/// Returns all video nodes, in natural order.
 pub(super) fn nodes() -> Vec<PathBuf> {
     let entries = std::fs::read_dir("/dev").into_iter().flatten().flatten();
     let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
     in_order(names).into_iter().map(|name| Path::new("/dev").join(name)).collect()
 }
 
-/// The names of video nodes, by their numbers.
+/// Returns the names of video nodes, by their numbers.
 fn in_order(names: impl Iterator<Item = String>) -> Vec<String> {
     let mut numbered: Vec<(u64, String)> = names
         .filter_map(|name| Some((name.strip_prefix("video")?.parse().ok()?, name)))
@@ -31,7 +31,7 @@ fn in_order(names: impl Iterator<Item = String>) -> Vec<String> {
     numbered.into_iter().map(|(_, name)| name).collect()
 }
 
-/// What there is to know about a node; nothing where it does not capture video.
+/// Returns the facts about a node; `None` if it does not capture video.
 pub fn device_at(path: &Path) -> Option<DeviceInfo> {
     let (links, serial) = (links_to(path), serial_of(path));
     let info = DeviceInfo { path: path.to_owned(), links, serial, ..DeviceInfo::default() };
@@ -42,7 +42,7 @@ pub fn device_at(path: &Path) -> Option<DeviceInfo> {
     let (device, identity) = match asked {
         Ok(asked) => asked,
         Err(error) => {
-            // The path is said already.
+            // The path is part of the device's entry already.
             let text = error.to_string();
             let reason = text.strip_prefix(&format!("{}: ", path.display())).unwrap_or(&text);
             return Some(DeviceInfo { problem: Some(reason.to_owned()), ..info });
@@ -60,7 +60,7 @@ pub fn device_at(path: &Path) -> Option<DeviceInfo> {
     Some(DeviceInfo { card: identity.card, driver: identity.driver, bus: identity.bus, modes, problem, ..info })
 }
 
-/// The links to a node that outlast its number.
+/// Returns the links to a node that outlast its number.
 pub(super) fn links_to(path: &Path) -> Vec<PathBuf> {
     let Ok(target) = path.canonicalize() else { return Vec::new() };
     let mut links = Vec::new();
@@ -74,22 +74,23 @@ pub(super) fn links_to(path: &Path) -> Vec<PathBuf> {
     links
 }
 
-/// The serial number of the USB device that a node belongs to.
+/// Returns the serial number of the USB device that a node belongs to.
 fn serial_of(path: &Path) -> Option<String> {
     let node = path.canonicalize().ok()?;
     let interface = Path::new("/sys/class/video4linux").join(node.file_name()?).join("device").canonicalize().ok()?;
     serial_above(&interface)
 }
 
-/// The serial number of the nearest USB device at or above a folder of sysfs. Others' serial numbers, such as a disk's
-/// or a hub's further up, are none of the camera's.
+/// Returns the serial number of the nearest USB device at or above a folder of sysfs.
+///
+/// Those of other devices, such as a disk or a hub further up, do not belong to the camera.
 fn serial_above(folder: &Path) -> Option<String> {
     let device = folder.ancestors().find(|folder| folder.join("idVendor").exists())?;
     let serial = std::fs::read_to_string(device.join("serial")).ok()?;
     Some(serial.trim().to_owned()).filter(|serial| !serial.is_empty())
 }
 
-/// Everything that a device offers. Of a range of sizes, the rates at the one nearest to `size` are asked for.
+/// Returns everything that a device offers. For a range of sizes, it has the rates at the size nearest to `size`.
 pub(super) fn modes(device: &Device, size: (u32, u32)) -> Vec<Mode> {
     let sizes = |fourcc| {
         let ranges = device.sizes(fourcc).into_iter();

@@ -6,8 +6,8 @@
 //! | [`devices`](mod@devices) | the cameras of this machine |
 //! | [`controls`] | exposure, gain, white balance and focus: locked, and reapplied |
 //!
-//! The `v4l` crate gives the kernel's structures and the raw calls.
-//! The capture stream is this crate's own: it ends its waits, survives faults, and tells damaged buffers from good ones.
+//! The `v4l` crate gives the kernel's structures and the raw calls. The capture stream is this crate's own: it ends its
+//! waits, survives faults, and separates damaged buffers from good ones.
 
 pub(crate) mod buffers;
 pub(crate) mod choose;
@@ -34,27 +34,27 @@ use wstac_host::camera::{CameraState, ControlSetting};
 use wstac_host::error::Error;
 use wstac_host::source::FramePolicy;
 
-/// Which camera, and what is wanted of it.
+/// A camera, and the format and control values to ask it for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CameraRequest {
     /// Its device node, such as `/dev/video0`.
     pub path: PathBuf,
-    /// Four-character code of the pixel format; nothing for the one that suits size and rate best.
+    /// Four-character code of the pixel format; `None` for the one that suits size and rate best.
     pub format: Option<FourCc>,
-    /// Width and height in pixels; nothing for the paper's 1280x720.
+    /// Width and height in pixels; `None` for the paper's 1280x720.
     pub size: Option<(u32, u32)>,
-    /// Frames a second; nothing for the paper's 30.
+    /// Frames per second; `None` for the paper's 30.
     pub rate: Option<FrameRate>,
-    /// Which frames are handed out where the program is slower.
+    /// The choice of frames that are handed out if the program is slower.
     pub delivery: FramePolicy,
-    /// Leave the controls as they are, instead of locking them.
+    /// Whether the controls are left as they are, instead of being locked.
     pub keep_controls: bool,
-    /// Values of controls that are to be set, whether the others are locked or not.
+    /// The values of controls to set, whether the others are locked or not.
     pub controls: Vec<ControlSetting>,
 }
 
 impl CameraRequest {
-    /// This camera with all defaults.
+    /// Creates a request for this camera with all defaults.
     pub fn new(path: impl Into<PathBuf>) -> Self {
         let (format, size, rate, delivery) = (None, None, None, FramePolicy::default());
         Self { path: path.into(), format, size, rate, delivery, keep_controls: false, controls: Vec::new() }
@@ -64,9 +64,9 @@ impl CameraRequest {
 /// A camera that streams.
 #[derive(Debug)]
 pub struct Camera {
-    /// Who it is, and how its controls stand.
+    /// Its identity, and the state of its controls.
     pub state: CameraState,
-    /// What its frames are like.
+    /// The properties of its frames.
     pub negotiated: Negotiated,
     /// The stream.
     pub(crate) buffers: Buffers,
@@ -76,9 +76,9 @@ impl Camera {
     /// Opens a camera, agrees with its driver on format, size and rate, locks its controls, and starts the stream.
     ///
     /// # Errors
-    /// Where there is no such camera, it may not be opened, another program uses it, it offers nothing that is read,
-    /// a control that is to be set is not there or out of range, or the driver refuses. A control that cannot be locked
-    /// is no error: the state says so.
+    /// There is no such camera, it may not be opened, another program uses it, or it offers no format that is read. A
+    /// control that is to be set may be missing or out of range, or the driver may refuse. A control that cannot be
+    /// locked is no error: the state says so.
     pub fn open(request: &CameraRequest) -> Result<Self, Error> {
         let device = Device::open(&request.path)?;
         let identity = device.identity().map_err(|error| device.error("cannot be used", &error))?;
@@ -103,7 +103,7 @@ impl Camera {
     }
 }
 
-/// Why a node with these capabilities gives no frames.
+/// Returns why a node with these capabilities gives no frames.
 fn unusable(capabilities: u32) -> Option<&'static str> {
     if capabilities & sys::V4L2_CAP_VIDEO_CAPTURE == 0 {
         return Some(if capabilities & sys::V4L2_CAP_VIDEO_CAPTURE_MPLANE != 0 {

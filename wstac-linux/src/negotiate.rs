@@ -17,28 +17,28 @@ use wstac_host::error::Error;
 /// The paper's frame size.
 const PAPER_SIZE: (u32, u32) = (1280, 720);
 
-/// What a camera's frames are like.
+/// The properties of a camera's frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Negotiated {
-    /// Four-character code of what the buffers hold.
+    /// Four-character code of the buffers' content.
     pub fourcc: FourCc,
-    /// What that is.
+    /// The meaning of that code.
     pub coding: Coding,
     /// Width and height.
     pub size: FrameSize,
-    /// What Y, Cb, Cr mean.
+    /// The meaning of Y, Cb, Cr.
     pub color: YcbcrEncoding,
-    /// Bytes from row to row; of pictures: as decoded.
+    /// Bytes from the start of a row to the start of the next; for JPEG pictures, after decoding.
     pub bytes_per_row: u32,
     /// Least bytes of a buffer that holds a frame.
     pub frame_bytes: usize,
-    /// Frames a second.
+    /// Frames per second.
     pub rate: FrameRate,
-    /// Where the driver gives something else than was asked for, for a person.
+    /// Notes for a person about what the driver gives instead of what was asked for.
     pub notes: Vec<String>,
 }
 
-/// Agrees with the driver.
+/// Agrees with the driver on format, size and rate.
 pub(super) fn negotiate(device: &Device, request: &CameraRequest) -> Result<Negotiated, Error> {
     let size = request.size.unwrap_or(PAPER_SIZE);
     let rate = request.rate.unwrap_or(FrameRate::NOMINAL);
@@ -62,7 +62,7 @@ pub(super) fn negotiate(device: &Device, request: &CameraRequest) -> Result<Nego
     described(&granted, coding, granted_rate, notes).map_err(|error| Error::new(device.path().display(), error))
 }
 
-/// What a granted format means for frames.
+/// Describes frames of a granted format.
 fn described(
     granted: &PictureFormat,
     coding: Coding,
@@ -78,7 +78,8 @@ fn described(
             }
             let green = Any::new(format, color, YcbcrMethod::Exact);
             let least = green.row_bytes(size.width()) as u32;
-            // 0 means that the driver does not say; some count a planar format's chroma in, or leave something out.
+            // A 0 means that the driver does not say. Some drivers count a planar format's chroma in, or leave
+            // something out.
             let stated = granted.bytes_per_row;
             if stated != 0 && stated < least {
                 notes.push(format!("the driver states {stated} bytes a row, fewer than a row has; read as {least}"));
@@ -87,7 +88,7 @@ fn described(
             (bytes_per_row, green.least_frame_bytes(size, bytes_per_row as usize))
         }
         Coding::Jpeg => {
-            // Decoded to RGB by JPEG's own rule, whatever the driver states.
+            // The picture is decoded to RGB by JPEG's own rule, whatever the driver states.
             color = YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Full };
             (3 * u32::from(size.width()), 1)
         }

@@ -1,9 +1,14 @@
-//! Which camera is the one that was lost, when cameras come back.
+//! Finds the camera that was lost when cameras come back.
 //!
-//! Numbers of nodes say nothing: a camera that is plugged in again may get another one, and another camera the old one.
-//! What says something, best first: the link by serial number (`/dev/v4l/by-id`), the link by place
-//! (`/dev/v4l/by-path`), and what the driver answers, the card's name and the bus. Cameras of one kind often share a
-//! serial number; so one at another place is the same only if none was at that place while ours was at its own.
+//! The numbers of nodes say nothing. A camera that is plugged in again may get another number, and another camera the
+//! old one. These facts identify a camera, the best first:
+//!
+//! 1. the link by serial number (`/dev/v4l/by-id`);
+//! 2. the link by place (`/dev/v4l/by-path`);
+//! 3. the driver's answer: the card's name and the bus.
+//!
+//! Cameras of one kind often share a serial number. So a camera at another place is the same only under one condition:
+//! no camera was at that place while ours was at its own.
 
 use std::path::{Path, PathBuf};
 
@@ -12,21 +17,21 @@ use super::{CameraState, devices, unusable};
 
 const BY_ID: &str = "/dev/v4l/by-id";
 
-/// What a camera is known by.
+/// The facts that identify a camera.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Known {
     /// The path that the user knows it by.
     path: PathBuf,
-    /// Links that stay the same: those by serial number where there are any, otherwise those by place.
+    /// Links that stay the same: those by serial number if there are any, otherwise those by place.
     links: Vec<PathBuf>,
     card: String,
     bus: String,
-    /// Where other cameras were while this one was there.
+    /// The places of other cameras while this one was there.
     taken: Vec<String>,
 }
 
 impl Known {
-    /// A camera that is there.
+    /// Takes the facts of a camera that is there.
     pub(crate) fn new(state: &CameraState) -> Self {
         let (card, bus) = (state.card.clone(), state.bus.clone());
         let mut known = Self { path: state.path.clone(), links: lasting(&state.links), card, bus, taken: Vec::new() };
@@ -34,7 +39,7 @@ impl Known {
         known
     }
 
-    /// Notes where other cameras are. Only a link by serial number can lead to another place.
+    /// Notes the places of other cameras. Only a link by serial number can lead to another place.
     pub(crate) fn look_around(&mut self) {
         if !self.by_id() {
             return;
@@ -47,26 +52,28 @@ impl Known {
         }
     }
 
-    /// The node that this camera has now; nothing where it is not there.
+    /// Returns the node that this camera has now; `None` if it is not there.
     pub(crate) fn find(&self) -> Option<PathBuf> {
         let nodes = if self.links.is_empty() { devices::nodes() } else { self.targets() };
-        // The old path first: cameras of several nodes without links differ in nothing else.
+        // The old path comes first: cameras with several nodes and no links differ in nothing else.
         let old = self.path.canonicalize().ok();
         let old = old.filter(|path| nodes.contains(path));
         let node = old.iter().chain(&nodes).find(|node| identity(node).is_some_and(|found| self.is(&found)))?;
-        // The name that the user gave, as long as it leads there.
+        // The name that the user gave is kept as long as it leads there.
         let same = self.path.canonicalize().is_ok_and(|target| target == *node);
         Some(if same { self.path.clone() } else { node.clone() })
     }
 
-    /// Where the links lead, each node once.
+    /// Returns the nodes that the links lead to, each once.
     fn targets(&self) -> Vec<PathBuf> {
         let mut nodes: Vec<PathBuf> = self.links.iter().filter_map(|link| link.canonicalize().ok()).collect();
         nodes.dedup();
         nodes
     }
 
-    /// Whether what one of the links, or any node where there are none, leads to is this camera.
+    /// Returns whether a node that was found is this camera.
+    ///
+    /// A link leads to the node; if there are no links, it may be any node.
     fn is(&self, found: &Identity) -> bool {
         let place = found.bus == self.bus || (self.by_id() && !self.taken.contains(&found.bus));
         place && found.card == self.card
@@ -77,13 +84,13 @@ impl Known {
     }
 }
 
-/// The links by serial number where there are any, otherwise those by place.
+/// Returns the links by serial number if there are any, otherwise those by place.
 fn lasting(links: &[PathBuf]) -> Vec<PathBuf> {
     let by_id: Vec<PathBuf> = links.iter().filter(|link| link.starts_with(BY_ID)).cloned().collect();
     if by_id.is_empty() { links.to_vec() } else { by_id }
 }
 
-/// Who a node is, where it captures video.
+/// Returns the identity of a node; `None` if it does not capture video.
 fn identity(path: &Path) -> Option<Identity> {
     let identity = Device::open(path).ok()?.identity().ok()?;
     unusable(identity.capabilities).is_none().then_some(identity)

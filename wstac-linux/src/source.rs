@@ -1,5 +1,5 @@
-//! A camera as a source: its buffers in order, what was lost between them, an end to every wait, and a way back after
-//! every break.
+//! A camera as a source. It gives buffers in order, counts frames that were lost between them, ends every wait, and
+//! reconnects after every break.
 
 mod pace;
 mod reconnect;
@@ -25,14 +25,17 @@ use wstac_host::camera::mjpeg::Decoder;
 use wstac_host::camera::modes::fps;
 use wstac_host::error::Error;
 use wstac_host::source::open::{OpenOptions, SourceKind};
-use wstac_host::source::{Fault, FaultKind, Frame, FramePolicy, Lag, LossReason, Source, SourceEvent, StreamInfo};
+use wstac_host::source::{
+    Fault, FaultKind, Frame, FramePolicy, Lag, LossReason, Remedy, Source, SourceEvent, StreamInfo,
+};
 
 /// Longest wait for a frame before the caller may look for signals.
 const WAIT: Duration = Duration::from_millis(500);
-/// How long no frame may come before the stream is started anew, and how many periods of a very slow one.
+/// The longest time without a frame before the stream is started again; for a very slow camera, it is this many
+/// periods.
 const LONGEST_SILENCE: Duration = Duration::from_secs(5);
 const SILENT_PERIODS: f64 = 3.0;
-/// Read errors in a row before the stream is started anew.
+/// Read errors in a row before the stream is started again.
 const MOST_ERRORS: u32 = 10;
 /// Buffers that are taken at a time: no driver has more.
 const MOST_READY: usize = 32;
@@ -40,40 +43,40 @@ const MOST_READY: usize = 32;
 /// A camera's frames. A break of the stream does not end it: it waits for the same camera and goes on.
 #[derive(Debug)]
 pub struct CameraSource {
-    /// Just what was negotiated: a camera that comes back is asked for it.
+    /// The request, with exactly what was negotiated. A camera that comes back is asked for it.
     request: CameraRequest,
     known: Known,
-    /// Nothing while it is away.
+    /// The camera; `None` while it is away.
     camera: Option<Camera>,
     negotiated: Negotiated,
     info: StreamInfo,
     timeline: Timeline,
     pace: Pace,
     decoder: Option<Decoder>,
-    /// The buffer whose bytes the caller has: the next call gives it back.
+    /// The buffer whose bytes the caller has. The next call gives it back.
     lent: Option<Filled>,
-    /// A buffer before which everything was told: it is next.
+    /// The next buffer. Everything before it was reported.
     next: Option<Filled>,
     /// Buffers behind it that are filled, oldest first.
     ready: VecDeque<Filled>,
-    /// What went wrong after them.
+    /// The error that came after them.
     trouble: Option<io::Error>,
-    /// What there is to tell before the next buffer.
+    /// Events to report before the next buffer.
     told: VecDeque<Told>,
-    /// Since the stream broke off, until a buffer has come again.
+    /// The break of the stream, until a buffer has come again.
     away: Option<Away>,
-    /// The driver says that its input has a signal.
+    /// Whether the driver says that its input has a signal.
     signal: bool,
     lag: Lag,
-    /// When the last buffer arrived, on the monotonic clock.
+    /// The time when the last buffer arrived, on the monotonic clock.
     arrived: Duration,
-    /// Waits in a row that brought nothing.
+    /// Waits in a row that brought no buffer.
     waits: u32,
     /// Errors in a row.
     errors: u32,
 }
 
-/// An item that borrows nothing.
+/// An event that borrows nothing.
 #[derive(Debug)]
 enum Told {
     Lost(u64, LossReason),
@@ -84,7 +87,7 @@ impl CameraSource {
     /// Opens a camera and starts it.
     ///
     /// # Errors
-    /// Those of [`Camera::open`].
+    /// The errors of [`Camera::open`].
     pub fn open(request: &CameraRequest) -> Result<Self, Error> {
         let camera = Camera::open(request)?;
         let negotiated = camera.negotiated.clone();
@@ -104,7 +107,7 @@ impl CameraSource {
             camera: Some(Box::new(camera.state.clone())),
             recorded: None,
         };
-        // A camera that was unplugged comes back with its values of power-on: those that it had are set again.
+        // A camera that was unplugged comes back with its values of power-on, so the values before are set again.
         let held = if request.keep_controls { Vec::new() } else { camera.state.settings() };
         let request = CameraRequest {
             controls: [held, request.controls.clone()].concat(),
@@ -136,7 +139,7 @@ impl CameraSource {
         })
     }
 
-    /// Makes a buffer the next one, or has something to tell, or waited for nothing.
+    /// Makes a buffer the next one, or adds events to report, or waits in vain.
     fn fetch(&mut self) -> Result<(), Error> {
         if self.camera.is_none() {
             return self.try_reconnect();
@@ -153,7 +156,9 @@ impl CameraSource {
         Ok(())
     }
 
-    /// Takes all filled buffers from the driver, and waits for one where there is none. Whether it waited in vain.
+    /// Takes all filled buffers from the driver, and waits for one if there is none.
+    ///
+    /// It returns whether it waited in vain.
     fn take_ready(&mut self) -> bool {
         let Some(camera) = &mut self.camera else { return false };
         while self.trouble.is_none() && self.ready.len() < MOST_READY {
@@ -168,7 +173,7 @@ impl CameraSource {
         false
     }
 
-    /// The oldest buffer that is ready becomes the next; or the newest, and the others are given back.
+    /// Makes the oldest ready buffer the next one, or makes it the newest and gives the others back.
     fn choose(&mut self) {
         let (mut dropped, mut skipped) = (0, 0);
         while let Some(filled) = self.ready.pop_front() {
@@ -189,7 +194,7 @@ impl CameraSource {
         self.lose(skipped, LossReason::Skipped);
     }
 
-    /// A buffer has come, good or not; how many frames were lost before it.
+    /// Notes a buffer, good or not, and returns how many frames were lost before it.
     fn arrive(&mut self, filled: &Filled) -> u64 {
         let between = std::mem::replace(&mut self.arrived, now());
         let between = self.arrived.saturating_sub(between);
@@ -210,11 +215,11 @@ impl CameraSource {
         }
     }
 
-    /// The driver did not give a buffer.
+    /// Handles an error of the driver instead of a buffer.
     fn handle_read_error(&mut self, error: &io::Error) {
         self.errors += 1;
         if error.raw_os_error() == Some(libc::EIO) && self.errors < MOST_ERRORS {
-            // The frame of this moment, wherever it is; the next one's sequence number may count it, too.
+            // The frame of this moment is lost, wherever it is. The next one's sequence number may count it, too.
             self.timeline.report_lost();
             return self.lose(1, LossReason::Unreadable);
         }
@@ -224,17 +229,18 @@ impl CameraSource {
         }
     }
 
-    /// A wait brought nothing, once more.
+    /// Notes a wait that brought nothing, and starts the stream again after too many.
     fn check_stall(&mut self) {
         self.waits += 1;
-        // Waits are counted, not a clock's time: a program that was stopped for a while is not a stuck camera.
+        // Waits are counted instead of a clock's time, because a program that was stopped for a while is no stuck
+        // camera.
         let silence = WAIT * self.waits;
         if silence < longest_silence(self.info.rate) {
             return;
         }
         self.look_for_signal();
         if !self.signal {
-            // A stream that is started anew would be just as silent. The time line is, all the same.
+            // A stream that is started again would be just as silent. The time line starts again all the same.
             self.waits = 0;
             self.away.get_or_insert_with(Away::without_signal);
             return;
@@ -244,7 +250,7 @@ impl CameraSource {
         self.part(&format!("{path}: no frame for {seconds} s: check the cable and the hub's power"));
     }
 
-    /// Tells where the driver says that the input's signal has gone, or come back.
+    /// Reports if the driver says that the input's signal has gone or come back.
     fn look_for_signal(&mut self) {
         let Some(camera) = &self.camera else { return };
         let signal = !camera.buffers.device().no_signal();
@@ -252,15 +258,12 @@ impl CameraSource {
             return;
         }
         let path = self.request.path.display();
-        let (kind, message) = if signal {
-            (FaultKind::Signal, format!("{path}: the input has its signal again"))
+        self.told.push_back(Told::Fault(if signal {
+            Fault::new(FaultKind::Signal, format!("{path}: the input has its signal again"))
         } else {
-            (
-                FaultKind::NoSignal,
-                format!("{path}: the driver says that the input has no signal or power; waiting for it"),
-            )
-        };
-        self.told.push_back(Told::Fault(Fault { kind, message }));
+            let message = format!("{path}: the driver says that the input has no signal or power");
+            Fault { kind: FaultKind::NoSignal, message, remedy: Some(Remedy::AwaitSignal) }
+        }));
     }
 
     fn give_back(&mut self, filled: Filled) {
@@ -270,13 +273,13 @@ impl CameraSource {
     }
 }
 
-/// From when on a camera of this rate is stuck.
+/// Returns how long a camera of this rate may be silent before it counts as stuck.
 fn longest_silence(rate: FrameRate) -> Duration {
     let periods = SILENT_PERIODS * f64::from(rate.denominator()) / f64::from(rate.numerator());
     Duration::try_from_secs_f64(periods).map_or(Duration::MAX, |periods| periods.max(LONGEST_SILENCE))
 }
 
-/// The clock of the drivers' timestamps.
+/// Returns the time on the clock of the drivers' timestamps.
 fn now() -> Duration {
     Duration::try_from(clock_gettime(ClockId::Monotonic)).unwrap_or_default()
 }
@@ -302,7 +305,7 @@ impl Source for CameraSource {
             None => {}
         }
         let (Some(filled), Some(camera)) = (self.next.take(), &self.camera) else { return Ok(SourceEvent::Waiting) };
-        // Whatever becomes of it, the next call gives it back.
+        // The next call gives it back in every case.
         let filled = self.lent.insert(filled);
         if filled.damaged {
             return Ok(SourceEvent::Lost { frames: 1, reason: LossReason::Damaged });
@@ -329,7 +332,7 @@ impl Source for CameraSource {
     }
 }
 
-/// `/dev/video0: Camera, YUYV 1280x720, 30 fps; 12 controls locked`, then the notes.
+/// Describes a camera: `/dev/video0: Camera, YUYV 1280x720, 30 fps; 12 controls locked`, then the notes.
 fn about(camera: &Camera) -> String {
     let negotiated = &camera.negotiated;
     let mut about =
@@ -341,7 +344,7 @@ fn about(camera: &Camera) -> String {
     about
 }
 
-/// `YUYV 1280x720, 30 fps`.
+/// Describes a stream: `YUYV 1280x720, 30 fps`.
 fn stream(negotiated: &Negotiated) -> String {
     let (name, size) = (formats::name(negotiated.fourcc), negotiated.size);
     format!("{name} {}x{}, {} fps", size.width(), size.height(), fps(negotiated.rate))

@@ -1,69 +1,71 @@
-//! How many frames were lost between two that arrived: from the driver's sequence numbers and timestamps alone.
+//! Counts the frames that were lost between two that arrived, by the driver's sequence numbers and timestamps alone.
 //!
-//! The sequence number says how many frames the driver knows of; timestamps find those that it does not count, and
-//! the slower rate of a camera that lengthens its exposure in the dark. The larger of both is believed:
+//! The sequence number says how many frames the driver knows of. Timestamps find those that it does not count, and the
+//! slower rate of a camera that lengthens its exposure in the dark. The larger count is used:
 //!
-//! - Timestamps are held against a grid of nominal periods, not against the frame before, so that jitter neither adds
-//!   up nor counts: a frame has to be `LATE` periods behind the grid (more while the grid rests on few frames). The
-//!   grid follows slowly: a camera whose own clock is up to 1 % off loses nothing. A frame counted for one that was
-//!   merely late makes the next ones early, so a later gap is counted less, by the sequence number, too: the count keeps
-//!   to the time that passed.
-//! - A jump of the sequence number or of the timestamp by more than `LONGEST_GAP` (10 s) is a wrap or a reset unless the
-//!   other agrees, and then counts as one step; so does a sequence number that stays, or a timestamp that goes back.
-//!   A sequence number that wraps from 2^32 − 1 to 0 is no jump.
+//! - Timestamps are compared with a grid of nominal periods, not with the frame before, so that jitter neither adds up
+//!   nor counts. Frames are lost if a frame is `LATE` periods behind the grid, or more while the grid rests on few
+//!   frames. The grid follows slowly: a camera whose own clock is up to 1 % off loses nothing.
+//! - If a frame that was merely late was counted as lost, the next frames are early. A later gap is then counted less,
+//!   by the sequence number, too. The count keeps to the time that passed.
+//! - A jump of the sequence number or of the timestamp by more than `LONGEST_GAP` (10 s) is a wrap or a reset unless
+//!   the other agrees. A wrap or a reset counts as one step. So does a sequence number that stays, or a timestamp that
+//!   goes back. A sequence number that wraps from 2^32 − 1 to 0 is no jump.
 
 use std::time::Duration;
 
 use wstac_core::rate::FrameRate;
 
-/// Periods behind the grid from which frames are missing: more than jitter of ±0.6 reaches, less than one.
+/// Periods behind the grid from which frames are missing. It is more than jitter of ±0.6 reaches, and less than one.
 const LATE: f64 = 0.75;
-/// What is added to `LATE` for the second frame; it falls with the square root of the frames that the grid rests on.
+/// The addition to `LATE` for the second frame. It falls with the square root of the frames that the grid rests on.
 const UNCERTAINTY: f64 = 0.5;
-/// Frames that the grid rests on at most: a 64th of a deviation moves it.
+/// Most frames that the grid rests on: a 64th of a deviation moves it.
 const MEMORY: f64 = 64.0;
-/// Periods ahead of the grid from which it starts afresh.
+/// Periods ahead of the grid from which it starts again.
 const EARLY: f64 = -1.5;
-/// Longer than a source waits for a frame before it starts the stream anew.
+/// The longest gap. It is longer than a source waits for a frame before it starts the stream again.
 const LONGEST_GAP: Duration = Duration::from_secs(10);
-/// How far the driver's time across a break may be from the time between the arrivals.
+/// The largest difference between the driver's time across a break and the time between the arrivals.
 const UNSURE: Duration = Duration::from_secs(2);
 
 /// The time line of one stream.
 #[derive(Clone, Debug)]
 pub(crate) struct Timeline {
-    /// Frames a second.
+    /// Frames per second.
     rate: f64,
     last: Option<(u32, Option<Duration>)>,
-    /// How far the last frame was behind the grid, in periods.
+    /// Periods that the last frame was behind the grid.
     late: f64,
     /// Frames that the grid rests on.
     frames: f64,
     /// Frames that were reported as lost since the last one.
     reported: u64,
-    /// Frames that count as lost by their time alone: those whose buffers were merely stamped late turn up later.
+    /// Frames that count as lost by their time alone. Those whose buffers were merely stamped late turn up later.
     guessed: f64,
 }
 
 impl Timeline {
-    /// A time line of frames at this rate.
+    /// Creates a time line of frames at this rate.
     pub(crate) fn new(rate: FrameRate) -> Self {
         let rate = rate.per_second();
         Self { rate, last: None, late: 0.0, frames: 1.0, reported: 0, guessed: 0.0 }
     }
 
-    /// A frame was lost that no buffer stands for. Those that the next buffer's gap shows include it.
+    /// Notes a lost frame for which there is no buffer. The gap before the next buffer includes it.
     pub(crate) fn report_lost(&mut self) {
         self.reported += u64::from(self.last.is_some());
     }
 
-    /// A buffer arrived, good or not: how many frames were lost before it, beside those already reported. `timestamp`
-    /// is of the monotonic clock, nothing where the driver has none. Nothing is lost before the first.
+    /// Notes a buffer, good or not, and returns how many frames were lost before it, besides those already reported.
+    ///
+    /// `timestamp` is of the monotonic clock, and `None` if the driver has none. Nothing is lost before the first
+    /// buffer.
     pub(crate) fn arrive(&mut self, sequence: u32, timestamp: Option<Duration>) -> u64 {
         let Some((last_sequence, last_timestamp)) = self.last.replace((sequence, timestamp)) else { return 0 };
         let reported = std::mem::take(&mut self.reported);
         let counted = f64::from(sequence.wrapping_sub(last_sequence));
-        // Periods; below 0 where time went back.
+        // This is the time in periods, below 0 if time went back.
         let elapsed = timestamp.zip(last_timestamp).map(|(now, before)| {
             let ahead = now.saturating_sub(before).as_secs_f64();
             (ahead - before.saturating_sub(now).as_secs_f64()) * self.rate
@@ -81,9 +83,11 @@ impl Timeline {
         (steps as u64).saturating_sub(1 + reported)
     }
 
-    /// The first buffer after the stream was broken off and started anew: how many frames would have come meanwhile, beside
-    /// those already reported. The driver's timestamps say so, before and after; where they do not, or cannot be right,
-    /// the time between both buffers' arrivals does. Sequence numbers start anew. Nothing is lost before the first buffer.
+    /// Notes the first buffer after the stream broke off and started again.
+    ///
+    /// It returns how many frames would have come meanwhile, besides those already reported. The driver's timestamps
+    /// before and after give the number. If there are none, or they cannot be right, the time between both buffers'
+    /// arrivals gives it. Sequence numbers start again. Nothing is lost before the first buffer.
     pub(crate) fn resume(&mut self, sequence: u32, timestamp: Option<Duration>, between: Duration) -> u64 {
         let reported = std::mem::take(&mut self.reported);
         self.restart_grid();
@@ -95,9 +99,9 @@ impl Timeline {
         ((passed.as_secs_f64() * self.rate).round() as u64).saturating_sub(1 + reported)
     }
 
-    /// Steps of the grid that `elapsed` periods took, at least `steps`.
+    /// Returns the steps of the grid that `elapsed` periods took, at least `steps`.
     fn follow(&mut self, steps: f64, elapsed: f64) -> f64 {
-        // The sequence number counts frames that were counted by time already: not twice.
+        // The sequence number counts frames that time has counted already. They are not counted twice.
         let again = (steps - elapsed - self.late + 1.0 - LATE).floor().min(self.guessed).min(steps - 1.0).max(0.0);
         let steps = steps - again;
         self.guessed -= again;
@@ -106,7 +110,7 @@ impl Timeline {
         self.guessed += missing;
         let late = late - missing;
         if late < EARLY {
-            // Time went back, or the sequence number counts more than it allows: this frame's time is the new start.
+            // Time went back, or the sequence number counts more than time allows. This frame's time is the new start.
             self.restart_grid();
         } else {
             self.frames = (self.frames + 1.0).min(MEMORY);
@@ -132,17 +136,17 @@ mod tests {
         Timeline::new(FrameRate::NOMINAL)
     }
 
-    /// `periods` of 1/30 s after an arbitrary start.
+    /// Returns the time `periods` of 1/30 s after an arbitrary start.
     fn at(periods: f64) -> Duration {
         Duration::from_secs_f64(1234.5 + periods / 30.0)
     }
 
-    /// What each of these (sequence, periods) lost before it.
+    /// Returns what each of these (sequence, periods) lost before it.
     fn lost(timeline: &mut Timeline, frames: impl IntoIterator<Item = (u32, f64)>) -> Vec<u64> {
         frames.into_iter().map(|(sequence, periods)| timeline.arrive(sequence, Some(at(periods)))).collect()
     }
 
-    /// Uniform in −1..1, repeatable.
+    /// Returns a repeatable random number, uniform in −1..1.
     fn noise(random: &mut fastrand::Rng) -> f64 {
         2.0 * random.f64() - 1.0
     }
@@ -183,7 +187,7 @@ mod tests {
             let quiet: Vec<_> = (0..2000).map(|t| (t, f64::from(t) + 0.6 * noise(&mut random))).collect();
             let losses = lost(&mut timeline(), quiet.clone());
             assert_eq!(losses.iter().sum::<u64>(), 0, "seed {seed}");
-            // The sequence number counts a drop whatever the jitter.
+            // The sequence number counts a drop in spite of jitter.
             let losses = lost(&mut timeline(), quiet.iter().copied().filter(|(t, _)| t % 100 != 50));
             assert_eq!(losses.iter().sum::<u64>(), 20, "seed {seed}");
         }
@@ -208,7 +212,7 @@ mod tests {
 
     #[test]
     fn one_frame_counted_too_many_is_made_up_for() {
-        // 1.2 periods late cannot be told from a loss; the total is right again once there is one.
+        // A frame that is 1.2 periods late looks like a loss. The total is right again after a real loss.
         let late = |t: u32| f64::from(t) + if t == 100 { 1.2 } else { 0.0 };
         let frames = (0..200).filter(|t| *t != 105).zip(0..);
         let losses = lost(&mut timeline(), frames.map(|(t, sequence)| (sequence, late(t))));
@@ -217,7 +221,7 @@ mod tests {
 
     #[test]
     fn what_time_and_then_the_sequence_number_count_is_counted_once() {
-        // A busy machine stamps a buffer almost four periods late; the next number has them all.
+        // A busy machine stamps a buffer almost four periods late. The next sequence number counts them all.
         let frames = [(0, 0.0), (1, 1.0), (2, 2.0), (3, 6.7), (14, 14.0), (15, 15.0), (16, 16.0)];
         let losses = lost(&mut timeline(), frames);
         assert_eq!(losses.iter().sum::<u64>(), 16 - 6, "{losses:?}");
@@ -228,7 +232,7 @@ mod tests {
 
     #[test]
     fn a_camera_that_slows_down_leaves_gaps() {
-        // 30 frames a second, then 7.5, then 20.
+        // The rate is 30 frames per second, then 7.5, then 20.
         let mut time = 0.0;
         let frames = (0..300).map(|t| {
             time += if t < 100 {
@@ -304,7 +308,7 @@ mod tests {
 
     #[test]
     fn what_was_reported_is_not_counted_again() {
-        // Two reported: the sequence number counts three, or none of them.
+        // Two frames were reported. The sequence number counts three, or none of them.
         for (sequence, periods, more) in [(5, 5.0, 1), (2, 4.0, 0), (2, 2.0, 0)] {
             let mut timeline = timeline();
             assert_eq!(lost(&mut timeline, [(0, 0.0), (1, 1.0)]), [0, 0]);
@@ -316,22 +320,22 @@ mod tests {
 
     #[test]
     fn a_break_counts_the_time_that_passed() {
-        // Three seconds by the driver's clock; the arrivals were a little apart from that.
+        // The driver's clock says three seconds. The arrivals were a little apart from that.
         for (after, between, lost_frames) in [
             (Some(at(99.0)), Duration::from_secs(3), 89),
             (Some(at(99.0)), Duration::from_secs(4), 89),
-            // No time, one that went back, one of another clock: the arrivals count.
+            // There is no time, one that went back, or one of another clock: the arrivals count.
             (None, Duration::from_secs(3), 89),
             (Some(at(-5.0)), Duration::from_secs(3), 89),
             (Some(at(1e9)), Duration::from_secs(3), 89),
-            // Nothing is invented where no time passed.
+            // No loss is invented if no time passed.
             (Some(at(10.0)), Duration::from_millis(30), 0),
             (Some(at(9.0)), Duration::ZERO, 0),
         ] {
             let mut timeline = timeline();
             lost(&mut timeline, (0..10).map(|t| (t, f64::from(t))));
             assert_eq!(timeline.resume(0, after, between), lost_frames, "{after:?} {between:?}");
-            // The grid starts anew there.
+            // The grid starts again there.
             let next = after.map(|after| after + Duration::from_secs_f64(1.0 / 30.0));
             assert_eq!(timeline.arrive(1, next), 0);
         }

@@ -184,7 +184,7 @@ impl<'py> Classes<'py> {
             Output::Interrupted(sample) => self.incomplete(sample),
             Output::Lost(lost) => self.make("Lost", (at, lost.frames, lost.reason.name())),
             Output::Fault(report) => {
-                self.make("Fault", (report.frame, report.fault.kind.name(), &report.fault.message))
+                self.make("Fault", (report.frame, report.fault.kind.name(), report.fault.to_string()))
             }
             Output::End(end) => {
                 let incomplete = end.incomplete.map(|sample| self.incomplete(sample)).transpose()?;

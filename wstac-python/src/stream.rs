@@ -6,7 +6,7 @@ use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
-use wstac_host::camera::formats::readable;
+use wstac_host::camera::formats;
 use wstac_host::source::StreamInfo;
 use wstac_scene::sensor::SensorFormat;
 
@@ -55,9 +55,8 @@ pub(crate) fn pixels(format: &str) -> PyResult<PixelFormat> {
 
 /// Returns the four-character code of a pixel format.
 pub(crate) fn code(format: PixelFormat) -> String {
-    let codes = readable();
-    let is_it = |code: &&str| code.parse().is_ok_and(|code: SensorFormat| !code.is_jpeg() && code.pixels() == format);
-    codes.split(", ").find(is_it).unwrap_or(PLANAR_444).to_owned()
+    let is_it = |code: &String| code.parse().is_ok_and(|code: SensorFormat| !code.is_jpeg() && code.pixels() == format);
+    formats::codes().map(formats::name).find(is_it).unwrap_or_else(|| PLANAR_444.to_owned())
 }
 
 /// Returns the YCbCr encoding: `given`, with what Python says instead.

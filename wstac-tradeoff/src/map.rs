@@ -107,7 +107,7 @@ fn host(row: &Row) -> String {
 
 fn about(model: &Candidate) -> String {
     let about = &model.about;
-    let kind = about.kind.replace(',', ":");
+    let kind = about.kind.to_string().replace(',', ":");
     let trees = about.trees.as_ref().map_or_else(|| ",".to_owned(), |trees| format!("{},{}", trees.count, trees.depth));
     format!("{kind},{},{trees},{},{}", about.numbers, about.frames, about.bytes)
 }

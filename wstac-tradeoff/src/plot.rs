@@ -15,6 +15,7 @@ use wstac_plot::page::{MARGIN, WIDTH, caption, place};
 use wstac_plot::style::{BLUE, GRAY, GREEN, INK, LINE, RED, SIZE, THICK, THIN};
 use wstac_plot::svg::{Anchor, Drawing, Look, Marker};
 use wstac_plot::text::wrapped;
+use wstac_train::model::inspect::ModelKind;
 
 /// The upper edge of the first panels, and the height of panels.
 const FIRST: f64 = 18.0;
@@ -41,9 +42,9 @@ fn of_format(format: Format) -> Look {
 fn family(model: &Candidate) -> (&'static str, Look) {
     let look = |marker, color, filled| Look { marker, color, filled };
     match model.about.kind {
-        "forest" => ("forest", look(Marker::Triangle, GREEN, true)),
-        "boosted trees" => ("boosted trees", look(Marker::Square, RED, false)),
-        "linear, one-vs-one" => ("SVM, one-vs-one", look(Marker::Circle, INK, true)),
+        ModelKind::Forest => ("forest", look(Marker::Triangle, GREEN, true)),
+        ModelKind::Boosted => ("boosted trees", look(Marker::Square, RED, false)),
+        ModelKind::OneVsOne => ("SVM, one-vs-one", look(Marker::Circle, INK, true)),
         _ => ("SVM, one-vs-rest", look(Marker::Diamond, BLUE, false)),
     }
 }

@@ -139,7 +139,7 @@ fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64) -> Result<(), St
                 progress.say(watch, frames);
             }
             SourceEvent::Lost { frames: more, .. } => lost += more,
-            SourceEvent::Fault(fault) => note(format_args!("{}: {}", fault.kind, fault.message)),
+            SourceEvent::Fault(fault) => note(format_args!("{}: {fault}", fault.kind)),
             SourceEvent::End => break,
             _ => {}
         }

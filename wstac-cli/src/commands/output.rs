@@ -184,7 +184,7 @@ fn text(line: &mut String, record: &Output) -> fmt::Result {
             sample.frame, sample.frames
         ),
         Output::Fault(report) => {
-            write!(line, "at frame {}: {}: {}", report.frame, report.fault.kind, report.fault.message)
+            write!(line, "at frame {}: {}: {}", report.frame, report.fault.kind, report.fault)
         }
         Output::Lost(lost) => write!(line, "at frame {}: {} frame(s) lost: {}", lost.frame, lost.frames, lost.reason),
         Output::BaselineDisturbed { frame } => write!(line, "at frame {frame}: {DisturbedBaseline}"),

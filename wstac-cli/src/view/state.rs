@@ -163,7 +163,7 @@ impl State {
                 format!("{:>7}  ended by lost frames after {} of 70 frames", sample.frame, sample.frames),
             ),
             Output::Fault(fault) => {
-                self.say(About::Trouble, format!("{:>7}  {}: {}", fault.frame, fault.fault.kind, fault.fault.message));
+                self.say(About::Trouble, format!("{:>7}  {}: {}", fault.frame, fault.fault.kind, fault.fault));
             }
             Output::End(end) => {
                 self.phase = Phase::Ended;

@@ -1,4 +1,4 @@
-//! A video device and what it offers.
+//! A video device and its modes.
 
 use std::fmt::{self, Write as _};
 use std::path::PathBuf;
@@ -8,42 +8,42 @@ use serde::Serialize;
 use super::formats;
 use super::modes::{Mode, RateRange};
 
-/// A video node that captures, or might.
+/// A video node that captures, or that may capture.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct DeviceInfo {
     /// Its path, such as `/dev/video0`.
     pub path: PathBuf,
-    /// What the maker calls it.
+    /// The maker's name for it.
     pub card: String,
     /// The kernel's driver.
     pub driver: String,
-    /// Where it is plugged in.
+    /// The place where it is plugged in.
     pub bus: String,
-    /// Paths that stay the same when it is plugged in again: by its serial number first, then by its place.
+    /// The paths that stay the same when it is plugged in again: by its serial number first, then by its place.
     pub links: Vec<PathBuf>,
-    /// Its serial number, where it is on USB and has one.
+    /// Its serial number; `None` if it is not on USB or has none.
     pub serial: Option<String>,
-    /// What it offers.
+    /// The formats that it offers.
     pub modes: Vec<Mode>,
-    /// Why it cannot be used, or its formats are not known.
+    /// The reason why it cannot be used, or why its formats are not known.
     pub problem: Option<String>,
 }
 
-/// A control as it stands at a moment.
+/// A control's value at a moment.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct ControlValue {
     /// Its name, as `v4l2-ctl -l` spells it.
     pub name: String,
-    /// Its value; nothing where it cannot be read.
+    /// Its value; `None` if it cannot be read.
     pub value: Option<i32>,
     /// Whether the driver says that the hardware changes it.
     pub volatile: bool,
-    /// Whether it only tells something, such as a temperature.
+    /// Whether it only reports something, such as a temperature.
     pub read_only: bool,
 }
 
 impl fmt::Display for DeviceInfo {
-    /// Several lines: the node, its lasting names, then a line a format and size.
+    /// Writes several lines: the node, its lasting names, then a line per format and size.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.path.display())?;
         if !self.card.is_empty() {
@@ -69,7 +69,7 @@ impl fmt::Display for DeviceInfo {
     }
 }
 
-/// A format: sizes with the same rates share a line.
+/// Writes a format. Sizes with the same rates share a line.
 fn write_mode(f: &mut fmt::Formatter<'_>, mode: &Mode) -> fmt::Result {
     let mut lines: Vec<(String, &[RateRange])> = Vec::new();
     for sizes in &mode.sizes {

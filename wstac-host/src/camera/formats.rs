@@ -1,4 +1,4 @@
-//! Four-character codes of V4L2 and the pixel formats that they are.
+//! Four-character codes of V4L2, and their pixel formats.
 
 use wstac_core::green::any::PixelFormat;
 use wstac_core::green::bayer::BayerOrder::{Bggr, Gbrg, Grbg, Rggb};
@@ -6,7 +6,7 @@ use wstac_core::green::bayer::BayerOrder::{Bggr, Gbrg, Grbg, Rggb};
 /// A four-character code, as in `YUYV`; shorter names end in spaces, as in `Y10 `.
 pub type FourCc = [u8; 4];
 
-/// What a driver's buffers hold.
+/// The content of a driver's buffers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coding {
     /// Pixels of this format.
@@ -15,8 +15,8 @@ pub enum Coding {
     Jpeg,
 }
 
-/// All formats that are read. Where nothing else decides, an earlier one is preferred: green straight from the
-/// bytes of a monochrome or YCbCr camera first, the sensor's own mosaic later, lossy pictures last.
+/// All formats that are read. If nothing else decides, an earlier one is preferred. Green straight from the bytes of a
+/// monochrome or YCbCr camera comes first, the sensor's own mosaic later, lossy pictures last.
 const READABLE: [(FourCc, Coding); 36] = [
     (*b"GREY", Coding::Raw(PixelFormat::Gray)),
     (*b"YUYV", Coding::Raw(PixelFormat::Yuyv)),
@@ -58,27 +58,34 @@ const READABLE: [(FourCc, Coding); 36] = [
     (*b"JPEG", Coding::Jpeg),
 ];
 
-/// What buffers of this code hold; nothing where it is not read.
+/// Returns the content of buffers of this code; `None` if the code is not read.
 pub fn coding(fourcc: FourCc) -> Option<Coding> {
     READABLE.iter().find(|(code, _)| *code == fourcc).map(|(_, coding)| *coding)
 }
 
-/// Place of a code in the order of preference, 0 first; nothing where it is not read.
+/// Returns a code's place in the order of preference, 0 first; `None` if the code is not read.
 pub fn preference(fourcc: FourCc) -> Option<usize> {
     READABLE.iter().position(|(code, _)| *code == fourcc)
 }
 
-/// The codes that are read, for a person.
-pub fn readable() -> String {
-    list(READABLE.iter().map(|(code, _)| *code))
+/// Returns the codes that are read, in the order of preference.
+pub fn codes() -> impl Iterator<Item = FourCc> {
+    READABLE.iter().map(|(code, _)| *code)
 }
 
-/// Codes for a person: `GREY, Y10, YUYV`.
+/// Returns the codes that are read, for a person.
+pub fn readable() -> String {
+    list(codes())
+}
+
+/// Returns codes for a person: `GREY, Y10, YUYV`.
 pub fn list(codes: impl IntoIterator<Item = FourCc>) -> String {
     codes.into_iter().map(name).collect::<Vec<_>>().join(", ")
 }
 
-/// A code for a person: without the spaces at its end, bytes that do not print as `\xNN`, big-endian ones (bit 31) so.
+/// Returns a code for a person.
+///
+/// Spaces at its end are left out, bytes that do not print become `\xNN`, and big-endian codes (bit 31) end in `-BE`.
 pub fn name(code: FourCc) -> String {
     let big_endian = code[3] & 0x80 != 0;
     let letters = [code[0], code[1], code[2], code[3] & 0x7f];
@@ -112,7 +119,7 @@ mod tests {
         }
     }
 
-    /// Every code is found in the kernel's header under the name that its format has there.
+    /// Finds every code in the kernel's header under the name that its format has there.
     #[test]
     fn codes_are_those_of_the_kernels_header() {
         let header = std::fs::read_to_string("/usr/include/linux/videodev2.h");

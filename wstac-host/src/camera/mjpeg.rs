@@ -1,6 +1,6 @@
-//! Motion JPEG: one picture to RGB, or nothing where it is damaged.
+//! Motion JPEG: one picture to RGB, or `None` if it is damaged.
 //!
-//! USB transfers lose packets, so a picture is only taken if it is whole: headers, the size that was agreed on, an end
+//! USB transfers lose packets, so a picture is only taken if it is whole. It has headers, the agreed size, an end
 //! marker, as many blocks in between as the size asks for, and no error on the way.
 
 mod data;
@@ -22,12 +22,12 @@ pub struct Decoder {
     options: DecoderOptions,
     size: FrameSize,
     rgb: Vec<u8>,
-    /// A picture that came without Huffman tables, with them.
+    /// A picture that came without Huffman tables, after they were added.
     completed: Vec<u8>,
 }
 
 impl Decoder {
-    /// A decoder of pictures of this size.
+    /// Creates a decoder of pictures of this size.
     pub fn new(size: FrameSize) -> Self {
         let (width, height) = (usize::from(size.width()), usize::from(size.height()));
         let options = DecoderOptions::default()
@@ -38,8 +38,9 @@ impl Decoder {
         Self { options, size, rgb: vec![0; 3 * width * height], completed: Vec::new() }
     }
 
-    /// The picture as R G B bytes without padding; nothing where it is damaged or of another size. What follows the
-    /// picture's end marker is ignored: drivers pad.
+    /// Returns the picture as R G B bytes without padding; `None` if it is damaged or of another size.
+    ///
+    /// Bytes behind the picture's end marker are ignored, because drivers pad.
     pub fn decode(&mut self, bytes: &[u8]) -> Option<&[u8]> {
         let picture = if Headers::read(bytes)?.has_tables() {
             bytes
@@ -58,7 +59,7 @@ impl Decoder {
         }
         let data = picture.get(headers.data..)?;
         let end = end_of_data(data)?;
-        // Of the other codings, which no camera is known to send, the decoder's word has to do.
+        // No camera is known to send other codings. For these the decoder's result is trusted.
         if headers.scan().is_some_and(|scan| !scan.is_whole(&data[..end])) {
             return None;
         }
@@ -69,8 +70,9 @@ impl Decoder {
     }
 }
 
-/// Bytes before the end marker. In entropy-coded data every 0xff is followed by 0 or by a restart marker, so nothing
-/// else looks like it.
+/// Returns the number of bytes before the end marker.
+///
+/// In entropy-coded data every 0xff is followed by 0 or by a restart marker, so nothing else looks like it.
 fn end_of_data(data: &[u8]) -> Option<usize> {
     data.windows(2).position(|pair| pair == [0xff, 0xd9])
 }
@@ -86,7 +88,7 @@ mod tests {
         FrameSize::new(SIDE.0.into(), SIDE.1.into()).unwrap()
     }
 
-    /// A soft green slope with some texture, R G B.
+    /// Returns a soft green slope with some texture, R G B.
     fn picture() -> Vec<u8> {
         let pixel = |x: u16, y: u16| {
             let texture = (x / 8 + y / 8) % 2 * 20;
@@ -111,7 +113,7 @@ mod tests {
         bytes
     }
 
-    /// Where the first segment with this marker starts and how long it is.
+    /// Returns the start and the length of the first segment with this marker.
     fn segment(bytes: &[u8], marker: u8) -> Option<(usize, usize)> {
         let mut at = 2;
         while bytes[at + 1] != 0xda {
@@ -131,7 +133,7 @@ mod tests {
         bytes
     }
 
-    /// Green is within a few levels of what was encoded.
+    /// Asserts that green is within a few levels of what was encoded.
     fn assert_is_the_picture(rgb: Option<&[u8]>) {
         let rgb = rgb.expect("a good picture is decoded");
         let original = picture();

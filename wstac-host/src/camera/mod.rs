@@ -8,4 +8,4 @@ pub mod modes;
 mod state;
 
 pub use device_info::{ControlValue, DeviceInfo};
-pub use state::{CameraState, ControlSetting, LockedControl};
+pub use state::{CameraState, ControlSetting, LockedControl, UnlockedReason};

@@ -7,7 +7,7 @@ use wstac_core::rate::FrameRate;
 
 use super::formats::{self, FourCc};
 
-/// Frame sizes from `smallest` to `largest` in steps; both are the same where there is one size only.
+/// Frame sizes from `smallest` to `largest` in steps; both are the same if there is one size only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct SizeRange {
     /// Least width and height.
@@ -19,12 +19,12 @@ pub struct SizeRange {
 }
 
 impl SizeRange {
-    /// One size.
+    /// Creates a range of one size.
     pub fn one(width: u32, height: u32) -> Self {
         Self { smallest: (width, height), largest: (width, height), step: (1, 1) }
     }
 
-    /// The size of the range that is nearest to `wanted`, down to the next step.
+    /// Returns the size of the range that is nearest to `wanted`, rounded down to a step.
     pub fn nearest(self, wanted: (u32, u32)) -> (u32, u32) {
         let side = |wanted: u32, smallest: u32, largest: u32, step: u32| {
             let inside = wanted.min(largest).max(smallest);
@@ -48,7 +48,7 @@ impl fmt::Display for SizeRange {
     }
 }
 
-/// Frame rates from `slowest` to `fastest`; both are the same where there is one rate only.
+/// Frame rates from `slowest` to `fastest`; both are the same if there is one rate only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct RateRange {
     /// Least rate.
@@ -72,8 +72,8 @@ pub struct Sizes {
     /// The sizes.
     #[serde(flatten)]
     pub range: SizeRange,
-    /// The rates; of a range of sizes, those at the size nearest to 1280x720 or to the one asked for. None where the
-    /// driver does not list them.
+    /// The rates. For a range of sizes, they are those at the size nearest to 1280x720 or to the requested one. They
+    /// are empty if the driver does not list them.
     pub rates: Vec<RateRange>,
 }
 
@@ -83,15 +83,15 @@ pub struct Mode {
     /// Four-character code.
     #[serde(serialize_with = "as_text")]
     pub fourcc: FourCc,
-    /// What the driver calls it.
+    /// The driver's name for it.
     pub description: String,
     /// Whether it is read.
     pub readable: bool,
-    /// Sizes and rates; none where the driver does not list them.
+    /// Sizes and rates; empty if the driver does not list them.
     pub sizes: Vec<Sizes>,
 }
 
-/// A rate for a person: `30`, `29.97`, `7.5`.
+/// Returns a rate for a person: `30`, `29.97`, `7.5`.
 pub fn fps(rate: FrameRate) -> String {
     let value = rate.per_second();
     let digits = if value < 1.0 { 4 } else { 2 };
@@ -129,7 +129,7 @@ mod tests {
         assert_eq!(range.nearest((1280, 720)), (1264, 720));
         assert_eq!(range.nearest((1, 5000)), (16, 1080));
         assert_eq!(SizeRange::one(640, 480).nearest((1280, 720)), (640, 480));
-        // A driver's nonsense does no harm.
+        // Senseless ranges of a driver do no harm.
         let nonsense = SizeRange { smallest: (9, 9), largest: (2, 2), step: (0, 0) };
         assert_eq!(nonsense.nearest((5, 5)), (9, 9));
     }

@@ -1,10 +1,12 @@
-//! What is known of a camera while it streams: who it is, and which of its controls stay as they are.
+//! The state of a camera while it streams: its identity, and which of its controls are locked.
 
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-/// A camera and its controls. Stored with every recording.
+pub use crate::words::UnlockedReason;
+
+/// A camera and its controls. They are stored with every recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct CameraState {
@@ -12,13 +14,13 @@ pub struct CameraState {
     pub path: PathBuf,
     /// Paths that stay the same when it is plugged in again: by its serial number first, then by its place.
     pub links: Vec<PathBuf>,
-    /// What the maker calls it.
+    /// The maker's name for it.
     pub card: String,
     /// The kernel's driver.
     pub driver: String,
-    /// Where it is plugged in.
+    /// The place where it is plugged in.
     pub bus: String,
-    /// Four-character code of what it sends.
+    /// Four-character code of its frames.
     pub format: String,
     /// The controls that change what gray levels mean, as they were read back.
     pub controls: Vec<LockedControl>,
@@ -39,23 +41,23 @@ pub struct ControlSetting {
 pub struct LockedControl {
     /// The driver's name for it, as `v4l2-ctl -l` spells it.
     pub name: String,
-    /// Its number: `V4L2_CID_*`.
+    /// Its identifier: `V4L2_CID_*`.
     pub id: u32,
     /// Its value, read back.
     pub value: i64,
-    /// Whether it stays there: nothing automatic changes it, and it was read back as it was set.
+    /// Whether it keeps its value: nothing automatic changes it, and it was read back as it was set.
     pub locked: bool,
-    /// Why it is not locked.
+    /// The reason why it is not locked.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub why: Option<String>,
+    pub why: Option<UnlockedReason>,
 }
 
 impl CameraState {
-    /// Whether a control that changes what gray levels mean may change by itself.
+    /// Returns whether a control that changes what gray levels mean may change by itself.
     pub fn is_unlocked(&self) -> bool {
         self.controls.iter().any(|control| !control.locked)
     }
-    /// What it takes to have the locked controls as they are, after the camera was unplugged.
+    /// Returns the settings that restore the locked controls after the camera was unplugged.
     pub fn settings(&self) -> Vec<ControlSetting> {
         let locked = self.controls.iter().filter(|control| control.locked);
         let setting = |control: &LockedControl| {
@@ -64,15 +66,16 @@ impl CameraState {
         locked.filter_map(setting).collect()
     }
 
-    /// How the controls stand, in a few words for a person: `12 controls locked`, and which are not, and why.
+    /// Describes the state of the controls for a person: `12 controls locked`, and which are not, and why.
     pub fn about_controls(&self) -> String {
         let (locked, open): (Vec<_>, Vec<_>) = self.controls.iter().partition(|control| control.locked);
         if self.controls.is_empty() {
             return "no controls to lock".into();
         }
         let text = format!("{} controls locked", locked.len());
-        let why =
-            |control: &&LockedControl| format!("{} ({})", control.name, control.why.as_deref().unwrap_or("unknown"));
+        let why = |control: &&LockedControl| {
+            format!("{} ({})", control.name, control.why.as_ref().map_or("unknown", UnlockedReason::name))
+        };
         let open: Vec<_> = open.iter().map(why).collect();
         if open.is_empty() { text } else { format!("{text}, NOT locked: {}", open.join(", ")) }
     }
@@ -83,7 +86,7 @@ mod tests {
     use super::*;
 
     fn control(name: &str, locked: bool, why: Option<&str>) -> LockedControl {
-        LockedControl { name: name.into(), id: 1, value: 7, locked, why: why.map(str::to_owned) }
+        LockedControl { name: name.into(), id: 1, value: 7, locked, why: why.map(UnlockedReason::from) }
     }
 
     #[test]

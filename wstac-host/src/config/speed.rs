@@ -1,4 +1,4 @@
-//! `[speed]`: the law, its parameters and range, and what counts as lit.
+//! The table `[speed]`: the law, its parameters and range, and the threshold for light.
 
 use serde::{Deserialize, Serialize};
 use wstac_core::params;
@@ -18,9 +18,9 @@ enum LawName {
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct SpeedKeys {
     law: LawName,
-    /// Above which a row or column is lit: a share of full scale, summed over its five taxels.
+    /// The threshold above which a row or column is lit: a fraction of full scale, summed over its five taxels.
     pub threshold: f64,
-    /// What the threshold is compared with.
+    /// The quantity that the threshold is compared with.
     pub threshold_on: ThresholdOn,
     intercept: Option<f32>,
     slope: Option<f32>,
@@ -45,7 +45,7 @@ impl Default for SpeedKeys {
 }
 
 impl SpeedKeys {
-    /// The law with its parameters.
+    /// Returns the law with its parameters.
     pub fn law(&self) -> Law {
         match self.law {
             LawName::Paper => Law::Published {
@@ -59,12 +59,12 @@ impl SpeedKeys {
         }
     }
 
-    /// Slowest and fastest speed that the law was fitted on, in mm/s.
+    /// Returns the slowest and the fastest speed that the law was fitted on, in mm/s.
     pub fn range(&self) -> [f32; 2] {
         self.range_mm_s.unwrap_or([params::SLOWEST_FITTED, params::FASTEST_FITTED])
     }
 
-    /// With the law's parameters, those of its defaults included.
+    /// Returns the keys with all parameters of the law written out, those of its defaults included.
     pub(super) fn in_full(self) -> Self {
         let range_mm_s = Some(self.range());
         match self.law() {
@@ -77,7 +77,7 @@ impl SpeedKeys {
         }
     }
 
-    /// A parameter of the law that is not in force would change nothing, in silence.
+    /// Refuses a parameter of a law that is not in force, because it would silently change nothing.
     pub(super) fn check(&self) -> Result<(), String> {
         let (law, other, key) = match self.law {
             LawName::Paper => (

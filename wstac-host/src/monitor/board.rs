@@ -1,4 +1,4 @@
-//! A board's messages into reports.
+//! Turns a board's messages into reports.
 
 use std::fmt::Write;
 
@@ -13,13 +13,13 @@ use crate::output::{DisturbedBaseline, EarlyTexture, FrameFeatures, Output, Outp
 use crate::texture::Texture;
 use crate::texture::task_name;
 
-/// A board, as its messages show it.
+/// The state of a board, as its messages show it.
 #[derive(Clone, Debug)]
 pub(super) struct Board {
     wanted: OutputOptions,
     sample: Parts,
     progress: Progress,
-    /// It has said what it is.
+    /// Whether it has described itself.
     known: bool,
     baseline_said: bool,
     ended: bool,
@@ -31,17 +31,19 @@ impl Board {
         Self { wanted, sample, progress, known: false, baseline_said: false, ended: false }
     }
 
-    /// Whether its stream has ended.
+    /// Returns whether its stream has ended.
     pub(super) fn ended(&self) -> bool {
         self.ended
     }
 
-    /// The end record where the board gives none.
+    /// Returns the end record for a board that gives none.
     pub(super) fn finish(&self) -> Output {
         Output::End(self.progress.end())
     }
 
-    /// Takes a message, the `first` of a board that has just started or not; `give` gets what follows from it.
+    /// Takes a message and hands everything that follows from it to `give`.
+    ///
+    /// `first` says whether it is the first message of a board that has just started.
     pub(super) fn take<E>(
         &mut self,
         message: &Message<'_>,
@@ -82,7 +84,7 @@ impl Board {
                 self.ended = true;
                 give(Report::Output(self.finish()))
             }
-            // What a newer core has is unknown to its decoder, too, so there is nothing else.
+            // The decoder does not know the messages of a newer core either, so no others arrive here.
             _ => Ok(()),
         }
     }
@@ -95,8 +97,8 @@ impl Board {
     ) -> Result<(), E> {
         let again = std::mem::replace(&mut self.known, true);
         if hello.frame == 0 {
-            // Without frames a board that was asked says the same as one that starts. Frames that are gone prove a start whose first
-            // message was lost.
+            // At frame 0, a board that was asked sends the same as one that starts. If frames were seen before, they
+            // are gone: that proves a start whose first message was lost.
             let back = self.progress.any();
             if first || back {
                 *self = Self { known: true, ..Self::new(self.wanted) };
@@ -104,7 +106,7 @@ impl Board {
             if back || (first && again) {
                 give(Report::Note("the board has started again".to_owned()))?;
             }
-            // To say what is wanted once too often does no harm.
+            // It does no harm to send the request once too often.
             give(Report::Started)?;
         }
         self.progress.reach(hello.frame);
@@ -152,7 +154,8 @@ impl Default for Parts {
 }
 
 impl Parts {
-    /// Takes the part of the sample at `frame` that starts with its frame `first`; what is no part is passed over.
+    /// Takes the part of the sample at `frame` that starts with its frame `first`. It ignores a part that no sample
+    /// has.
     fn take(&mut self, frame: u64, first: u8, part: &[Features; SAMPLE_PART]) {
         if frame != self.frame {
             *self = Self { frame, ..Self::default() };
@@ -167,7 +170,7 @@ impl Parts {
         }
     }
 
-    /// The sample at `frame`, if all of it has arrived.
+    /// Returns the sample at `frame` if all of it has arrived.
     fn of(&self, frame: u64) -> Option<&[Features; SAMPLE_FRAMES]> {
         (frame == self.frame && self.arrived.iter().all(|&arrived| arrived)).then_some(&self.frames)
     }

@@ -1,4 +1,4 @@
-//! A board's messages, as the outputs that a [`Session`](crate::session::Session) gives of a source here.
+//! A board's messages as outputs, which are those that a [`Session`](crate::session::Session) gives of a source here.
 
 mod board;
 pub mod port;
@@ -10,48 +10,50 @@ use self::board::Board;
 use crate::error::Error;
 use crate::output::{Output, OutputOptions};
 
-/// So many damaged messages and no whole one: the line is not what it should be.
+/// Damaged messages without a whole one after which the line is reported as wrong.
 const ONLY_NOISE: u64 = 20;
 
-/// What follows from the bytes of a link.
+/// The result of bytes of a link.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Report {
-    /// What `wstac run` would give.
+    /// An output as `wstac run` gives it.
     Output(Output),
     /// Something that a person should know.
     Note(String),
-    /// The board has started, and knows nothing of what is wanted.
+    /// The board has started, and does not know which outputs are wanted.
     Started,
 }
 
-/// Makes reports of a link's bytes.
+/// Turns a link's bytes into reports.
 #[derive(Clone, Debug)]
 pub struct Monitor {
     decoder: Decoder,
     board: Board,
-    /// A message has arrived.
+    /// Whether a message has arrived.
     heard: bool,
     /// Damaged messages since the last whole one.
     damaged: u64,
-    /// That there are unknown messages was said.
+    /// Whether unknown messages were reported.
     unknown_said: bool,
 }
 
 impl Monitor {
-    /// Before the first byte.
+    /// Creates a monitor before the first byte.
     pub fn new(wanted: OutputOptions) -> Self {
         Self { decoder: Decoder::new(), board: Board::new(wanted), heard: false, damaged: 0, unknown_said: false }
     }
 
-    /// Whether any message has arrived.
+    /// Returns whether any message has arrived.
     pub fn heard(&self) -> bool {
         self.heard
     }
 
-    /// Takes the next bytes; `give` gets what follows from them. Whether the stream goes on.
+    /// Takes the next bytes and hands everything that follows from them to `give`.
+    ///
+    /// It returns whether the stream goes on.
     ///
     /// # Errors
-    /// A board that speaks another version of the link; those of `give`.
+    /// The board speaks another version of the link, or `give` returns an error.
     pub fn take<E: From<Error>>(
         &mut self,
         bytes: &[u8],
@@ -61,7 +63,7 @@ impl Monitor {
             match self.decoder.push::<Message>(byte) {
                 None => {}
                 Some(Ok(received)) => {
-                    // Before the first message there is the end of one that was under way.
+                    // Before the first message there is the end of one that was being sent.
                     let damaged = std::mem::take(&mut self.damaged);
                     if self.heard && (damaged > 0 || received.lost > 0) {
                         give(gap(damaged, received.lost))?;
@@ -97,7 +99,7 @@ impl Monitor {
         Ok(true)
     }
 
-    /// Ends the stream where the board does not: the end record, as far as it is known here.
+    /// Ends the stream if the board does not, and returns the end record as far as it is known here.
     pub fn finish(&self) -> Output {
         self.board.finish()
     }

@@ -1,7 +1,7 @@
-//! Where a board's bytes come from: a serial device, a TCP connection, standard input, or a file.
+//! The origin of a board's bytes: a serial device, a TCP connection, standard input, or a file.
 //!
-//! The serial port is set here, in a few lines, because one read with one timeout serves all these kinds of ports;
-//! serial port libraries have a reader of their own.
+//! The serial port is set up here in a few lines, because one read with one timeout serves all these kinds of ports.
+//! Serial port libraries have a reader of their own.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, ErrorKind, Read, Write};
@@ -15,7 +15,7 @@ use rustix::termios::{ControlModes, OptionalActions, isatty, tcgetattr, tcsetatt
 
 use crate::error::Error;
 
-/// Bits a second of a serial device, unless it is told otherwise.
+/// Bits per second of a serial device by default.
 pub const DEFAULT_BAUD: u32 = 115_200;
 /// Longest wait of [`Port::read`].
 pub const WAIT: Duration = Duration::from_millis(200);
@@ -26,36 +26,36 @@ const CONNECT: Duration = Duration::from_secs(5);
 #[derive(Debug)]
 pub struct Port {
     name: String,
-    /// Bits a second, of a serial device: these come back when they were gone.
+    /// Bits per second of a serial device, which are set again after it was gone.
     baud: Option<u32>,
-    /// Nothing while a device is gone.
+    /// The open file; `None` while a device is gone.
     file: Option<File>,
     writable: bool,
 }
 
-/// What a read came to.
+/// The result of a read of a port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Got {
-    /// This many bytes.
+    /// The number of bytes that were read.
     Bytes(usize),
-    /// Nothing in time.
+    /// No bytes in time.
     Nothing,
-    /// The device is gone, and is waited for.
+    /// The device is gone. It is waited for.
     Gone,
-    /// The device is there again.
+    /// The device is back.
     Back,
-    /// The end.
+    /// The end of the stream.
     Ended,
 }
 
-/// What a port may be.
+/// The kinds of ports, for messages.
 const EXPECTED: &str = "a serial device such as /dev/ttyACM0, tcp:HOST:PORT, - or a file of recorded bytes";
 
 impl Port {
     /// Opens `/dev/tty…`, `tcp:HOST:PORT`, `-` for standard input, or a file of bytes that were recorded.
     ///
     /// # Errors
-    /// What cannot be opened, and bits a second of what is no serial device.
+    /// The port cannot be opened, or bits per second are given for something other than a serial device.
     pub fn open(name: &str, baud: Option<u32>) -> Result<Self, Error> {
         let about = |error: io::Error| match error.kind() {
             ErrorKind::NotFound => Error::new(name, format_args!("{error}, expected {EXPECTED}")),
@@ -90,15 +90,15 @@ impl Port {
         Ok(Self { name: name.to_owned(), baud, file: Some(file), writable })
     }
 
-    /// Its name.
+    /// Returns its name.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Reads what has arrived, waiting [`WAIT`] at most.
+    /// Reads bytes that have arrived, and waits at most [`WAIT`].
     ///
     /// # Errors
-    /// What cannot be read; a serial device is waited for instead.
+    /// The port cannot be read. A serial device that cannot be read is waited for instead.
     pub fn read(&mut self, room: &mut [u8]) -> Result<Got, Error> {
         let Some(file) = &mut self.file else { return Ok(self.reopen()) };
         let read = wait(file).and_then(|ready| if ready { file.read(room).map(Some) } else { Ok(None) });
@@ -116,8 +116,9 @@ impl Port {
         }
     }
 
-    /// Sends bytes to the board, where there is a way to it. What does not arrive is not asked for again: a board that needs it says
-    /// that it has started.
+    /// Sends bytes to the board if the port can send.
+    ///
+    /// Bytes that do not arrive are not sent again. A board that needs them reports that it has started.
     pub fn send(&mut self, bytes: &[u8]) {
         if let Some(file) = self.file.as_mut().filter(|_| self.writable) {
             let _ = file.write_all(bytes);
@@ -143,7 +144,7 @@ impl Port {
     }
 }
 
-/// Whether a read returns at once, which it does at the end, too.
+/// Waits at most [`WAIT`], and returns whether a read would return at once. At the end it would, too.
 fn wait(file: &File) -> io::Result<bool> {
     let longest = Timespec { tv_sec: 0, tv_nsec: WAIT.subsec_nanos().into() };
     Ok(poll(&mut [PollFd::new(file, PollFlags::IN)], Some(&longest))? > 0)
@@ -165,7 +166,7 @@ fn open_device(name: &str) -> io::Result<File> {
     OpenOptions::new().read(true).write(true).custom_flags(libc::O_NOCTTY | libc::O_NONBLOCK).open(name)
 }
 
-/// Bytes as they are, eight bits, no parity, one stop bit, no flow control.
+/// Sets a device to raw bytes: eight bits, no parity, one stop bit, no flow control.
 fn set_up(device: &File, baud: u32) -> io::Result<()> {
     let mut settings = tcgetattr(device)?;
     settings.make_raw();

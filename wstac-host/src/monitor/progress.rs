@@ -1,10 +1,10 @@
-//! How far a board's stream has come, as its messages show it: for an end that the board does not tell.
+//! The progress of a board's stream, as its messages show it. It serves an end that the board does not report.
 
 use wstac_core::trigger::{InterruptedSample, StreamEnd};
 
 use crate::output::StreamSummary;
 
-/// How a board's stream stands.
+/// The state of a board's stream.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Progress {
     frames: u64,
@@ -14,7 +14,7 @@ pub(super) struct Progress {
 }
 
 impl Progress {
-    /// Takes the board's own word.
+    /// Takes the board's own numbers.
     pub(super) fn set(&mut self, stream: &StreamEnd, dropped: u64) {
         *self = Self {
             frames: stream.frames,
@@ -24,29 +24,30 @@ impl Progress {
         };
     }
 
-    /// Whether any frame has passed.
+    /// Returns whether any frame has passed.
     pub(super) fn any(&self) -> bool {
         self.frames > 0
     }
 
-    /// So many frames have passed.
+    /// Notes that this many frames have passed.
     pub(super) fn reach(&mut self, frames: u64) {
         self.frames = self.frames.max(frames);
     }
 
-    /// A sample was under way until so many frames had passed, or begins to be: the baseline is complete.
+    /// Notes a sample that was being captured until this many frames had passed, or that begins there. The baseline is
+    /// complete then.
     pub(super) fn contact(&mut self, frames: u64, incomplete: Option<InterruptedSample>) {
         self.reach(frames);
         self.baseline_complete = true;
         self.incomplete = incomplete;
     }
 
-    /// So many camera frames more were lost.
+    /// Adds camera frames that were lost.
     pub(super) fn drop(&mut self, frames: u64) {
         self.dropped = self.dropped.saturating_add(frames);
     }
 
-    /// The end record of a stream that stands like this.
+    /// Returns the end record of a stream in this state.
     pub(super) fn end(&self) -> StreamSummary {
         StreamSummary {
             frames: self.frames,

@@ -1,4 +1,5 @@
-//! What the command's own tests do not reach: boards that start again, that are newer, or that say what cannot be.
+//! Tests that the command's own tests do not cover: boards that start again, that are newer, or that send impossible
+//! messages.
 
 use wstac_core::direction::{Direction, Heading};
 use wstac_core::green::any::PixelFormat;
@@ -37,12 +38,12 @@ fn event(frame: u64) -> Message<'static> {
     })
 }
 
-/// What comes of these messages, and the end record where they have none.
+/// Returns the reports of these messages, and the end record if they have none.
 fn reports(wanted: OutputOptions, messages: &[Message]) -> (Vec<Report>, Output) {
     numbered(wanted, (0..).zip(messages))
 }
 
-/// The same of messages with sequence numbers.
+/// Returns the reports of messages with these sequence numbers.
 fn numbered<'m>(
     wanted: OutputOptions,
     messages: impl IntoIterator<Item = (u16, &'m Message<'m>)>,
@@ -78,14 +79,14 @@ fn a_board_that_starts_again_starts_from_nothing() {
 fn a_start_is_told_from_an_answer() {
     let said = note("board 1: 320x240 Gray at 30000/1001 frames a second, baseline of 25 frames");
     let again = note("the board has started again");
-    // A board without frames is asked twice, then starts anew.
+    // A board without frames is asked twice, then starts again.
     let (found, _) =
         numbered(OutputOptions::default(), [(0, &hello(0)), (1, &hello(0)), (2, &hello(0)), (0, &hello(0))]);
     assert_eq!(
         found,
         [Report::Started, said.clone(), Report::Started, Report::Started, again.clone(), Report::Started]
     );
-    // Its first message, and the note of what was lost with it, went the way of the power.
+    // Its first message was lost with the power, and so was the note of what was lost with it.
     let (found, last) = numbered(OutputOptions::default(), [(7, &hello(90)), (1, &hello(0))]);
     assert_eq!(found, [said, note("1 message lost"), again, Report::Started]);
     assert_eq!(last, end(0, false, None));
@@ -118,7 +119,7 @@ fn a_sample_is_whole_and_of_its_event_or_none() {
     let whole = sample(&[parts(7), vec![event(7)]].concat()).unwrap();
     assert_eq!((whole.len(), whole[9].len()), (70, 10));
     assert_eq!((whole[0][9], whole[9][9], whole[10][9], whole[69][0]), (0, 0, 640, 3840));
-    // A part is missing, of another event, or none that there is.
+    // A part is missing, is of another event, or does not exist.
     assert_eq!(sample(&[&parts(7)[1..], &[event(7)]].concat()), None);
     assert_eq!(sample(&[&parts(7)[..6], &[part(8, 60), event(7)]].concat()), None);
     for first in [61, 70, 255] {

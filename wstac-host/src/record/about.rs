@@ -1,4 +1,4 @@
-//! What a recording says of itself: records of metadata, so that it can be read as the source was.
+//! The description of a recording: records of metadata, so that it can be read as the source was.
 
 use std::collections::BTreeMap;
 
@@ -14,13 +14,13 @@ use crate::config::Config;
 use crate::error::Error;
 use crate::source::{Labels, StreamInfo};
 
-/// Names of the records of metadata.
+/// The names of the records of metadata.
 const STREAM: &str = "wstac.stream";
 const CONFIGURATION: &str = "wstac.configuration";
 const CAMERA: &str = "wstac.camera";
 const LABELS: &str = "wstac.labels";
 const LAYOUT: &str = "wstac.layout";
-/// The key of a record that is one text.
+/// The key of a record that holds a single text.
 const JSON: &str = "json";
 const TOML: &str = "toml";
 
@@ -30,7 +30,7 @@ struct Stream {
     wstac: String,
     size: FrameSize,
     format: PixelFormat,
-    /// Recordings keep the name.
+    /// Recordings keep this name.
     #[serde(rename = "colour")]
     color: YcbcrEncoding,
     bytes_per_row: u32,
@@ -41,26 +41,26 @@ struct Stream {
     models: Vec<String>,
 }
 
-/// What a recording says of itself.
+/// The description of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct About {
-    /// What its frames have in common.
+    /// The properties that its frames have in common.
     pub info: StreamInfo,
     /// Whether times and numbers of frames are the driver's own; otherwise they were counted.
     pub driver_times: bool,
     /// The configuration in full, as TOML.
     pub configuration: String,
-    /// What a person said of it.
+    /// The labels that a person gave.
     pub labels: Labels,
-    /// Texture models that named its events.
+    /// The texture models that named its events.
     pub models: Vec<String>,
 }
 
 impl About {
-    /// What is said of a new recording.
+    /// Creates the description of a new recording.
     ///
     /// # Errors
-    /// Where the source has no frames, but taxel sums alone.
+    /// The source has taxel sums alone, and no frames.
     pub fn new(info: &StreamInfo, config: &Config, labels: Labels, models: Vec<String>) -> Result<Self, Error> {
         if info.taxels_only {
             let message = "a recording is of frames, expected fidelity = \"rendered\"";
@@ -71,7 +71,9 @@ impl About {
         Ok(Self { info: info.clone(), driver_times, configuration, labels, models })
     }
 
-    /// As records of an MCAP file. `layout` is for people and other programs; the configuration has it, too.
+    /// Returns the description as records of an MCAP file.
+    ///
+    /// `layout` is for people and other programs; the configuration has it, too.
     pub(super) fn to_metadata(&self, layout: &Layout) -> Result<Vec<Metadata>, serde_json::Error> {
         let Self { info, driver_times, configuration, labels, models } = self;
         let stream = Stream {
@@ -101,12 +103,12 @@ impl About {
         Ok(all)
     }
 
-    /// From the records of an MCAP file; nothing where it is none that this program recorded.
+    /// Reads the description from the records of an MCAP file; `None` if this program did not record the file.
     ///
     /// # Errors
-    /// Where one of them cannot be read: says which, what was found and what was expected.
+    /// A record cannot be read. The error says which, what was found and what was expected.
     pub(crate) fn from_metadata(all: &[Metadata]) -> Result<Option<Self>, String> {
-        // The first of a name: what other programs add comes later.
+        // The first of a name counts: records that other programs add come later.
         let of = |name: &str| all.iter().find(|metadata| metadata.name == name).map(|metadata| &metadata.metadata);
         let text = |name: &str, key: &str| of(name).and_then(|metadata| metadata.get(key));
         let Some(stream) = text(STREAM, JSON) else { return Ok(None) };
@@ -141,7 +143,7 @@ mod tests {
 
     use super::*;
 
-    /// What the first version wrote. Recordings stay readable.
+    /// The description as the first version wrote it. Recordings stay readable.
     const OF_BEFORE: &str = concat!(
         r#"{"wstac":"0.1.0","size":[40,40],"format":"Grey","colour":{"matrix":"Bt709","range":"Limited"},"#,
         r#""bytes_per_row":40,"rate":[30,1],"driver_times":false,"about":"a scene","models":[]}"#

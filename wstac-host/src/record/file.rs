@@ -1,8 +1,8 @@
-//! A recording's file while it is written: an MCAP file whose messages are on their way to the disk as soon as they
-//! are complete.
+//! A recording's file while it is written. It is an MCAP file whose messages go to the disk as soon as they are
+//! complete.
 //!
-//! Messages stand uncompressed, in chunks of about a second or 4 MiB. What is written of a chunk that was never finished
-//! can be read message by message, so a program that is killed loses nothing that it has written ([`super::recover`]).
+//! Messages are stored uncompressed, in chunks of about 1 s or 4 MiB. The written part of an unfinished chunk can be
+//! read message by message. So a program that is killed loses nothing that it has written ([`super::recover`]).
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -23,7 +23,7 @@ use crate::error::Error;
 const CHUNK_BYTES: u64 = 4 << 20;
 /// Nanoseconds after which a chunk ends.
 const CHUNK_TIME: u64 = 1_000_000_000;
-/// Bytes that the end of every file takes at most, and a chunk's share of it; of a message, beside its data.
+/// Most bytes of the end of every file; then a chunk's share of it, and a message's bytes besides its data.
 const END_BYTES: u64 = 256 << 10;
 const CHUNK_SHARE: u64 = 512;
 const MESSAGE_SHARE: u64 = 64;
@@ -67,7 +67,7 @@ impl Topic {
 #[derive(Debug)]
 pub(super) struct Message {
     pub(super) topic: Topic,
-    /// On the recording's time line, in nanoseconds: never less than the message's before.
+    /// The time on the recording's time line, in nanoseconds. It is never less than that of the message before.
     pub(super) time: u64,
     /// The driver's own time stamp of the frame, in nanoseconds.
     pub(super) taken: u64,
@@ -76,7 +76,7 @@ pub(super) struct Message {
     pub(super) data: Vec<u8>,
 }
 
-/// The buffered file, shared with the writer that formats it: so that it can be flushed without ending a chunk.
+/// The buffered file, shared with the writer that formats it, so that it can be flushed without ending a chunk.
 #[derive(Clone, Debug)]
 struct Shared(Rc<RefCell<BufWriter<Reserved>>>);
 
@@ -106,7 +106,7 @@ pub(super) struct RecordingFile {
     shared: Shared,
     channels: BTreeMap<Topic, u16>,
     chunk_start: Option<u64>,
-    /// Bytes and messages of the chunk that is open; chunks so far.
+    /// Bytes and messages of the chunk that is open, and the number of chunks so far.
     chunk: (u64, u64),
     chunks: u64,
 }
@@ -115,7 +115,7 @@ impl RecordingFile {
     /// Starts a recording in a file that is empty.
     ///
     /// # Errors
-    /// Where it cannot be written.
+    /// The file cannot be written.
     pub(super) fn new(file: File, metadata: &[Metadata]) -> Result<Self, McapError> {
         let shared = Shared(Rc::new(RefCell::new(BufWriter::new(Reserved::new(file)))));
         let library = concat!("wstac ", env!("CARGO_PKG_VERSION"));
@@ -129,10 +129,10 @@ impl RecordingFile {
         Ok(file)
     }
 
-    /// Whether there is room for messages of this many bytes, and to finish the file after them.
+    /// Returns whether there is room for these messages, and to finish the file after them.
     ///
     /// # Errors
-    /// Where the file cannot be used.
+    /// The file cannot be used.
     pub(super) fn has_room(&mut self, messages: &[Message]) -> io::Result<bool> {
         let bytes: u64 = messages.iter().map(|message| message.data.len() as u64 + MESSAGE_SHARE).sum();
         self.make_room(bytes)
@@ -148,7 +148,7 @@ impl RecordingFile {
     /// Writes a message.
     ///
     /// # Errors
-    /// Where it cannot be written.
+    /// The file cannot be written.
     pub(super) fn write(&mut self, message: &Message) -> Result<(), McapError> {
         let channel = self.channel(message.topic)?;
         let (sequence, log_time, publish_time) = (message.sequence, message.time, message.taken);
@@ -170,15 +170,15 @@ impl RecordingFile {
     /// Writes a message of a channel that [`add_channel`](Self::add_channel) gave.
     ///
     /// # Errors
-    /// As [`write`](Self::write).
+    /// The errors of [`write`](Self::write).
     pub(super) fn write_copy(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), McapError> {
         self.write_header(header, data)
     }
 
-    /// A channel like another file's, with its schema, where it has one; its number here.
+    /// Adds a channel like another file's, with its schema if it has one, and returns its number here.
     ///
     /// # Errors
-    /// As [`write`](Self::write).
+    /// The errors of [`write`](Self::write).
     pub(super) fn add_channel(&mut self, channel: &Channel, schema: Option<&Schema<'_>>) -> Result<u16, McapError> {
         let schema = match schema {
             Some(schema) => self.writer.add_schema(&schema.name, &schema.encoding, &schema.data)?,
@@ -190,7 +190,7 @@ impl RecordingFile {
     /// Writes a record of metadata.
     ///
     /// # Errors
-    /// As [`write`](Self::write).
+    /// The errors of [`write`](Self::write).
     pub(super) fn write_metadata(&mut self, metadata: &Metadata) -> Result<(), McapError> {
         (self.chunk_start, self.chunk) = (None, (0, 0));
         self.writer.write_metadata(metadata)
@@ -208,18 +208,18 @@ impl RecordingFile {
         Ok(channel)
     }
 
-    /// Hands everything that was written to the system: it stays, whatever becomes of this program.
+    /// Hands everything that was written to the system, which keeps it even if this program is killed.
     ///
     /// # Errors
-    /// Where it cannot be written.
+    /// The file cannot be written.
     pub(super) fn flush(&mut self) -> io::Result<()> {
         self.shared.flush()
     }
 
-    /// Ends the file with its index; its bytes.
+    /// Ends the file with its index, and returns its size in bytes.
     ///
     /// # Errors
-    /// Where it cannot be written.
+    /// The file cannot be written.
     pub(super) fn finish(mut self) -> Result<u64, McapError> {
         self.writer.finish()?;
         drop(self.writer);
@@ -232,7 +232,7 @@ impl RecordingFile {
     }
 }
 
-/// An error of writing, in words: what is in the file is not lost.
+/// Describes an error of writing. The content of the file is not lost.
 pub(super) fn in_words(path: &Path, error: McapError) -> Error {
     let why = match error {
         McapError::Io(error) => error.to_string(),

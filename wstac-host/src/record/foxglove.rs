@@ -13,7 +13,7 @@ use wstac_core::params::{FEATURES, TAXELS};
 pub(crate) use self::messages::log::Level;
 use self::messages::{CompressedImage, Log, RawImage};
 
-/// A schema that messages of a recording have.
+/// A schema of a recording's messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Schema {
     /// `foxglove.RawImage`.
@@ -43,7 +43,7 @@ uint32 stride
 ";
 
 impl Schema {
-    /// Its name in the file.
+    /// Returns its name in the file.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::RawImage => "foxglove.RawImage",
@@ -54,7 +54,7 @@ impl Schema {
         }
     }
 
-    /// How it is written down, and how its messages are.
+    /// Returns the encoding of the schema and that of its messages.
     pub(crate) fn encodings(self) -> (&'static str, &'static str) {
         match self {
             Self::RawImage | Self::CompressedImage | Self::Log => ("protobuf", "protobuf"),
@@ -63,7 +63,7 @@ impl Schema {
         }
     }
 
-    /// Its text or descriptor.
+    /// Returns its text or descriptor.
     pub(crate) fn data(self) -> &'static [u8] {
         match self {
             Self::RawImage => include_bytes!("foxglove/RawImage.binpb"),
@@ -75,24 +75,24 @@ impl Schema {
     }
 }
 
-/// A `google.protobuf.Timestamp` of nanoseconds.
+/// Creates a `google.protobuf.Timestamp` from nanoseconds.
 fn timestamp(nanoseconds: u64) -> Timestamp {
     let second = 1_000_000_000;
     Timestamp { seconds: (nanoseconds / second) as i64, nanos: (nanoseconds % second) as i32 }
 }
 
-/// How a viewer shows bytes as a picture.
+/// The way in which a viewer shows bytes as a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Shape {
     /// Foxglove's name of the pixel format.
     pub(crate) encoding: &'static str,
     pub(crate) width: u32,
     pub(crate) height: u32,
-    /// Bytes from row to row.
+    /// Bytes from the start of a row to the start of the next.
     pub(crate) step: u32,
 }
 
-/// A `foxglove.RawImage`.
+/// Encodes a `foxglove.RawImage`.
 pub(crate) fn raw_image(time: u64, frame_id: &str, shape: Shape, data: &[u8]) -> Vec<u8> {
     let header = RawImage {
         timestamp: Some(timestamp(time)),
@@ -106,7 +106,7 @@ pub(crate) fn raw_image(time: u64, frame_id: &str, shape: Shape, data: &[u8]) ->
     with_data(&header, 6, data)
 }
 
-/// A `foxglove.CompressedImage` of a JPEG picture.
+/// Encodes a `foxglove.CompressedImage` of a JPEG picture.
 pub(crate) fn jpeg_image(time: u64, frame_id: &str, data: &[u8]) -> Vec<u8> {
     let header = CompressedImage {
         timestamp: Some(timestamp(time)),
@@ -117,10 +117,12 @@ pub(crate) fn jpeg_image(time: u64, frame_id: &str, data: &[u8]) -> Vec<u8> {
     with_data(&header, 2, data)
 }
 
-/// A message whose last field, of this number, is `data`: copied once, not into a message of its own before.
+/// Encodes a message whose last field, of this number, is `data`.
+///
+/// The data are copied once, and not into a message of their own before.
 fn with_data(header: &impl Message, field: u8, data: &[u8]) -> Vec<u8> {
     let mut message = Vec::with_capacity(data.len() + 100);
-    // The vector grows as it must: there is always room.
+    // The vector grows as needed, so there is always room.
     header.encode(&mut message).unwrap_or_default();
     // The field's tag: its number, and wire type 2 for bytes.
     message.push(field << 3 | 2);
@@ -129,7 +131,7 @@ fn with_data(header: &impl Message, field: u8, data: &[u8]) -> Vec<u8> {
     message
 }
 
-/// Pictures that are read, one after the other.
+/// A reader of pictures, one after the other.
 #[derive(Debug, Default)]
 pub(crate) struct Images {
     raw: RawImage,
@@ -140,9 +142,9 @@ impl Images {
     /// Returns the picture in a `foxglove.RawImage` or, if `compressed`, in a `foxglove.CompressedImage`.
     ///
     /// # Errors
-    /// It is no such message.
+    /// The bytes are no such message.
     pub(crate) fn read(&mut self, message: &[u8], compressed: bool) -> Result<&[u8], prost::DecodeError> {
-        // Buffers stay from picture to picture.
+        // The buffers are kept from picture to picture.
         if compressed {
             self.compressed.clear();
             self.compressed.merge(message)?;
@@ -154,7 +156,7 @@ impl Images {
     }
 }
 
-/// A `foxglove.Log`.
+/// Encodes a `foxglove.Log`.
 pub(crate) fn log(time: u64, level: Level, message: &str) -> Vec<u8> {
     let log = Log {
         timestamp: Some(timestamp(time)),
@@ -166,17 +168,18 @@ pub(crate) fn log(time: u64, level: Level, message: &str) -> Vec<u8> {
     log.encode_to_vec()
 }
 
-/// The 25 taxels, row by row, as a `foxglove.RawImage` of 5 × 5 numbers.
+/// Encodes the 25 taxels, row by row, as a `foxglove.RawImage` of 5 × 5 numbers.
 pub(crate) fn taxels(time: u64, taxels: &[f32; TAXELS]) -> Vec<u8> {
     let data: Vec<u8> = taxels.iter().flat_map(|taxel| taxel.to_le_bytes()).collect();
     raw_image(time, "taxels", Shape { encoding: "32FC1", width: 5, height: 5, step: 20 }, &data)
 }
 
-/// The ten features as a `std_msgs/msg/Float64MultiArray` in CDR, little-endian: no dimensions, offset 0, the numbers.
+/// Encodes the ten features as a `std_msgs/msg/Float64MultiArray` in little-endian CDR: no dimensions, offset 0, the
+/// numbers.
 pub(crate) fn features(features: &[f64; FEATURES]) -> Vec<u8> {
     let mut message = vec![0, 1, 0, 0];
     for word in [0, 0, FEATURES as u32, 0] {
-        // The last is padding: numbers of 8 bytes are aligned.
+        // The last word is padding, because numbers of 8 bytes are aligned.
         message.extend(word.to_le_bytes());
     }
     message.extend(features.iter().flat_map(|feature| feature.to_le_bytes()));
@@ -196,7 +199,7 @@ mod tests {
         let jpeg = jpeg_image(0, "camera", &[0xFF, 0xD8]);
         assert_eq!(images.read(&jpeg, true), Ok(&[0xFF, 0xD8][..]));
         for length in 0..raw.len() {
-            // What is cut off between two fields is a message without the others.
+            // A message that is cut off between two fields is one without the fields behind.
             assert!(
                 images.read(&raw[..length], false).is_ok_and(<[u8]>::is_empty)
                     || images.read(&raw[..length], false).is_err()
@@ -204,11 +207,11 @@ mod tests {
         }
     }
 
-    /// Recordings are the same byte for byte, whatever writes them.
+    /// Checks that recordings are the same byte for byte, with any encoder.
     #[test]
     fn messages_are_these_bytes() {
         let shape = Shape { encoding: "mono8", width: 3, height: 1, step: 3 };
-        // Seconds 1, nanoseconds 500000000; then width, height, encoding, step, place and the data behind all others.
+        // The bytes are seconds 1, nanoseconds 500000000; then width, height, encoding, step, place; then the data.
         let raw = b"\x0A\x08\x08\x01\x10\x80\xCA\xB5\xEE\x01\x15\x03\0\0\0\x1D\x01\0\0\0\x22\x05mono8\x2D\x03\0\0\0\x3A\x06camera\x32\x03\x01\x02\x03";
         assert_eq!(raw_image(1_500_000_000, "camera", shape, &[1, 2, 3]), raw);
         let jpeg = b"\x0A\0\x1A\x04jpeg\x22\x06camera\x12\x82\x01".iter().copied().chain([0xFF; 130]);

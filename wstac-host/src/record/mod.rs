@@ -1,9 +1,9 @@
-//! Recordings: a source's frames and everything that became of them, in an MCAP file that viewers open.
+//! Recordings: a source's frames and everything that followed from them, in an MCAP file that viewers open.
 //!
-//! [`Recorder`] turns what is read into messages, `writer` takes them to the disk in a thread of its own, `file`
-//! and `reserved` write them so that neither a killed program nor a full disk loses what was written. [`about`]
-//! has what a recording says of itself, `scan` reads files, whole or not, and [`recover`] makes whole ones of those that
-//! are not. The way back is [`crate::source::mcap`].
+//! [`Recorder`] turns events and outputs into messages, and `writer` takes them to the disk in a thread of its own.
+//! `file` and `reserved` write them so that neither a killed program nor a full disk loses what was written. [`about`]
+//! has a recording's description, and `scan` reads files, whole or not. [`recover`] makes whole recordings of those
+//! that are not. [`crate::source::mcap`] reads recordings as sources.
 
 pub mod about;
 mod file;
@@ -26,5 +26,5 @@ pub use writer::Written;
 pub(crate) const CAMERA: &str = "/camera";
 /// Topic of events, as JSON.
 pub(crate) const EVENTS: &str = "/events/json";
-/// Topic of lost frames and of what happened to the source, as JSON.
+/// Topic of lost frames and of the source's faults, as JSON.
 pub(crate) const FAULTS: &str = "/faults/json";

@@ -1,13 +1,14 @@
-//! Records of an MCAP file, once their lengths have been found to fit.
+//! Records of an MCAP file, parsed after their lengths were found to fit.
 
 use mcap::records::{Record, op};
 use mcap::{McapError, McapResult};
 
-/// As [`mcap::parse_record`], of what a file says of itself: schemas, channels and metadata. A damaged length is an error here; there
-/// it would ask for as much memory first.
+/// Parses a schema, a channel or metadata as [`mcap::parse_record`] does.
+///
+/// A damaged length is an error here. That function would first allocate as much memory as it asks for.
 ///
 /// # Errors
-/// Where the record is not what its code says.
+/// The record is not of the kind that its code says.
 pub(crate) fn parse_record(op: u8, body: &[u8]) -> McapResult<Record<'_>> {
     let fits = match op {
         op::SCHEMA => body.get(2..).and_then(text).and_then(text).and_then(text),
@@ -21,12 +22,12 @@ pub(crate) fn parse_record(op: u8, body: &[u8]) -> McapResult<Record<'_>> {
     mcap::parse_record(op, body)
 }
 
-/// What follows a text, or bytes, with its length of 32 bits before it.
+/// Returns the bytes behind a text, or behind bytes, whose length of 32 bits comes first.
 fn text(bytes: &[u8]) -> Option<&[u8]> {
     split(bytes).map(|(_, rest)| rest)
 }
 
-/// What follows pairs of texts, with the length of all of them before them.
+/// Returns the bytes behind pairs of texts. The length of all of them comes first.
 fn texts(bytes: &[u8]) -> Option<&[u8]> {
     let (mut pairs, rest) = split(bytes)?;
     while !pairs.is_empty() {
@@ -44,7 +45,7 @@ fn split(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
 mod tests {
     use super::*;
 
-    /// A text as it is in a file.
+    /// Returns a text as it is in a file.
     fn bytes_of(text: &str) -> Vec<u8> {
         [&(text.len() as u32).to_le_bytes(), text.as_bytes()].concat()
     }
@@ -63,7 +64,8 @@ mod tests {
             for cut in 0..body.len() {
                 assert!(parse_record(op, &body[..cut]).is_err(), "{op} {cut}");
             }
-            // Every byte as the highest of a length: those that are one are refused, whatever memory there is.
+            // Every byte in turn is the highest of a length. Bytes of a real length are refused, however much memory
+            // there is.
             for at in 0..body.len() {
                 let mut damaged = body.clone();
                 damaged[at] = 0xF0;

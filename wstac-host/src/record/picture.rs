@@ -1,7 +1,7 @@
 //! A camera's frame as a viewer's picture.
 //!
-//! The bytes are the camera's own in every case. Where viewers have no name for a format, its bytes are shown as gray
-//! numbers: a mosaic of 10 bits as 16-bit gray, planes one below the other. What they really are is in the
+//! The bytes are always the camera's own. If viewers have no name for a format, its bytes are shown as gray numbers. A
+//! mosaic of 10 bits becomes 16-bit gray, and planes are placed one below the other. The real format is in the
 //! recording's metadata.
 
 use wstac_core::green::GreenChannel;
@@ -16,7 +16,7 @@ pub(crate) fn frame_bytes(info: &StreamInfo) -> usize {
     Any::new(info.format, info.color, YcbcrMethod::Exact).frame_bytes(info.size, info.bytes_per_row as usize)
 }
 
-/// How a stream's frames are shown.
+/// Returns how a stream's frames are shown.
 pub(crate) fn shape(info: &StreamInfo) -> Shape {
     use PixelFormat as P;
     let (mut width, mut height) = (u32::from(info.size.width()), u32::from(info.size.height()));
@@ -47,7 +47,7 @@ pub(crate) fn shape(info: &StreamInfo) -> Shape {
     Shape { encoding, width, height, step }
 }
 
-/// Whether four-byte pixels start with blue, as the camera's own name of its format tells.
+/// Returns whether four-byte pixels start with blue, as the camera's own name of its format says.
 fn is_blue_first(info: &StreamInfo) -> bool {
     info.camera.as_ref().is_some_and(|camera| ["XR24", "AR24", "BGR4"].contains(&camera.format.as_str()))
 }

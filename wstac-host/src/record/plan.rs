@@ -1,4 +1,4 @@
-//! A plan of a guided session: which slides, each a recording of its own.
+//! A plan of a guided session: the slides, each a recording of its own.
 //!
 //! ```toml
 //! specimens = ["Saw3", "Fla0"]  # what is slid over the sensor
@@ -33,21 +33,21 @@ fn ten() -> usize {
     10
 }
 
-/// A slide to be recorded.
+/// A slide that is to be recorded.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlannedSlide {
-    /// Its recording's labels.
+    /// The labels of its recording.
     pub labels: Labels,
-    /// For a person: `Saw3, 150 mm/s, 90 degrees, 2 of 10`.
+    /// A line for a person: `Saw3, 150 mm/s, 90 degrees, 2 of 10`.
     pub about: String,
-    /// Its recording's name, without `.mcap`.
+    /// The name of its recording, without `.mcap`.
     pub name: String,
 }
 
-/// Reads a plan: its slides in order, one specimen after the other.
+/// Reads a plan and returns its slides in order, one specimen after the other.
 ///
 /// # Errors
-/// Names the file, the key, what was found and what was expected.
+/// The file cannot be read, or a key is wrong. The error names the file, the key, what was found and what was expected.
 pub fn read(path: &Path) -> Result<Vec<PlannedSlide>, Error> {
     let text = std::fs::read_to_string(path).map_err(|error| Error::new(path.display(), error))?;
     parse(&text).map_err(|error| Error::new(path.display(), error))
@@ -67,7 +67,7 @@ fn parse(text: &str) -> Result<Vec<PlannedSlide>, String> {
     if let Some(direction) = file.directions.iter().find(|direction| ![0, 90, 180, 270].contains(*direction)) {
         return Err(format!("directions has {direction}, expected 0, 90, 180 or 270"));
     }
-    // Twice the same would be twice the same file.
+    // A duplicate would be the same file twice.
     if let Some(name) = twice(&file.specimens) {
         return Err(format!("specimens has {name:?} twice, expected each once"));
     }
@@ -99,7 +99,7 @@ fn parse(text: &str) -> Result<Vec<PlannedSlide>, String> {
     Ok(slides)
 }
 
-/// What a list has more than once.
+/// Returns a value that a list has more than once.
 fn twice<T: PartialEq>(values: &[T]) -> Option<&T> {
     values.iter().enumerate().find(|(at, value)| values[..*at].contains(value)).map(|(_, value)| value)
 }

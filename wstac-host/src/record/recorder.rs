@@ -1,4 +1,4 @@
-//! What is read, and what became of it, as a recording's messages.
+//! Turns a stream's events and outputs into a recording's messages.
 
 use std::fs::File;
 use std::path::Path;
@@ -17,7 +17,7 @@ use crate::output::Output;
 use crate::session::Processor;
 use crate::source::{Frame, SourceEvent};
 
-/// What stands beside a picture: where it was taken.
+/// The place where a picture was taken, as stored beside it.
 const FRAME_ID: &str = "camera";
 
 /// Lost frames, as a line of JSON.
@@ -28,7 +28,7 @@ struct Lost<'a> {
     why: &'a str,
 }
 
-/// How many frames a line of JSON says to be lost; 0 where it says something else.
+/// Returns how many lost frames a line of JSON reports; 0 if it reports something else.
 pub(super) fn lost_frames(line: &[u8]) -> u64 {
     let line: Option<serde_json::Value> = serde_json::from_slice(line).ok();
     let lost = line.filter(|line| line["kind"] == "lost");
@@ -41,32 +41,32 @@ pub struct Recorder {
     shape: Shape,
     frame_bytes: usize,
     time: TimeLine,
-    /// What came before the first frame: it gets that one's time.
+    /// Messages before the first frame, which get that frame's time.
     early: Vec<Message>,
     /// Messages of this moment.
     messages: Vec<Message>,
-    /// Messages beside frames, counted.
+    /// The number of messages besides frames.
     number: u32,
 }
 
-/// Where messages are in time.
+/// The place of messages in time.
 struct TimeLine {
     /// Frames so far, lost ones included.
     frames: u64,
     /// Nanoseconds of a second's frames: numerator and denominator of a frame's time.
     period: (u128, u128),
     driver_times: bool,
-    /// Time of the last frame; nothing before the first.
+    /// Time of the last frame; `None` before the first.
     now: Option<u64>,
 }
 
 impl TimeLine {
-    /// A frame's time on the recording's line, and the one it was taken at.
+    /// Returns a frame's time on the recording's line, and the time when it was taken.
     fn frame(&mut self, timestamp: Option<Duration>) -> (u64, u64) {
         let counted = (u128::from(self.frames) * self.period.0 / self.period.1) as u64;
         let of_driver = timestamp.filter(|_| self.driver_times).map(|timestamp| timestamp.as_nanos() as u64);
         let taken = of_driver.unwrap_or(counted);
-        // A driver whose clock goes back must not take messages out of their order.
+        // If a driver's clock goes back, messages must still keep their order.
         let time = self.now.map_or(taken, |now| now.max(taken));
         self.frames += 1;
         self.now = Some(time);
@@ -75,10 +75,10 @@ impl TimeLine {
 }
 
 impl Recorder {
-    /// Starts a recording in a file that is empty. `processor` is what reads the stream.
+    /// Starts a recording in a file that is empty. `processor` reads the stream.
     ///
     /// # Errors
-    /// Where it cannot be started.
+    /// The recording cannot be started.
     pub fn new(file: File, path: &Path, about: &About, processor: &Processor) -> Result<Self, Error> {
         let metadata = about.to_metadata(processor.geometry().layout());
         let metadata = metadata.map_err(|error| Error::new(path.display(), error))?;
@@ -109,7 +109,7 @@ impl Recorder {
                 let (topic, data) = if let Some(jpeg) = encoded {
                     (Topic::Jpeg, foxglove::jpeg_image(taken, FRAME_ID, jpeg))
                 } else {
-                    // What a driver adds after a frame is no part of it.
+                    // Bytes that a driver adds after a frame are no part of it.
                     let bytes = bytes.get(..self.frame_bytes).unwrap_or(bytes);
                     (Topic::Raw, foxglove::raw_image(taken, FRAME_ID, self.shape, bytes))
                 };
@@ -126,7 +126,7 @@ impl Recorder {
         }
     }
 
-    /// Takes an output that followed from it; `text` is what a person reads.
+    /// Takes an output that followed from it. `text` is the line for a person.
     pub fn output(&mut self, output: &Output, text: &str) {
         match output {
             Output::Features(features) => {
@@ -142,8 +142,10 @@ impl Recorder {
         }
     }
 
-    /// Takes the taxels of the frame that was read, and gives everything of this moment to the disk. Whether the
-    /// recording goes on: not where the disk is full, which [`finish`](Self::finish) tells.
+    /// Takes the taxels of the frame that was read, and gives everything of this moment to the disk.
+    ///
+    /// It returns whether the recording goes on. It does not if the disk is full, which [`finish`](Self::finish)
+    /// reports.
     pub fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
         if let (SourceEvent::Frame(_), Some(taxels)) = (event, processor.taxels()) {
             let data = foxglove::taxels(self.time.now.unwrap_or(0), &taxels);
@@ -155,7 +157,7 @@ impl Recorder {
         self.messages.is_empty() || self.writer.give(std::mem::take(&mut self.messages))
     }
 
-    /// Frames that wait for the disk.
+    /// Returns the number of frames that wait for the disk.
     pub fn waiting(&self) -> u64 {
         self.writer.waiting()
     }
@@ -163,7 +165,7 @@ impl Recorder {
     /// Ends the recording and its file.
     ///
     /// # Errors
-    /// Where it could not be written, or not all of it.
+    /// The file could not be written, or not all of it.
     pub fn finish(mut self) -> Result<Written, Error> {
         self.messages.append(&mut self.early);
         if !self.messages.is_empty() {
@@ -172,15 +174,15 @@ impl Recorder {
         self.writer.finish()
     }
 
-    /// Something for a person, and the same as JSON.
+    /// Adds a message for a person, and the same as JSON.
     fn said(&mut self, topics: [Topic; 2], level: Level, text: &str, record: &impl Serialize) {
         let log = foxglove::log(self.time.now.unwrap_or(0), level, text);
         self.add(topics[0], log);
-        // Records are numbers and words: nothing of them cannot be JSON.
+        // Records are numbers and words, which can always be JSON.
         self.add(topics[1], serde_json::to_vec(record).unwrap_or_default());
     }
 
-    /// An output for a person, and the same as JSON.
+    /// Adds an output for a person, and the same as JSON.
     fn line(&mut self, topics: [Topic; 2], level: Level, text: &str, output: &Output) {
         if let Some(line) = Line::new(output) {
             self.said(topics, level, text, &line);

@@ -1,9 +1,9 @@
-//! Makes a whole recording of one that was cut off or is damaged: every message that was completely written.
+//! Recovers every completely written message of a recording that was cut off or is damaged.
 //!
-//! Of a chunk whose bytes are not those that were written, nobody knows which message is wrong: its frames are entered as
+//! If a chunk's bytes are not those that were written, it is unknown which message is wrong. Its frames are entered as
 //! lost, with those that were lost before, so that those behind keep their place.
 //!
-//! Which messages are kept, and as what, is this project's policy, which no MCAP library has.
+//! The choice of messages, and of their new form, is this project's policy. No MCAP library has it.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -19,33 +19,33 @@ use super::scan::{MessageBody, Scan, Step, Unread, index};
 use super::{CAMERA, EVENTS, FAULTS};
 use crate::error::Error;
 
-/// What was brought back.
+/// The result of a recovery.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Recovered {
     /// Frames.
     pub frames: u64,
     /// Events that were found when it was recorded.
     pub events: u64,
-    /// Frames that are damaged, and entered as lost.
+    /// Frames that are damaged and entered as lost.
     pub damaged: u64,
     /// Whether the file was finished properly.
     pub whole: bool,
     /// Bytes of the new file.
     pub bytes: u64,
-    /// What could not be read.
+    /// The bytes that could not be read.
     pub unread: Option<Unread>,
-    /// Messages of channels that only a damaged part describes: they may be under a wrong name.
+    /// Messages of channels that only a damaged part describes. They may have a wrong name.
     pub doubtful: u64,
 }
 
-/// A file that is being brought back.
+/// A file that is being recovered.
 struct Recovery<'a> {
     out: RecordingFile,
     path: &'a Path,
-    /// By their numbers, and whether where they stand is as it was written.
+    /// The schemas by their numbers, each with whether it stands in undamaged bytes.
     schemas: BTreeMap<u16, (Schema<'static>, bool)>,
     channels: BTreeMap<u16, (Channel, bool)>,
-    /// Numbers of channels in the new file.
+    /// Numbers of channels in the new file, by those in the old one.
     numbers: BTreeMap<u16, u16>,
     /// Time of the last message.
     time: u64,
@@ -54,17 +54,17 @@ struct Recovery<'a> {
     found: Recovered,
 }
 
-/// Brings back everything that was completely written; `new` is an empty file at `path`.
+/// Recovers everything that was completely written. `new` is an empty file at `path`.
 ///
 /// # Errors
-/// Where the old file is no MCAP file or cannot be read, or the new one cannot be written.
+/// The old file is no MCAP file or cannot be read, or the new one cannot be written.
 pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
     let mut scan = Scan::open(old)?;
     let out = RecordingFile::new(new, &[]).map_err(|error| not_written(path, error))?;
     let (schemas, channels, numbers) = Default::default();
     let found = Recovered::default();
     let mut recovery = Recovery { out, path, schemas, channels, numbers, time: 0, damaged: 0, found };
-    // First what the index says of channels: in chunks they stand only once.
+    // The index comes first, because chunks have each channel only once.
     for (op, body) in index(old).map_err(|error| Error::new(old.display(), error))? {
         if [op::SCHEMA, op::CHANNEL].contains(&op) {
             recovery.record(op, &body, true).map_err(|error| not_written(path, error))?;
@@ -85,12 +85,12 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
     recovery.finish()
 }
 
-/// Whether what is found replaces what is there: the first does, unless it stands where bytes are wrong.
+/// Returns whether a new entry replaces the one there is. The first entry stays, unless it stands in damaged bytes.
 fn is_better<T>(there: Option<&(T, bool)>, sound: bool) -> bool {
     there.is_none_or(|(_, was)| sound && !was)
 }
 
-/// An error of writing the new file, in words.
+/// Describes an error of writing the new file.
 fn not_written(path: &Path, error: McapError) -> Error {
     let why = match error {
         McapError::Io(error) => error.to_string(),
@@ -106,14 +106,14 @@ impl Recovery<'_> {
             op::SCHEMA | op::CHANNEL | op::METADATA => {}
             _ => return Ok(()),
         }
-        // One that cannot be read is damaged, and what needs it is left out.
+        // A record that cannot be read is damaged, and everything that needs it is left out.
         match parse_record(op, body) {
             Ok(Record::Schema { header, data }) => {
                 let schema = Schema { id: header.id, name: header.name, encoding: header.encoding, data };
                 let data = schema.data.into_owned().into();
                 let schema = Schema { data, ..schema };
                 if is_better(self.schemas.get(&schema.id), sound) {
-                    // Channels of the old one are written anew.
+                    // Channels of the old schema are written again.
                     self.numbers.retain(|id, _| self.channels.get(id).is_none_or(|(of, _)| of.schema_id != schema.id));
                     self.schemas.insert(schema.id, (schema, sound));
                 }

@@ -1,7 +1,7 @@
 //! A file that has room for its own end.
 //!
-//! A recording that a full disk cuts off has no index, and viewers refuse it. So room is reserved ahead of what is
-//! written, always enough to finish the file: a full disk is found out while there is still room.
+//! A recording that a full disk cuts off has no index, and viewers refuse it. So room is reserved ahead of the written
+//! bytes, always enough to finish the file. A full disk is noticed while there is still room.
 
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -10,18 +10,18 @@ use rustix::fs::{FallocateFlags, fallocate};
 use rustix::io::Errno;
 use rustix::process::{Resource, getrlimit};
 
-/// Room that is reserved at a time, where there is as much.
+/// Bytes that are reserved at a time, if there is as much room.
 const STEP: u64 = 32 << 20;
 
-/// A file, written through, with room ahead.
+/// A file without a buffer of its own, with room ahead.
 #[derive(Debug)]
 pub(super) struct Reserved {
     file: File,
-    /// Where the next byte goes.
+    /// The place of the next byte.
     at: u64,
-    /// Where the file ends.
+    /// The end of the file.
     end: u64,
-    /// Up to where there is room.
+    /// The end of the reserved room.
     room: u64,
     /// Largest file that the process may write.
     limit: u64,
@@ -30,17 +30,18 @@ pub(super) struct Reserved {
 }
 
 impl Reserved {
-    /// A file that is empty.
+    /// Takes a file that is empty.
     pub(super) fn new(file: File) -> Self {
         let limit = getrlimit(Resource::Fsize).current.unwrap_or(u64::MAX);
         Self { file, at: 0, end: 0, room: 0, limit, able: true }
     }
 
-    /// Makes sure that this many bytes more can be written at the end. Whether they can; where the file system cannot
-    /// say so, it is taken for granted.
+    /// Reserves room for this many bytes more at the end, and returns whether they can be written.
+    ///
+    /// If the file system cannot reserve room, the answer is yes.
     ///
     /// # Errors
-    /// Where the file cannot be used.
+    /// The file cannot be used.
     pub(super) fn make_room(&mut self, bytes: u64) -> io::Result<bool> {
         let wanted = self.end.saturating_add(bytes);
         if wanted > self.limit {
@@ -68,20 +69,20 @@ impl Reserved {
         Ok(false)
     }
 
-    /// Gives back what was reserved and not used, and sees to it that everything is on the disk.
+    /// Gives back room that was reserved and not used, and makes sure that everything is on the disk.
     ///
     /// # Errors
-    /// Where the file cannot be used.
+    /// The file cannot be used.
     pub(super) fn close(self) -> io::Result<()> {
         if self.room > self.end {
-            // What cannot be given back is no error: it is room, not bytes.
+            // It is no error if room cannot be given back: it holds no bytes of the recording.
             let beyond = FallocateFlags::KEEP_SIZE | FallocateFlags::PUNCH_HOLE;
             let _ = fallocate(&self.file, beyond, self.end, self.room - self.end);
         }
         self.file.sync_all()
     }
 
-    /// Bytes of the file.
+    /// Returns the size of the file in bytes.
     pub(super) fn bytes(&self) -> u64 {
         self.end
     }

@@ -1,9 +1,9 @@
 //! An MCAP file record by record, whole or not.
 //!
-//! Chunks must not be compressed. One that was never finished is read as far as it goes: what its header should say of
-//! it is not there, but its records are.
+//! Chunks must not be compressed. A chunk that was never finished is read as far as it goes. Its header lacks length
+//! and checksum, but its records are there.
 //!
-//! The scan is our own, because what is kept of a damaged or unfinished recording is this project's policy.
+//! The scan is our own, because it is this project's policy which parts of a damaged or unfinished recording are kept.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
@@ -26,13 +26,12 @@ const LONGEST_INDEX: u64 = 256 << 20;
 /// Bytes of a message before its data.
 const MESSAGE_HEADER: usize = 22;
 
-/// What a step came to.
+/// The result of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Step {
-    /// A record of this operation code; [`Scan::body`] has it. Where it is not `sound`, it stands in a chunk that is not
-    /// as it was written.
+    /// A record of this operation code; [`Scan::body`] has it. If it is not `sound`, it stands in a damaged chunk.
     Record { op: u8, sound: bool },
-    /// No more: the data's proper end, or where the file breaks off.
+    /// The end: the data's proper end, or the place where the file breaks off.
     End { whole: bool },
 }
 
@@ -41,13 +40,13 @@ pub(crate) enum Step {
 pub(crate) struct MessageBody<'a> {
     pub(crate) channel: u16,
     pub(crate) sequence: u32,
-    /// Nanoseconds: when it was logged and when it was published.
+    /// The times when it was logged and when it was published, in nanoseconds.
     pub(crate) times: [u64; 2],
     pub(crate) data: &'a [u8],
 }
 
 impl<'a> MessageBody<'a> {
-    /// A message of a record's body; nothing where that is too short.
+    /// Reads a message from a record's body; `None` if that is too short.
     pub(crate) fn parse(body: &'a [u8]) -> Option<Self> {
         let (header, data) = body.split_at_checked(MESSAGE_HEADER)?;
         let (channel, rest) = header.split_first_chunk()?;
@@ -66,31 +65,31 @@ impl<'a> MessageBody<'a> {
 /// Bytes that could not be read as records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unread {
-    /// Where the first of them is in the file.
+    /// The place of the first of them in the file.
     pub at: u64,
-    /// How many.
+    /// The number of bytes.
     pub bytes: u64,
-    /// Whether a damaged length hides them; otherwise they are a record that was not completely written.
+    /// Whether a damaged length hides them. Otherwise they are a record that was not completely written.
     pub damaged: bool,
 }
 
 /// A file that is being read.
 pub(crate) struct Scan {
     file: BufReader<File>,
-    /// Where the file is read next, and where it ends.
+    /// The place where the file is read next, and its end.
     at: u64,
     length: u64,
-    /// The record that was read last, where it stands outside a chunk.
+    /// The record that was read last, if it stands outside a chunk.
     record: Vec<u8>,
-    /// The chunk that is being read, and where in it the next record starts.
+    /// The chunk that is being read, and the place in it where the next record starts.
     chunk: Vec<u8>,
     chunk_at: usize,
     chunk_sound: bool,
-    /// Where the last record's body is in the chunk; nothing where it is `record`.
+    /// The place of the last record's body in the chunk; `None` if it is in `record`.
     in_chunk: Option<(usize, usize)>,
     /// Whether bodies of chunks and of other large records are left out.
     outline: bool,
-    /// Bytes of the longest record outside chunks, or of a chunk's.
+    /// Bytes of the longest record, outside chunks or in one.
     longest: u64,
     unread: Option<Unread>,
 }
@@ -99,7 +98,7 @@ impl Scan {
     /// Opens a file.
     ///
     /// # Errors
-    /// Where it cannot be read, or is no MCAP file.
+    /// The file cannot be read, or is no MCAP file.
     pub(crate) fn open(path: &Path) -> Result<Self, Error> {
         let failed = |error: io::Error| Error::new(path.display(), error);
         let file = File::open(path).map_err(failed)?;
@@ -133,7 +132,7 @@ impl Scan {
         Ok(scan)
     }
 
-    /// The body of the record that was read last.
+    /// Returns the body of the record that was read last.
     pub(crate) fn body(&self) -> &[u8] {
         match self.in_chunk {
             Some((start, end)) => self.chunk.get(start..end).unwrap_or_default(),
@@ -141,15 +140,15 @@ impl Scan {
         }
     }
 
-    /// What could not be read so far.
+    /// Returns the bytes that could not be read so far.
     pub(crate) fn unread(&self) -> Option<Unread> {
         self.unread
     }
 
-    /// The next record; those of a chunk come one by one, the chunk itself does not.
+    /// Returns the next record. Those of a chunk come one by one, and the chunk itself does not come.
     ///
     /// # Errors
-    /// Where the file cannot be read, or a chunk is compressed.
+    /// The file cannot be read, or a chunk is compressed.
     pub(crate) fn next(&mut self) -> io::Result<Step> {
         loop {
             if let Some(op) = self.next_in_chunk() {
@@ -164,7 +163,7 @@ impl Scan {
             let left = self.length - self.at;
             match op {
                 op::CHUNK => self.start_chunk(length, left)?,
-                // Nothing has this code: what follows is no record.
+                // No record has this code, so no record follows.
                 0 => {
                     if !self.rest_is_empty()? {
                         self.leave(start, self.length - start, true);
@@ -172,7 +171,7 @@ impl Scan {
                     return Ok(Step::End { whole: false });
                 }
                 _ if length > left => {
-                    // A file that was cut off lacks its end, and has less than a record of what it breaks off in.
+                    // A file that was cut off lacks its end. Its last part is less than a record.
                     let damaged =
                         op > op::DATA_END || left > 2 * self.longest.max(1 << 20) || self.ends_with_magic()?;
                     self.leave(start, self.length - start, damaged);
@@ -186,7 +185,7 @@ impl Scan {
                     read_exactly(&mut self.file, &mut self.record, length)?;
                     return Ok(Step::Record { op, sound: true });
                 }
-                // Codes that nobody has given a meaning, unlike those from 0x80 on, which are everybody's own.
+                // These codes have no meaning yet. Codes from 0x80 on are free for any program.
                 _ if op > op::DATA_END && op < 0x80 => {
                     self.leave(start, HEAD + length, true);
                     self.skip(length)?;
@@ -196,7 +195,7 @@ impl Scan {
         }
     }
 
-    /// A record's operation code and length; nothing at the end.
+    /// Returns a record's operation code and length; `None` at the end.
     fn head(&mut self) -> io::Result<Option<(u8, u64)>> {
         if self.length - self.at < HEAD {
             return Ok(None);
@@ -210,12 +209,13 @@ impl Scan {
 
     fn skip(&mut self, bytes: u64) -> io::Result<()> {
         self.at += bytes;
-        // Small ones stay in the buffer.
+        // Small steps stay within the buffer.
         self.file.seek_relative(bytes as i64)
     }
 
-    /// Reads a chunk of this length, or, where there are not as many bytes left, goes on with the records in it as if
-    /// they stood in the file itself: so they do.
+    /// Reads a chunk of this length.
+    ///
+    /// If fewer bytes are left, it goes on with the chunk's records as if they stood in the file itself, which they do.
     fn start_chunk(&mut self, length: u64, left: u64) -> io::Result<()> {
         if left < CHUNK_HEADER as u64 {
             return self.skip(left);
@@ -247,7 +247,7 @@ impl Scan {
         Ok(())
     }
 
-    /// The next record of the chunk.
+    /// Returns the next record of the chunk.
     fn next_in_chunk(&mut self) -> Option<u8> {
         let rest = self.chunk.get(self.chunk_at..)?;
         let (&op, rest) = rest.split_first()?;
@@ -260,7 +260,7 @@ impl Scan {
         Some(op)
     }
 
-    /// What is left of the chunk is no record: its length is damaged.
+    /// Leaves the rest of the chunk, which is no record because its length is damaged.
     fn leave_chunk(&mut self) {
         let left = self.chunk.len().saturating_sub(self.chunk_at) as u64;
         if left > 0 {
@@ -278,7 +278,7 @@ impl Scan {
         }
     }
 
-    /// Whether only zeros follow: room that was reserved.
+    /// Returns whether only zeros follow, which are reserved room.
     fn rest_is_empty(&mut self) -> io::Result<bool> {
         loop {
             let bytes = self.file.fill_buf()?;
@@ -297,7 +297,7 @@ impl Scan {
         Ok(tail == mcap::MAGIC)
     }
 
-    /// Whether the file ends as it should: with a footer and the magic bytes once more.
+    /// Returns whether the file ends as it should: with a footer and the magic bytes once more.
     fn has_proper_end(&mut self) -> io::Result<bool> {
         let end = END;
         if self.length < self.at + end {
@@ -311,11 +311,12 @@ impl Scan {
     }
 }
 
-/// The records of the index at a file's end, with their operation codes; none where it is not as it was written, or not
-/// there.
+/// Returns the records of the index at a file's end, with their operation codes.
+///
+/// There are none if the index is damaged or missing.
 ///
 /// # Errors
-/// Where the file cannot be read.
+/// The file cannot be read.
 pub(crate) fn index(path: &Path) -> io::Result<Vec<(u8, Vec<u8>)>> {
     let mut file = File::open(path)?;
     let length = file.metadata()?.len();
@@ -331,7 +332,7 @@ pub(crate) fn index(path: &Path) -> io::Result<Vec<(u8, Vec<u8>)>> {
     file.seek(SeekFrom::Start(start.min(footer)))?;
     let mut all = Vec::new();
     read_exactly(&mut file, &mut all, bytes)?;
-    // The check is of the index and of the footer up to itself.
+    // The checksum covers the index, and the footer up to the checksum itself.
     let (of_footer, crc) = tail.split_at(END as usize - mcap::MAGIC.len() - 4);
     let mut hasher = crc32fast::Hasher::new();
     hasher.update(&all);
@@ -352,7 +353,7 @@ pub(crate) fn index(path: &Path) -> io::Result<Vec<(u8, Vec<u8>)>> {
     Ok(records)
 }
 
-/// What a file is about, without its messages.
+/// The description of a file, without its messages.
 pub(crate) struct Outline {
     /// Its records of metadata, in their order.
     pub(crate) metadata: Vec<Metadata>,
@@ -360,10 +361,10 @@ pub(crate) struct Outline {
     pub(crate) whole: bool,
 }
 
-/// Reads what a file is about.
+/// Reads the description of a file.
 ///
 /// # Errors
-/// As [`Scan::open`]; where a chunk is compressed.
+/// The errors of [`Scan::open`], or a chunk is compressed.
 pub(crate) fn outline(path: &Path) -> Result<Outline, Error> {
     let mut scan = Scan { outline: true, ..Scan::open(path)? };
     let mut metadata = Vec::new();
@@ -380,7 +381,7 @@ pub(crate) fn outline(path: &Path) -> Result<Outline, Error> {
     }
 }
 
-/// Reads as many bytes, with memory that grows as they come.
+/// Reads exactly this many bytes. The memory grows as they come.
 fn read_exactly(file: &mut impl Read, into: &mut Vec<u8>, bytes: u64) -> io::Result<()> {
     into.clear();
     into.try_reserve_exact(bytes as usize).map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;

@@ -1,5 +1,5 @@
-//! A recording's file in a thread of its own, behind a queue, so that a slow disk does not make the camera lose frames,
-//! and so that it is seen how slow it is.
+//! A recording's file in a thread of its own, behind a queue. A slow disk does not make the camera lose frames, and its
+//! slowness is reported.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -18,22 +18,22 @@ const QUEUE_BYTES: usize = 256 << 20;
 /// Most frames that may wait.
 const QUEUE_FRAMES: usize = 256;
 
-/// What became of a recording's file.
+/// The result of writing a recording's file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Written {
     /// Bytes of the file.
     pub bytes: u64,
     /// Frames in it.
     pub frames: u64,
-    /// Frames that came and are not in it, because the disk was full.
+    /// Frames that came and are not in it because the disk was full.
     pub left_out: u64,
     /// The most frames that waited for the disk.
     pub most_waiting: u64,
-    /// How often the queue was full, so that the source had to wait for the disk.
+    /// How often the queue was full and the source had to wait for the disk.
     pub waits: u64,
 }
 
-/// The queue's end to which messages are given.
+/// The end of the queue that takes messages.
 pub(super) struct Writer {
     queue: Option<SyncSender<Vec<Message>>>,
     thread: Option<JoinHandle<Result<Written, Error>>>,
@@ -45,7 +45,7 @@ pub(super) struct Writer {
 }
 
 impl Writer {
-    /// Starts to write a file that is empty; `frame_bytes` is about what one frame takes.
+    /// Starts to write a file that is empty. `frame_bytes` is the approximate size of a frame.
     pub(super) fn start(file: File, path: &Path, metadata: Vec<Metadata>, frame_bytes: usize) -> Result<Self, Error> {
         let frames = (QUEUE_BYTES / frame_bytes.max(1)).clamp(2, QUEUE_FRAMES);
         let (queue, messages) = sync_channel(frames);
@@ -59,8 +59,9 @@ impl Writer {
         Ok(Self { queue: Some(queue), thread, waiting, full, most_waiting: 0, waits: 0, path: path.into() })
     }
 
-    /// Gives messages of one moment; waits where the queue is full. Whether the file goes on: not where the disk is full or
-    /// the file cannot be written.
+    /// Gives the messages of one moment, and waits if the queue is full.
+    ///
+    /// It returns whether the file goes on. It does not if the disk is full or the file cannot be written.
     pub(super) fn give(&mut self, messages: Vec<Message>) -> bool {
         let Some(queue) = &self.queue else { return false };
         let waiting = self.waiting.fetch_add(1, Ordering::Relaxed);
@@ -76,7 +77,7 @@ impl Writer {
         sent && !self.full.load(Ordering::Relaxed)
     }
 
-    /// Moments' messages that are not on their way to the disk yet.
+    /// Returns the number of moments whose messages are not on their way to the disk yet.
     pub(super) fn waiting(&self) -> u64 {
         self.waiting.load(Ordering::Relaxed)
     }
@@ -92,7 +93,7 @@ impl Writer {
     }
 }
 
-/// Writes what comes, until nothing comes any more, and finishes the file.
+/// Writes messages until none comes any more, and finishes the file.
 fn write(
     file: File,
     path: &Path,

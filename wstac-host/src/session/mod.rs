@@ -1,4 +1,4 @@
-//! A source read to its end: typed outputs, one by one.
+//! A session: a source that is read to its end, as typed outputs, one by one.
 //!
 //! ```no_run
 //! use wstac_host::{output::Output, session::Session};
@@ -27,8 +27,9 @@ use crate::texture::Textures;
 
 /// Reads a source through the core: an iterator of typed outputs.
 ///
-/// It owns its source, configuration and models, and may go to another thread. The last output of a source that does not fail is
-/// [`Output::End`]. If the source fails, the outputs up to then and an [`Output::End`] come first, and the error last.
+/// It owns its source, configuration and models, and may go to another thread. The last output of a source that does
+/// not fail is [`Output::End`]. If the source fails, the outputs up to then and an [`Output::End`] come first, and the
+/// error last.
 pub struct Session {
     source: Box<dyn Source>,
     processor: Processor,
@@ -48,7 +49,7 @@ impl std::fmt::Debug for Session {
 
 /// Looks at everything that passes through a session. [`Session::step`] calls it.
 pub trait Observer {
-    /// Why the observer ends the session.
+    /// The observer's reason to end the session.
     type Error: From<Error>;
 
     /// Sees an event of the source before the processor takes it.
@@ -73,7 +74,7 @@ pub trait Observer {
     }
 }
 
-/// What a step of a session brought.
+/// The state of a session after a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     /// The session goes on.
@@ -118,8 +119,9 @@ impl Session {
         Self::builder(Pushed(info))
     }
 
-    /// Opens a file, a folder of pictures or standard input, with the default options. [`open()`] has all of them, and other kinds of
-    /// sources.
+    /// Opens a file, a folder of pictures or standard input, with the default options.
+    ///
+    /// [`open()`] has all options, and opens other kinds of sources.
     ///
     /// # Errors
     /// The source cannot be opened, or its configuration does not fit it.
@@ -171,7 +173,8 @@ impl Session {
     /// Takes the next event of the source: hands it to `observer`, then every output that follows from it.
     ///
     /// # Errors
-    /// The source's error, after the observer got an [`Output::End`]; an error of the observer.
+    /// The source fails or the observer returns an error. If the source fails, the observer first gets an
+    /// [`Output::End`].
     pub fn step<O: Observer>(&mut self, observer: &mut O) -> Result<Step, O::Error> {
         if self.is_over {
             return Ok(Step::Over);
@@ -188,7 +191,7 @@ impl Session {
                 Ok(if goes_on { Step::GoesOn } else { Step::Over })
             }
             Err(error) => {
-                // The source's error is the one that matters, whatever becomes of the end.
+                // The source's error is the one that matters, even if the end fails, too.
                 let _ = self.finish(observer);
                 Err(error.into())
             }
@@ -198,7 +201,7 @@ impl Session {
     /// Ends the session before its source ends: hands what was pending and the summary to `observer`.
     ///
     /// # Errors
-    /// An error of the observer.
+    /// The observer returns an error.
     pub fn finish<O: Observer>(&mut self, observer: &mut O) -> Result<(), O::Error> {
         if std::mem::replace(&mut self.is_over, true) {
             return Ok(());
@@ -212,7 +215,7 @@ impl Session {
     /// Returns the next output if there is one, without waiting for a live source longer than a second.
     ///
     /// # Errors
-    /// The source's error, after all outputs.
+    /// The source has failed. The error comes after all outputs.
     pub fn poll(&mut self) -> Result<Poll, Error> {
         loop {
             if let Some(output) = self.waiting.pop_front() {
@@ -247,12 +250,12 @@ impl Source for Pushed {
     }
 }
 
-/// What [`Session::poll`] returns.
+/// The result of [`Session::poll`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum Poll {
     /// An output.
     Output(Output),
-    /// Nothing yet: a live source has no frame.
+    /// There is no output yet: a live source has no frame.
     Waiting,
     /// The session is over.
     Over,
@@ -333,7 +336,8 @@ impl SessionBuilder {
     /// Builds the session.
     ///
     /// # Errors
-    /// The source's own configuration or a model cannot be used; layout, format and configuration do not fit each other.
+    /// The source's own configuration or a model cannot be used, or layout, format and configuration do not fit each
+    /// other.
     pub fn build(self) -> Result<Session, Error> {
         let Self { source, info, config, models, textures, options } = self;
         let info = info.as_ref().unwrap_or_else(|| source.info());
@@ -348,7 +352,7 @@ impl SessionBuilder {
 /// Reads a source to its end or to its first error, and always emits the summary.
 ///
 /// # Errors
-/// The source's error, after the summary; an error of `emit`.
+/// The source fails or `emit` returns an error. If the source fails, the summary is emitted first.
 pub fn run<E: From<Error>>(
     source: &mut dyn Source,
     processor: &mut Processor,

@@ -1,4 +1,4 @@
-//! The core set up for one stream: source events in, typed outputs out.
+//! The core set up for one stream. It takes source events and gives typed outputs.
 
 use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::green::any::Any;
@@ -23,7 +23,8 @@ pub type HostPipeline = Pipeline<Any, AnyLn, Option<TrackingBaseline>>;
 
 /// Turns source events into typed outputs.
 ///
-/// A [`Session`](super::Session) owns one. A program that reads the source itself, to record or to show its frames, owns one directly.
+/// A [`Session`](super::Session) owns one. A program that reads the source itself, to record or to show its frames,
+/// owns one directly.
 #[derive(Debug)]
 pub struct Processor {
     pipeline: HostPipeline,
@@ -115,10 +116,12 @@ impl Processor {
         Self { textures, ..self }
     }
 
-    /// Takes an event of the source and hands every output that follows from it to `emit`. Returns whether the stream goes on.
+    /// Takes an event of the source and hands every output that follows from it to `emit`.
+    ///
+    /// It returns whether the stream goes on.
     ///
     /// # Errors
-    /// An error of `emit`.
+    /// `emit` returns an error.
     pub fn process<E>(
         &mut self,
         event: &SourceEvent<'_>,
@@ -151,7 +154,7 @@ impl Processor {
                     answers.emit(&update, &mut emit)?;
                     self.taxels = self.pipeline.taxels();
                 } else {
-                    // Too few bytes: nothing of the frame was taken, but its time has passed.
+                    // The frame has too few bytes. Nothing of it was taken, but its time has passed.
                     answers.emit(&pipeline.push_lost(1), &mut emit)?;
                     self.dropped = self.dropped.saturating_add(1);
                     self.taxels = None;
@@ -167,7 +170,7 @@ impl Processor {
     /// Ends the stream: emits what was pending, then the summary.
     ///
     /// # Errors
-    /// An error of `emit`.
+    /// `emit` returns an error.
     pub fn finish<E>(&mut self, mut emit: impl FnMut(Output) -> Result<(), E>) -> Result<(), E> {
         let (pipeline, answers) = self.parts();
         let finished = pipeline.finish();
@@ -181,8 +184,9 @@ impl Processor {
         emit(Output::End(StreamSummary::new(end, self.dropped)))
     }
 
-    /// Returns the 25 taxels of the last frame, row by row, each as a fraction of full scale, 0 to 1; `None` before the first frame
-    /// and after a lost one.
+    /// Returns the 25 taxels of the last frame, row by row, each as a fraction of full scale from 0 to 1.
+    ///
+    /// It is `None` before the first frame and after a lost one.
     pub fn taxels(&self) -> Option<[f32; TAXELS]> {
         let geometry = self.geometry();
         let full = geometry.pixels() as f32 * geometry.full_scale() as f32;
@@ -199,22 +203,22 @@ impl Processor {
         &self.pipeline
     }
 
-    /// Gathers a new baseline from the next frame on. Returns the sample that was being captured, which ends here.
+    /// Gathers a new baseline from the next frame on. It returns the sample that was being captured, which ends here.
     pub fn rezero(&mut self) -> Option<InterruptedSample> {
         self.baseline_reported = false;
         self.pipeline.rezero()
     }
 
-    /// Takes the next camera frame as the first of a stream: with a new baseline, and without a part of a feature frame.
+    /// Takes the next camera frame as the first of a stream, with a new baseline and without a part of a feature frame.
     ///
-    /// What follows is what a recording of the frames from here on gives, apart from the numbers of the frames. Returns the sample
-    /// that was being captured, which ends here.
+    /// The outputs that follow are those of a recording of the frames from here on, apart from the numbers of the
+    /// frames. It returns the sample that was being captured, which ends here.
     pub fn restart(&mut self) -> Option<InterruptedSample> {
         self.baseline_reported = false;
         self.pipeline.restart()
     }
 
-    /// Returns whether the baseline has just turned out not to be quiet: `true` once.
+    /// Returns `true` once when the baseline turns out not to be quiet.
     fn baseline_disturbed(&mut self) -> bool {
         if self.baseline_reported || self.pipeline.baseline().is_none() {
             return false;
@@ -229,7 +233,7 @@ impl Processor {
     }
 }
 
-/// What makes outputs of updates.
+/// The options and models that turn updates into outputs.
 struct Answers<'p> {
     textures: &'p Textures,
     speed: &'p SpeedConfig,

@@ -115,7 +115,7 @@ impl<S: Source, F: FnMut(u64) -> Injection + Send> Source for FaultInjector<S, F
             }
             Injection::Fault(kind) => {
                 self.owed = true;
-                SourceEvent::Fault(Fault { kind, message: "an injected fault".into() })
+                SourceEvent::Fault(Fault::new(kind, "an injected fault"))
             }
             Injection::Fail => return Err(Error::new("fault injection", "the source fails here on purpose")),
         })

@@ -1,4 +1,4 @@
-//! A recording as a source: the frames, gaps and faults of the stream that was recorded, in their order.
+//! A recording as a source. It gives the frames, gaps and faults of the stream that was recorded, in their order.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use crate::record::parse::parse_record;
 use crate::record::scan::{MessageBody, Scan, Step, outline};
 use crate::record::{CAMERA, FAULTS};
 
-/// What is on a channel.
+/// The content of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Content {
     Raw,
@@ -47,7 +47,7 @@ pub struct McapSource {
     scan: Scan,
     about: About,
     info: StreamInfo,
-    /// Channels that matter, by their numbers; numbers of the schemas of compressed pictures.
+    /// The channels that matter, by their numbers, and the numbers of the schemas of compressed pictures.
     channels: Vec<(u16, Content)>,
     jpeg_schemas: Vec<u16>,
     images: Images,
@@ -55,7 +55,7 @@ pub struct McapSource {
     ended: bool,
 }
 
-/// What is handed out next.
+/// The next thing to hand out.
 enum Next {
     Frame(Content),
     Lost(u64, LossReason),
@@ -67,7 +67,8 @@ impl McapSource {
     /// Opens a recording. `fps` replaces its rate.
     ///
     /// # Errors
-    /// Where it cannot be read, is not whole, or was not recorded by this program: says which, and what to do.
+    /// The file cannot be read, is not whole, or was not recorded by this program. The error says which, and what to
+    /// do.
     pub fn open(path: &Path, fps: Option<FrameRate>) -> Result<Self, Error> {
         let subject = path.display().to_string();
         let failed = |message: &dyn std::fmt::Display| Error::new(&subject, message);
@@ -101,7 +102,7 @@ impl McapSource {
         })
     }
 
-    /// What the recording says of itself.
+    /// Returns what the recording says of itself.
     pub fn about(&self) -> &About {
         &self.about
     }
@@ -110,7 +111,7 @@ impl McapSource {
         damaged(&self.subject, what)
     }
 
-    /// Goes on to the next message that matters: a frame's stays in `scan`.
+    /// Goes on to the next message that matters. A frame's message stays in `scan`.
     fn advance(&mut self) -> Result<Next, Error> {
         loop {
             let step = self.scan.next().map_err(|error| Error::new(&self.subject, error))?;
@@ -136,7 +137,7 @@ impl McapSource {
                     match line.map_err(|error| self.damaged(format_args!("{FAULTS}: {error}")))? {
                         Line::Lost { frames, why } => return Ok(Next::Lost(frames, LossReason::from(why.as_str()))),
                         Line::Fault { fault, message } => {
-                            return Ok(Next::Fault(Fault { kind: FaultKind::from(fault.as_str()), message }));
+                            return Ok(Next::Fault(Fault::from_text(FaultKind::from(fault.as_str()), &message)));
                         }
                         Line::Other => {}
                     }
@@ -147,7 +148,7 @@ impl McapSource {
         }
     }
 
-    /// Notes a channel that matters.
+    /// Notes a channel if it matters.
     fn enter(&mut self, op: u8) -> Result<(), Error> {
         if op != op::SCHEMA && op != op::CHANNEL {
             return Ok(());
@@ -172,7 +173,7 @@ impl McapSource {
         Ok(())
     }
 
-    /// The frame that `scan` has.
+    /// Returns the frame that `scan` has.
     fn frame(&mut self, content: Content) -> Result<SourceEvent<'_>, Error> {
         let Some(message) = MessageBody::parse(self.scan.body()) else {
             return Err(self.damaged(NO_PICTURE));
@@ -202,7 +203,7 @@ impl Source for McapSource {
         if self.ended {
             return Ok(SourceEvent::End);
         }
-        // After an error there is nothing that could be relied on.
+        // After an error, nothing that follows can be relied on.
         self.ended = true;
         let next = self.advance()?;
         self.ended = matches!(next, Next::End);
@@ -221,7 +222,7 @@ fn damaged(subject: &str, what: impl std::fmt::Display) -> Error {
     Error::new(subject, format_args!("{what}; wstac recover makes a whole recording of what is not damaged"))
 }
 
-/// Labels for a person.
+/// Returns the labels for a person.
 fn labels(about: &About) -> String {
     let each = about.labels.iter().map(|(name, value)| [", ", name, "=", value].concat());
     each.collect::<Vec<_>>().concat()

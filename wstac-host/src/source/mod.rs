@@ -1,4 +1,4 @@
-//! Where frames come from: one trait, one file a source.
+//! Sources of frames: one trait, and one file per source.
 
 pub mod decorate;
 #[cfg(feature = "mcap")]
@@ -6,10 +6,10 @@ pub mod mcap;
 pub mod open;
 #[cfg(feature = "png")]
 pub mod png_folder;
-mod words;
 pub mod y4m;
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -24,35 +24,35 @@ use crate::camera::CameraState;
 use crate::config::Config;
 use crate::error::Error;
 
-/// What a person says of a recording, such as `specimen` `Saw3`.
+pub use crate::words::{FaultKind, LossReason};
+
+/// The labels that a person gave, such as `specimen` `Saw3`.
 pub type Labels = BTreeMap<String, String>;
 
-pub use self::words::{FaultKind, LossReason};
-
-/// What all frames of a stream have in common.
+/// The properties that all frames of a stream have in common.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StreamInfo {
     /// Width and height.
     pub size: FrameSize,
-    /// Pixel format of the bytes that the source hands out (of a compressed stream: as decoded).
+    /// Pixel format of the bytes that the source hands out. For a compressed stream it is the format of decoded frames.
     pub format: PixelFormat,
-    /// What YCbCr numbers mean, as the source states it.
+    /// The meaning of YCbCr numbers, as the source states it.
     pub color: YcbcrEncoding,
-    /// Bytes from row to row.
+    /// Bytes from the start of a row to the start of the next.
     pub bytes_per_row: u32,
-    /// Frames a second.
+    /// Frames per second.
     pub rate: FrameRate,
     /// Whether it gives taxel sums instead of bytes.
     pub taxels_only: bool,
-    /// One line for a person: what the source is and what it gives.
+    /// One line for a person: the source and its frames.
     pub about: String,
-    /// The camera that its frames come from, now or when they were recorded; nothing where none is known.
+    /// The camera that its frames come from, now or when they were recorded; `None` if no camera is known.
     pub camera: Option<Box<CameraState>>,
-    /// What a recording holds besides frames; `None` if the source is no recording.
+    /// The parts of a recording besides frames; `None` if the source is no recording.
     pub recorded: Option<Arc<Recorded>>,
 }
 
-/// What a recording holds besides frames.
+/// The parts of a recording besides frames.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Recorded {
     /// The configuration, as TOML. It holds unless the user gives another.
@@ -63,17 +63,17 @@ pub struct Recorded {
     pub labels: Labels,
 }
 
-/// Which frames of a live source are handed out where the program is slower than the camera.
+/// The choice of frames of a live source that are handed out if the program is slower than the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FramePolicy {
-    /// All of them, the oldest first, as long as the driver has buffers: for recording.
+    /// All frames, the oldest first, as long as the driver has buffers. This is for recording.
     #[default]
     Every,
-    /// The newest; older ones that wait are counted as lost: for answers in time.
+    /// The newest frame. Older ones that wait are counted as lost. This is for answers in time.
     Newest,
 }
 
-/// How far the program is behind a live source; all 0 for files.
+/// The lag of the program behind a live source; all 0 for files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Lag {
     /// Frames that waited behind the one handed out last.
@@ -82,7 +82,7 @@ pub struct Lag {
     pub most: u32,
     /// Frames that were skipped for newer ones.
     pub skipped: u64,
-    /// From the driver's timestamp of the frame handed out last to its handing out.
+    /// The time from the driver's timestamp of the last frame to the moment when it was handed out.
     pub latency: Option<Duration>,
 }
 
@@ -91,8 +91,62 @@ pub struct Lag {
 pub struct Fault {
     /// Its kind.
     pub kind: FaultKind,
-    /// What happened, for a person.
+    /// The event in words for a person, without the remedy.
     pub message: String,
+    /// The action of the source; `None` if it needs no words.
+    pub remedy: Option<Remedy>,
+}
+
+/// The action of a source after a fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Remedy {
+    /// It waits for the same camera.
+    AwaitCamera,
+    /// It waits for the signal of its input.
+    AwaitSignal,
+    /// It starts the camera again and again until that works.
+    Retry,
+}
+
+impl Remedy {
+    const ALL: [Self; 3] = [Self::AwaitCamera, Self::AwaitSignal, Self::Retry];
+}
+
+impl fmt::Display for Remedy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::AwaitCamera => "waiting for the same camera, Ctrl-C ends",
+            Self::AwaitSignal => "waiting for it",
+            Self::Retry => "tried again until it starts",
+        })
+    }
+}
+
+impl Fault {
+    /// Creates a fault without a remedy.
+    pub fn new(kind: FaultKind, message: impl Into<String>) -> Self {
+        Self { kind, message: message.into(), remedy: None }
+    }
+
+    /// Creates a fault from the text of a recorded one, which [`Display`](fmt::Display) made.
+    pub fn from_text(kind: FaultKind, text: &str) -> Self {
+        for remedy in Remedy::ALL {
+            let message = text.strip_suffix(&remedy.to_string()).and_then(|text| text.strip_suffix("; "));
+            if let Some(message) = message {
+                return Self { kind, message: message.to_owned(), remedy: Some(remedy) };
+            }
+        }
+        Self::new(kind, text)
+    }
+}
+
+/// Writes the message, then the remedy. The kind is not part of the text.
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)?;
+        self.remedy.map_or(Ok(()), |remedy| write!(f, "; {remedy}"))
+    }
 }
 
 /// A frame of a source.
@@ -100,13 +154,13 @@ pub struct Fault {
 pub struct Frame<'a> {
     /// Its bytes, laid out as the stream's information says.
     pub bytes: &'a [u8],
-    /// When it was taken, on the driver's monotonic clock; `None` for files that do not say.
+    /// The time when it was taken, on the driver's monotonic clock; `None` for files that do not state it.
     pub timestamp: Option<Duration>,
-    /// The driver's frame counter; `None` for files that do not say.
+    /// The driver's frame counter; `None` for files that do not state it.
     pub sequence: Option<u32>,
-    /// The picture as the camera sent it, if that was JPEG: `bytes` is what it decodes to.
+    /// The picture as the camera sent it, if that was JPEG. `bytes` is the decoded picture.
     pub encoded: Option<&'a [u8]>,
-    /// How far reading is behind the source.
+    /// The lag of reading behind the source.
     pub lag: Lag,
 }
 
@@ -117,14 +171,15 @@ impl<'a> Frame<'a> {
     }
 }
 
-/// What a source gives next.
+/// The next thing that a source gives.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum SourceEvent<'a> {
     /// A frame.
     Frame(Frame<'a>),
-    /// A frame's taxel sums, row by row, each from 0 to a taxel's pixels times their full scale. They are of the published layout and
-    /// of every pixel: a simulated sensor that makes no pixels gives them.
+    /// A frame's taxel sums, row by row, each from 0 to a taxel's pixels times their full scale.
+    ///
+    /// They are of the published layout and of every pixel. A simulated sensor that makes no pixels gives them.
     Taxels([u32; TAXELS]),
     /// Frames that were lost or unusable here.
     Lost {
@@ -135,7 +190,7 @@ pub enum SourceEvent<'a> {
     },
     /// Something happened. Frames may follow.
     Fault(Fault),
-    /// Nothing yet: a live source's wait ended without a frame. Ask again.
+    /// No event yet: a live source's wait ended without a frame. Ask again.
     Waiting,
     /// No more frames.
     End,
@@ -143,7 +198,7 @@ pub enum SourceEvent<'a> {
 
 /// A source of frames, which may be read in another thread than the one that opened it.
 ///
-/// A source of one's own has two methods:
+/// Your own source needs two methods:
 ///
 /// ```
 /// use wstac_core::{green::any::PixelFormat, layout::FrameSize, rate::FrameRate};
@@ -215,7 +270,9 @@ impl<S: Source + ?Sized> Source for &mut S {
 }
 
 impl StreamInfo {
-    /// Describes frames without padding, of a source that states nothing else. `about` is one line for a person.
+    /// Describes frames without padding, of a source that states nothing else.
+    ///
+    /// `about` is one line for a person.
     pub fn new(about: impl Into<String>, size: FrameSize, format: PixelFormat, rate: FrameRate) -> Self {
         let color = YcbcrEncoding::default();
         let bytes_per_row = Any::new(format, color, YcbcrMethod::Exact).row_bytes(size.width()) as u32;
@@ -224,7 +281,7 @@ impl StreamInfo {
     }
 }
 
-/// Returns the configuration to read a source with: the one that is given, else the source's own, else the default.
+/// Returns the configuration for a source: the one that is given, else the source's own, else the default.
 ///
 /// # Errors
 /// The source's own configuration cannot be used. The error names the source.
@@ -233,5 +290,23 @@ pub fn config_of(info: &StreamInfo, given: Option<Config>) -> Result<Config, Err
         (Some(given), _) => Ok(given),
         (None, Some(own)) => Config::parse(&own.configuration).map_err(|error| Error::new(&info.about, error)),
         (None, None) => Ok(Config::default()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faults_survive_a_recording() {
+        let remedies = Remedy::ALL.into_iter().map(Some).chain([None]);
+        for remedy in remedies {
+            let fault = Fault { remedy, ..Fault::new(FaultKind::Disconnected, "no frame; check the cable") };
+            assert_eq!(Fault::from_text(FaultKind::Disconnected, &fault.to_string()), fault);
+        }
+        let fault = Fault { remedy: Some(Remedy::AwaitSignal), ..Fault::new(FaultKind::NoSignal, "no signal") };
+        assert_eq!(fault.to_string(), "no signal; waiting for it");
+        let other = "no signal; waiting for it, of a newer program";
+        assert_eq!(Fault::from_text(FaultKind::NoSignal, other), Fault::new(FaultKind::NoSignal, other));
     }
 }

@@ -1,4 +1,4 @@
-//! From what a user calls a source to the source.
+//! Opens sources by the names that users give them.
 
 use std::fs::File;
 use std::io::Read;
@@ -16,28 +16,28 @@ use super::{FramePolicy, Source};
 use crate::camera::ControlSetting;
 use crate::error::Error;
 
-/// What a user asks of a source; nothing asked, nothing changed.
+/// The options of a user for a source. By default, none changes anything.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct OpenOptions {
-    /// Frames a second: of a file, what it is taken to have; of a camera or a scene, what it is set to.
+    /// Frames per second. A file is taken to have this rate; a camera or a scene is set to it.
     pub fps: Option<FrameRate>,
     /// Pixel format by its four-character code; cameras and scenes.
     pub format: Option<[u8; 4]>,
     /// Width and height in pixels; cameras and scenes.
     pub size: Option<(u32, u32)>,
-    /// Which frames of a camera are handed out where the program is slower.
+    /// The choice of frames of a camera that are handed out if the program is slower.
     pub delivery: FramePolicy,
-    /// Leave a camera's controls as they are, instead of locking them.
+    /// Whether a camera's controls are left as they are, instead of being locked.
     pub keep_controls: bool,
-    /// Values of a camera's controls that are to be set.
+    /// The values to set for a camera's controls.
     pub controls: Vec<ControlSetting>,
 }
 
-/// What a source can be, for messages.
+/// The possible sources, for messages.
 const EXPECTED: &str = "expected /dev/videoN, scene:…, a .y4m or .mcap file, a folder of PNGs or -";
 /// The first bytes of an MCAP file.
 const MCAP_MAGIC: &[u8] = b"\x89MCAP0\r\n";
-/// What only a camera has a choice of.
+/// The message about options that only a camera has.
 const OF_A_CAMERA: &str = "expected only with a camera or a scene: a file states its own";
 
 /// A kind of source that another crate adds, such as cameras or simulated sensors.
@@ -46,14 +46,16 @@ pub trait SourceKind: Sync {
     fn open(&self, name: &str, options: &OpenOptions) -> Option<Result<Box<dyn Source>, Error>>;
 }
 
-/// Opens a source by its name: one of `kinds`, or a Y4M file, a named pipe, a recording, a folder of PNGs, or `-` for Y4M on
+/// Opens a source by its name.
+///
+/// The name is one of `kinds`, a Y4M file, a named pipe, a recording, a folder of PNGs, or `-`. `-` stands for Y4M on
 /// standard input.
 ///
 /// Files are recognized by their first bytes or by their names.
 ///
 /// # Errors
-/// The name stands for none of these, the source cannot be used, or an option does not apply to it. The error says what was found
-/// and what was expected.
+/// The name stands for none of these, the source cannot be used, or an option does not apply to it. The error says what
+/// was found and what was expected.
 pub fn open(name: &str, options: &OpenOptions, kinds: &[&dyn SourceKind]) -> Result<Box<dyn Source>, Error> {
     if let Some(opened) = kinds.iter().find_map(|kind| kind.open(name, options)) {
         return opened;
@@ -76,7 +78,7 @@ pub fn open(name: &str, options: &OpenOptions, kinds: &[&dyn SourceKind]) -> Res
     if kind.is_dir() {
         return open_folder(path, options.fps);
     }
-    // A pipe cannot be looked into first.
+    // The first bytes of a pipe cannot be read without taking them from the source.
     let has_magic = |magic| starts_with(path, magic).map_err(|error| Error::new(name, error));
     let is_mcap = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
     if kind.is_file() && (is_mcap || has_magic(MCAP_MAGIC)?) {
@@ -117,7 +119,7 @@ fn open_recording(path: &Path, _: Option<FrameRate>) -> Result<Box<dyn Source>, 
     Err(Error::new(path.display(), "this build reads no MCAP recordings: build with the feature mcap"))
 }
 
-/// Refuses what a file has no choice of.
+/// Refuses options that a file does not have.
 fn of_a_file(spec: &str, options: &OpenOptions) -> Result<(), Error> {
     if let Some((width, height)) = options.size {
         return Err(Error::new(spec, format_args!("size is {width}x{height}, {OF_A_CAMERA}")));
@@ -139,7 +141,7 @@ pub fn without_controls(spec: &str, options: &OpenOptions) -> Result<(), Error> 
     options.controls.first().map_or(Ok(()), |setting| Err(refused(setting)))
 }
 
-/// Whether a file starts with these bytes.
+/// Returns whether a file starts with these bytes.
 fn starts_with(path: &Path, magic: &[u8]) -> std::io::Result<bool> {
     let mut start = Vec::new();
     File::open(path)?.take(magic.len() as u64).read_to_end(&mut start)?;

@@ -1,7 +1,7 @@
 //! A folder of PNG pictures, a frame each, in natural order: `frame2.png` before `frame10.png`.
 //!
-//! A picture that cannot be decoded is a lost frame; one of another size or type than the first is an error, because
-//! it belongs to something else.
+//! A picture that cannot be decoded is a lost frame. One of another size or type than the first is an error, because it
+//! belongs to something else.
 
 mod natural;
 mod picture;
@@ -18,21 +18,23 @@ use crate::error::Error;
 /// The pictures of a folder.
 pub struct PngFolder {
     info: StreamInfo,
-    /// What all pictures must be, and the name of the first that is.
+    /// The shape that all pictures must have, and the name of the first picture, which has it.
     shape: Shape,
     model: String,
     files: std::vec::IntoIter<PathBuf>,
-    /// A picture as it was decoded, and as a frame where that differs.
+    /// A picture as it was decoded, and as a frame if that differs.
     decoded: Vec<u8>,
     frame: Vec<u8>,
 }
 
 impl PngFolder {
-    /// Lists a folder and reads the header of its first picture. Files with another extension than `.png` are passed
-    /// over, and so are hidden ones. 30 frames a second unless `fps` says otherwise.
+    /// Lists a folder and reads the header of its first picture.
+    ///
+    /// Hidden files, and files with another extension than `.png`, are passed over. The rate is 30 frames per second
+    /// unless `fps` gives another.
     ///
     /// # Errors
-    /// Where the folder cannot be listed, holds no picture, or its first picture's size or type is not supported.
+    /// The folder cannot be listed or holds no picture, or its first picture's size or type is not supported.
     pub fn open(path: &Path, fps: Option<FrameRate>) -> Result<Self, Error> {
         let files = list(path).map_err(|error| Error::new(path.display(), error))?;
         if files.is_empty() {
@@ -64,7 +66,7 @@ impl PngFolder {
         Ok(Self { info, shape, model, files: files.into_iter(), decoded: Vec::new(), frame: Vec::new() })
     }
 
-    /// Reads a picture; whether its bytes are in `frame` rather than in `decoded`.
+    /// Reads a picture and returns whether its bytes are in `frame` rather than in `decoded`.
     fn read(&mut self, file: &Path) -> Result<bool, Problem> {
         let picture = Picture::open(file)?;
         if picture.shape() != self.shape {
@@ -95,7 +97,7 @@ impl Source for PngFolder {
     }
 }
 
-/// The PNG files of a folder, in natural order.
+/// Returns the PNG files of a folder, in natural order.
 fn list(path: &Path) -> std::io::Result<Vec<PathBuf>> {
     let mut files = vec![];
     for entry in std::fs::read_dir(path)? {
@@ -111,7 +113,7 @@ fn list(path: &Path) -> std::io::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// The first picture whose header can be read: corrupt ones before it are frames that are lost later on.
+/// Returns the first picture whose header can be read. Corrupt pictures before it are frames that are lost later on.
 fn first_picture(folder: &Path, files: &[PathBuf]) -> Result<(PathBuf, Shape), Error> {
     let mut why = String::new();
     for file in files {

@@ -1,11 +1,11 @@
-//! Y4M (YUV4MPEG2): a header line, then frames, each a `FRAME` line and raw planes. The format of mjpegtools' `yuv4mpeg(5)`,
-//! with the words that ffmpeg adds to it.
+//! Y4M (YUV4MPEG2): a header line, then frames, each a `FRAME` line and raw planes. The format is that of mjpegtools'
+//! `yuv4mpeg(5)`, with the words that ffmpeg adds to it.
 //!
-//! One buffer holds what was read: the frame that is handed out and at most a line of the next one, so that a frame
-//! takes one large read and no copy. It grows as bytes arrive, not as a header claims.
+//! One buffer holds the bytes that were read: the frame that is handed out and at most a line of the next one. So a
+//! frame takes one large read and no copy. The buffer grows as bytes arrive, not as a header claims.
 //!
-//! The reader is our own: the `y4m` crate allocates what a header claims, and takes a frame that is cut off for the
-//! end of the stream.
+//! The reader is our own. The `y4m` crate allocates what a header claims, and takes a frame that is cut off for the end
+//! of the stream.
 
 mod header;
 mod input;
@@ -32,9 +32,9 @@ pub const MAGIC: &[u8] = b"YUV4MPEG2";
 
 /// Longest header or `FRAME` line, newline included, in bytes.
 const LONGEST_LINE: usize = 4096;
-/// Bytes that the buffer starts with: what a pipe holds.
+/// Bytes that the buffer starts with: the capacity of a pipe.
 const FIRST_READ: usize = 65_536;
-/// How long a call may go on reading a frame that arrives slowly.
+/// Longest time that a call goes on reading a frame that arrives slowly.
 const LONGEST_CALL: Duration = Duration::from_millis(500);
 
 /// A Y4M file or stream.
@@ -48,7 +48,7 @@ pub struct Y4m {
     ended: bool,
 }
 
-/// What was read and not yet used.
+/// Bytes that were read and not yet used.
 struct Reader {
     subject: String,
     input: Input,
@@ -59,7 +59,7 @@ struct Reader {
     used: usize,
 }
 
-/// What a reading step came to.
+/// The result of a reading step.
 enum Step {
     Frame(Range<usize>),
     Waiting,
@@ -70,8 +70,8 @@ impl Y4m {
     /// Opens a file or a named pipe. `fps` replaces the header's rate.
     ///
     /// # Errors
-    /// Where it cannot be read, or its header says what this reader does not know: names the field, what was found
-    /// and what was expected.
+    /// The file cannot be read, or its header has something that this reader does not know. The error names the field,
+    /// what was found and what was expected.
     pub fn open(path: &Path, fps: Option<FrameRate>) -> Result<Self, Error> {
         let subject = path.display().to_string();
         let file = File::open(path).map_err(|error| Error::new(&subject, error))?;
@@ -81,27 +81,29 @@ impl Y4m {
         Self::new(subject, Input::Polled(file), fps)
     }
 
-    /// Reads standard input. Waiting for its header ends with an error when a signal is handled meanwhile.
+    /// Reads standard input.
+    ///
+    /// While it waits for the header, a signal that is handled ends the wait with an error.
     ///
     /// # Errors
-    /// As [`Y4m::open`].
+    /// The errors of [`Y4m::open`].
     pub fn standard_input(fps: Option<FrameRate>) -> Result<Self, Error> {
         Self::from_fd("standard input", std::io::stdin(), fps)
     }
 
-    /// Reads a descriptor, which is never waited for longer than half a second. `subject` names it in errors.
+    /// Reads a descriptor, and never waits for it longer than half a second. `subject` names it in errors.
     ///
     /// # Errors
-    /// As [`Y4m::open`].
+    /// The errors of [`Y4m::open`].
     pub fn from_fd(subject: &str, descriptor: impl AsFd, fps: Option<FrameRate>) -> Result<Self, Error> {
         let owned = descriptor.as_fd().try_clone_to_owned().map_err(|error| Error::new(subject, error))?;
         Self::new(subject.into(), Input::Polled(owned.into()), fps)
     }
 
-    /// Reads anything; it may block. `subject` names it in errors.
+    /// Reads anything, and may block. `subject` names it in errors.
     ///
     /// # Errors
-    /// As [`Y4m::open`].
+    /// The errors of [`Y4m::open`].
     pub fn from_reader(
         subject: &str,
         reader: impl Read + Send + 'static,
@@ -118,7 +120,7 @@ impl Y4m {
         reader.used = line + 1;
         let green = Any::new(header.format, header.color, YcbcrMethod::Exact);
         let bytes_per_row = green.row_bytes(header.size.width());
-        // 2^14 · 2^15 bytes at most, or three planes of 2^28.
+        // This is at most 2^14 · 2^15 bytes, or three planes of 2^28.
         let frame_bytes = green.frame_bytes(header.size, bytes_per_row);
         let about = format!(
             "{}: Y4M, {}x{} {}, {}:{} frames a second{}",
@@ -166,7 +168,7 @@ impl Y4m {
         }
     }
 
-    /// What is wrong with a stream that ends inside a frame.
+    /// Creates the error for a stream that ends inside a frame.
     fn truncated(&self, line: Option<usize>) -> Error {
         let found = match line {
             Some(line) => format!("has {} bytes, expected {}", self.reader.filled - line, self.frame_bytes),
@@ -233,7 +235,7 @@ impl Reader {
         }
     }
 
-    /// Bytes of the `FRAME` line at the buffer's start, newline included, once it is there.
+    /// Returns the length of the `FRAME` line at the buffer's start, newline included; `None` until all of it is there.
     fn frame_line(&self, frame: u64) -> Result<Option<usize>, Error> {
         const WORD: &[u8] = b"FRAME";
         let bytes = self.read_bytes();
@@ -250,7 +252,8 @@ impl Reader {
         Ok(newline.map(|at| at + 1))
     }
 
-    /// Makes room: what is left moves to the buffer's start, a line's bytes at most once the buffer has its full size.
+    /// Makes room by moving unused bytes to the buffer's start. Once the buffer has its full size, these are at most a
+    /// line.
     fn discard_used(&mut self) {
         self.buffer.copy_within(self.used..self.filled, 0);
         self.filled -= self.used;

@@ -1,4 +1,4 @@
-//! Locking: automatic off first, then the value, then everything is read back.
+//! Locking of controls: automatic ones off first, then the values, then everything is read back.
 
 use std::io;
 
@@ -6,29 +6,28 @@ use v4l::v4l_sys as sys;
 
 use super::plan::{SWITCHES, Switch, VALUES};
 use super::{Control, ControlSetting, Controls};
-use wstac_host::camera::LockedControl;
+use wstac_host::camera::{LockedControl, UnlockedReason};
 
-/// What is said of controls that nobody was to touch.
-const KEPT: &str = "left as it was";
-
-/// What was tried with a control.
+/// An attempt to lock a control.
 struct Attempt {
     id: u32,
     name: String,
-    /// The value that it was to have; nothing where that could not even be read.
+    /// The value that it was to have; `None` if that could not even be read.
     target: Option<i32>,
     refused: Option<io::Error>,
-    /// Why it is not locked although it has this value.
-    open: Option<String>,
+    /// The reason why it is not locked although it has this value.
+    open: Option<UnlockedReason>,
     /// Whether it goes on changing what it governs.
     automatic: bool,
 }
 
-/// Locks the controls that change what gray levels mean, and sets those that a user names; all of them, as they were
-/// read back. `keep` leaves those that no user names as they are. What the driver refuses is no error: the list says so.
+/// Locks the controls that change what gray levels mean, and sets those that a user names.
+///
+/// It returns all of them as they were read back. `keep` leaves those that no user names as they are. A value that the
+/// driver refuses is no error: the list says so.
 ///
 /// # Errors
-/// Names the control, what was found and what there is: where a setting is of no control, or out of its range.
+/// A setting names no control, or is out of its range. The error names the control, what was found and what there is.
 pub(crate) fn lock(
     device: &impl Controls,
     settings: &[ControlSetting],
@@ -45,7 +44,7 @@ pub(crate) fn lock(
             asked => switched(device, control, switch, asked),
         });
     }
-    // What nothing automatic governs any more: the numbers, and whatever else a user names.
+    // These are what nothing automatic governs any more: the numbers, and other controls that a user names.
     let values = VALUES.iter().map(|value| (value.id, value.governed_by));
     for (id, governed_by) in values.chain(wanted.iter().map(|(control, _)| (control.id, &[][..]))) {
         let Some(control) = listed.iter().find(|control| control.id == id) else { continue };
@@ -53,7 +52,7 @@ pub(crate) fn lock(
             continue;
         }
         let governor = attempts.iter().find(|switch| switch.automatic && governed_by.contains(&switch.id));
-        let open = governor.map(|governor| format!("{} is automatic", governor.name));
+        let open = governor.map(|governor| other(format!("{} is automatic", governor.name)));
         attempts.push(match asked(id) {
             None if keep => kept(device, control),
             asked => Attempt { open, ..set(device, control, asked) },
@@ -63,23 +62,23 @@ pub(crate) fn lock(
     Ok(attempts.into_iter().map(|attempt| judged(device, attempt, &after)).collect())
 }
 
-/// Makes sure of locked controls once more: a camera may forget them when its stream starts.
+/// Reapplies locked controls, because a camera may forget them when its stream starts.
 pub(crate) fn hold(device: &impl Controls, controls: &mut [LockedControl]) {
     let is = |control: &LockedControl| device.get(control.id).is_ok_and(|value| i64::from(value) == control.value);
     for control in controls.iter().filter(|control| control.locked && !is(control)) {
-        // Whether it helped is asked below; a value of 32 bits is what was read.
+        // The code below checks whether it helped. A value of 32 bits is what was read.
         let _ = device.set(control.id, control.value as i32);
     }
     for control in controls.iter_mut().filter(|control| control.locked) {
         if !is(control) {
             control.locked = false;
-            control.why = Some("the camera changed it when the stream started".into());
+            control.why = Some(UnlockedReason::ChangedAtStart);
             control.value = device.get(control.id).map_or(control.value, i64::from);
         }
     }
 }
 
-/// The controls that settings name.
+/// Returns the controls that settings name, with their values.
 fn checked<'c>(listed: &'c [Control], settings: &[ControlSetting]) -> Result<Vec<(&'c Control, i32)>, String> {
     let all = || {
         let ranges =
@@ -103,32 +102,32 @@ fn checked<'c>(listed: &'c [Control], settings: &[ControlSetting]) -> Result<Vec
     settings.iter().map(one).collect()
 }
 
-/// Nothing is done: what is read is what is told.
+/// Leaves a control as it is, and reports the value that is read.
 fn kept(device: &impl Controls, control: &Control) -> Attempt {
-    Attempt { target: device.get(control.id).ok(), open: Some(KEPT.into()), ..nothing_of(control) }
+    Attempt { target: device.get(control.id).ok(), open: Some(UnlockedReason::Kept), ..nothing_of(control) }
 }
 
-/// Switches something automatic off, or as a user asked.
+/// Switches something automatic off, or sets it as a user asked.
 fn switched(device: &impl Controls, control: &Control, switch: &Switch, asked: Option<i32>) -> Attempt {
     let (least, most) = control.range;
     let current = device.get(control.id).ok();
     let has_off = (least..=most).contains(&switch.off);
     let target = asked.or(if has_off { Some(switch.off) } else { current });
-    // One that is off already need not be set, and may not be settable.
+    // A switch that is off already need not be set, and perhaps cannot be set.
     let refused = if current == target { None } else { target.and_then(|target| device.set(control.id, target).err()) };
     let (now, automatic) = (device.get(control.id).ok(), is_automatic(device, switch));
     if !automatic && asked.is_none() {
         return Attempt { target: now, ..nothing_of(control) };
     }
     let open = match asked {
-        Some(_) => (automatic && now == target).then(|| "set as asked, which leaves it automatic".to_owned()),
+        Some(_) => (automatic && now == target).then_some(UnlockedReason::SetAutomatic),
         None if has_off => Some(still_on(refused.as_ref(), control)),
-        None => Some(format!("cannot be off, which is {}: the camera has {least} to {most}", switch.off)),
+        None => Some(other(format!("cannot be off, which is {}: the camera has {least} to {most}", switch.off))),
     };
     Attempt { target, refused: refused.filter(|_| open.is_none()), open, automatic, ..nothing_of(control) }
 }
 
-/// Whether a switch changes what it governs, or cannot be asked.
+/// Returns whether a switch changes what it governs, or cannot be read.
 fn is_automatic(device: &impl Controls, switch: &Switch) -> bool {
     !device.get(switch.id).is_ok_and(|value| value == switch.off || switch.fixed.contains(&value))
 }
@@ -138,21 +137,40 @@ fn nothing_of(control: &Control) -> Attempt {
     Attempt { id: control.id, name, target: None, refused: None, open: None, automatic: false }
 }
 
-fn still_on(refused: Option<&io::Error>, control: &Control) -> String {
-    match refused {
-        Some(error) => format!("cannot be switched off: {}", reason(error, control)),
-        None => "was switched off, but is not".to_owned(),
+/// Returns why a switch is on that was to be off.
+fn still_on(refused: Option<&io::Error>, control: &Control) -> UnlockedReason {
+    let Some(error) = refused else { return UnlockedReason::StillOn };
+    match Refusal::of(control) {
+        Some(Refusal::ReadOnly) => UnlockedReason::OnReadOnly,
+        Some(Refusal::Grabbed) => UnlockedReason::OnGrabbed,
+        Some(Refusal::Inactive) => UnlockedReason::OnInactive,
+        None => other(format!("cannot be switched off: {error}")),
     }
 }
 
-/// Sets a number to what a user asks for, or to what it is: then it stays so.
+/// Returns why the driver refused a value.
+fn not_set(error: &io::Error, control: &Control) -> UnlockedReason {
+    match Refusal::of(control) {
+        Some(Refusal::ReadOnly) => UnlockedReason::ReadOnly,
+        Some(Refusal::Grabbed) => UnlockedReason::Grabbed,
+        Some(Refusal::Inactive) => UnlockedReason::Governed,
+        None => other(format!("cannot be set: {error}")),
+    }
+}
+
+/// Creates a reason with numbers or the driver's words.
+fn other(words: String) -> UnlockedReason {
+    UnlockedReason::Other(words.into())
+}
+
+/// Sets a number to the value that a user asks for, or to its present one, so that it stays.
 fn set(device: &impl Controls, control: &Control, asked: Option<i32>) -> Attempt {
     let target = asked.or_else(|| device.get(control.id).ok());
     let refused = target.and_then(|target| device.set(control.id, target).err());
     Attempt { target, refused, ..nothing_of(control) }
 }
 
-/// Reads a control back and says how it stands.
+/// Reads a control back and returns its state.
 fn judged(device: &impl Controls, attempt: Attempt, after: &[Control]) -> LockedControl {
     let Attempt { id, name, target, refused, open, .. } = attempt;
     let (value, error) = match device.get(id) {
@@ -162,18 +180,18 @@ fn judged(device: &impl Controls, attempt: Attempt, after: &[Control]) -> Locked
     let now = after.iter().find(|control| control.id == id);
     let has = |flag| now.is_some_and(|control| control.has(flag));
     let why = if let Some(error) = error {
-        Some(format!("cannot be read: {error}"))
+        Some(other(format!("cannot be read: {error}")))
     } else if open.is_some() {
         open
     } else if let (Some(error), Some(now)) = (&refused, now) {
-        Some(format!("cannot be set: {}", reason(error, now)))
+        Some(not_set(error, now))
     } else if value != target {
         let found = |value: Option<i32>| value.map_or_else(|| "nothing".to_owned(), |value| value.to_string());
-        Some(format!("set to {}, but reads back {}", found(target), found(value)))
+        Some(other(format!("set to {}, but reads back {}", found(target), found(value))))
     } else if has(sys::V4L2_CTRL_FLAG_VOLATILE) {
-        Some("volatile: the camera changes it".into())
+        Some(UnlockedReason::Volatile)
     } else if has(sys::V4L2_CTRL_FLAG_INACTIVE) {
-        Some("inactive: something else governs it".into())
+        Some(UnlockedReason::Inactive)
     } else {
         None
     };
@@ -181,16 +199,24 @@ fn judged(device: &impl Controls, attempt: Attempt, after: &[Control]) -> Locked
     LockedControl { name, id, value, locked: why.is_none(), why }
 }
 
-/// Why the driver refuses, with what its flags say about it.
-fn reason(error: &io::Error, control: &Control) -> String {
-    for (flag, why) in [
-        (sys::V4L2_CTRL_FLAG_READ_ONLY, "read-only"),
-        (sys::V4L2_CTRL_FLAG_GRABBED, "another program holds it"),
-        (sys::V4L2_CTRL_FLAG_INACTIVE, "inactive: something else governs it"),
-    ] {
-        if control.has(flag) {
-            return why.to_owned();
+/// The reason why a driver refuses a value, as the control's flags say.
+enum Refusal {
+    ReadOnly,
+    Grabbed,
+    Inactive,
+}
+
+impl Refusal {
+    /// Returns the reason that a control's flags give; `None` if they give no reason.
+    fn of(control: &Control) -> Option<Self> {
+        if control.has(sys::V4L2_CTRL_FLAG_READ_ONLY) {
+            Some(Self::ReadOnly)
+        } else if control.has(sys::V4L2_CTRL_FLAG_GRABBED) {
+            Some(Self::Grabbed)
+        } else if control.has(sys::V4L2_CTRL_FLAG_INACTIVE) {
+            Some(Self::Inactive)
+        } else {
+            None
         }
     }
-    error.to_string()
 }

@@ -1,4 +1,4 @@
-//! A camera's controls: which there are, and how those that change what gray levels mean are locked.
+//! A camera's controls, and the locking of those that change what gray levels mean.
 
 mod lock;
 mod plan;
@@ -13,46 +13,46 @@ pub(super) use lock::{hold, lock};
 use wstac_host::camera::{ControlSetting, ControlValue};
 use wstac_host::error::Error;
 
-/// Controls of a device that are read at most.
+/// Most controls of a device that are read.
 const MOST_CONTROLS: usize = 1024;
 
 /// A control that holds a number, a switch or a choice.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Control {
-    /// Its number: `V4L2_CID_*`.
+    /// Its identifier: `V4L2_CID_*`.
     pub(crate) id: u32,
     /// The driver's name for it, spelt as `v4l2-ctl` does.
     pub(crate) name: String,
     /// Least and greatest value.
     pub(crate) range: (i32, i32),
-    /// From one value to the next.
+    /// The difference from one value to the next.
     pub(crate) step: i32,
     /// `V4L2_CTRL_FLAG_*`.
     pub(crate) flags: u32,
 }
 
 impl Control {
-    /// Whether the driver sets one of these flags.
+    /// Returns whether the driver sets one of these flags.
     pub(crate) fn has(&self, flags: u32) -> bool {
         self.flags & flags != 0
     }
 }
 
-/// What can be asked of a device's controls.
+/// The calls for a device's controls.
 pub(crate) trait Controls {
-    /// Those that hold a number, a switch or a choice, in the driver's order.
+    /// Returns those that hold a number, a switch or a choice, in the driver's order.
     fn list(&self) -> Vec<Control>;
 
-    /// A control's value.
+    /// Returns a control's value.
     ///
     /// # Errors
-    /// The driver's.
+    /// The driver's error.
     fn get(&self, id: u32) -> io::Result<i32>;
 
     /// Sets a control. The driver may set another value than this.
     ///
     /// # Errors
-    /// The driver's.
+    /// The driver's error.
     fn set(&self, id: u32, value: i32) -> io::Result<()>;
 }
 
@@ -66,14 +66,14 @@ impl Controls for Device {
         let mut all = Vec::new();
         let mut last = 0;
         while let Some(raw) = ask(last | sys::V4L2_CTRL_FLAG_NEXT_CTRL) {
-            // A driver that does not go on must not be asked for ever.
+            // A driver that does not go on must not be asked forever.
             if raw.id <= last || all.len() >= MOST_CONTROLS {
                 break;
             }
             last = raw.id;
             all.push(raw);
         }
-        // A camera that stumbles over one of its controls ends the list there: the rest that matters is asked for one by one.
+        // If a camera fails at one of its controls, the list ends there. The rest that matters is asked for one by one.
         let missed = plan::ids().filter(|id| all.iter().all(|raw| raw.id != *id));
         let missed: Vec<_> = missed.filter_map(ask).collect();
         all.into_iter().chain(missed).filter_map(control).collect()
@@ -89,7 +89,7 @@ impl Controls for Device {
     }
 }
 
-/// A control as the driver describes it; nothing for headings, buttons, texts and what is disabled.
+/// Returns a control as the driver describes it; `None` for headings, buttons, texts and disabled controls.
 fn control(raw: sys::v4l2_queryctrl) -> Option<Control> {
     let readable = matches!(
         raw.type_,
@@ -109,16 +109,16 @@ fn control(raw: sys::v4l2_queryctrl) -> Option<Control> {
     })
 }
 
-/// A name as `v4l2-ctl` spells it: letters and digits in lower case, one `_` for all between them.
+/// Returns a name as `v4l2-ctl` spells it: letters and digits in lower case, one `_` for all characters between them.
 fn spelt(name: &str) -> String {
     let words = name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
     words.collect::<Vec<_>>().join("_").to_ascii_lowercase()
 }
 
-/// All controls of a camera as they stand now. Another program, or this one, may use it meanwhile.
+/// Returns all controls of a camera as they are now. Another program, or this one, may use it meanwhile.
 ///
 /// # Errors
-/// Where there is no such camera, or it may not be opened.
+/// There is no such camera, or it may not be opened.
 pub fn controls(path: &Path) -> Result<Vec<ControlValue>, Error> {
     let device = Device::open(path)?;
     let values = device.list().into_iter().map(|control| ControlValue {

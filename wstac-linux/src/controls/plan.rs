@@ -1,28 +1,28 @@
-//! Which controls are locked, and in which order: everything automatic first, then what it governed.
+//! The controls that are locked, and their order: everything automatic first, then what it governed.
 
 use v4l::v4l_sys as sys;
 
 /// High dynamic range of the sensor, which the bindings do not know: number 36 of the camera class.
 const HDR_SENSOR_MODE: u32 = 0x009a_0924;
 
-/// What lights a room flickers with; the camera suits its exposure to it.
+/// The flicker of a room's lights, to which the camera adapts its exposure.
 pub(super) const POWER_LINE_FREQUENCY: u32 = sys::V4L2_CID_POWER_LINE_FREQUENCY;
 
 /// Something automatic that is switched off.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Switch {
-    /// Its number.
+    /// Its identifier.
     pub(super) id: u32,
     /// Its value when it is off.
     pub(super) off: i32,
-    /// Other values with which nothing is automatic, where it cannot be off.
+    /// Other values with which nothing is automatic, if it cannot be off.
     pub(super) fixed: &'static [i32],
 }
 
-/// A number that stays what it is.
+/// A number that keeps its value.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Value {
-    /// Its number.
+    /// Its identifier.
     pub(super) id: u32,
     /// The switches that change it while they are on.
     pub(super) governed_by: &'static [u32],
@@ -40,8 +40,8 @@ const EXPOSURE: &[u32] = &[sys::V4L2_CID_EXPOSURE_AUTO];
 const GAIN: &[u32] = &[sys::V4L2_CID_AUTOGAIN, sys::V4L2_CID_EXPOSURE_AUTO];
 const WHITE: &[u32] = &[sys::V4L2_CID_AUTO_WHITE_BALANCE, sys::V4L2_CID_AUTO_N_PRESET_WHITE_BALANCE];
 
-/// In this order: what governs most comes first. The frame rate is made steady before the exposure is, so that an
-/// exposure longer than a frame is not what stays.
+/// The switches in order: those that govern most come first. The frame rate is made steady before the exposure is.
+/// Otherwise an exposure longer than a frame would stay.
 pub(super) const SWITCHES: [Switch; 16] = [
     switch(sys::V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0),
     switch(sys::V4L2_CID_SCENE_MODE, 0),
@@ -58,11 +58,11 @@ pub(super) const SWITCHES: [Switch; 16] = [
     switch(sys::V4L2_CID_HUE_AUTO, 0),
     switch(sys::V4L2_CID_FOCUS_AUTO, 0),
     switch(sys::V4L2_CID_IMAGE_STABILIZATION, 0),
-    // Off, 50 Hz and 60 Hz stay what they are; 3 is automatic.
+    // The values off, 50 Hz and 60 Hz stay what they are; 3 is automatic.
     Switch { id: POWER_LINE_FREQUENCY, off: 0, fixed: &[1, 2] },
 ];
 
-/// Numbers, after all switches.
+/// The numbers, which are set after all switches.
 pub(super) const VALUES: [Value; 21] = [
     value(sys::V4L2_CID_EXPOSURE_ABSOLUTE, EXPOSURE),
     value(sys::V4L2_CID_EXPOSURE, EXPOSURE),
@@ -87,7 +87,7 @@ pub(super) const VALUES: [Value; 21] = [
     value(sys::V4L2_CID_BAND_STOP_FILTER, &[]),
 ];
 
-/// The numbers of all that is locked, in order.
+/// Returns the identifiers of all controls that are locked, in order.
 pub(super) fn ids() -> impl Iterator<Item = u32> {
     SWITCHES.iter().map(|switch| switch.id).chain(VALUES.iter().map(|value| value.id))
 }

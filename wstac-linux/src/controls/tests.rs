@@ -14,10 +14,10 @@ const WHITE: u32 = sys::V4L2_CID_WHITE_BALANCE_TEMPERATURE;
 const POWER: u32 = sys::V4L2_CID_POWER_LINE_FREQUENCY;
 const ZOOM: u32 = sys::V4L2_CID_ZOOM_ABSOLUTE;
 
-/// A camera as USB cameras are: what is automatic refuses its value, and moves it.
+/// A camera like USB cameras: a control that something automatic governs refuses its value, and changes by itself.
 struct Fake {
     controls: RefCell<Vec<(Control, i32)>>,
-    /// What was set, in order.
+    /// The values that were set, in order.
     calls: RefCell<Vec<(u32, i32)>>,
     /// Controls that refuse to be set, and how.
     refuse: Vec<(u32, i32)>,
@@ -92,7 +92,7 @@ impl Controls for Fake {
         if !self.deaf.contains(&id) {
             self.controls.borrow_mut().iter_mut().filter(|(c, _)| c.id == id).for_each(|(_, old)| *old = value);
         }
-        // Switching the automatic off leaves the exposure where it was at that moment.
+        // Switching the automatic exposure off leaves the exposure as it was at that moment.
         if id == AUTO && value == 1 && !self.deaf.contains(&AUTO) {
             self.controls.borrow_mut().iter_mut().filter(|(c, _)| c.id == EXPOSURE).for_each(|(_, old)| *old = 333);
         }
@@ -111,7 +111,7 @@ fn one<'c>(controls: &'c [LockedControl], name: &str) -> &'c LockedControl {
 fn why(controls: &[LockedControl], name: &str) -> String {
     let control = one(controls, name);
     assert!(!control.locked, "{control:?}");
-    control.why.clone().unwrap()
+    control.why.as_ref().unwrap().to_string()
 }
 
 #[test]
@@ -125,7 +125,7 @@ fn automatic_goes_off_before_the_value_is_set() {
     );
     assert!(camera.place(AUTO) < camera.place(EXPOSURE) && camera.place(WHITE_AUTO) < camera.place(WHITE));
     assert_eq!([AUTO, RATE, WHITE_AUTO, POWER].map(|id| camera.value(id)), [1, 0, 0, 0]);
-    // The value that it had when the automatic was switched off, not before.
+    // It is the value at the moment when the automatic was switched off, not before.
     assert_eq!((camera.value(EXPOSURE), one(&locked, "exposure_time_absolute").value), (333, 333));
     assert_eq!(one(&locked, "white_balance_temperature").value, 4000);
     assert!(locked.iter().all(|control| control.name != "zoom_absolute"), "it changes no gray level by itself");
@@ -146,7 +146,7 @@ fn users_values_are_set_after_the_automatic_is_off() {
     let locked = camera.lock(&[("exposure_time_absolute", 200), ("zoom_absolute", 150)]);
     assert_eq!((camera.value(EXPOSURE), camera.value(ZOOM)), (200, 150));
     assert!(one(&locked, "exposure_time_absolute").locked && one(&locked, "zoom_absolute").locked);
-    // The last of two is the one.
+    // The last of two settings counts.
     camera.lock(&[("exposure_time_absolute", 200), ("exposure_time_absolute", 100)]);
     assert_eq!(camera.value(EXPOSURE), 100);
 }
@@ -243,7 +243,7 @@ fn kept_controls_are_left_alone() {
         ("left as it was".into(), 250)
     );
     assert!(one(&kept, "zoom_absolute").locked);
-    // A number that something automatic governs is not, unless that is off already.
+    // A number that something automatic governs is not locked, unless that is off already.
     let white = named(&[("white_balance_temperature", 3000)]);
     let kept = lock(&Fake { refuse: vec![(WHITE, libc::EACCES)], ..Fake::new() }, &white, true).unwrap();
     assert_eq!(why(&kept, "white_balance_temperature"), "white_balance_automatic is automatic");

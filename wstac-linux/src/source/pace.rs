@@ -1,7 +1,7 @@
-//! Whether a camera keeps the rate that was agreed on.
+//! Checks that a camera keeps the rate that was agreed on.
 //!
-//! From the driver's sequence numbers and timestamps alone, over at least two seconds and five frames: frames that were
-//! dropped count as taken, so a slow program or a full bus is no slow camera.
+//! It uses the driver's sequence numbers and timestamps alone, over at least two seconds and five frames. Frames that
+//! were dropped count as taken, so a slow program or a full bus is no slow camera.
 
 use std::time::Duration;
 
@@ -9,22 +9,23 @@ use wstac_core::rate::FrameRate;
 
 use wstac_host::source::{Fault, FaultKind};
 
-/// What is measured at a time, at least.
+/// The shortest span of a measurement, in time and in frames.
 const SPAN: Duration = Duration::from_secs(2);
 const FRAMES: u32 = 5;
-/// A span, or a step of the sequence number, beyond these is a wrap or a reset: nothing is measured across it.
+/// Longest span, and largest step of the sequence number. Beyond these it is a wrap or a reset: nothing is measured
+/// across it.
 const LONGEST: Duration = Duration::from_mins(10);
 const MOST_FRAMES: u32 = 1 << 16;
-/// Shares of the agreed rate: below the first it is slow, from the second on no longer.
+/// Fractions of the agreed rate: below the first the camera is slow, and from the second on it is no longer slow.
 const SLOW: f64 = 0.9;
 const IN_TIME: f64 = 0.95;
 
 /// The pace of one stream.
 #[derive(Clone, Debug)]
 pub(super) struct Pace {
-    /// Frames a second, as agreed.
+    /// Frames per second, as agreed.
     rate: f64,
-    /// Sequence number and time of the first frame of what is being measured.
+    /// Sequence number and time of the first frame of the measurement.
     start: Option<(u32, Duration)>,
     /// Sequence number of the last frame.
     last: u32,
@@ -37,12 +38,12 @@ impl Pace {
         Self { rate, start: None, last: 0, slow: false }
     }
 
-    /// Whether the camera was slow when it was measured last.
+    /// Returns whether the camera was slow when it was measured last.
     pub(super) fn is_slow(&self) -> bool {
         self.slow
     }
 
-    /// A buffer arrived; what there is to say where the pace has changed.
+    /// Notes a buffer, and returns a fault if the pace has changed.
     pub(super) fn arrive(&mut self, sequence: u32, timestamp: Option<Duration>) -> Option<Fault> {
         let step = sequence.wrapping_sub(std::mem::replace(&mut self.last, sequence));
         let Some(now) = timestamp else {
@@ -70,7 +71,7 @@ impl Pace {
         Some(self.fault(measured))
     }
 
-    /// The stream starts anew: nothing is measured across the break.
+    /// Starts again with the stream: nothing is measured across the break.
     pub(super) fn restart(&mut self) {
         self.start = None;
     }
@@ -82,12 +83,9 @@ impl Pace {
                 "the camera takes {measured:.1} frames a second, {rate:.1} were agreed on; those that are missing count as \
                  lost; usual cause: automatic exposure in the dark, so lock the exposure or add light"
             );
-            return Fault { kind: FaultKind::Slow, message };
+            return Fault::new(FaultKind::Slow, message);
         }
-        Fault {
-            kind: FaultKind::InTime,
-            message: format!("the camera takes {measured:.1} of {rate:.1} frames a second again"),
-        }
+        Fault::new(FaultKind::InTime, format!("the camera takes {measured:.1} of {rate:.1} frames a second again"))
     }
 }
 
@@ -95,7 +93,7 @@ impl Pace {
 mod tests {
     use super::*;
 
-    /// What is said over `frames` of this many a second from `start` on, by frame.
+    /// Returns the reports over `frames` at this rate from `start` on, by frame.
     fn said(pace: &mut Pace, start: f64, rate: f64, numbers: impl Iterator<Item = u32>) -> Vec<(u32, FaultKind)> {
         let time = |number| Some(Duration::from_secs_f64(start + f64::from(number) / rate));
         numbers.filter_map(|number| Some((number, pace.arrive(number, time(number))?.kind))).collect()
@@ -105,7 +103,7 @@ mod tests {
     fn a_camera_in_time_is_not_mentioned() {
         let mut pace = Pace::new(FrameRate::NOMINAL);
         assert_eq!(said(&mut pace, 100.0, 30.0, 0..1000), []);
-        // Half of them dropped, and a rate a little off.
+        // Half of them are dropped, and the rate is a little off.
         assert_eq!(said(&mut pace, 200.0, 28.0, (0..1000).step_by(2)), []);
     }
 
@@ -114,7 +112,7 @@ mod tests {
         let mut pace = Pace::new(FrameRate::NOMINAL);
         assert_eq!(said(&mut pace, 100.0, 15.0, 0..150), [(30, FaultKind::Slow)]);
         assert!(pace.is_slow());
-        // Back at 30 a second: the span that holds both rates may be slow still.
+        // The rate is back at 30 per second. The span that holds both rates may still be slow.
         let told = said(&mut pace, 110.0 - 150.0 / 30.0, 30.0, 150..450);
         assert!(matches!(told[..], [(210..=211, FaultKind::InTime)]), "{told:?}");
         assert!(!pace.is_slow());
@@ -141,7 +139,7 @@ mod tests {
     fn nothing_is_measured_across_a_reset_or_without_times() {
         let mut pace = Pace::new(FrameRate::NOMINAL);
         assert_eq!(said(&mut pace, 100.0, 30.0, 0..50), []);
-        // The sequence number, then the time, start anew.
+        // The sequence number starts again, then the time does.
         assert_eq!(said(&mut pace, 102.0, 30.0, 0..50), []);
         assert_eq!(said(&mut pace, 5.0, 30.0, 50..100), []);
         assert_eq!(said(&mut pace, 1e9, 30.0, 100..150), []);

@@ -1,4 +1,4 @@
-//! From a stream that broke off to the same camera's next frame.
+//! Reconnects from a stream that broke off to the same camera's next frame.
 
 use std::thread;
 use std::time::Duration;
@@ -8,19 +8,19 @@ use crate::choose::same;
 use crate::{Camera, Negotiated};
 use wstac_host::camera::LockedControl;
 use wstac_host::error::Error;
-use wstac_host::source::{Fault, FaultKind, LossReason, StreamInfo};
+use wstac_host::source::{Fault, FaultKind, LossReason, Remedy, StreamInfo};
 
-/// From one try to the next.
+/// The pause from one try to the next.
 const PAUSE: Duration = Duration::from_millis(500);
 
 /// A break of the stream, from its last buffer to the next one.
 #[derive(Debug, Default)]
 pub(super) struct Away {
-    /// The input has no signal: that was told, and so will be its end.
+    /// Whether the input has no signal. That was reported, and its end will be.
     no_signal: bool,
-    /// Starting again was tried.
+    /// Whether a start was tried.
     tried: bool,
-    /// What was said of tries that failed: each once.
+    /// The reports about tries that failed, each once.
     said: Vec<String>,
 }
 
@@ -29,25 +29,22 @@ impl Away {
         Self { no_signal: true, ..Self::default() }
     }
 
-    /// Why frames were lost meanwhile.
+    /// Returns why frames were lost meanwhile.
     pub(super) fn reason(&self) -> LossReason {
         if self.no_signal { LossReason::NoSignal } else { LossReason::Disconnected }
     }
 
-    /// What there is to say of its end; nothing where the signal's return says it.
+    /// Returns a fault that reports the break's end; `None` if the signal's return reports it.
     pub(super) fn back(&self, info: &StreamInfo, lost: u64) -> Option<Fault> {
         if self.no_signal {
             return None;
         }
         let state = info.camera.as_deref();
         let name = state.map(|state| format!("{}: {}", state.path.display(), state.card)).unwrap_or_default();
-        Some(Fault {
-            kind: FaultKind::Reconnected,
-            message: format!("{name} is back; {lost} frame(s) were lost meanwhile"),
-        })
+        Some(Fault::new(FaultKind::Reconnected, format!("{name} is back; {lost} frame(s) were lost meanwhile")))
     }
 
-    /// Whether this is said for the first time.
+    /// Returns whether this is reported for the first time, and notes it.
     fn is_new(&mut self, message: &str) -> bool {
         let new = !self.said.iter().any(|said| said == message);
         if new {
@@ -58,7 +55,7 @@ impl Away {
 }
 
 impl CameraSource {
-    /// The stream has broken off: the camera is closed, and looked for from now on.
+    /// Closes the camera after the stream broke off. It is looked for from now on.
     pub(super) fn part(&mut self, why: &str) {
         (self.lent, self.next, self.trouble) = (None, None, None);
         self.ready.clear();
@@ -67,15 +64,17 @@ impl CameraSource {
         let away = self.away.get_or_insert_default();
         away.no_signal = false;
         if away.is_new(why) {
-            let message = format!("{why}; waiting for the same camera, Ctrl-C ends");
-            self.told.push_back(Told::Fault(Fault { kind: FaultKind::Disconnected, message }));
+            let remedy = Some(Remedy::AwaitCamera);
+            self.told.push_back(Told::Fault(Fault { remedy, ..Fault::new(FaultKind::Disconnected, why) }));
         }
     }
 
-    /// Looks for the camera and starts it. Nothing where it is not there yet, or refuses: asked again later.
+    /// Looks for the camera and starts it.
+    ///
+    /// If it is not there yet, or refuses, nothing happens: the next call tries again.
     pub(super) fn try_reconnect(&mut self) -> Result<(), Error> {
         let away = self.away.get_or_insert_default();
-        // The first try is at once: most faults are over then.
+        // The first try comes at once, because most faults are over then.
         if std::mem::replace(&mut away.tried, true) {
             thread::sleep(PAUSE);
         }
@@ -86,15 +85,15 @@ impl CameraSource {
             Err(error) => {
                 let why = error.to_string();
                 if away.is_new(&why) {
-                    let message = format!("{why}; tried again until it starts");
-                    self.told.push_back(Told::Fault(Fault { kind: FaultKind::Refused, message }));
+                    let remedy = Some(Remedy::Retry);
+                    self.told.push_back(Told::Fault(Fault { remedy, ..Fault::new(FaultKind::Refused, why) }));
                 }
                 Ok(())
             }
         }
     }
 
-    /// Takes up a stream that was started again, if it is what it was.
+    /// Resumes a stream that was started again, if its format is the same as before.
     fn resume(&mut self, camera: Camera) -> Result<(), Error> {
         if let Some(difference) = difference(&self.negotiated, &camera.negotiated) {
             return Err(Error::new(self.request.path.display(), difference));
@@ -103,7 +102,7 @@ impl CameraSource {
         let before = std::mem::replace(&mut self.info.camera, state).map(|state| state.controls).unwrap_or_default();
         if let Some(changed) = changed(&before, &camera.state.controls) {
             let message = format!("{}: {changed}: gray levels may have changed", self.request.path.display());
-            self.told.push_back(Told::Fault(Fault { kind: FaultKind::Controls, message }));
+            self.told.push_back(Told::Fault(Fault::new(FaultKind::Controls, message)));
         }
         (self.waits, self.errors) = (0, 0);
         self.camera = Some(camera);
@@ -111,7 +110,7 @@ impl CameraSource {
     }
 }
 
-/// What is no longer as it was agreed on.
+/// Returns how the format differs from the one that was agreed on; `None` if it is the same.
 fn difference(before: &Negotiated, now: &Negotiated) -> Option<String> {
     let is_same = before.fourcc == now.fourcc
         && before.size == now.size
@@ -126,7 +125,7 @@ fn difference(before: &Negotiated, now: &Negotiated) -> Option<String> {
     (!is_same).then(|| format!("the camera came back with {}, expected {} as before", words(now), words(before)))
 }
 
-/// The controls that have another value than before.
+/// Returns the controls that have another value than before.
 fn changed(before: &[LockedControl], now: &[LockedControl]) -> Option<String> {
     let changes = now.iter().filter_map(|control| {
         let was = before.iter().find(|was| was.id == control.id && was.value != control.value)?;
@@ -163,7 +162,7 @@ mod tests {
     fn a_stream_that_comes_back_is_what_it_was() {
         let before = Negotiated { notes: vec!["said once".into()], ..negotiated() };
         assert_eq!(difference(&before, &negotiated()), None);
-        // The same rate in other numbers.
+        // This is the same rate in other numbers.
         let rate = FrameRate::new(30_000, 1001).unwrap();
         assert_eq!(difference(&before, &Negotiated { rate, ..negotiated() }), None);
         let rate = FrameRate::new(15, 1).unwrap();

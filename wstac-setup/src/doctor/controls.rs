@@ -2,8 +2,7 @@
 
 use serde::Serialize;
 
-use wstac_host::camera::ControlValue;
-use wstac_host::camera::LockedControl;
+use wstac_host::camera::{ControlValue, LockedControl, UnlockedReason};
 
 /// A control from the start of the measurement to its end.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -16,9 +15,9 @@ pub struct ControlReport {
     pub value_at_end: Option<i64>,
     /// `true` if it is locked; `None` for a control that does not matter.
     pub locked: Option<bool>,
-    /// The reason why it is not locked.
-    pub why: Option<String>,
-    /// `true` if it changed meanwhile, or if the driver reports that the hardware changes it.
+    /// Why it is not locked.
+    pub why: Option<UnlockedReason>,
+    /// Whether it changed meanwhile, or the driver says that the hardware changes it.
     pub drifts: bool,
 }
 

@@ -106,10 +106,9 @@ pub fn measure(
     let (mut steps, mut first, mut follows) = (0_u64, None, false);
     while stop.load(Ordering::Relaxed) == 0 && limit.frames.is_none_or(|most| steps < most) {
         let item = source.next_event()?;
-        // The camera may come back, but not as one that was watched all the time; and it may never come back.
-        if let SourceEvent::Fault(Fault { kind: FaultKind::Disconnected | FaultKind::NoSignal, message }) = &item {
-            let why = message.split("; waiting for").next().unwrap_or_default();
-            return Err(Error::new(&info.about, format_args!("broke off while it was measured: {why}")));
+        // It may come back, but not as a camera that was watched all the time; and it may never.
+        if let SourceEvent::Fault(Fault { kind: FaultKind::Disconnected | FaultKind::NoSignal, message, .. }) = &item {
+            return Err(Error::new(&info.about, format_args!("broke off while it was measured: {message}")));
         }
         if settling > 0 && !matches!(item, SourceEvent::End) {
             settling -= u32::from(matches!(item, SourceEvent::Frame(_) | SourceEvent::Lost { .. }));

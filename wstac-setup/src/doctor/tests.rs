@@ -185,7 +185,7 @@ impl Source for Played {
         Ok(match item {
             Shown::Lost(frames) => SourceEvent::Lost { frames, reason: LossReason::Dropped },
             Shown::Sums(sums) => SourceEvent::Taxels(sums),
-            Shown::Fault(kind, message) => SourceEvent::Fault(Fault { kind: kind.into(), message: message.into() }),
+            Shown::Fault(kind, message) => SourceEvent::Fault(Fault::from_text(kind.into(), message)),
             Shown::Waiting => SourceEvent::Waiting,
             Shown::Level(level) => {
                 for byte in &mut self.bytes {

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::controls::ControlReport;
 use super::measure::Measured;
 use super::{Report, rate_text};
+use wstac_host::camera::UnlockedReason;
 use wstac_host::source::{LossReason, StreamInfo};
 
 /// A recommended change.
@@ -78,14 +79,14 @@ fn controls(findings: &mut Findings, controls: &[ControlReport]) {
     for control in controls {
         let name = &control.name;
         if control.locked == Some(false) {
-            let why = control.why.as_deref().unwrap_or("the driver does not say why");
-            let advice = if why.contains("left as it was") {
-                "leave --keep-controls away: wstac then locks it"
-            } else if why.contains("as asked") {
-                "leave that --control away: wstac then switches it off"
-            } else {
-                "switch it off with v4l2-ctl or the maker's tool, or use a camera that lets it be locked: gray levels \
-                 may change by themselves"
+            let why = control.why.as_ref().map_or("the driver does not say why", UnlockedReason::name);
+            let advice = match control.why {
+                Some(UnlockedReason::Kept) => "leave --keep-controls away: wstac then locks it",
+                Some(UnlockedReason::SetAutomatic) => "leave that --control away: wstac then switches it off",
+                _ => {
+                    "switch it off with v4l2-ctl or the maker's tool, or use a camera that lets it be locked: gray levels \
+                     may change by themselves"
+                }
             };
             findings.add("unlocked", format!("{name} is not locked: {why}"), advice);
         }

@@ -1,16 +1,49 @@
 //! The contents of a model file.
 
-use serde::Serialize;
+use std::fmt;
+
+use serde::{Serialize, Serializer};
 use wstac_core::model::Model;
 use wstac_core::model::file::HEADER_HALVES;
 use wstac_core::model::trees::{LEFT_LEAF, RIGHT_LEAF, SAME};
 
-/// The contents of a model file.
+/// How a model decides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ModelKind {
+    /// One weighted sum per class: the largest decides.
+    OneVsRest,
+    /// One weighted sum per pair of classes: votes decide.
+    OneVsOne,
+    /// Trees whose leaves are answers.
+    Forest,
+    /// Trees whose leaves are added up.
+    Boosted,
+}
+
+impl fmt::Display for ModelKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::OneVsRest => "linear, one-vs-rest",
+            Self::OneVsOne => "linear, one-vs-one",
+            Self::Forest => "forest",
+            Self::Boosted => "boosted trees",
+        })
+    }
+}
+
+impl Serialize for ModelKind {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+/// What a model file holds.
 #[derive(Clone, Debug, Serialize)]
 pub struct Inspected {
-    /// The kind of its decision.
-    pub kind: &'static str,
-    /// The type of its weights or leaves.
+    /// How it decides.
+    pub kind: ModelKind,
+    /// What weights or leaves are.
     pub numbers: &'static str,
     /// Its task.
     pub task: &'static str,
@@ -48,10 +81,10 @@ pub fn inspect(model: &Model, words: &[u32]) -> Inspected {
     let half = |at: usize| half(words, at);
     let long = |at: usize| usize::from(half(at)) | usize::from(half(at + 1)) << 16;
     let (kind, trees) = match model {
-        Model::LinearSvm(_) if half(6) == 1 => ("linear, one-vs-rest", None),
-        Model::LinearSvm(_) => ("linear, one-vs-one", None),
-        Model::Forest(_) => ("forest", Some(HEADER_HALVES + 4 + long(HEADER_HALVES + 2))),
-        Model::Boosted(_) => ("boosted trees", Some(HEADER_HALVES + 3 + 3 * usize::from(half(HEADER_HALVES)))),
+        Model::LinearSvm(_) if half(6) == 1 => (ModelKind::OneVsRest, None),
+        Model::LinearSvm(_) => (ModelKind::OneVsOne, None),
+        Model::Forest(_) => (ModelKind::Forest, Some(HEADER_HALVES + 4 + long(HEADER_HALVES + 2))),
+        Model::Boosted(_) => (ModelKind::Boosted, Some(HEADER_HALVES + 3 + 3 * usize::from(half(HEADER_HALVES)))),
     };
     // Halves of a node with one leaf.
     let single = match model {

@@ -165,7 +165,7 @@ impl Session<'_> {
             let line = if self.is_live {
                 match self.source.next_event()? {
                     SourceEvent::End => return Ok(None),
-                    SourceEvent::Fault(fault) => note(format_args!("{}: {}", fault.kind, fault.message)),
+                    SourceEvent::Fault(fault) => note(format_args!("{}: {fault}", fault.kind)),
                     _ => {}
                 }
                 self.keys.try_recv().map_err(|error| error == TryRecvError::Disconnected)

@@ -1,8 +1,7 @@
-//! Whether the entropy-coded data of a baseline JPEG picture hold as many blocks as its size asks for: neither fewer
-//! nor more.
+//! The check that the entropy-coded data of a baseline JPEG picture hold exactly as many blocks as its size asks for.
 //!
-//! A USB packet that is missing in the middle leaves data that still decode to the end marker, only too early, and
-//! decoders fill in the rest without a word. Walking the Huffman codes, without computing a single pixel, tells.
+//! If a USB packet is missing in the middle, the data still decode to the end marker, only too early. Decoders fill in
+//! the rest without an error. A walk through the Huffman codes finds this without computing a single pixel.
 //!
 //! The check is our own, because no decoder reports data that end too early.
 
@@ -14,15 +13,15 @@ const DIRECT_BITS: u32 = 9;
 /// A Huffman table: lengths and values of its codes.
 #[derive(Clone)]
 pub(super) struct Table {
-    /// By the next [`DIRECT_BITS`] bits: length (0: longer) and value.
+    /// Length (0 if longer) and value of a code, by the next [`DIRECT_BITS`] bits.
     direct: [(u8, u8); 1 << DIRECT_BITS],
-    /// One past the last code of each length, left-aligned in 16 bits, and what to add to a code for its place.
+    /// One past the last code of each length, left-aligned in 16 bits, and the number to add to a code for its place.
     ends: [(u32, i32); 17],
     values: [u8; 256],
 }
 
 impl Table {
-    /// A table from the segment's counts by length and values; nothing where they are no table.
+    /// Creates a table from the segment's counts by length and values; `None` if they are no table.
     pub(super) fn new(counts: &[u8; 16], given: &[u8]) -> Option<Self> {
         let total: usize = counts.iter().map(|count| usize::from(*count)).sum();
         let mut values = [0; 256];
@@ -50,7 +49,7 @@ impl Table {
         Some(table)
     }
 
-    /// Length and value of the code that these 16 bits start with.
+    /// Returns the length and value of the code that these 16 bits start with.
     fn find(&self, bits: u32) -> Option<(u32, u8)> {
         let (length, value) = self.direct[(bits >> (16 - DIRECT_BITS)) as usize & ((1 << DIRECT_BITS) - 1)];
         if length > 0 {
@@ -67,7 +66,7 @@ impl Table {
     }
 }
 
-/// A component's share of a minimum coded unit.
+/// A component's part of a minimum coded unit.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Blocks {
     /// 8 × 8 blocks in each unit.
@@ -77,7 +76,7 @@ pub(super) struct Blocks {
     pub(super) ac: usize,
 }
 
-/// What the walk needs to know of a picture.
+/// The facts about a picture that the walk needs.
 pub(super) struct Scan<'a> {
     /// Minimum coded units.
     pub(super) units: u32,
@@ -91,7 +90,9 @@ pub(super) struct Scan<'a> {
 }
 
 impl Scan<'_> {
-    /// Whether `data`, from after the start of scan up to the end marker, hold exactly the picture's blocks.
+    /// Returns whether `data` hold exactly the picture's blocks.
+    ///
+    /// They start behind the start of scan and end before the end marker.
     pub(super) fn is_whole(&self, data: &[u8]) -> bool {
         self.walk(data).is_some()
     }
@@ -116,7 +117,7 @@ impl Scan<'_> {
     }
 }
 
-/// Bits of entropy-coded data, stuffed zeros taken out.
+/// Bits of entropy-coded data without stuffed zeros.
 struct Bits<'a> {
     data: &'a [u8],
     at: usize,
@@ -135,7 +136,7 @@ impl Bits<'_> {
                     self.at += 2;
                     0xff
                 }
-                // A marker or the end: what is read from here on is not there.
+                // This is a marker or the end. Bits that are read from here on do not exist.
                 Some([0xff, ..] | []) | None => {
                     self.missing += 8;
                     0
@@ -155,7 +156,7 @@ impl Bits<'_> {
         self.held -= count;
     }
 
-    /// The value of the next code and, skipped with it, as many bits as its low four bits say.
+    /// Returns the value of the next code. It also skips as many bits behind it as the low four bits of the value say.
     fn symbol(&mut self, table: &Table) -> Option<u8> {
         if self.held < 32 {
             self.fill();
@@ -184,12 +185,14 @@ impl Bits<'_> {
         (place == 64).then_some(())
     }
 
-    /// Nothing was read that is not there.
+    /// Returns `None` if bits were read that do not exist.
     fn in_bounds(&self) -> Option<()> {
         (self.held >= self.missing).then_some(())
     }
 
-    /// Nothing but padding is left: ones or zeros in the last byte, or more of them, as some encoders write.
+    /// Returns `None` unless only padding is left.
+    ///
+    /// Padding is ones or zeros in the last byte, or more of them, as some encoders write.
     fn at_end(&self) -> Option<()> {
         let left = self.held.checked_sub(self.missing)?;
         let bits = self.window.checked_shr(64 - left).unwrap_or(0);
@@ -198,7 +201,7 @@ impl Bits<'_> {
         (padding && (left < 8 || rest.is_empty()) && rest.iter().all(|byte| matches!(byte, 0 | 0xff))).then_some(())
     }
 
-    /// Goes on after the restart marker of this number, which has to be here.
+    /// Continues behind the restart marker of this number; `None` if it is not here.
     fn restart(&mut self, number: u8) -> Option<()> {
         let left = self.held.checked_sub(self.missing)?;
         let fill = self.data.get(self.at..)?.iter().take_while(|byte| **byte == 0xff).count();

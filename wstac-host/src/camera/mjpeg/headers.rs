@@ -1,17 +1,17 @@
-//! The headers of a JPEG picture, as far as it takes to check that its data are whole.
+//! The headers of a JPEG picture, as far as the check for whole data needs them.
 
 use super::data::{Blocks, Scan, Table};
 
-/// Most components that are looked at: Y, Cb, Cr.
+/// Most components that are read: Y, Cb, Cr.
 const COMPONENTS: usize = 3;
 
-/// What the headers say, up to the start of scan.
+/// The content of the headers, up to the start of scan.
 pub(super) struct Headers {
     /// Width and height.
     pub(super) size: (u16, u16),
-    /// Where the entropy-coded data start.
+    /// The start of the entropy-coded data.
     pub(super) data: usize,
-    /// Huffman-coded blocks in one pass.
+    /// Whether the picture has Huffman-coded blocks in one pass.
     sequential: bool,
     /// Identifier, horizontal and vertical sampling of each component.
     components: Vec<[u8; 3]>,
@@ -23,7 +23,7 @@ pub(super) struct Headers {
 }
 
 impl Headers {
-    /// Walks the segments; nothing where they are no JPEG's.
+    /// Walks the segments; `None` if they are not those of a JPEG.
     pub(super) fn read(bytes: &[u8]) -> Option<Self> {
         if bytes.get(..2)? != [0xff, 0xd8] {
             return None;
@@ -42,7 +42,7 @@ impl Headers {
             let rest = bytes.get(headers.data..)?;
             let [0xff, marker, ..] = *rest else { return None };
             if marker == 0xff {
-                // A fill byte.
+                // This is a fill byte.
                 headers.data += 1;
                 continue;
             }
@@ -67,13 +67,14 @@ impl Headers {
         }
     }
 
-    /// Whether there are Huffman tables at all.
+    /// Returns whether there are any Huffman tables.
     pub(super) fn has_tables(&self) -> bool {
         self.dc.iter().chain(&self.ac).any(Option::is_some)
     }
 
-    /// What a walk through the data takes; nothing for other codings than those of cameras: sequential, all components
-    /// in one scan.
+    /// Returns the facts for a walk through the data; `None` for codings that cameras do not use.
+    ///
+    /// Those of cameras are sequential, with all components in one scan.
     pub(super) fn scan(&self) -> Option<Scan<'_>> {
         let count = self.components.len();
         if !self.sequential || count == 0 || count > COMPONENTS || self.scanned.len() != count {
@@ -87,7 +88,7 @@ impl Headers {
             if id != scanned || !(1..=4).contains(across) || !(1..=4).contains(down) {
                 return None;
             }
-            // A component alone has one block in a unit, whatever its sampling.
+            // A single component has one block in a unit, whatever its sampling.
             let (across, down) = if count == 1 { (1, 1) } else { (u32::from(*across), u32::from(*down)) };
             (widest, highest) = (across.max(widest), down.max(highest));
             *blocks = Blocks { count: across * down, dc: usize::from(tables >> 4), ac: usize::from(tables & 15) };
@@ -102,7 +103,7 @@ impl Headers {
         })
     }
 
-    /// Start of frame: precision, height, width, components.
+    /// Reads a start of frame: precision, height, width, components.
     fn frame(&mut self, segment: &[u8]) -> Option<()> {
         let [_, h1, h2, w1, w2, count] = *segment.first_chunk()?;
         self.size = (u16::from_be_bytes([w1, w2]), u16::from_be_bytes([h1, h2]));
@@ -111,7 +112,7 @@ impl Headers {
         Some(())
     }
 
-    /// Class and number, how many codes of each length, their values; once or more often.
+    /// Reads Huffman tables: class and number, the count of codes of each length, and their values, once or more often.
     fn huffman_tables(&mut self, mut segment: &[u8]) -> Option<()> {
         while let Some((kind, rest)) = segment.split_first() {
             let (counts, values) = rest.split_first_chunk::<16>()?;

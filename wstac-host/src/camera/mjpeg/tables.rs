@@ -1,6 +1,6 @@
 //! The Huffman tables of ITU-T T.81, annex K.3, that Motion JPEG may leave out.
 
-/// One segment that defines all four, marker and length included.
+/// One segment that defines all four tables, marker and length included.
 #[rustfmt::skip]
 pub(super) const STANDARD_TABLES: [u8; 420] = [
     0xff, 0xc4, 1, 162,

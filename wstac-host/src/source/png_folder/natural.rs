@@ -2,7 +2,9 @@
 
 use std::cmp::Ordering;
 
-/// Compares two names. Names that differ in leading zeros only compare as bytes do, so that equal means the same.
+/// Compares two names.
+///
+/// Names that differ only in leading zeros are compared as bytes, so that equal means the same.
 pub(super) fn compare(a: &[u8], b: &[u8]) -> Ordering {
     let (mut rest_a, mut rest_b) = (a, b);
     loop {
@@ -27,12 +29,12 @@ pub(super) fn compare(a: &[u8], b: &[u8]) -> Ordering {
     }
 }
 
-/// How many digits a name starts with.
+/// Returns the number of digits that a name starts with.
 fn digits(name: &[u8]) -> usize {
     name.iter().take_while(|byte| byte.is_ascii_digit()).count()
 }
 
-/// A number's digits without leading zeros.
+/// Returns a number's digits without leading zeros.
 fn significant(digits: &[u8]) -> &[u8] {
     let zeros = digits.iter().take_while(|&&digit| digit == b'0').count();
     digits.get(zeros..).unwrap_or_default()
@@ -64,7 +66,7 @@ mod tests {
         names.reverse();
         names.sort_by(|a, b| compare(a, b));
         let names = names.map(|name| std::str::from_utf8(name).unwrap());
-        // '-' is below the digits.
+        // The character '-' is below the digits.
         let mut expected = sorted.to_vec();
         let dash = expected.remove(11);
         expected.insert(4, dash);

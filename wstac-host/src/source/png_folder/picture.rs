@@ -1,4 +1,4 @@
-//! One PNG file → the bytes of a frame.
+//! One PNG file to the bytes of a frame.
 
 use std::fmt;
 use std::fs::File;
@@ -13,15 +13,15 @@ use wstac_core::layout::FrameSize;
 
 /// Most bytes that a decoded picture may take.
 const MOST_DECODED: usize = 1 << 30;
-/// Most bytes that the decoder may take for itself: a row of the widest picture, and what metadata it keeps.
+/// Most bytes that the decoder may take for itself: a row of the widest picture, and the metadata that it keeps.
 const MOST_OVERHEAD: usize = 1 << 24;
 
-/// Why a picture is no frame.
+/// The reason why a picture is no frame.
 #[derive(Debug)]
 pub(super) enum Problem {
-    /// It cannot be read: lost.
+    /// It cannot be read, and the frame is lost.
     Corrupt(String),
-    /// It can, but is not what is expected: says what was found and what was expected.
+    /// It can be read, but is not what is expected. The text says what was found and what was expected.
     Refused(String),
 }
 
@@ -31,14 +31,14 @@ impl From<png::DecodingError> for Problem {
     }
 }
 
-/// Size and type of a picture, palettes looked up and samples of less than 8 bits widened.
+/// Size and type of a picture, after palettes are looked up and samples of less than 8 bits are widened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Shape {
     pub(super) size: FrameSize,
     kind: Kind,
 }
 
-/// What a pixel is.
+/// The kind of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Gray8,
@@ -52,7 +52,7 @@ enum Kind {
 }
 
 impl Shape {
-    /// The format of the frames: alpha is dropped, and of 16-bit colors green is taken.
+    /// Returns the format of the frames. Alpha is dropped, and of 16-bit colors green is taken.
     pub(super) fn format(self) -> PixelFormat {
         match self.kind {
             Kind::Gray8 | Kind::GrayAlpha8 => PixelFormat::Gray,
@@ -62,7 +62,7 @@ impl Shape {
         }
     }
 
-    /// Bytes from row to row of a frame.
+    /// Returns the bytes from row to row of a frame.
     pub(super) fn bytes_per_row(self) -> u32 {
         let green = Any::new(self.format(), YcbcrEncoding::default(), YcbcrMethod::Exact);
         green.row_bytes(self.size.width()) as u32
@@ -93,7 +93,7 @@ pub(super) struct Picture {
 }
 
 impl Picture {
-    /// Reads a file's header and checks its size before anything that large is made room for.
+    /// Reads a file's header, and checks its size before anything that large is allocated.
     pub(super) fn open(path: &Path) -> Result<Self, Problem> {
         let file = File::open(path).map_err(|error| Problem::Refused(error.to_string()))?;
         let mut decoder = Decoder::new_with_limits(BufReader::new(file), Limits { bytes: MOST_OVERHEAD });
@@ -110,7 +110,7 @@ impl Picture {
             (ColorType::Rgba, BitDepth::Sixteen) => Kind::Rgba16,
             (ColorType::Grayscale, _) => Kind::Gray8,
             (ColorType::GrayscaleAlpha, _) => Kind::GrayAlpha8,
-            // Palettes are looked up by the decoder.
+            // The decoder looks palettes up.
             (ColorType::Rgb | ColorType::Indexed, _) => Kind::Rgb8,
             (ColorType::Rgba, _) => Kind::Rgba8,
         };
@@ -125,7 +125,7 @@ impl Picture {
         self.shape
     }
 
-    /// Decodes the picture; whether its frame is in `frame` rather than in `decoded`.
+    /// Decodes the picture and returns whether its frame is in `frame` rather than in `decoded`.
     pub(super) fn decode(mut self, decoded: &mut Vec<u8>, frame: &mut Vec<u8>) -> Result<bool, Problem> {
         resize(decoded, self.bytes)?;
         let output = self.reader.next_frame(decoded)?;
@@ -150,7 +150,7 @@ impl Picture {
     }
 }
 
-/// Makes little-endian words of pixels of `BYTES` bytes: PNG's are big-endian.
+/// Makes little-endian words of pixels of `BYTES` bytes. Those of PNG are big-endian.
 fn words<const BYTES: usize>(
     decoded: &[u8],
     frame: &mut Vec<u8>,

@@ -34,7 +34,7 @@ impl Drop for Folder {
     }
 }
 
-/// A picture of one row.
+/// Encodes a picture of one row.
 fn encoded(width: u32, color: ColorType, depth: BitDepth, data: &[u8]) -> Vec<u8> {
     let mut bytes = vec![];
     let mut encoder = png::Encoder::new(&mut bytes, width, 1);
@@ -128,7 +128,7 @@ fn what_cannot_be_a_source_is_named() {
     folder.write("b.png", b"");
     let error = message(&folder);
     assert!(error.contains("no PNG file of 2 can be read; a.png: "), "{error}");
-    // A header that claims 2^31 − 1 pixels each way.
+    // This header claims 2^31 − 1 pixels each way.
     let mut bytes = encoded(1, ColorType::Rgb, BitDepth::Eight, &[1, 2, 3]);
     bytes[16..24].copy_from_slice(&[0x7F, 0xFF, 0xFF, 0xFF, 0x7F, 0xFF, 0xFF, 0xFF]);
     let crc = crc32fast::hash(&bytes[12..29]);

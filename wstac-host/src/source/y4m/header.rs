@@ -1,4 +1,4 @@
-//! The header line: what it says, what is wrong with it, and how it is written.
+//! The header line of Y4M: reading, checking and writing it.
 
 use wstac_core::green::any::PixelFormat;
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
@@ -9,33 +9,33 @@ use wstac_core::rate::FrameRate;
 use super::MAGIC;
 use crate::source::StreamInfo;
 
-/// What a header says.
+/// The content of a header.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Header {
     pub(super) size: FrameSize,
     pub(super) rate: FrameRate,
     pub(super) format: PixelFormat,
     pub(super) color: YcbcrEncoding,
-    /// Whether the range of Y, Cb and Cr is not stated, though it matters.
+    /// Whether the header does not state the range of Y, Cb and Cr, though it matters.
     pub(super) is_range_assumed: bool,
-    /// The format as Y4M calls it.
+    /// The format's name in Y4M.
     pub(super) name: String,
 }
 
-/// Tags as they were found, at most one of each; X tags apart.
+/// Tags as they were found, at most one of each. X tags are apart.
 #[derive(Default)]
 struct Tags {
     /// Values of W, H, F, I, A and C.
     values: [Option<String>; KEYS.len()],
     range: Option<QuantizationRange>,
-    /// An old writer's X tag for the chroma's sampling.
+    /// The value of an old writer's X tag for the chroma's sampling.
     sampling: Option<String>,
 }
 
 const KEYS: [char; 6] = ['W', 'H', 'F', 'I', 'A', 'C'];
 
 impl Header {
-    /// Reads the tags that follow the magic word. `fps` replaces the header's rate.
+    /// Reads the tags behind the magic word. `fps` replaces the header's rate.
     pub(super) fn parse(line: &[u8], fps: Option<FrameRate>) -> Result<Self, String> {
         let tags = Tags::parse(&String::from_utf8_lossy(line))?;
         let [width, height, rate, interlacing, aspect, format] = &tags.values;
@@ -83,7 +83,7 @@ impl Tags {
         Ok(tags)
     }
 
-    /// An X tag: anybody's own, but for two that change what the bytes mean.
+    /// Reads an X tag. X tags have no fixed meaning, but two of them change what the bytes mean.
     fn extension(&mut self, value: &str) -> Result<(), String> {
         match value.split_once('=') {
             Some(("COLORRANGE", "FULL")) => self.range = Some(QuantizationRange::Full),
@@ -119,7 +119,7 @@ fn checked_rate(found: Option<&str>, fps: Option<FrameRate>) -> Result<FrameRate
     })
 }
 
-/// A format and its name; without C, 4:2:0, as the format's description says.
+/// Returns a format and its name. Without C it is 4:2:0, as the format's description says.
 fn checked_format(found: Option<&str>, sampling: Option<&str>) -> Result<(String, PixelFormat), String> {
     let format = match found.unwrap_or("420") {
         "420" | "420jpeg" | "420mpeg2" | "420paldv" => PixelFormat::Yu12,
@@ -148,15 +148,16 @@ fn ratio(text: &str) -> Option<(u32, u32)> {
     Some((number(numerator)?, number(denominator)?))
 }
 
-/// Decimal digits and nothing else.
+/// Reads decimal digits; `None` if there is anything else.
 fn number(text: &str) -> Option<u32> {
     text.bytes().all(|byte| byte.is_ascii_digit()).then(|| text.parse().ok())?
 }
 
-/// The header, newline included, of a stream whose frames follow as they are, each after a line `FRAME`.
+/// Returns the header, newline included, of a stream whose frames follow as they are, each after a line `FRAME`.
 ///
 /// # Errors
-/// Where Y4M has no name for the format, or none for what its numbers mean: says what was found and what was expected.
+/// Y4M has no name for the format or for the meaning of its numbers. The error says what was found and what was
+/// expected.
 pub fn header_of(info: &StreamInfo) -> Result<String, String> {
     let name = match info.format {
         PixelFormat::Gray => "mono",

@@ -1,4 +1,4 @@
-//! Reading that never waits longer than half a second, so that a signal is noticed.
+//! Reads without ever waiting longer than half a second, so that a signal is noticed.
 
 use std::fs::File;
 use std::io::{ErrorKind, Read, Result};
@@ -7,21 +7,21 @@ use std::os::fd::AsRawFd;
 /// Longest wait, in ms.
 const WAIT_MS: libc::c_int = 500;
 
-/// Where bytes come from.
+/// The origin of bytes.
 pub(super) enum Input {
-    /// A descriptor, asked first whether a read would block.
+    /// A descriptor, which is polled before a read, so that the read does not block.
     Polled(File),
     /// Anything else.
     Blocking(Box<dyn Read + Send>),
 }
 
-/// What a read came to.
+/// The result of a read.
 pub(super) enum Got {
-    /// This many bytes; 0 at the end.
+    /// The number of bytes that were read; 0 at the end.
     Bytes(usize),
-    /// Nothing in time.
+    /// No bytes in time.
     Nothing,
-    /// Nothing, because a signal was handled.
+    /// No bytes, because a signal was handled.
     Interrupted,
 }
 
@@ -43,7 +43,7 @@ impl Input {
     }
 }
 
-/// Whether a read of `file` returns at once, which it does at the end, too.
+/// Returns whether a read of `file` returns at once. At the end it does, too.
 fn readable(file: &File) -> Result<bool> {
     let mut descriptor = libc::pollfd { fd: file.as_raw_fd(), events: libc::POLLIN, revents: 0 };
     // SAFETY: `descriptor` is one valid pollfd, and its descriptor is open as long as `file` is.

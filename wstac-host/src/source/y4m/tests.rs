@@ -5,7 +5,7 @@ use wstac_core::green::ycbcr::QuantizationRange;
 
 use super::*;
 
-/// Hands out one byte a read.
+/// A reader that hands out one byte per read.
 struct Dripping(std::io::Cursor<Vec<u8>>);
 
 impl Read for Dripping {
@@ -39,7 +39,7 @@ fn frames(source: &mut Y4m) -> (Vec<Vec<u8>>, Option<String>) {
     }
 }
 
-/// Three frames of `size` bytes, with and without frame parameters.
+/// Makes three frames of `size` bytes, with and without frame parameters.
 fn clip(header: &str, size: usize) -> (Vec<u8>, Vec<Vec<u8>>) {
     let frames: Vec<_> = (0..3).map(|frame| (0..size).map(|k| (frame * 7 + k) as u8).collect::<Vec<u8>>()).collect();
     let mut bytes = header.as_bytes().to_vec();

@@ -1,9 +1,11 @@
-//! Why frames were lost and what happened to a source: words that recordings keep.
+//! Reasons and kinds that recordings keep as words: lost frames, faults of a source, controls that are not locked.
 
 use std::cmp::Ordering;
 use std::fmt;
 
-/// Bytes of the longest word of a recording that is kept; those of this program have less than half as many.
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// Bytes of the longest words of a recording that are kept. Those of this program have less than half as many.
 const LONGEST: usize = 200;
 
 /// Makes an enumeration of words and the ways between both.
@@ -39,7 +41,7 @@ macro_rules! words {
             }
         }
 
-        /// Alphabetical, as a person looks for words.
+        /// The order is alphabetical, as a person looks for words.
         impl Ord for $name {
             fn cmp(&self, other: &Self) -> Ordering {
                 self.name().cmp(other.name())
@@ -66,19 +68,19 @@ macro_rules! words {
 }
 
 words! {
-    /// Why frames were lost.
+    /// The reason why frames were lost.
     LossReason:
     /// The driver had no buffer for them.
     Dropped = "dropped by the driver",
     /// The camera took fewer frames than were agreed on.
     NeverTaken = "never taken: the camera was slow",
-    /// Newer frames were waiting ([`FramePolicy::Newest`](super::FramePolicy::Newest)).
+    /// Newer frames were waiting ([`FramePolicy::Newest`](crate::source::FramePolicy::Newest)).
     Skipped = "skipped for newer ones",
     /// The driver reported an error for the frame.
     Unreadable = "the driver could not read it",
     /// The driver marked the frame as damaged.
     Damaged = "marked as damaged by the driver",
-    /// The frame has fewer bytes than a frame has.
+    /// The buffer has fewer bytes than a frame.
     Short = "shorter than a frame",
     /// The frame's JPEG data are corrupt.
     CorruptJpeg = "corrupt JPEG picture",
@@ -97,7 +99,7 @@ words! {
 }
 
 words! {
-    /// What happened to a source.
+    /// The kind of a fault of a source.
     FaultKind:
     /// The stream broke off; the same camera is waited for.
     Disconnected = "disconnected",
@@ -119,6 +121,48 @@ words! {
     Calibration = "calibration",
 }
 
+words! {
+    /// The reason why a control is not locked.
+    UnlockedReason:
+    /// The user asked that controls stay as they were.
+    Kept = "left as it was",
+    /// The user gave a value that leaves it automatic.
+    SetAutomatic = "set as asked, which leaves it automatic",
+    /// The driver took the value that switches it off, and it is still on.
+    StillOn = "was switched off, but is not",
+    /// The driver says that it is read-only, and it is on.
+    OnReadOnly = "cannot be switched off: read-only",
+    /// Another program holds it, and it is on.
+    OnGrabbed = "cannot be switched off: another program holds it",
+    /// Another control governs it, and it is on.
+    OnInactive = "cannot be switched off: inactive: something else governs it",
+    /// The driver refuses its value, because it is read-only.
+    ReadOnly = "cannot be set: read-only",
+    /// The driver refuses its value, because another program holds it.
+    Grabbed = "cannot be set: another program holds it",
+    /// The driver refuses its value, because another control governs it.
+    Governed = "cannot be set: inactive: something else governs it",
+    /// The driver says that the camera changes it.
+    Volatile = "volatile: the camera changes it",
+    /// The driver took its value, and another control governs it.
+    Inactive = "inactive: something else governs it",
+    /// The camera changed it at the start of the stream, and did not take the value once more.
+    ChangedAtStart = "the camera changed it when the stream started",
+}
+
+/// A reason is stored as its words, as in recordings.
+impl Serialize for UnlockedReason {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+impl<'de> Deserialize<'de> for UnlockedReason {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Ok(Self::from(String::deserialize(deserializer)?.as_str()))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -131,6 +175,13 @@ mod tests {
         for kind in FaultKind::ALL {
             assert_eq!(FaultKind::from(kind.name()), *kind);
         }
+        for reason in UnlockedReason::ALL {
+            let json = serde_json::to_string(reason).unwrap();
+            assert_eq!(json, format!("\"{reason}\""));
+            assert_eq!(serde_json::from_str::<UnlockedReason>(&json).unwrap(), *reason);
+        }
+        let other = UnlockedReason::Other("set to 3, but reads back 4".into());
+        assert_eq!(serde_json::from_str::<UnlockedReason>("\"set to 3, but reads back 4\"").unwrap(), other);
         assert_eq!(LossReason::from("of a newer program").name(), "of a newer program");
         assert_eq!(FaultKind::from("x".repeat(LONGEST + 1).as_str()).name(), "other");
     }
