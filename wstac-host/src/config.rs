@@ -320,7 +320,7 @@ follow = 0              # the baseline follows slow drift: 16 to
                         # 32768 windows, a power of two; 0: it is
                         # kept
 [speed]
-law = "paper"           # or "physical", with track_mm = 113.4,
+law = "published"       # or "physical", with track_mm = 113.4,
                         # afterglow_frames = 5.36
 intercept = 151.06      # frames at 1 mm/s, at 30 frames a second
 slope = 56.29           # frames a decade of speed
@@ -379,6 +379,14 @@ mod tests {
             let rest = |config: &Config| format!("{:?} {:?} {:?}", config.green, config.features, config.direction);
             assert_eq!(rest(&again), rest(&config), "{full}");
         }
+    }
+
+    #[test]
+    fn the_published_law_keeps_its_earlier_name() {
+        let text = |law: &str| format!("[speed]\nlaw = \"{law}\"\nintercept = 140.5");
+        let [earlier, now] = ["paper", "published"].map(|law| Config::parse(&text(law)).unwrap().to_toml().unwrap());
+        assert_eq!(earlier, now);
+        assert!(now.contains("law = \"published\""), "{now}");
     }
 
     #[test]

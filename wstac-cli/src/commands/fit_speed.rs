@@ -60,7 +60,8 @@ pub(super) struct Arguments {
 /// Laws to fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Laws {
-    Paper,
+    #[value(alias = "paper")]
+    Published,
     Physical,
     Both,
 }
@@ -79,7 +80,7 @@ What is printed, for each law:
   that it can answer at all: slower slides are cut off by the sample of 70 frames, faster ones last
   a frame or less (physical law: less than the afterglow). Both laws fall all the way in between,
   so each duration has one speed.
-  --json: {"kind":"fit","law":"paper","intercept":151.06,"intercept_error":1.2,"slope":56.29,
+  --json: {"kind":"fit","law":"published","intercept":151.06,"intercept_error":1.2,"slope":56.29,
            "slope_error":0.55,"r2":0.9951,"deviation_frames":0.41,"speed_error":0.017,
            "range_mm_s":[100,200],"answers_mm_s":[31.1,463.7],"slides":55,"speeds":11,
            "left_out":{"no_speed":0,"no_duration":0,"unreliable":0}}
@@ -114,9 +115,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let names: Vec<String> = arguments.data.iter().map(|path| path.display().to_string()).collect();
     let names = names.join(", ");
     let kinds = match arguments.law {
-        Laws::Paper => vec![Kind::Paper],
+        Laws::Published => vec![Kind::Published],
         Laws::Physical => vec![Kind::Physical],
-        Laws::Both => vec![Kind::Paper, Kind::Physical],
+        Laws::Both => vec![Kind::Published, Kind::Physical],
     };
     let fits = kinds.into_iter().map(|kind| Fit::new(kind, &slides, &names)).collect::<Result<Vec<_>, _>>()?;
     if let (Some(path), Some(format)) = (&arguments.plot, format) {
@@ -181,7 +182,7 @@ fn in_words(slides: &Slides) -> String {
 /// Names of the intercept and the slope, the latter's sign, and their digits.
 fn parameters(kind: Kind) -> [(&'static str, f64); 2] {
     match kind {
-        Kind::Paper => [("intercept", 1.0), ("slope", -1.0)],
+        Kind::Published => [("intercept", 1.0), ("slope", -1.0)],
         Kind::Physical => [("afterglow_frames", 1.0), ("track_mm", 1.0)],
     }
 }
@@ -278,7 +279,7 @@ mod tests {
         };
         let slides = Slides { used: (0..9).map(slide).collect(), no_duration: 2, ..Slides::default() };
         let with = Config::parse("[speed]\nthreshold = 0.03\nthreshold_on = \"above_baseline\"").unwrap();
-        for kind in [Kind::Paper, Kind::Physical] {
+        for kind in [Kind::Published, Kind::Physical] {
             let fit = Fit::new(kind, &slides, "it").unwrap();
             let text = table(&fit, &slides, "a.npz\n[trigger]", Some(&with));
             let config = Config::parse(&text).unwrap_or_else(|error| panic!("{text}: {error}"));

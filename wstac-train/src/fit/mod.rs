@@ -15,7 +15,7 @@ pub const DURATIONS: [u8; 2] = [67, 1];
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// D = intercept − slope · log10 v.
-    Paper,
+    Published,
     /// D = 30 · track / v + afterglow.
     Physical,
 }
@@ -24,7 +24,7 @@ impl Kind {
     /// As the configuration calls it.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Paper => "paper",
+            Self::Published => "published",
             Self::Physical => "physical",
         }
     }
@@ -32,7 +32,7 @@ impl Kind {
     /// What the duration is linear in.
     fn transformed(self, mm_s: f64) -> f64 {
         match self {
-            Self::Paper => mm_s.log10(),
+            Self::Published => mm_s.log10(),
             Self::Physical => 30.0 / mm_s,
         }
     }
@@ -72,10 +72,10 @@ impl Fit {
             return wrong("all slides last equally long, expected durations that fall with speed".into());
         };
         let law = match kind {
-            Kind::Paper => Law::Published { intercept: line.intercept as f32, slope: -line.slope as f32 },
+            Kind::Published => Law::Published { intercept: line.intercept as f32, slope: -line.slope as f32 },
             Kind::Physical => Law::Physical { track: line.slope as f32, afterglow: line.intercept as f32 },
         };
-        let falls = if kind == Kind::Paper { line.slope < 0.0 } else { line.slope > 0.0 };
+        let falls = if kind == Kind::Published { line.slope < 0.0 } else { line.slope > 0.0 };
         if !falls {
             return wrong(format!("durations do not fall with speed (law {}), expected that they do", kind.name()));
         }
@@ -92,7 +92,7 @@ impl Fit {
         let (sign, rest) =
             if self.line.intercept < 0.0 { ("−", -self.line.intercept) } else { ("+", self.line.intercept) };
         match self.kind {
-            Kind::Paper => format!("D = {:.2} − {:.2} log10 v", self.line.intercept, -self.line.slope),
+            Kind::Published => format!("D = {:.2} − {:.2} log10 v", self.line.intercept, -self.line.slope),
             Kind::Physical => format!("D = 30 · {:.2} / v {sign} {rest:.2}", self.line.slope),
         }
     }
@@ -126,7 +126,7 @@ mod tests {
     #[test]
     fn a_law_is_found_again() {
         let paper = slides(|v| 151.06 - 56.29 * v.log10());
-        let fit = Fit::new(Kind::Paper, &paper, "it").unwrap();
+        let fit = Fit::new(Kind::Published, &paper, "it").unwrap();
         assert_eq!(fit.law, Law::PUBLISHED);
         assert!(fit.line.r2 > 1.0 - 1e-12 && fit.line.deviation < 1e-9 && fit.speed_error.unwrap() < 1e-5);
         // What the core's own constants of the physical law are: least squares on the paper's.
@@ -157,7 +157,7 @@ mod tests {
             (slides(|_| 30.0), "equally long"),
             (slides(|v| v), "do not fall"),
         ] {
-            for kind in [Kind::Paper, Kind::Physical] {
+            for kind in [Kind::Published, Kind::Physical] {
                 let message = Fit::new(kind, &slides, "it.npz").unwrap_err().to_string();
                 assert!(message.starts_with("it.npz: ") && message.contains(part), "{message}");
             }
