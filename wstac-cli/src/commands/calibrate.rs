@@ -15,21 +15,23 @@ use wstac_host::error::Error;
 use wstac_host::source::{Frame, FramePolicy, Source, SourceEvent};
 use wstac_setup::calibrate::{Calibration, UNTOUCHED, Watch};
 
-/// Find the 25 whiskers in the picture and write the configuration for them
+/// Find the 25 whiskers in the picture and write a configuration
 ///
-/// Leave the sensor alone for the first 25 frames (0.8 s), then press on all whiskers, or slide something over all of
-/// them: each base that glows becomes a taxel. Ctrl-C ends a camera earlier.
+/// Do not touch the sensor for the first 25 frames (0.8 s). Then press on all whiskers, or slide something over all of
+/// them. Each base that glows becomes a taxel. Ctrl-C ends a camera earlier.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// A camera, a recording or a scene, as wstac run --help lists them
+    /// A camera, a recording or a scene, as for wstac run
     source: String,
 
-    /// The configuration file to write, for --config of the other commands
+    /// The configuration file to write, for --config
     #[arg(short, long, value_name = "FILE.toml")]
     output: PathBuf,
 
-    /// The picture to write: what glowed, and the taxels on it; unless given, the configuration's name with .png
+    /// The picture to write: what glowed, and the taxels on it
+    ///
+    /// By default, it is the configuration's name with the ending .png.
     #[arg(long, value_name = "FILE.png")]
     overlay: Option<PathBuf>,
 
@@ -37,7 +39,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 600, value_parser = clap::value_parser!(u64).range(30..))]
     frames: u64,
 
-    /// Write over files that are there already
+    /// Overwrite existing files
     #[arg(long)]
     force: bool,
 
@@ -49,34 +51,48 @@ pub(super) struct Arguments {
     options: SourceArguments,
 }
 
-const HELP: &str = "\
-What it tolerates: a picture that is turned by up to 15 degrees, perspective, a curved lens, light
-that is uneven, ambient light, and one whisker without light, whose place follows from the others'.
-The row that is on top in the picture is row 1, the leftmost column column 1.
+const HELP: &str = r#"What may be wrong with the picture:
+  It may be turned by up to 15 degrees, seen in perspective or through a
+  curved lens, and have uneven or ambient light. One whisker may have no
+  light: its place follows from the others. Row 1 is on top in the
+  picture, and column 1 is on the left.
 
-Where it is not sure it writes no configuration, says why, and ends with exit code 1: fewer than 24
-whiskers, spots that are no lattice of 5 x 5, that the picture's edge cuts, that run into each other
-or reach full scale, a sensor that was touched too early. Look at the picture all the same: it is
-FILE.refused.png then, which the next try replaces, or what --overlay names. White rings are spots
-that seemed to be whiskers, orange ones others. In a picture of a calibration each taxel has its row
-and column; one in orange, dashed, is the whisker without light.
+What is refused:
+  If the answer is not certain, no configuration is written. The command
+  gives the reason and ends with exit code 1. Reasons are: fewer than 24
+  whiskers; spots that are no lattice of 5 x 5, that the edge of the
+  picture cuts, that run into each other or that reach full scale; a
+  sensor that was touched too early.
+  There is a picture of this, too: FILE.refused.png, which the next try
+  replaces, or the name that --overlay gives.
 
-The configuration has the layout, and what follows from the noise of the untouched frames, each with
-a comment that says how: [features] floor_levels, [trigger] margin, [speed] threshold and
-threshold_on. All other keys keep their defaults; add to it what you like. It holds for frames of the
-same size (others are refused), and for as long as neither the camera nor the sensor is moved.
+What the picture shows:
+  White rings are spots that seemed to be whiskers, orange rings are
+  other spots. After a calibration, each taxel has its row and column.
+  A dashed orange taxel is the whisker without light.
 
-Output with --json:
-  {\"kind\":\"calibration\",\"found\":25,\"dead\":null,\"off_px\":0.21,\"pitch_px\":[144.0,143.9],
-   \"rotation_degrees\":0.1,\"taxel\":[90,90],\"centres\":[[351.4,71.5], … 25, row by row],
-   \"saturated\":0,\"noise_levels\":0.005,\"dark_levels\":1.0}
-  dead is null or [row, column]; off_px is how far bases are off a smooth lattice, root mean square.
+What the configuration holds:
+  It has the layout, and keys that follow from the noise of the untouched
+  frames, each with a comment: [features] floor_levels, [trigger] margin,
+  [speed] threshold and threshold_on. All other keys keep their defaults;
+  add what you like. It is valid for frames of the same size (others are
+  refused), until the camera or the sensor is moved.
 
-Try it (a scene that is turned needs room at its edges: [sensor.pose] rotation_degrees = 8 and
-scale = 0.75, wstac scene --help):
+Output with --json, one object (wrapped here):
+  {"kind":"calibration","found":25,"dead":null,"off_px":0.21,
+   "pitch_px":[144.0,143.9],"rotation_degrees":0.1,"taxel":[90,90],
+   "centres":[[351.4,71.5], … 25 in all, row by row],
+   "saturated":0,"noise_levels":0.005,"dark_levels":1.0}
+  dead is null or [row, column]. off_px is the root mean square distance
+  of the bases from a smooth lattice.
+
+Examples:
   wstac calibrate scene:Fla0@100 -o wstac.toml
-  wstac calibrate /dev/video0 -o wstac.toml && wstac run /dev/video0 --config wstac.toml
-";
+  wstac calibrate /dev/video0 -o wstac.toml
+  wstac run /dev/video0 --config wstac.toml
+  A scene that is turned needs room at its edges: set rotation_degrees to
+  8 and scale to 0.75 in [sensor.pose] (see wstac scene --help).
+"#;
 
 /// What is printed with `--json`.
 #[derive(Serialize)]

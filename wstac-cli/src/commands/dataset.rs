@@ -17,14 +17,18 @@ use wstac_train::dataset::part::{Part, fingerprint};
 use wstac_train::dataset::sweep::Sweep;
 use wstac_train::dataset::{arrays, check, each_sample};
 
-/// Make a training set: the samples of simulated slides or of recordings, with their labels, for NumPy
+/// Make a training set of simulated slides or recordings, for NumPy
 ///
-/// Every event of a recording is a sample. Of simulations, every slide is a stream of its own, with its own baseline; its first event is its sample. Slides without an event, or
-/// with an incomplete sample, are counted and left out; samples that are cut off or not reliable are counted and kept. The same sweep gives the same bytes, with any number of threads.
+/// Every event of a recording is a sample. In a simulation, every slide is a stream with its own baseline, and its
+/// first event is a sample. Slides without an event, or with an incomplete sample, are counted and left out. Samples
+/// that are cut off or not reliable are counted and kept. The same sweep gives the same bytes with any number of
+/// threads.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// Which slides to make: a TOML file, described below; or recordings (wstac record), as files and folders of them
+    /// A sweep of simulated slides, or recordings
+    ///
+    /// A sweep is a TOML file, described below. Recordings (wstac record) are files, or folders of them.
     #[arg(value_name = "SWEEP.toml|FILE.mcap|FOLDER", required = true)]
     sources: Vec<PathBuf>,
 
@@ -32,70 +36,89 @@ pub(super) struct Arguments {
     #[arg(short, long, value_name = "FILE.npz")]
     output: PathBuf,
 
-    /// Make this many slides at a time; all processors are used by default
+    /// Number of threads; by default, one per processor
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
 
-    /// Share of every specimen's recordings that is for tests (array split); a recording is never split
+    /// Fraction of every specimen's recordings that is for tests
+    ///
+    /// The array split says which. A recording is never split.
     #[arg(long, value_name = "SHARE", default_value = "0.2", value_parser = share)]
     test: f64,
 
-    /// Read the configuration from this TOML file, as wstac run does; recordings have their own, which it replaces
+    /// Read the configuration from this TOML file
+    ///
+    /// It replaces the configurations of recordings.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
 
-    /// Write over FILE.npz, and start anew where FILE.npz.part is of another sweep
+    /// Overwrite FILE.npz
+    ///
+    /// It also starts anew if FILE.npz.part is of another sweep.
     #[arg(long)]
     force: bool,
 }
 
 const HELP: &str = r#"Recordings:
-  wstac dataset saw3.mcap fla0.mcap -o set.npz      or a folder: wstac dataset recordings -o set.npz
-  Every recording needs the label specimen (wstac record --label specimen=Saw3); speed and
-  direction are taken where they are there. Frames are read again with the recording's own
-  configuration; where those of two recordings make features that mean different things, that
-  is an error. Said are: cameras that were not locked, layouts and formats that differ.
+  wstac dataset saw3.mcap fla0.mcap -o set.npz
+  wstac dataset FOLDER -o set.npz
+  Every recording needs the label specimen (wstac record --label
+  specimen=Saw3). The labels speed and direction are used if they are
+  there. Each recording is read with its own configuration. If two
+  configurations make features of different meaning, the command fails.
+  Notes report cameras that were not locked, and differences of layouts
+  and formats.
 
 The sweep, every key optional; these are the defaults:
-  specimens = ["Fla0", "Sin2", "Sin3", "Sin4", "Saw2", "Saw3", "Saw4", "Tri2", "Tri3", "Tri4"]
-                                  # "Sphere", too, with [scene.whisker] overlap_mm 0.4
-  speeds = [150]                  # mm/s, 1 to 1000
-  directions = [0]                # degrees: 0, 90, 180, 270
-  slides = 100                    # of every specimen, up to 1000000 in all
-  seed = 1                        # of the first slide; every slide has the next one
-  [scene]                         # any other key and table of a scene's file, for all slides:
-  fidelity = "taxel"              # or "rendered": every pixel, much slower
-  The k-th slide of a specimen (from 0) takes speed k mod n of n speeds and direction
-  (k / n) mod m of m, so that all combinations come round: have n · m or more slides.
-  In [scene] may be noise, lead_in, gap, depth, period, length, edge, radius, [scene.light],
-  [scene.whisker], [scene.sensor] …
+  specimens = ["Fla0", "Sin2", "Sin3", "Sin4", "Saw2",
+               "Saw3", "Saw4", "Tri2", "Tri3", "Tri4"]
+                          # "Sphere" needs [scene.whisker] overlap_mm 0.4
+  speeds = [150]          # mm/s, 1 to 1000
+  directions = [0]        # degrees: 0, 90, 180, 270
+  slides = 100            # of every specimen, up to 1000000 in all
+  seed = 1                # of the first slide; each slide has the next
+  [scene]                 # any other key and table of a scene's file,
+                          # for all slides (wstac scene --help):
+  fidelity = "taxel"      # or "rendered": every pixel, much slower
+  Slide k of a specimen (from 0) has speed k mod n of n speeds, and
+  direction (k / n) mod m of m directions. For all combinations, have at
+  least n · m slides.
 
 The arrays of FILE.npz, n samples in the order of their slides:
-  X           int16    (n, 10, 70)  features, five rows, then five columns, over 70 frames, in
-                                    units of 2^-11: X * scale are natural logarithms
-  scale       float64  ()           1/2048
-  y_specimen  str      (n,)         "Saw3"
-  y_pattern   str      (n,)         "Fla", "Sin", "Saw", "Tri", "Sphere"
-  y_depth     int64    (n,)         mm (a Sphere's radius); float64 where one is no integer
-  speed       float64  (n,)         mm/s
-  direction   int64    (n,)         degrees, counter-clockwise in the picture
-  seed        uint64   (n,)         of the slide's scene
-  reliable    bool     (n,)         baseline quiet and at most 7 frames filled, as wstac run says
-  duration    int64    (n,)         of the event in frames; -1 where it is cut off or never lights up
-  source      str      (n,)         "scene: Saw3 at 150 mm/s, 90 degrees, seed 7"
-  fps         float64  ()           frames a second of the camera (of recordings: of the first)
-  Of recordings there is no seed; speed is nan and direction -1 where there is no such label,
-  y_depth nan where the name has none, and there are also:
-  recording   str      (n,)         "saw3.mcap": group by it where you split on your own
-  split       str      (n,)         "train" or "test" (--test): all of a recording the same
-  In Python:
-    set = numpy.load("FILE.npz")
-    model.fit(set["X"].reshape(len(set["X"]), -1) * set["scale"], set["y_specimen"])
+  X          int16 (n, 10, 70): features, five rows, then five columns,
+             over 70 frames; X * scale are natural logarithms
+  scale      float64 (): 1/2048
+  y_specimen str (n,): "Saw3"
+  y_pattern  str (n,): "Fla", "Sin", "Saw", "Tri" or "Sphere"
+  y_depth    int64 (n,): mm, the radius of a Sphere; float64 if
+             one is no integer
+  speed      float64 (n,): mm/s
+  direction  int64 (n,): degrees, counter-clockwise in the picture
+  seed       uint64 (n,): of the slide's scene
+  reliable   bool (n,): baseline quiet and at most 7 frames filled
+  duration   int64 (n,): of the event in frames; -1 if it is cut off or
+             never lit
+  source     str (n,): "scene: Saw3 at 150 mm/s, 90 degrees, seed 7"
+  fps        float64 (): the camera's frames per second, or those of the
+             first recording
 
-What is done is kept in FILE.npz.part until all is: after Ctrl-C or a crash the same command
-goes on from there.
-Exit code: 0 where there is a sample, 1 where there is none or a file cannot be used, 2 for
-wrong arguments, 130 after Ctrl-C, 143 after SIGTERM.
+Data sets of recordings have no seed, and two more arrays:
+  recording  str (n,): "saw3.mcap"; group by it for splits of your own
+  split      str (n,): "train" or "test" (--test), the same for all
+             samples of a recording
+  speed is nan and direction -1 without such a label; y_depth is nan if
+  the specimen's name has no depth.
+
+In Python:
+  set = numpy.load("FILE.npz")
+  X = set["X"].reshape(len(set["X"]), -1) * set["scale"]
+  model.fit(X, set["y_specimen"])
+
+Interrupted runs:
+  FILE.npz.part keeps the finished slides. After Ctrl-C or a crash, the
+  same command continues from there.
+  Exit code: 0 if there is a sample, 1 if there is none or a file cannot
+  be used, 2 for wrong arguments, 130 after Ctrl-C, 143 after SIGTERM.
 "#;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {

@@ -16,16 +16,18 @@ use wstac_host::source::open::OpenOptions;
 use wstac_host::texture::task_name;
 use wstac_host::texture::{Texture, Textures, pattern_and_depth};
 
-/// Slide every specimen over a simulated sensor and print the truth beside the answers
+/// Compare simulated slides of every specimen with the answers
 ///
-/// Frames are rendered, 1280 × 720, and go the same way as a camera's. No camera and no sensor are needed.
+/// The frames (1280 × 720) are rendered and processed like a camera's. The command needs no camera and no sensor.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// Seed of the simulation: another one starts every slide at another phase and with other noise
+    /// Seed of the simulation
+    ///
+    /// Another seed starts every slide at another phase and with other noise.
     #[arg(long, default_value_t = 1)]
     seed: u64,
 
-    /// Name textures with this model, of specimens, patterns or depths
+    /// Name textures with this model
     #[arg(long, value_name = "FILE.wsm", default_value = "builtin:svm")]
     model: PathBuf,
 }

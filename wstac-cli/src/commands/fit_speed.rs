@@ -18,13 +18,14 @@ use wstac_train::fit::{Fit, Kind};
 
 /// Fit the speed law to slides of known speeds
 ///
-/// A slide is lit the longer the slower it is. Two laws make a speed of that: the paper's, D = intercept − slope · log10 v, and the
-/// physical one, D = 30 · track / v + afterglow (D in frames at 30 a second, v in mm/s). Both are least-squares lines through the durations. What
-/// comes out is that of one sensor, one length of specimen and one threshold.
+/// The slower a slide is, the longer it is lit. Two laws relate its duration D (in frames at 30 per second) to its
+/// speed v (in mm/s). The published law is D = intercept − slope · log10 v. The physical law is D = 30 · track / v +
+/// afterglow. Both are fitted by least squares. The result is valid for one sensor, one specimen length and one
+/// threshold.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// Data sets of labelled slides, as wstac dataset writes them
+    /// Data sets of labelled slides, made by wstac dataset
     #[arg(required = true, value_name = "DATA.npz")]
     data: Vec<PathBuf>,
 
@@ -32,27 +33,35 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, default_value_t = Laws::Both)]
     law: Laws,
 
-    /// Write the law as a [speed] table for wstac run --config to this new file; of both laws the one that leaves less
+    /// Write the law to this new file, for wstac run --config
+    ///
+    /// The file has one table, [speed]. If both laws are fitted, it is the law with the smaller residuals.
     #[arg(short, long, value_name = "FILE.toml")]
     output: Option<PathBuf>,
 
-    /// Draw the durations, the laws and the residuals to this new file: SVG, PNG (300 dots per inch) or PDF, by its ending
+    /// Draw durations, laws and residuals to this new file
+    ///
+    /// The ending of the name says what it is: SVG, PNG (300 dots per inch) or PDF.
     #[arg(long, value_name = "FILE.svg|png|pdf")]
     plot: Option<PathBuf>,
 
-    /// Frames a second of the slides' camera, such as 30 or 30000/1001, where a data set does not say: 30 unless given
+    /// The camera's frames per second, such as 30 or 30000/1001
+    ///
+    /// It is for data sets that do not state it. Their rate is taken to be 30 otherwise.
     #[arg(long, value_name = "RATE", value_parser = frame_rate)]
     fps: Option<FrameRate>,
 
-    /// The configuration that the data set was made with: its speed threshold is written beside the law
+    /// The configuration that the data set was made with
+    ///
+    /// Its speed threshold is written to the table, too.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
 
-    /// Print a line of JSON a law instead of text
+    /// Print one JSON object per law instead of text
     #[arg(long)]
     json: bool,
 
-    /// Write over the files
+    /// Overwrite the files
     #[arg(long)]
     force: bool,
 }
@@ -67,35 +76,46 @@ enum Laws {
 }
 
 const HELP: &str = r#"What is read:
-  speed      mm/s of each slide, NaN where it is not known
-  duration   its event's lit frames, -1 where it is cut off or never lit
+  speed      mm/s of each slide, NaN if it is not known
+  duration   lit frames of its event, -1 if it is cut off or never lit
   reliable   optional: slides that are not reliable are left out
-  fps        optional: frames a second of their camera; --fps must not contradict it, nor may
-             those of several data sets
-  Slides that are left out are counted by their reason. At least three different speeds.
+  fps        optional: the camera's frames per second; --fps and other
+             data sets must not contradict it
+  Slides that are left out are counted by their reason. At least three
+  different speeds are needed.
 
 What is printed, for each law:
-  its parameters with their standard errors; R²; the deviation of the durations from it; by how
-  much speeds that it reads off the durations are off; the speeds it was fitted on; and the speeds
-  that it can answer at all: slower slides are cut off by the sample of 70 frames, faster ones last
-  a frame or less (physical law: less than the afterglow). Both laws fall all the way in between,
-  so each duration has one speed.
-  --json: {"kind":"fit","law":"published","intercept":151.06,"intercept_error":1.2,"slope":56.29,
-           "slope_error":0.55,"r2":0.9951,"deviation_frames":0.41,"speed_error":0.017,
-           "range_mm_s":[100,200],"answers_mm_s":[31.1,463.7],"slides":55,"speeds":11,
-           "left_out":{"no_speed":0,"no_duration":0,"unreliable":0}}
-           "physical" has track_mm and afterglow_frames, each with its _error. speed_error is the
-           root mean square of shares, null where the law has no speed for one of the slides.
+  - its parameters with their standard errors, and R²
+  - by how much the durations deviate from it
+  - by how much the speeds that it gives for the durations are off
+  - the speeds that it was fitted on
+  - the speeds that it can answer: slower slides are cut off by the
+    sample of 70 frames, and faster ones last a frame or less (physical
+    law: less than the afterglow)
+  In this range both laws give exactly one speed for each duration.
+
+Output with --json, one object per line (wrapped here):
+  {"kind":"fit","law":"published","intercept":151.06,
+   "intercept_error":1.2,"slope":56.29,"slope_error":0.55,"r2":0.9951,
+   "deviation_frames":0.41,"speed_error":0.017,"range_mm_s":[100,200],
+   "answers_mm_s":[31.1,463.7],"slides":55,"speeds":11,
+   "left_out":{"no_speed":0,"no_duration":0,"unreliable":0}}
+  The law "physical" has track_mm and afterglow_frames instead, each with
+  its _error. speed_error is the root mean square of fractions. It is
+  null if the law has no speed for one of the slides.
 
 What is written (-o):
-  [speed] with law, its parameters and range_mm_s, the speeds it was fitted on: wstac run marks
-  answers outside as extrapolated. With --config also threshold and threshold_on: durations
-  depend on them, so wstac run must have the same; without it they are not in the table, and a
-  note says so. The table replaces [speed] in your configuration (wstac.toml), all of it.
+  The table [speed] has law, its parameters and range_mm_s, the speeds
+  that the law was fitted on. wstac run marks answers outside this range
+  as extrapolated. With --config the table also has threshold and
+  threshold_on: durations depend on them, so wstac run needs the same
+  values. Without --config they are missing, and a note says so. Replace
+  the whole table [speed] of your configuration (wstac.toml) with it.
 
-From a simulated sensor to its law (the published protocol: 11 speeds, 5 slides each):
-  printf 'specimens = ["Saw3"]\nspeeds = [100,110,120,130,140,150,160,170,180,190,200]
-  slides = 55\n' > sweep.toml
+From a simulated sensor to its law (published protocol, 11 speeds):
+  printf '%s\n' 'specimens = ["Saw3"]' 'slides = 55' \
+    'speeds = [100,110,120,130,140,150,160,170,180,190,200]' \
+    > sweep.toml
   wstac dataset sweep.toml -o slides.npz
   wstac fit-speed slides.npz -o speed.toml --plot residuals.svg
   wstac run scene:Saw3@150 --config speed.toml

@@ -12,12 +12,14 @@ use super::output::Stop;
 use wstac_host::atomic_write::atomic_write;
 use wstac_host::error::Error;
 
-/// Write the man pages, one for each command, into a folder
+/// Write the man pages of all commands to a folder
 ///
-/// To read one: man FOLDER/wstac-run.1. A package has them already.
+/// To read a page: man FOLDER/wstac-run.1. Packages of wstac contain the pages.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The folder; it is made where there is none, and pages in it are written anew
+    /// The folder
+    ///
+    /// It is created if it does not exist. Pages in it are overwritten.
     folder: PathBuf,
 }
 

@@ -8,10 +8,10 @@ use super::record::{create, is_same};
 use wstac_host::error::Error;
 use wstac_host::record::{Recovered, Unread, recover};
 
-/// Make a whole recording of one that was cut off or is damaged
+/// Make a whole recording of a damaged or interrupted one
 ///
 /// After a crash, a power cut or kill -9, FILE.mcap has no end, and viewers refuse it. Everything that was completely
-/// written goes into a new file; FILE.mcap stays as it is.
+/// written goes to a new file. FILE.mcap stays as it is.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
@@ -19,29 +19,38 @@ pub(super) struct Arguments {
     #[arg(value_name = "FILE.mcap")]
     input: PathBuf,
 
-    /// Write this new file
+    /// Write the recording to this new file
     #[arg(short, long, value_name = "NEW.mcap")]
     output: PathBuf,
 
-    /// Write over NEW.mcap
+    /// Overwrite NEW.mcap
     #[arg(long)]
     force: bool,
 }
 
 const HELP: &str = "\
-What comes back: every frame that was completely written, with all that belongs to it. wstac record
-hands a frame to the system as soon as it has it, so after kill -9 that is all but those that
-waited in memory for a slow disk (it says at its end how many waited at most).
-Where bytes are not those that were written, the frames of that second (or 4 MiB) are entered as
-lost: those behind keep their place in time, and wstac run counts them as dropped. Where a length
-is damaged, nobody knows what stands behind it: it is said how many bytes from where on could not
-be read (the exit code is 1, and the new file has all the rest); frames in them are not counted.
-Until it is whole, the new file is NEW.mcap.part.
-The recording must not be compressed (mcap decompress undoes that). Other programs' recordings
-come back, too, but without their attachments.
-Exit code: 0 where there is a new file, however little is in it, and only the end, which was not
-completely written, is missing; 1 where a damaged part of the recording, or all of it, cannot be
-read, or the new file not be written; 2 for wrong arguments.
+What is recovered:
+  - Every frame that was completely written, with all that belongs to it.
+    wstac record hands each frame to the system at once. After kill -9,
+    only the frames that waited in memory for a slow disk are missing;
+    wstac record prints at its end how many waited at most.
+  - If bytes are damaged, the frames of that second (or 4 MiB) become
+    lost frames. Later frames keep their place in time, and wstac run
+    counts the lost ones as dropped.
+  - If a length is damaged, the position of what follows is unknown. The
+    program reports how many bytes it could not read, and from where on.
+    Frames in them are not counted. The new file has all the rest, and
+    the exit code is 1.
+  The new file is called NEW.mcap.part until it is whole. The recording
+  must not be compressed (mcap decompress undoes that). Recordings of
+  other programs are recovered, too, but without their attachments.
+
+Exit code:
+  0   there is a new file, and only the incomplete end of the recording
+      is missing
+  1   a damaged part of the recording, or all of it, cannot be read, or
+      the new file cannot be written
+  2   wrong arguments
 ";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {

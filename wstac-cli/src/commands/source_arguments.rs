@@ -19,20 +19,23 @@ use wstac_scene::{Scene, Truth};
 /// How a source is opened and read.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct SourceArguments {
-    /// Frames a second, such as 30 or 30000/1001: of a recording, instead of what it says; of a camera, to ask for; of a
-    /// scene, to simulate
+    /// Frames per second, such as 30 or 30000/1001
+    ///
+    /// Of a recording, the rate replaces the one in the file. A camera is asked for it. A scene is simulated at it.
     #[arg(long, value_name = "RATE", value_parser = frame_rate)]
     fps: Option<FrameRate>,
 
-    /// Matrix of a YCbCr source, instead of what it says
+    /// Matrix of a YCbCr source, instead of the stated one
     #[arg(long)]
     matrix: Option<MatrixName>,
 
-    /// Quantisation range of a YCbCr source, instead of what it says
+    /// Quantization range of a YCbCr source, instead of the stated one
     #[arg(long)]
     range: Option<RangeName>,
 
-    /// Pixel format to ask a camera for, by its four-character code, such as YUYV, GREY or MJPG
+    /// Pixel format to ask a camera for, such as YUYV, GREY or MJPG
+    ///
+    /// It is a four-character code. wstac devices lists those of a camera.
     #[arg(long, value_name = "FOURCC", value_parser = four_characters)]
     format: Option<[u8; 4]>,
 
@@ -40,12 +43,16 @@ pub(super) struct SourceArguments {
     #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size)]
     size: Option<(u32, u32)>,
 
-    /// Leave a camera's exposure, gain, white balance, focus and the like automatic, instead of locking them
+    /// Do not lock a camera's controls
+    ///
+    /// Exposure, gain, white balance, focus and the like stay automatic.
     #[arg(long)]
     keep_controls: bool,
 
-    /// Set a camera's control, such as exposure_time_absolute=200, to a value that it keeps; any number of times. Names
-    /// and values are those of v4l2-ctl -L; an unknown name lists them
+    /// Set a camera's control, such as exposure_time_absolute=200
+    ///
+    /// The camera keeps the value. The option can be given any number of times. Names and values are those of v4l2-ctl
+    /// -L; the error for an unknown name lists all names.
     #[arg(long = "control", value_name = "NAME=VALUE", value_parser = control)]
     controls: Vec<ControlSetting>,
 }

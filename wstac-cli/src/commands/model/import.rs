@@ -17,44 +17,56 @@ use wstac_train::model::{Import, import, import_inline};
 
 /// Make a model file of a trained model
 ///
-/// What kind of file it is shows in what it holds, not in its name. wstac model --help says which models are understood. The
-/// same file gives the same bytes.
+/// The type of the input is found from its content, not from its name. See wstac model --help for the models that can
+/// be imported. The same input gives the same bytes.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// What the trainer saved: XGBoost's JSON or UBJSON, or ONNX
+    /// The trained model: XGBoost JSON or UBJSON, or ONNX
     #[arg(value_name = "FILE")]
     file: PathBuf,
 
-    /// Write the model to this file: a model file, or Rust where its name ends in .rs
+    /// Write the model to this file
+    ///
+    /// It is a model file, or Rust code if its name ends in .rs.
     #[arg(short, long, value_name = "OUT.wsm")]
     output: PathBuf,
 
-    /// What to write: a table (the model file, the smallest), or inline (Rust that answers in fewer instructions and takes more
-    /// bytes; not of linear models); by default what the name of the output says
+    /// What to write; by default, the ending of the output says it
+    ///
+    /// A table is the model file and the smallest. Inline is Rust code that answers in fewer instructions and takes
+    /// more bytes; there is none of linear models.
     #[arg(long, value_enum)]
     backend: Option<Backend>,
 
-    /// Names of the classes in their order, for files without (XGBoost), such as Fla0,Saw2; numbers by default
+    /// Names of the classes in their order, such as Fla0,Saw2
+    ///
+    /// They are for files without names (XGBoost). By default such classes are numbered.
     #[arg(long, value_name = "A,B,…", value_delimiter = ',')]
     labels: Option<Vec<String>>,
 
-    /// What the classes are; guessed from their labels by default
+    /// What the classes are; by default, guessed from their names
     #[arg(long, value_enum)]
     task: Option<Classes>,
 
-    /// Weights of a linear model: int16 by default; int8 is half as large and less exact
+    /// Weights of a linear model: int16 by default
+    ///
+    /// int8 is half as large and less exact.
     #[arg(long, value_enum)]
     weights: Option<Weights>,
 
-    /// Leaves of boosted trees: float32 is exact, int16 smaller; auto, the default, is int16 where that is proven to be exact
+    /// Leaves of boosted trees: auto by default
+    ///
+    /// float32 is exact, and int16 is smaller. auto is int16 if that is proven to be exact, otherwise float32.
     #[arg(long, value_enum)]
     leaves: Option<Leaves>,
 
-    /// What to say about the training, which inspect prints; in model files alone
+    /// A note about the training, which inspect prints
+    ///
+    /// Only model files can have one.
     #[arg(long, value_name = "TEXT")]
     note: Option<String>,
 
-    /// Write over OUT.wsm
+    /// Overwrite OUT.wsm
     #[arg(long)]
     force: bool,
 }

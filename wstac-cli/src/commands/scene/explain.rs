@@ -12,9 +12,10 @@ use wstac_scene::sensor::Fidelity;
 use wstac_scene::source::script;
 use wstac_scene::{Scene, SceneConfig, Truth};
 
-/// Say what a scene models, what it does not, and what each effect costs in ns a frame
+/// Print what a scene models, and what each effect costs
 ///
-/// The cost of an effect is what a frame of the scene takes longer with it than without it, on this machine, now.
+/// Costs are in ns per frame. The cost of an effect is by how much a frame of the scene takes longer with it than
+/// without it, measured on this machine now. The command also prints what is not modeled.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// Saw3@150[,90deg][,seed=N], or FILE.toml

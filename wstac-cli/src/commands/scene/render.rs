@@ -18,19 +18,21 @@ use wstac_scene::source::script;
 /// Write a scene's frames to a new file
 ///
 /// Only pixels under whiskers are computed, unless there is a [sensor.pose]; all others stay dark. Frames that the
-/// simulated driver loses leave no bytes, so what is read from the file is shorter by them. MJPG is written as it is
-/// decoded, as RGB. A file that is not whole is removed.
+/// simulated driver loses leave no bytes, so the file has fewer frames. MJPG is written decoded, as RGB. An incomplete
+/// file is removed.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// Saw3@150[,90deg][,seed=N], or FILE.toml
     scene: String,
 
-    /// FILE.y4m (formats GREY, Y10, Y12, Y16, YU12 and 422P), FILE.raw (frames of any format back to back, for other
-    /// programs), or - for Y4M on standard output
+    /// FILE.y4m, FILE.raw, or - for Y4M on standard output
+    ///
+    /// Y4M has the formats GREY, Y10, Y12, Y16, YU12 and 422P. FILE.raw has frames of any format back to back, for
+    /// other programs.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 
-    /// Write over a file that is there already
+    /// Overwrite an existing file
     #[arg(long)]
     force: bool,
 }
