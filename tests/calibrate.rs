@@ -108,7 +108,7 @@ fn a_refusal_leaves_a_picture_and_no_configuration() {
     let message = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(
-        message.contains("found 22 spot(s) of light, expected 25 whiskers") && message.contains("seen.png shows"),
+        message.contains("found 22 spots of light, expected 25 whiskers") && message.contains("seen.png shows"),
         "{message}"
     );
     assert!(output.stdout.is_empty() && !Path::new(config).exists());

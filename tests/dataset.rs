@@ -160,7 +160,7 @@ fn a_signal_keeps_what_is_done_and_the_same_command_goes_on() {
         let done = child.wait_with_output().unwrap();
         let said = String::from_utf8(done.stderr).unwrap();
         assert_eq!(done.status.code(), Some(code), "{said}");
-        assert!(said.contains("stopped after") && said.contains("goes on from"), "{said}");
+        assert!(said.contains("stopped after") && said.contains("continues from"), "{said}");
         assert_eq!(folder.names(), ["a.npz.part", "s.toml"]);
     }
     // The last record is cut off, as by a crash.
@@ -170,7 +170,7 @@ fn a_signal_keeps_what_is_done_and_the_same_command_goes_on() {
     let other = folder.file("other.toml", format!("{text}noise = 2\n"));
     bad(&other, &output, &[], &["a.npz.part", "another sweep", "--force"]);
     let said = good(&sweep, &output, &[]);
-    assert!(said.contains(&format!("{there} of 40 slides are there already")), "{said}");
+    assert!(said.contains(&format!("{there} of 40 slides are already done")), "{said}");
     let at_once = folder.0.join("b.npz");
     good(&sweep, &at_once, &[]);
     assert!(fs::read(&output).unwrap() == fs::read(&at_once).unwrap());
@@ -188,7 +188,7 @@ fn what_cannot_be_used_is_refused_and_nothing_is_written_over() {
     assert!(fs::read(&output).unwrap().starts_with(b"PK"));
     let new = folder.0.join("b.npz");
     bad(&sweep, &folder.0, &["--force"], &["is a folder"]);
-    bad(&sweep, &folder.0.join("no/b.npz"), &[], &["no/b.npz: is in no folder that is there"]);
+    bad(&sweep, &folder.0.join("no/b.npz"), &[], &["no/b.npz: is in a folder that does not exist"]);
     bad(&folder.0.join("no.toml"), &new, &[], &["no.toml: No such file"]);
     let config = folder.file("c.toml", "[green]\nstride = 2\n");
     bad(&sweep, &new, &["--config", config.to_str().unwrap()], &["c.toml", "taxel sums"]);

@@ -314,7 +314,7 @@ fn the_demo_compares_what_the_model_tells_apart() {
     for (labels, title, says) in [
         ("Fla,Saw", "pattern", "of 12 patterns right"),
         ("0,3", "depth", "of 12 depths right"),
-        ("one,two", "class", "of the model's classes nothing is known"),
+        ("one,two", "class", "the truth of the model's classes is not known"),
     ] {
         good(&["import", text(&file), "-o", text(&out), "--labels", labels, "--force"]);
         let done = Command::new(wstac()).args(["demo", "--model", text(&out)]).output().unwrap();

@@ -128,15 +128,15 @@ fn strain_of_a_single_whisker_is_printed_and_peaks_at_the_base() {
 #[test]
 fn a_scene_explains_itself() {
     let explained = text(&["scene", "explain", "Saw3@150", "--no-cost"]);
-    for part in ["Saw3 at 150 mm/s", "Modelled:", "afterglow", "not paid for", "MJPEG", "Never modelled"] {
+    for part in ["Saw3 at 150 mm/s", "Modeled:", "afterglow", "without cost", "MJPEG", "Never modeled"] {
         assert!(explained.contains(part), "{part}: {explained}");
     }
     // What is off stands below, what is on above.
-    let off = explained.find("not paid for").unwrap();
+    let off = explained.find("without cost").unwrap();
     assert!(explained.find("  rubbing").unwrap() < off && explained.find("  leak").unwrap() > off);
     let dark = file("d.toml", "specimen = \"Saw3\"\nspeed = 150\n[light]\nleak = 0.1\nrubbing_ms = 0");
     let explained = text(&["scene", "explain", dark.to_str().unwrap(), "--no-cost"]);
-    let off = explained.find("not paid for").unwrap();
+    let off = explained.find("without cost").unwrap();
     assert!(explained.find("  rubbing").unwrap() > off && explained.find("  leak").unwrap() < off);
     assert!(text(&["scene", "explain", "Fla0@200"]).contains("ns a frame"));
 }

@@ -308,8 +308,8 @@ floor_levels = 0.5      # darkness floor, in gray levels of a taxel;
 [trigger]
 window = 5              # frames per window; the baseline is five
                         # windows long
-multiplier = 1.2        # a window fires at this factor of the
-                        # baseline (see rule and margin)
+multiplier = 1.2        # a window fires this far above the
+                        # baseline, as a factor of the baseline
 backtrack = 10          # frames of an event before the window
                         # that fired
 rule = "signed"         # or "literal": multiplier times baseline,

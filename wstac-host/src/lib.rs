@@ -11,6 +11,7 @@
 //! | `monitor` | what a board sends (feature `board`) |
 //! | [`camera`] | what is known of a camera: formats, modes, controls |
 //! | [`error`] | errors that a person reads |
+//! | [`plural`] | counts with their nouns |
 
 #[cfg(feature = "atomic-write")]
 pub mod atomic_write;
@@ -24,6 +25,7 @@ pub mod model_file;
 #[cfg(feature = "board")]
 pub mod monitor;
 pub mod output;
+pub mod plural;
 #[cfg(feature = "mcap")]
 pub mod record;
 pub mod session;

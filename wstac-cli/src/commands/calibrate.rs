@@ -12,6 +12,7 @@ use super::source_arguments::SourceArguments;
 use wstac_host::atomic_write::atomic_write;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
+use wstac_host::plural::counted;
 use wstac_host::source::{Frame, FramePolicy, Source, SourceEvent};
 use wstac_setup::calibrate::{Calibration, UNTOUCHED, Watch};
 
@@ -114,7 +115,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (output, force) = (arguments.output.as_path(), arguments.force);
     let overlay = arguments.overlay.clone().unwrap_or_else(|| output.with_extension("png"));
     if overlay == output {
-        return Err(Error::new(output.display(), "is to be configuration and picture, expected two names").into());
+        return Err(
+            Error::new(output.display(), "is the name of both configuration and picture, expected two names").into()
+        );
     }
     check_new(output, force)?;
     check_new(&overlay, force)?;
@@ -162,7 +165,7 @@ fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64) -> Result<(), St
     }
     drop(progress);
     if lost > 0 {
-        note(format_args!("{lost} frame(s) were lost"));
+        note(format_args!("{} lost", counted(lost, "frame")));
     }
     Ok(())
 }
@@ -178,7 +181,10 @@ impl Progress {
             return;
         }
         let line = if watch.is_ready() {
-            format!("press on all whiskers: {} spots of light so far; Ctrl-C when all 25 have glowed", watch.found())
+            format!(
+                "press on all whiskers: {} of light so far; Ctrl-C when all 25 have glowed",
+                counted(watch.found(), "spot")
+            )
         } else {
             format!("do not touch the sensor: {frames} of {UNTOUCHED} frames")
         };
@@ -223,7 +229,7 @@ fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
         Some([row, column]) => {
             writeln!(
                 out,
-                "24 whiskers found; the one in row {row}, column {column} gave no light, its place follows from the others'"
+                "24 whiskers found; the one in row {row}, column {column} gave no light; its place follows from the others"
             )?;
         }
         None => writeln!(out, "25 whiskers found")?,
@@ -234,15 +240,11 @@ fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
         calibration.rotation_degrees, calibration.off
     )?;
     if calibration.saturated > 0 {
-        writeln!(
-            out,
-            "{} of them reached full scale: a shorter exposure or a lower gain would tell more",
-            calibration.saturated
-        )?;
+        writeln!(out, "{} of them reached full scale: use a shorter exposure or a lower gain", calibration.saturated)?;
     }
     if calibration.is_dim() {
         note(
-            "no row or column was as bright as the speed law's threshold: there will be no speeds; open the exposure or press harder",
+            "no row or column reached the threshold of the speed law, so there will be no speeds: use a longer exposure or press harder",
         );
     }
     let noise = &calibration.noise;

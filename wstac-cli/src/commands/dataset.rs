@@ -13,6 +13,7 @@ use super::run::signals;
 use wstac_host::atomic_write::AtomicFile;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
+use wstac_host::plural::counted;
 use wstac_train::dataset::part::{Part, fingerprint};
 use wstac_train::dataset::sweep::Sweep;
 use wstac_train::dataset::{arrays, check, each_sample};
@@ -29,7 +30,7 @@ pub(super) struct Arguments {
     /// A sweep of simulated slides, or recordings
     ///
     /// A sweep is a TOML file, described below. Recordings (wstac record) are files, or folders of them.
-    #[arg(value_name = "SWEEP.toml|FILE.mcap|FOLDER", required = true)]
+    #[arg(value_name = "SWEEP|RECORDING", required = true)]
     sources: Vec<PathBuf>,
 
     /// Write the samples to this new file
@@ -43,7 +44,7 @@ pub(super) struct Arguments {
     /// Fraction of every specimen's recordings that is for tests
     ///
     /// The array split says which. A recording is never split.
-    #[arg(long, value_name = "SHARE", default_value = "0.2", value_parser = share)]
+    #[arg(long, value_name = "FRACTION", default_value = "0.2", value_parser = fraction)]
     test: f64,
 
     /// Read the configuration from this TOML file
@@ -147,36 +148,36 @@ fn simulated(arguments: &Arguments, sweep_file: &Path) -> Result<(), Stop> {
     let mut part = Part::open(&path, fingerprint(&sweep, &config), sweep.count(), arguments.force)?;
     let (there, count) = (part.tally().done(), sweep.count());
     if there > 0 {
-        note(format_args!("{}: {there} of {count} slides are there already", path.display()));
+        note(format_args!("{}: {there} of {count} slides are already done", path.display()));
     }
     make(&sweep, &config, &mut part, arguments.threads, &signal).inspect_err(|stop| {
         if matches!(stop, Stop::Interrupted(_)) {
             let (done, path) = (part.tally().done(), path.display());
-            note(format_args!("stopped after {done} of {count} slides; the same command goes on from {path}"));
+            note(format_args!("stopped after {done} of {count} slides; the same command continues from {path}"));
         }
     })?;
     let tally = part.tally();
     for (slides, why) in [(tally.no_event, "had no event"), (tally.incomplete, "had an incomplete sample")] {
         if slides > 0 {
-            note(format_args!("{slides} of {count} slides {why} and are left out"));
+            note(format_args!("left out: {slides} of {count} slides {why}"));
         }
     }
     for (samples, why) in [
-        (tally.unreliable, "are not reliable: a baseline that was not quiet, or too many lost frames (array reliable)"),
-        (tally.without_duration, "have no duration: slides that are cut off, or that never light up (array duration)"),
+        (tally.unreliable, "not reliable: the baseline was not quiet, or too many frames were lost (array reliable)"),
+        (tally.without_duration, "without a duration: the slide is cut off or never lit (array duration)"),
     ] {
         if samples > 0 {
-            note(format_args!("{samples} of {} samples {why}", tally.samples));
+            note(format_args!("{samples} of {}: {why}", counted(tally.samples, "sample")));
         }
     }
     if tally.samples == 0 {
         part.remove()?;
-        let message = format_args!("none of {count} slides became a sample, expected one at least");
+        let message = format_args!("none of {count} slides became a sample, expected at least 1");
         return Err(Error::new(sweep_file.display(), message).into());
     }
     write_all(arguments, |file| arrays::write(file, &sweep, &part))?;
     part.remove()?;
-    note(format_args!("{}: {} samples", output.display(), tally.samples));
+    note(format_args!("{}: {}", output.display(), counted(tally.samples, "sample")));
     Ok(())
 }
 
@@ -189,10 +190,10 @@ fn write_all(arguments: &Arguments, write: impl FnOnce(&mut AtomicFile) -> std::
     file.commit()
 }
 
-/// A share of something.
-fn share(text: &str) -> Result<f64, String> {
-    let share = text.parse().ok().filter(|share| (0.0..1.0).contains(share));
-    share.ok_or_else(|| format!("{text:?} is no share, expected 0 to below 1"))
+/// Reads a fraction of something, from 0 to below 1.
+fn fraction(text: &str) -> Result<f64, String> {
+    let fraction = text.parse().ok().filter(|fraction| (0.0..1.0).contains(fraction));
+    fraction.ok_or_else(|| format!("{text:?} is no fraction, expected at least 0 and below 1"))
 }
 
 /// Makes what is missing.

@@ -11,6 +11,7 @@ use wstac_host::error::Error;
 use wstac_host::json::{confidence, rounded};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, TactileEvent};
+use wstac_host::plural::counted;
 use wstac_host::session::Session;
 use wstac_host::source::open::OpenOptions;
 use wstac_host::texture::task_name;
@@ -85,9 +86,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     let mean = 100.0 * errors.iter().sum::<f64>() / errors.len().max(1) as f64;
     let all = SLIDES.len();
-    write!(out, "{right} of {all} directions right; {} speeds, off by {mean:.1} % on average; ", errors.len())?;
+    write!(
+        out,
+        "{right} of {all} directions right; {}, off by {mean:.1} % on average; ",
+        counted(errors.len(), "speed")
+    )?;
     match task {
-        Task::Other => writeln!(out, "of the model's classes nothing is known")?,
+        Task::Other => writeln!(out, "the truth of the model's classes is not known")?,
         _ => writeln!(out, "{named} of {all} {title}s right")?,
     }
     Ok(())

@@ -12,6 +12,7 @@ use super::output::{Stop, check_new, note};
 use super::source_arguments::frame_rate;
 use wstac_host::atomic_write::atomic_write;
 use wstac_host::config::Config;
+use wstac_host::plural::counted;
 use wstac_plot::{Format, SpeedFit, SpeedFits};
 use wstac_train::fit::data::Slides;
 use wstac_train::fit::{Fit, Kind};
@@ -25,7 +26,7 @@ use wstac_train::fit::{Fit, Kind};
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// Data sets of labelled slides, made by wstac dataset
+    /// Data sets of labeled slides, made by wstac dataset
     #[arg(required = true, value_name = "DATA.npz")]
     data: Vec<PathBuf>,
 
@@ -47,7 +48,7 @@ pub(super) struct Arguments {
 
     /// The camera's frames per second, such as 30 or 30000/1001
     ///
-    /// It is for data sets that do not state it. Their rate is taken to be 30 otherwise.
+    /// It is for data sets that do not state it; 30 by default.
     #[arg(long, value_name = "RATE", value_parser = frame_rate)]
     fps: Option<FrameRate>,
 
@@ -150,7 +151,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         note(format_args!("law \"{}\" written to {}", best.kind.name(), path.display()));
         if config.is_none() {
             note(format_args!(
-                "{}: has no threshold: it holds with that of the configuration that the durations are of, which --config names",
+                "{} has no threshold: use it with the threshold that the durations were found with, or give --config",
                 path.display()
             ));
         }
@@ -188,7 +189,8 @@ fn range(slides: &Slides) -> [f64; 2] {
 
 fn in_words(slides: &Slides) -> String {
     let ([slowest, fastest], speeds) = (range(slides), slides.speeds().len());
-    let mut words = vec![format!("{} slides at {speeds} speeds from {slowest} to {fastest} mm/s", slides.used.len())];
+    let mut words =
+        vec![format!("{} at {speeds} speeds from {slowest} to {fastest} mm/s", counted(slides.used.len(), "slide"))];
     let reasons = [
         (slides.no_duration, "cut off or never lit"),
         (slides.unreliable, "not reliable"),
@@ -221,7 +223,7 @@ fn text(fit: &Fit, nominal_frames: f64) -> String {
     );
     let read = match fit.speed_error {
         Some(error) => format!("  speeds that it reads off these durations are off by {:.1} % (rms)\n", 100.0 * error),
-        None => "  it has no speed for some of these durations: they are shorter than its afterglow\n".into(),
+        None => "  it has no speed for some of these durations, which are shorter than its afterglow\n".into(),
     };
     let answers = fit.answers(nominal_frames).map_or_else(String::new, |[slowest, fastest]| {
         format!("  it can answer {slowest:.0} to {fastest:.0} mm/s; outside what it was fitted on it is extrapolated\n")

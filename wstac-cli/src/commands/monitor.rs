@@ -88,19 +88,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             Ok(Got::Gone) => {
                 // That it is silent goes without saying.
                 waits = SILENT;
-                note(format_args!("{} is gone, and is waited for", line.name()));
+                note(format_args!("{} is gone; waiting for it", line.name()));
                 continue;
             }
             Ok(Got::Back) => {
                 waits = 0;
-                note(format_args!("{} is there again", line.name()));
+                note(format_args!("{} is back", line.name()));
                 requests.send(&mut line, &[Request::Hello]);
                 requests.send(&mut line, &requests_for(wanted));
                 continue;
             }
             Ok(Got::Ended) => {
                 records.write(&monitor.finish())?;
-                let silent = || Error::new(line.name(), "has no message, expected those of a board").into();
+                let silent = || Error::new(line.name(), "has no messages, expected those of a board").into();
                 return if monitor.heard() { Ok(()) } else { Err(silent()) };
             }
             Err(error) => {

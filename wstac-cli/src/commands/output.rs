@@ -10,6 +10,7 @@ use serde::Serialize;
 use wstac_host::error::Error;
 use wstac_host::json::{Line, confidence, no_speed, real, rounded, unclear};
 use wstac_host::output::{DisturbedBaseline, Output, TactileEvent};
+use wstac_host::plural::counted;
 use wstac_host::source::LossReason;
 use wstac_host::texture::{Texture, pattern_and_depth};
 
@@ -54,7 +55,7 @@ impl LossReport {
     /// A line a reason.
     pub(super) fn say(&self, note: impl Fn(String)) {
         for (reason, count) in &self.0 {
-            note(format!("{count} frame(s) lost: {reason}"));
+            note(format!("{} lost: {reason}", counted(*count, "frame")));
         }
     }
 }
@@ -64,7 +65,7 @@ pub(super) fn check_new(path: &Path, force: bool) -> Result<(), Error> {
     let refused = |message: &str| Err(Error::new(path.display(), message));
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     if folder.is_some_and(|folder| !folder.is_dir()) {
-        return refused("is in no folder that is there, expected one");
+        return refused("is in a folder that does not exist, expected an existing one");
     }
     // Of the path itself: a link is none to write to, wherever it leads.
     match path.symlink_metadata() {
@@ -72,7 +73,7 @@ pub(super) fn check_new(path: &Path, force: bool) -> Result<(), Error> {
         Ok(there) if there.is_dir() => refused("is a folder, expected a new file"),
         Ok(there) if !there.is_file() => refused("is a device, a pipe or a link, expected a new file"),
         Ok(_) if force => Ok(()),
-        Ok(_) => refused("exists already, expected a new file, or --force to write over it"),
+        Ok(_) => refused("exists already, expected a new file, or --force to overwrite it"),
     }
 }
 
@@ -176,7 +177,7 @@ fn text(line: &mut String, record: &Output) -> fmt::Result {
         Output::EarlyTexture(early) => {
             write!(line, "at frame {}: texture ", early.frame.saturating_add(early.frames.into()))?;
             text_of_texture(line, &early.texture)?;
-            write!(line, ", from the first {} frames of the event at frame {}", early.frames, early.frame)
+            write!(line, ", from the first {} of the event at frame {}", counted(early.frames, "frame"), early.frame)
         }
         Output::Interrupted(sample) => write!(
             line,
@@ -186,10 +187,12 @@ fn text(line: &mut String, record: &Output) -> fmt::Result {
         Output::Fault(report) => {
             write!(line, "at frame {}: {}: {}", report.frame, report.fault.kind, report.fault.message)
         }
-        Output::Lost(lost) => write!(line, "at frame {}: {} frame(s) lost: {}", lost.frame, lost.frames, lost.reason),
+        Output::Lost(lost) => {
+            write!(line, "at frame {}: {} lost: {}", lost.frame, counted(lost.frames, "frame"), lost.reason)
+        }
         Output::BaselineDisturbed { frame } => write!(line, "at frame {frame}: {DisturbedBaseline}"),
         Output::End(end) => {
-            write!(line, "end after {} frames, {} dropped", end.frames, end.dropped)?;
+            write!(line, "end after {}, {} dropped", counted(end.frames, "frame"), end.dropped)?;
             if !end.baseline_complete {
                 line.write_str("; too short for the baseline")?;
             }

@@ -16,6 +16,7 @@ use super::source_arguments::{SourceArguments, doubts_of_textures};
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{DisturbedBaseline, Output, OutputOptions};
+use wstac_host::plural::counted;
 use wstac_host::record::about::About;
 use wstac_host::record::{Recorder, Written};
 use wstac_host::session::{Observer, Processor, Session, Step};
@@ -35,7 +36,7 @@ pub(super) struct Arguments {
     /// The source, as for wstac run
     source: String,
 
-    /// Write this new file, or with --guide files in this folder
+    /// Write this new file; with --guide, a folder of recordings
     #[arg(short, long, value_name = "FILE.mcap")]
     output: PathBuf,
 
@@ -269,10 +270,12 @@ fn say(path: &Path, written: Option<&Written>, lag: Lag, events: u64) {
     let Some(written) = written else { return };
     let megabytes = written.bytes as f64 / 1e6;
     let (frames, waiting) = (written.frames, written.most_waiting);
-    note(format_args!("{}: {frames} frames, {events} events, {megabytes:.1} MB", path.display()));
-    note(format_args!("at most {waiting} frames waited for the disk, {} for the program", lag.most));
+    let (frames, events) = (counted(frames, "frame"), counted(events, "event"));
+    note(format_args!("{}: {frames}, {events}, {megabytes:.1} MB", path.display()));
+    note(format_args!("at most {} waited for the disk, {} for the program", counted(waiting, "frame"), lag.most));
     if written.waits > 0 {
-        note(format_args!("the disk was too slow {} times: frames may have been dropped meanwhile", written.waits));
+        let times = counted(written.waits, "time");
+        note(format_args!("the disk was too slow {times}: the driver may have dropped frames"));
     }
 }
 
@@ -297,7 +300,7 @@ fn labels(given: &[(String, String)]) -> Result<Labels, Error> {
     }
     check(&labels).map_err(|message| Error::new("--label", message))?;
     for name in labels.keys().filter(|name| !NAMES.contains(&name.as_str())) {
-        note(format_args!("label {name} is kept; wstac dataset reads {} alone", NAMES.join(", ")));
+        note(format_args!("label {name} is kept; wstac dataset reads only {}", NAMES.join(", ")));
     }
     Ok(labels)
 }

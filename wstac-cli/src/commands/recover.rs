@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use super::output::{Stop, check_new, note};
 use super::record::{create, is_same};
 use wstac_host::error::Error;
+use wstac_host::plural::counted;
 use wstac_host::record::{Recovered, Unread, recover};
 
 /// Make a whole recording of a damaged or interrupted one
@@ -75,22 +76,26 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         let _ = fs::remove_file(&part);
     })?;
     let Recovered { frames, events, damaged, whole, bytes, unread, doubtful } = found;
-    note(format_args!("{}: {frames} frames, {events} events, {:.1} MB", new.display(), bytes as f64 / 1e6));
+    let (frames, events) = (counted(frames, "frame"), counted(events, "event"));
+    note(format_args!("{}: {frames}, {events}, {:.1} MB", new.display(), bytes as f64 / 1e6));
     if damaged > 0 {
-        note(format_args!("{damaged} frames were damaged and are entered as lost"));
+        note(format_args!("{} damaged, recorded as lost", counted(damaged, "frame")));
     }
     if doubtful > 0 {
-        note(format_args!("{doubtful} messages may have a wrong name: only a damaged part says what they are"));
+        let doubtful = counted(doubtful, "message");
+        note(format_args!("{doubtful} with a name that may be wrong: it stands in a damaged part"));
     }
     if let Some(Unread { at, bytes, damaged }) = unread {
         if damaged {
             let message = format_args!(
-                "is damaged: {bytes} bytes from {at} on could not be read; {} has the rest",
+                "is damaged: {} from {at} on could not be read; {} has the rest",
+                counted(bytes, "byte"),
                 new.display()
             );
             return Err(Error::new(old.display(), message).into());
         }
-        note(format_args!("the last {bytes} bytes, from {at} on, are a record that was not completely written"));
+        let bytes = counted(bytes, "byte");
+        note(format_args!("the end has an incomplete record: {bytes} from {at} on"));
     }
     note(if whole { "the recording was finished properly" } else { "the recording was not finished" });
     Ok(())

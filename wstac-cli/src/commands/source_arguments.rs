@@ -49,7 +49,7 @@ pub(super) struct SourceArguments {
     #[arg(long)]
     keep_controls: bool,
 
-    /// Set a camera's control, such as exposure_time_absolute=200
+    /// Set a control of a camera, such as gain=20
     ///
     /// The camera keeps the value. The option can be given any number of times. Names and values are those of v4l2-ctl
     /// -L; the error for an unknown name lists all names.
@@ -162,7 +162,7 @@ pub(super) fn frame_rate(text: &str) -> Result<FrameRate, String> {
         numerator.zip(denominator).and_then(|(numerator, denominator)| FrameRate::new(numerator, denominator).ok());
     rate.ok_or_else(|| {
         format!(
-            "{text:?} is no frame rate, expected a number above 0 and below 4294967 such as 30, 29.97 or 30000/1001"
+            "{text:?} is no frame rate, expected a number above 0 and below 4294967, such as 30, 29.97 or 30000/1001"
         )
     })
 }

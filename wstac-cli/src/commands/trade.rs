@@ -9,6 +9,7 @@ use super::output::{Stop, check_new, note};
 use wstac_host::atomic_write::atomic_write;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
+use wstac_host::plural::counted;
 use wstac_plot::Format;
 use wstac_tradeoff::budget::{Budget, By};
 use wstac_tradeoff::candidate::Candidate;
@@ -40,7 +41,9 @@ pub(super) struct Arguments {
     #[arg(long, requires = "output")]
     force: bool,
 
-    /// Slides of each of the 20 sensors: 40, or 10 with --fade
+    /// Number of slides of each sensor: 40 by default
+    ///
+    /// There are 20 sensors. With --fade the default is 10.
     #[arg(long, value_name = "1…110", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SLIDES)))]
     slides: Option<u32>,
 
@@ -48,9 +51,9 @@ pub(super) struct Arguments {
     #[arg(long, conflicts_with = "slides")]
     quick: bool,
 
-    /// Use only these texture models, files or builtin:NAME
+    /// Use only this texture model; more than one can be given
     ///
-    /// By default, all models that come with wstac are used.
+    /// It is a file or builtin:NAME. By default, all models that come with wstac are used.
     #[arg(long = "model", value_name = "FILE.wsm")]
     models: Vec<PathBuf>,
 
@@ -227,7 +230,7 @@ fn figure(arguments: &Arguments) -> Result<Option<(&Path, Format)>, Error> {
 /// Refuses a file where a folder is to be.
 fn check_folder(folder: &Path) -> Result<(), Error> {
     if folder.exists() && !folder.is_dir() {
-        return Err(Error::new(folder.display(), "is a file, expected a folder, or a name that is free"));
+        return Err(Error::new(folder.display(), "is a file, expected a folder, or a name that does not exist"));
     }
     Ok(())
 }
@@ -276,7 +279,7 @@ fn swept(arguments: &Arguments, config: &Config, models: &[Candidate]) -> Result
     let of_each = if arguments.quick { QUICK_SLIDES } else { arguments.slides.unwrap_or(SLIDES) };
     let (settings, slides) = (Setting::all(), slides(of_each));
     let (all, every, count) = (slides.len(), settings.len(), models.len());
-    note(format_args!("{all} slides of {SENSORS} sensors, {every} settings, {count} models"));
+    note(format_args!("{all} slides of {SENSORS} sensors, {every} settings, {}", counted(count, "model")));
     let plan = Plan { config, settings: &settings, models, slides: &slides, light: 1.0 };
     let mut rows = rows(&plan, &sweep::run(&plan)?);
     host::measure(&mut rows, models, config)?;

@@ -9,6 +9,7 @@ use crate::view::{self, Recordings};
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::OutputOptions;
+use wstac_host::plural::counted;
 use wstac_host::record::about::About;
 use wstac_host::session::Processor;
 use wstac_host::source::FramePolicy;
@@ -38,9 +39,9 @@ pub(super) struct Arguments {
     #[arg(long)]
     fast: bool,
 
-    /// Name of the first recording (key r) [default: wstac-1.mcap]
+    /// Name of the first recording
     ///
-    /// Later recordings are FILE-2.mcap and so on.
+    /// Later recordings are FILE-2.mcap and so on. By default, the names are wstac-1.mcap, wstac-2.mcap and so on.
     #[arg(long, value_name = "FILE.mcap")]
     record: Option<PathBuf>,
 
@@ -114,7 +115,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let ending = view::run(source.as_mut(), &info, &mut reading, &mut recordings, options);
     recordings.said().iter().for_each(note);
     let ending = ending?;
-    note(format_args!("{} frames, {} dropped, {} events", ending.frames, ending.dropped, ending.events));
+    let (frames, events) = (counted(ending.frames, "frame"), counted(ending.events, "event"));
+    note(format_args!("{frames}, {} dropped, {events}", ending.dropped));
     match ending.signal {
         Some(signal) => Err(Stop::Interrupted(signal)),
         None => Ok(()),

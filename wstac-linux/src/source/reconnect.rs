@@ -8,6 +8,7 @@ use crate::choose::same;
 use crate::{Camera, Negotiated};
 use wstac_host::camera::LockedControl;
 use wstac_host::error::Error;
+use wstac_host::plural::counted;
 use wstac_host::source::{Fault, FaultKind, LossReason, StreamInfo};
 
 /// From one try to the next.
@@ -43,7 +44,7 @@ impl Away {
         let name = state.map(|state| format!("{}: {}", state.path.display(), state.card)).unwrap_or_default();
         Some(Fault {
             kind: FaultKind::Reconnected,
-            message: format!("{name} is back; {lost} frame(s) were lost meanwhile"),
+            message: format!("{name} is back; {} lost meanwhile", counted(lost, "frame")),
         })
     }
 

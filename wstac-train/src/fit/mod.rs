@@ -6,6 +6,7 @@ use wstac_core::speed::Law;
 
 use self::data::Slides;
 use wstac_host::error::Error;
+use wstac_host::plural::counted;
 use wstac_host::statistics::{Line, rms};
 
 /// Longest and shortest duration of an event that is not cut off and not a single frame, in frames of its sample.
@@ -61,10 +62,9 @@ impl Fit {
         let wrong = |message: String| Err(Error::new(subject, message));
         let speeds = slides.speeds().len();
         if speeds < 3 {
-            let (used, left_out) = (slides.used.len(), slides.left_out());
-            return wrong(format!(
-                "{used} slides at {speeds} different speeds ({left_out} left out), expected at least 3 different speeds"
-            ));
+            let (used, speeds) = (counted(slides.used.len(), "slide"), counted(speeds, "different speed"));
+            let left_out = slides.left_out();
+            return wrong(format!("{used} at {speeds} ({left_out} left out), expected at least 3 different speeds"));
         }
         let points: Vec<_> =
             slides.used.iter().map(|slide| [kind.transformed(slide.speed_mm_s), slide.frames]).collect();
@@ -153,7 +153,7 @@ mod tests {
         for (slides, part) in [
             (Slides::default(), "0 slides at 0 different speeds"),
             (two, "2 slides at 2 different speeds"),
-            (same, "9 slides at 1 different speeds"),
+            (same, "9 slides at 1 different speed ("),
             (slides(|_| 30.0), "equally long"),
             (slides(|v| v), "do not fall"),
         ] {

@@ -17,8 +17,8 @@ use wstac_train::model::{Import, import, import_inline};
 
 /// Make a model file of a trained model
 ///
-/// The type of the input is found from its content, not from its name. See wstac model --help for the models that can
-/// be imported. The same input gives the same bytes.
+/// The type of the input is found from its content, not from its name. The models that can be imported are listed in
+/// wstac model --help. The same input gives the same bytes.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// The trained model: XGBoost JSON or UBJSON, or ONNX
@@ -38,13 +38,13 @@ pub(super) struct Arguments {
     #[arg(long, value_enum)]
     backend: Option<Backend>,
 
-    /// Names of the classes in their order, such as Fla0,Saw2
+    /// Names of the classes in their order, as A,B,C
     ///
     /// They are for files without names (XGBoost). By default such classes are numbered.
     #[arg(long, value_name = "A,B,…", value_delimiter = ',')]
     labels: Option<Vec<String>>,
 
-    /// What the classes are; by default, guessed from their names
+    /// What the classes are; by default, their names decide
     #[arg(long, value_enum)]
     task: Option<Classes>,
 
@@ -126,7 +126,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     atomic_write(output, &bytes)?;
     let (path, classes, task) = (output.display(), model.labels.len(), task_name(model.task));
     let what = if backend == Backend::Inline { "bytes of Rust" } else { "bytes" };
-    note(format_args!("{path}: {} {what}, {classes} classes, task {task}; {}", bytes.len(), exactness));
+    let classes = if classes == 1 { "1 class".to_owned() } else { format!("{classes} classes") };
+    note(format_args!("{path}: {} {what}, {classes}, task {task}; {}", bytes.len(), exactness));
     Ok(())
 }
 

@@ -15,6 +15,7 @@ use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, OutputOptions};
+use wstac_host::plural::counted;
 use wstac_host::record::Recorder;
 use wstac_host::record::about::About;
 use wstac_host::record::plan::{self, PlannedSlide};
@@ -92,9 +93,10 @@ pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
     let mut session = Session { is_live, source, info, config, models: &models, labels, keys, shown, interrupted };
     let recorded = session.lead(&slides, folder)?;
     let there = slides.iter().filter(|slide| file_of(folder, slide).exists()).count();
-    let rest = if there < slides.len() { "; the same command goes on with the others" } else { "" };
+    let rest = if there < slides.len() { "; the same command continues with the others" } else { "" };
     let (all, folder) = (slides.len(), folder.display());
-    note(format_args!("{folder}: {recorded} slides recorded, {there} of {all} are there{rest}"));
+    let recorded = counted(recorded, "slide");
+    note(format_args!("{folder}: {recorded} recorded now, {there} of {all} in total{rest}"));
     Ok(())
 }
 
@@ -127,7 +129,7 @@ impl Session<'_> {
             }
             let (number, all, about) = (at + 1, slides.len(), &slide.about);
             note(format_args!("slide {number} of {all}: {about}"));
-            note("hands off, then Enter; r: the last one once more, s: skip this one, q: quit");
+            note("do not touch the sensor and press Enter; r: repeat the last slide, s: skip this one, q: quit");
             match self.key()? {
                 None | Some(Key::Quit) => break,
                 Some(Key::Skip) => {
@@ -137,7 +139,7 @@ impl Session<'_> {
                 Some(Key::Redo) => {
                     match last {
                         Some(last) => (at, redo) = (last, true),
-                        None => note("none was recorded in this session yet"),
+                        None => note("no slide was recorded in this session yet"),
                     }
                     continue;
                 }
@@ -148,7 +150,7 @@ impl Session<'_> {
                     (last, redo) = (Some(at), false);
                     (at, recorded) = (at + 1, recorded + 1);
                 }
-                Outcome::Again(why) => note(format_args!("{why}: the same slide once more")),
+                Outcome::Again(why) => note(format_args!("{why}: repeat the same slide")),
                 Outcome::Ended => break,
             }
         }
@@ -180,7 +182,7 @@ impl Session<'_> {
                 Ok("q") => return Ok(Some(Key::Quit)),
                 Ok(other) => note(format_args!("{other:?} is no key, expected Enter, r, s or q")),
                 Err(_) if ended && self.is_live => {
-                    note("standard input ended, and with it the session");
+                    note("standard input ended, so the session ends");
                     return Ok(None);
                 }
                 Err(_) if ended => return Ok(Some(Key::Start)),
@@ -197,10 +199,10 @@ impl Session<'_> {
             match ended {
                 Ok(Some(Outcome::Recorded)) => {
                     fs::rename(&part, path).map_err(|error| Error::new(path.display(), error))?;
-                    note(format_args!("{} is there", path.display()));
+                    note(format_args!("wrote {}", path.display()));
                     return Ok(Outcome::Recorded);
                 }
-                Ok(None) => note("the baseline was not quiet: hands off, once more"),
+                Ok(None) => note("the baseline was not quiet: do not touch the sensor; it is taken again"),
                 Ok(Some(outcome)) => {
                     remove(&part)?;
                     return Ok(outcome);
@@ -226,7 +228,7 @@ impl Session<'_> {
         // Whatever became of the source, what came before is in a whole file.
         let written = recorder.finish();
         if outcome.is_err() && written.is_ok() {
-            note(format_args!("{} has what came before", part.display()));
+            note(format_args!("{} has what was recorded before", part.display()));
         }
         // Both matter; a file that is not whole matters most.
         if let (Err(error), Err(_)) = (&outcome, &written) {

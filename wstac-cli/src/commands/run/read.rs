@@ -14,6 +14,7 @@ use super::sensors::Sensor;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, OutputOptions};
+use wstac_host::plural::counted;
 use wstac_host::session::{Observer, Session, Step};
 use wstac_host::source::{FramePolicy, Lag, SourceEvent};
 use wstac_host::texture::Textures;
@@ -60,7 +61,9 @@ impl<'a> Run<'a> {
             records.note(format_args!("{} camera frames are added up to one feature frame", info.rate.frames_added()));
         }
         if info.taxels_only && arguments.save_raw.is_some() {
-            return Err(Error::new(&info.about, "--save-raw needs frames, expected fidelity = \"rendered\"").into());
+            return Err(
+                Error::new(&info.about, "has no frames for --save-raw, expected fidelity = \"rendered\"").into()
+            );
         }
         let raw = arguments.save_raw.as_deref().map(RawFile::create).transpose()?;
         Ok(Opened { session, records, raw, limit: arguments.frames, interrupted })
@@ -181,7 +184,8 @@ fn say_lag(lag: Lag, records: &Records) {
     }
     let latency =
         lag.latency.map(|latency| format!("; the last was read {} ms after it was taken", latency.as_millis()));
-    records.note(format_args!("up to {} frame(s) behind the camera{}", lag.most, latency.unwrap_or_default()));
+    let most = counted(lag.most, "frame");
+    records.note(format_args!("up to {most} behind the camera{}", latency.unwrap_or_default()));
 }
 
 /// The file that `--save-raw` names.

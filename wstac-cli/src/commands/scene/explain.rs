@@ -32,7 +32,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let mut out = std::io::stdout().lock();
     let (width, height) = script.sensor.size.into();
     let rate = script.sensor.rate.per_second();
-    writeln!(out, "{} frames of {width}x{height} at {rate} a second, {}", scene.frames(), described(script.fidelity))?;
+    writeln!(
+        out,
+        "{} frames of {width}x{height} at {rate} per second, {}",
+        scene.frames(),
+        described(script.fidelity)
+    )?;
     for truth in scene.truth() {
         let slide = &truth.slide;
         let (from, to) = (truth.start_s * rate, truth.end_s * rate);
@@ -43,13 +48,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let mut costs = if arguments.no_cost { Vec::new() } else { costs(&script)? }.into_iter();
     writeln!(
         out,
-        "\nModelled:{}",
-        if arguments.no_cost { "" } else { "                                      ns a frame" }
+        "\nModeled:{}",
+        if arguments.no_cost { "" } else { "                                     ns per frame" }
     )?;
     if let Some(Some(cost)) = costs.next() {
         writeln!(
             out,
-            "  {:18} {:22} {cost:>10.0}  strain's flashes and a GREY camera without noise",
+            "  {:18} {:22} {cost:>10.0}  flashes of strain and a GREY camera without noise",
             "all below left out", ""
         )?;
     }
@@ -64,21 +69,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if let Some(Some(cost)) = costs.next() {
         writeln!(
             out,
-            "  {:18} {:22} {cost:>10.0}  work is shared, and a whisker kept out of contact saves it: no sum of the rest",
+            "  {:18} {:22} {cost:>10.0}  less than the sum of the rest, because effects share work",
             "the whole", ""
         )?;
     }
-    writeln!(out, "\nNot in this scene, and not paid for:")?;
+    writeln!(out, "\nNot in this scene, and without cost:")?;
     for effect in EFFECTS.iter().filter(|effect| !has(effect)) {
         writeln!(out, "  {:18} {}", effect.name, effect.what)?;
     }
-    writeln!(out, "\nNever modelled:")?;
+    writeln!(out, "\nNever modeled:")?;
     for never in NEVER {
         writeln!(out, "  {never}")?;
     }
     writeln!(
         out,
-        "\nGuesses, as the paper does not say: overlap, pitch, edge, flash, black level (wstac scene --help), and a base's\nspot of light, a soft disc."
+        "\nGuesses, because the publication does not give them: overlap, pitch, edge, flash and black\nlevel (wstac scene --help), and the spot of light of a base, a soft disc."
     )?;
     Ok(())
 }

@@ -11,7 +11,7 @@ use super::output::Stop;
 /// Render or explain a simulated sensor, or print whisker strain
 ///
 /// A scene is a simulated sensor: a specimen slides over 25 whiskers, their bases glow, and a camera records them.
-/// wstac run scene:… reads a scene as it reads a camera.
+/// wstac run scene:… reads a scene like a camera.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = KEYS)]
 pub(super) struct Arguments {

@@ -9,6 +9,7 @@ use super::super::output::{Stop, check_new, note};
 use super::super::run::interruptions;
 use super::named;
 use wstac_host::error::Error;
+use wstac_host::plural::counted;
 use wstac_host::source::open::OpenOptions;
 use wstac_host::source::y4m::header_of;
 use wstac_host::source::{Frame, Source, SourceEvent};
@@ -18,8 +19,8 @@ use wstac_scene::source::script;
 /// Write a scene's frames to a new file
 ///
 /// Only pixels under whiskers are computed, unless there is a [sensor.pose]; all others stay dark. Frames that the
-/// simulated driver loses leave no bytes, so the file has fewer frames. MJPG is written decoded, as RGB. An incomplete
-/// file is removed.
+/// simulated driver loses leave no bytes, so the file has fewer frames. MJPG is written decoded, as RGB. If the
+/// command fails, it removes the incomplete file.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// Saw3@150[,90deg][,seed=N], or FILE.toml
@@ -75,7 +76,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     out.finish()?;
     if lost > 0 {
-        note(format_args!("{lost} lost frame(s) left no bytes"));
+        note(format_args!("{} lost: the file has none of their bytes", counted(lost, "frame")));
     }
     Ok(())
 }

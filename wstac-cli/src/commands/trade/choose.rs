@@ -57,7 +57,7 @@ pub(super) fn verify(folder: &Path) -> Result<(), Stop> {
     let fresh = chosen.fresh()?;
     let right = |accuracy: [Option<wstac_tradeoff::statistics::Interval>; 3]| {
         let specimen = accuracy[0].map(|of| format!("{:.1} % right ({:.1} … {:.1})", of.mean, of.low, of.high));
-        specimen.unwrap_or_else(|| "no specimens told".to_owned())
+        specimen.unwrap_or_else(|| "no specimens answered".to_owned())
     };
     let (old, new) = (right(chosen.claim.found.accuracy), right(fresh.found.accuracy));
     let (slides, wrong) = (fresh.found.slides, fresh.found.direction_errors);
