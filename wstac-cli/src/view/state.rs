@@ -7,7 +7,7 @@ use wstac_core::params::{FEATURES, TAXELS};
 
 use super::picture::Picture;
 use wstac_core::direction::Heading;
-use wstac_host::json::rounded;
+use wstac_host::json::{confidence, rounded};
 use wstac_host::output::{DisturbedBaseline, Output, TactileEvent};
 use wstac_host::source::Lag;
 
@@ -208,7 +208,8 @@ fn line(event: &TactileEvent) -> String {
     let doubt = if event.reliable { "" } else { "  not reliable" };
     let text = format!(
         "{:>7}  {speed:<10} {direction:<7} {:.2}  {lit:<6}  {texture}{doubt}",
-        event.frame, event.direction.confidence
+        event.frame,
+        confidence(event.direction)
     );
     text.trim_end().to_owned()
 }
