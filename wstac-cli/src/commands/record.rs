@@ -36,7 +36,7 @@ pub(super) struct Arguments {
     /// The source, as for wstac run
     source: String,
 
-    /// Write this new file; with --guide, a folder of recordings
+    /// Write this new file; with --guide, the folder for the recordings
     #[arg(short, long, value_name = "FILE.mcap")]
     output: PathBuf,
 

@@ -51,9 +51,10 @@ pub(super) struct Arguments {
     #[arg(long, conflicts_with = "slides")]
     quick: bool,
 
-    /// Use only this texture model; more than one can be given
+    /// Use only this texture model, or these
     ///
-    /// It is a file or builtin:NAME. By default, all models that come with wstac are used.
+    /// The option can be given several times. A model is a file or builtin:NAME. By default, all models that come with
+    /// wstac are used.
     #[arg(long = "model", value_name = "FILE.wsm")]
     models: Vec<PathBuf>,
 
