@@ -98,7 +98,7 @@ class FitSpeedTest(unittest.TestCase):
             ({"speed": slow}, "array duration"),
             ({"duration": slow}, "array speed"),
             ({"speed": slow, "duration": np.arange(4)}, "4 slides at 2 different speeds"),
-            ({"speed": slow[:2], "duration": np.arange(2)}, "at 1 different speeds"),
+            ({"speed": slow[:2], "duration": np.arange(2)}, "at 1 different speed "),
             ({"speed": slow, "duration": np.full(4, -1)}, "0 slides at 0 different speeds (4 left out)"),
             ({"speed": np.full(4, np.nan), "duration": np.arange(4)}, "0 slides at 0 different speeds (4 left out)"),
             ({"speed": np.array([1, 2, np.inf]), "duration": np.arange(3)}, "element 2 is inf"),

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use super::state::Rec;
 use wstac_host::error::Error;
 use wstac_host::output::Output;
+use wstac_host::plural::counted;
 use wstac_host::record::Recorder;
 use wstac_host::record::about::About;
 use wstac_host::session::Processor;
@@ -106,7 +107,8 @@ impl Recordings {
         let (whole, text) = match recorder.finish() {
             Ok(written) => {
                 let megabytes = written.bytes as f64 / 1e6;
-                (true, format!("{}: {} frames recorded, {megabytes:.1} MB", path.display(), written.frames))
+                let frames = counted(written.frames, "frame");
+                (true, format!("{}: {frames} recorded, {megabytes:.1} MB", path.display()))
             }
             Err(error) => (false, error.to_string()),
         };
