@@ -1,4 +1,4 @@
-//! `wstac calibrate`: where the whiskers are in the picture, as a configuration file.
+//! `wstac calibrate` finds the whiskers in the picture and writes them as a configuration file.
 
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
@@ -95,7 +95,7 @@ Examples:
   8 and scale to 0.75 in [sensor.pose] (see wstac scene --help).
 "#;
 
-/// What is printed with `--json`.
+/// The output of `--json`.
 #[derive(Serialize)]
 struct Record<'a> {
     kind: &'static str,
@@ -129,7 +129,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let calibration = match &outcome.result {
         Ok(calibration) => calibration,
         Err(refusal) => {
-            // The next try replaces it.
+            // The next try replaces this picture.
             let picture = arguments.overlay.clone().unwrap_or_else(|| output.with_extension("refused.png"));
             atomic_write(&picture, outcome.to_png())?;
             let seen = format_args!("{}; {} shows what was seen", refusal.message, picture.display());
@@ -138,7 +138,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     };
     atomic_write(&overlay, outcome.to_png())?;
     let text = calibration.to_toml(&info.about);
-    // What is written can be read again, or it is not written.
+    // A configuration that cannot be read again is not written.
     Config::parse(&text).map_err(|message| Error::new(output.display(), message))?;
     atomic_write(output, text)?;
     note(format_args!("wrote {} and {}: look at the picture", output.display(), overlay.display()));
@@ -170,7 +170,7 @@ fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64) -> Result<(), St
     Ok(())
 }
 
-/// What to do now, and what glowed so far: a line on a terminal that is written over and over.
+/// A line on a terminal that is overwritten: what to do now, and how many spots glowed.
 struct Progress {
     shown: bool,
 }
@@ -193,7 +193,7 @@ impl Progress {
 }
 
 impl Drop for Progress {
-    /// The line makes room for what is said next.
+    /// Clears the line for the next message.
     fn drop(&mut self) {
         if self.shown {
             let _ = write!(std::io::stderr(), "\r\x1b[K");
@@ -229,7 +229,8 @@ fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
         Some([row, column]) => {
             writeln!(
                 out,
-                "24 whiskers found; the one in row {row}, column {column} gave no light; its place follows from the others"
+                "24 whiskers found; the one in row {row}, column {column} gave no light, and its place follows from \
+                 the others"
             )?;
         }
         None => writeln!(out, "25 whiskers found")?,
@@ -244,7 +245,8 @@ fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
     }
     if calibration.is_dim() {
         note(
-            "no row or column reached the threshold of the speed law, so there will be no speeds: use a longer exposure or press harder",
+            "no row or column reached the threshold of the speed law, so there will be no speeds: use a longer \
+             exposure or press harder",
         );
     }
     let noise = &calibration.noise;

@@ -1,4 +1,4 @@
-//! `wstac completions`: a shell's completion script.
+//! `wstac completions` prints the completion script of a shell.
 
 use std::io::Write;
 

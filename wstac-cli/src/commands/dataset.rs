@@ -1,4 +1,4 @@
-//! `wstac dataset`: simulated slides or recordings as a training set.
+//! `wstac dataset` makes a training set of simulated slides or recordings.
 
 mod progress;
 mod recorded;
@@ -135,7 +135,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
 }
 
-/// The slides of a sweep.
+/// Makes the data set of a sweep.
 fn simulated(arguments: &Arguments, sweep_file: &Path) -> Result<(), Stop> {
     let config = arguments.config.as_deref().map_or_else(|| Ok(Config::default()), Config::read)?;
     let sweep = Sweep::read(sweep_file)?;
@@ -181,7 +181,7 @@ fn simulated(arguments: &Arguments, sweep_file: &Path) -> Result<(), Stop> {
     Ok(())
 }
 
-/// Writes the file, whole or not at all.
+/// Writes the file completely or not at all.
 fn write_all(arguments: &Arguments, write: impl FnOnce(&mut AtomicFile) -> std::io::Result<()>) -> Result<(), Error> {
     let output = &arguments.output;
     let mut file = AtomicFile::create(output)?;
@@ -196,7 +196,7 @@ fn fraction(text: &str) -> Result<f64, String> {
     fraction.ok_or_else(|| format!("{text:?} is no fraction, expected at least 0 and below 1"))
 }
 
-/// Makes what is missing.
+/// Makes the slides that are missing.
 fn make(
     sweep: &Sweep,
     config: &Config,
@@ -226,7 +226,7 @@ fn make(
     })
 }
 
-/// The path with something more at its end.
+/// Returns the path with a suffix.
 fn beside(path: &Path, more: &str) -> PathBuf {
     let mut name = OsString::from(path);
     name.push(more);

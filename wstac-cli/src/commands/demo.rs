@@ -1,4 +1,4 @@
-//! `wstac demo`: simulated slides through the whole program, the truth beside the answers.
+//! `wstac demo` compares simulated slides with the answers to them.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -33,7 +33,7 @@ pub(super) struct Arguments {
     model: PathBuf,
 }
 
-/// What slides: every specimen, all four directions, the range of speeds that the speed law was fitted on.
+/// The slides: every specimen, all four directions, and the range of speeds that the speed law was fitted on.
 const SLIDES: [(&str, u32, u32); 12] = [
     ("Fla0", 100, 0),
     ("Sin2", 110, 90),
@@ -98,7 +98,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     Ok(())
 }
 
-/// What a model of a task says.
+/// Returns the answer of a model of this task.
 fn told(task: Task, texture: Texture) -> Option<String> {
     match task {
         Task::Specimen => texture.specimen,
@@ -108,7 +108,7 @@ fn told(task: Task, texture: Texture) -> Option<String> {
     }
 }
 
-/// What it should say of a specimen, as far as that is known.
+/// Returns the correct answer for a specimen, if it is known.
 fn truth(task: Task, specimen: &str) -> Option<String> {
     let (pattern, depth) = pattern_and_depth(specimen);
     match task {

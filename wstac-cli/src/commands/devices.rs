@@ -1,4 +1,4 @@
-//! `wstac devices`: which cameras there are.
+//! `wstac devices` lists the cameras.
 
 use std::io::Write;
 

@@ -1,4 +1,4 @@
-//! `wstac doctor`: what is right and wrong with a sensor.
+//! `wstac doctor` measures a sensor and reports what to change.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -152,13 +152,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     note(format_args!("measuring for {} s at most: nothing may touch the sensor", arguments.seconds));
     let signal = signals()?;
     let frames = arguments.options.frames_before_touch(&arguments.source)?;
-    // A recording may know its camera, which is not there now.
+    // A recording may name its camera, which need not be connected now.
     let live = is_camera(&arguments.source);
     let limit = Limit { settling: if live { SETTLING } else { 0 }, seconds: arguments.seconds, frames };
     let path = info.camera.as_ref().filter(|_| live).map(|camera| camera.path.clone());
     let before = path.as_deref().map(controls).transpose()?;
     let measured = whole(source.as_mut(), &info, &config, limit, &signal)?;
-    // Still open: what the camera does to its controls when it is closed is none of this.
+    // The camera is still open, so changes that it makes when it is closed do not count.
     let camera = match (&path, before, source.info().camera.as_deref()) {
         (Some(path), Some(before), Some(state)) => Some(examined(path, state, &before)?),
         _ => None,
@@ -180,7 +180,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     Ok(writeln!(out, "{report}")?)
 }
 
-/// A measurement that no signal ended.
+/// Measures, and fails if a signal ends the measurement.
 fn whole(
     source: &mut dyn Source,
     info: &StreamInfo,
@@ -195,7 +195,7 @@ fn whole(
     }
 }
 
-/// Who the camera is and what its controls did.
+/// Returns the identity of the camera and what its controls did.
 fn examined(
     path: &Path,
     state: &CameraState,
@@ -206,7 +206,8 @@ fn examined(
     Ok((CameraReport { device, format: state.format.clone() }, controls))
 }
 
-/// The same scene in the other kind of format, where the camera has one; why not, on standard error.
+/// Measures the same scene in the other kind of format, if the camera has one. Otherwise standard error gives the
+/// reason.
 fn compression(
     arguments: &Arguments,
     info: &StreamInfo,
@@ -233,7 +234,7 @@ fn compression(
     Ok(Some(if is_jpeg { mjpeg::compare(that, this, config) } else { mjpeg::compare(this, that, config) }))
 }
 
-/// What is needed to compare; where it failed, why, on standard error: the report of the first format is finished.
+/// Returns the result, or `None` after a note if it failed: the report of the first format is complete without it.
 fn compared<T>(result: Result<T, Stop>) -> Result<Option<T>, Stop> {
     match result {
         Ok(there) => Ok(Some(there)),

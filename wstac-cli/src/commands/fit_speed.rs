@@ -1,4 +1,4 @@
-//! `wstac fit-speed`: a sensor's own speed law.
+//! `wstac fit-speed` fits the speed law to a sensor's own slides.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -181,7 +181,7 @@ fn figure<'f>(fits: &'f [Fit], slides: &Slides) -> String {
     SpeedFits { slides: &slides, fits: &fits.iter().map(plain).collect::<Vec<_>>() }.draw()
 }
 
-/// Slowest and fastest of the slides' speeds.
+/// Returns the slowest and the fastest speed of the slides.
 fn range(slides: &Slides) -> [f64; 2] {
     let speeds = slides.speeds();
     [speeds.first(), speeds.last()].map(|speed| speed.copied().unwrap_or(f64::NAN))
@@ -201,7 +201,7 @@ fn in_words(slides: &Slides) -> String {
     words.join("; left out: ")
 }
 
-/// Names of the intercept and the slope, the latter's sign, and their digits.
+/// Returns the names of the intercept and the slope, each with its sign.
 fn parameters(kind: Kind) -> [(&'static str, f64); 2] {
     match kind {
         Kind::Published => [("intercept", 1.0), ("slope", -1.0)],
@@ -255,7 +255,7 @@ fn as_json(fit: &Fit, slides: &Slides, nominal_frames: f64) -> serde_json::Value
     value
 }
 
-/// The configuration's table, in the 32 bits that the core works with.
+/// Returns the table of the configuration, in the 32 bits that the core works with.
 fn table(fit: &Fit, slides: &Slides, names: &str, config: Option<&Config>) -> String {
     let [slowest, fastest] = range(slides);
     let line = &fit.line;
@@ -282,7 +282,7 @@ fn table(fit: &Fit, slides: &Slides, names: &str, config: Option<&Config>) -> St
     table + &threshold
 }
 
-/// The highest number of 32 bits that is not above this one.
+/// Returns the highest number of 32 bits that is not above this one.
 fn below(number: f64) -> f32 {
     let near = number as f32;
     if f64::from(near) > number { near.next_down() } else { near }

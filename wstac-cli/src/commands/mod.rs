@@ -1,4 +1,4 @@
-//! The command line: arguments and output only, one file a command.
+//! The command line: arguments and output only, one file per command.
 
 mod calibrate;
 mod completions;
@@ -97,8 +97,8 @@ enum Command {
     Man(man::Arguments),
 }
 
-/// Runs the command line of this process. Exit code 2 for wrong arguments, 1 for a source, file or configuration that
-/// cannot be used, 0 otherwise.
+/// Runs the command line of this process. The exit code is 2 for wrong arguments, 1 if a source, file or configuration
+/// cannot be used, and otherwise 0.
 pub(crate) fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Run(arguments) => run::run(&arguments),
@@ -120,7 +120,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Man(arguments) => man::run(&arguments),
     };
     match result {
-        // Whoever read the output has seen enough.
+        // The reader of the output has seen enough.
         Ok(()) | Err(Stop::OutputClosed) => ExitCode::SUCCESS,
         Err(Stop::Failed(error)) => fail(&error),
         Err(Stop::Interrupted(signal)) => ExitCode::from(128 + signal),
@@ -128,7 +128,7 @@ pub(crate) fn main() -> ExitCode {
 }
 
 fn fail(error: &Error) -> ExitCode {
-    // Standard error may be closed; the exit code still tells.
+    // Standard error may be closed; the exit code still reports the failure.
     let _ = std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("wstac: {error}\n"));
     ExitCode::FAILURE
 }

@@ -1,4 +1,4 @@
-//! `wstac monitor`: a board's events.
+//! `wstac monitor` prints a board's events.
 
 use std::sync::atomic::Ordering;
 
@@ -11,7 +11,7 @@ use wstac_host::monitor::port::{self, Got, Port};
 use wstac_host::monitor::{Monitor, Report};
 use wstac_host::output::OutputOptions;
 
-/// Waits of a port without a byte after which the board is called silent: it sends its state about once a second.
+/// The number of waits without a byte after which the board counts as silent. It sends its state about once per second.
 const SILENT: u32 = 15;
 
 /// Print the tactile events that a board finds
@@ -86,7 +86,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
                 continue;
             }
             Ok(Got::Gone) => {
-                // That it is silent goes without saying.
+                // A device that is gone needs no note about its silence.
                 waits = SILENT;
                 note(format_args!("{} is gone; waiting for it", line.name()));
                 continue;
@@ -104,7 +104,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
                 return if monitor.heard() { Ok(()) } else { Err(silent()) };
             }
             Err(error) => {
-                // The port's error is the one that matters, whatever becomes of the end record.
+                // The error of the port matters more than the end record.
                 let _ = records.write(&monitor.finish());
                 return Err(error.into());
             }
@@ -140,7 +140,7 @@ fn requests_for(wanted: OutputOptions) -> [Request; 2] {
     [Request::Features(wanted.features), Request::Samples(wanted.samples)]
 }
 
-/// Requests that were sent: their number in the sequence.
+/// The sequence number of requests.
 #[derive(Default)]
 struct Requests(u16);
 

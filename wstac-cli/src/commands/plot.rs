@@ -1,4 +1,4 @@
-//! `wstac plot`: one event as a figure.
+//! `wstac plot` draws one event as a figure.
 
 use std::path::PathBuf;
 

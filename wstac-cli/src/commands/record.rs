@@ -1,4 +1,4 @@
-//! `wstac record`: a source into a file.
+//! `wstac record` writes a source to a file.
 
 mod guide;
 
@@ -176,7 +176,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let events = recording.shown.events;
     let written = recording.recorder.finish();
     say(&arguments.output, written.as_ref().ok(), session.lag(), events);
-    // Both matter; a file that is not whole matters most.
+    // Both errors matter, but an incomplete file matters more.
     if let (Err(error), Err(_)) = (&ended, &written) {
         note(error);
     }
@@ -184,14 +184,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     Ok(ended?)
 }
 
-/// When a recording ends by itself.
+/// The limits at which a recording ends by itself.
 #[derive(Clone, Copy)]
 struct Limits {
     frames: Option<u64>,
     events: Option<u64>,
 }
 
-/// Records on standard output, as long as somebody reads them: a recording goes on without.
+/// Records on standard output while somebody reads them. The recording continues without a reader.
 struct Shown {
     records: Option<Records>,
     events: u64,
@@ -265,7 +265,7 @@ fn read(
     }
 }
 
-/// What was recorded, and how far anything was behind.
+/// Reports what was recorded, and the largest delays.
 fn say(path: &Path, written: Option<&Written>, lag: Lag, events: u64) {
     let Some(written) = written else { return };
     let megabytes = written.bytes as f64 / 1e6;
@@ -279,7 +279,7 @@ fn say(path: &Path, written: Option<&Written>, lag: Lag, events: u64) {
     }
 }
 
-/// `name=value`.
+/// Parses `name=value`.
 fn label(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((name, value)) if !name.trim().is_empty() && !value.trim().is_empty() => {
@@ -289,7 +289,7 @@ fn label(text: &str) -> Result<(String, String), String> {
     }
 }
 
-/// Labels by name, each once.
+/// Returns labels by name, each once.
 fn labels(given: &[(String, String)]) -> Result<Labels, Error> {
     let mut labels = Labels::new();
     for (name, value) in given {
@@ -310,14 +310,14 @@ fn seconds(text: &str) -> Result<f64, String> {
     seconds.ok_or_else(|| format!("{text:?} is no duration, expected seconds such as 2.5"))
 }
 
-/// The frames after which a recording ends.
+/// Returns the number of frames after which a recording ends.
 fn frame_limit(arguments: &Arguments, info: &StreamInfo) -> Option<u64> {
     let rate = info.rate.per_second();
     let of_time = arguments.duration.map(|seconds| (seconds * rate).ceil() as u64);
     arguments.frames.into_iter().chain(of_time).min()
 }
 
-/// Refuses to write over what is read: a file by any of its names, standard input, a scene's file, a picture of a folder.
+/// Refuses to overwrite the source: a file by any of its names, standard input, a scene's file, a picture of a folder.
 fn refuse_own(source: &str, new: &Path) -> Result<(), Error> {
     let refused = || Err(Error::new(new.display(), "is the source itself, expected a new file"));
     let source = Path::new(if source == "-" { "/dev/stdin" } else { source.strip_prefix("scene:").unwrap_or(source) });
@@ -329,20 +329,20 @@ fn refuse_own(source: &str, new: &Path) -> Result<(), Error> {
     if is_picture && new.exists() && is_same(source, folder) { refused() } else { Ok(()) }
 }
 
-/// Whether two paths lead to the same file or folder.
+/// Returns whether two paths lead to the same file or folder.
 pub(super) fn is_same(one: &Path, other: &Path) -> bool {
     let of = |path: &Path| fs::metadata(path).ok().map(|metadata| (metadata.dev(), metadata.ino()));
     of(one).is_some_and(|one| of(other) == Some(one))
 }
 
-/// The new file.
+/// Creates the new file.
 pub(super) fn create(path: &Path, force: bool) -> Result<File, Error> {
     check_new(path, force)?;
     let file = if force { File::create(path) } else { File::create_new(path) };
     file.map_err(|error| Error::new(path.display(), error))
 }
 
-/// A flag that a signal sets; a closed terminal ends a recording as Ctrl-C does.
+/// Returns a flag that a signal sets. A closed terminal ends a recording like Ctrl-C.
 fn signals() -> Result<Arc<AtomicBool>, Error> {
     let flag = interruptions()?;
     signal_hook::flag::register(SIGHUP, Arc::clone(&flag)).map_err(|error| Error::new("signals", error))?;

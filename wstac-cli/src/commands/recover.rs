@@ -1,4 +1,4 @@
-//! `wstac recover`: a whole recording of one that was cut off.
+//! `wstac recover` makes a complete recording of one that was cut off.
 
 use std::fs;
 use std::path::PathBuf;
@@ -61,7 +61,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     wstac_host::record::check_readable(old)?;
     check_new(new, arguments.force)?;
-    // What is there under the new name stays until there is something better.
+    // An existing file of the new name stays until there is a better one.
     let part = new.with_added_extension("part");
     if is_same(old, &part) {
         return Err(Error::new(part.display(), "is the recording itself, expected another new file").into());
@@ -72,7 +72,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         Ok(found)
     });
     let found = found.inspect_err(|_| {
-        // The old one is still there; half of the new one would be taken for all of it.
+        // The old file is still there, and an incomplete new one could be mistaken for a complete one.
         let _ = fs::remove_file(&part);
     })?;
     let Recovered { frames, events, damaged, whole, bytes, unread, doubtful } = found;

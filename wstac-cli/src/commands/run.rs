@@ -1,4 +1,4 @@
-//! `wstac run`: the events of one source, or of several at once.
+//! `wstac run` prints the events of one source, or of several at once.
 
 mod read;
 mod sensors;
@@ -172,7 +172,7 @@ Output with --json, one object per line (wrapped here):
 Configuration (--config), every key optional; these are the defaults:
 "#;
 
-/// What `wstac run --help` ends with.
+/// Returns the text at the end of `wstac run --help`.
 fn help() -> String {
     let configuration = wstac_host::config::DEFAULT_CONFIGURATION.replace('\n', "\n  ");
     format!("{HELP}  {}", configuration.trim_end())
@@ -191,7 +191,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let run = Run { arguments, files: &files, interrupted: &interrupted };
     if let [only] = &sensors[..] {
         let opened = run.open(only)?;
-        // Not before: opening a pipe that nobody writes to ends with the first Ctrl-C.
+        // Only after opening: the first Ctrl-C ends a wait for the writer of a pipe.
         on_interruption(&interrupted)?;
         return opened.read();
     }
@@ -199,19 +199,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     run.all(&sensors)
 }
 
-/// Ends the process: arguments that do not go together.
+/// Ends the process because of arguments that contradict each other.
 fn conflict(message: &str) {
     clap::Error::raw(ErrorKind::ArgumentConflict, format_args!("{message}\n")).exit();
 }
 
-/// A flag that the first Ctrl-C or SIGTERM sets; a second one ends the process at once.
+/// Returns a flag that the first Ctrl-C or SIGTERM sets; a second one ends the process at once.
 pub(super) fn interruptions() -> Result<Arc<AtomicBool>, Error> {
     let flag = Arc::new(AtomicBool::new(false));
     on_interruption(&flag)?;
     Ok(flag)
 }
 
-/// The number of the first SIGINT or SIGTERM, 0 before; a second one ends the process at once.
+/// Returns the number of the first SIGINT or SIGTERM, 0 before; a second one ends the process at once.
 pub(super) fn signals() -> Result<Arc<AtomicUsize>, Error> {
     interruptions()?;
     let number = Arc::new(AtomicUsize::new(0));

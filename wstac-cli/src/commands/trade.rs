@@ -1,4 +1,4 @@
-//! `wstac trade`: what speed costs in accuracy.
+//! `wstac trade` shows what speed costs in accuracy.
 
 mod choose;
 mod fade;
@@ -105,7 +105,7 @@ pub(super) struct Arguments {
     light: Vec<f64>,
 }
 
-/// The configuration that a sweep was run with, beside its map.
+/// The name of the configuration file of a sweep, next to its map.
 const BASE: &str = "base.toml";
 
 const HELP: &str = "\
@@ -195,7 +195,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     print(&text)
 }
 
-/// Ends the program where a sweep's options stand beside those that run nothing.
+/// Ends the program if options of a sweep are given with options that run nothing.
 fn refuse_sweep(arguments: &Arguments) {
     let of_sweep = [
         (!arguments.models.is_empty(), "--model"),
@@ -228,7 +228,7 @@ fn figure(arguments: &Arguments) -> Result<Option<(&Path, Format)>, Error> {
     Ok(Some((path, format)))
 }
 
-/// Refuses a file where a folder is to be.
+/// Refuses a path that is a file instead of a folder.
 fn check_folder(folder: &Path) -> Result<(), Error> {
     if folder.exists() && !folder.is_dir() {
         return Err(Error::new(folder.display(), "is a file, expected a folder, or a name that does not exist"));
@@ -236,7 +236,7 @@ fn check_folder(folder: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// Refuses to write over these files of the folder, unless forced to.
+/// Refuses to overwrite these files of the folder without `force`.
 fn check_new_all(arguments: &Arguments, names: &[&str]) -> Result<(), Error> {
     let Some(folder) = &arguments.output else { return Ok(()) };
     check_folder(folder)?;
@@ -246,7 +246,7 @@ fn check_new_all(arguments: &Arguments, names: &[&str]) -> Result<(), Error> {
     names.iter().try_for_each(|name| check_new(&folder.join(name), arguments.force))
 }
 
-/// What messages call the configuration that a sweep was run with, and its text: all that is no parameter of the study.
+/// Returns the name and the text of the configuration of a sweep: everything that the study does not vary.
 fn base(arguments: &Arguments) -> Result<(String, String), Error> {
     let path = match (&arguments.config, &arguments.map) {
         (Some(path), _) => path.clone(),
@@ -264,7 +264,7 @@ fn base(arguments: &Arguments) -> Result<(String, String), Error> {
     }
 }
 
-/// The models of a map's rows.
+/// Returns the models of the rows of a map.
 fn of_rows(rows: &[Row]) -> Result<Vec<Candidate>, Error> {
     let mut models: Vec<Candidate> = Vec::new();
     for name in rows.iter().filter_map(|row| row.model.as_ref()) {
@@ -275,7 +275,7 @@ fn of_rows(rows: &[Row]) -> Result<Vec<Candidate>, Error> {
     Ok(models)
 }
 
-/// Runs every setting, then times them.
+/// Runs every setting, and then measures its time.
 fn swept(arguments: &Arguments, config: &Config, models: &[Candidate]) -> Result<Vec<Row>, Error> {
     let of_each = if arguments.quick { QUICK_SLIDES } else { arguments.slides.unwrap_or(SLIDES) };
     let (settings, slides) = (Setting::all(), slides(of_each));
@@ -287,7 +287,7 @@ fn swept(arguments: &Arguments, config: &Config, models: &[Candidate]) -> Result
     Ok(rows)
 }
 
-/// A map of an earlier sweep, or the one that comes with the program.
+/// Returns the map of an earlier sweep, or the one that comes with the program.
 fn read(path: &Path) -> Result<Vec<Row>, Error> {
     if path == Path::new("kept") {
         return map::kept();
@@ -314,7 +314,7 @@ fn print(text: &str) -> Result<(), Stop> {
     Ok(std::io::Write::write_all(&mut std::io::stdout(), text.as_bytes())?)
 }
 
-/// A level of light.
+/// Parses a level of light.
 fn level(text: &str) -> Result<f64, String> {
     let level = text.parse().ok().filter(|level| (0.001..=1000.0).contains(level));
     level.ok_or_else(|| format!("{text:?} is no level of light, expected 0.001 to 1000 gray levels"))

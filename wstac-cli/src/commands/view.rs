@@ -1,4 +1,4 @@
-//! `wstac view`: a source on a terminal.
+//! `wstac view` shows a source on a terminal.
 
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -99,7 +99,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         let message = "is no terminal, expected one to draw on; wstac run prints events to files and pipes";
         return Err(Error::new("standard output", message).into());
     }
-    // There is no --force here: a key is pressed too easily.
+    // There is no --force here, because a key is easily pressed by mistake.
     if let Some(path) = arguments.record.as_ref().filter(|path| path.symlink_metadata().is_ok()) {
         return Err(Error::new(path.display(), "exists already, expected a new file").into());
     }

@@ -1,4 +1,4 @@
-//! `wstac dataset` of recordings.
+//! `wstac dataset` makes a data set of recordings.
 
 use std::sync::atomic::Ordering;
 

@@ -1,4 +1,4 @@
-//! `wstac model eval`.
+//! `wstac model eval` applies a model to a data set.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -65,14 +65,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     Ok(out.flush()?)
 }
 
-/// The first of some labels.
+/// Returns the first labels, joined.
 fn some(labels: &[impl AsRef<str>]) -> String {
     const MOST: usize = 12;
     let first: Vec<&str> = labels.iter().take(MOST).map(AsRef::as_ref).collect();
     first.join(", ") + if labels.len() > MOST { ", …" } else { "" }
 }
 
-/// How often each label got each answer.
+/// Prints how often each label got each answer.
 fn confusions(out: &mut impl Write, answers: &Answers, truth: &Truth) -> Result<(), Stop> {
     writeln!(out, "\n{:>12}  answers", "truth")?;
     write!(out, "{:12}", "")?;

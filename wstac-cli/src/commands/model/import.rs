@@ -1,4 +1,4 @@
-//! `wstac model import`.
+//! `wstac model import` makes a model file of a trained model.
 
 use std::ffi::OsStr;
 use std::fmt::Display;
@@ -131,7 +131,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     Ok(())
 }
 
-/// What to write: what is asked for, or what the output's name says. Where these contradict each other, nothing.
+/// Returns what to write, by the option or by the name of the output. They must not contradict each other.
 fn backend(asked: Option<Backend>, output: &Path) -> Result<Backend, clap::Error> {
     let named = match output.extension().and_then(OsStr::to_str) {
         Some("rs") => Some((Backend::Inline, "Rust", "inline")),
@@ -148,7 +148,7 @@ fn backend(asked: Option<Backend>, output: &Path) -> Result<Backend, clap::Error
     }
 }
 
-/// Refuses options that say nothing of what is made.
+/// Refuses options that have no meaning for this model.
 fn check_options(arguments: &Arguments, kind: &Kind, backend: Backend) -> Result<(), clap::Error> {
     let model = match kind {
         Kind::Linear(_) => "a linear model",

@@ -1,4 +1,4 @@
-//! `wstac model inspect`.
+//! `wstac model inspect` describes a model file.
 
 use std::io::Write;
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! `wstac model`: trained texture models become model files, which are looked into and judged.
+//! `wstac model` imports, inspects and evaluates trained texture models.
 
 mod eval;
 mod import;

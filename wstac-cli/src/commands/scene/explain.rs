@@ -1,4 +1,4 @@
-//! `wstac scene explain`: what a scene models, what it does not, and what each effect costs.
+//! `wstac scene explain` prints what a scene models, what it does not, and what each effect costs.
 
 use std::io::Write;
 use std::time::{Duration, Instant};
@@ -95,11 +95,11 @@ fn described(fidelity: Fidelity) -> &'static str {
     }
 }
 
-/// How often everything is measured: the least of it is told, which noise of the machine only makes larger.
+/// The number of repetitions. The shortest time counts, because noise of the machine only makes times longer.
 const ROUNDS: u32 = 5;
 
-/// ns a frame: of the bare scene, of every effect that the scene has (nothing where that is less than what repeated
-/// measurements differ by), of the whole.
+/// Returns costs in ns per frame: of the bare scene, of every effect of the scene, and of the whole. An effect has
+/// `None` if its cost is below the noise of the measurement.
 fn costs(script: &SceneConfig) -> Result<Vec<Option<f64>>, Error> {
     let mut scripts = vec![wstac_scene::effects::bare(script)];
     for effect in EFFECTS.iter().filter(|effect| (effect.value)(script).is_some()) {
@@ -108,9 +108,9 @@ fn costs(script: &SceneConfig) -> Result<Vec<Option<f64>>, Error> {
         scripts.push(without);
     }
     scripts.push(script.clone());
-    // The two least of each: what is between them tells how far they can be trusted.
+    // The two shortest times of each: their distance is the uncertainty.
     let mut least = vec![[f64::INFINITY; 2]; scripts.len()];
-    // Round by round, so that a slower moment of the machine does not fall on one of them alone.
+    // All are measured in turn, so that a slow moment of the machine does not fall on a single one.
     for _ in 0..ROUNDS {
         for (least, script) in least.iter_mut().zip(&scripts) {
             let ns = ns_a_frame(script)?;
@@ -128,7 +128,7 @@ fn costs(script: &SceneConfig) -> Result<Vec<Option<f64>>, Error> {
     Ok(least.into_iter().enumerate().map(cost).collect())
 }
 
-/// Mean over the frames of the first slide and what follows it, but for at most 100 ms.
+/// Returns the mean over the frames from the first slide on, for at most 100 ms.
 fn ns_a_frame(script: &SceneConfig) -> Result<f64, Error> {
     const LONGEST: Duration = Duration::from_millis(100);
     let mut scene = Scene::new(script)?;

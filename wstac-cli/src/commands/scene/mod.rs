@@ -1,4 +1,4 @@
-//! `wstac scene`: what can be done with a simulated sensor beside running it.
+//! `wstac scene` renders and explains simulated sensors.
 
 mod explain;
 mod render;
@@ -26,7 +26,7 @@ enum Command {
     Strain(strain::Arguments),
 }
 
-/// Every key of a scene's file, with its default.
+/// Every key of a scene file with its default.
 pub(super) const KEYS: &str = r#"A scene's file (scene:FILE.toml), every key but the first two optional;
 these are the defaults:
 
@@ -129,7 +129,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
 }
 
-/// The name of a scene without `scene:` before it.
+/// Returns the name of a scene without `scene:`.
 fn named(scene: &str) -> &str {
     scene.strip_prefix("scene:").unwrap_or(scene)
 }
@@ -141,7 +141,7 @@ mod tests {
 
     #[test]
     fn examples_can_be_pasted_from_a_narrow_terminal() {
-        // Those of a configuration are printed two columns further to the right.
+        // Lines of a configuration are printed two columns further to the right.
         for line in KEYS.lines().chain(wstac_host::config::DEFAULT_CONFIGURATION.lines()) {
             assert!(line.chars().count() <= 72, "{line}");
         }
@@ -154,7 +154,7 @@ mod tests {
             lines.take_while(|line| !line.starts_with("Several")).fold(String::new(), |text, line| text + line + "\n");
         let expected = SceneConfig::parse_short("Saw3@150").unwrap();
         assert_eq!(SceneConfig::from_toml("help", &text).unwrap(), expected);
-        // Every key is there, or this fails: what is left out of a table takes its default, so count them.
+        // The test counts the keys, because a missing key would have its default and go unnoticed.
         assert_eq!(text.lines().filter(|line| line.contains(" = ")).count(), 12 + 1 + 8 + 12 + 15 + 7);
     }
 }

@@ -1,4 +1,4 @@
-//! `wstac scene render`: a scene's frames in a file.
+//! `wstac scene render` writes a scene's frames to a file.
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
@@ -87,7 +87,7 @@ enum Output {
     File(NewFile),
 }
 
-/// A file that is removed again unless it becomes whole.
+/// A file that is removed unless it becomes complete.
 struct NewFile {
     file: BufWriter<File>,
     path: PathBuf,
@@ -97,7 +97,7 @@ struct NewFile {
 impl Drop for NewFile {
     fn drop(&mut self) {
         if !self.whole {
-            // What went wrong is said already; that the rest of it cannot be removed would not help.
+            // The first error is already reported; another one about the removal would not help.
             let _ = fs::remove_file(&self.path);
         }
     }

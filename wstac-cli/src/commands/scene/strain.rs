@@ -1,4 +1,4 @@
-//! `wstac scene strain`: the strain along one whisker.
+//! `wstac scene strain` prints the strain along one whisker.
 
 use std::io::Write;
 
@@ -56,7 +56,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         row(&mut out, first.into_iter().chain(strains).collect())?;
     }
     if !arguments.csv {
-        // Of many moments, not only of those that have a row.
+        // The peak is searched over more moments than the table has rows.
         const MOMENTS: usize = 2000;
         let mut peak = (0.0, 0.0, 0.0);
         for moment in strain_along(&script, MOMENTS, parts) {

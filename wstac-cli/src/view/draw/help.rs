@@ -1,11 +1,11 @@
-//! What keys do and what is shown, in words.
+//! Draws the help screen: what the keys do and what is shown.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 
 use super::colors::Colors;
 
-/// Short lines first what matters most: a small terminal shows the beginning.
+/// The help text. A small terminal shows only its beginning, so the keys come first.
 const HELP: &str = "\
 q       quit (also Ctrl-C)
 z       re-zero: gather a new baseline; do not touch the sensor
@@ -23,7 +23,7 @@ Traces   five rows (r) and five columns (c), natural logarithms of their
 Events   first frame, speed (* extrapolated, ≤ cut off), direction and its
          confidence, lit frames, texture if there is a model";
 
-/// Draws as much of it as fits.
+/// Draws as many lines of the help text as fit.
 pub(super) fn draw(colors: Colors, area: Rect, buffer: &mut Buffer) {
     for (line, row) in HELP.lines().zip(area.rows()) {
         buffer.set_stringn(row.x, row.y, line, usize::from(row.width), colors.calm());
