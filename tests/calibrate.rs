@@ -1,4 +1,4 @@
-//! `wstac calibrate` as a user has it: a camera that does not look straight on, its configuration, slides before it.
+//! Tests `wstac calibrate` as a user runs it: a camera that does not look straight on, its configuration, and slides.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 use serde_json::Value;
 use wstac_tests::command::wstac;
 
-/// A camera that is turned, tilted, curved, shifted, uneven and not quite in the dark.
+/// A camera that is turned, tilted, curved, shifted and uneven, with a little ambient light.
 const CAMERA: &str = "lead_in = 45\n[light]\nleak = 0.02\n[sensor]\nsize = [400, 400]\n[sensor.pose]\nrotation_degrees = 15\n\
                       tilt_degrees = [8, -6]\ncurvature = -0.05\nscale = 0.7\nshift = [0.08, -0.06]\nuneven = 3\n";
 
@@ -17,7 +17,7 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// A scene's file; what `wstac` calls it.
+/// Writes a scene file and returns its name for `wstac`.
 fn scene(folder: &Path, name: &str, text: &str) -> String {
     let path = folder.join(name);
     std::fs::write(&path, text).unwrap();
@@ -32,7 +32,7 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
 
-/// Directions that are wrong, and how far off speeds are, of five slides with a configuration.
+/// Returns the number of wrong directions, and the errors of speeds, of five slides with a configuration.
 fn answers(folder: &Path, config: &str) -> (usize, Vec<f64>) {
     let slides = [(0_u16, 100.0), (90, 120.0), (180, 150.0), (270, 180.0), (0, 200.0)];
     let (mut wrong, mut errors) = (0, Vec::new());
@@ -66,7 +66,7 @@ fn a_calibrated_camera_tells_directions_and_speeds() {
     assert_eq!(record["centres"].as_array().unwrap().len(), 25);
     assert!((record["rotation_degrees"].as_f64().unwrap() - 15.0).abs() < 2.0, "{record}");
     assert!(std::fs::read(folder.join("wstac.png")).unwrap().starts_with(b"\x89PNG"));
-    // All that it says but where the taxels are.
+    // Everything in the configuration except the layout.
     let written = std::fs::read_to_string(config).unwrap();
     let published = folder.join("published.toml");
     std::fs::write(&published, &written[written.find("[features]").unwrap()..]).unwrap();
@@ -77,7 +77,7 @@ fn a_calibrated_camera_tells_directions_and_speeds() {
          {errors:.3?}; with the paper's layout {wrong_as_published}, {as_published:.3?}"
     );
     assert_eq!(wrong, 0);
-    // It is for frames of this size alone.
+    // It is valid only for frames of this size.
     let other = scene(
         &folder,
         "other.toml",
@@ -108,12 +108,12 @@ fn a_refusal_leaves_a_picture_and_no_configuration() {
     let message = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(
-        message.contains("found 22 spot(s) of light, expected 25 whiskers") && message.contains("seen.png shows"),
+        message.contains("found 22 spots of light, expected 25 whiskers") && message.contains("seen.png shows"),
         "{message}"
     );
     assert!(output.stdout.is_empty() && !Path::new(config).exists());
     assert!(std::fs::read(picture).unwrap().starts_with(b"\x89PNG"));
-    // Nothing is written over unasked, but the picture of a refusal that nobody named.
+    // Nothing is overwritten without --force, except the default picture of a refusal.
     for _ in 0..2 {
         let unnamed = run(&["calibrate", &source, "-o", config]);
         assert!(text(&unnamed.stderr).contains("found 22") && folder.join("wstac.refused.png").exists());

@@ -1,4 +1,4 @@
-//! The `wstac` command as people use it: its records to the letter, and how it ends on signals.
+//! Tests the `wstac` command as people use it: its exact records, and its end after signals.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, Command, Stdio};
@@ -63,7 +63,7 @@ fn a_signal_ends_a_pipe_that_goes_on_with_the_end_record() {
         let mut stdin = child.stdin.take().unwrap();
         stdin.write_all(b"YUV4MPEG2 W40 H40 F30:1 Cmono\nFRAME\n").unwrap();
         stdin.write_all(&[3; 1600]).unwrap();
-        // Half a frame more, and the pipe stays open.
+        // Another half frame, and the pipe stays open.
         stdin.write_all(b"FRAME\nhalf").unwrap();
         let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
         assert!(lines.next().unwrap().unwrap().contains(r#""frame":0"#));
@@ -91,7 +91,7 @@ fn a_source_error_is_told_even_if_nobody_reads_the_output() {
 
 #[test]
 fn a_raw_file_that_cannot_be_written_still_lets_the_stream_end() {
-    // A limit on the file's size, as a full disk would be: 100 000 bytes are less than a frame.
+    // A limit on the size of the file acts like a full disk: 100 000 bytes are less than a frame.
     let path = std::env::temp_dir().join(format!("wstac-limited-{}", std::process::id()));
     let script =
         format!("trap '' XFSZ; ulimit -f 100; exec \"$0\" run scene:Saw3@150 --json --save-raw {}", path.display());
@@ -113,7 +113,7 @@ fn a_budget_chooses_a_configuration_that_runs() {
     let [config, model] = ["wstac.toml", "model.wsm"].map(|name| folder.join(name).to_str().unwrap().to_owned());
     let lines = output(&["run", "scene:Saw3@150", "--json", "--config", &config, "--model", &model]);
     assert!(lines.iter().any(|line| line.contains(r#""texture":{"specimen":"#)), "{lines:?}");
-    // Once more, there is something to lose.
+    // The second time there is a file to overwrite.
     let again = |more: &[&str]| {
         let arguments = [&["trade", "--budget", "ram<16K,model=none", "--by", "direction", "-o", path], more].concat();
         Command::new(wstac()).args(arguments).output().unwrap()
@@ -122,7 +122,7 @@ fn a_budget_chooses_a_configuration_that_runs() {
     assert_eq!(refused.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("wstac.toml: exists already"));
     assert_eq!(again(&["--force"]).status.code(), Some(0));
-    // A choice without a model leaves none of an earlier one behind.
+    // A choice without a model removes the model of an earlier one.
     assert!(!folder.join("model.wsm").exists());
     assert!(std::fs::read_to_string(folder.join("build.txt")).unwrap().contains("WSTAC_PIXELS="));
     std::fs::remove_dir_all(&folder).unwrap();
@@ -233,7 +233,7 @@ fn a_figure_s_file_is_what_its_name_says() {
             output(&[arguments, &["-o", &path]].concat());
             let bytes = std::fs::read(&path).unwrap();
             assert!(bytes.starts_with(start) && bytes.len() > 5000, "{path}: {} bytes", bytes.len());
-            // There is something to lose.
+            // There is a file to overwrite.
             let again = Command::new(wstac()).args([arguments, &["-o", &path]].concat()).output().unwrap();
             assert!(String::from_utf8_lossy(&again.stderr).contains("exists already"));
         }
@@ -283,7 +283,7 @@ fn a_sensor_that_fails_leaves_the_others_to_their_ends() {
         said.contains("wstac: broken: ") && said.contains("truncated") && said.contains("1 of 2 sensors"),
         "{said}"
     );
-    // Nothing starts before all are open.
+    // Nothing starts before all sources are open.
     let none = run(&["cam:there=scene:Saw3@150", "cam:gone=nothing"]);
     assert_eq!((none.status.code(), none.stdout.len()), (Some(1), 0));
     for (sources, code) in [

@@ -1,4 +1,4 @@
-//! `wstac dataset`: what is in its file, how it goes on after a stop, and what it refuses.
+//! Tests `wstac dataset`: the content of its file, how it continues after a stop, and what it refuses.
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -16,7 +16,7 @@ fn dataset(sweep: &Path, output: &Path, more: &[&str]) -> Output {
     Command::new(wstac()).arg("dataset").arg(sweep).arg("-o").arg(output).args(more).output().unwrap()
 }
 
-/// What it says, where it ends well.
+/// Returns the messages of a run that must succeed.
 fn good(sweep: &Path, output: &Path, more: &[&str]) -> String {
     let done = dataset(sweep, output, more);
     let said = String::from_utf8(done.stderr).unwrap();
@@ -25,7 +25,7 @@ fn good(sweep: &Path, output: &Path, more: &[&str]) -> String {
     said
 }
 
-/// What it says, where it fails.
+/// Checks the messages of a run that must fail.
 fn bad(sweep: &Path, output: &Path, more: &[&str], parts: &[&str]) {
     let done = dataset(sweep, output, more);
     let said = String::from_utf8(done.stderr).unwrap();
@@ -39,7 +39,7 @@ fn number(bytes: &[u8], at: usize, length: usize) -> usize {
     bytes[at..at + length].iter().rev().fold(0, |sum, &byte| (sum << 8) | usize::from(byte))
 }
 
-/// Name, header and data of every array, by the archive's directory.
+/// Returns the name, header and data of every array, by the directory of the archive.
 fn arrays(npz: &[u8]) -> Vec<(String, String, Vec<u8>)> {
     let end = npz.len() - 22;
     assert_eq!(npz[end..end + 4], *b"PK\x05\x06");
@@ -140,7 +140,7 @@ fn samples_are_those_of_run() {
 
 #[test]
 fn a_signal_keeps_what_is_done_and_the_same_command_goes_on() {
-    // Rendered: long enough to be stopped on any machine.
+    // Rendered frames take long enough to be stopped on any machine.
     let folder = Folder::new("signal");
     let text = "slides = 4\n[scene]\nfidelity = \"rendered\"\n";
     let sweep = folder.file("s.toml", text);
@@ -160,17 +160,17 @@ fn a_signal_keeps_what_is_done_and_the_same_command_goes_on() {
         let done = child.wait_with_output().unwrap();
         let said = String::from_utf8(done.stderr).unwrap();
         assert_eq!(done.status.code(), Some(code), "{said}");
-        assert!(said.contains("stopped after") && said.contains("goes on from"), "{said}");
+        assert!(said.contains("stopped after") && said.contains("continues from"), "{said}");
         assert_eq!(folder.names(), ["a.npz.part", "s.toml"]);
     }
-    // The last record is cut off, as by a crash.
+    // The last record is cut off, like after a crash.
     let bytes = fs::read(&part).unwrap();
     fs::write(&part, &bytes[..bytes.len() - 7]).unwrap();
     let there = (bytes.len() - 16) / 1412 - 1;
     let other = folder.file("other.toml", format!("{text}noise = 2\n"));
     bad(&other, &output, &[], &["a.npz.part", "another sweep", "--force"]);
     let said = good(&sweep, &output, &[]);
-    assert!(said.contains(&format!("{there} of 40 slides are there already")), "{said}");
+    assert!(said.contains(&format!("{there} of 40 slides are already done")), "{said}");
     let at_once = folder.0.join("b.npz");
     good(&sweep, &at_once, &[]);
     assert!(fs::read(&output).unwrap() == fs::read(&at_once).unwrap());
@@ -188,7 +188,7 @@ fn what_cannot_be_used_is_refused_and_nothing_is_written_over() {
     assert!(fs::read(&output).unwrap().starts_with(b"PK"));
     let new = folder.0.join("b.npz");
     bad(&sweep, &folder.0, &["--force"], &["is a folder"]);
-    bad(&sweep, &folder.0.join("no/b.npz"), &[], &["no/b.npz: is in no folder that is there"]);
+    bad(&sweep, &folder.0.join("no/b.npz"), &[], &["no/b.npz: is in a folder that does not exist"]);
     bad(&folder.0.join("no.toml"), &new, &[], &["no.toml: No such file"]);
     let config = folder.file("c.toml", "[green]\nstride = 2\n");
     bad(&sweep, &new, &["--config", config.to_str().unwrap()], &["c.toml", "taxel sums"]);

@@ -1,4 +1,4 @@
-//! Slow drift (docs/DRIFT.md): a baseline that follows it beside one that is kept.
+//! Tests slow drift (docs/DRIFT.md): a baseline that follows it next to a fixed one.
 
 use std::fmt::Write;
 
@@ -11,12 +11,13 @@ use wstac_host::source::Source;
 use wstac_scene::source::SceneSource;
 use wstac_scene::{SceneConfig, Truth};
 
-/// Slides within the hour.
+/// The number of slides in the hour.
 const SLIDES: u32 = 30;
-/// Frames of an hour at 30 a second.
+/// The number of frames of an hour at 30 per second.
 const HOUR: u64 = 108_000;
 
-/// An hour of 30 slides, of every direction and of 100 to 190 mm/s; light leaks in, as much more a minute.
+/// Returns an hour of 30 slides of every direction and of 100 to 190 mm/s, with light that leaks in and grows by this
+/// much per minute.
 fn hour(leak_per_minute: f64) -> SceneConfig {
     let mut text = format!("fidelity = \"taxel\"\ngap = 3575\n[light]\nleak_per_minute = {leak_per_minute}\n");
     for slide in 0..SLIDES {
@@ -27,7 +28,7 @@ fn hour(leak_per_minute: f64) -> SceneConfig {
     SceneConfig::from_toml("an hour", &text).unwrap()
 }
 
-/// A scene's truth, its events, and how many frames it had.
+/// Returns the truth of a scene, its events, and its number of frames.
 fn read(script: &SceneConfig, config: &str) -> (Vec<Truth>, Vec<TactileEvent>, u64) {
     let mut source = SceneSource::new(script).unwrap();
     let config = Config::parse(config).unwrap();
@@ -45,7 +46,8 @@ fn read(script: &SceneConfig, config: &str) -> (Vec<Truth>, Vec<TactileEvent>, u
     (source.truth().to_vec(), events, frames)
 }
 
-/// The event of each slide: the first window that sees it fires, its sample starts at most 15 frames before the touch and at most 10 after it.
+/// Finds the event of each slide: the first window that sees it fires, and its sample starts at most 15 frames before
+/// the touch and at most 10 after it.
 fn of_slides(truth: &[Truth], events: &[TactileEvent]) -> Vec<Option<TactileEvent>> {
     let is_of = |truth: &Truth, event: &TactileEvent| {
         let start = truth.start_frame();
@@ -101,7 +103,7 @@ fn an_hour_of_drift_makes_a_kept_baseline_fire_and_a_followed_one_not() {
     assert!(same >= 24, "{same} of 30 durations are the same");
 }
 
-/// Pushes a level so often; whether anything fired.
+/// Pushes a level this many times, and returns whether anything fired.
 fn push<B: wstac_core::baseline_policy::BaselinePolicy>(trigger: &mut Trigger<B>, level: i16, frames: u32) -> bool {
     (0..frames).fold(false, |fired, _| {
         trigger.push([level; 10], false).is_some() || trigger.end().incomplete.is_some() || fired
@@ -118,7 +120,7 @@ fn no_difference_is_too_small_and_none_overshoots() {
             let from = trigger.baseline().unwrap().totals()[0];
             let to = 25 * i32::from(level);
             let mut before = from;
-            // After N windows e^-1 of the difference is left, after 8 N less than a unit of it.
+            // After N windows a fraction of e^-1 of the difference is left, after 8 N less than a unit of it.
             for window in 0..8 * windows {
                 assert!(!push(&mut trigger, level, 5));
                 let now = trigger.baseline().unwrap().totals()[0];
@@ -132,14 +134,14 @@ fn no_difference_is_too_small_and_none_overshoots() {
 
 #[test]
 fn what_rises_by_less_than_the_margin_in_its_time_constant_is_drift_and_nothing_faster() {
-    // A margin of 400 units of 2^-11 a frame; a rise of one unit every so many windows of 5 frames.
+    // A margin of 400 units of 2^-11 per frame, and a rise of one unit per this many windows of 5 frames.
     let config = TriggerConfig::new(5, 1.0, 10, Rule::Signed, 400.0 / 2048.0).unwrap();
     let fires = |units_a_window: i32| {
         let mut trigger = Trigger::with(config, 0, TrackingBaseline::new(64).unwrap());
         push(&mut trigger, -8000, 25);
         (1..=1000).any(|window| push(&mut trigger, (-8000 + units_a_window * window) as i16, 5))
     };
-    // 400 / 64 = 6.25 units a window; the rise is seen a window after it is.
+    // 400 / 64 = 6.25 units per window. The rise is seen one window late.
     assert!(!fires(5) && !fires(6) && fires(7) && fires(8));
     let mut kept = Trigger::with(config, 0, FixedBaseline);
     push(&mut kept, -8000, 25);
@@ -151,7 +153,8 @@ fn a_baseline_moves_by_no_more_than_the_margin_in_its_time_constant() {
     let config = TriggerConfig::new(5, 1.0, 10, Rule::Signed, 0.2).unwrap();
     let mut trigger = Trigger::with(config, 0, TrackingBaseline::new(16).unwrap());
     push(&mut trigger, -8000, 25);
-    // Something covers the light: 6000 units a frame lower. The margin is 409.6 units a frame, 10240 of a total.
+    // Something covers the light, which falls by 6000 units per frame. The margin is 409.6 units per frame, 10240 of a
+    // total.
     let mut before = trigger.baseline().unwrap().totals()[0];
     for _ in 0..100 {
         push(&mut trigger, -14_000, 5);
@@ -168,7 +171,7 @@ fn windows_after_an_event_are_left_out() {
     push(&mut trigger, 0, 5);
     push(&mut trigger, -8000, 65);
     let before = *trigger.baseline().unwrap();
-    // Seven windows of five frames, a little brighter; the eighth moves it.
+    // Seven windows of five frames, slightly brighter; the eighth moves the baseline.
     push(&mut trigger, -7900, 35);
     assert_eq!(*trigger.baseline().unwrap(), before);
     push(&mut trigger, -7900, 5);

@@ -1,4 +1,5 @@
-//! First frames of samples: the same numbers as the whole sample has, once, as soon as they are there.
+//! Tests the first frames of samples: they are equal to those of the whole sample, and come once, as soon as they have
+//! arrived.
 
 use std::collections::HashMap;
 
@@ -13,7 +14,7 @@ use wstac_core::trigger::{Rule, Trigger, TriggerConfig};
 use wstac_tests::OwnedEvent;
 use wstac_tests::random::Random;
 
-/// A dark stream that lights up now and then.
+/// Returns a dark stream that sometimes lights up.
 fn stream(frames: usize, random: &mut Random) -> Vec<Features> {
     let mut bright = 0;
     (0..frames)
@@ -51,7 +52,7 @@ fn beginnings_are_those_of_the_events_and_come_once_and_in_time() {
                         assert!(beginning[numbers..].iter().all(|&number| number == 0));
                         compared += 1;
                     }
-                    // A beginning is missing where there is none, or where the rest came at once.
+                    // A prefix is missing only if the sample has no such prefix, or if the rest came at once.
                     None => assert!(is_lossy || wanted >= 70 || window + backtrack >= 70),
                 }
             }
@@ -71,7 +72,7 @@ fn beginnings_are_those_of_the_events_and_come_once_and_in_time() {
     assert!(compared > 1_000 && interrupted > 10, "{compared} {interrupted}");
 }
 
-/// A pipeline for sums of one pixel a taxel, and the sums that give dark and bright frames.
+/// Returns a pipeline for sums of one pixel per taxel, and the sums of dark and bright frames.
 fn pipeline(config: TriggerConfig) -> Pipeline {
     let layout = Layout::paper(FrameSize::new(10, 10).unwrap()).unwrap();
     Pipeline::builder(FrameGeometry::new(Gray, layout, FrameRate::NOMINAL).unwrap()).trigger(config).build().unwrap()
@@ -152,7 +153,7 @@ fn sums_of_the_last_frame_are_there_until_the_next_begins_or_is_lost() {
     pipeline.push_frame(&[7; 100]).unwrap();
     let sums = pipeline.taxels().unwrap();
     assert!(sums.iter().all(|&sum| sum == 7 * pipeline.geometry().pixels()));
-    // No rows begin no frame, and bytes that are refused change nothing.
+    // An empty stripe starts no frame, and refused bytes change nothing.
     assert!(pipeline.push_stripe(&[]).unwrap().frame().is_none());
     assert!(pipeline.push_frame(&[9; 99]).is_err() && pipeline.push_stripe(&[9; 101]).is_err());
     assert_eq!(pipeline.taxels(), Some(sums));
@@ -180,7 +181,7 @@ fn an_events_sample_stays_among_the_last_frames_for_a_while() {
     let mut compared = 0;
     for _ in 0..100 {
         let mut trigger = Trigger::new(TriggerConfig::default());
-        // The last event's first frame and sample.
+        // The first frame and the sample of the last event.
         let mut last: Option<(u64, Vec<Features>)> = None;
         for features in stream(900, &mut random) {
             if random.below(30) == 0 {
@@ -192,7 +193,7 @@ fn an_events_sample_stays_among_the_last_frames_for_a_while() {
             let Some((first, sample)) = &last else { continue };
             let (end, recent) = trigger.recent();
             let recent: Vec<_> = recent.frames().copied().collect();
-            // So many frames have come since the sample's last one.
+            // This many frames have come since the last one of the sample.
             let since = (end - first - 70) as usize;
             if since < 70 {
                 assert_eq!(recent[..70 - since], sample[since..], "{since} frames after the event");

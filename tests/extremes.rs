@@ -1,4 +1,4 @@
-//! The ends of every range of light and of sizes. Each test names an extreme and what is guaranteed there.
+//! Tests the ends of every range of light and of sizes. Each test names an extreme and what is guaranteed there.
 
 use wstac_core::error::Error;
 use wstac_core::features::{FeatureScale, Features, Floor};
@@ -25,7 +25,7 @@ fn any(format: PixelFormat) -> Any {
     Any::new(format, FULL_RANGE, YcbcrMethod::Exact)
 }
 
-/// The bytes of a picture that is black (or white) everywhere.
+/// Returns the bytes of a picture that is black (or white) everywhere.
 fn uniform(format: PixelFormat, width: u32, height: u32, white: bool) -> Vec<u8> {
     use PixelFormat as F;
     let luma = if white { 255 } else { 0 };
@@ -45,7 +45,7 @@ fn features_of<G: GreenChannel, L: Ln>(camera: FrameGeometry<G>, floor_levels: f
 
 // Light.
 
-/// All black: every feature is the floor, of every format and kernel; nothing fires, nothing panics.
+/// All black: every feature is the floor, with every format and kernel. Nothing fires, and nothing panics.
 #[test]
 fn all_black_is_the_floor_and_no_event() {
     for format in formats::all() {
@@ -68,7 +68,7 @@ fn all_black_is_the_floor_and_no_event() {
     }
 }
 
-/// One count in one pixel: it is seen wherever in its taxel it is, by that taxel only, and not next to it.
+/// One count in one pixel: only the taxel of the pixel sees it, wherever the pixel is in it.
 #[test]
 fn one_count_in_one_pixel_is_one_in_one_sum() {
     let layout = Layout::paper(size(80, 80)).unwrap();
@@ -102,7 +102,7 @@ fn one_count_in_one_pixel_is_one_in_one_sum() {
     assert_eq!(features_of::<Y16, Fixed>(camera, 0.0, &bytes), expected);
 }
 
-/// All saturated: sums are A · G exactly and every feature is ln 5, of every format, method and kernel.
+/// All saturated: sums are exactly A · G, and every feature is ln 5, with every format, method and kernel.
 #[test]
 fn all_saturated_is_ln_5() {
     for format in formats::all() {
@@ -120,7 +120,7 @@ fn all_saturated_is_ln_5() {
     }
 }
 
-/// Words above full scale (a driver's padding bits): they count as full scale, and no sum exceeds A · G.
+/// Words above full scale (padding bits of a driver) count as full scale, and no sum exceeds A · G.
 #[test]
 fn words_above_full_scale_count_as_full_scale() {
     let layout = stacked(size(3, 3), [3, 3], [0, 0]);
@@ -144,7 +144,7 @@ fn words_above_full_scale_count_as_full_scale() {
 
 // Sizes.
 
-/// Taxels of one pixel (for mosaics one cell): each reads exactly its own.
+/// Taxels of one pixel (of one cell in mosaics): each reads exactly its own.
 #[test]
 fn one_pixel_taxels_read_their_own_pixel() {
     let mut corners = [[0; 2]; 25];
@@ -169,7 +169,7 @@ fn one_pixel_taxels_read_their_own_pixel() {
     }
 }
 
-/// Taxels as large as the frame, all on the same place: each sums the whole frame, with every stride.
+/// Taxels as large as the frame, all at the same place: each sums the whole frame, with every stride.
 #[test]
 fn whole_frame_taxels_sum_the_whole_frame() {
     let layout = stacked(size(31, 17), [31, 17], [0, 0]);
@@ -184,7 +184,7 @@ fn whole_frame_taxels_sum_the_whole_frame() {
     }
 }
 
-/// Frames of 1 × 1 to 16384 × 16384 pixels are taken, down to the last pixel; 0 and 16385 are refused.
+/// Frames of 1 × 1 to 16384 × 16384 pixels are accepted, down to the last pixel; 0 and 16385 are refused.
 #[test]
 fn frame_sizes_from_1_to_16384() {
     for (width, height) in [(0, 1), (1, 0), (16_385, 1), (1, 16_385), (u32::MAX, u32::MAX), (65_536, 65_536)] {
@@ -211,7 +211,8 @@ fn frame_sizes_from_1_to_16384() {
     );
 }
 
-/// 5 · A · G at the end of 32 bits: accepted and exact up to it, refused beyond it, when built.
+/// 5 · A · G at the end of 32 bits: it is accepted and exact up to there, and refused beyond when the geometry is
+/// built.
 #[test]
 fn five_taxels_at_the_end_of_32_bits() {
     fn check<G: GreenChannel + core::fmt::Debug>(green: G, fits: [u16; 2], too_large: [u16; 2]) {
@@ -227,7 +228,7 @@ fn five_taxels_at_the_end_of_32_bits() {
         let full = camera.pixels() * camera.full_scale();
         assert_eq!(TaxelSums::new(camera).push_frame(&bytes).unwrap(), [full; 25]);
         assert_eq!(features_of::<G, Fixed>(camera, 0.5, &bytes), [3296; 10], "ln 5");
-        // Too large for two frames added up, and refused then, too.
+        // Too large for two frames added up, so also refused then.
         let doubled = FrameGeometry::new(green, stacked(frame, fits, [0, 0]), FrameRate::new(60, 1).unwrap());
         assert!(matches!(doubled, Err(Error::SumTooLarge { frames: 2, .. })));
     }
@@ -253,7 +254,7 @@ fn five_taxels_at_the_end_of_32_bits() {
     assert!(matches!(refused, Err(Error::SumTooLarge { frames: 143_165_577, .. })));
 }
 
-/// Rows as far apart as a number can say: no size overflows, and no frame is long enough.
+/// Rows as far apart as a number allows: no size overflows, and no frame is long enough.
 #[test]
 fn four_gigabytes_from_row_to_row() {
     for format in formats::all() {
@@ -288,8 +289,8 @@ fn the_32_bit_limit_counts_what_the_stride_counts() {
     }
 }
 
-/// A frame that stops in the middle of its stripes: the next whole frame is refused until it is given up, which keeps
-/// its place in time.
+/// A frame that stops in the middle of its stripes: the next whole frame is refused until the first is abandoned, which
+/// keeps its place in time.
 #[test]
 fn a_frame_that_stops_in_its_stripes_can_be_given_up() {
     let camera = FrameGeometry::new(Gray, Layout::paper(size(40, 40)).unwrap(), FrameRate::NOMINAL).unwrap();

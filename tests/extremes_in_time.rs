@@ -1,4 +1,4 @@
-//! The ends of every range of the trigger and of time. Each test names an extreme and what is guaranteed there.
+//! Tests the ends of every range of the trigger and of time. Each test names an extreme and what is guaranteed there.
 
 use wstac_core::error::Error;
 use wstac_core::green::gray::Gray;
@@ -19,7 +19,7 @@ fn trigger(window: u32, backtrack: u32, rule: Rule, multiplier: f64) -> Trigger 
 // Trigger.
 
 /// Window and backtrack at both ends: the first window starts at 5m, the sample at t − c, and the event comes with the
-/// sample's last frame.
+/// last frame of the sample.
 #[test]
 fn window_and_backtrack_at_both_ends() {
     for (m, c) in [(1, 0), (1, 5), (5, 25), (11, 55), (12, 58), (35, 35), (69, 1), (70, 0)] {
@@ -50,8 +50,8 @@ fn window_and_backtrack_at_both_ends() {
     }
 }
 
-/// The multiplier's ends: 0 (literal) fires on any positive sum and no other; 1 (signed) leaves the margin alone; the
-/// largest never fires where there is a baseline.
+/// The multiplier's ends: 0 (literal) fires on any positive sum and on no other; 1 (signed) leaves only the margin; the
+/// largest never fires if there is a baseline.
 #[test]
 fn multiplier_at_both_ends() {
     let fires = |rule, b, base: i16, level: i16| {
@@ -73,8 +73,8 @@ fn multiplier_at_both_ends() {
     }
 }
 
-/// η zero, tiny, hugely negative and positive, in both rules: the thresholds are those worked out by hand, the window
-/// sum at the threshold does not fire and the next one does.
+/// η zero, tiny, hugely negative and positive, in both rules: the thresholds are those computed by hand, the window sum
+/// at the threshold does not fire, and the next one does.
 #[test]
 fn eta_at_its_extremes_in_both_rules() {
     // b = 1.25 and 0.75, margin 0.2 (13107 / 65536), m = 5: margin alone is 5 · 2048 · 13107/65536 = 2047.96875.
@@ -103,7 +103,7 @@ fn eta_at_its_extremes_in_both_rules() {
             let case = format!("{rule:?} {b} total {total}");
             assert_eq!(trigger.baseline().unwrap().totals(), &[total; 10], "{case}");
             assert_eq!(trigger.thresholds().unwrap(), &[threshold; 10], "{case}");
-            // A window of exactly the threshold, then of one more, where five features can add up to that.
+            // A window of exactly the threshold, then of one more, if five features can add up to that.
             let sum = (threshold + extra).max(5 * i32::from(i16::MIN));
             let (each, rest) = (sum.div_euclid(5), sum.rem_euclid(5));
             for frame in 0..5 {
@@ -142,8 +142,8 @@ fn streams_around_2_to_the_32_and_33() {
     }
 }
 
-/// Losses of up to 2^64 − 1 frames at every phase, twice: frame numbers stay at the end of all numbers, samples that
-/// were open are reported, and the trigger goes on.
+/// Losses of up to 2^64 − 1 frames at every phase, twice: frame numbers stay at the largest number, open samples are
+/// reported, and the trigger continues.
 #[test]
 fn losses_up_to_the_largest_number() {
     for at in 1..130 {
@@ -168,7 +168,7 @@ fn losses_up_to_the_largest_number() {
             assert_eq!(trigger.end().frames, u64::MAX);
         }
     }
-    // Above 45 frames a second losses are counted in groups first.
+    // Above 45 frames per second, losses are first counted in groups.
     for fps in [30, 60, 1000] {
         let layout = stacked(size(2, 2), [1, 1], [0, 0]);
         let camera = FrameGeometry::new(Gray, layout, FrameRate::new(fps, 1).unwrap()).unwrap();
@@ -189,8 +189,8 @@ fn losses_up_to_the_largest_number() {
 
 // Time.
 
-/// Frame rates of 1 to 1000 a second, and the odd ones: round(fps / 30) frames are added above 45, 1 up to there; the
-/// features of a still picture do not depend on it, and time runs in feature frames.
+/// Frame rates of 1 to 1000 per second, and unusual ones: round(fps / 30) frames are added up above 45, and 1 below.
+/// The features of a still picture do not depend on the rate, and time runs in feature frames.
 #[test]
 fn frame_rates_from_1_to_1000() {
     let odd = [(30_000, 1001), (60_000, 1001), (45_000, 1001), (2997, 100), (5994, 100), (45_001, 1000), (1, 60)];
@@ -253,7 +253,8 @@ fn drop_patterns_from_none_to_all() {
         assert!(events[0].frames_filled.abs_diff(filled) <= 1, "{name}: {} filled", events[0].frames_filled);
         assert_eq!(events[0].reliable, filled <= 7, "{name}");
     }
-    // All: nothing has arrived, so there is no time; all but the first: a baseline of it, never reliable, no event.
+    // All lost: nothing has arrived, so there is no time. All but the first lost: its baseline is never reliable, and
+    // there is no event.
     let mut trigger = trigger(5, 10, Rule::Signed, 1.2);
     (0..300).for_each(|_| trigger.push_lost(1));
     assert!(trigger.finish().is_none());
@@ -265,8 +266,8 @@ fn drop_patterns_from_none_to_all() {
     assert_eq!((end.frames, end.baseline_complete, end.baseline_quiet, end.incomplete), (301, true, false, None));
 }
 
-/// 7 and 8 frames lost in a row at every phase: 7 are filled and every event stays where it was; 8 interrupt a sample,
-/// spoil a baseline, or start windows afresh. Never does time shift.
+/// 7 and 8 frames lost in a row at every phase: 7 are filled, and every event stays at its place; 8 interrupt a sample,
+/// spoil a baseline, or restart windows. Time never shifts.
 #[test]
 fn seven_and_eight_lost_in_a_row_at_every_phase() {
     const FRAMES: u64 = 300;
@@ -291,12 +292,12 @@ fn seven_and_eight_lost_in_a_row_at_every_phase() {
             let context = format!("{gap} lost at {at}");
             assert_eq!(trigger.end().baseline_quiet, gap == 7 || at >= 25, "{context}");
 
-            // What is lit, as the trigger saw it: fills repeat the last frame.
+            // The light as the trigger saw it: fills repeat the last frame.
             let seen = |frame: u64| if (at..at + gap).contains(&frame) { bright(at - 1) } else { bright(frame) };
             let fires = |t: u64| (t..t + 5).any(seen);
             let windows_after = |start: u64| (start..=FRAMES - 5).step_by(5).find(|&t| fires(t));
             if gap == 8 && (65..120).contains(&at) {
-                // The window at 60 had fired: its sample is cut off, and what is lit afterwards makes one of its own.
+                // The window at 60 had fired: its sample is cut off, and later light makes a new one.
                 assert_eq!(interrupted, [InterruptedSample { frame: 50, frames: (at - 50) as u8 }], "{context}");
                 let expected: Vec<u64> = windows_after(at + 8).map(|t| t - 10).into_iter().collect();
                 assert_eq!(events.iter().map(|event| event.frame).collect::<Vec<_>>(), expected, "{context}");
@@ -320,7 +321,7 @@ fn seven_and_eight_lost_in_a_row_at_every_phase() {
     }
 }
 
-/// The last frames of a stream lost: 7 can complete a sample, 8 leave it incomplete, and the end counts them.
+/// The last frames of a stream are lost: 7 can complete a sample, 8 leave it incomplete, and the end counts them.
 #[test]
 fn losses_at_the_very_end() {
     for arrived in 100..=125_u64 {

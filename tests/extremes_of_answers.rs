@@ -1,4 +1,5 @@
-//! The ends of every range of answers and of real parameters. Each test names an extreme and what is guaranteed there.
+//! Tests the ends of every range of answers and of real parameters. Each test names an extreme and what is guaranteed
+//! there.
 
 use wstac_core::baseline::Baseline;
 use wstac_core::direction::{self, Unclear};
@@ -11,10 +12,10 @@ use wstac_core::speed::{self, Law, NoSpeed, SpeedConfig, ThresholdOn};
 use wstac_core::trigger::{Event, Rule, TriggerConfig};
 use wstac_tests::extreme::{DARK, feature};
 
-/// What numbers can be wrong in: refused or harmless everywhere.
+/// Values that are wrong for real numbers: refused or harmless everywhere.
 const NOT_NUMBERS: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
 
-/// What `answer` says of a sample that is lit over `lit`, above a dark baseline.
+/// Returns what `answer` gives for a sample that is lit over `lit`, above a dark baseline.
 fn with_event<T>(lit: core::ops::Range<usize>, answer: impl Fn(&Event<'_>) -> T) -> T {
     let mut frames = [[DARK; 10]; 70];
     frames[lit].fill([-2000; 10]);
@@ -76,12 +77,12 @@ fn speed_laws_at_their_poles() {
     assert_eq!(paper(151.06, f32::MIN_POSITIVE).speed(10.0), None);
     assert_eq!(paper(f32::MIN, 56.29).speed(10.0), None);
     assert!(paper(151.06, f32::MAX).speed(10.0).is_some_and(|mm_s| (mm_s - 1.0).abs() < 1e-6));
-    // One frame a second: 30 nominal frames each, so one frame of difference is 30.
+    // One frame per second: 30 nominal frames each, so one frame of difference is 30.
     let slow = FrameRate::new(1, 1).unwrap();
     let speed = answer(Law::PUBLISHED, slow, 20..22).unwrap();
     assert!((f64::from(speed.mm_s) / 10_f64.powf((151.06 - 30.0) / 56.29) - 1.0).abs() < 1e-5, "{speed:?}");
-    // The slowest rate that can be said, over the longest sample: no overflow, and a speed too small for 32 bits is
-    // no answer rather than 0.
+    // The slowest possible rate over the longest sample: no overflow, and a speed that is too small for 32 bits is no
+    // answer instead of 0.
     let slowest = FrameRate::new(1, u32::MAX).unwrap();
     assert_eq!(answer(Law::PUBLISHED, slowest, 1..69), Err(NoSpeed::OutsideLaw));
     assert!(answer(law, slowest, 1..69).is_ok_and(|speed| speed.mm_s > 0.0 && speed.extrapolated));
@@ -176,7 +177,7 @@ fn not_numbers_are_refused_or_harmless() {
     }
 }
 
-/// A recorded baseline and sample that no sensor can have made: answers, but no overflow.
+/// A recorded baseline and sample that no sensor can produce: answers, but no overflow.
 #[test]
 fn recorded_numbers_that_no_sensor_makes() {
     let frames: [Features; 70] = core::array::from_fn(|frame| [if frame % 2 == 0 { i16::MIN } else { i16::MAX }; 10]);

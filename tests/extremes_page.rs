@@ -1,4 +1,4 @@
-//! The page of extremes names tests: each is there and runs, and no test of extremes is left out.
+//! Tests that every test on the page of extremes exists and runs, and that the page names every test of extremes.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -12,8 +12,8 @@ fn text(path: &str) -> String {
     fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
-/// The tests of a file: names of functions with `#[test]`, or so within `proptest!`, that are neither ignored nor left out by a
-/// `#[cfg]`, in whatever order the attributes are.
+/// Returns the tests of a file: names of functions with `#[test]`, also within `proptest!`, that are neither ignored
+/// nor left out by a `#[cfg]`, whatever the order of the attributes.
 fn tests_of(source: &str) -> BTreeSet<&str> {
     let (mut is_test, mut is_left_out) = (false, false);
     let mut tests = BTreeSet::new();
@@ -30,7 +30,7 @@ fn tests_of(source: &str) -> BTreeSet<&str> {
     tests
 }
 
-/// Whether a source declares a module, public or not.
+/// Returns whether a source declares a module, public or not.
 fn declares(source: &str, module: &str) -> bool {
     source.lines().map(str::trim).any(|line| {
         let private = line.strip_prefix("pub ").or_else(|| line.strip_prefix("pub(crate) ")).unwrap_or(line);
@@ -38,7 +38,7 @@ fn declares(source: &str, module: &str) -> bool {
     })
 }
 
-/// Whether a file below a crate's `src` is the crate's root, or declared by a module that is within it.
+/// Returns whether a file below a crate's `src` is the root of the crate, or declared by a module of it.
 fn is_module(path: &str) -> bool {
     let Some((folder, name)) = path.rsplit_once('/') else { return false };
     let stem = name.strip_suffix(".rs").unwrap_or_default();
@@ -54,7 +54,7 @@ fn is_module(path: &str) -> bool {
     parents.iter().any(|parent| root().join(parent).exists() && declares(&text(parent), stem) && is_module(parent))
 }
 
-/// Whether a file of `tests/` is declared as a test, or a module of one that is.
+/// Returns whether a file of `tests/` is declared as a test, or a module of one that is.
 fn is_declared_test(path: &str) -> bool {
     let manifest = text("tests/Cargo.toml");
     let entry = |path: &str| {
@@ -66,10 +66,10 @@ fn is_declared_test(path: &str) -> bool {
     entry(path) || entry(&main) && declares(&text(&main), name.strip_suffix(".rs").unwrap_or_default())
 }
 
-/// Whether `cargo test --workspace` gets to a file.
+/// Returns whether `cargo test --workspace` reaches a file.
 fn is_run(path: &str) -> bool {
     if let Some(name) = path.strip_prefix("wstac-core/tests/") {
-        // Cargo finds these by itself.
+        // Cargo finds these without a declaration.
         return !name.contains('/') && !text("wstac-core/Cargo.toml").contains("autotests");
     }
     if path.starts_with("tests/") {
@@ -83,7 +83,8 @@ fn is_run(path: &str) -> bool {
     member.is_some_and(|member| members.is_some_and(|all| all.contains(&member))) && is_module(path)
 }
 
-/// The page's rows of four cells, without those of headings; what is measured between its marks is of another kind.
+/// Returns the rows of the page that have four cells, without headings. Measured numbers between marks are of another
+/// kind.
 fn rows_of(page: &str) -> Vec<Vec<&str>> {
     let mut is_measured = false;
     let mut rows = Vec::new();
@@ -132,7 +133,7 @@ fn a_row_that_lacks_a_cell_is_found() {
 fn every_line_names_a_test_that_runs_and_no_extreme_is_left_out() {
     let page = text("docs/EXTREMES.md");
     let scripts = [text("ci/test"), text("ci/long")];
-    // Lanes of the first and parts of the second: name=(stage …).
+    // Lanes of the first, and parts of the second: name=(stage …).
     let lanes = scripts.iter().flat_map(|script| script.lines());
     let lanes = lanes.filter_map(|line| line.split_once("=(")?.1.strip_suffix(')'));
     let stages: BTreeSet<&str> = lanes.flat_map(str::split_whitespace).chain(["long"]).collect();

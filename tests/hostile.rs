@@ -1,4 +1,4 @@
-//! Hostile inputs to the `wstac` command: each is answered by a clear message, the right exit code, and no panic.
+//! Tests hostile inputs to the `wstac` command: each gives a clear message, the right exit code, and no panic.
 
 use std::fs;
 use std::io::Write;
@@ -7,16 +7,16 @@ use std::process::{Command, Stdio};
 
 use wstac_tests::command::wstac;
 
-/// What a run is given, and what it must answer.
+/// The input of a run, and the expected result.
 struct Case {
     name: &'static str,
     arguments: Vec<String>,
     stdin: Vec<u8>,
-    /// Exit code.
+    /// The exit code.
     code: i32,
     /// Parts of the message on standard error.
     says: Vec<&'static str>,
-    /// Whether the stream had started, so that the end record must be there.
+    /// Whether the stream had started, so that there must be an end record.
     ended: bool,
 }
 
@@ -25,7 +25,7 @@ fn case(name: &'static str, arguments: &[&str], code: i32, says: &[&'static str]
     Case { name, arguments, stdin: Vec::new(), code, says: says.to_vec(), ended: false }
 }
 
-/// A Y4M stream on standard input.
+/// Creates a case with a Y4M stream on standard input.
 fn y4m(name: &'static str, stream: &[u8], code: i32, says: &[&'static str]) -> Case {
     Case { stdin: stream.to_vec(), ..case(name, &["run", "-", "--json"], code, says) }
 }
@@ -34,14 +34,14 @@ fn y4m_that_ends(name: &'static str, stream: &[u8], code: i32, says: &[&'static 
     Case { ended: true, ..y4m(name, stream, code, says) }
 }
 
-/// A configuration file beside a valid stream.
+/// Creates a case with a configuration file and a valid stream.
 fn config(dir: &Path, name: &'static str, text: &[u8], says: &[&'static str]) -> Case {
     let path = dir.join(format!("{}.toml", name.replace(' ', "-")));
     fs::write(&path, text).unwrap();
     Case { stdin: frames(2), ..case(name, &["run", "-", "--json", "--config", path.to_str().unwrap()], 1, says) }
 }
 
-/// `count` dark gray frames of 40 × 40 pixels.
+/// Returns `count` dark gray frames of 40 × 40 pixels.
 fn frames(count: usize) -> Vec<u8> {
     let mut stream = b"YUV4MPEG2 W40 H40 F30:1 Cmono\n".to_vec();
     for _ in 0..count {
@@ -182,7 +182,7 @@ fn hostile_inputs_get_a_clear_message_and_the_right_exit_code() {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        // A program that refuses its input early closes the pipe: that is its right.
+        // A program may refuse its input early, which closes the pipe.
         let _ = child.stdin.take().unwrap().write_all(&case.stdin);
         let output = child.wait_with_output().unwrap();
         let (stdout, stderr) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));

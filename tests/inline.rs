@@ -1,4 +1,4 @@
-//! Models as Rust: what is generated compiles without a warning, cannot panic, and answers as the model file does.
+//! Tests models as Rust code: it compiles without a warning, cannot panic, and answers like the model file.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -15,7 +15,7 @@ use wstac_train::model::inline::source;
 use wstac_train::model::trained::{Boosted, Kind, Linear, Node, Row, Score, Trained, Tree, file_order};
 use wstac_train::model::write::{Leaves, Options, write};
 
-/// Runs rustc in a folder; what it says is an error.
+/// Runs rustc in a folder. Any message of it is an error.
 fn rustc(folder: &Folder, arguments: &[&str]) {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let done = Command::new(rustc).args(arguments).args(["--edition", "2024"]).current_dir(&folder.0).output().unwrap();
@@ -23,15 +23,15 @@ fn rustc(folder: &Folder, arguments: &[&str]) {
     assert!(done.status.success() && said.is_empty(), "{said}");
 }
 
-/// Models in a crate without std, as an application would have them, and a program that answers samples from its standard input
-/// with each of them.
+/// Models in a crate without std, like in an application, and a program that reads samples from its standard input and
+/// applies each model.
 struct Crate {
     folder: Folder,
     models: usize,
 }
 
 impl Crate {
-    /// Overflow checks are on: nothing that is generated may need them to be off.
+    /// Overflow checks are on: generated code must not need them off.
     fn new(name: &str, sources: &[String], optimization: &str) -> Self {
         let folder = Folder::new(name);
         let mut root =
@@ -60,13 +60,13 @@ impl Crate {
         Self { folder, models: sources.len() }
     }
 
-    /// Whether its machine code names anything of core's panics.
+    /// Returns whether its machine code refers to the panics of core.
     fn can_panic(&self) -> bool {
         let code = fs::read(self.folder.0.join("models.o")).unwrap();
         code.windows(9).any(|part| part == b"panicking")
     }
 
-    /// What each model answers to each sample.
+    /// Returns the answer of each model to each sample.
     fn answers(&self, samples: &[[i16; INPUTS]]) -> Vec<Vec<u8>> {
         let bytes: Vec<u8> = samples.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
         self.folder.file("samples", "");
@@ -84,7 +84,7 @@ fn model(classes: usize, kind: Kind) -> Trained {
     Trained { labels, task: Task::Other, inputs: INPUTS, kind, remarks: Vec::new() }
 }
 
-/// A random tree of so many splits.
+/// Returns a random tree with this many splits.
 fn tree<L>(random: &mut Random, splits: usize, mut leaf: impl FnMut(&mut Random) -> L) -> Tree<L> {
     let mut nodes = vec![Node::Leaf(leaf(random))];
     let mut leaves = vec![0];
@@ -98,7 +98,7 @@ fn tree<L>(random: &mut Random, splits: usize, mut leaf: impl FnMut(&mut Random)
     Tree { nodes }
 }
 
-/// A split whose threshold is anywhere, or, as most are, around a place where many are.
+/// Returns a split. Most thresholds are near a value that many share; the others are anywhere.
 fn split<L>(random: &mut Random, left: usize, right: usize) -> Node<L> {
     let threshold = match random.below(4) {
         0 => random.below(66_000) as f64 - 33_000.0,
@@ -109,13 +109,13 @@ fn split<L>(random: &mut Random, left: usize, right: usize) -> Node<L> {
     Node::Split { input, threshold: (threshold + random.below(2) as f64 * 0.5) / 2048.0, strict, left, right }
 }
 
-/// A tree as deep as it has splits; every other one goes on at the right.
+/// Returns a tree whose depth is its number of splits; every other one continues on the right.
 fn chain(random: &mut Random, splits: usize) -> Tree<Vec<(u16, f64)>> {
     let mut nodes = Vec::new();
     for number in 0..splits {
         let (leaf, next) = (2 * number + 1, 2 * number + 2);
         let (left, right) = if number % 2 == 0 { (leaf, next) } else { (next, leaf) };
-        // Samples go far down: most thresholds are where the next one is taken.
+        // Samples go far down: most thresholds lead to the next split.
         let end = if number % 2 == 0 { -32_768.0 } else { 32_767.0 };
         let near = random.below(if number % 50 == 0 { 65_536 } else { 40 }) as f64 + 1.0;
         let threshold = (if number % 2 == 0 { end + near } else { end - near }) / 2048.0;
@@ -130,7 +130,7 @@ fn pure(classes: u64) -> impl Fn(&mut Random) -> Vec<(u16, f64)> {
     move |random| vec![(random.below(classes) as u16, 1.0)]
 }
 
-/// Random samples; half of their numbers are exactly on thresholds of the models, one below or one above.
+/// Returns random samples. Half of their numbers are exactly on thresholds of the models, one below or one above.
 fn samples(random: &mut Random, models: &[Trained], count: usize) -> Vec<[i16; INPUTS]> {
     let mut thresholds = vec![Vec::new(); INPUTS];
     let mut add = |input: usize, threshold: f64| {
@@ -173,7 +173,7 @@ fn text(model: &Trained, options: Options) -> String {
     source(model, "trained \"file\"\n", "a trainer", options).unwrap().text
 }
 
-/// Answers of generated Rust are those of model files; all of them are given.
+/// Checks that generated Rust answers like model files, and that every answer occurs.
 fn same_answers(
     name: &str,
     models: &[Trained],
@@ -195,7 +195,7 @@ fn same_answers(
     (made, answers)
 }
 
-/// That a model's answers are not all the same, so that to compare them says something.
+/// Checks that the answers of a model differ, so that the comparison is meaningful.
 fn assert_different(answers: &[Vec<u8>], model: usize) {
     assert!(answers.iter().any(|answer| answer[model] != answers[0][model]), "model {model}");
 }
@@ -210,7 +210,7 @@ fn forests_answer_as_tables_do() {
         };
         model(classes as usize, Kind::Forest((0..trees).map(tree).collect()))
     };
-    // Votes that share registers, one tree, an odd number of trees, votes of their own for too many classes or trees.
+    // Votes in shared registers, one tree, an odd number of trees, and separate votes for many classes or trees.
     let mut models = vec![
         forest(40, 120, 10),
         forest(1, 30, 4),
@@ -227,7 +227,7 @@ fn forests_answer_as_tables_do() {
         vec![(first, part / of), (first + 1, 1.0 - part / of)]
     };
     models.push(model(9, Kind::Forest((0..15).map(|_| tree(&mut random, 60, mixed)).collect())));
-    // Every class tied; trees of one leaf.
+    // All classes tie; trees of one leaf.
     let leaf = |class: u16| Tree { nodes: vec![Node::Leaf(vec![(class, 1.0)])] };
     models.push(model(5, Kind::Forest(vec![leaf(4), leaf(2), leaf(3), leaf(1)])));
     models.push(model(
@@ -269,7 +269,7 @@ fn boosted_trees_answer_as_tables_do() {
         boosted(1, 40, 14, false),
         boosted(3, 0, 1, true),
         boosted(4, 5, 1, false),
-        // More splits for one score than go into one function.
+        // More splits for one score than one function has.
         boosted(2, 8, 1500, false),
     ];
     for leaves in [Leaves::Auto, Leaves::Int16, Leaves::Float32] {

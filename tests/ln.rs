@@ -1,15 +1,15 @@
-//! The logarithm on every integer that the paper layouts can ask for, against 64-bit floating point (SPEC §2).
+//! Tests the logarithm on every integer that the published layouts can have, against 64-bit floating point (SPEC §2).
 
 use wstac_core::features::{FeatureScale, Floor};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
 
-/// Units of a feature in 1.
+/// Units of a feature per 1.
 const ONE: f64 = 2048.0;
-/// Green full scale of 8 bits.
+/// Full scale of green with 8 bits.
 const FULL_SCALE: u32 = 255;
 
-/// What a kernel did on all integers of one domain.
+/// The errors of a kernel on all integers of one domain.
 struct Found {
     integers: u32,
     correctly_rounded: u32,
@@ -20,13 +20,13 @@ struct Found {
     falls: u32,
 }
 
-/// ln `sum` − ln `most`, rounded to the nearest feature, halves up, and as a real number of units.
+/// Returns ln `sum` − ln `most`, rounded to the nearest feature (ties round up), and as a real number of units.
 fn expected(sum: u32, most: u32) -> (i32, f64) {
     let units = (f64::from(sum).ln() - f64::from(most).ln()) * ONE;
     ((units + 0.5).floor() as i32, units)
 }
 
-/// Every sum 1..=5·A·G, with nothing floored.
+/// Tests every sum 1..=5·A·G without a floor.
 fn every_integer<L: Ln>(pixels: u32) -> Found {
     let most = pixels * FULL_SCALE;
     let scale = FeatureScale::<L>::new(pixels, FULL_SCALE, 1, Floor::new(0.0, FULL_SCALE).unwrap()).unwrap();
@@ -45,7 +45,7 @@ fn every_integer<L: Ln>(pixels: u32) -> Found {
     found
 }
 
-/// Prints a kernel's line of the table for each paper layout; nothing is ever off by more than 1 unit.
+/// Prints the row of a kernel for each published layout. No error is above 1 unit.
 fn check<L: Ln>(name: &str, may_fall: bool) {
     for (width, height, pixels) in [(400, 400, 2500), (640, 480, 3600), (1280, 720, 8100)] {
         let layout = Layout::paper(FrameSize::new(width, height).unwrap()).unwrap();

@@ -1,4 +1,4 @@
-//! `wstac model`: from a trainer's file to answers, and what it refuses.
+//! Tests `wstac model`: from a trainer's file to answers, and what it refuses.
 
 use std::fs;
 use std::path::Path;
@@ -62,7 +62,7 @@ fn from_a_trainers_file_to_answers() {
     let large = zip64(&[("X", &x.1, x.2.clone()), ("y_pattern", &header("<U3", "(4,)"), truth.clone())]);
     assert_eq!(good(&["eval", out, text(&folder.file("large.npz", &large)), "--json"]), all);
     for at in 0..large.len() {
-        // Damage is an error, or goes unnoticed in numbers and names; it is never a panic.
+        // Damage is an error, or changes numbers and names only. It never panics.
         if !(150..large.len() - 350).contains(&at) {
             let mut damaged = large.clone();
             damaged[at] ^= 0x41;
@@ -92,7 +92,7 @@ fn from_a_trainers_file_to_answers() {
         bad(&["inspect", text(&cut)], &["cut.wsm"]);
         bad(&["eval", text(&cut), text(&data)], &["cut.wsm"]);
     }
-    // What was found and what was expected, with the file's name.
+    // Errors have the name of the file, what was found, and what was expected.
     let words = first.len() / 4;
     let mut longer = first.clone();
     longer.extend([0; 8]);
@@ -183,7 +183,7 @@ fn what_is_no_model_is_refused_by_field() {
         ("[5E-1]", "[1]", &["base_score is 1", "probability"]),
         ("\"tree_info\": [0]", "\"tree_info\": [1]", &["tree_info[0] is 1"]),
         ("gbtree\"", "dart\"", &["\"dart\", expected \"gbtree\""]),
-        // What is no number in JSON is known by its key only.
+        // A value that is no number in JSON is known by its key only.
         ("[-1.5, -1, 1]", "[-1.5, NaN, 1]", &["JSON", "in split_conditions"]),
         ("[-1.5, -1, 1]", "[-Infinity, -1, 1]", &["JSON", "in split_conditions"]),
         ("[5E-1]", "[NaN]", &["base_score is \"[NaN]\""]),
@@ -295,7 +295,7 @@ fn one_class_is_the_answer_whatever_its_score() {
 #[test]
 fn trees_that_are_left_out_are_said() {
     let folder = Folder::new("best-iteration");
-    // A second tree, after the iteration that was best.
+    // A second tree, after the best iteration.
     let (before, tree) = XGBOOST.split_once("\"trees\": [").unwrap();
     let (tree, after) = tree.split_once("]}},").unwrap();
     let two = format!("{before}\"trees\": [{tree}, {tree}]}}}},{after}")
@@ -314,7 +314,7 @@ fn the_demo_compares_what_the_model_tells_apart() {
     for (labels, title, says) in [
         ("Fla,Saw", "pattern", "of 12 patterns right"),
         ("0,3", "depth", "of 12 depths right"),
-        ("one,two", "class", "of the model's classes nothing is known"),
+        ("one,two", "class", "the truth of the model's classes is not known"),
     ] {
         good(&["import", text(&file), "-o", text(&out), "--labels", labels, "--force"]);
         let done = Command::new(wstac()).args(["demo", "--model", text(&out)]).output().unwrap();

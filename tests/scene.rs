@@ -1,4 +1,4 @@
-//! The simulated sensor through the command: every specimen, direction and speed, and what `wstac scene` does.
+//! Tests the simulated sensor through the command: every specimen, direction and speed, and `wstac scene`.
 
 use std::path::PathBuf;
 use std::process::{Command, Output};
@@ -21,7 +21,7 @@ fn refusal(arguments: &[&str]) -> String {
     String::from_utf8(output.stderr).unwrap()
 }
 
-/// A file of its own in a folder of its own.
+/// Writes a file in a folder of its own.
 fn file(name: &str, content: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(format!("wstac-scene-{}-{name}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
@@ -30,7 +30,7 @@ fn file(name: &str, content: &str) -> PathBuf {
     path
 }
 
-/// All specimens, directions and speeds of the paper: 440 slides, each an event of its own, all directions right.
+/// Tests all published specimens, directions and speeds: 440 slides, each an event of its own, all directions right.
 #[test]
 fn every_direction_is_right() {
     let mut slides = Vec::new();
@@ -110,7 +110,7 @@ fn taxel_sums_need_the_papers_layout() {
     assert!(refusal(&["run", &scene, "--save-raw", raw.to_str().unwrap()]).contains("rendered"));
 }
 
-/// The paper's figure 2c.
+/// Tests the published figure 2c.
 #[test]
 fn strain_of_a_single_whisker_is_printed_and_peaks_at_the_base() {
     let whisker = "[whisker]\npresent = \"middle\"\noverlap_mm = 0.4";
@@ -121,22 +121,22 @@ fn strain_of_a_single_whisker_is_printed_and_peaks_at_the_base() {
     let csv = text(&["scene", "strain", scene, "--csv", "--moments", "4", "--parts", "3"]);
     let lines: Vec<&str> = csv.lines().collect();
     assert_eq!((lines.len(), lines[0]), (6, "time_ms,overlap_mm,aside_mm,0.00_mm,1.67_mm,3.33_mm,5.00_mm"));
-    // One whisker is a stream as any other; whether it is an event is the trigger's business.
+    // One whisker is a stream like any other. The trigger decides whether it is an event.
     assert!(text(&["run", &format!("scene:{scene}"), "--json"]).contains("\"kind\":\"end\""));
 }
 
 #[test]
 fn a_scene_explains_itself() {
     let explained = text(&["scene", "explain", "Saw3@150", "--no-cost"]);
-    for part in ["Saw3 at 150 mm/s", "Modelled:", "afterglow", "not paid for", "MJPEG", "Never modelled"] {
+    for part in ["Saw3 at 150 mm/s", "Modeled:", "afterglow", "without cost", "MJPEG", "Never modeled"] {
         assert!(explained.contains(part), "{part}: {explained}");
     }
-    // What is off stands below, what is on above.
-    let off = explained.find("not paid for").unwrap();
+    // Effects that are off are listed below those that are on.
+    let off = explained.find("without cost").unwrap();
     assert!(explained.find("  rubbing").unwrap() < off && explained.find("  leak").unwrap() > off);
     let dark = file("d.toml", "specimen = \"Saw3\"\nspeed = 150\n[light]\nleak = 0.1\nrubbing_ms = 0");
     let explained = text(&["scene", "explain", dark.to_str().unwrap(), "--no-cost"]);
-    let off = explained.find("not paid for").unwrap();
+    let off = explained.find("without cost").unwrap();
     assert!(explained.find("  rubbing").unwrap() > off && explained.find("  leak").unwrap() < off);
     assert!(text(&["scene", "explain", "Fla0@200"]).contains("ns a frame"));
 }

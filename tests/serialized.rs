@@ -1,5 +1,5 @@
-//! The core's data types through serde, by postcard without allocation: what was written is what is read, and what no
-//! constructor would have made is refused.
+//! Tests the data types of the core with serde, by postcard without allocation. What was written is read again, and
+//! values that no constructor makes are refused.
 
 use std::fmt::Debug;
 
@@ -17,7 +17,7 @@ use wstac_core::stream::FeatureFrame;
 use wstac_core::trigger::{InterruptedSample, Rule, StreamEnd, TriggerConfig};
 use wstac_tests::formats;
 
-/// Writes and reads `value`; every shorter message is refused.
+/// Writes and reads `value`, and checks that every shorter message is refused.
 fn round_trip<T: Serialize + DeserializeOwned + PartialEq + Debug>(value: &T) {
     let mut buffer = [0; 512];
     let written = postcard::to_slice(value, &mut buffer).unwrap();

@@ -1,4 +1,4 @@
-//! `wstac run --model`: textures in events, and before them.
+//! Tests `wstac run --model`: textures in events, and before them.
 
 use std::fs;
 use std::process::{Command, Output};

@@ -1,4 +1,4 @@
-//! Bytes outside the taxels are never read: their pages cannot be read, and a read would end the process.
+//! Tests that bytes outside the taxels are never read. Their pages are protected, so a read would end the process.
 
 use std::ptr;
 
@@ -15,7 +15,7 @@ use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::{FrameGeometry, TaxelSums};
 
-/// A frame of which some pages cannot be read.
+/// A frame with protected pages.
 struct Guarded {
     start: *mut u8,
     bytes: usize,
@@ -27,7 +27,7 @@ fn page() -> usize {
 }
 
 impl Guarded {
-    /// `pages` pages of bytes that are `level`, of which only those that `is_open` says can be read.
+    /// Creates `pages` pages of bytes that are `level`, of which only those with `is_open` can be read.
     fn new(pages: usize, level: u8, is_open: impl Fn(usize) -> bool) -> Self {
         let bytes = pages * page();
         let (read_write, private) = (libc::PROT_READ | libc::PROT_WRITE, libc::MAP_PRIVATE | libc::MAP_ANONYMOUS);
@@ -35,7 +35,7 @@ impl Guarded {
         let start = unsafe { libc::mmap(ptr::null_mut(), bytes, read_write, private, -1, 0) };
         assert_ne!(start, libc::MAP_FAILED);
         let start = start.cast::<u8>();
-        // SAFETY: the mapping has `bytes` bytes and can be written still.
+        // SAFETY: the mapping has `bytes` bytes and is still writable.
         unsafe { ptr::write_bytes(start, level, bytes) };
         for number in (0..pages).filter(|&number| !is_open(number)) {
             // SAFETY: the page is one of this mapping's.
@@ -58,7 +58,7 @@ impl Drop for Guarded {
     }
 }
 
-/// The signal that ends a child process which sums this frame; 0 if it lives.
+/// Returns the signal that ends a child process which sums this frame; 0 if it survives.
 fn signal_of_child<G: GreenChannel>(camera: FrameGeometry<G>, frame: &Guarded) -> i32 {
     // SAFETY: the child only reads, and exits without returning; no other thread's locks are needed for that.
     unsafe {
@@ -75,12 +75,13 @@ fn signal_of_child<G: GreenChannel>(camera: FrameGeometry<G>, frame: &Guarded) -
     }
 }
 
-/// Taxels' widths in pixels, and the column of a page that they start at where they do not end with it. No vector fits the first; the others' rows
-/// are vectors in every format, those of chroma included, and the last starts within a pair of pixels.
+/// Widths of taxels in pixels, and the column of a page that they start at if they do not end with it. No vector fits
+/// into the first. The rows of the others are vectors in every format, those of chroma included, and the last starts
+/// within a pair of pixels.
 const TAXELS: [(u16, usize); 3] = [(8, 0), (72, 0), (73, 1)];
 
-/// Taxels of `width` × 2 pixels, one in every third page of a frame whose rows are `pages_per_row` pages: at the page's column `first` or
-/// at its end.
+/// Returns taxels of `width` × 2 pixels, one in every third page of a frame whose rows are `pages_per_row` pages: at
+/// column `first` of the page or at its end.
 fn camera<G: GreenChannel>(
     green: G,
     (width, first): (u16, usize),
@@ -103,7 +104,7 @@ fn camera<G: GreenChannel>(
     (camera, layout)
 }
 
-/// Whether a page of `row` at `page_of_row` holds pixels of a taxel, whose rows are `per` frame rows each.
+/// Returns whether a page of `row` at `page_of_row` has pixels of a taxel, whose rows are `per` frame rows each.
 fn is_touched(layout: &Layout, row: usize, page_of_row: usize, bytes_per_pixel: usize, per: usize) -> bool {
     layout.corners().iter().any(|&[x, y]| {
         let rows = usize::from(y) / per..=(usize::from(y) + 1) / per;
@@ -111,7 +112,7 @@ fn is_touched(layout: &Layout, row: usize, page_of_row: usize, bytes_per_pixel: 
     })
 }
 
-/// Sums a frame with every untouched page guarded; then guards one touched page as well, and that must end a child.
+/// Sums a frame with every untouched page protected. Then protects one touched page as well, which must end a child.
 fn check<G: GreenChannel>(
     camera: FrameGeometry<G>,
     pages: usize,
@@ -124,19 +125,19 @@ fn check<G: GreenChannel>(
     let frame = Guarded::new(pages, level, &touched);
     assert_eq!(signal_of_child(camera, &frame), 0, "bytes outside the taxels are read");
     assert_eq!(TaxelSums::new(camera).push_frame(frame.bytes()).unwrap(), [expected; 25]);
-    // Every touched page matters: with it guarded, a read of it is seen.
+    // Every touched page matters: a read of it is noticed if it is protected.
     for &closed in &open {
         let frame = Guarded::new(pages, level, |number| touched(number) && number != closed);
         assert_eq!(signal_of_child(camera, &frame), libc::SIGSEGV, "page {closed} is not read, or not guarded");
     }
 }
 
-/// Taxels that have whole cells, and how many pixels each has.
+/// Returns taxels of whole cells, and the number of pixels of each.
 fn taxels(cell: u16) -> impl Iterator<Item = ((u16, usize), u32)> {
     TAXELS.into_iter().filter(move |(width, _)| width % cell == 0).map(|taxel| (taxel, 2 * u32::from(taxel.0)))
 }
 
-/// Packed formats: one kind of row, `pages_per_row` pages each. `green_of` is the sum of so many pixels.
+/// Tests packed formats: one kind of row, `pages_per_row` pages each. `green_of` is the sum of this many pixels.
 fn check_packed<G: GreenChannel>(green: G, bytes_per_pixel: usize, level: u8, green_of: impl Fn(u32) -> u32) {
     let even_rows = green.cell() == 2;
     let pages = if bytes_per_pixel == 1 { 4 } else { 7 };
@@ -147,12 +148,12 @@ fn check_packed<G: GreenChannel>(green: G, bytes_per_pixel: usize, level: u8, gr
     }
 }
 
-/// The sum of `pixels` pixels of Y = Cb = Cr = 128, a green of 85/73 · 112 = 130.41: 130 each if exact.
+/// Returns the sum of `pixels` pixels of Y = Cb = Cr = 128, a green of 85/73 · 112 = 130.41: 130 each if exact.
 fn exact(pixels: u32) -> u32 {
     130 * pixels
 }
 
-/// The same if linear: rounded once.
+/// Returns the sum of the linear method, which is rounded once.
 fn linear(pixels: u32) -> u32 {
     (2 * 85 * 112 * pixels + 73) / (2 * 73)
 }
@@ -173,7 +174,7 @@ fn bytes_outside_the_taxels_are_never_read_in_packed_formats() {
     check_packed(Uyvy::new(Linear::new(color)), 2, 128, linear);
 }
 
-/// Luma, then rows of Cb Cr pairs.
+/// Tests formats of luma, then rows of Cb Cr pairs.
 fn check_pairs<G: GreenChannel>(green: G, green_of: impl Fn(u32) -> u32) {
     for (place, pixels) in taxels(1) {
         let (camera, layout) = camera(green, place, 1, 4, true);
@@ -190,7 +191,7 @@ fn bytes_outside_the_taxels_are_never_read_in_nv12() {
     check_pairs(Nv12::new(Linear::new(YcbcrEncoding::default())), linear);
 }
 
-/// Planes of luma, Cb and Cr, with chroma rows of half as many pages for every `per` rows of luma.
+/// Tests planes of luma, Cb and Cr, with chroma rows of half as many pages for every `per` rows of luma.
 fn check_planes<G: GreenChannel>(green: G, per: usize, green_of: impl Fn(u32) -> u32) {
     for (place, pixels) in taxels(1) {
         let (camera, layout) = camera(green, place, 1, 4, true);

@@ -250,7 +250,7 @@ impl Case {
 
     pub(super) fn speed(&self) -> SpeedConfig {
         let law = match self.speed.law.as_str() {
-            "paper" => Law::PUBLISHED,
+            "paper" | "published" => Law::PUBLISHED,
             "physical" => Law::Physical { track: self.speed.length_mm, afterglow: self.speed.afterglow_frames },
             other => panic!("law {other}"),
         };

@@ -245,12 +245,12 @@ fn a_device_that_is_gone_is_waited_for() {
     wait_for(&mut board, &requests);
     drop(board);
     let device = path(&link);
-    assert_eq!(stderr.next().unwrap(), format!("wstac: {device} is gone, and is waited for"));
+    assert_eq!(stderr.next().unwrap(), format!("wstac: {device} is gone; waiting for it"));
     let (mut board, name) = pty();
     let new = folder.0.join("new");
     symlink(name, &new).unwrap();
     std::fs::rename(new, &link).unwrap();
-    assert_eq!(stderr.next().unwrap(), format!("wstac: {device} is there again"));
+    assert_eq!(stderr.next().unwrap(), format!("wstac: {device} is back"));
     wait_for(&mut board, &requests);
     let stream = StreamEnd {
         frames: 300,
@@ -265,7 +265,7 @@ fn a_device_that_is_gone_is_waited_for() {
     board.write_all(&sent.frames.concat()).unwrap();
     assert!(stderr.next().unwrap().contains("the baseline was not quiet"));
     assert!(stderr.next().unwrap().contains("it started again because of: a panic"));
-    assert!(stderr.next().unwrap().contains("2 frame(s) lost by the board"));
+    assert!(stderr.next().unwrap().contains("2 frames lost by the board"));
     // SAFETY: sends a signal to the child, which has not been waited for.
     assert_eq!(unsafe { libc::kill(monitor.id() as i32, libc::SIGINT) }, 0);
     let mut out = String::new();

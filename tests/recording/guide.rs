@@ -54,7 +54,7 @@ fn a_person_is_led_through_a_plan() {
         "slide 1 of 4: Saw3, 150 mm/s, 1 of 4",
         "\"what\" is no key, expected Enter, r, s or q",
         "slide now: Saw3, 150 mm/s, 2 of 4",
-        "2 slides recorded, 2 of 4 are there; the same command goes on",
+        "2 slides recorded now, 2 of 4 in total; the same command continues",
     ] {
         assert!(text.contains(part), "{text}, expected {part}");
     }
@@ -75,11 +75,11 @@ fn a_person_is_led_through_a_plan() {
     let kept = fs::read(folder.0.join("files/Saw3-150mm_s-2.mcap")).unwrap();
     let text = said(&guided(&folder, "\nr\n\n\n"));
     assert!(text.contains("slide 1 of 4") && text.contains("slide 4 of 4"), "{text}");
-    assert!(text.contains("3 slides recorded, 4 of 4 are there"), "{text}");
+    assert!(text.contains("3 slides recorded now, 4 of 4 in total"), "{text}");
     assert_eq!(fs::read(folder.0.join("files/Saw3-150mm_s-2.mcap")).unwrap(), kept);
     // A training set, each recording on one side.
     let (files, set) = (folder.0.join("files").display().to_string(), folder.0.join("set.npz").display().to_string());
     let made = run(&["dataset", &files, "-o", &set, "--test", "0.25"]);
     assert_eq!(made.status.code(), Some(0), "{}", said(&made));
-    assert!(said(&made).contains("4 samples of 4 recordings, 1 of these for tests"), "{}", said(&made));
+    assert!(said(&made).contains("4 samples of 4 recordings, 1 of them for tests"), "{}", said(&made));
 }

@@ -78,7 +78,7 @@ def configuration(rng: np.random.Generator) -> str:
     lines += [f"[trigger]\nwindow = {window}\nbacktrack = {rng.integers(0, min(5 * window, 70 - window) + 1)}"]
     lines += [f'rule = "{rule}"\nmultiplier = {multiplier:.4f}\nmargin = {rng.choice([0.2, 0.0, 0.05])}']
     lines += [f"follow = {rng.choice([0, 0, 16, 64, 512])}"]
-    lines += [f'[speed]\nlaw = "paper"\nthreshold_on = "{rng.choice(["absolute", "above_baseline"])}"']
+    lines += [f'[speed]\nlaw = "published"\nthreshold_on = "{rng.choice(["absolute", "above_baseline"])}"']
     lines += [f"range_mm_s = [{rng.choice([100, 50])}, {rng.choice([200, 130.5])}]"]
     return "\n".join(lines) + "\n"
 

@@ -103,7 +103,7 @@ class ReportTest(unittest.TestCase):
         self.assertEqual(report.all_of(438, 440), "**missed**: 2 of 440 are not")
 
     def test_summary(self) -> None:
-        self.assertEqual(report.summary([("a", "met"), ("b", "met")]), "2 of 2 figures that have a goal meet it.")
+        self.assertEqual(report.summary([("a", "met"), ("b", "met")]), "2 of 2 numbers that have a goal meet it.")
         mixed = report.summary([("a", "met"), ("b", "**missed**: 1"), ("c", "**missed**: 2")])
         self.assertEqual(mixed, "1 of 3 figures that have a goal meet it. Missed: b; c.")
 

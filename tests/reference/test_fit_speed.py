@@ -56,11 +56,11 @@ class FitSpeedTest(unittest.TestCase):
 
     def test_as_numpy(self) -> None:
         fits = self.fits()
-        for law, x in (("paper", np.log10(self.speed)), ("physical", 30 / self.speed)):
+        for law, x in (("published", np.log10(self.speed)), ("physical", 30 / self.speed)):
             (slope, intercept), covariance = np.polyfit(x, self.duration, 1, cov=True)
             errors, fit = np.sqrt(np.diag(covariance)), fits[law]
-            names = ("slope", "intercept") if law == "paper" else ("track_mm", "afterglow_frames")
-            self.alike(fit[names[0]], -slope if law == "paper" else slope)
+            names = ("slope", "intercept") if law == "published" else ("track_mm", "afterglow_frames")
+            self.alike(fit[names[0]], -slope if law == "published" else slope)
             self.alike(fit[names[1]], intercept)
             self.alike(fit[f"{names[0]}_error"], errors[0])
             self.alike(fit[f"{names[1]}_error"], errors[1])
@@ -71,13 +71,13 @@ class FitSpeedTest(unittest.TestCase):
             self.assertEqual(fit["range_mm_s"], [100, 200])
 
     def test_as_the_published_protocol_is_fitted(self) -> None:
-        fit, line = self.fits("--law", "paper"), speed_law.fit_line(list(self.speed), list(self.duration))
-        self.assertEqual(list(fit), ["paper"])
+        fit, line = self.fits("--law", "published"), speed_law.fit_line(list(self.speed), list(self.duration))
+        self.assertEqual(list(fit), ["published"])
         for found, expected in (("intercept", line.intercept), ("slope", -line.slope), ("r2", line.r2)):
-            self.assertTrue(math.isclose(fit["paper"][found], expected, rel_tol=1e-13), (found, fit, line))
+            self.assertTrue(math.isclose(fit["published"][found], expected, rel_tol=1e-13), (found, fit, line))
         # The simulated sensor is fitted to the paper's law: 151.06 − 56.29 log10 v, R² 0.99.
-        self.assertLess(abs(fit["paper"]["slope"] - 56.29), 5)
-        self.assertGreater(fit["paper"]["r2"], 0.97)
+        self.assertLess(abs(fit["published"]["slope"] - 56.29), 5)
+        self.assertGreater(fit["published"]["r2"], 0.97)
 
     def test_its_table_is_what_run_takes(self) -> None:
         table, plot = Path(self.folder.name, "speed.toml"), Path(self.folder.name, "plot.svg")
@@ -98,7 +98,7 @@ class FitSpeedTest(unittest.TestCase):
             ({"speed": slow}, "array duration"),
             ({"duration": slow}, "array speed"),
             ({"speed": slow, "duration": np.arange(4)}, "4 slides at 2 different speeds"),
-            ({"speed": slow[:2], "duration": np.arange(2)}, "at 1 different speeds"),
+            ({"speed": slow[:2], "duration": np.arange(2)}, "at 1 different speed "),
             ({"speed": slow, "duration": np.full(4, -1)}, "0 slides at 0 different speeds (4 left out)"),
             ({"speed": np.full(4, np.nan), "duration": np.arange(4)}, "0 slides at 0 different speeds (4 left out)"),
             ({"speed": np.array([1, 2, np.inf]), "duration": np.arange(3)}, "element 2 is inf"),

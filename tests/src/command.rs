@@ -1,13 +1,13 @@
-//! The `wstac` command as a program of its own.
+//! The `wstac` command as a separate program.
 
 use std::path::PathBuf;
 use std::process::Command;
 use std::sync::OnceLock;
 
-/// Path of the `wstac` command: what the variable `WSTAC` names, or one that is built now.
+/// Returns the path of the `wstac` command: that of the variable `WSTAC`, or one that is built now.
 ///
 /// # Panics
-/// Where it cannot be built.
+/// If it cannot be built.
 pub fn wstac() -> &'static PathBuf {
     static PATH: OnceLock<PathBuf> = OnceLock::new();
     PATH.get_or_init(|| std::env::var_os("WSTAC").map_or_else(build, PathBuf::from))
@@ -21,7 +21,7 @@ fn build() -> PathBuf {
         .output()
         .expect("cargo runs");
     assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
-    // The last artefact with an executable is the command.
+    // The last artifact with an executable is the command.
     let messages = String::from_utf8_lossy(&built.stdout).into_owned();
     let executable = messages
         .lines()

@@ -1,4 +1,4 @@
-//! What the tests of extremes share.
+//! Helpers of the tests of extremes.
 
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::trigger::Trigger;
@@ -10,28 +10,28 @@ pub const DARK: i16 = -8000;
 /// A bright feature.
 pub const BRIGHT: i16 = 3000;
 
-/// A frame size.
+/// Returns a frame size.
 ///
 /// # Panics
-/// Where there is none of these numbers.
+/// If there is no such size.
 pub fn size(width: u32, height: u32) -> FrameSize {
     FrameSize::new(width, height).unwrap()
 }
 
-/// A layout of 25 taxels of the same place and size.
+/// Returns a layout of 25 taxels of the same place and size.
 ///
 /// # Panics
-/// Where it leaves the frame.
+/// If it leaves the frame.
 pub fn stacked(frame: FrameSize, taxel: [u16; 2], corner: [u16; 2]) -> Layout {
     Layout::new(frame, taxel, [corner; 25]).unwrap()
 }
 
-/// Features with ln `share` (of full scale) in every line, rounded to the nearest.
+/// Returns features with ln `share` (of full scale) in every line, rounded to the nearest.
 pub fn feature(share: f64) -> i16 {
     (share.ln() * 2048.0).round() as i16
 }
 
-/// Pushes one frame; what it brought about.
+/// Pushes one frame and returns its result.
 pub fn push(trigger: &mut Trigger, level: i16) -> Option<OwnedEvent> {
     trigger.push([level; 10], false).map(OwnedEvent::from)
 }

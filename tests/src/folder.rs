@@ -3,14 +3,14 @@
 use std::fs;
 use std::path::PathBuf;
 
-/// A new folder, removed at the end; by its path.
+/// A new folder that is removed at the end, with its path.
 pub struct Folder(pub PathBuf);
 
 impl Folder {
-    /// A folder of this process and this name, which no other test of the process has.
+    /// Creates a folder of this process and this name, which no other test of the process uses.
     ///
     /// # Panics
-    /// Where it cannot be made.
+    /// If it cannot be created.
     pub fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("wstac-{name}-{}", std::process::id()));
         let _ = fs::remove_dir_all(&path);
@@ -18,20 +18,20 @@ impl Folder {
         Self(path)
     }
 
-    /// Writes a file in it.
+    /// Writes a file in the folder.
     ///
     /// # Panics
-    /// Where it cannot be written.
+    /// If it cannot be written.
     pub fn file(&self, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
         let path = self.0.join(name);
         fs::write(&path, content).unwrap();
         path
     }
 
-    /// The names of what is in it, in order.
+    /// Returns the names of its entries, in order.
     ///
     /// # Panics
-    /// Where it cannot be read.
+    /// If it cannot be read.
     pub fn names(&self) -> Vec<String> {
         let mut names: Vec<String> =
             fs::read_dir(&self.0).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();

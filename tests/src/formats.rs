@@ -1,4 +1,4 @@
-//! Every pixel format by name, and as the type that firmware would name.
+//! Every pixel format, by name and as the type that firmware uses.
 
 use wstac_core::green::any::{PixelFormat, YcbcrMethod};
 use wstac_core::green::bayer::BayerOrder;
@@ -7,7 +7,7 @@ use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 /// The four orders of a Bayer mosaic.
 pub const BAYER_ORDERS: [BayerOrder; 4] = [BayerOrder::Rggb, BayerOrder::Grbg, BayerOrder::Gbrg, BayerOrder::Bggr];
 
-/// The four meanings of a YCbCr stream.
+/// The four encodings of a YCbCr stream.
 pub const COLORS: [YcbcrEncoding; 4] = [
     YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Limited },
     YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Full },
@@ -15,10 +15,10 @@ pub const COLORS: [YcbcrEncoding; 4] = [
     YcbcrEncoding { matrix: YcbcrMatrix::Bt709, range: QuantizationRange::Full },
 ];
 
-/// Both ways from YCbCr to green.
+/// Both methods from YCbCr to green.
 pub const METHODS: [YcbcrMethod; 2] = [YcbcrMethod::Exact, YcbcrMethod::Linear];
 
-/// Every pixel format.
+/// Returns every pixel format.
 pub fn all() -> Vec<PixelFormat> {
     use PixelFormat as F;
     let mut formats = vec![
@@ -44,7 +44,7 @@ pub fn all() -> Vec<PixelFormat> {
     formats
 }
 
-/// Whether chroma follows all luma, so that frames cannot come in stripes.
+/// Returns whether chroma follows all luma, so that frames cannot come in stripes.
 pub fn is_planar(format: PixelFormat) -> bool {
     matches!(format, PixelFormat::Nv12 | PixelFormat::Yu12 | PixelFormat::Yuv422p | PixelFormat::Yuv444p)
 }

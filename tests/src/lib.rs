@@ -1,5 +1,5 @@
-//! What the tests share: every pixel format, a plain per-pixel model of the taxel sums, a plain model of the trigger,
-//! and events as owned data.
+//! Helpers that the tests share: every pixel format, a plain per-pixel model of the taxel sums, a plain model of the
+//! trigger, and events as owned data.
 
 pub mod command;
 pub mod extreme;
@@ -14,7 +14,7 @@ pub mod trained;
 use wstac_core::features::Features;
 use wstac_core::trigger::Event;
 
-/// An event that does not borrow the trigger it came from.
+/// An event that does not borrow its trigger.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OwnedEvent {
     /// Number of the first frame of its sample.
@@ -25,7 +25,7 @@ pub struct OwnedEvent {
     pub totals: [i32; 10],
     /// Frames of its sample that were filled.
     pub frames_filled: u8,
-    /// Whether it is to be relied on.
+    /// Whether it is reliable.
     pub reliable: bool,
 }
 
@@ -41,11 +41,11 @@ impl From<Event<'_>> for OwnedEvent {
     }
 }
 
-/// A whole number from the environment, for a run that is longer than a test; without it what is usual in a test.
+/// Returns a whole number from the environment, for runs that are longer than a test, or else the default of the test.
 ///
 /// # Panics
 ///
-/// Where it is no whole number.
+/// If it is no whole number.
 pub fn how_many(variable: &str, usual: u64) -> u64 {
     let Ok(text) = std::env::var(variable) else { return usual };
     text.parse().unwrap_or_else(|_| panic!("{variable} is {text:?}, expected a whole number"))

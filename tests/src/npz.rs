@@ -1,8 +1,10 @@
-//! Data sets as NumPy's `savez` writes them.
+//! Writes data sets like `savez` of NumPy.
 //!
-//! They are made byte by byte, not with the writer of `wstac-train`, so that reader and writer do not share a mistake.
+//! The files are made byte by byte and not with the writer of `wstac-train`, so that reader and writer do not share a
+//! mistake.
 
-/// An `.npz` file of arrays: name, header and data of each. Its members are stored, without checksums, which are not looked at.
+/// Returns an `.npz` file of arrays: name, header and data of each. Its members are stored without checksums, which the
+/// reader does not check.
 pub fn npz(arrays: &[(&str, &str, Vec<u8>)]) -> Vec<u8> {
     let (mut archive, mut directory) = (Vec::new(), Vec::new());
     for (name, header, data) in arrays {
@@ -34,12 +36,12 @@ pub fn npz(arrays: &[(&str, &str, Vec<u8>)]) -> Vec<u8> {
     archive
 }
 
-/// The header of an array in NumPy's format.
+/// Returns the header of an array in the format of NumPy.
 pub fn header(descr: &str, shape: &str) -> String {
     format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}\n")
 }
 
-/// The archive of [`npz`] as zip64 has it, where sizes and places of more than 32 bits are.
+/// Returns the archive of [`npz`] as zip64, which has sizes and places of more than 32 bits.
 pub fn zip64(arrays: &[(&str, &str, Vec<u8>)]) -> Vec<u8> {
     let entry = |field: usize, rest: &[u8]| rest[field..].first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes));
     let small = npz(arrays);
@@ -51,7 +53,7 @@ pub fn zip64(arrays: &[(&str, &str, Vec<u8>)]) -> Vec<u8> {
         let name = usize::from(rest[28]);
         let mut header = rest[..46].to_vec();
         let large = [entry(24, rest), entry(20, rest), entry(42, rest)].map(|number| u64::from(number).to_le_bytes());
-        // Sizes, and the place, are all ones where they stand in the extras: some other field, then that of zip64.
+        // Sizes and the place are all ones if they are in the extras: some other field, then that of zip64.
         header[20..28].fill(0xFF);
         header[42..46].fill(0xFF);
         header[30] = 6 + 4 + 24;

@@ -1,17 +1,17 @@
-//! The taxel sums pixel by pixel, straight from SPEC §1: slow, in exact fractions, and nothing shared with the product.
+//! Taxel sums pixel by pixel, directly from SPEC §1: slow, in exact fractions, and without any code of the product.
 
 use wstac_core::green::any::{PixelFormat, YcbcrMethod};
 use wstac_core::green::bayer::BayerOrder;
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 
-/// How a picture's bytes lie and where its taxels are.
+/// The format of a picture and the places of its taxels.
 #[derive(Clone, Debug)]
 pub struct Picture {
     /// Pixel format.
     pub format: PixelFormat,
-    /// What YCbCr numbers mean.
+    /// The encoding of YCbCr numbers.
     pub color: YcbcrEncoding,
-    /// How YCbCr becomes green.
+    /// The method from YCbCr to green.
     pub method: YcbcrMethod,
     /// Width in pixels.
     pub width: usize,
@@ -19,7 +19,7 @@ pub struct Picture {
     pub height: usize,
     /// Bytes from row to row (of luma).
     pub bytes_per_row: usize,
-    /// Every how many pixels (Bayer: cells) one is counted.
+    /// The stride in pixels (Bayer: cells).
     pub stride: usize,
     /// Width and height of a taxel.
     pub taxel: [usize; 2],
@@ -27,7 +27,7 @@ pub struct Picture {
     pub corners: [[usize; 2]; 25],
 }
 
-/// One pixel as its bytes have it.
+/// One pixel, as in the bytes.
 #[derive(Clone, Copy)]
 enum Pixel {
     Green(u64),
@@ -36,7 +36,7 @@ enum Pixel {
     Ycbcr([u8; 3]),
 }
 
-/// Least bytes of a row of `width` pixels.
+/// Returns the smallest number of bytes of a row of `width` pixels.
 pub fn row_bytes(format: PixelFormat, width: usize) -> usize {
     use PixelFormat as F;
     match format {
@@ -49,7 +49,7 @@ pub fn row_bytes(format: PixelFormat, width: usize) -> usize {
     }
 }
 
-/// Green full scale.
+/// Returns the full scale of green.
 pub fn full_scale(format: PixelFormat) -> u64 {
     match format {
         PixelFormat::Y10 | PixelFormat::Bayer10(_) => 1023,
@@ -60,7 +60,8 @@ pub fn full_scale(format: PixelFormat) -> u64 {
 }
 
 impl Picture {
-    /// Least bytes of the whole picture; padding after a packed format's last row is not needed.
+    /// Returns the smallest number of bytes of the whole picture; padding after the last row of a packed format is not
+    /// needed.
     pub fn bytes(&self) -> usize {
         let luma = self.bytes_per_row * self.height;
         match self.format {
@@ -72,7 +73,7 @@ impl Picture {
         }
     }
 
-    /// Pixels counted in a taxel, and the 25 sums. No taxel may be smaller than a cell.
+    /// Returns the number of counted pixels of a taxel, and the 25 sums. No taxel may be smaller than a cell.
     pub fn sums(&self, bytes: &[u8]) -> (u64, [u64; 25]) {
         let bayer = matches!(self.format, PixelFormat::Bayer8(_) | PixelFormat::Bayer10(_) | PixelFormat::Bayer12(_));
         let cell = if bayer { 2 } else { 1 };
@@ -147,7 +148,7 @@ impl Picture {
     }
 }
 
-/// What a taxel's pixels have come to.
+/// The sums of the pixels of a taxel.
 #[derive(Default)]
 struct Gathered {
     pixels: u64,
@@ -178,7 +179,8 @@ impl Gathered {
     }
 }
 
-/// Green of the sums of Y, Cb, Cr over `pixels` pixels, to the nearest integer, halves up, within 0..=255 · pixels.
+/// Returns the green of the sums of Y, Cb, Cr over `pixels` pixels, to the nearest integer (ties round up), within
+/// 0..=255 · pixels.
 ///
 /// With the definition of Y, Y = Kr R + Kg G + Kb B, and R = Y + 2 (1 − Kr) Cr, B = Y + 2 (1 − Kb) Cb.
 pub fn green_of([y, cb, cr]: [i128; 3], pixels: i128, color: YcbcrEncoding) -> u64 {
@@ -191,7 +193,7 @@ pub fn green_of([y, cb, cr]: [i128; 3], pixels: i128, color: YcbcrEncoding) -> u
         QuantizationRange::Limited => (16, 219, 224),
         QuantizationRange::Full => (0, 255, 255),
     };
-    // Y, Cb, Cr as shares of full scale over the common denominator luma_span · chroma_span · 10000.
+    // Y, Cb, Cr as fractions of full scale over the common denominator luma_span · chroma_span · 10000.
     let unit = luma_span * chroma_span * 10_000;
     let y = (y - black * pixels) * chroma_span * 10_000;
     let cb = (cb - 128 * pixels) * luma_span * 10_000;

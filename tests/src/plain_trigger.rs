@@ -1,11 +1,11 @@
-//! Algorithm 1 over a whole stream at once, straight from SPEC §3: no ring, no states, fractions instead of shifts.
+//! Algorithm 1 over a whole stream at once, directly from SPEC §3: no ring, no states, fractions instead of shifts.
 
 use wstac_core::features::Features;
 use wstac_core::trigger::{Rule, TriggerConfig};
 
 use crate::OwnedEvent;
 
-/// The thresholds, as fractions: ten numerators over one denominator, in units of a feature.
+/// The thresholds as fractions: ten numerators over one denominator, in units of a feature.
 fn thresholds(totals: &[i32; 10], config: &TriggerConfig) -> ([i128; 10], i128) {
     let (b, margin) = (i128::from(config.multiplier().bits()), i128::from(config.margin().bits()));
     let m = i128::from(config.window());
@@ -20,7 +20,7 @@ fn thresholds(totals: &[i32; 10], config: &TriggerConfig) -> ([i128; 10], i128) 
     (numerators, 5 * 65_536)
 }
 
-/// Sums of each feature over these frames.
+/// Returns the sums of each feature over these frames.
 fn totals(frames: &[Features]) -> [i32; 10] {
     let mut totals = [0; 10];
     for frame in frames {
@@ -31,8 +31,8 @@ fn totals(frames: &[Features]) -> [i32; 10] {
     totals
 }
 
-/// The events of a stream of features, each with whether it stands for a lost frame, and what is left of a sample
-/// that the end cuts off: its first frame and its length.
+/// Returns the events of a stream of features, each with a flag for a lost frame, and the first frame and length of a
+/// sample that the end cuts off.
 pub fn events(stream: &[(Features, bool)], config: &TriggerConfig) -> (Vec<OwnedEvent>, Option<(u64, u8)>) {
     let (m, c) = (usize::from(config.window()), usize::from(config.backtrack()));
     let features: Vec<Features> = stream.iter().map(|frame| frame.0).collect();

@@ -1,4 +1,4 @@
-//! Random numbers of tests, the same everywhere for a seed.
+//! Random numbers for tests, the same on every machine for a seed.
 
 use wstac_scene::rng::SplitMix64;
 

@@ -6,7 +6,7 @@ use std::process::Command;
 use crate::command::wstac;
 use crate::folder::Folder;
 
-/// XGBoost's JSON of two classes; the second where feature 0 of frame 69 is −1.5 or above.
+/// XGBoost JSON of two classes: the second if feature 0 of frame 69 is −1.5 or above.
 pub const XGBOOST: &str = r#"{"learner": {"attributes": {}, "gradient_booster": {"name": "gbtree", "model": {
     "gbtree_model_param": {"num_parallel_tree": "1", "num_trees": "1"}, "tree_info": [0], "trees": [{
     "left_children": [1, -1, -1], "right_children": [2, -1, -1], "split_indices": [69, 0, 0],
@@ -14,10 +14,11 @@ pub const XGBOOST: &str = r#"{"learner": {"attributes": {}, "gradient_booster": 
     "learner_model_param": {"base_score": "[5E-1]", "num_class": "0", "num_feature": "700"},
     "objective": {"name": "binary:logistic"}}, "version": [3, 2, 0]}"#;
 
-/// A model of two classes from so many first frames: the second where feature 0 of one of them is −1.5 or above.
+/// Returns a model of two classes that needs this many first frames: the second if feature 0 of one of them is −1.5 or
+/// above.
 ///
 /// # Panics
-/// Where it cannot be imported.
+/// If it cannot be imported.
 pub fn model(folder: &Folder, name: &str, frames: u32, frame: u32, labels: &str) -> PathBuf {
     let json = XGBOOST.replacen("\"split_indices\": [69", &format!("\"split_indices\": [{frame}"), 1).replacen(
         "\"num_feature\": \"700\"",

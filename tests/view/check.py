@@ -115,7 +115,7 @@ def check_a_slide(wstac):
         assert terminal.flag("alternate_on") == "1"
         terminal.keys("q")
         screen = terminal.left(0)
-        assert "140 frames, 0 dropped, 1 events" in screen, screen
+        assert "140 frames, 0 dropped, 1 event" in screen, screen
 
 
 def check_keys(wstac):

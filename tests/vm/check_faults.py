@@ -53,7 +53,7 @@ def by_sequence(run: Run, at_least: int = 0) -> Seen:
 def by_time(run: Run, *expected: str) -> Seen:
     """Each fault is reported once, and the frames after it keep their time."""
     frames = run.saved(FRAME)
-    refused = re.search(r"(\d+) frame\(s\) lost: no signal", run.stderr)
+    refused = re.search(r"(\d+) frames? lost: no signal", run.stderr)
     kernel = run.lost_by_time(frames, RATE, int(refused[1]) if refused else 0)
     counted, told = run.end["dropped"], faults(run)
     problems = [] if told == list(expected) else [f"reported {told}, expected {list(expected)}"]
@@ -119,12 +119,12 @@ def newest(run: Run) -> Seen:
     """A program that stood still skips what waited, and time does not shift."""
     times = [buffer.time for buffer in run.buffers]
     all_frames, said = round((times[-1] - times[0]) * RATE) + 1, run.end["frames"]
-    skipped = re.search(r"(\d+) frame\(s\) lost: skipped for newer ones", run.stderr)
+    skipped = re.search(r"(\d+) frames? lost: skipped for newer ones", run.stderr)
     problems = [] if skipped else ["nothing was skipped"]
     # Buffers that were taken from the driver, but came to nothing when the run was stopped: it has eight.
     least = round((times[-9] - times[0]) * RATE)
     problems += [] if least <= said <= all_frames + 1 else [f"{said} frames, by the kernel's times {least} to {all_frames}"]
-    problems += [] if re.search(r"up to \d+ frame\(s\) behind the camera", run.stderr) else ["not said how far behind"]
+    problems += [] if re.search(r"up to \d+ frames? behind the camera", run.stderr) else ["not said how far behind"]
     printed = len(run.of_kind("features"))
     return Seen(problems, f"{skipped[1] if skipped else 0} skipped", run.end["dropped"], range(least - printed, all_frames - printed + 2), printed)
 

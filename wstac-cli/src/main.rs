@@ -9,7 +9,7 @@ use wstac_host::error::Error;
 use wstac_host::source::Source;
 use wstac_host::source::open::{OpenOptions, SourceKind};
 
-/// The kinds of sources of this program beside files: a line for each.
+/// The kinds of sources that this program has besides files.
 const SOURCE_KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];
 
 /// Opens a source of any kind by its name.

@@ -308,29 +308,29 @@ ln = "fixed"            # logarithm: "fixed" point, "libm" (most
 floor_levels = 0.5      # darkness floor, in gray levels of a taxel;
                         # 0: one raw count
 [trigger]
-window = 5              # frames of a window; the baseline is five
-                        # windows
-multiplier = 1.2        # a window fires this far above the baseline,
-                        # as a factor of it
-backtrack = 10          # frames of an event before the window that
-                        # fired
-rule = "signed"         # "literal": multiplier times baseline, as it
-                        # was published
-margin = 0.2            # signed: least distance a frame, in units of
-                        # a natural logarithm
-follow = 0              # the baseline follows slow drift: 16 to
-                        # 32768 windows, a power of two; 0: it is
-                        # kept
+window = 5              # frames per window; the baseline is five
+                        # windows long
+multiplier = 1.2        # a window fires this far above the
+                        # baseline, as a factor of the baseline
+backtrack = 10          # frames of an event before the window
+                        # that fired
+rule = "signed"         # or "literal": multiplier times baseline,
+                        # as it was published
+margin = 0.2            # signed: least distance per frame, in
+                        # units of a natural logarithm
+follow = 0              # time constant with which the baseline
+                        # follows slow drift: 16 to 32768 windows,
+                        # a power of two; 0: it is fixed
 [speed]
-law = "paper"           # or "physical", with track_mm = 113.4,
+law = "published"       # or "physical", with track_mm = 113.4,
                         # afterglow_frames = 5.36
-intercept = 151.06      # frames at 1 mm/s, at 30 frames a second
-slope = 56.29           # frames a decade of speed
-range_mm_s = [100, 200] # speeds that the law was fitted on; others
-                        # are marked as extrapolated
-threshold = 0.0475      # lit: a row or column sums up to more than
-                        # this share of full scale
-threshold_on = "absolute" # or "above_baseline"
+intercept = 151.06      # frames at 1 mm/s, at 30 frames per second
+slope = 56.29           # frames per decade of speed
+range_mm_s = [100, 200] # speeds that the law was fitted on; answers
+                        # outside are marked as extrapolated
+threshold = 0.0475      # a row or column is lit if its sum is above
+                        # this fraction of full scale
+threshold_on = "absolute"  # or "above_baseline"
 [direction]
 method = "centroid"
 "#;
@@ -381,6 +381,14 @@ mod tests {
             let rest = |config: &Config| format!("{:?} {:?} {:?}", config.green, config.features, config.direction);
             assert_eq!(rest(&again), rest(&config), "{full}");
         }
+    }
+
+    #[test]
+    fn the_published_law_keeps_its_earlier_name() {
+        let text = |law: &str| format!("[speed]\nlaw = \"{law}\"\nintercept = 140.5");
+        let [earlier, now] = ["paper", "published"].map(|law| Config::parse(&text(law)).unwrap().to_toml().unwrap());
+        assert_eq!(earlier, now);
+        assert!(now.contains("law = \"published\""), "{now}");
     }
 
     #[test]

@@ -11,6 +11,7 @@
 //! | `monitor` | the messages of a board (feature `board`) |
 //! | [`camera`] | facts about cameras: formats, modes, controls |
 //! | [`error`] | errors for a person |
+//! | [`plural`] | counts with their nouns |
 
 #[cfg(feature = "atomic-write")]
 pub mod atomic_write;
@@ -24,6 +25,7 @@ pub mod model_file;
 #[cfg(feature = "board")]
 pub mod monitor;
 pub mod output;
+pub mod plural;
 #[cfg(feature = "mcap")]
 pub mod record;
 pub mod session;

@@ -10,6 +10,7 @@ use v4l::v4l_sys as sys;
 
 use super::device::{CAPTURE, DQBUF, Device, QBUF, QUERYBUF, REQBUFS, STREAMOFF, STREAMON, zeroed};
 use wstac_host::error::Error;
+use wstac_host::plural::counted;
 
 /// The number of buffers to ask for. A quarter of a second at 30 frames per second may pass before frames are lost.
 const WANTED: u32 = 8;
@@ -73,7 +74,7 @@ impl Buffers {
         }
         let device = &buffers.device;
         if request.count < LEAST {
-            let message = format!("the driver has {} buffer(s), {LEAST} are needed", request.count);
+            let message = format!("the driver has {}, expected at least {LEAST}", counted(request.count, "buffer"));
             return Err(Error::new(device.path().display(), message));
         }
         for index in 0..buffers.maps.len() {

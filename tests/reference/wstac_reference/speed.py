@@ -20,6 +20,8 @@ FITTED_MM_S = (100.0, 200.0)
 class SpeedConfig:
     """The law and what counts as light.
 
+    "paper" is the earlier name of the published law; golden cases have it.
+
     `length_mm` and `afterglow_frames` (L and tau, at 30 frames a second) belong to
     the physical law D = 30 L / v + tau. `range_mm_s` are the slowest and the fastest speed that the law was fitted on.
     """
@@ -32,7 +34,7 @@ class SpeedConfig:
     range_mm_s: Sequence[float] = FITTED_MM_S
 
     def __post_init__(self) -> None:
-        if self.law not in ("paper", "physical"):
+        if self.law not in ("published", "paper", "physical"):
             raise ValueError(f"law {self.law!r}")
         if self.threshold_on not in ("absolute", "above_baseline"):
             raise ValueError(f"threshold_on {self.threshold_on!r}")
@@ -43,7 +45,7 @@ class SpeedConfig:
 
     def speed(self, duration: float) -> float | None:
         """Speed in mm/s for a duration in frames at 30 a second; None at the pole."""
-        if self.law == "paper":
+        if self.law != "physical":
             return 10 ** ((PAPER_INTERCEPT - duration) / PAPER_SLOPE)
         lit = duration - self.afterglow_frames
         return NOMINAL_FPS * self.length_mm / lit if lit > 0 else None

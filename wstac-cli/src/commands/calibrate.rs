@@ -1,4 +1,4 @@
-//! `wstac calibrate`: where the whiskers are in the picture, as a configuration file.
+//! `wstac calibrate` finds the whiskers in the picture and writes them as a configuration file.
 
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
@@ -12,24 +12,27 @@ use super::source_arguments::SourceArguments;
 use wstac_host::atomic_write::atomic_write;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
+use wstac_host::plural::counted;
 use wstac_host::source::{Frame, FramePolicy, Source, SourceEvent};
 use wstac_setup::calibrate::{Calibration, UNTOUCHED, Watch};
 
-/// Find the 25 whiskers in the picture and write the configuration for them
+/// Find the 25 whiskers in the picture and write a configuration
 ///
-/// Leave the sensor alone for the first 25 frames (0.8 s), then press on all whiskers, or slide something over all of
-/// them: each base that glows becomes a taxel. Ctrl-C ends a camera earlier.
+/// Do not touch the sensor for the first 25 frames (0.8 s). Then press on all whiskers, or slide something over all of
+/// them. Each base that glows becomes a taxel. Ctrl-C ends a camera earlier.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// A camera, a recording or a scene, as wstac run --help lists them
+    /// A camera, a recording or a scene, as for wstac run
     source: String,
 
-    /// The configuration file to write, for --config of the other commands
+    /// The configuration file to write, for --config
     #[arg(short, long, value_name = "FILE.toml")]
     output: PathBuf,
 
-    /// The picture to write: what glowed, and the taxels on it; unless given, the configuration's name with .png
+    /// The picture to write: what glowed, and the taxels on it
+    ///
+    /// By default, it is the configuration's name with the ending .png.
     #[arg(long, value_name = "FILE.png")]
     overlay: Option<PathBuf>,
 
@@ -37,7 +40,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 600, value_parser = clap::value_parser!(u64).range(30..))]
     frames: u64,
 
-    /// Write over files that are there already
+    /// Overwrite existing files
     #[arg(long)]
     force: bool,
 
@@ -49,36 +52,50 @@ pub(super) struct Arguments {
     options: SourceArguments,
 }
 
-const HELP: &str = "\
-What it tolerates: a picture that is turned by up to 15 degrees, perspective, a curved lens, light
-that is uneven, ambient light, and one whisker without light, whose place follows from the others'.
-The row that is on top in the picture is row 1, the leftmost column column 1.
+const HELP: &str = r#"What may be wrong with the picture:
+  It may be turned by up to 15 degrees, seen in perspective or through a
+  curved lens, and have uneven or ambient light. One whisker may have no
+  light: its place follows from the others. Row 1 is on top in the
+  picture, and column 1 is on the left.
 
-Where it is not sure it writes no configuration, says why, and ends with exit code 1: fewer than 24
-whiskers, spots that are no lattice of 5 x 5, that the picture's edge cuts, that run into each other
-or reach full scale, a sensor that was touched too early. Look at the picture all the same: it is
-FILE.refused.png then, which the next try replaces, or what --overlay names. White rings are spots
-that seemed to be whiskers, orange ones others. In a picture of a calibration each taxel has its row
-and column; one in orange, dashed, is the whisker without light.
+What is refused:
+  If the answer is not certain, no configuration is written. The command
+  gives the reason and ends with exit code 1. Reasons are: fewer than 24
+  whiskers; spots that are no lattice of 5 x 5, that the edge of the
+  picture cuts, that run into each other or that reach full scale; a
+  sensor that was touched too early.
+  There is a picture of this, too: FILE.refused.png, which the next try
+  replaces, or the name that --overlay gives.
 
-The configuration has the layout, and what follows from the noise of the untouched frames, each with
-a comment that says how: [features] floor_levels, [trigger] margin, [speed] threshold and
-threshold_on. All other keys keep their defaults; add to it what you like. It holds for frames of the
-same size (others are refused), and for as long as neither the camera nor the sensor is moved.
+What the picture shows:
+  White rings are spots that seemed to be whiskers, orange rings are
+  other spots. After a calibration, each taxel has its row and column.
+  A dashed orange taxel is the whisker without light.
 
-Output with --json:
-  {\"kind\":\"calibration\",\"found\":25,\"dead\":null,\"off_px\":0.21,\"pitch_px\":[144.0,143.9],
-   \"rotation_degrees\":0.1,\"taxel\":[90,90],\"centres\":[[351.4,71.5], … 25, row by row],
-   \"saturated\":0,\"noise_levels\":0.005,\"dark_levels\":1.0}
-  dead is null or [row, column]; off_px is how far bases are off a smooth lattice, root mean square.
+What the configuration holds:
+  It has the layout, and keys that follow from the noise of the untouched
+  frames, each with a comment: [features] floor_levels, [trigger] margin,
+  [speed] threshold and threshold_on. All other keys keep their defaults;
+  add what you like. It is valid for frames of the same size (others are
+  refused), until the camera or the sensor is moved.
 
-Try it (a scene that is turned needs room at its edges: [sensor.pose] rotation_degrees = 8 and
-scale = 0.75, wstac scene --help):
+Output with --json, one object (wrapped here):
+  {"kind":"calibration","found":25,"dead":null,"off_px":0.21,
+   "pitch_px":[144.0,143.9],"rotation_degrees":0.1,"taxel":[90,90],
+   "centres":[[351.4,71.5], … 25 in all, row by row],
+   "saturated":0,"noise_levels":0.005,"dark_levels":1.0}
+  dead is null or [row, column]. off_px is the root mean square distance
+  of the bases from a smooth lattice.
+
+Examples:
   wstac calibrate scene:Fla0@100 -o wstac.toml
-  wstac calibrate /dev/video0 -o wstac.toml && wstac run /dev/video0 --config wstac.toml
-";
+  wstac calibrate /dev/video0 -o wstac.toml
+  wstac run /dev/video0 --config wstac.toml
+  A scene that is turned needs room at its edges: set rotation_degrees to
+  8 and scale to 0.75 in [sensor.pose] (see wstac scene --help).
+"#;
 
-/// What is printed with `--json`.
+/// The output of `--json`.
 #[derive(Serialize)]
 struct Record<'a> {
     kind: &'static str,
@@ -98,7 +115,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (output, force) = (arguments.output.as_path(), arguments.force);
     let overlay = arguments.overlay.clone().unwrap_or_else(|| output.with_extension("png"));
     if overlay == output {
-        return Err(Error::new(output.display(), "is to be configuration and picture, expected two names").into());
+        return Err(
+            Error::new(output.display(), "is the name of both configuration and picture, expected two names").into()
+        );
     }
     check_new(output, force)?;
     check_new(&overlay, force)?;
@@ -110,7 +129,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let calibration = match &outcome.result {
         Ok(calibration) => calibration,
         Err(refusal) => {
-            // The next try replaces it.
+            // The next try replaces this picture.
             let picture = arguments.overlay.clone().unwrap_or_else(|| output.with_extension("refused.png"));
             atomic_write(&picture, outcome.to_png())?;
             let seen = format_args!("{}; {} shows what was seen", refusal.message, picture.display());
@@ -119,7 +138,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     };
     atomic_write(&overlay, outcome.to_png())?;
     let text = calibration.to_toml(&info.about);
-    // What is written can be read again, or it is not written.
+    // A configuration that cannot be read again is not written.
     Config::parse(&text).map_err(|message| Error::new(output.display(), message))?;
     atomic_write(output, text)?;
     note(format_args!("wrote {} and {}: look at the picture", output.display(), overlay.display()));
@@ -146,12 +165,12 @@ fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64) -> Result<(), St
     }
     drop(progress);
     if lost > 0 {
-        note(format_args!("{lost} frame(s) were lost"));
+        note(format_args!("{} lost", counted(lost, "frame")));
     }
     Ok(())
 }
 
-/// What to do now, and what glowed so far: a line on a terminal that is written over and over.
+/// A line on a terminal that is overwritten: what to do now, and how many spots glowed.
 struct Progress {
     shown: bool,
 }
@@ -162,7 +181,10 @@ impl Progress {
             return;
         }
         let line = if watch.is_ready() {
-            format!("press on all whiskers: {} spots of light so far; Ctrl-C when all 25 have glowed", watch.found())
+            format!(
+                "press on all whiskers: {} of light so far; Ctrl-C when all 25 have glowed",
+                counted(watch.found(), "spot")
+            )
         } else {
             format!("do not touch the sensor: {frames} of {UNTOUCHED} frames")
         };
@@ -171,7 +193,7 @@ impl Progress {
 }
 
 impl Drop for Progress {
-    /// The line makes room for what is said next.
+    /// Clears the line for the next message.
     fn drop(&mut self) {
         if self.shown {
             let _ = write!(std::io::stderr(), "\r\x1b[K");
@@ -207,7 +229,8 @@ fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
         Some([row, column]) => {
             writeln!(
                 out,
-                "24 whiskers found; the one in row {row}, column {column} gave no light, its place follows from the others'"
+                "24 whiskers found; the one in row {row}, column {column} gave no light, and its place follows from \
+                 the others"
             )?;
         }
         None => writeln!(out, "25 whiskers found")?,
@@ -218,15 +241,12 @@ fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
         calibration.rotation_degrees, calibration.off
     )?;
     if calibration.saturated > 0 {
-        writeln!(
-            out,
-            "{} of them reached full scale: a shorter exposure or a lower gain would tell more",
-            calibration.saturated
-        )?;
+        writeln!(out, "{} of them reached full scale: use a shorter exposure or a lower gain", calibration.saturated)?;
     }
     if calibration.is_dim() {
         note(
-            "no row or column was as bright as the speed law's threshold: there will be no speeds; open the exposure or press harder",
+            "no row or column reached the threshold of the speed law, so there will be no speeds: use a longer \
+             exposure or press harder",
         );
     }
     let noise = &calibration.noise;

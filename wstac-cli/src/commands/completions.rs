@@ -1,4 +1,4 @@
-//! `wstac completions`: a shell's completion script.
+//! `wstac completions` prints the completion script of a shell.
 
 use std::io::Write;
 
@@ -8,13 +8,18 @@ use clap_complete::Shell;
 use super::output::Stop;
 
 /// Print a completion script for a shell
-///
-/// For bash: wstac completions bash > ~/.local/share/bash-completion/completions/wstac
 #[derive(Debug, clap::Args)]
+#[command(after_long_help = HELP)]
 pub(super) struct Arguments {
     /// The shell
     shell: Shell,
 }
+
+const HELP: &str = "\
+Example for bash:
+  wstac completions bash \\
+    > ~/.local/share/bash-completion/completions/wstac
+";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let mut script = Vec::new();

@@ -1,4 +1,4 @@
-//! `wstac dataset`: simulated slides or recordings as a training set.
+//! `wstac dataset` makes a training set of simulated slides or recordings.
 
 mod progress;
 mod recorded;
@@ -13,89 +13,113 @@ use super::run::signals;
 use wstac_host::atomic_write::AtomicFile;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
+use wstac_host::plural::counted;
 use wstac_train::dataset::part::{Part, fingerprint};
 use wstac_train::dataset::sweep::Sweep;
 use wstac_train::dataset::{arrays, check, each_sample};
 
-/// Make a training set: the samples of simulated slides or of recordings, with their labels, for NumPy
+/// Make a training set of simulated slides or recordings, for NumPy
 ///
-/// Every event of a recording is a sample. Of simulations, every slide is a stream of its own, with its own baseline; its first event is its sample. Slides without an event, or
-/// with an incomplete sample, are counted and left out; samples that are cut off or not reliable are counted and kept. The same sweep gives the same bytes, with any number of threads.
+/// Every event of a recording is a sample. In a simulation, every slide is a stream with its own baseline, and its
+/// first event is a sample. Slides without an event, or with an incomplete sample, are counted and left out. Samples
+/// that are cut off or not reliable are counted and kept. The same sweep gives the same bytes with any number of
+/// threads.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// Which slides to make: a TOML file, described below; or recordings (wstac record), as files and folders of them
-    #[arg(value_name = "SWEEP.toml|FILE.mcap|FOLDER", required = true)]
+    /// A sweep of simulated slides, or recordings
+    ///
+    /// A sweep is a TOML file, described below. Recordings (wstac record) are files, or folders of them.
+    #[arg(value_name = "SWEEP|RECORDING", required = true)]
     sources: Vec<PathBuf>,
 
     /// Write the samples to this new file
     #[arg(short, long, value_name = "FILE.npz")]
     output: PathBuf,
 
-    /// Make this many slides at a time; all processors are used by default
+    /// Number of threads; by default, one per processor
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
 
-    /// Share of every specimen's recordings that is for tests (array split); a recording is never split
-    #[arg(long, value_name = "SHARE", default_value = "0.2", value_parser = share)]
+    /// Fraction of every specimen's recordings that is for tests
+    ///
+    /// The array split says which. A recording is never split.
+    #[arg(long, value_name = "FRACTION", default_value = "0.2", value_parser = fraction)]
     test: f64,
 
-    /// Read the configuration from this TOML file, as wstac run does; recordings have their own, which it replaces
+    /// Read the configuration from this TOML file
+    ///
+    /// It replaces the configurations of recordings.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
 
-    /// Write over FILE.npz, and start anew where FILE.npz.part is of another sweep
+    /// Overwrite FILE.npz
+    ///
+    /// It also starts anew if FILE.npz.part is of another sweep.
     #[arg(long)]
     force: bool,
 }
 
 const HELP: &str = r#"Recordings:
-  wstac dataset saw3.mcap fla0.mcap -o set.npz      or a folder: wstac dataset recordings -o set.npz
-  Every recording needs the label specimen (wstac record --label specimen=Saw3); speed and
-  direction are taken where they are there. Frames are read again with the recording's own
-  configuration; where those of two recordings make features that mean different things, that
-  is an error. Said are: cameras that were not locked, layouts and formats that differ.
+  wstac dataset saw3.mcap fla0.mcap -o set.npz
+  wstac dataset FOLDER -o set.npz
+  Every recording needs the label specimen (wstac record --label
+  specimen=Saw3). The labels speed and direction are used if they are
+  there. Each recording is read with its own configuration. If two
+  configurations make features of different meaning, the command fails.
+  Notes report cameras that were not locked, and differences of layouts
+  and formats.
 
 The sweep, every key optional; these are the defaults:
-  specimens = ["Fla0", "Sin2", "Sin3", "Sin4", "Saw2", "Saw3", "Saw4", "Tri2", "Tri3", "Tri4"]
-                                  # "Sphere", too, with [scene.whisker] overlap_mm 0.4
-  speeds = [150]                  # mm/s, 1 to 1000
-  directions = [0]                # degrees: 0, 90, 180, 270
-  slides = 100                    # of every specimen, up to 1000000 in all
-  seed = 1                        # of the first slide; every slide has the next one
-  [scene]                         # any other key and table of a scene's file, for all slides:
-  fidelity = "taxel"              # or "rendered": every pixel, much slower
-  The k-th slide of a specimen (from 0) takes speed k mod n of n speeds and direction
-  (k / n) mod m of m, so that all combinations come round: have n · m or more slides.
-  In [scene] may be noise, lead_in, gap, depth, period, length, edge, radius, [scene.light],
-  [scene.whisker], [scene.sensor] …
+  specimens = ["Fla0", "Sin2", "Sin3", "Sin4", "Saw2",
+               "Saw3", "Saw4", "Tri2", "Tri3", "Tri4"]
+                          # "Sphere" needs [scene.whisker] overlap_mm 0.4
+  speeds = [150]          # mm/s, 1 to 1000
+  directions = [0]        # degrees: 0, 90, 180, 270
+  slides = 100            # of every specimen, up to 1000000 in all
+  seed = 1                # of the first slide; each slide has the next
+  [scene]                 # any other key and table of a scene's file,
+                          # for all slides (wstac scene --help):
+  fidelity = "taxel"      # or "rendered": every pixel, much slower
+  Slide k of a specimen (from 0) has speed k mod n of n speeds, and
+  direction (k / n) mod m of m directions. For all combinations, have at
+  least n · m slides.
 
 The arrays of FILE.npz, n samples in the order of their slides:
-  X           int16    (n, 10, 70)  features, five rows, then five columns, over 70 frames, in
-                                    units of 2^-11: X * scale are natural logarithms
-  scale       float64  ()           1/2048
-  y_specimen  str      (n,)         "Saw3"
-  y_pattern   str      (n,)         "Fla", "Sin", "Saw", "Tri", "Sphere"
-  y_depth     int64    (n,)         mm (a Sphere's radius); float64 where one is no integer
-  speed       float64  (n,)         mm/s
-  direction   int64    (n,)         degrees, counter-clockwise in the picture
-  seed        uint64   (n,)         of the slide's scene
-  reliable    bool     (n,)         baseline quiet and at most 7 frames filled, as wstac run says
-  duration    int64    (n,)         of the event in frames; -1 where it is cut off or never lights up
-  source      str      (n,)         "scene: Saw3 at 150 mm/s, 90 degrees, seed 7"
-  fps         float64  ()           frames a second of the camera (of recordings: of the first)
-  Of recordings there is no seed; speed is nan and direction -1 where there is no such label,
-  y_depth nan where the name has none, and there are also:
-  recording   str      (n,)         "saw3.mcap": group by it where you split on your own
-  split       str      (n,)         "train" or "test" (--test): all of a recording the same
-  In Python:
-    set = numpy.load("FILE.npz")
-    model.fit(set["X"].reshape(len(set["X"]), -1) * set["scale"], set["y_specimen"])
+  X          int16 (n, 10, 70): features, five rows, then five columns,
+             over 70 frames; X * scale are natural logarithms
+  scale      float64 (): 1/2048
+  y_specimen str (n,): "Saw3"
+  y_pattern  str (n,): "Fla", "Sin", "Saw", "Tri" or "Sphere"
+  y_depth    int64 (n,): mm, the radius of a Sphere; float64 if
+             one is no integer
+  speed      float64 (n,): mm/s
+  direction  int64 (n,): degrees, counter-clockwise in the picture
+  seed       uint64 (n,): of the slide's scene
+  reliable   bool (n,): baseline quiet and at most 7 frames filled
+  duration   int64 (n,): of the event in frames; -1 if it is cut off or
+             never lit
+  source     str (n,): "scene: Saw3 at 150 mm/s, 90 degrees, seed 7"
+  fps        float64 (): the camera's frames per second, or those of the
+             first recording
 
-What is done is kept in FILE.npz.part until all is: after Ctrl-C or a crash the same command
-goes on from there.
-Exit code: 0 where there is a sample, 1 where there is none or a file cannot be used, 2 for
-wrong arguments, 130 after Ctrl-C, 143 after SIGTERM.
+Data sets of recordings have no seed, and two more arrays:
+  recording  str (n,): "saw3.mcap"; group by it for splits of your own
+  split      str (n,): "train" or "test" (--test), the same for all
+             samples of a recording
+  speed is nan and direction -1 without such a label; y_depth is nan if
+  the specimen's name has no depth.
+
+In Python:
+  set = numpy.load("FILE.npz")
+  X = set["X"].reshape(len(set["X"]), -1) * set["scale"]
+  model.fit(X, set["y_specimen"])
+
+Interrupted runs:
+  FILE.npz.part keeps the finished slides. After Ctrl-C or a crash, the
+  same command continues from there.
+  Exit code: 0 if there is a sample, 1 if there is none or a file cannot
+  be used, 2 for wrong arguments, 130 after Ctrl-C, 143 after SIGTERM.
 "#;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
@@ -111,7 +135,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
 }
 
-/// The slides of a sweep.
+/// Makes the data set of a sweep.
 fn simulated(arguments: &Arguments, sweep_file: &Path) -> Result<(), Stop> {
     let config = arguments.config.as_deref().map_or_else(|| Ok(Config::default()), Config::read)?;
     let sweep = Sweep::read(sweep_file)?;
@@ -124,40 +148,40 @@ fn simulated(arguments: &Arguments, sweep_file: &Path) -> Result<(), Stop> {
     let mut part = Part::open(&path, fingerprint(&sweep, &config), sweep.count(), arguments.force)?;
     let (there, count) = (part.tally().done(), sweep.count());
     if there > 0 {
-        note(format_args!("{}: {there} of {count} slides are there already", path.display()));
+        note(format_args!("{}: {there} of {count} slides are already done", path.display()));
     }
     make(&sweep, &config, &mut part, arguments.threads, &signal).inspect_err(|stop| {
         if matches!(stop, Stop::Interrupted(_)) {
             let (done, path) = (part.tally().done(), path.display());
-            note(format_args!("stopped after {done} of {count} slides; the same command goes on from {path}"));
+            note(format_args!("stopped after {done} of {count} slides; the same command continues from {path}"));
         }
     })?;
     let tally = part.tally();
     for (slides, why) in [(tally.no_event, "had no event"), (tally.incomplete, "had an incomplete sample")] {
         if slides > 0 {
-            note(format_args!("{slides} of {count} slides {why} and are left out"));
+            note(format_args!("left out: {slides} of {count} slides {why}"));
         }
     }
     for (samples, why) in [
-        (tally.unreliable, "are not reliable: a baseline that was not quiet, or too many lost frames (array reliable)"),
-        (tally.without_duration, "have no duration: slides that are cut off, or that never light up (array duration)"),
+        (tally.unreliable, "not reliable: the baseline was not quiet, or too many frames were lost (array reliable)"),
+        (tally.without_duration, "without a duration: the slide is cut off or never lit (array duration)"),
     ] {
         if samples > 0 {
-            note(format_args!("{samples} of {} samples {why}", tally.samples));
+            note(format_args!("{samples} of {}: {why}", counted(tally.samples, "sample")));
         }
     }
     if tally.samples == 0 {
         part.remove()?;
-        let message = format_args!("none of {count} slides became a sample, expected one at least");
+        let message = format_args!("none of {count} slides became a sample, expected at least 1");
         return Err(Error::new(sweep_file.display(), message).into());
     }
     write_all(arguments, |file| arrays::write(file, &sweep, &part))?;
     part.remove()?;
-    note(format_args!("{}: {} samples", output.display(), tally.samples));
+    note(format_args!("{}: {}", output.display(), counted(tally.samples, "sample")));
     Ok(())
 }
 
-/// Writes the file, whole or not at all.
+/// Writes the file completely or not at all.
 fn write_all(arguments: &Arguments, write: impl FnOnce(&mut AtomicFile) -> std::io::Result<()>) -> Result<(), Error> {
     let output = &arguments.output;
     let mut file = AtomicFile::create(output)?;
@@ -166,13 +190,13 @@ fn write_all(arguments: &Arguments, write: impl FnOnce(&mut AtomicFile) -> std::
     file.commit()
 }
 
-/// A share of something.
-fn share(text: &str) -> Result<f64, String> {
-    let share = text.parse().ok().filter(|share| (0.0..1.0).contains(share));
-    share.ok_or_else(|| format!("{text:?} is no share, expected 0 to below 1"))
+/// Reads a fraction of something, from 0 to below 1.
+fn fraction(text: &str) -> Result<f64, String> {
+    let fraction = text.parse().ok().filter(|fraction| (0.0..1.0).contains(fraction));
+    fraction.ok_or_else(|| format!("{text:?} is no fraction, expected at least 0 and below 1"))
 }
 
-/// Makes what is missing.
+/// Makes the slides that are missing.
 fn make(
     sweep: &Sweep,
     config: &Config,
@@ -202,7 +226,7 @@ fn make(
     })
 }
 
-/// The path with something more at its end.
+/// Returns the path with a suffix.
 fn beside(path: &Path, more: &str) -> PathBuf {
     let mut name = OsString::from(path);
     name.push(more);

@@ -1,4 +1,4 @@
-//! `wstac demo`: simulated slides through the whole program, the truth beside the answers.
+//! `wstac demo` compares simulated slides with the answers to them.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -11,26 +11,29 @@ use wstac_host::error::Error;
 use wstac_host::json::{confidence, rounded};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, TactileEvent};
+use wstac_host::plural::counted;
 use wstac_host::session::Session;
 use wstac_host::source::open::OpenOptions;
 use wstac_host::texture::task_name;
 use wstac_host::texture::{Texture, Textures, pattern_and_depth};
 
-/// Slide every specimen over a simulated sensor and print the truth beside the answers
+/// Compare simulated slides of every specimen with the answers
 ///
-/// Frames are rendered, 1280 × 720, and go the same way as a camera's. No camera and no sensor are needed.
+/// The frames (1280 × 720) are rendered and processed like a camera's. The command needs no camera and no sensor.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// Seed of the simulation: another one starts every slide at another phase and with other noise
+    /// Seed of the simulation
+    ///
+    /// Another seed starts every slide at another phase and with other noise.
     #[arg(long, default_value_t = 1)]
     seed: u64,
 
-    /// Name textures with this model, of specimens, patterns or depths
+    /// Name textures with this model
     #[arg(long, value_name = "FILE.wsm", default_value = "builtin:svm")]
     model: PathBuf,
 }
 
-/// What slides: every specimen, all four directions, the range of speeds that the speed law was fitted on.
+/// The slides: every specimen, all four directions, and the range of speeds that the speed law was fitted on.
 const SLIDES: [(&str, u32, u32); 12] = [
     ("Fla0", 100, 0),
     ("Sin2", 110, 90),
@@ -83,15 +86,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     let mean = 100.0 * errors.iter().sum::<f64>() / errors.len().max(1) as f64;
     let all = SLIDES.len();
-    write!(out, "{right} of {all} directions right; {} speeds, off by {mean:.1} % on average; ", errors.len())?;
+    write!(
+        out,
+        "{right} of {all} directions right; {}, off by {mean:.1} % on average; ",
+        counted(errors.len(), "speed")
+    )?;
     match task {
-        Task::Other => writeln!(out, "of the model's classes nothing is known")?,
+        Task::Other => writeln!(out, "the truth of the model's classes is not known")?,
         _ => writeln!(out, "{named} of {all} {title}s right")?,
     }
     Ok(())
 }
 
-/// What a model of a task says.
+/// Returns the answer of a model of this task.
 fn told(task: Task, texture: Texture) -> Option<String> {
     match task {
         Task::Specimen => texture.specimen,
@@ -101,7 +108,7 @@ fn told(task: Task, texture: Texture) -> Option<String> {
     }
 }
 
-/// What it should say of a specimen, as far as that is known.
+/// Returns the correct answer for a specimen, if it is known.
 fn truth(task: Task, specimen: &str) -> Option<String> {
     let (pattern, depth) = pattern_and_depth(specimen);
     match task {

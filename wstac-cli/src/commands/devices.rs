@@ -1,11 +1,11 @@
-//! `wstac devices`: which cameras there are.
+//! `wstac devices` lists the cameras.
 
 use std::io::Write;
 
 use super::output::{Stop, note};
 use wstac_host::error::Error;
 
-/// List the cameras that can be read, with their formats, sizes and frame rates
+/// List cameras with their formats, sizes and frame rates
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// Print one JSON array instead of text

@@ -1,4 +1,4 @@
-//! `wstac doctor`: what is right and wrong with a sensor.
+//! `wstac doctor` measures a sensor and reports what to change.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -19,26 +19,32 @@ use wstac_setup::doctor::measure::{Limit, Measured, SETTLING, measure};
 use wstac_setup::doctor::mjpeg::{self, MjpegReport, counterpart};
 use wstac_setup::doctor::{CameraReport, Known, examine};
 
-/// Measure a sensor that nothing touches, and say what to change
+/// Measure a sensor that nothing touches, and print what to change
 ///
-/// Frame rate, noise, black level, leaking light, drift, controls and what MJPEG costs: numbers, then what to do about
-/// them. Nothing may touch the sensor meanwhile; cover it as it will be used.
+/// The report has frame rate, noise, black level, leaking light, drift, controls and the cost of MJPEG, and then
+/// advice. Nothing may touch the sensor during the measurement. Cover it as it will be used.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// /dev/videoN, or anything else that wstac run reads; a scene is measured up to its first slide
+    /// /dev/videoN, or any other source of wstac run
+    ///
+    /// A scene is measured up to its first slide.
     source: String,
 
-    /// Measure for this long; a camera with MJPEG and another format twice
+    /// Measure for this long
+    ///
+    /// A camera that offers both MJPEG and another format is measured twice.
     #[arg(long, value_name = "S", default_value = "10", value_parser = seconds)]
     seconds: f64,
 
-    /// A pixel's value without any light, in gray levels of 255, as an earlier measurement in full darkness gave it
-    /// ("black"); without it the darkest pixels stand for it, and light that falls on all pixels alike goes unseen
+    /// Value of a pixel in full darkness, in gray levels of 255
+    ///
+    /// Measure it once ("black" in the report). Without it, the darkest pixels are taken for it, and light that falls
+    /// on all pixels alike is not noticed.
     #[arg(long, value_name = "LEVEL", value_parser = level)]
     black_level: Option<f64>,
 
-    /// Read the configuration from this TOML file (wstac run --help)
+    /// Read the configuration from this TOML file
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
 
@@ -50,51 +56,93 @@ pub(super) struct Arguments {
     options: SourceArguments,
 }
 
-const HELP: &str = r#"Exit code: 1 where the source or configuration cannot be used, 2 for wrong arguments, 130
-after Ctrl-C, 143 after SIGTERM, otherwise 0: a verdict is an answer, whatever it says.
-
-What is measured, in gray levels of 255 whatever the format; with --json as one object:
-  {"source":"/dev/video0: …","camera":{…},"rate":{…},"levels":{…},"noise":{…},"signal":{…},
-   "drift":{…},"controls":[…],"mjpeg":{…},"healthy":false,"verdict":[…]}
-  camera     who it is: "path", "links" (paths that stay, by serial number first), "serial",
-             "card", "driver", "bus"; "format" as it was measured, and all that it offers
-             ("modes", as wstac devices --json); null where the source is no camera
-  rate       frames a second that were "asked" for, that the driver has "stated" and that its
-             timestamps show ("measured"); "jitter_ms" is the deviation of the intervals,
-             "longest_ms" the longest; "frames" in "seconds", those "lost" by reason
-  levels     "full_scale" in the format's own steps; "mean", "darkest_taxel",
-             "brightest_taxel"; "black": --black-level ("black_is_given"), else the mean of the
-             darkest 1 % of pixels; "leak": mean less black; shares of pixels at full scale
-             ("saturated") and always 0 ("clipped")
-  noise      rms from frame to frame: of a taxel's mean ("taxel", the noisiest "worst_taxel")
-             and of a "pixel" in a taxel
-  signal     the smallest light that fires the trigger: a line (row or column) whose five
-             taxels add up to R levels at rest fires when they gain F·e^D − R over a window,
-             F = max(R, floor), D = max((multiplier − 1)·|ln(F/255)|, margin);
-             rule = "literal": D = (multiplier − 1)·ln(F/255). "one_taxel": where one taxel of
-             the line lights up alone, the better of its two lines, the worst taxel;
-             "one_taxel_sure": 3.09 deviations of the noise more, for 999 of 1000;
-             "five_taxels": where all five of the least sensitive line do, each.
-             "line_noise": deviation of a line's mean over a window; "noise_margin": the
-             distance to the threshold in such deviations; "false_triggers_per_hour": what
-             that makes of normal noise. "lit": [speed] threshold as levels of each of five
-             taxels; "rest_of_lit": the brightest line at rest as a share of it
-  drift      "levels_per_minute" of the mean of all taxels with its standard "error", of the
-             "worst_taxel"; "minutes_to_trigger" until it is as much as five_taxels, null
-             where it is less than four standard errors, or gets darker, which never fires
-  controls   those that change what gray levels mean, and others that changed: "name", "value",
-             "value_at_end", "locked" (null for the others), "why" not, whether it "drifts": it
-             changed meanwhile, or the driver says that the hardware changes it
-  mjpeg      the same scene "raw" and as "jpeg": "format", "frames", "mean", "taxel_noise",
-             "pixel_noise"; "worst_taxel_off": the worst difference of a taxel's mean;
-             "dc_step": the smallest step of a block's mean; "corrupt" pictures; "error": the
-             worst of the first and half the second, against "lit". null where the source is
-             no camera, offers only one kind at this size, or the other cannot be measured
-  verdict    what to change, the worst first: "kind", "found", "advice". Kinds: touched, frozen,
-             unlocked, drifting_control, slow, rate, jitter, lost, saturated, clipped, leak,
-             always_lit, noisy, insensitive, drift, mjpeg. "healthy": there is none
-  10 000 pixels, evenly spread, stand for all of them. A camera's first 15 frames are not
+const HELP: &str = r#"What is measured:
+  Levels are gray levels of 255 in every format. 10 000 pixels, evenly
+  spread, stand for all of them. The first 15 frames of a camera are not
   measured. Its controls stay locked afterwards.
+  Exit code: 1 if the source or configuration cannot be used, 2 for wrong
+  arguments, 130 after Ctrl-C, 143 after SIGTERM, otherwise 0, whatever
+  the verdict is.
+
+Output with --json, one object (wrapped here):
+  {"source":"/dev/video0: …","camera":{…},"rate":{…},"levels":{…},
+   "noise":{…},"signal":{…},"drift":{…},"controls":[…],"mjpeg":{…},
+   "healthy":false,"verdict":[…]}
+  camera     null if the source is no camera
+    path, serial, card, driver, bus
+               its identity
+    links      paths that stay the same, by serial number first
+    format     as it was measured
+    modes      all that it offers, as in wstac devices --json
+  rate       frames per second
+    asked, stated, measured
+               requested, stated by the driver, seen in its timestamps
+    jitter_ms, longest_ms
+               deviation of the intervals, and the longest of them
+    frames, seconds, lost
+               frames in this time, and those lost, by reason
+  levels     brightness at rest
+    full_scale in steps of the format
+    mean, darkest_taxel, brightest_taxel
+               means of all taxels, and of one
+    black      --black-level (then black_is_given is true), or the mean
+               of the darkest 1 % of pixels
+    leak       mean less black
+    saturated, clipped
+               fractions of pixels at full scale, and always at 0
+  noise      rms from frame to frame
+    taxel      of a taxel's mean; worst_taxel is the noisiest one
+    pixel      of a pixel in a taxel
+  signal     the smallest light that fires the trigger
+    one_taxel  if one taxel lights up alone: the worst taxel, by the
+               better of its row and its column
+    one_taxel_sure
+               the same plus 3.09 deviations of the noise, so that 999 of
+               1000 touches fire
+    five_taxels
+               light of each taxel if all five of the least sensitive row
+               or column light up
+    line_noise deviation of the mean of a row or column over a window
+    noise_margin
+               distance to the threshold, in such deviations
+    false_triggers_per_hour
+               expected if the noise is normal
+    lit        [speed] threshold, as levels of each of five taxels
+    rest_of_lit
+               the brightest row or column at rest, as a fraction of lit
+  drift      change of brightness at rest
+    levels_per_minute, error
+               of the mean of all taxels, with its standard error
+    worst_taxel
+               the same of one taxel
+    minutes_to_trigger
+               until the drift equals five_taxels; null if it is below
+               four standard errors, or gets darker, which never fires
+  controls   those that change gray levels, and others that changed:
+             name, value, value_at_end, locked (null for the others), why
+             not, drifts (it changed, or the driver says that the
+             hardware changes it)
+  mjpeg      the same scene raw and as jpeg; null if the source is no
+             camera or offers only one of the two at this size
+    format, frames, mean, taxel_noise, pixel_noise
+               of each of the two
+    worst_taxel_off
+               the largest difference of a taxel's mean
+    dc_step    the smallest step of a block's mean
+    corrupt    pictures that could not be decoded
+    error      the worst of worst_taxel_off and half of dc_step; compare
+               it with lit
+  verdict    what to change, the worst first: kind, found, advice. Kinds:
+             touched, frozen, unlocked, drifting_control, slow, rate,
+             jitter, lost, saturated, clipped, leak, always_lit, noisy,
+             insensitive, drift, mjpeg
+  healthy    true if there is no verdict
+
+The threshold of the trigger:
+  A row or column whose five taxels add up to R levels at rest fires when
+  they gain F·e^D − R over a window, with F = max(R, floor) and
+  D = max((multiplier − 1)·|ln(F/255)|, margin).
+  With rule = "literal", D = (multiplier − 1)·ln(F/255).
 "#;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
@@ -104,13 +152,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     note(format_args!("measuring for {} s at most: nothing may touch the sensor", arguments.seconds));
     let signal = signals()?;
     let frames = arguments.options.frames_before_touch(&arguments.source)?;
-    // A recording may know its camera, which is not there now.
+    // A recording may name its camera, which need not be connected now.
     let live = is_camera(&arguments.source);
     let limit = Limit { settling: if live { SETTLING } else { 0 }, seconds: arguments.seconds, frames };
     let path = info.camera.as_ref().filter(|_| live).map(|camera| camera.path.clone());
     let before = path.as_deref().map(controls).transpose()?;
     let measured = whole(source.as_mut(), &info, &config, limit, &signal)?;
-    // Still open: what the camera does to its controls when it is closed is none of this.
+    // The camera is still open, so changes that it makes when it is closed do not count.
     let camera = match (&path, before, source.info().camera.as_deref()) {
         (Some(path), Some(before), Some(state)) => Some(examined(path, state, &before)?),
         _ => None,
@@ -132,7 +180,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     Ok(writeln!(out, "{report}")?)
 }
 
-/// A measurement that no signal ended.
+/// Measures, and fails if a signal ends the measurement.
 fn whole(
     source: &mut dyn Source,
     info: &StreamInfo,
@@ -147,7 +195,7 @@ fn whole(
     }
 }
 
-/// Who the camera is and what its controls did.
+/// Returns the identity of the camera and what its controls did.
 fn examined(
     path: &Path,
     state: &CameraState,
@@ -158,7 +206,8 @@ fn examined(
     Ok((CameraReport { device, format: state.format.clone() }, controls))
 }
 
-/// The same scene in the other kind of format, where the camera has one; why not, on standard error.
+/// Measures the same scene in the other kind of format, if the camera has one. Otherwise standard error gives the
+/// reason.
 fn compression(
     arguments: &Arguments,
     info: &StreamInfo,
@@ -185,7 +234,7 @@ fn compression(
     Ok(Some(if is_jpeg { mjpeg::compare(that, this, config) } else { mjpeg::compare(this, that, config) }))
 }
 
-/// What is needed to compare; where it failed, why, on standard error: the report of the first format is finished.
+/// Returns the result, or `None` after a note if it failed: the report of the first format is complete without it.
 fn compared<T>(result: Result<T, Stop>) -> Result<Option<T>, Stop> {
     match result {
         Ok(there) => Ok(Some(there)),

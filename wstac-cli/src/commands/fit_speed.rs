@@ -1,4 +1,4 @@
-//! `wstac fit-speed`: a sensor's own speed law.
+//! `wstac fit-speed` fits the speed law to a sensor's own slides.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -12,19 +12,21 @@ use super::output::{Stop, check_new, note};
 use super::source_arguments::frame_rate;
 use wstac_host::atomic_write::atomic_write;
 use wstac_host::config::Config;
+use wstac_host::plural::counted;
 use wstac_plot::{Format, SpeedFit, SpeedFits};
 use wstac_train::fit::data::Slides;
 use wstac_train::fit::{Fit, Kind};
 
 /// Fit the speed law to slides of known speeds
 ///
-/// A slide is lit the longer the slower it is. Two laws make a speed of that: the paper's, D = intercept − slope · log10 v, and the
-/// physical one, D = 30 · track / v + afterglow (D in frames at 30 a second, v in mm/s). Both are least-squares lines through the durations. What
-/// comes out is that of one sensor, one length of specimen and one threshold.
+/// The slower a slide is, the longer it is lit. Two laws relate its duration D (in frames at 30 per second) to its
+/// speed v (in mm/s). The published law is D = intercept − slope · log10 v. The physical law is D = 30 · track / v +
+/// afterglow. Both are fitted by least squares. The result is valid for one sensor, one specimen length and one
+/// threshold.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// Data sets of labelled slides, as wstac dataset writes them
+    /// Data sets of labeled slides, made by wstac dataset
     #[arg(required = true, value_name = "DATA.npz")]
     data: Vec<PathBuf>,
 
@@ -32,27 +34,35 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, default_value_t = Laws::Both)]
     law: Laws,
 
-    /// Write the law as a [speed] table for wstac run --config to this new file; of both laws the one that leaves less
+    /// Write the law to this new file, for wstac run --config
+    ///
+    /// The file has one table, [speed]. If both laws are fitted, it is the law with the smaller residuals.
     #[arg(short, long, value_name = "FILE.toml")]
     output: Option<PathBuf>,
 
-    /// Draw the durations, the laws and the residuals to this new file: SVG, PNG (300 dots per inch) or PDF, by its ending
+    /// Draw durations, laws and residuals to this new file
+    ///
+    /// The ending of the name says what it is: SVG, PNG (300 dots per inch) or PDF.
     #[arg(long, value_name = "FILE.svg|png|pdf")]
     plot: Option<PathBuf>,
 
-    /// Frames a second of the slides' camera, such as 30 or 30000/1001, where a data set does not say: 30 unless given
+    /// The camera's frames per second, such as 30 or 30000/1001
+    ///
+    /// It is for data sets that do not state it; 30 by default.
     #[arg(long, value_name = "RATE", value_parser = frame_rate)]
     fps: Option<FrameRate>,
 
-    /// The configuration that the data set was made with: its speed threshold is written beside the law
+    /// The configuration that the data set was made with
+    ///
+    /// Its speed threshold is written to the table, too.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
 
-    /// Print a line of JSON a law instead of text
+    /// Print one JSON object per law instead of text
     #[arg(long)]
     json: bool,
 
-    /// Write over the files
+    /// Overwrite the files
     #[arg(long)]
     force: bool,
 }
@@ -60,41 +70,53 @@ pub(super) struct Arguments {
 /// Laws to fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Laws {
-    Paper,
+    #[value(alias = "paper")]
+    Published,
     Physical,
     Both,
 }
 
 const HELP: &str = r#"What is read:
-  speed      mm/s of each slide, NaN where it is not known
-  duration   its event's lit frames, -1 where it is cut off or never lit
+  speed      mm/s of each slide, NaN if it is not known
+  duration   lit frames of its event, -1 if it is cut off or never lit
   reliable   optional: slides that are not reliable are left out
-  fps        optional: frames a second of their camera; --fps must not contradict it, nor may
-             those of several data sets
-  Slides that are left out are counted by their reason. At least three different speeds.
+  fps        optional: the camera's frames per second; --fps and other
+             data sets must not contradict it
+  Slides that are left out are counted by their reason. At least three
+  different speeds are needed.
 
 What is printed, for each law:
-  its parameters with their standard errors; R²; the deviation of the durations from it; by how
-  much speeds that it reads off the durations are off; the speeds it was fitted on; and the speeds
-  that it can answer at all: slower slides are cut off by the sample of 70 frames, faster ones last
-  a frame or less (physical law: less than the afterglow). Both laws fall all the way in between,
-  so each duration has one speed.
-  --json: {"kind":"fit","law":"paper","intercept":151.06,"intercept_error":1.2,"slope":56.29,
-           "slope_error":0.55,"r2":0.9951,"deviation_frames":0.41,"speed_error":0.017,
-           "range_mm_s":[100,200],"answers_mm_s":[31.1,463.7],"slides":55,"speeds":11,
-           "left_out":{"no_speed":0,"no_duration":0,"unreliable":0}}
-           "physical" has track_mm and afterglow_frames, each with its _error. speed_error is the
-           root mean square of shares, null where the law has no speed for one of the slides.
+  - its parameters with their standard errors, and R²
+  - by how much the durations deviate from it
+  - by how much the speeds that it gives for the durations are off
+  - the speeds that it was fitted on
+  - the speeds that it can answer: slower slides are cut off by the
+    sample of 70 frames, and faster ones last a frame or less (physical
+    law: less than the afterglow)
+  In this range both laws give exactly one speed for each duration.
+
+Output with --json, one object per line (wrapped here):
+  {"kind":"fit","law":"published","intercept":151.06,
+   "intercept_error":1.2,"slope":56.29,"slope_error":0.55,"r2":0.9951,
+   "deviation_frames":0.41,"speed_error":0.017,"range_mm_s":[100,200],
+   "answers_mm_s":[31.1,463.7],"slides":55,"speeds":11,
+   "left_out":{"no_speed":0,"no_duration":0,"unreliable":0}}
+  The law "physical" has track_mm and afterglow_frames instead, each with
+  its _error. speed_error is the root mean square of fractions. It is
+  null if the law has no speed for one of the slides.
 
 What is written (-o):
-  [speed] with law, its parameters and range_mm_s, the speeds it was fitted on: wstac run marks
-  answers outside as extrapolated. With --config also threshold and threshold_on: durations
-  depend on them, so wstac run must have the same; without it they are not in the table, and a
-  note says so. The table replaces [speed] in your configuration (wstac.toml), all of it.
+  The table [speed] has law, its parameters and range_mm_s, the speeds
+  that the law was fitted on. wstac run marks answers outside this range
+  as extrapolated. With --config the table also has threshold and
+  threshold_on: durations depend on them, so wstac run needs the same
+  values. Without --config they are missing, and a note says so. Replace
+  the whole table [speed] of your configuration (wstac.toml) with it.
 
-From a simulated sensor to its law (the published protocol: 11 speeds, 5 slides each):
-  printf 'specimens = ["Saw3"]\nspeeds = [100,110,120,130,140,150,160,170,180,190,200]
-  slides = 55\n' > sweep.toml
+From a simulated sensor to its law (published protocol, 11 speeds):
+  printf '%s\n' 'specimens = ["Saw3"]' 'slides = 55' \
+    'speeds = [100,110,120,130,140,150,160,170,180,190,200]' \
+    > sweep.toml
   wstac dataset sweep.toml -o slides.npz
   wstac fit-speed slides.npz -o speed.toml --plot residuals.svg
   wstac run scene:Saw3@150 --config speed.toml
@@ -114,9 +136,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let names: Vec<String> = arguments.data.iter().map(|path| path.display().to_string()).collect();
     let names = names.join(", ");
     let kinds = match arguments.law {
-        Laws::Paper => vec![Kind::Paper],
+        Laws::Published => vec![Kind::Published],
         Laws::Physical => vec![Kind::Physical],
-        Laws::Both => vec![Kind::Paper, Kind::Physical],
+        Laws::Both => vec![Kind::Published, Kind::Physical],
     };
     let fits = kinds.into_iter().map(|kind| Fit::new(kind, &slides, &names)).collect::<Result<Vec<_>, _>>()?;
     if let (Some(path), Some(format)) = (&arguments.plot, format) {
@@ -129,7 +151,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         note(format_args!("law \"{}\" written to {}", best.kind.name(), path.display()));
         if config.is_none() {
             note(format_args!(
-                "{}: has no threshold: it holds with that of the configuration that the durations are of, which --config names",
+                "{} has no threshold: use it with the threshold that the durations were found with, or give --config",
                 path.display()
             ));
         }
@@ -159,7 +181,7 @@ fn figure<'f>(fits: &'f [Fit], slides: &Slides) -> String {
     SpeedFits { slides: &slides, fits: &fits.iter().map(plain).collect::<Vec<_>>() }.draw()
 }
 
-/// Slowest and fastest of the slides' speeds.
+/// Returns the slowest and the fastest speed of the slides.
 fn range(slides: &Slides) -> [f64; 2] {
     let speeds = slides.speeds();
     [speeds.first(), speeds.last()].map(|speed| speed.copied().unwrap_or(f64::NAN))
@@ -167,7 +189,8 @@ fn range(slides: &Slides) -> [f64; 2] {
 
 fn in_words(slides: &Slides) -> String {
     let ([slowest, fastest], speeds) = (range(slides), slides.speeds().len());
-    let mut words = vec![format!("{} slides at {speeds} speeds from {slowest} to {fastest} mm/s", slides.used.len())];
+    let mut words =
+        vec![format!("{} at {speeds} speeds from {slowest} to {fastest} mm/s", counted(slides.used.len(), "slide"))];
     let reasons = [
         (slides.no_duration, "cut off or never lit"),
         (slides.unreliable, "not reliable"),
@@ -178,10 +201,10 @@ fn in_words(slides: &Slides) -> String {
     words.join("; left out: ")
 }
 
-/// Names of the intercept and the slope, the latter's sign, and their digits.
+/// Returns the names of the intercept and the slope, each with its sign.
 fn parameters(kind: Kind) -> [(&'static str, f64); 2] {
     match kind {
-        Kind::Paper => [("intercept", 1.0), ("slope", -1.0)],
+        Kind::Published => [("intercept", 1.0), ("slope", -1.0)],
         Kind::Physical => [("afterglow_frames", 1.0), ("track_mm", 1.0)],
     }
 }
@@ -200,7 +223,7 @@ fn text(fit: &Fit, nominal_frames: f64) -> String {
     );
     let read = match fit.speed_error {
         Some(error) => format!("  speeds that it reads off these durations are off by {:.1} % (rms)\n", 100.0 * error),
-        None => "  it has no speed for some of these durations: they are shorter than its afterglow\n".into(),
+        None => "  it has no speed for some of these durations, which are shorter than its afterglow\n".into(),
     };
     let answers = fit.answers(nominal_frames).map_or_else(String::new, |[slowest, fastest]| {
         format!("  it can answer {slowest:.0} to {fastest:.0} mm/s; outside what it was fitted on it is extrapolated\n")
@@ -232,7 +255,7 @@ fn as_json(fit: &Fit, slides: &Slides, nominal_frames: f64) -> serde_json::Value
     value
 }
 
-/// The configuration's table, in the 32 bits that the core works with.
+/// Returns the table of the configuration, in the 32 bits that the core works with.
 fn table(fit: &Fit, slides: &Slides, names: &str, config: Option<&Config>) -> String {
     let [slowest, fastest] = range(slides);
     let line = &fit.line;
@@ -259,7 +282,7 @@ fn table(fit: &Fit, slides: &Slides, names: &str, config: Option<&Config>) -> St
     table + &threshold
 }
 
-/// The highest number of 32 bits that is not above this one.
+/// Returns the highest number of 32 bits that is not above this one.
 fn below(number: f64) -> f32 {
     let near = number as f32;
     if f64::from(near) > number { near.next_down() } else { near }
@@ -278,7 +301,7 @@ mod tests {
         };
         let slides = Slides { used: (0..9).map(slide).collect(), no_duration: 2, ..Slides::default() };
         let with = Config::parse("[speed]\nthreshold = 0.03\nthreshold_on = \"above_baseline\"").unwrap();
-        for kind in [Kind::Paper, Kind::Physical] {
+        for kind in [Kind::Published, Kind::Physical] {
             let fit = Fit::new(kind, &slides, "it").unwrap();
             let text = table(&fit, &slides, "a.npz\n[trigger]", Some(&with));
             let config = Config::parse(&text).unwrap_or_else(|error| panic!("{text}: {error}"));

@@ -1,4 +1,4 @@
-//! `wstac man`: the help of every command as man pages.
+//! `wstac man` writes the help of every command as man pages.
 
 use std::fs;
 use std::io;
@@ -12,12 +12,14 @@ use super::output::Stop;
 use wstac_host::atomic_write::atomic_write;
 use wstac_host::error::Error;
 
-/// Write the man pages, one for each command, into a folder
+/// Write the man pages of all commands to a folder
 ///
-/// To read one: man FOLDER/wstac-run.1. A package has them already.
+/// To read a page: man FOLDER/wstac-run.1. Packages of wstac contain the pages.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The folder; it is made where there is none, and pages in it are written anew
+    /// The folder
+    ///
+    /// It is created if it does not exist. Pages in it are overwritten.
     folder: PathBuf,
 }
 
@@ -28,7 +30,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     Ok(())
 }
 
-/// Writes the pages of a command and of those below it.
+/// Writes the pages of a command and of its subcommands.
 fn write_pages(command: Command, folder: &Path) -> Result<(), Error> {
     let failed = |error: io::Error| Error::new(folder.display(), error);
     fs::create_dir_all(folder).map_err(failed)?;
@@ -39,9 +41,9 @@ fn write_pages(command: Command, folder: &Path) -> Result<(), Error> {
     atomic_write(&folder.join(name), page)
 }
 
-/// A command's page, and the name of its file.
+/// Returns the name and the content of a command's page.
 fn page(mut command: Command) -> io::Result<(String, Vec<u8>)> {
-    // Tables and examples stand in lines of their own, which the generator would run together.
+    // The generator would run the lines of tables and examples together.
     let more = command.get_after_long_help().map(|help| as_it_stands(&help.to_string()));
     command = command.after_help(None::<&str>).after_long_help(None::<&str>);
     let man = Man::new(command).source(concat!("wstac ", env!("CARGO_PKG_VERSION"))).manual("WSTac");
@@ -53,7 +55,7 @@ fn page(mut command: Command) -> io::Result<(String, Vec<u8>)> {
     Ok((man.get_filename(), page))
 }
 
-/// Text whose lines stay as they are; a line at the margin with a colon at its end is a heading.
+/// Returns text whose lines are kept. A line without indentation that ends with a colon is a heading.
 fn as_it_stands(text: &str) -> Roff {
     let mut roff = Roff::new();
     roff.control("nf", []);

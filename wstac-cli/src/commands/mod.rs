@@ -1,4 +1,4 @@
-//! The command line: arguments and output only, one file a command.
+//! The command line: arguments and output only, one file per command.
 
 mod calibrate;
 mod completions;
@@ -27,12 +27,12 @@ use clap::{Parser, Subcommand};
 use output::Stop;
 use wstac_host::error::Error;
 
-/// Tactile events from a WSTac sensor: sliding speed, direction and texture, from a camera, a recording or a simulation.
+/// Print tactile events of a WSTac sensor: sliding speed, direction and texture
 ///
 /// WSTac is an elastomer with 5 × 5 whiskers that glow where they bend, and a camera behind them. This program turns
-/// the camera's frames into tactile events.
+/// the camera's frames into tactile events. Its sources are a camera, a recording or a simulated sensor.
 #[derive(Debug, Parser)]
-#[command(name = "wstac", version, max_term_width = 100, after_long_help = EXAMPLES)]
+#[command(name = "wstac", version, max_term_width = 80, after_long_help = EXAMPLES)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -40,21 +40,40 @@ struct Arguments {
 
 const EXAMPLES: &str = "\
 Start here:
-  wstac demo                           simulated slides, the truth beside the answers
-  wstac run scene:Saw3@150,90deg       one simulated slide
-  wstac devices                        which cameras there are
-  wstac doctor /dev/video0             what is right and wrong with a camera, and what to change
-  wstac run /dev/video0                events from a USB camera
-  wstac calibrate /dev/video0 -o wstac.toml    find the whiskers in its picture: a configuration
-  wstac run clip.y4m --json            events of a recording, as JSON Lines
-  wstac record /dev/video0 -o a.mcap --label specimen=Saw3    frames and events into a file
-  wstac view /dev/video0               picture, taxels, traces and events in the terminal
-  wstac plot clip.y4m -o event.svg     one event as a figure for a paper
-  wstac monitor /dev/ttyACM0           events that a board finds
-  wstac run /dev/video0 --model builtin:svm    with textures; wstac model makes models of your own
-  wstac fit-speed slides.npz -o speed.toml     the speed law of your own sensor
-  wstac trade --budget 'M4F<60000,flash<64K'   the most accurate configuration that a board can afford
+  wstac demo
+      compare simulated slides with the answers to them
+  wstac run scene:Saw3@150,90deg
+      print the event of one simulated slide
+  wstac devices
+      list the cameras
+  wstac doctor /dev/video0
+      measure a camera and print what to change
+  wstac calibrate /dev/video0 -o wstac.toml
+      find the whiskers in the picture and write a configuration
+  wstac run /dev/video0 --config wstac.toml
+      print the events of a USB camera
+  wstac run /dev/video0 --model builtin:svm
+      name textures, too; wstac model makes models of your own
+
+Recordings and other sources:
+  wstac record /dev/video0 -o a.mcap --label specimen=Saw3
+      write frames and events to a file
+  wstac run clip.y4m --json
+      print the events of a recording as JSON Lines
   ffmpeg -i clip.mp4 -pix_fmt yuv420p -f yuv4mpegpipe - | wstac run -
+      read any video
+  wstac monitor /dev/ttyACM0
+      print the events that a board finds
+
+Figures, fits and budgets:
+  wstac view /dev/video0
+      show picture, taxels, traces and events in the terminal
+  wstac plot clip.y4m -o event.svg
+      draw one event as a figure for a paper
+  wstac fit-speed slides.npz -o speed.toml
+      fit the speed law to your own sensor
+  wstac trade --budget 'M4F<60000,flash<64K'
+      choose the most accurate configuration that a board can afford
 ";
 
 #[derive(Debug, Subcommand)]
@@ -78,8 +97,8 @@ enum Command {
     Man(man::Arguments),
 }
 
-/// Runs the command line of this process. Exit code 2 for wrong arguments, 1 for a source, file or configuration that
-/// cannot be used, 0 otherwise.
+/// Runs the command line of this process. The exit code is 2 for wrong arguments, 1 if a source, file or configuration
+/// cannot be used, and otherwise 0.
 pub(crate) fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Run(arguments) => run::run(&arguments),
@@ -101,7 +120,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Man(arguments) => man::run(&arguments),
     };
     match result {
-        // Whoever read the output has seen enough.
+        // The reader of the output has seen enough.
         Ok(()) | Err(Stop::OutputClosed) => ExitCode::SUCCESS,
         Err(Stop::Failed(error)) => fail(&error),
         Err(Stop::Interrupted(signal)) => ExitCode::from(128 + signal),
@@ -109,7 +128,10 @@ pub(crate) fn main() -> ExitCode {
 }
 
 fn fail(error: &Error) -> ExitCode {
-    // Standard error may be closed; the exit code still tells.
+    // Standard error may be closed; the exit code still reports the failure.
     let _ = std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("wstac: {error}\n"));
     ExitCode::FAILURE
 }
+
+#[cfg(test)]
+mod help_tests;

@@ -1,4 +1,4 @@
-//! `wstac monitor`: a board's events.
+//! `wstac monitor` prints a board's events.
 
 use std::sync::atomic::Ordering;
 
@@ -11,44 +11,55 @@ use wstac_host::monitor::port::{self, Got, Port};
 use wstac_host::monitor::{Monitor, Report};
 use wstac_host::output::OutputOptions;
 
-/// Waits of a port without a byte after which the board is called silent: it sends its state about once a second.
+/// The number of waits without a byte after which the board counts as silent. It sends its state about once per second.
 const SILENT: u32 = 15;
 
 /// Print the tactile events that a board finds
 ///
-/// A board that runs WSTac's firmware sends its events over a serial line. They are printed as wstac run prints those of a
-/// camera here; what the board is and what it missed is said on standard error. Ctrl-C ends.
+/// A board with the firmware of WSTac sends its events over a serial line. They are printed as wstac run prints those
+/// of a camera. Standard error reports what the board is and what was lost. Ctrl-C ends the command.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// /dev/ttyACM0 or another serial device, tcp:HOST:PORT, - (standard input), or a file of bytes that were recorded
+    /// Serial device, tcp:HOST:PORT, - or a file
+    ///
+    /// A serial device is a path such as /dev/ttyACM0. - is standard input. A file has bytes that a board sent.
     port: String,
 
     /// Print JSON Lines instead of text
     #[arg(long)]
     json: bool,
 
-    /// Ask for the ten features of every frame, and print them, too
+    /// Also request and print the ten features of every frame
     #[arg(long)]
     features: bool,
 
-    /// Ask for every event's sample, 10 × 70 numbers, and print it, too (with --json)
+    /// Also request and print the sample of every event (with --json)
+    ///
+    /// A sample has 10 × 70 numbers.
     #[arg(long, requires = "json")]
     samples: bool,
 
-    /// Bits a second of a serial device; 115200 unless given
+    /// Bits per second of a serial device; 115200 by default
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     baud: Option<u32>,
 }
 
-const HELP: &str = "\
-Records are those of wstac run (wstac run --help describes them), to the letter. Standard error
-tells what the board is, gaps (\"3 messages lost\"), damaged messages, silence, and the state of its
-camera. A serial device that is gone is waited for; anything else ends when it is at its end.
-The last record is \"end\": the board's own, or else what is known of it here.
-Requests for features and samples need a way back to the board. To record what a board sends:
+const HELP: &str = r#"What is printed:
+  Records are exactly those of wstac run (see wstac run --help). Standard
+  error reports what the board is, gaps ("3 messages lost"), damaged
+  messages, silence, and the state of its camera. If a serial device
+  disappears, the program waits for it. Other ports end at their end. The
+  last record is "end": the board's own, or else what is known here.
+  Requests for features and samples need a connection that also sends to
+  the board.
+  Exit code: 1 if the port cannot be used or carries no message, 2 for
+  wrong arguments, otherwise 0.
+
+To record what a board sends:
   stty -F /dev/ttyACM0 raw 115200; cat /dev/ttyACM0 > board.bin
-";
+  wstac monitor board.bin
+"#;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let wanted = OutputOptions { features: arguments.features, samples: arguments.samples };
@@ -75,25 +86,25 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
                 continue;
             }
             Ok(Got::Gone) => {
-                // That it is silent goes without saying.
+                // A device that is gone needs no note about its silence.
                 waits = SILENT;
-                note(format_args!("{} is gone, and is waited for", line.name()));
+                note(format_args!("{} is gone; waiting for it", line.name()));
                 continue;
             }
             Ok(Got::Back) => {
                 waits = 0;
-                note(format_args!("{} is there again", line.name()));
+                note(format_args!("{} is back", line.name()));
                 requests.send(&mut line, &[Request::Hello]);
                 requests.send(&mut line, &requests_for(wanted));
                 continue;
             }
             Ok(Got::Ended) => {
                 records.write(&monitor.finish())?;
-                let silent = || Error::new(line.name(), "has no message, expected those of a board").into();
+                let silent = || Error::new(line.name(), "has no messages, expected those of a board").into();
                 return if monitor.heard() { Ok(()) } else { Err(silent()) };
             }
             Err(error) => {
-                // The port's error is the one that matters, whatever becomes of the end record.
+                // The error of the port matters more than the end record.
                 let _ = records.write(&monitor.finish());
                 return Err(error.into());
             }
@@ -129,7 +140,7 @@ fn requests_for(wanted: OutputOptions) -> [Request; 2] {
     [Request::Features(wanted.features), Request::Samples(wanted.samples)]
 }
 
-/// Requests that were sent: their number in the sequence.
+/// The sequence number of requests.
 #[derive(Default)]
 struct Requests(u16);
 

@@ -1,4 +1,4 @@
-//! Standard output and standard error that may be closed, full or a terminal.
+//! Standard output and standard error, which may be closed, full or a terminal.
 
 use std::fmt::{self, Write as _};
 use std::io::{self, ErrorKind, Stdout, Write};
@@ -10,17 +10,18 @@ use serde::Serialize;
 use wstac_host::error::Error;
 use wstac_host::json::{Line, confidence, no_speed, real, rounded, unclear};
 use wstac_host::output::{DisturbedBaseline, Output, TactileEvent};
+use wstac_host::plural::counted;
 use wstac_host::source::LossReason;
 use wstac_host::texture::{Texture, pattern_and_depth};
 
 /// Why a command ends early.
 #[derive(Debug)]
 pub(super) enum Stop {
-    /// Nobody reads the output any more: no error.
+    /// Nobody reads the output any more, which is no error.
     OutputClosed,
     /// Something cannot be used.
     Failed(Error),
-    /// A signal of this number asked for the end before there was a result.
+    /// A signal with this number asked for the end before there was a result.
     Interrupted(u8),
 }
 
@@ -39,7 +40,7 @@ impl From<io::Error> for Stop {
     }
 }
 
-/// Frames lost, counted by reason.
+/// Counts of lost frames by reason.
 #[derive(Default)]
 pub(super) struct LossReport(Vec<(LossReason, u64)>);
 
@@ -51,50 +52,50 @@ impl LossReport {
         }
     }
 
-    /// A line a reason.
+    /// Reports one line per reason.
     pub(super) fn say(&self, note: impl Fn(String)) {
         for (reason, count) in &self.0 {
-            note(format!("{count} frame(s) lost: {reason}"));
+            note(format!("{} lost: {reason}", counted(*count, "frame")));
         }
     }
 }
 
-/// Refuses to write over a file, unless forced to; and over what is no file, or into no folder, always.
+/// Refuses to overwrite a file without `force`, and always refuses a path that is no file or in no folder.
 pub(super) fn check_new(path: &Path, force: bool) -> Result<(), Error> {
     let refused = |message: &str| Err(Error::new(path.display(), message));
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     if folder.is_some_and(|folder| !folder.is_dir()) {
-        return refused("is in no folder that is there, expected one");
+        return refused("is in a folder that does not exist, expected an existing one");
     }
-    // Of the path itself: a link is none to write to, wherever it leads.
+    // Checks the path itself: links are refused, wherever they lead.
     match path.symlink_metadata() {
         Err(_) => Ok(()),
         Ok(there) if there.is_dir() => refused("is a folder, expected a new file"),
         Ok(there) if !there.is_file() => refused("is a device, a pipe or a link, expected a new file"),
         Ok(_) if force => Ok(()),
-        Ok(_) => refused("exists already, expected a new file, or --force to write over it"),
+        Ok(_) => refused("exists already, expected a new file, or --force to overwrite it"),
     }
 }
 
-/// How records are written.
+/// The form of records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Form {
-    /// For a person.
+    /// Text for a person.
     Text,
     /// JSON Lines.
     Json,
 }
 
-/// Records on standard output; a line is out as soon as it is written, and whole, whoever else writes there.
+/// Writes records to standard output, each as a whole line at once, whoever else writes there.
 pub(super) struct Records {
     out: Stdout,
     form: Form,
-    /// The sensor that they are of, where it has a name.
+    /// The name of their sensor, if it has one.
     sensor: Option<String>,
     line: String,
 }
 
-/// A record and the sensor that it is of.
+/// A record with the name of its sensor.
 #[derive(Serialize)]
 struct OfSensor<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -108,12 +109,12 @@ impl Records {
         Self { out: io::stdout(), form, sensor: None, line: String::new() }
     }
 
-    /// The same, each named by its sensor.
+    /// Names each record by its sensor.
     pub(super) fn of_sensor(self, sensor: Option<&str>) -> Self {
         Self { sensor: sensor.map(str::to_owned), ..self }
     }
 
-    /// Writes a line. Lost frames have none, and a disturbed baseline is a note.
+    /// Writes a record as a line. Lost frames have none, and a disturbed baseline becomes a note.
     pub(super) fn write(&mut self, output: &Output) -> Result<(), Stop> {
         let Some(line) = Line::new(output) else {
             if let Output::BaselineDisturbed { .. } = output {
@@ -137,13 +138,13 @@ impl Records {
             }
         }
         self.line.push('\n');
-        // One lock for the line and its way out.
+        // One lock for the line and its flush.
         let mut out = self.out.lock();
         out.write_all(self.line.as_bytes())?;
         Ok(out.flush()?)
     }
 
-    /// Says something of this sensor on standard error.
+    /// Writes a note about this sensor to standard error.
     pub(super) fn note(&self, message: impl fmt::Display) {
         match &self.sensor {
             Some(sensor) => note(format_args!("{sensor}: {message}")),
@@ -152,13 +153,13 @@ impl Records {
     }
 }
 
-/// Says something on standard error, which may be closed.
+/// Writes a note to standard error, which may be closed.
 pub(super) fn note(message: impl fmt::Display) {
-    // In one piece: several threads may have something to say.
+    // A single write, because several threads may write notes.
     let _ = io::stderr().write_all(format!("wstac: {message}\n").as_bytes());
 }
 
-/// A record for a person, on one line.
+/// Returns a record as one line of text.
 pub(super) fn text_of(record: &Output) -> String {
     let mut line = String::new();
     // Writing to a string does not fail.
@@ -176,7 +177,7 @@ fn text(line: &mut String, record: &Output) -> fmt::Result {
         Output::EarlyTexture(early) => {
             write!(line, "at frame {}: texture ", early.frame.saturating_add(early.frames.into()))?;
             text_of_texture(line, &early.texture)?;
-            write!(line, ", from the first {} frames of the event at frame {}", early.frames, early.frame)
+            write!(line, ", from the first {} of the event at frame {}", counted(early.frames, "frame"), early.frame)
         }
         Output::Interrupted(sample) => write!(
             line,
@@ -186,10 +187,12 @@ fn text(line: &mut String, record: &Output) -> fmt::Result {
         Output::Fault(report) => {
             write!(line, "at frame {}: {}: {}", report.frame, report.fault.kind, report.fault)
         }
-        Output::Lost(lost) => write!(line, "at frame {}: {} frame(s) lost: {}", lost.frame, lost.frames, lost.reason),
+        Output::Lost(lost) => {
+            write!(line, "at frame {}: {} lost: {}", lost.frame, counted(lost.frames, "frame"), lost.reason)
+        }
         Output::BaselineDisturbed { frame } => write!(line, "at frame {frame}: {DisturbedBaseline}"),
         Output::End(end) => {
-            write!(line, "end after {} frames, {} dropped", end.frames, end.dropped)?;
+            write!(line, "end after {}, {} dropped", counted(end.frames, "frame"), end.dropped)?;
             if !end.baseline_complete {
                 line.write_str("; too short for the baseline")?;
             }
@@ -237,7 +240,7 @@ fn text_of_event(line: &mut String, event: &TactileEvent) -> fmt::Result {
 }
 
 fn text_of_texture(line: &mut String, texture: &Texture) -> fmt::Result {
-    // A specimen's name has both; another model may disagree with it.
+    // The name of a specimen has both. Another model may disagree with it.
     let of_name = texture.specimen.as_deref().map(pattern_and_depth);
     let (pattern, depth) = of_name.unwrap_or_default();
     let mut words: Vec<String> = texture.specimen.iter().chain(&texture.class).cloned().collect();

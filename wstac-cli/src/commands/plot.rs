@@ -1,4 +1,4 @@
-//! `wstac plot`: one event as a figure.
+//! `wstac plot` draws one event as a figure.
 
 use std::path::PathBuf;
 
@@ -14,15 +14,17 @@ use wstac_plot::{Format, draw, find};
 
 /// Draw one event as a figure for a paper
 ///
-/// The figure is 170 mm wide. It shows ten features over the event's 70 frames, when the light arrives at each taxel, direction
-/// and speed, and has a caption with the numbers.
+/// The figure shows ten features over the event's 70 frames, when the light arrives at each taxel, the direction and
+/// the speed. A caption has the numbers.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// What the event is in: as for wstac run
+    /// The source of the event, as for wstac run
     source: String,
 
-    /// Write the figure to this new file: SVG, PNG (300 dots per inch) or PDF, by its ending
+    /// Write the figure to this new file
+    ///
+    /// The ending of the name says what it is: SVG, PNG (300 dots per inch) or PDF.
     #[arg(short, long, value_name = "FILE.svg|png|pdf")]
     output: PathBuf,
 
@@ -34,32 +36,39 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
 
-    /// Name textures with this model, as wstac run does; once for each model
+    /// Name textures with this model; can be given several times
     #[arg(long = "model", value_name = "FILE.wsm")]
     models: Vec<PathBuf>,
 
     #[command(flatten)]
     options: SourceArguments,
 
-    /// Write over a file that is there
+    /// Overwrite an existing file
     #[arg(long)]
     force: bool,
 }
 
 const HELP: &str = "\
-The figure has four panels, words of 7.5 pt or more at 170 mm (two columns of a journal), and
-colors that differ in brightness, too:
-  a, b   rows and columns: natural logarithms of their light; numbers stand at the centroids that
-         the direction is worked out from; thresholds of trigger and speed, the window that fired,
-         first and last lit frame
-  c      when the light arrives at each of the 25 taxels (centroid), with the direction's arrow;
-         a dash where it stays below a tenth of the brightest
-  d      the speed law, thick where it was fitted, and the event on it; a hollow point is the bound
-         that a cut-off event gives
-The numbers are those of wstac run --json --samples. The same source gives the same bytes.
+The figure:
+  It is 170 mm wide (two columns of a journal), with words of 7.5 pt or
+  more. Its colors also differ in brightness. It has four panels:
+  a, b   natural logarithms of the light of rows and columns; numbers
+         mark the centroids that give the direction; also the thresholds
+         of trigger and speed, the window that fired, and the first and
+         last lit frame
+  c      the time when the light arrives at each of the 25 taxels (its
+         centroid), with an arrow for the direction; a dash means less
+         than a tenth of the brightest taxel's light
+  d      the speed law, thick in the range that it was fitted on, and the
+         event on it; a hollow point is the upper bound of an event that
+         is cut off
+  The numbers are those of wstac run --json --samples. The same source
+  gives the same bytes.
+  Exit code: 1 also if the source has no such event.
+
+Examples:
   wstac plot scene:Saw3@150,90deg --model builtin:svm -o event.svg
   wstac plot scene:Saw3@150,90deg --model builtin:svm -o event.pdf
-Exit code: 1 where the source has no such event, too.
 ";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {

@@ -1,4 +1,4 @@
-//! `wstac record`: a source into a file.
+//! `wstac record` writes a source to a file.
 
 mod guide;
 
@@ -16,6 +16,7 @@ use super::source_arguments::{SourceArguments, doubts_of_textures};
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{DisturbedBaseline, Output, OutputOptions};
+use wstac_host::plural::counted;
 use wstac_host::record::about::About;
 use wstac_host::record::{Recorder, Written};
 use wstac_host::session::{Observer, Processor, Session, Step};
@@ -24,25 +25,30 @@ use wstac_host::source::{FramePolicy, Lag, SourceEvent, StreamInfo};
 use wstac_host::texture::Textures;
 use wstac_train::dataset::recordings::{NAMES, check};
 
-/// Output a source: its frames and everything that became of them, for viewers, for wstac run and for wstac dataset
+/// Record frames, events and settings of a source to a file
 ///
-/// Every frame goes to the file as it came, with the driver's time stamp and number, and so do lost frames, taxels,
-/// features, events, the camera's controls, the configuration and the labels. Ctrl-C ends a recording; SIGTERM and SIGHUP do, too.
+/// Every frame is written as it came, with the driver's time stamp and number. So are lost frames, taxels, features,
+/// events, the camera's controls, the configuration and the labels. Viewers, wstac run and wstac dataset read the
+/// file. Ctrl-C, SIGTERM and SIGHUP end a recording.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// /dev/videoN, scene:…, FILE.y4m, -, a folder of PNGs or FILE.mcap, as wstac run has them
+    /// The source, as for wstac run
     source: String,
 
-    /// Write this new file; with --guide, a folder of them
+    /// Write this new file; with --guide, the folder for the recordings
     #[arg(short, long, value_name = "FILE.mcap")]
     output: PathBuf,
 
-    /// Lead a person through the slides of this plan, described below: one event a file, in the folder that -o names
+    /// Guide a person through the slides of a plan, described below
+    ///
+    /// Each event becomes a file in the folder that -o names.
     #[arg(long, value_name = "PLAN.toml", conflicts_with_all = ["frames", "duration", "events", "force"])]
     guide: Option<PathBuf>,
 
-    /// Say what is recorded, such as specimen=Saw3, speed=150, direction=90; wstac dataset reads these three
+    /// A label of the recording, such as specimen=Saw3
+    ///
+    /// wstac dataset reads specimen, speed and direction.
     #[arg(long = "label", value_name = "NAME=VALUE", value_parser = label)]
     labels: Vec<(String, String)>,
 
@@ -50,7 +56,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
 
-    /// Name textures with this model, as wstac run does
+    /// Name textures with this model; can be given several times
     #[arg(long = "model", value_name = "FILE.wsm")]
     models: Vec<PathBuf>,
 
@@ -73,53 +79,67 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     events: Option<u64>,
 
-    /// Write over FILE.mcap
+    /// Overwrite FILE.mcap
     #[arg(long)]
     force: bool,
 }
 
-const HELP: &str = r#"The file is MCAP, uncompressed. Rerun opens it as it is; its schemas are Foxglove's:
-  /camera       every frame: foxglove.RawImage, or foxglove.CompressedImage with the JPEG as
-                the camera sent it. The bytes are the camera's own; of formats that viewers have
-                no name for, planes and numbers of 10 to 16 bits are shown as gray
-  /taxels       5 × 5 shares of full scale: foxglove.RawImage, 32FC1
-  /features     the ten features of every frame: std_msgs/msg/Float64MultiArray (ROS 2, CDR)
-  /events       events in words: foxglove.Log; /events/json has the lines of wstac run --json
-  /faults       lost frames and what happened to the source: foxglove.Log; /faults/json
-  metadata      wstac.stream (size, format, color, rate, version), wstac.camera (who it is,
-                its controls, and which are not locked), wstac.layout, wstac.configuration
-                (TOML, in full), wstac.labels
-  Times are the driver's time stamps, of a file frames / rate; a frame's number is the driver's.
-  wstac run FILE.mcap gives the very events of the recorded run, with its configuration unless
-  --config gives another. Textures are named by the models that --model gives there: without,
-  events have none, and it is said which models the recording was made with.
-  Taxel-only scenes (fidelity = "taxel") have no frames to record.
+const HELP: &str = r#"What the file holds:
+  MCAP, uncompressed, with the schemas of Foxglove; Rerun opens it.
+  /camera     every frame: foxglove.RawImage, or foxglove.CompressedImage
+              with the JPEG that the camera sent. The bytes are the
+              camera's own. Formats that viewers do not know (planes, and
+              numbers of 10 to 16 bits) are shown as gray.
+  /taxels     5 × 5 fractions of full scale: foxglove.RawImage, 32FC1
+  /features   the ten features of every frame:
+              std_msgs/msg/Float64MultiArray (ROS 2, CDR)
+  /events     events in words: foxglove.Log; /events/json has the lines
+              of wstac run --json
+  /faults     lost frames and faults of the source: foxglove.Log, and as
+              JSON in /faults/json
+  metadata    wstac.stream (size, format, color, rate, version),
+              wstac.camera (its identity, its controls, and which are not
+              locked), wstac.layout, wstac.configuration (all of it, as
+              TOML), wstac.labels
+  Times are the driver's time stamps, or frames / rate of a file. Frame
+  numbers are the driver's.
+  wstac run FILE.mcap gives the same events again, with the recording's
+  configuration unless --config gives another. Textures need --model
+  there. Without it, events have none, and a note names the models of the
+  recording. Taxel-only scenes (fidelity = "taxel") have no frames and
+  cannot be recorded.
 
 Guided (--guide PLAN.toml -o FOLDER):
-  specimens = ["Saw3", "Fla0"]    # what is slid over the sensor
-  speeds = [100, 150]             # mm/s; left out: no label speed
-  directions = [0, 90]            # degrees; left out: no label direction
+  specimens = ["Saw3", "Fla0"]    # what slides over the sensor
+  speeds = [100, 150]             # mm/s; if left out: no such label
+  directions = [0, 90]            # degrees; if left out: no such label
   count = 10                      # slides of every combination
-  Labels that the plan gives cannot be given by --label, too.
-  For every slide it says which, and waits for a line on standard input: Enter starts, r takes
-  the last one once more (its file is replaced when the new one is whole), s skips, q quits.
-  Where standard input ends, a camera's session ends; of a file or a scene, which waits for
-  nobody, the slides that are left are taken at once. A
-  baseline that is not quiet is taken again; then it says to slide, and the event goes to
-  FOLDER/Saw3-150mm_s-90deg-01.mcap with its labels. Slides that have a file are left out, so
-  the same command goes on after a stop. wstac dataset FOLDER -o set.npz makes a training set.
+  The plan's own labels cannot be given with --label, too.
+  For every slide the program prints which it is and waits for a line on
+  standard input: Enter starts, r repeats the last slide (its file is
+  replaced when the new one is whole), s skips, q quits. A camera's
+  session ends when standard input ends. A file or a scene does not wait
+  then: its remaining slides are taken at once.
+  If the baseline is not quiet, it is taken again. Then the program asks
+  for the slide, and the event goes to FOLDER/Saw3-150mm_s-90deg-01.mcap
+  with its labels. Slides that have a file are left out, so the same
+  command continues after a stop. wstac dataset FOLDER -o set.npz makes a
+  training set of the folder.
 
-When something goes wrong:
-  Ctrl-C, SIGTERM, SIGHUP and a source that fails end the file properly. Room for the end of the
-  file is reserved as it grows, so a full disk ends it properly, too (exit code 1), where the
-  file system can reserve room: ext4, XFS, Btrfs and tmpfs can. After kill -9 or a crash:
-  wstac recover FILE.mcap -o WHOLE.mcap brings back every frame that was written. Frames wait for
-  a slow disk in memory, up to 256 MiB; at the end it is said how many did, and whether the
-  driver dropped any meanwhile.
-  Exit code: 1 where the source or the file cannot be used, 2 for wrong arguments, otherwise 0.
+If something goes wrong:
+  Ctrl-C, SIGTERM, SIGHUP and a source that fails end the file properly.
+  A full disk does, too (exit code 1), if the file system can reserve
+  room for the file's end: ext4, XFS, Btrfs and tmpfs can.
+  After kill -9 or a crash, wstac recover FILE.mcap -o WHOLE.mcap brings
+  back every frame that was written.
+  Up to 256 MiB of frames wait in memory for a slow disk. At its end the
+  program prints how many waited, and whether the driver dropped any.
+  Exit code: 1 if the source or the file cannot be used, 2 for wrong
+  arguments, otherwise 0.
 
 Examples:
-  wstac record /dev/video0 -o saw3.mcap --label specimen=Saw3 --label speed=150 --events 10
+  wstac record /dev/video0 -o saw3.mcap --label specimen=Saw3 \
+    --label speed=150 --events 10
   wstac record scene:Saw3@150 -o scene.mcap --label specimen=Saw3
   wstac record /dev/video0 --guide plan.toml -o session
   wstac run saw3.mcap --model builtin:svm
@@ -156,7 +176,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let events = recording.shown.events;
     let written = recording.recorder.finish();
     say(&arguments.output, written.as_ref().ok(), session.lag(), events);
-    // Both matter; a file that is not whole matters most.
+    // Both errors matter, but an incomplete file matters more.
     if let (Err(error), Err(_)) = (&ended, &written) {
         note(error);
     }
@@ -164,14 +184,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     Ok(ended?)
 }
 
-/// When a recording ends by itself.
+/// The limits at which a recording ends by itself.
 #[derive(Clone, Copy)]
 struct Limits {
     frames: Option<u64>,
     events: Option<u64>,
 }
 
-/// Records on standard output, as long as somebody reads them: a recording goes on without.
+/// Records on standard output while somebody reads them. The recording continues without a reader.
 struct Shown {
     records: Option<Records>,
     events: u64,
@@ -245,19 +265,21 @@ fn read(
     }
 }
 
-/// What was recorded, and how far anything was behind.
+/// Reports what was recorded, and the largest delays.
 fn say(path: &Path, written: Option<&Written>, lag: Lag, events: u64) {
     let Some(written) = written else { return };
     let megabytes = written.bytes as f64 / 1e6;
     let (frames, waiting) = (written.frames, written.most_waiting);
-    note(format_args!("{}: {frames} frames, {events} events, {megabytes:.1} MB", path.display()));
-    note(format_args!("at most {waiting} frames waited for the disk, {} for the program", lag.most));
+    let (frames, events) = (counted(frames, "frame"), counted(events, "event"));
+    note(format_args!("{}: {frames}, {events}, {megabytes:.1} MB", path.display()));
+    note(format_args!("at most {} waited for the disk, {} for the program", counted(waiting, "frame"), lag.most));
     if written.waits > 0 {
-        note(format_args!("the disk was too slow {} times: frames may have been dropped meanwhile", written.waits));
+        let times = counted(written.waits, "time");
+        note(format_args!("the disk was too slow {times}: the driver may have dropped frames"));
     }
 }
 
-/// `name=value`.
+/// Parses `name=value`.
 fn label(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((name, value)) if !name.trim().is_empty() && !value.trim().is_empty() => {
@@ -267,7 +289,7 @@ fn label(text: &str) -> Result<(String, String), String> {
     }
 }
 
-/// Labels by name, each once.
+/// Returns labels by name, each once.
 fn labels(given: &[(String, String)]) -> Result<Labels, Error> {
     let mut labels = Labels::new();
     for (name, value) in given {
@@ -278,7 +300,7 @@ fn labels(given: &[(String, String)]) -> Result<Labels, Error> {
     }
     check(&labels).map_err(|message| Error::new("--label", message))?;
     for name in labels.keys().filter(|name| !NAMES.contains(&name.as_str())) {
-        note(format_args!("label {name} is kept; wstac dataset reads {} alone", NAMES.join(", ")));
+        note(format_args!("label {name} is kept; wstac dataset reads only {}", NAMES.join(", ")));
     }
     Ok(labels)
 }
@@ -288,14 +310,14 @@ fn seconds(text: &str) -> Result<f64, String> {
     seconds.ok_or_else(|| format!("{text:?} is no duration, expected seconds such as 2.5"))
 }
 
-/// The frames after which a recording ends.
+/// Returns the number of frames after which a recording ends.
 fn frame_limit(arguments: &Arguments, info: &StreamInfo) -> Option<u64> {
     let rate = info.rate.per_second();
     let of_time = arguments.duration.map(|seconds| (seconds * rate).ceil() as u64);
     arguments.frames.into_iter().chain(of_time).min()
 }
 
-/// Refuses to write over what is read: a file by any of its names, standard input, a scene's file, a picture of a folder.
+/// Refuses to overwrite the source: a file by any of its names, standard input, a scene's file, a picture of a folder.
 fn refuse_own(source: &str, new: &Path) -> Result<(), Error> {
     let refused = || Err(Error::new(new.display(), "is the source itself, expected a new file"));
     let source = Path::new(if source == "-" { "/dev/stdin" } else { source.strip_prefix("scene:").unwrap_or(source) });
@@ -307,20 +329,20 @@ fn refuse_own(source: &str, new: &Path) -> Result<(), Error> {
     if is_picture && new.exists() && is_same(source, folder) { refused() } else { Ok(()) }
 }
 
-/// Whether two paths lead to the same file or folder.
+/// Returns whether two paths lead to the same file or folder.
 pub(super) fn is_same(one: &Path, other: &Path) -> bool {
     let of = |path: &Path| fs::metadata(path).ok().map(|metadata| (metadata.dev(), metadata.ino()));
     of(one).is_some_and(|one| of(other) == Some(one))
 }
 
-/// The new file.
+/// Creates the new file.
 pub(super) fn create(path: &Path, force: bool) -> Result<File, Error> {
     check_new(path, force)?;
     let file = if force { File::create(path) } else { File::create_new(path) };
     file.map_err(|error| Error::new(path.display(), error))
 }
 
-/// A flag that a signal sets; a closed terminal ends a recording as Ctrl-C does.
+/// Returns a flag that a signal sets. A closed terminal ends a recording like Ctrl-C.
 fn signals() -> Result<Arc<AtomicBool>, Error> {
     let flag = interruptions()?;
     signal_hook::flag::register(SIGHUP, Arc::clone(&flag)).map_err(|error| Error::new("signals", error))?;

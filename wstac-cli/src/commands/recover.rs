@@ -1,4 +1,4 @@
-//! `wstac recover`: a whole recording of one that was cut off.
+//! `wstac recover` makes a complete recording of one that was cut off.
 
 use std::fs;
 use std::path::PathBuf;
@@ -6,12 +6,13 @@ use std::path::PathBuf;
 use super::output::{Stop, check_new, note};
 use super::record::{create, is_same};
 use wstac_host::error::Error;
+use wstac_host::plural::counted;
 use wstac_host::record::{Recovered, Unread, recover};
 
-/// Make a whole recording of one that was cut off or is damaged
+/// Make a whole recording of a damaged or interrupted one
 ///
 /// After a crash, a power cut or kill -9, FILE.mcap has no end, and viewers refuse it. Everything that was completely
-/// written goes into a new file; FILE.mcap stays as it is.
+/// written goes to a new file. FILE.mcap stays as it is.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
@@ -19,29 +20,38 @@ pub(super) struct Arguments {
     #[arg(value_name = "FILE.mcap")]
     input: PathBuf,
 
-    /// Write this new file
+    /// Write the recording to this new file
     #[arg(short, long, value_name = "NEW.mcap")]
     output: PathBuf,
 
-    /// Write over NEW.mcap
+    /// Overwrite NEW.mcap
     #[arg(long)]
     force: bool,
 }
 
 const HELP: &str = "\
-What comes back: every frame that was completely written, with all that belongs to it. wstac record
-hands a frame to the system as soon as it has it, so after kill -9 that is all but those that
-waited in memory for a slow disk (it says at its end how many waited at most).
-Where bytes are not those that were written, the frames of that second (or 4 MiB) are entered as
-lost: those behind keep their place in time, and wstac run counts them as dropped. Where a length
-is damaged, nobody knows what stands behind it: it is said how many bytes from where on could not
-be read (the exit code is 1, and the new file has all the rest); frames in them are not counted.
-Until it is whole, the new file is NEW.mcap.part.
-The recording must not be compressed (mcap decompress undoes that). Other programs' recordings
-come back, too, but without their attachments.
-Exit code: 0 where there is a new file, however little is in it, and only the end, which was not
-completely written, is missing; 1 where a damaged part of the recording, or all of it, cannot be
-read, or the new file not be written; 2 for wrong arguments.
+What is recovered:
+  - Every frame that was completely written, with all that belongs to it.
+    wstac record hands each frame to the system at once. After kill -9,
+    only the frames that waited in memory for a slow disk are missing;
+    wstac record prints at its end how many waited at most.
+  - If bytes are damaged, the frames of that second (or 4 MiB) become
+    lost frames. Later frames keep their place in time, and wstac run
+    counts the lost ones as dropped.
+  - If a length is damaged, the position of what follows is unknown. The
+    program reports how many bytes it could not read, and from where on.
+    Frames in them are not counted. The new file has all the rest, and
+    the exit code is 1.
+  The new file is called NEW.mcap.part until it is whole. The recording
+  must not be compressed (mcap decompress undoes that). Recordings of
+  other programs are recovered, too, but without their attachments.
+
+Exit code:
+  0   there is a new file, and only the incomplete end of the recording
+      is missing
+  1   a damaged part of the recording, or all of it, cannot be read, or
+      the new file cannot be written
+  2   wrong arguments
 ";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
@@ -51,7 +61,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     wstac_host::record::check_readable(old)?;
     check_new(new, arguments.force)?;
-    // What is there under the new name stays until there is something better.
+    // An existing file of the new name stays until there is a better one.
     let part = new.with_added_extension("part");
     if is_same(old, &part) {
         return Err(Error::new(part.display(), "is the recording itself, expected another new file").into());
@@ -62,26 +72,30 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         Ok(found)
     });
     let found = found.inspect_err(|_| {
-        // The old one is still there; half of the new one would be taken for all of it.
+        // The old file is still there, and an incomplete new one could be mistaken for a complete one.
         let _ = fs::remove_file(&part);
     })?;
     let Recovered { frames, events, damaged, whole, bytes, unread, doubtful } = found;
-    note(format_args!("{}: {frames} frames, {events} events, {:.1} MB", new.display(), bytes as f64 / 1e6));
+    let (frames, events) = (counted(frames, "frame"), counted(events, "event"));
+    note(format_args!("{}: {frames}, {events}, {:.1} MB", new.display(), bytes as f64 / 1e6));
     if damaged > 0 {
-        note(format_args!("{damaged} frames were damaged and are entered as lost"));
+        note(format_args!("{} damaged, recorded as lost", counted(damaged, "frame")));
     }
     if doubtful > 0 {
-        note(format_args!("{doubtful} messages may have a wrong name: only a damaged part says what they are"));
+        let doubtful = counted(doubtful, "message");
+        note(format_args!("{doubtful} with a name that may be wrong: it stands in a damaged part"));
     }
     if let Some(Unread { at, bytes, damaged }) = unread {
         if damaged {
             let message = format_args!(
-                "is damaged: {bytes} bytes from {at} on could not be read; {} has the rest",
+                "is damaged: {} from {at} on could not be read; {} has the rest",
+                counted(bytes, "byte"),
                 new.display()
             );
             return Err(Error::new(old.display(), message).into());
         }
-        note(format_args!("the last {bytes} bytes, from {at} on, are a record that was not completely written"));
+        let bytes = counted(bytes, "byte");
+        note(format_args!("the end has an incomplete record: {bytes} from {at} on"));
     }
     note(if whole { "the recording was finished properly" } else { "the recording was not finished" });
     Ok(())

@@ -1,4 +1,4 @@
-//! `wstac run`: the events of one source, or of several at once.
+//! `wstac run` prints the events of one source, or of several at once.
 
 mod read;
 mod sensors;
@@ -19,14 +19,16 @@ use wstac_host::model_file::ModelFile;
 
 /// Print the tactile events of a source
 ///
-/// Frames become 25 taxel sums, 10 log features, and events: samples of 70 frames around each contact, with sliding
-/// speed and direction. The first 25 frames are the baseline: nothing may touch the sensor during them (0.8 s at
-/// 30 frames a second). Ctrl-C ends a camera.
+/// Frames become 25 taxel sums, ten features and events. An event is a sample of 70 frames around a contact, with
+/// sliding speed and direction. The first 25 frames (0.8 s at 30 frames per second) are the baseline: nothing may
+/// touch the sensor during them. Ctrl-C ends a camera.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = help())]
 pub(super) struct Arguments {
-    /// /dev/videoN, scene:Saw3@150[,90deg][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input), a
-    /// folder of PNGs, or FILE.mcap; or several, each as cam:NAME=SOURCE
+    /// Camera, recording or scene, or several as cam:NAME=SOURCE
+    ///
+    /// Sources are /dev/videoN, scene:Saw3@150[,90deg][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input),
+    /// FILE.mcap and a folder of PNG files; see Sources below.
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<String>,
 
@@ -34,8 +36,10 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
 
-    /// Name textures with this model file (wstac model --help), or with builtin:svm, builtin:forest or builtin:boosted, which
-    /// were trained on simulated slides; once for each model, where specimens, patterns and depths have their own
+    /// Name textures with this model; can be given several times
+    ///
+    /// It is a file (see wstac model --help) or builtin:svm, builtin:forest or builtin:boosted, which were trained on
+    /// simulated slides. Give one for each of specimens, patterns and depths if they have models of their own.
     #[arg(long = "model", value_name = "FILE.wsm")]
     models: Vec<PathBuf>,
 
@@ -43,100 +47,132 @@ pub(super) struct Arguments {
     #[arg(long)]
     json: bool,
 
-    /// Print the ten features of every frame, too
+    /// Also print the ten features of every frame
     #[arg(long)]
     features: bool,
 
-    /// Print every event's sample, 10 × 70 numbers, too (with --json)
+    /// Also print the sample of every event, 10 × 70 numbers (with --json)
     #[arg(long, requires = "json")]
     samples: bool,
 
     #[command(flatten)]
     options: SourceArguments,
 
-    /// End after this many frames, lost ones included; of several sources, after as many of each
+    /// End after this many frames, lost ones included
+    ///
+    /// Of several sources, each ends after as many frames.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     frames: Option<u64>,
 
-    /// Write the bytes of every frame, as they are summed (JPEG and PNG decoded), to a new file; lost frames leave no
-    /// bytes. One source only
+    /// Write the bytes of every frame to a new file (one source only)
+    ///
+    /// Bytes are written as they are summed: JPEG and PNG are decoded first. Lost frames leave no bytes.
     #[arg(long, value_name = "FILE")]
     save_raw: Option<PathBuf>,
 }
 
 const HELP: &str = r#"Sources:
-  /dev/videoN      a V4L2 camera (wstac devices lists them): --format, --size and --fps choose
-                   among what it offers
-  scene:Saw3@150   a simulated slide: Fla0, or Sin, Saw or Tri with a depth of 2, 3 or 4 mm, at
-                   1 to 1000 mm/s, then any of ,0deg ,90deg ,180deg ,270deg and ,seed=N
-  scene:FILE.toml  the same from a file, with every property of specimen, whiskers, light and
-                   camera (wstac scene --help lists them), or several slides
-  FILE.y4m, -      Y4M; for other videos:
-                   ffmpeg -i FILE -pix_fmt yuv420p -f yuv4mpegpipe - | wstac run -
-  FILE.mcap        a recording (wstac record): the very events of the recorded run, with its
-                   configuration unless --config gives another; textures only with --model, also
-                   where it was recorded with models (which is said then)
-  FOLDER           its PNGs, 2.png before 10.png; 30 frames a second unless --fps says otherwise
-  cam:NAME=SOURCE  any of these under a name, several at once (a name has letters, digits, - and
-                   _): wstac run cam:left=/dev/video0 cam:right=/dev/video2
-                   Options, configuration and models are those of all. Each has its own
-                   baseline, frames and end; where one fails, the others go on to their ends.
-  Exit code: 1 where a source or file cannot be used, 2 for wrong arguments, otherwise 0.
+  /dev/videoN      a V4L2 camera (wstac devices lists them); --format,
+                   --size and --fps choose one of its modes
+  scene:Saw3@150   a simulated slide: Fla0, or Sin, Saw or Tri with a
+                   depth of 2, 3 or 4 mm; then @ and 1 to 1000 mm/s;
+                   then any of ,0deg ,90deg ,180deg ,270deg ,seed=N
+  scene:FILE.toml  simulated slides with any property of specimen,
+                   whiskers, light and camera (see wstac scene --help)
+  FILE.y4m, -      Y4M, from a file or standard input; other videos:
+                   ffmpeg -i FILE -pix_fmt yuv420p -f yuv4mpegpipe - |
+                   wstac run -
+  FILE.mcap        a recording of wstac record: it gives the same events
+                   again, with its own configuration unless --config
+                   gives another; textures need --model, and a note
+                   says if the recording was made with a model
+  FOLDER           PNG files, 2.png before 10.png, at 30 frames per
+                   second unless --fps gives another rate
+  cam:NAME=SOURCE  any of these with a name, to read several at once:
+                   wstac run cam:left=/dev/video0 cam:right=/dev/video2
+                   A name has letters, digits, - and _. All sources
+                   share options, configuration and models. Each has its
+                   own baseline, frames and end. If one fails, the
+                   others continue.
+  Exit code: 1 if a source or file cannot be used, 2 for wrong arguments,
+  otherwise 0.
 
-A camera on a bad day:
-  Where the program is slower than the camera, older frames are skipped for the newest and
-  count as lost, so that time does not shift (not with --save-raw: every frame counts there).
-  Where the stream breaks off (unplugged, a failed stream, silence), it waits for the same
-  camera, by its serial number or its place, starts it as it was and goes on; the time that
-  passed counts as lost frames. Each is told as a fault, once: "disconnected", "reconnected",
-  "refused" (it is there and does not start yet), "no-signal", "signal", "slow" (fewer than 90 %
-  of the frames agreed on), "in-time", "controls" (other values than before the break).
-  A camera that comes back with another format, size or rate ends the stream, exit code 1.
+Camera faults and recovery:
+  If the program is slower than the camera, it skips older frames for the
+  newest one. Skipped frames count as lost, so time does not shift. With
+  --save-raw no frame is skipped.
+  If the stream stops (unplugged, failed or silent), the program waits
+  for the same camera. It finds it by its serial number or its port,
+  restarts it with the same settings and continues. The time in between
+  counts as lost frames.
+  Each fault is reported once:
+    disconnected   the stream stopped
+    reconnected    the camera is back and its stream runs
+    refused        the camera is there, but does not start yet
+    no-signal      the input has no signal
+    signal         the signal is back
+    slow           fewer than 90 % of the agreed frames arrive
+    in-time        frames arrive at the agreed rate again
+    controls       controls have other values than before the fault
+  A camera that comes back with another format, size or rate ends the
+  stream with exit code 1.
 
 What the answers mean:
-  An event is a sample of 70 frames (2.3 s at 30 frames a second). A slide that lasts
-  longer, one slower than about 70 mm/s, is cut, or becomes several events: their speeds,
-  bounds and directions may be wrong.
-  Speed was fitted from 100 to 200 mm/s, for specimens about as long as the paper's (105 mm
-  in the simulation) at 30 frames a second; one frame is 4 % of it. An answer outside is
-  marked "extrapolated" and may be far off. Another length: [speed] law = "physical", with
-  track_mm its length and the whiskers' span of 16 mm.
+  An event is a sample of 70 frames (2.3 s at 30 frames per second). A
+  slide below about 70 mm/s lasts longer: it is cut off, or becomes
+  several events. Their speeds, bounds and directions may be wrong.
+  The speed law was fitted from 100 to 200 mm/s at 30 frames per second,
+  for specimens of the published length (105 mm in the simulation). One
+  frame is 4 % of the speed. Answers outside this range are marked
+  "extrapolated" and may be far off. For another length, set
+  law = "physical" under [speed], and track_mm to the specimen's length
+  plus 16 mm, the span of the whiskers.
   Directions are counter-clockwise in the picture: 0° is right, 90° up.
-  "reliable" says that the baseline was quiet and that at most 7 frames were filled, no
-  more.
-  A texture is always one of the model's, however little of it was seen: what is none of
-  them, or no longer whole, is named all the same. Do not rely on that of a cut-off event
-  (no speed, and "why" says so). A model knows slides at about the rate that it was trained
-  at, those that come with wstac at 30 frames a second.
+  "reliable" means only that the baseline was quiet and that at most 7
+  frames were filled.
+  A model always answers with one of its own textures, also for a texture
+  that it does not know and for an event that is cut off. Do not rely on
+  the texture of an event without a speed ("why" gives the reason).
+  A model needs about the frame rate that it was trained at. The models
+  that come with wstac were trained at 30 frames per second.
 
-Output with --json, one object a line:
+Output with --json, one object per line (wrapped here):
   {"kind":"features","frame":0,"f":[…10 numbers…]}
   {"kind":"event","frame":137,"frames":70,"duration_frames":38,
-   "speed":{"mm_s":102.0,"extrapolated":false},"direction":{"deg":90,"confidence":0.93},
+   "speed":{"mm_s":102.0,"extrapolated":false},
+   "direction":{"deg":90,"confidence":0.93},
    "texture":{"specimen":"Saw3","pattern":"Saw","depth_mm":3.0},
    "frames_filled":0,"reliable":true}
   {"kind":"texture","frame":137,"frames":40,"texture":{…}}
-  {"kind":"incomplete","frame":300,"frames":12}     an event that a gap of lost frames ended
-  {"kind":"fault","frame":300,"fault":"disconnected","message":"…"}     the source goes on
-  {"kind":"end","frames":900,"dropped":0,"baseline":"complete","incomplete":null}
-  With cam:NAME=SOURCE, each starts with "sensor":"NAME", and each sensor has its end.
-  "f" is five rows, then five columns: natural logarithms, exact multiples of 1/2048.
-  --samples adds "sample" to events: 10 lists of 70 such numbers.
-  "frame" of an event is the first of its sample, 10 before the window that fired. Frames
-  are counted from 0; above 45 a second, round(fps/30) camera frames are added up to one.
-  "dropped" counts camera frames.
-  speed, direction.deg and texture are null where there is no answer, and "why" says why.
-  "texture" has null for what no model tells, and "class" from models of other classes. A
-  record of that kind comes as soon as a model's frames have arrived, where the model needs
-  fewer than 70; the event that follows says the same.
-  "speed_at_most" is what the law makes of the part of a cut-off event that was seen.
-  "baseline" is "incomplete" where the stream was too short for it; "incomplete" is
-  {"frame","frames"} where the stream ended inside an event.
+  {"kind":"incomplete","frame":300,"frames":12}
+  {"kind":"fault","frame":300,"fault":"disconnected","message":"…"}
+  {"kind":"end","frames":900,"dropped":0,"baseline":"complete",
+   "incomplete":null}
+  With cam:NAME=SOURCE, each object starts with "sensor":"NAME", and each
+  sensor has its own end.
+  features    "f" has five rows, then five columns: natural logarithms,
+              exact multiples of 1/2048.
+  event       "frame" is the first of the sample, 10 before the window
+              that fired. speed, direction.deg and texture are null if
+              there is no answer, and "why" gives the reason.
+              "speed_at_most" is an upper bound of the speed of an event
+              that is cut off. "texture" is null for what no model
+              answers; models of other classes answer with "class".
+              --samples adds "sample": 10 lists of 70 numbers like "f".
+  texture     is printed as soon as a model that needs fewer than 70
+              frames has them. The event that follows has the same.
+  incomplete  is an event that a gap of lost frames ended.
+  fault       does not end the source.
+  end         "dropped" counts camera frames. "baseline" is "incomplete"
+              if the stream was too short for it. "incomplete" is
+              {"frame","frames"} if the stream ended inside an event.
+  Frames are counted from 0. Above 45 frames per second, round(fps/30)
+  camera frames are added up to one.
 
 Configuration (--config), every key optional; these are the defaults:
 "#;
 
-/// What `wstac run --help` ends with.
+/// Returns the text at the end of `wstac run --help`.
 fn help() -> String {
     let configuration = wstac_host::config::DEFAULT_CONFIGURATION.replace('\n', "\n  ");
     format!("{HELP}  {}", configuration.trim_end())
@@ -155,7 +191,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let run = Run { arguments, files: &files, interrupted: &interrupted };
     if let [only] = &sensors[..] {
         let opened = run.open(only)?;
-        // Not before: opening a pipe that nobody writes to ends with the first Ctrl-C.
+        // Only after opening: the first Ctrl-C ends a wait for the writer of a pipe.
         on_interruption(&interrupted)?;
         return opened.read();
     }
@@ -163,19 +199,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     run.all(&sensors)
 }
 
-/// Ends the process: arguments that do not go together.
+/// Ends the process because of arguments that contradict each other.
 fn conflict(message: &str) {
     clap::Error::raw(ErrorKind::ArgumentConflict, format_args!("{message}\n")).exit();
 }
 
-/// A flag that the first Ctrl-C or SIGTERM sets; a second one ends the process at once.
+/// Returns a flag that the first Ctrl-C or SIGTERM sets; a second one ends the process at once.
 pub(super) fn interruptions() -> Result<Arc<AtomicBool>, Error> {
     let flag = Arc::new(AtomicBool::new(false));
     on_interruption(&flag)?;
     Ok(flag)
 }
 
-/// The number of the first SIGINT or SIGTERM, 0 before; a second one ends the process at once.
+/// Returns the number of the first SIGINT or SIGTERM, 0 before; a second one ends the process at once.
 pub(super) fn signals() -> Result<Arc<AtomicUsize>, Error> {
     interruptions()?;
     let number = Arc::new(AtomicUsize::new(0));

@@ -1,4 +1,4 @@
-//! What every command that reads a source asks about it.
+//! The arguments of every command that reads a source.
 
 use std::path::Path;
 
@@ -19,20 +19,23 @@ use wstac_scene::{Scene, Truth};
 /// How a source is opened and read.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct SourceArguments {
-    /// Frames a second, such as 30 or 30000/1001: of a recording, instead of what it says; of a camera, to ask for; of a
-    /// scene, to simulate
+    /// Frames per second, such as 30 or 30000/1001
+    ///
+    /// Of a recording, the rate replaces the one in the file. A camera is asked for it. A scene is simulated at it.
     #[arg(long, value_name = "RATE", value_parser = frame_rate)]
     fps: Option<FrameRate>,
 
-    /// Matrix of a YCbCr source, instead of what it says
+    /// Matrix of a YCbCr source, instead of the stated one
     #[arg(long)]
     matrix: Option<MatrixName>,
 
-    /// Quantisation range of a YCbCr source, instead of what it says
+    /// Quantization range of a YCbCr source, instead of the stated one
     #[arg(long)]
     range: Option<RangeName>,
 
-    /// Pixel format to ask a camera for, by its four-character code, such as YUYV, GREY or MJPG
+    /// Pixel format to ask a camera for, such as YUYV, GREY or MJPG
+    ///
+    /// It is a four-character code. wstac devices lists those of a camera.
     #[arg(long, value_name = "FOURCC", value_parser = four_characters)]
     format: Option<[u8; 4]>,
 
@@ -40,12 +43,16 @@ pub(super) struct SourceArguments {
     #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size)]
     size: Option<(u32, u32)>,
 
-    /// Leave a camera's exposure, gain, white balance, focus and the like automatic, instead of locking them
+    /// Do not lock a camera's controls
+    ///
+    /// Exposure, gain, white balance, focus and the like stay automatic.
     #[arg(long)]
     keep_controls: bool,
 
-    /// Set a camera's control, such as exposure_time_absolute=200, to a value that it keeps; any number of times. Names
-    /// and values are those of v4l2-ctl -L; an unknown name lists them
+    /// Set a control of a camera, such as gain=20
+    ///
+    /// The camera keeps the value. The option can be given any number of times. Names and values are those of v4l2-ctl
+    /// -L; the error for an unknown name lists all names.
     #[arg(long = "control", value_name = "NAME=VALUE", value_parser = control)]
     controls: Vec<ControlSetting>,
 }
@@ -63,22 +70,22 @@ enum RangeName {
 }
 
 impl SourceArguments {
-    /// Opens a source; what its frames have in common, as the arguments have it; and the configuration: of the file that
-    /// the user names, else the source's own, else the default.
+    /// Opens a source and returns it with its stream information and its configuration. The configuration is that of
+    /// the given file, or else of the source, or else the default.
     pub(super) fn open_configured(
         &self,
         source: &str,
         delivery: FramePolicy,
         file: Option<&Path>,
     ) -> Result<(Box<dyn Source>, StreamInfo, Config), Error> {
-        // First: a camera, or standard input, is not asked for what could not be used.
+        // The file is read first, so that a camera or standard input is not opened in vain.
         let given = file.map(Config::read).transpose()?;
         let (source, info) = self.open(source, delivery)?;
         let config = config_of(&info, given)?;
         Ok((source, info, config))
     }
 
-    /// Opens a source; what its frames have in common, as the arguments have it.
+    /// Opens a source and returns it with its stream information, as the arguments change it.
     pub(super) fn open(&self, source: &str, delivery: FramePolicy) -> Result<(Box<dyn Source>, StreamInfo), Error> {
         let Self { fps, format, size, keep_controls, .. } = *self;
         let controls = self.controls.clone();
@@ -102,17 +109,17 @@ impl SourceArguments {
         Ok((source, info))
     }
 
-    /// The same with another format and size.
+    /// Returns the same arguments with another format and size.
     pub(super) fn with_format(&self, format: [u8; 4], size: (u32, u32)) -> Self {
         Self { format: Some(format), size: Some(size), matrix: None, range: None, ..self.clone() }
     }
 
-    /// Frames a second that a camera is asked for.
+    /// Returns the frames per second that a camera is asked for.
     pub(super) fn asked_fps(&self) -> f64 {
         self.fps.unwrap_or(FrameRate::NOMINAL).per_second()
     }
 
-    /// Camera frames of a scene before its first slide; nothing of other sources.
+    /// Returns the number of camera frames of a scene before its first slide; `None` for other sources.
     pub(super) fn frames_before_touch(&self, source: &str) -> Result<Option<u64>, Error> {
         let Some(scene) = source.strip_prefix("scene:") else { return Ok(None) };
         let options = OpenOptions { fps: self.fps, format: self.format, size: self.size, ..OpenOptions::default() };
@@ -121,8 +128,8 @@ impl SourceArguments {
     }
 }
 
-/// What is to be said of textures: where a recording's events had some and no model is given to name them again; where
-/// frames come at another rate than models are trained at.
+/// Returns doubts about textures: if a recording was made with models and none is given now, or if frames come at
+/// another rate than the models were trained at.
 pub(super) fn doubts_of_textures(info: &StreamInfo, given: &[ModelFile]) -> Option<String> {
     let recorded = info.recorded.as_ref().map_or(&[][..], |recorded| &recorded.models);
     let ratio = info.rate.per_second() / f64::from(info.rate.frames_added()) / FrameRate::NOMINAL.per_second();
@@ -141,10 +148,10 @@ pub(super) fn doubts_of_textures(info: &StreamInfo, given: &[ModelFile]) -> Opti
     }
 }
 
-/// Share of the nominal rate by which frames may come faster or slower without harm to textures.
+/// The fraction by which the rate may differ from the nominal one without harm to textures.
 const RATE_OFF: f64 = 0.1;
 
-/// `30`, `29.97` or `30000/1001`.
+/// Parses `30`, `29.97` or `30000/1001`.
 pub(super) fn frame_rate(text: &str) -> Result<FrameRate, String> {
     let (numerator, denominator) = match text.split_once(['/', ':']) {
         Some((numerator, denominator)) => (numerator.parse().ok(), denominator.parse().ok()),
@@ -155,19 +162,19 @@ pub(super) fn frame_rate(text: &str) -> Result<FrameRate, String> {
         numerator.zip(denominator).and_then(|(numerator, denominator)| FrameRate::new(numerator, denominator).ok());
     rate.ok_or_else(|| {
         format!(
-            "{text:?} is no frame rate, expected a number above 0 and below 4294967 such as 30, 29.97 or 30000/1001"
+            "{text:?} is no frame rate, expected a number above 0 and below 4294967, such as 30, 29.97 or 30000/1001"
         )
     })
 }
 
-/// A decimal number in thousandths.
+/// Parses a decimal number into thousandths.
 fn thousandths(text: &str) -> Option<u32> {
     let thousandths = (text.parse::<f64>().ok()? * 1000.0).round();
-    // False for NaN too.
+    // Also false for NaN.
     (thousandths >= 1.0 && thousandths <= f64::from(u32::MAX)).then_some(thousandths as u32)
 }
 
-/// A four-character code; shorter ones are padded with spaces, as in `Y10 `.
+/// Parses a four-character code; shorter ones are padded with spaces, like `Y10 `.
 fn four_characters(text: &str) -> Result<[u8; 4], String> {
     let bytes = text.as_bytes();
     if bytes.is_empty() || bytes.len() > 4 || !bytes.iter().all(u8::is_ascii) {
@@ -178,13 +185,13 @@ fn four_characters(text: &str) -> Result<[u8; 4], String> {
     Ok(code)
 }
 
-/// `1280x720`.
+/// Parses `1280x720`.
 fn size(text: &str) -> Result<(u32, u32), String> {
     let sides = text.split_once('x').and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
     sides.ok_or_else(|| format!("{text:?} is no size, expected WIDTHxHEIGHT such as 1280x720"))
 }
 
-/// `exposure_time_absolute=200`.
+/// Parses `exposure_time_absolute=200`.
 fn control(text: &str) -> Result<ControlSetting, String> {
     let parts = text.split_once('=').and_then(|(name, value)| Some((name.trim(), value.trim().parse().ok()?)));
     let (name, value) = parts

@@ -1,4 +1,4 @@
-//! `wstac trade`: what speed costs in accuracy.
+//! `wstac trade` shows what speed costs in accuracy.
 
 mod choose;
 mod fade;
@@ -9,6 +9,7 @@ use super::output::{Stop, check_new, note};
 use wstac_host::atomic_write::atomic_write;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
+use wstac_host::plural::counted;
 use wstac_plot::Format;
 use wstac_tradeoff::budget::{Budget, By};
 use wstac_tradeoff::candidate::Candidate;
@@ -19,69 +20,83 @@ use wstac_tradeoff::slides::{MOST_SLIDES, QUICK_SLIDES, SENSORS, SLIDES, slides}
 use wstac_tradeoff::sweep::{self, Plan};
 use wstac_tradeoff::{ablation, host, map, plot, table};
 
-/// Show what speed costs in accuracy, and choose a configuration by what may be spent
+/// Show what speed costs in accuracy, and choose a configuration
 ///
-/// Every camera format, pixel stride, logarithm and texture model is run on the same simulated slides, of sensors that no model was
-/// trained on; what was found stands beside what it costs on boards, counted on emulated ones. With --budget nothing is run: the
-/// map that comes with wstac is asked.
+/// Every camera format, pixel stride, logarithm and texture model is run on the same simulated slides, of sensors that
+/// no model was trained on. The results are listed with their costs on boards, counted in an emulator. With --budget
+/// nothing is run: the answer comes from the map that is built into wstac.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 #[expect(clippy::struct_excessive_bools, reason = "each is an option of its own")]
 pub(super) struct Arguments {
-    /// Write to this folder: trade.csv, trade.md, trade.svg, map.csv and base.toml; with --budget the configuration, with --fade fade.csv
-    /// and fade.md. With --map also FILE.svg, FILE.png or FILE.pdf: the figure alone
+    /// Write the results to this folder
+    ///
+    /// They are trade.csv, trade.md, trade.svg, map.csv and base.toml. With --budget it is the configuration, and with
+    /// --fade fade.csv and fade.md. With --map the name can also be FILE.svg, FILE.png or FILE.pdf, for the figure
+    /// alone.
     #[arg(short, value_name = "FOLDER")]
     output: Option<PathBuf>,
 
-    /// Write over files that are there
+    /// Overwrite existing files
     #[arg(long, requires = "output")]
     force: bool,
 
-    /// Slides of each of the 20 sensors: 40 unless given, 10 with --fade
+    /// Number of slides of each sensor: 40 by default
+    ///
+    /// There are 20 sensors. With --fade the default is 10.
     #[arg(long, value_name = "1…110", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SLIDES)))]
     slides: Option<u32>,
 
-    /// A quarter of the slides
+    /// Use a quarter of the slides
     #[arg(long, conflicts_with = "slides")]
     quick: bool,
 
-    /// These texture models only, files or builtin:NAME, instead of all that come with wstac
+    /// Use only this texture model, or these
+    ///
+    /// The option can be given several times. A model is a file or builtin:NAME. By default, all models that come with
+    /// wstac are used.
     #[arg(long = "model", value_name = "FILE.wsm")]
     models: Vec<PathBuf>,
 
-    /// All that is no parameter of the study: a configuration file as for wstac run
+    /// Configuration of everything that the study does not vary
+    ///
+    /// It is a file as for wstac run.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
 
-    /// The core that tables and plots are for
+    /// The core that tables and figures are for
     #[arg(long, value_enum, default_value = "M4F", conflicts_with_all = ["verify", "fade"])]
     core: Core,
 
-    /// Run nothing: read a map.csv of an earlier sweep, or "kept", the one that comes with wstac
+    /// Run nothing: read the map.csv of an earlier sweep
+    ///
+    /// "kept" is the map that comes with wstac.
     #[arg(long, value_name = "FILE")]
     map: Option<PathBuf>,
 
-    /// Time the settings and models of --map on this machine, in place of the times that it has
+    /// Measure the times of --map again on this machine
     #[arg(long, requires = "map", conflicts_with = "budget")]
     times: bool,
 
-    /// Prices that ci/prices counted, instead of those that come with wstac
+    /// Prices that ci/prices counted, instead of the built-in ones
     #[arg(long, value_name = "prices.json", conflicts_with_all = ["verify", "fade"])]
     prices: Option<PathBuf>,
 
-    /// Print the most accurate configuration that fits
+    /// Print the most accurate configuration that fits these terms
     #[arg(long, value_name = "TERMS")]
     budget: Option<Budget>,
 
-    /// What is to be best
+    /// Which accuracy decides
     #[arg(long, value_enum, default_value = "specimen", requires = "budget")]
     by: By,
 
-    /// Run the configuration in this folder, which --budget wrote, and compare with what was claimed
+    /// Run the configuration in this folder, and compare with its claim
+    ///
+    /// --budget -o wrote the folder.
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["output", "budget", "map", "slides", "quick", "config", "models"])]
     verify: Option<PathBuf>,
 
-    /// Show how answers decay as light fades, one parameter at a time
+    /// Show how answers degrade as light fades, one setting at a time
     #[arg(long, conflicts_with_all = ["budget", "map", "verify", "quick"])]
     fade: bool,
 
@@ -90,39 +105,49 @@ pub(super) struct Arguments {
     light: Vec<f64>,
 }
 
-/// The configuration that a sweep was run with, beside its map.
+/// The name of the configuration file of a sweep, next to its map.
 const BASE: &str = "base.toml";
 
-const HELP: &str = r"Terms of a budget, between commas:
-  M0<90000         instructions per frame, on M0, M3, M4F or M7; k and M are thousands and millions
+const HELP: &str = "\
+Terms of a budget, between commas:
+  M0<90000         instructions per frame on M0, M3, M4F or M7; k and M
+                   are thousands and millions
   M4F.event<200k   instructions per event: speed, direction and texture
-  flash<64K        bytes of the whole firmware with its model, on the cores that other terms name,
-                   or else on --core; K is 1024
-                   (64KB and 64KiB are the same)
-  ram<6K           bytes, the stack included, the buffer for rows not: 400 times 8 pixels more
-  frames<=40       frames from the first touch to the answer: a model that reads n frames answers about
-                   n - 10.5 after it; with --by speed or direction to the end of the sample, about 59.5,
-                   as they come with the whole of it, however early texture is
-  host<20us        ns, us or ms per frame on a host, host.event per event: of the machine that made the
-                   map, good to compare settings with each other
-  format=YUYV      GREY, RGB24, RGB565, BAYER8 (wstac run --format RGGB), YUYV (exact or linear),
-                   MJPEG; stride=2; ln=libm; model=svm, or none
-
-A core of 64 MHz, 30 frames per second, 10 % of the time, 1.75 cycles an instruction: about 122k instructions per frame.
+  flash<64K        bytes of the whole firmware with its model, on the
+                   cores that other terms name, or else on --core; K is
+                   1024 (64KB and 64KiB mean the same)
+  ram<6K           bytes with the stack, but without the buffer for rows
+                   (add 400 times 8 pixels)
+  frames<=40       frames from the first touch to the answer. A model
+                   that reads n frames answers after about n - 10.5. With
+                   --by speed or direction it is the end of the sample,
+                   about 59.5, however early the texture is.
+  host<20us        ns, us or ms per frame on a host; host.event per
+                   event. These are times of the machine that made the
+                   map: use them to compare settings with each other.
+  format=YUYV      GREY, RGB24, RGB565, BAYER8 (wstac run --format RGGB),
+                   YUYV (exact or linear), MJPEG; also stride=2, ln=libm,
+                   model=svm or model=none
+  A core of 64 MHz with 30 frames per second, 10 % of its time and 1.75
+  cycles per instruction has about 122k instructions per frame.
+  MJPEG is judged by a quarter of the slides. A budget chooses it only if
+  you ask for it or if nothing else fits.
 
 Examples:
   wstac trade --budget 'M4F<60000,flash<64K'
-  wstac trade --budget 'M0<180k,M0.event<400k,flash<64K' --by direction -o small
-  wstac trade --verify small           runs it again: must find what was claimed, digit for digit,
-                                       and says what other sensors give
-  wstac trade -o found                 the whole sweep: minutes
+  wstac trade --budget 'M0<180k,M0.event<400k,flash<64K' --by direction
+  wstac trade --budget 'M4F<60000,flash<64K' -o small
+  wstac trade --verify small
+      run the choice again: the result must equal the claim, digit for
+      digit; also print the result on other sensors
+  wstac trade -o found
+      run the whole sweep, which takes minutes
   wstac trade --quick --model my.wsm -o found
   wstac trade --budget 'frames<=40' --map found/map.csv -o early
   wstac trade --map kept -o map.pdf
-
-MJPEG is judged by a quarter of the slides: a budget chooses it only where it is asked for or nothing else fits.
-
-Exit code: 2 for a budget that cannot be read, 1 where nothing fits or a claim does not hold.";
+  Exit code: 0; 1 if nothing fits or a claim does not hold; 2 for a
+  budget that cannot be read and for other wrong arguments.
+";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     refuse_sweep(arguments);
@@ -170,7 +195,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     print(&text)
 }
 
-/// Ends the program where a sweep's options stand beside those that run nothing.
+/// Ends the program if options of a sweep are given with options that run nothing.
 fn refuse_sweep(arguments: &Arguments) {
     let of_sweep = [
         (!arguments.models.is_empty(), "--model"),
@@ -203,15 +228,15 @@ fn figure(arguments: &Arguments) -> Result<Option<(&Path, Format)>, Error> {
     Ok(Some((path, format)))
 }
 
-/// Refuses a file where a folder is to be.
+/// Refuses a path that is a file instead of a folder.
 fn check_folder(folder: &Path) -> Result<(), Error> {
     if folder.exists() && !folder.is_dir() {
-        return Err(Error::new(folder.display(), "is a file, expected a folder, or a name that is free"));
+        return Err(Error::new(folder.display(), "is a file, expected a folder, or a name that does not exist"));
     }
     Ok(())
 }
 
-/// Refuses to write over these files of the folder, unless forced to.
+/// Refuses to overwrite these files of the folder without `force`.
 fn check_new_all(arguments: &Arguments, names: &[&str]) -> Result<(), Error> {
     let Some(folder) = &arguments.output else { return Ok(()) };
     check_folder(folder)?;
@@ -221,7 +246,7 @@ fn check_new_all(arguments: &Arguments, names: &[&str]) -> Result<(), Error> {
     names.iter().try_for_each(|name| check_new(&folder.join(name), arguments.force))
 }
 
-/// What messages call the configuration that a sweep was run with, and its text: all that is no parameter of the study.
+/// Returns the name and the text of the configuration of a sweep: everything that the study does not vary.
 fn base(arguments: &Arguments) -> Result<(String, String), Error> {
     let path = match (&arguments.config, &arguments.map) {
         (Some(path), _) => path.clone(),
@@ -239,7 +264,7 @@ fn base(arguments: &Arguments) -> Result<(String, String), Error> {
     }
 }
 
-/// The models of a map's rows.
+/// Returns the models of the rows of a map.
 fn of_rows(rows: &[Row]) -> Result<Vec<Candidate>, Error> {
     let mut models: Vec<Candidate> = Vec::new();
     for name in rows.iter().filter_map(|row| row.model.as_ref()) {
@@ -250,19 +275,19 @@ fn of_rows(rows: &[Row]) -> Result<Vec<Candidate>, Error> {
     Ok(models)
 }
 
-/// Runs every setting, then times them.
+/// Runs every setting, and then measures its time.
 fn swept(arguments: &Arguments, config: &Config, models: &[Candidate]) -> Result<Vec<Row>, Error> {
     let of_each = if arguments.quick { QUICK_SLIDES } else { arguments.slides.unwrap_or(SLIDES) };
     let (settings, slides) = (Setting::all(), slides(of_each));
     let (all, every, count) = (slides.len(), settings.len(), models.len());
-    note(format_args!("{all} slides of {SENSORS} sensors, {every} settings, {count} models"));
+    note(format_args!("{all} slides of {SENSORS} sensors, {every} settings, {}", counted(count, "model")));
     let plan = Plan { config, settings: &settings, models, slides: &slides, light: 1.0 };
     let mut rows = rows(&plan, &sweep::run(&plan)?);
     host::measure(&mut rows, models, config)?;
     Ok(rows)
 }
 
-/// A map of an earlier sweep, or the one that comes with the program.
+/// Returns the map of an earlier sweep, or the one that comes with the program.
 fn read(path: &Path) -> Result<Vec<Row>, Error> {
     if path == Path::new("kept") {
         return map::kept();
@@ -289,7 +314,7 @@ fn print(text: &str) -> Result<(), Stop> {
     Ok(std::io::Write::write_all(&mut std::io::stdout(), text.as_bytes())?)
 }
 
-/// A level of light.
+/// Parses a level of light.
 fn level(text: &str) -> Result<f64, String> {
     let level = text.parse().ok().filter(|level| (0.001..=1000.0).contains(level));
     level.ok_or_else(|| format!("{text:?} is no level of light, expected 0.001 to 1000 gray levels"))

@@ -1,4 +1,4 @@
-//! `wstac view`: a source on a terminal.
+//! `wstac view` shows a source on a terminal.
 
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -9,6 +9,7 @@ use crate::view::{self, Recordings};
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::OutputOptions;
+use wstac_host::plural::counted;
 use wstac_host::record::about::About;
 use wstac_host::session::Processor;
 use wstac_host::source::FramePolicy;
@@ -18,27 +19,29 @@ use wstac_linux::source::is_camera;
 
 /// Watch a source in the terminal: picture, taxels, traces, events
 ///
-/// Over ssh, too. A camera's newest frame is shown; a file or a scene is played at its own rate. The first 25 frames are the
-/// baseline: nothing may touch the sensor during them, nor after z.
+/// It works over ssh, too. Of a camera, the newest frame is shown. A file or a scene is played at its own rate. The
+/// first 25 frames are the baseline: nothing may touch the sensor during them, nor after the key z.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// What to watch: as for wstac run
+    /// The source, as for wstac run
     source: String,
 
     /// Read the configuration from this TOML file
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
 
-    /// Name textures with this model, as wstac run does; once for each model
+    /// Name textures with this model; can be given several times
     #[arg(long = "model", value_name = "FILE.wsm")]
     models: Vec<PathBuf>,
 
-    /// Play a file or a scene as fast as it can be, not at its own rate
+    /// Play a file or a scene as fast as possible
     #[arg(long)]
     fast: bool,
 
-    /// Name the recording that the key r starts; later ones are FILE-2.mcap and so on [default: wstac-1.mcap and so on]
+    /// Name of the first recording
+    ///
+    /// Later recordings are FILE-2.mcap and so on. By default, the names are wstac-1.mcap, wstac-2.mcap and so on.
     #[arg(long, value_name = "FILE.mcap")]
     record: Option<PathBuf>,
 
@@ -49,33 +52,46 @@ pub(super) struct Arguments {
 const HELP: &str = "\
 Keys:
   q, Esc, Ctrl-C   quit
-  z                re-zero: gather a new baseline (an event under way is given up)
-  r                record from the next frame on, with a new baseline; once more: end the recording
-  space            pause; a camera is read on while the screen stands still
+  z                re-zero: gather a new baseline and drop the event
+                   that is under way
+  r                start a recording at the next frame, with a new
+                   baseline; again: end the recording
+  space            pause the screen; a camera is still read
   ?                help
 
 What is shown:
-  picture   the frame in green light, as bright as the brightest taxel of late; taxels outlined
+  picture   the frame in green light, scaled to the brightest taxel of
+            the last frames, with the taxels outlined
   taxels    5 x 5, each in percent of full scale
-  facts     what the trigger does; frames a second by the driver's timestamps (of a file: as it
-            says); camera frames dropped; of a camera also latency (from the driver's timestamp
-            to the reading), frames that wait behind, and frames skipped for newer ones
-  traces    ten features, five rows and five columns, a dot a frame, on one scale of natural
-            logarithms; dashes are where the trigger fires, if a window's mean is above them
-  events    first frame, speed (* extrapolated, \u{2264} cut off), direction and its confidence,
-            frames lit, texture where there is a model; faults
+  facts     the trigger's state; frames per second by the driver's
+            timestamps (of a file: by its header); dropped camera frames;
+            of a camera also the latency from the driver's timestamp to
+            the reading, the frames that wait, and the frames skipped
+  traces    ten features, five rows and five columns, one dot per frame,
+            on one scale of natural logarithms; the trigger fires if the
+            mean of a window is above the dashes
+  events    first frame, speed (* extrapolated, ≤ cut off), direction
+            and its confidence, lit frames, texture if there is a model;
+            faults are shown here, too
 
-Recordings are as those of wstac record, in new files, never over another. wstac run FILE.mcap gives
-their events again, so z is refused meanwhile. The first line has the file, its frames, and how many
-wait for the disk. A camera's frames that were skipped for newer ones are lost in the recording, too;
-for every frame: wstac record. q, a signal, the source's end and its failure end a recording properly.
-A full disk ends the recording, not the view; the screen says so, and standard error at the end.
+Recordings:
+  The key r writes a new file as wstac record does, and never replaces a
+  file. wstac run FILE.mcap gives its events again, so z is disabled
+  during a recording. The first line of the screen shows the file, its
+  frames, and how many wait for the disk. Skipped frames of a camera are
+  lost in the recording, too; wstac record writes every frame. The key q,
+  a signal, the end of the source and its failure all end a recording
+  properly. A full disk ends the recording but not the view: the screen
+  reports it, and so does standard error at the end.
 
-From 20 x 5 characters up; a picture needs 60 x 20. Colors are what COLORTERM and TERM say: 24 bits,
-256, or 16; with NO_COLOR set there are none, and shades are characters.
-A file that is at its end stays on the screen until q. Records for programs: wstac run --json.
-Exit code: 0 after a key; 128 + N after signal N; 1 where the source or the terminal cannot be used,
-and where the source failed while it was watched.
+Terminals:
+  The screen needs 20 x 5 characters, and 60 x 20 with a picture. Colors
+  follow COLORTERM and TERM: 24 bits, 256 or 16. If NO_COLOR is set,
+  there are no colors, and shades are characters. At the end of a file
+  the screen stays until q. For records that programs read, use
+  wstac run --json.
+  Exit code: 0 after a key; 128 + N after signal N; 1 if the source or
+  the terminal cannot be used, or if the source fails.
 ";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
@@ -83,7 +99,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         let message = "is no terminal, expected one to draw on; wstac run prints events to files and pipes";
         return Err(Error::new("standard output", message).into());
     }
-    // There is no --force here: a key is pressed too easily.
+    // There is no --force here, because a key is easily pressed by mistake.
     if let Some(path) = arguments.record.as_ref().filter(|path| path.symlink_metadata().is_ok()) {
         return Err(Error::new(path.display(), "exists already, expected a new file").into());
     }
@@ -99,7 +115,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let ending = view::run(source.as_mut(), &info, &mut reading, &mut recordings, options);
     recordings.said().iter().for_each(note);
     let ending = ending?;
-    note(format_args!("{} frames, {} dropped, {} events", ending.frames, ending.dropped, ending.events));
+    let (frames, events) = (counted(ending.frames, "frame"), counted(ending.events, "event"));
+    note(format_args!("{frames}, {} dropped, {events}", ending.dropped));
     match ending.signal {
         Some(signal) => Err(Stop::Interrupted(signal)),
         None => Ok(()),

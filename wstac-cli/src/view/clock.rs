@@ -1,46 +1,46 @@
-//! Two clocks: how fast a camera really is, by its driver's timestamps, and how fast a file is played.
+//! Two clocks: the real rate of a camera by its driver's timestamps, and the time at which frames of a file are due.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use wstac_core::rate::FrameRate;
 
-/// Over how long a camera's rate is measured.
+/// The time over which a camera's rate is measured.
 const SPAN: Duration = Duration::from_secs(2);
-/// A player that is further behind than this does not catch up.
+/// The largest lag that a player catches up with.
 const MOST_BEHIND: Duration = Duration::from_millis(300);
 
-/// A camera's frame rate: frames that it took, lost ones included, between timestamps of about the last two seconds.
+/// The frame rate of a camera: its frames, lost ones included, between timestamps of about the last two seconds.
 #[derive(Clone, Debug, Default)]
 pub(super) struct RateMeter {
-    /// Frames that were taken.
+    /// Frames so far.
     count: u64,
-    /// Timestamps, and frames that were taken up to each.
+    /// Timestamps, each with the number of frames up to it.
     taken: VecDeque<(Duration, u64)>,
 }
 
 impl RateMeter {
-    /// Frames that were lost.
+    /// Counts lost frames.
     pub(super) fn lose(&mut self, frames: u64) {
         self.count = self.count.saturating_add(frames);
     }
 
-    /// A frame, taken at this time.
+    /// Counts a frame with its timestamp.
     pub(super) fn take(&mut self, timestamp: Option<Duration>) {
         self.count = self.count.saturating_add(1);
         let Some(now) = timestamp else { return };
-        // Another clock: a camera that was plugged in again.
+        // The clock changed: the camera was plugged in again.
         if self.taken.back().is_some_and(|(last, _)| *last > now) {
             self.taken.clear();
         }
         self.taken.push_back((now, self.count));
-        // Of a slow camera two frames at least.
+        // A slow camera needs at least two frames.
         while self.taken.len() > 2 && self.taken.front().is_some_and(|(first, _)| now.saturating_sub(*first) > SPAN) {
             self.taken.pop_front();
         }
     }
 
-    /// Frames a second; nothing before the second frame.
+    /// Returns the frames per second, or `None` before the second frame.
     pub(super) fn fps(&self) -> Option<f64> {
         let ((from, before), (to, after)) = self.taken.front().zip(self.taken.back())?;
         let seconds = to.saturating_sub(*from).as_secs_f64();
@@ -48,7 +48,7 @@ impl RateMeter {
     }
 }
 
-/// When the next frame of a file is due, so that it is played at its own rate.
+/// The time when the next frame of a file is due, so that it is played at its own rate.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pace {
     period: Duration,
@@ -56,20 +56,20 @@ pub(super) struct Pace {
 }
 
 impl Pace {
-    /// From now on, at this rate.
+    /// Starts now, at this rate.
     pub(super) fn new(rate: FrameRate) -> Self {
         let period = f64::from(rate.denominator()) / f64::from(rate.numerator());
-        // A rate of one frame in centuries is waited for a second at a time.
+        // At one frame in centuries, waits are limited to one second.
         let period = Duration::try_from_secs_f64(period).unwrap_or(Duration::MAX).min(Duration::from_hours(1));
         Self { period, due: Instant::now() }
     }
 
-    /// Starts anew from now.
+    /// Starts again from now.
     pub(super) fn restart(&mut self) {
         self.due = Instant::now();
     }
 
-    /// `frames` have been shown: the next is due so much later.
+    /// Moves the due time on by `frames` frames, which were shown.
     pub(super) fn advance(&mut self, frames: u64) {
         let frames = u32::try_from(frames).unwrap_or(u32::MAX);
         let now = Instant::now();
@@ -77,7 +77,7 @@ impl Pace {
         self.due = if now.saturating_duration_since(due) > MOST_BEHIND { now } else { due };
     }
 
-    /// How long to wait until the next frame.
+    /// Returns how long to wait until the next frame.
     pub(super) fn wait(&self) -> Duration {
         self.due.saturating_duration_since(Instant::now())
     }
@@ -92,7 +92,7 @@ mod tests {
         let mut meter = RateMeter::default();
         assert_eq!(meter.fps(), None);
         for frame in 0..200_u32 {
-            // Every fourth is lost.
+            // Every fourth frame is lost.
             if frame % 4 == 3 {
                 meter.lose(1);
             } else {

@@ -1,30 +1,30 @@
-//! What keys ask for.
+//! The meaning of keys.
 
 use ratatui::crossterm::event::{Event, KeyCode, KeyEventKind, KeyModifiers};
 
-/// What a person asks for.
+/// A request of the user.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Key {
-    /// The end.
+    /// End the program.
     Quit,
-    /// A new baseline.
+    /// Gather a new baseline.
     Rezero,
-    /// A recording: to start, or to end it.
+    /// Start or end a recording.
     Record,
-    /// To stop, or to go on.
+    /// Pause or continue.
     Pause,
-    /// Help, or none.
+    /// Show or hide the help.
     Help,
 }
 
-/// What an event of the terminal asks for, if it is a key that means something.
+/// Returns what an event of the terminal means, or `None` if it means nothing.
 pub(super) fn key(event: &Event) -> Option<Key> {
     let Event::Key(key) = event else { return None };
     if key.kind == KeyEventKind::Release {
         return None;
     }
     Some(match key.code {
-        // In raw mode it is no signal.
+        // In raw mode, Ctrl-C is a key and no signal.
         KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => Key::Quit,
         KeyCode::Char('q' | 'Q') | KeyCode::Esc => Key::Quit,
         KeyCode::Char('z' | 'Z') => Key::Rezero,

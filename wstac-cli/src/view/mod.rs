@@ -1,8 +1,8 @@
-//! A source on a terminal: picture, map, traces, events, as they come.
+//! Shows a source on a terminal: picture, map, traces and events.
 //!
-//! One thread reads the source and keeps `state` up to date, another draws it at most 15 times a second and reads keys; a slow
-//! terminal never holds up the reading. `player` reads, `recording` has
-//! what a key starts, `draw` draws, `screen` has the terminal, and `picture` makes a frame small.
+//! One thread reads the source and keeps `state` up to date. Another one draws it at most 15 times per second and reads
+//! keys, so a slow terminal never delays the reading. `player` reads, `recording` records on request, `draw` draws,
+//! `screen` has the terminal, and `picture` scales frames down.
 
 mod clock;
 mod draw;
@@ -32,22 +32,22 @@ use wstac_host::error::Error;
 use wstac_host::session::Processor;
 use wstac_host::source::{Source, StreamInfo};
 
-/// Longest wait before signals are looked for.
+/// The longest wait between two checks for signals.
 const WAIT: Duration = Duration::from_millis(50);
 
 /// How a source is shown.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Options {
-    /// It is a camera, which has a pace of its own.
+    /// Whether it is a camera, which has a pace of its own.
     pub live: bool,
-    /// A file or scene is played as fast as it can be, instead of at its own rate.
+    /// Whether a file or scene is played as fast as possible.
     pub fast: bool,
 }
 
-/// How it ended.
+/// The result of a view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Ending {
-    /// The signal that asked for it; nothing where a key did, or where the terminal is gone.
+    /// The signal that ended it; `None` if a key did, or if the terminal is gone.
     pub signal: Option<u8>,
     /// Feature frames that were read.
     pub frames: u64,
@@ -57,15 +57,15 @@ pub(crate) struct Ending {
     pub events: u64,
 }
 
-/// What both threads look at.
+/// The data that both threads share.
 #[derive(Debug)]
 struct Shared {
     state: Mutex<State>,
-    /// Somebody asks for the end.
+    /// Whether the end was requested.
     quit: AtomicBool,
-    /// The screen could do with a picture.
+    /// Whether the screen needs a picture.
     picture: AtomicBool,
-    /// The signal that asks for the end; 0 for none.
+    /// The signal that requested the end; 0 for none.
     signal: Arc<AtomicUsize>,
 }
 
@@ -75,7 +75,7 @@ impl Shared {
     }
 }
 
-/// Whatever becomes of a thread, the other one ends, too.
+/// Ends the other thread when one of them ends, for whatever reason.
 struct EndBoth<'s>(&'s Shared);
 
 impl Drop for EndBoth<'_> {
@@ -84,10 +84,10 @@ impl Drop for EndBoth<'_> {
     }
 }
 
-/// Shows a source on this process's terminal until a key or a signal asks for the end. `reading` gives features.
+/// Shows a source on the terminal of this process until a key or a signal ends it. `reading` gives features.
 ///
 /// # Errors
-/// Where the terminal cannot be used; the source's own error, once a person has seen it and quit.
+/// Returns an error if the terminal cannot be used, or the error of the source after the user quits.
 pub(crate) fn run(
     source: &mut dyn Source,
     info: &StreamInfo,
@@ -123,7 +123,7 @@ pub(crate) fn run(
     }
 }
 
-/// Reads until somebody asks for the end; the error that the source ended with.
+/// Reads until the end is requested, and returns the error that the source ended with.
 fn read(mut player: Player<'_>, shared: &Shared, keys: &Receiver<Key>, mut pace: Option<Pace>) -> Option<Error> {
     let mut failure = None;
     while !shared.is_over() {
@@ -131,7 +131,7 @@ fn read(mut player: Player<'_>, shared: &Shared, keys: &Receiver<Key>, mut pace:
             let state = locked(&shared.state);
             state.paused && !state.live
         };
-        // What there is to wait for, keys apart.
+        // The wait, without keys.
         let wait =
             if stands || !player.goes_on() { WAIT } else { pace.map_or(Duration::ZERO, |pace| pace.wait()).min(WAIT) };
         match keys.recv_timeout(wait) {
@@ -140,7 +140,7 @@ fn read(mut player: Player<'_>, shared: &Shared, keys: &Receiver<Key>, mut pace:
                     Key::Rezero => player.rezero(&shared.state),
                     Key::Record => player.record(&shared.state),
                     Key::Pause => pause(shared, pace.as_mut()),
-                    // The screen's own.
+                    // Keys of the screen itself.
                     Key::Quit | Key::Help => {}
                 }
                 continue;
@@ -161,12 +161,12 @@ fn read(mut player: Player<'_>, shared: &Shared, keys: &Receiver<Key>, mut pace:
             Err(error) => failure = Some(error),
         }
     }
-    // Key, signal or a terminal that is gone: a recording's file is whole.
+    // After a key, a signal or the loss of the terminal, the file of a recording is complete.
     player.end_recording(&shared.state);
     failure
 }
 
-/// Stops, or goes on from here.
+/// Pauses or continues.
 fn pause(shared: &Shared, pace: Option<&mut Pace>) {
     let mut state = locked(&shared.state);
     state.paused = !state.paused;

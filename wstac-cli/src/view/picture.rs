@@ -1,4 +1,4 @@
-//! A small picture of a frame, in green light, of any pixel format.
+//! Scales frames of any pixel format down to a small picture in green light.
 
 use wstac_core::frame::{Rows, Run, Stride};
 use wstac_core::green::GreenChannel;
@@ -7,21 +7,21 @@ use wstac_core::layout::FrameSize;
 
 use wstac_host::source::StreamInfo;
 
-/// Widest and highest a picture is kept: more than a terminal shows.
+/// Largest width and height of a picture, which are more than a terminal shows.
 const MOST: [u32; 2] = [240, 160];
-/// Rows of a pixel's block that are looked at: light at whiskers' bases is smooth.
+/// The number of rows of a block that are read, because light at the bases of whiskers is smooth.
 const ROWS: u32 = 4;
 
-/// A frame in few pixels.
+/// A frame with few pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Picture {
-    /// Width and height in its own pixels, each at least 1.
+    /// Width and height in pixels of the picture, each at least 1.
     pub(super) size: [usize; 2],
-    /// Green light of each pixel, row by row, as a share of full scale.
+    /// Green light of each pixel, row by row, as a fraction of full scale.
     pub(super) light: Vec<f32>,
 }
 
-/// Makes pictures of a stream's frames.
+/// Makes pictures of the frames of a stream.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sampler {
     green: Any,
@@ -32,18 +32,18 @@ pub(super) struct Sampler {
 }
 
 impl Sampler {
-    /// For frames as `info` describes them.
+    /// Creates a maker for frames as `info` describes them.
     pub(super) fn new(info: &StreamInfo) -> Self {
-        // Linear: what is shown is rounded to a few colors anyway.
+        // Linear, because the colors that are shown are coarse anyway.
         let green = Any::new(info.format, info.color, YcbcrMethod::Linear);
         let (width, height) = (u32::from(info.size.width()), u32::from(info.size.height()));
         let block = width.div_ceil(MOST[0]).max(height.div_ceil(MOST[1]));
-        // Whole cells of subsampled formats.
+        // Blocks contain whole cells of subsampled formats.
         let block = if block > 1 || green.cell() > 1 { block.next_multiple_of(2) } else { block };
         Self { green, size: info.size, bytes_per_row: info.bytes_per_row as usize, block }
     }
 
-    /// The picture of a frame; bytes that are not there are dark.
+    /// Returns the picture of a frame. Missing bytes are dark.
     pub(super) fn picture(&self, bytes: &[u8]) -> Picture {
         let rows = Rows::of_frame(bytes, self.bytes_per_row, self.size.height());
         let [width, height] =
@@ -53,7 +53,7 @@ impl Sampler {
         Picture { size: [width, height], light }
     }
 
-    /// Mean light of the block at (`x`, `y`).
+    /// Returns the mean light of the block at (`x`, `y`).
     fn light(&self, rows: &Rows<'_>, x: u32, y: u32) -> f32 {
         let cell = u32::from(self.green.cell());
         let within = |from: u32, most: u32, side: u16| most.min(u32::from(side) - from) / cell * cell;
@@ -69,7 +69,7 @@ impl Sampler {
 }
 
 impl Picture {
-    /// The picture in `width` × `height` pixels: the mean of those that fall into each.
+    /// Returns the picture in `width` × `height` pixels, each the mean of the pixels that fall into it.
     pub(super) fn scaled(&self, [width, height]: [usize; 2]) -> Vec<f32> {
         let [own_width, own_height] = self.size;
         let range = |at: usize, count: usize, own: usize| {
@@ -94,7 +94,7 @@ mod tests {
     use wstac_host::source::open::OpenOptions;
     use wstac_host::source::{Frame, SourceEvent};
 
-    /// The picture of a frame in the middle of a slide, in a format, and its mean light.
+    /// Returns the picture of a frame in the middle of a slide, in a format, and its mean light.
     fn lit(format: &str) -> (Picture, f32) {
         let format = format.as_bytes().try_into().ok();
         let options = OpenOptions { format, size: Some((200, 160)), ..OpenOptions::default() };

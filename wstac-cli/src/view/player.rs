@@ -1,4 +1,4 @@
-//! A source read item by item, and what the screen shows of it.
+//! Reads a source item by item and keeps what the screen shows.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -16,7 +16,7 @@ use wstac_host::output::Output;
 use wstac_host::session::Processor;
 use wstac_host::source::{Frame, Lag, Source, SourceEvent, StreamInfo};
 
-/// The state, whatever became of a thread that had it.
+/// Locks the state, even if a thread that held it panicked.
 pub(super) fn locked(state: &Mutex<State>) -> MutexGuard<'_, State> {
     state.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -25,18 +25,18 @@ pub(super) fn locked(state: &Mutex<State>) -> MutexGuard<'_, State> {
 pub(super) struct Player<'p> {
     source: &'p mut dyn Source,
     processor: &'p mut Processor,
-    /// Nothing where the source makes no pixels.
+    /// `None` if the source makes no pixels.
     sampler: Option<Sampler>,
     recordings: &'p mut Recordings,
     meter: RateMeter,
-    /// Feature frame that the baseline starts with.
+    /// The first feature frame of the baseline.
     zero: u64,
     lag: Lag,
     ended: bool,
 }
 
 impl<'p> Player<'p> {
-    /// A player, and what is shown before the first frame. `processor` gives features.
+    /// Creates a player and the state before the first frame. `processor` gives features.
     pub(super) fn new(
         source: &'p mut dyn Source,
         info: &StreamInfo,
@@ -61,15 +61,15 @@ impl<'p> Player<'p> {
         )
     }
 
-    /// Whether there is more to come.
+    /// Returns whether there are more items.
     pub(super) fn goes_on(&self) -> bool {
         !self.ended
     }
 
-    /// Takes the next item; how many frames of time have passed. `picture` asks for its picture.
+    /// Processes the next item and returns by how many frames time has passed. `picture` asks for its picture.
     ///
     /// # Errors
-    /// The source's; the state says so, and nothing more comes.
+    /// Returns the error of the source. The state shows it, and there are no more items.
     pub(super) fn step(&mut self, state: &Mutex<State>, picture: bool) -> Result<u64, Error> {
         if self.ended {
             return Ok(0);
@@ -79,7 +79,7 @@ impl<'p> Player<'p> {
             Err(error) => {
                 self.ended = true;
                 let mut state = locked(state);
-                // The source's error is what is shown, whatever the end of its stream was.
+                // The error of the source is shown, whatever the end of its stream was.
                 let _ = self.processor.finish(|record| {
                     self.recordings.record(&record);
                     state.take(&record);
@@ -132,7 +132,7 @@ impl<'p> Player<'p> {
         }
         state.dropped = state.dropped.saturating_add(dropped);
         if !state.frozen() && passed > 0 {
-            // Frames of which no features came.
+            // Frames without features.
             let lost = (now - before).saturating_sub(features.len() as u64).min(HISTORY as u64);
             (0..lost).for_each(|_| state.add_trace(None));
             for features in features {
@@ -158,7 +158,7 @@ impl<'p> Player<'p> {
         }
         let mut state = locked(state);
         if state.rec.is_some() {
-            // What is read again from its file has no such key.
+            // A recording that is read again has no such key.
             return state
                 .say(About::Note, "no re-zero in a recording: r ends it, r starts one with a new baseline".into());
         }
@@ -170,7 +170,7 @@ impl<'p> Player<'p> {
         self.update(&mut state);
     }
 
-    /// Starts a recording with the next frame, or ends the one under way.
+    /// Starts a recording at the next frame, or ends the one in progress.
     pub(super) fn record(&mut self, state: &Mutex<State>) {
         if locked(state).rec.is_some() {
             return self.end_recording(state);
@@ -187,13 +187,13 @@ impl<'p> Player<'p> {
         state.say(about, text);
     }
 
-    /// Ends the recording under way, if there is one; its file is whole then.
+    /// Ends the recording in progress, if there is one, so that its file is complete.
     pub(super) fn end_recording(&mut self, state: &Mutex<State>) {
         self.recordings.asked = false;
         say_ended(self.recordings, &mut locked(state));
     }
 
-    /// What the trigger and the source say of themselves.
+    /// Updates the facts of the trigger and the source.
     fn update(&mut self, state: &mut State) {
         let pipeline = self.processor.pipeline();
         let window = f32::from(pipeline.trigger_config().window());
@@ -213,7 +213,7 @@ impl<'p> Player<'p> {
     }
 }
 
-/// Ends the recording under way and says what became of it.
+/// Ends the recording in progress and shows its result.
 fn say_ended(recordings: &mut Recordings, state: &mut State) {
     if let Some((whole, text)) = recordings.end() {
         state.say(if whole { About::Note } else { About::Trouble }, text);
@@ -221,7 +221,7 @@ fn say_ended(recordings: &mut Recordings, state: &mut State) {
     state.rec = None;
 }
 
-/// What is said of an event that a new baseline ended.
+/// Returns the entry for an event that a new baseline ended.
 fn given_up(sample: InterruptedSample) -> String {
     format!("{:>7}  given up after {} of 70 frames", sample.frame, sample.frames)
 }

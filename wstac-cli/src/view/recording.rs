@@ -7,54 +7,55 @@ use std::path::{Path, PathBuf};
 use super::state::Rec;
 use wstac_host::error::Error;
 use wstac_host::output::Output;
+use wstac_host::plural::counted;
 use wstac_host::record::Recorder;
 use wstac_host::record::about::About;
 use wstac_host::session::Processor;
 use wstac_host::source::SourceEvent;
 
-/// Names that are tried before a folder is given up.
+/// How many names are tried before the recording fails.
 const MOST_NAMES: u32 = 9999;
 
-/// What recordings are made with, and the one under way.
+/// The settings of recordings, and the recording in progress.
 pub(crate) struct Recordings {
-    /// What a recording says of itself; or why there is none.
+    /// The description in a recording, or the reason why there can be none.
     about: Result<About, Error>,
     named: Option<PathBuf>,
     words: fn(&Output) -> String,
     running: Option<Running>,
-    /// The next frame is to be a recording's first.
+    /// Whether the next frame is the first of a recording.
     pub(super) asked: bool,
     said: Vec<String>,
 }
 
-/// A recording under way.
+/// A recording in progress.
 struct Running {
     recorder: Recorder,
     path: PathBuf,
-    /// Feature frame that it starts with.
+    /// Number of the first feature frame.
     zero: u64,
     frames: u64,
     lost: u64,
 }
 
 impl Recordings {
-    /// `about` says what a recording says of itself, or why there can be none; `named` is the first one's file, otherwise it
-    /// is `wstac-N.mcap`; `words` are a record's for a person.
+    /// Creates recordings that describe themselves by `about`, which is an error if there can be none. `named` is the
+    /// file of the first one, otherwise it is `wstac-N.mcap`. `words` turns a record into text.
     pub(crate) fn new(about: Result<About, Error>, named: Option<PathBuf>, words: fn(&Output) -> String) -> Self {
         Self { about, named, words, running: None, asked: false, said: Vec::new() }
     }
 
-    /// What became of the recordings, a line each.
+    /// Returns the results of the recordings, one line each.
     pub(crate) fn said(&self) -> &[String] {
         &self.said
     }
 
-    /// Why there can be no recording.
+    /// Returns why there can be no recording.
     pub(super) fn why_not(&self) -> Option<String> {
         self.about.as_ref().err().map(ToString::to_string)
     }
 
-    /// What the screen says of the one under way.
+    /// Returns what the screen shows about the recording in progress.
     pub(super) fn shown(&self) -> Option<Rec> {
         self.running.as_ref().map(|running| Rec {
             name: running.path.display().to_string(),
@@ -63,7 +64,7 @@ impl Recordings {
         })
     }
 
-    /// Starts one in a new file; `processor` has just been restarted.
+    /// Starts a recording in a new file; `processor` was just restarted.
     pub(super) fn start(&mut self, processor: &Processor) -> Result<(), String> {
         let Ok(about) = &self.about else { return Ok(()) };
         let (file, path) = new_file(self.named.as_deref()).map_err(|error| error.to_string())?;
@@ -72,7 +73,7 @@ impl Recordings {
         Ok(())
     }
 
-    /// Takes an item before the reading does.
+    /// Records an item before it is processed.
     pub(super) fn item(&mut self, item: &SourceEvent<'_>) {
         let Some(running) = &mut self.running else { return };
         match item {
@@ -83,7 +84,7 @@ impl Recordings {
         running.recorder.source_event(item);
     }
 
-    /// Takes what the reading gave for it.
+    /// Records an output of the processor.
     pub(super) fn record(&mut self, record: &Output) {
         let Some(running) = &mut self.running else { return };
         let mut record = record.clone().counted_from(running.zero);
@@ -93,20 +94,22 @@ impl Recordings {
         running.recorder.output(&record, &(self.words)(&record));
     }
 
-    /// Whether a recording must end after this item: it is the last one, or no more can be written.
+    /// Returns whether a recording must end after this item, because it is the last one or because no more can be
+    /// written.
     pub(super) fn must_end(&mut self, item: &SourceEvent<'_>, processor: &Processor) -> bool {
         let Some(running) = &mut self.running else { return false };
         let goes_on = running.recorder.processed(item, processor);
         !goes_on || matches!(item, SourceEvent::End)
     }
 
-    /// Ends the one under way, so that its file is whole: what became of it, and whether all of it is there.
+    /// Ends the recording in progress, and returns whether it is complete, with its description.
     pub(super) fn end(&mut self) -> Option<(bool, String)> {
         let Running { recorder, path, .. } = self.running.take()?;
         let (whole, text) = match recorder.finish() {
             Ok(written) => {
                 let megabytes = written.bytes as f64 / 1e6;
-                (true, format!("{}: {} frames recorded, {megabytes:.1} MB", path.display(), written.frames))
+                let frames = counted(written.frames, "frame");
+                (true, format!("{}: {frames} recorded, {megabytes:.1} MB", path.display()))
             }
             Err(error) => (false, error.to_string()),
         };
@@ -115,7 +118,7 @@ impl Recordings {
     }
 }
 
-/// The first name that is free: FILE.mcap, FILE-2.mcap …, or wstac-1.mcap, wstac-2.mcap …
+/// Creates the first file whose name is free: FILE.mcap, FILE-2.mcap …, or wstac-1.mcap, wstac-2.mcap …
 fn new_file(named: Option<&Path>) -> Result<(File, PathBuf), Error> {
     for number in 1..=MOST_NAMES {
         let path = match named {

@@ -1,4 +1,4 @@
-//! The terminal: set up, drawn to, read from, and always given back as it was.
+//! Sets the terminal up, draws to it, reads keys from it, and always restores it.
 
 use std::fs::File;
 use std::io::{self, IsTerminal};
@@ -17,10 +17,10 @@ use super::keys::{Key, key};
 use super::player::locked;
 use wstac_host::error::Error;
 
-/// From one drawing to the next: 15 a second.
+/// Time between two drawings: 15 per second.
 const PERIOD: Duration = Duration::from_millis(67);
 
-/// A terminal in use: its own screen, keys as they are pressed. A panic gives it back, too.
+/// A terminal in use, with its alternate screen and raw keys. It is restored after a panic, too.
 pub(super) struct Screen {
     terminal: DefaultTerminal,
     colors: Colors,
@@ -28,7 +28,7 @@ pub(super) struct Screen {
 }
 
 impl Screen {
-    /// Takes the terminal of this process.
+    /// Takes over the terminal of this process.
     pub(super) fn open() -> Result<Self, Error> {
         let keyboard = Keyboard::open().map_err(|error| Error::new("the terminal's keys", error))?;
         let terminal = ratatui::try_init().map_err(|error| Error::new("the terminal", error))?;
@@ -50,7 +50,7 @@ impl Screen {
                             Key::Quit => return,
                             Key::Help => with_help = !with_help,
                             key => {
-                                // Nobody takes it any more: the end is near.
+                                // Nobody receives keys any more: the end is near.
                                 let _ = keys.send(key);
                             }
                         }
@@ -61,7 +61,7 @@ impl Screen {
         }
     }
 
-    /// The state is held while it is drawn in memory, not while the terminal takes it.
+    /// Draws the state. It is locked while it is drawn in memory, but not while the terminal receives the result.
     fn draw(&mut self, shared: &Shared, with_help: bool) -> io::Result<()> {
         let colors = self.colors;
         self.terminal.draw(|frame| {
@@ -74,12 +74,12 @@ impl Screen {
 
 impl Drop for Screen {
     fn drop(&mut self) {
-        // Of a terminal that is gone there is nothing to give back.
+        // A terminal that is gone needs no restoring.
         let _ = ratatui::try_restore();
     }
 }
 
-/// Where keys come from: standard input, or the terminal itself where that is something else.
+/// The source of keys: standard input, or the terminal itself if standard input is something else.
 enum Keyboard {
     Input(io::Stdin),
     Terminal(File),
@@ -98,7 +98,7 @@ impl Keyboard {
         }
     }
 
-    /// Waits until it is time to draw again; what was pressed meanwhile.
+    /// Waits until the next drawing, and returns the keys that were pressed meanwhile.
     fn pressed(&self) -> io::Result<Vec<Key>> {
         let started = Instant::now();
         let mut pressed = Vec::new();
@@ -113,7 +113,8 @@ impl Keyboard {
         Ok(pressed)
     }
 
-    /// Whether there is something to read. A terminal that is gone is an error here: crossterm would read its end for ever.
+    /// Returns whether there is something to read. A terminal that is gone is an error here, because crossterm would
+    /// read its end for ever.
     fn wait(&self, longest: Duration) -> io::Result<bool> {
         let longest = Timespec { tv_sec: 0, tv_nsec: longest.subsec_nanos().into() };
         let mut handles = [PollFd::from_borrowed_fd(self.handle(), PollFlags::IN)];

@@ -1,4 +1,4 @@
-//! What the screen shows: data only, no drawing.
+//! The state that the screen shows: data only, no drawing.
 
 use std::collections::VecDeque;
 
@@ -11,27 +11,27 @@ use wstac_host::json::{confidence, rounded};
 use wstac_host::output::{DisturbedBaseline, Output, TactileEvent};
 use wstac_host::source::Lag;
 
-/// Feature frames of traces that are kept: more than a terminal is wide.
+/// The number of feature frames that traces keep, which is more than a terminal is wide.
 pub(super) const HISTORY: usize = 600;
-/// Entries of the list of events that are kept.
+/// The number of entries that the list of events keeps.
 const ENTRIES: usize = 100;
-/// Least light that is full color, as a share of full scale: noise stays dark.
+/// The smallest light that is shown in full color, as a fraction of full scale, so that noise stays dark.
 const LEAST_PEAK: f32 = 0.02;
-/// How fast the light that is full color falls back, a frame.
+/// How fast the light of full color falls back per frame.
 const PEAK_FALL: f32 = 0.985;
 
-/// What the reading is doing.
+/// What the stream is doing.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Phase {
-    /// Gathering the baseline: feature frames of it that have passed, and of how many.
+    /// Gathering the baseline: the feature frames so far, and how many are needed.
     Baseline(u64, u64),
     /// Waiting for contact.
     Watching,
-    /// Capturing an event's sample: frames of it that have arrived.
+    /// Capturing an event's sample: the frames so far.
     Capturing(u8),
-    /// The source is at its end.
+    /// The source has ended.
     Ended,
-    /// The source cannot be read any further: why.
+    /// The source cannot be read any further, for this reason.
     Failed(String),
 }
 
@@ -42,11 +42,11 @@ pub(super) enum About {
     Event,
     /// A fault, or an event that was lost.
     Trouble,
-    /// Something that was done.
+    /// Something that the user did.
     Note,
 }
 
-/// A recording under way.
+/// A recording in progress.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Rec {
     pub(super) name: String,
@@ -63,34 +63,34 @@ pub(super) struct Entry {
     pub(super) text: String,
 }
 
-/// All that is shown.
+/// Everything that is shown.
 #[derive(Clone, Debug)]
 pub(super) struct State {
-    /// What the source is.
+    /// A description of the source.
     pub(super) about: String,
-    /// Whether it is a camera: it goes on while the screen stands still.
+    /// Whether it is a camera, which continues while the screen is paused.
     pub(super) live: bool,
     pub(super) size: FrameSize,
     pub(super) layout: Layout,
-    /// Frames a second: the source's own, as it says.
+    /// Frames per second, as the source states.
     pub(super) nominal_fps: String,
-    /// Frames a second by the driver's timestamps, where there are any.
+    /// Frames per second by the driver's timestamps, if there are any.
     pub(super) fps: Option<f64>,
     pub(super) phase: Phase,
     pub(super) paused: bool,
-    /// Nothing before the first frame, and of sources that make no pixels.
+    /// `None` before the first frame, and for sources without pixels.
     pub(super) picture: Option<Picture>,
-    /// Light of the taxels, as shares of full scale; nothing where the last frame was lost.
+    /// Light of the taxels as fractions of full scale; `None` if the last frame was lost.
     pub(super) taxels: Option<[f32; TAXELS]>,
-    /// Taxel light that is shown in full color.
+    /// Light of a taxel that is shown in full color.
     pub(super) peak: f32,
-    /// Features of the last frames, the newest last; nothing for lost frames.
+    /// Features of the last frames, the newest last; `None` for lost frames.
     pub(super) traces: VecDeque<Option<[f32; FEATURES]>>,
-    /// The mean feature of a window above which it fires, once there is a baseline.
+    /// The mean of a window above which each feature fires, if there is a baseline.
     pub(super) thresholds: Option<[f32; FEATURES]>,
-    /// The newest first.
+    /// Entries of the list, the newest first.
     pub(super) entries: VecDeque<Entry>,
-    /// Number of the feature frame that comes next.
+    /// Number of the next feature frame.
     pub(super) frame: u64,
     /// Camera frames that were lost.
     pub(super) dropped: u64,
@@ -100,7 +100,7 @@ pub(super) struct State {
 }
 
 impl State {
-    /// Before the first frame.
+    /// Creates the state before the first frame.
     pub(super) fn new(about: String, live: bool, layout: Layout, nominal_fps: String) -> Self {
         Self {
             about,
@@ -125,12 +125,12 @@ impl State {
         }
     }
 
-    /// Whether what moves stands still on the screen.
+    /// Returns whether the screen is paused.
     pub(super) fn frozen(&self) -> bool {
         self.paused && self.live
     }
 
-    /// Adds a frame's features, or nothing for a lost frame.
+    /// Adds the features of a frame, or `None` for a lost frame.
     pub(super) fn add_trace(&mut self, features: Option<[f32; FEATURES]>) {
         if self.traces.len() == HISTORY {
             self.traces.pop_front();
@@ -151,7 +151,7 @@ impl State {
         self.entries.push_front(Entry { about, text });
     }
 
-    /// Takes what a reading gives, features apart.
+    /// Takes an output of the stream, except features.
     pub(super) fn take(&mut self, record: &Output) {
         match record {
             Output::Event(event) => {
@@ -181,7 +181,7 @@ impl State {
     }
 }
 
-/// An event in a line: frame, speed, direction, texture, duration, and what is to be doubted.
+/// Returns an event in one line: frame, speed, direction, texture, duration and doubts.
 fn line(event: &TactileEvent) -> String {
     let speed = match (event.speed, event.speed_at_most) {
         (Ok(speed), _) => format!("{:.0} mm/s{}", rounded(speed.mm_s), if speed.extrapolated { "*" } else { "" }),
@@ -208,7 +208,8 @@ fn line(event: &TactileEvent) -> String {
     let doubt = if event.reliable { "" } else { "  not reliable" };
     let text = format!(
         "{:>7}  {speed:<10} {direction:<7} {:.2}  {lit:<6}  {texture}{doubt}",
-        event.frame, confidence(event.direction)
+        event.frame,
+        confidence(event.direction)
     );
     text.trim_end().to_owned()
 }

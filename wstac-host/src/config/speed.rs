@@ -8,8 +8,10 @@ use wstac_core::speed::{Law, ThresholdOn};
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 enum LawName {
+    /// The published law; `"paper"` in configurations and recordings of before.
     #[default]
-    Paper,
+    #[serde(alias = "paper")]
+    Published,
     Physical,
 }
 
@@ -48,7 +50,7 @@ impl SpeedKeys {
     /// Returns the law with its parameters.
     pub fn law(&self) -> Law {
         match self.law {
-            LawName::Paper => Law::Published {
+            LawName::Published => Law::Published {
                 intercept: self.intercept.unwrap_or(params::SPEED_INTERCEPT),
                 slope: self.slope.unwrap_or(params::SPEED_SLOPE),
             },
@@ -80,13 +82,13 @@ impl SpeedKeys {
     /// Refuses a parameter of a law that is not in force, because it would silently change nothing.
     pub(super) fn check(&self) -> Result<(), String> {
         let (law, other, key) = match self.law {
-            LawName::Paper => (
-                "paper",
+            LawName::Published => (
+                "published",
                 "physical",
                 self.track_mm.map(|_| "track_mm").or(self.afterglow_frames.map(|_| "afterglow_frames")),
             ),
             LawName::Physical => {
-                ("physical", "paper", self.intercept.map(|_| "intercept").or(self.slope.map(|_| "slope")))
+                ("physical", "published", self.intercept.map(|_| "intercept").or(self.slope.map(|_| "slope")))
             }
         };
         key.map_or(Ok(()), |key| {

@@ -10,6 +10,7 @@ use wstac_core::wire::{Answers, Fault, Hello, Message, ModelFacts, SAMPLE_PART, 
 use super::Report;
 use super::progress::Progress;
 use crate::output::{DisturbedBaseline, EarlyTexture, FrameFeatures, Output, OutputOptions, TactileEvent};
+use crate::plural::counted;
 use crate::texture::Texture;
 use crate::texture::task_name;
 
@@ -75,7 +76,7 @@ impl Board {
             }
             Message::Lost { frames } => {
                 self.progress.drop(*frames);
-                give(Report::Note(format!("{frames} frame(s) lost by the board")))
+                give(Report::Note(format!("{} lost by the board", counted(*frames, "frame"))))
             }
             Message::Fault(fault) => give(Report::Note(format!("the board: {}", fault_in_words(fault)))),
             Message::Status { stream, dropped } => self.status(stream, *dropped, give),

@@ -9,6 +9,7 @@ use wstac_core::wire::{DecodeError, Decoder, Message, VERSION};
 use self::board::Board;
 use crate::error::Error;
 use crate::output::{Output, OutputOptions};
+use crate::plural::counted;
 
 /// Damaged messages without a whole one after which the line is reported as wrong.
 const ONLY_NOISE: u64 = 20;
@@ -106,9 +107,8 @@ impl Monitor {
 }
 
 fn gap(damaged: u64, lost: u16) -> Report {
-    let plural = |count: u64, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
-    let damaged = (damaged > 0).then(|| plural(damaged, "damaged message"));
-    let lost = (lost > 0).then(|| plural(lost.into(), "message") + " lost");
+    let damaged = (damaged > 0).then(|| counted(damaged, "damaged message"));
+    let lost = (lost > 0).then(|| counted(lost, "message") + " lost");
     Report::Note(damaged.into_iter().chain(lost).collect::<Vec<_>>().join(", "))
 }
 

@@ -14,6 +14,7 @@ use super::writer::{Writer, Written};
 use crate::error::Error;
 use crate::json::{Line, real};
 use crate::output::Output;
+use crate::plural::counted;
 use crate::session::Processor;
 use crate::source::{Frame, SourceEvent};
 
@@ -119,7 +120,7 @@ impl Recorder {
             SourceEvent::Lost { frames, reason } => {
                 self.time.frames = self.time.frames.saturating_add(*frames);
                 let why = reason.name();
-                let text = format!("{frames} frame(s) lost: {why}");
+                let text = format!("{} lost: {why}", counted(*frames, "frame"));
                 self.said([Topic::Faults, Topic::FaultsJson], Level::Warning, &text, &Lost { frames: *frames, why });
             }
             SourceEvent::Taxels(_) | SourceEvent::Fault(_) | SourceEvent::Waiting | SourceEvent::End => {}

@@ -8,6 +8,7 @@ use crate::choose::same;
 use crate::{Camera, Negotiated};
 use wstac_host::camera::LockedControl;
 use wstac_host::error::Error;
+use wstac_host::plural::counted;
 use wstac_host::source::{Fault, FaultKind, LossReason, Remedy, StreamInfo};
 
 /// The pause from one try to the next.
@@ -41,7 +42,7 @@ impl Away {
         }
         let state = info.camera.as_deref();
         let name = state.map(|state| format!("{}: {}", state.path.display(), state.card)).unwrap_or_default();
-        Some(Fault::new(FaultKind::Reconnected, format!("{name} is back; {lost} frame(s) were lost meanwhile")))
+        Some(Fault::new(FaultKind::Reconnected, format!("{name} is back; {} lost meanwhile", counted(lost, "frame"))))
     }
 
     /// Returns whether this is reported for the first time, and notes it.

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use wstac_core::params::{COLUMNS, DEFAULT_FLOOR_LEVELS, DEFAULT_MARGIN, VALID_THRESHOLD};
 
 use super::{Calibration, named};
+use wstac_host::plural::counted;
 
 impl Calibration {
     /// Returns the configuration file; `source` describes in one line what was seen.
@@ -36,8 +37,8 @@ impl Calibration {
         if self.saturated > 0 {
             writeln!(
                 text,
-                "# {} whisker(s) reached full scale: a shorter exposure or a lower gain would tell more.",
-                self.saturated
+                "# {} reached full scale: use a shorter exposure or a lower gain.",
+                counted(self.saturated, "whisker")
             )?;
         }
         let [width, height] = self.layout.taxel();

@@ -8,6 +8,7 @@ use wstac_core::params::{COLUMNS, ROWS, TAXELS};
 use super::Refusal;
 use super::fit::Fit;
 use super::spots::Spot;
+use wstac_host::plural::counted;
 use wstac_host::statistics::{median, rms};
 
 /// Largest distance of a neighbor from its predicted place on the walk, in steps.
@@ -56,7 +57,7 @@ pub(super) fn lattice(spots: &[Spot], size: [usize; 2]) -> Result<Lattice, Refus
     let numbered = longest.unwrap_or_default();
     if spots.len() < TAXELS - MISSING {
         let found = spots.len();
-        let message = format!("found {found} spot(s) of light, expected {TAXELS} whiskers, or all but one");
+        let message = format!("found {} of light, expected {TAXELS} whiskers, or all but one", counted(found, "spot"));
         return Err(refused(&numbered, message));
     }
     let [columns, rows] = [0, 1].map(|axis| extent(&numbered, axis));
@@ -256,15 +257,15 @@ mod tests {
 
     #[test]
     fn what_is_no_lattice_of_25_is_refused() {
-        assert!(refusal(&[]).contains("found 0 spot(s)"));
-        assert!(refusal(&grid(4, 4, 0.0)).contains("found 16 spot(s)"));
+        assert!(refusal(&[]).contains("found 0 spots"));
+        assert!(refusal(&grid(4, 4, 0.0)).contains("found 16 spots"));
         assert!(refusal(&grid(6, 5, 3.0)).contains("6 columns and 5 rows, expected 5 and 5"));
         assert!(refusal(&grid(6, 4, 3.0)).contains("6 columns and 4 rows"));
         assert!(refusal(&grid(5, 5, 24.0)).contains("turned by 24 degrees, expected at most 15"));
         let mut three = grid(5, 5, 0.0);
         three.drain(6..9);
-        assert!(refusal(&three).contains("found 22 spot(s)"));
-        // The spots are scattered, so a walk does not get far.
+        assert!(refusal(&three).contains("found 22 spots"));
+        // Scattered: a walk does not get far.
         let scattered: Vec<Spot> = (0..30)
             .map(|k| Spot { centre: [f64::from(k * 97 % 400), f64::from(k * k * 31 % 400)], ..three[0] })
             .collect();

@@ -138,13 +138,13 @@ fn what_is_not_sure_is_refused() {
         // No light: a lens cap, or only noise.
         (format!("[light]\nflash_ms = 0\nrubbing_ms = 0\n{sized}noise = 0\n{POSED}"), "nothing glowed"),
         (format!("[light]\nflash_ms = 0\nrubbing_ms = 0\n{sized}noise = 5\n{POSED}"), "nothing glowed"),
-        (format!("[light]\ndead = [[1, 1], [3, 4], [5, 2]]\n{sized}{POSED}"), "found 22 spot(s) of light"),
+        (format!("[light]\ndead = [[1, 1], [3, 4], [5, 2]]\n{sized}{POSED}"), "found 22 spots of light"),
         // A sensor of 4 × 4.
         (
             format!(
                 "[light]\ndead = [[1, 5], [2, 5], [3, 5], [4, 5], [5, 1], [5, 2], [5, 3], [5, 4], [5, 5]]\n{sized}{POSED}"
             ),
-            "found 16 spot(s)",
+            "found 16 spots",
         ),
         // Half out of the picture: two columns are complete.
         (format!("{sized}[sensor.pose]\nshift = [0.5, 0]"), "expected 25 whiskers"),

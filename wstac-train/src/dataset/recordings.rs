@@ -10,6 +10,7 @@ use super::{Facts, Sample, by_feature};
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::output::{Output, OutputOptions};
+use wstac_host::plural::counted;
 use wstac_host::record::about::About;
 use wstac_host::session::Processor;
 use wstac_host::source::Labels;
@@ -203,7 +204,9 @@ pub fn comparable(recordings: &[Recording]) -> Result<Vec<String>, Error> {
         }
     }
     let differing = kinds.into_iter().filter(|(_, recordings)| *recordings > 0);
-    doubts.extend(differing.map(|(what, count)| format!("{count} recording(s) are not like {}: {what}", first.name)));
+    doubts.extend(
+        differing.map(|(what, count)| format!("{} unlike {}: {what}", counted(count, "recording"), first.name)),
+    );
     Ok(doubts)
 }
 

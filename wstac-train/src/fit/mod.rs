@@ -6,6 +6,7 @@ use wstac_core::speed::Law;
 
 use self::data::Slides;
 use wstac_host::error::Error;
+use wstac_host::plural::counted;
 use wstac_host::statistics::{Line, rms};
 
 /// Longest and shortest duration of an event that is not cut off and not a single frame, in frames of its sample.
@@ -15,7 +16,7 @@ pub const DURATIONS: [u8; 2] = [67, 1];
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// D = intercept − slope · log10 v.
-    Paper,
+    Published,
     /// D = 30 · track / v + afterglow.
     Physical,
 }
@@ -24,7 +25,7 @@ impl Kind {
     /// Returns its name in the configuration.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Paper => "paper",
+            Self::Published => "published",
             Self::Physical => "physical",
         }
     }
@@ -32,7 +33,7 @@ impl Kind {
     /// Returns the quantity in which the duration is linear.
     fn transformed(self, mm_s: f64) -> f64 {
         match self {
-            Self::Paper => mm_s.log10(),
+            Self::Published => mm_s.log10(),
             Self::Physical => 30.0 / mm_s,
         }
     }
@@ -64,10 +65,9 @@ impl Fit {
         let wrong = |message: String| Err(Error::new(subject, message));
         let speeds = slides.speeds().len();
         if speeds < 3 {
-            let (used, left_out) = (slides.used.len(), slides.left_out());
-            return wrong(format!(
-                "{used} slides at {speeds} different speeds ({left_out} left out), expected at least 3 different speeds"
-            ));
+            let (used, speeds) = (counted(slides.used.len(), "slide"), counted(speeds, "different speed"));
+            let left_out = slides.left_out();
+            return wrong(format!("{used} at {speeds} ({left_out} left out), expected at least 3 different speeds"));
         }
         let points: Vec<_> =
             slides.used.iter().map(|slide| [kind.transformed(slide.speed_mm_s), slide.frames]).collect();
@@ -75,10 +75,10 @@ impl Fit {
             return wrong("all slides last equally long, expected durations that fall with speed".into());
         };
         let law = match kind {
-            Kind::Paper => Law::Published { intercept: line.intercept as f32, slope: -line.slope as f32 },
+            Kind::Published => Law::Published { intercept: line.intercept as f32, slope: -line.slope as f32 },
             Kind::Physical => Law::Physical { track: line.slope as f32, afterglow: line.intercept as f32 },
         };
-        let falls = if kind == Kind::Paper { line.slope < 0.0 } else { line.slope > 0.0 };
+        let falls = if kind == Kind::Published { line.slope < 0.0 } else { line.slope > 0.0 };
         if !falls {
             return wrong(format!("durations do not fall with speed (law {}), expected that they do", kind.name()));
         }
@@ -95,7 +95,7 @@ impl Fit {
         let (sign, rest) =
             if self.line.intercept < 0.0 { ("−", -self.line.intercept) } else { ("+", self.line.intercept) };
         match self.kind {
-            Kind::Paper => format!("D = {:.2} − {:.2} log10 v", self.line.intercept, -self.line.slope),
+            Kind::Published => format!("D = {:.2} − {:.2} log10 v", self.line.intercept, -self.line.slope),
             Kind::Physical => format!("D = 30 · {:.2} / v {sign} {rest:.2}", self.line.slope),
         }
     }
@@ -131,7 +131,7 @@ mod tests {
     #[test]
     fn a_law_is_found_again() {
         let paper = slides(|v| 151.06 - 56.29 * v.log10());
-        let fit = Fit::new(Kind::Paper, &paper, "it").unwrap();
+        let fit = Fit::new(Kind::Published, &paper, "it").unwrap();
         assert_eq!(fit.law, Law::PUBLISHED);
         assert!(fit.line.r2 > 1.0 - 1e-12 && fit.line.deviation < 1e-9 && fit.speed_error.unwrap() < 1e-5);
         // The core's own constants of the physical law are least squares on the paper's.
@@ -158,11 +158,11 @@ mod tests {
         for (slides, part) in [
             (Slides::default(), "0 slides at 0 different speeds"),
             (two, "2 slides at 2 different speeds"),
-            (same, "9 slides at 1 different speeds"),
+            (same, "9 slides at 1 different speed ("),
             (slides(|_| 30.0), "equally long"),
             (slides(|v| v), "do not fall"),
         ] {
-            for kind in [Kind::Paper, Kind::Physical] {
+            for kind in [Kind::Published, Kind::Physical] {
                 let message = Fit::new(kind, &slides, "it.npz").unwrap_err().to_string();
                 assert!(message.starts_with("it.npz: ") && message.contains(part), "{message}");
             }

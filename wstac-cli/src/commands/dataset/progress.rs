@@ -1,28 +1,28 @@
-//! How far a command got, for whoever waits.
+//! The progress of a command, for a person who waits.
 
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
-/// How far it got: a line on a terminal that is written over and over.
+/// A line on a terminal that is overwritten.
 pub(super) struct Progress {
-    /// Of what: slides or recordings.
+    /// What is counted: slides or recordings.
     what: &'static str,
-    /// How many there were at the start, and how many there will be.
+    /// The count at the start, and the final count.
     there: u32,
     count: u32,
     started: Instant,
-    /// When it was said last; nothing where nobody reads it.
+    /// The time of the last update; `None` if standard error is no terminal.
     said: Option<Instant>,
 }
 
 impl Progress {
-    /// Counts from what is there at the start.
+    /// Creates a progress line that starts with `there` of `count`.
     pub(super) fn new(what: &'static str, there: u32, count: u32) -> Self {
         let now = Instant::now();
         Self { what, there, count, started: now, said: std::io::stderr().is_terminal().then_some(now) }
     }
 
-    /// Says it, if it was not said just now.
+    /// Updates the line, unless it was updated just now.
     pub(super) fn say(&mut self, done: u32) {
         let Some(said) = self.said.filter(|said| said.elapsed() > Duration::from_millis(200)) else { return };
         let each = self.started.elapsed().as_secs_f64() / f64::from(done.saturating_sub(self.there).max(1));
@@ -33,7 +33,7 @@ impl Progress {
 }
 
 impl Drop for Progress {
-    /// The line makes room for what is said next.
+    /// Clears the line for the next message.
     fn drop(&mut self) {
         if self.said.is_some() {
             let _ = write!(std::io::stderr(), "\r\x1b[K");

@@ -1,4 +1,4 @@
-//! `wstac dataset` of recordings.
+//! `wstac dataset` makes a data set of recordings.
 
 use std::sync::atomic::Ordering;
 
@@ -9,6 +9,7 @@ use super::{Arguments, check_new, note, signals, write_all};
 use crate::commands::output::Stop;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
+use wstac_host::plural::counted;
 use wstac_train::dataset::recorded_arrays;
 use wstac_train::dataset::recordings::{Recording, comparable, find, for_tests, read};
 
@@ -17,7 +18,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if let Some(sweep) = arguments.sources.iter().find(|source| source.extension().is_some_and(|end| end == "toml")) {
         return Err(Error::new(
             sweep.display(),
-            "is a sweep beside other sources, expected one sweep alone, or recordings",
+            "is a sweep among other sources, expected a single sweep, or recordings",
         )
         .into());
     }
@@ -49,30 +50,33 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         note(doubt);
     }
     for recording in recordings.iter().filter(|recording| recording.samples.is_empty()) {
-        note(format_args!("{}: no event, and so no sample", recording.name));
+        note(format_args!("{}: no event, so no sample", recording.name));
     }
     let incomplete: u64 = recordings.iter().map(|recording| recording.incomplete).sum();
     if incomplete > 0 {
-        note(format_args!("{incomplete} events were incomplete and are left out"));
+        note(format_args!("left out: {}", counted(incomplete, "incomplete event")));
     }
     let samples = recordings.iter().map(|recording| recording.samples.len()).sum::<usize>();
     if samples == 0 {
-        let message = "none of the recordings has an event, expected one at least";
+        let message = "none of the recordings has an event, expected at least 1";
         return Err(Error::new(arguments.output.display(), message).into());
     }
     let facts = || recordings.iter().flat_map(|recording| &recording.samples).map(|(.., facts)| facts);
     let unreliable = facts().filter(|facts| !facts.reliable).count();
     if unreliable > 0 {
-        note(format_args!("{unreliable} of {samples} samples are not reliable (array reliable)"));
+        note(format_args!("{unreliable} of {}: not reliable (array reliable)", counted(samples, "sample")));
     }
     let cut_off = facts().filter(|facts| facts.duration.is_none()).count();
     if cut_off > 0 {
-        note(format_args!("{cut_off} of {samples} samples have no duration: cut off, or never lit (array duration)"));
+        let samples = counted(samples, "sample");
+        note(format_args!(
+            "{cut_off} of {samples}: without a duration: the slide is cut off or never lit (array duration)"
+        ));
     }
     let tests = for_tests(&recordings, arguments.test);
     write_all(arguments, |file| recorded_arrays::write(file, &recordings, &tests))?;
     let for_tests = tests.iter().filter(|test| **test).count();
-    let (count, output) = (recordings.len(), arguments.output.display());
-    note(format_args!("{output}: {samples} samples of {count} recordings, {for_tests} of these for tests"));
+    let (samples, count) = (counted(samples, "sample"), counted(recordings.len(), "recording"));
+    note(format_args!("{}: {samples} of {count}, {for_tests} of them for tests", arguments.output.display()));
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! `wstac model eval`.
+//! `wstac model eval` applies a model to a data set.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -7,11 +7,11 @@ use super::super::output::{Stop, note};
 use wstac_host::model_file::ModelFile;
 use wstac_train::model::eval::{Answers, Truth, answers};
 
-/// Answers of a model for the samples of a data set; accuracy and confusions where the truth is there
+/// Print a model's answers for a data set, and its accuracy
 ///
-/// The data set is an .npz file with X, int16 of shape (n, 10, 70) or (n, 700), as wstac dataset writes it. The truth is
-/// array y, or y_specimen, y_pattern or y_depth, whichever is of the model's task; a specimen's pattern or depth is
-/// compared where only these are there.
+/// The data set is an .npz file with X, int16 of shape (n, 10, 70) or (n, 700), as wstac dataset writes it. Accuracy
+/// and confusions need the true labels: the array y, or y_specimen, y_pattern or y_depth by the model's task. If a
+/// data set has only patterns or depths, those of the answered specimen are compared.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// The model: a file, or builtin:NAME
@@ -22,7 +22,9 @@ pub(super) struct Arguments {
     #[arg(value_name = "DATA.npz")]
     data: PathBuf,
 
-    /// Print one JSON object: n, accuracy (null without truth), predictions (a label each)
+    /// Print one JSON object instead of text
+    ///
+    /// Its keys are n, accuracy (null without true labels) and predictions (one label per sample).
     #[arg(long)]
     json: bool,
 }
@@ -63,14 +65,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     Ok(out.flush()?)
 }
 
-/// The first of some labels.
+/// Returns the first labels, joined.
 fn some(labels: &[impl AsRef<str>]) -> String {
     const MOST: usize = 12;
     let first: Vec<&str> = labels.iter().take(MOST).map(AsRef::as_ref).collect();
     first.join(", ") + if labels.len() > MOST { ", …" } else { "" }
 }
 
-/// How often each label got each answer.
+/// Prints how often each label got each answer.
 fn confusions(out: &mut impl Write, answers: &Answers, truth: &Truth) -> Result<(), Stop> {
     writeln!(out, "\n{:>12}  answers", "truth")?;
     write!(out, "{:12}", "")?;

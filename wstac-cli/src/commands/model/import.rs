@@ -1,4 +1,4 @@
-//! `wstac model import`.
+//! `wstac model import` makes a model file of a trained model.
 
 use std::ffi::OsStr;
 use std::fmt::Display;
@@ -17,44 +17,56 @@ use wstac_train::model::{Import, import, import_inline};
 
 /// Make a model file of a trained model
 ///
-/// What kind of file it is shows in what it holds, not in its name. wstac model --help says which models are understood. The
-/// same file gives the same bytes.
+/// The type of the input is found from its content, not from its name. The models that can be imported are listed in
+/// wstac model --help. The same input gives the same bytes.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// What the trainer saved: XGBoost's JSON or UBJSON, or ONNX
+    /// The trained model: XGBoost JSON or UBJSON, or ONNX
     #[arg(value_name = "FILE")]
     file: PathBuf,
 
-    /// Write the model to this file: a model file, or Rust where its name ends in .rs
+    /// Write the model to this file
+    ///
+    /// It is a model file, or Rust code if its name ends in .rs.
     #[arg(short, long, value_name = "OUT.wsm")]
     output: PathBuf,
 
-    /// What to write: a table (the model file, the smallest), or inline (Rust that answers in fewer instructions and takes more
-    /// bytes; not of linear models); by default what the name of the output says
+    /// What to write; by default, the ending of the output says it
+    ///
+    /// A table is the model file and the smallest. Inline is Rust code that answers in fewer instructions and takes
+    /// more bytes; there is none of linear models.
     #[arg(long, value_enum)]
     backend: Option<Backend>,
 
-    /// Names of the classes in their order, for files without (XGBoost), such as Fla0,Saw2; numbers by default
+    /// Names of the classes in their order, as A,B,C
+    ///
+    /// They are for files without names (XGBoost). By default such classes are numbered.
     #[arg(long, value_name = "A,B,…", value_delimiter = ',')]
     labels: Option<Vec<String>>,
 
-    /// What the classes are; guessed from their labels by default
+    /// What the classes are; by default, their names decide
     #[arg(long, value_enum)]
     task: Option<Classes>,
 
-    /// Weights of a linear model: int16 by default; int8 is half as large and less exact
+    /// Weights of a linear model: int16 by default
+    ///
+    /// int8 is half as large and less exact.
     #[arg(long, value_enum)]
     weights: Option<Weights>,
 
-    /// Leaves of boosted trees: float32 is exact, int16 smaller; auto, the default, is int16 where that is proven to be exact
+    /// Leaves of boosted trees: auto by default
+    ///
+    /// float32 is exact, and int16 is smaller. auto is int16 if that is proven to be exact, otherwise float32.
     #[arg(long, value_enum)]
     leaves: Option<Leaves>,
 
-    /// What to say about the training, which inspect prints; in model files alone
+    /// A note about the training, which inspect prints
+    ///
+    /// Only model files can have one.
     #[arg(long, value_name = "TEXT")]
     note: Option<String>,
 
-    /// Write over OUT.wsm
+    /// Overwrite OUT.wsm
     #[arg(long)]
     force: bool,
 }
@@ -114,11 +126,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     atomic_write(output, &bytes)?;
     let (path, classes, task) = (output.display(), model.labels.len(), task_name(model.task));
     let what = if backend == Backend::Inline { "bytes of Rust" } else { "bytes" };
-    note(format_args!("{path}: {} {what}, {classes} classes, task {task}; {}", bytes.len(), exactness));
+    let classes = if classes == 1 { "1 class".to_owned() } else { format!("{classes} classes") };
+    note(format_args!("{path}: {} {what}, {classes}, task {task}; {}", bytes.len(), exactness));
     Ok(())
 }
 
-/// What to write: what is asked for, or what the output's name says. Where these contradict each other, nothing.
+/// Returns what to write, by the option or by the name of the output. They must not contradict each other.
 fn backend(asked: Option<Backend>, output: &Path) -> Result<Backend, clap::Error> {
     let named = match output.extension().and_then(OsStr::to_str) {
         Some("rs") => Some((Backend::Inline, "Rust", "inline")),
@@ -135,7 +148,7 @@ fn backend(asked: Option<Backend>, output: &Path) -> Result<Backend, clap::Error
     }
 }
 
-/// Refuses options that say nothing of what is made.
+/// Refuses options that have no meaning for this model.
 fn check_options(arguments: &Arguments, kind: &Kind, backend: Backend) -> Result<(), clap::Error> {
     let model = match kind {
         Kind::Linear(_) => "a linear model",

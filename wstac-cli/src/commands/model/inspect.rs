@@ -1,4 +1,4 @@
-//! `wstac model inspect`.
+//! `wstac model inspect` describes a model file.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -8,7 +8,9 @@ use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_train::model::inspect::inspect;
 
-/// Print what is in a model file: kind, classes, size, and what a classification costs
+/// Print the kind, classes, size and cost of a model
+///
+/// Costs are those of one classification.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// The model: a file, or builtin:NAME

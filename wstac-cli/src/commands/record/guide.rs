@@ -1,4 +1,4 @@
-//! `wstac record --guide`: a person is led through a plan, a slide a file.
+//! `wstac record --guide` guides a person through a plan, one file per slide.
 
 use std::fs::{self, File};
 use std::io::BufRead;
@@ -15,6 +15,7 @@ use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, OutputOptions};
+use wstac_host::plural::counted;
 use wstac_host::record::Recorder;
 use wstac_host::record::about::About;
 use wstac_host::record::plan::{self, PlannedSlide};
@@ -24,10 +25,10 @@ use wstac_host::source::{FramePolicy, Source, SourceEvent, StreamInfo};
 use wstac_host::texture::Textures;
 use wstac_linux::source::is_camera;
 
-/// How long a wait for a key may last before signals are looked for.
+/// The longest wait for a key between two checks for signals.
 const WAIT: Duration = Duration::from_millis(200);
 
-/// What a person wants.
+/// A request of the person.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Key {
     Start,
@@ -36,24 +37,24 @@ enum Key {
     Quit,
 }
 
-/// What became of a slide.
+/// The result of a slide.
 enum Outcome {
-    /// It has its file.
+    /// The slide has its file.
     Recorded,
-    /// It did not work, and why.
+    /// The slide failed for this reason and must be repeated.
     Again(&'static str),
     /// The source ended, or a signal came.
     Ended,
 }
 
-/// A session.
+/// A guided session.
 struct Session<'a> {
     source: Box<dyn Source>,
     info: StreamInfo,
     config: Config,
     models: &'a [ModelFile],
     labels: Labels,
-    /// Whether the source makes its frames now: a camera.
+    /// Whether the source is a camera.
     is_live: bool,
     /// Lines of standard input.
     keys: Receiver<String>,
@@ -61,7 +62,7 @@ struct Session<'a> {
     interrupted: Arc<AtomicBool>,
 }
 
-/// Leads through the plan of a file.
+/// Guides through the plan of a file.
 pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
     let slides = plan::read(plan_file)?;
     let labels = labels(&arguments.labels)?;
@@ -74,7 +75,7 @@ pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
         arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
     let models = ModelFile::open_all(&arguments.models)?;
     let folder = &arguments.output;
-    // What does not fit is said before a person waits.
+    // Errors of the settings come before a person waits.
     drop(Processor::new(&info, &config, OutputOptions::default())?.with_textures(Textures::new(&models)?));
     About::new(&info, &config, labels.clone(), Vec::new())?;
     if folder.exists() && !folder.is_dir() {
@@ -92,9 +93,10 @@ pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
     let mut session = Session { is_live, source, info, config, models: &models, labels, keys, shown, interrupted };
     let recorded = session.lead(&slides, folder)?;
     let there = slides.iter().filter(|slide| file_of(folder, slide).exists()).count();
-    let rest = if there < slides.len() { "; the same command goes on with the others" } else { "" };
+    let rest = if there < slides.len() { "; the same command continues with the others" } else { "" };
     let (all, folder) = (slides.len(), folder.display());
-    note(format_args!("{folder}: {recorded} slides recorded, {there} of {all} are there{rest}"));
+    let recorded = counted(recorded, "slide");
+    note(format_args!("{folder}: {recorded} recorded now, {there} of {all} in total{rest}"));
     Ok(())
 }
 
@@ -102,7 +104,7 @@ fn file_of(folder: &Path, slide: &PlannedSlide) -> PathBuf {
     folder.join(format!("{}.mcap", slide.name))
 }
 
-/// Lines of standard input, from a thread of its own that ends with the program.
+/// Returns the lines of standard input, read by a thread that ends with the program.
 fn keys() -> Receiver<String> {
     let (sender, keys) = channel();
     std::thread::spawn(move || {
@@ -116,7 +118,7 @@ fn keys() -> Receiver<String> {
 }
 
 impl Session<'_> {
-    /// Leads through the slides that have no file yet; how many were recorded.
+    /// Guides through the slides that have no file yet, and returns how many were recorded.
     fn lead(&mut self, slides: &[PlannedSlide], folder: &Path) -> Result<u64, Error> {
         let (mut at, mut last, mut redo, mut recorded) = (0, None, false, 0);
         while let Some(slide) = slides.get(at) {
@@ -127,7 +129,7 @@ impl Session<'_> {
             }
             let (number, all, about) = (at + 1, slides.len(), &slide.about);
             note(format_args!("slide {number} of {all}: {about}"));
-            note("hands off, then Enter; r: the last one once more, s: skip this one, q: quit");
+            note("do not touch the sensor and press Enter; r: repeat the last slide, s: skip this one, q: quit");
             match self.key()? {
                 None | Some(Key::Quit) => break,
                 Some(Key::Skip) => {
@@ -137,7 +139,7 @@ impl Session<'_> {
                 Some(Key::Redo) => {
                     match last {
                         Some(last) => (at, redo) = (last, true),
-                        None => note("none was recorded in this session yet"),
+                        None => note("no slide was recorded in this session yet"),
                     }
                     continue;
                 }
@@ -148,15 +150,16 @@ impl Session<'_> {
                     (last, redo) = (Some(at), false);
                     (at, recorded) = (at + 1, recorded + 1);
                 }
-                Outcome::Again(why) => note(format_args!("{why}: the same slide once more")),
+                Outcome::Again(why) => note(format_args!("{why}: repeat the same slide")),
                 Outcome::Ended => break,
             }
         }
         Ok(recorded)
     }
 
-    /// What a person wants; nothing where the source ends or a signal comes. A camera is read meanwhile, and its frames are
-    /// left out. Where nobody says anything any more, a camera's session ends: nobody slides. Slides of a file start at once.
+    /// Returns the request of the person, or `None` if the source ends or a signal comes. A camera is read meanwhile,
+    /// and its frames are dropped. At the end of standard input, the session of a camera ends. Slides of a file start
+    /// at once then.
     fn key(&mut self) -> Result<Option<Key>, Error> {
         loop {
             if self.interrupted.load(Ordering::Relaxed) {
@@ -180,7 +183,7 @@ impl Session<'_> {
                 Ok("q") => return Ok(Some(Key::Quit)),
                 Ok(other) => note(format_args!("{other:?} is no key, expected Enter, r, s or q")),
                 Err(_) if ended && self.is_live => {
-                    note("standard input ended, and with it the session");
+                    note("standard input ended, so the session ends");
                     return Ok(None);
                 }
                 Err(_) if ended => return Ok(Some(Key::Start)),
@@ -189,7 +192,7 @@ impl Session<'_> {
         }
     }
 
-    /// Records one slide: a quiet baseline, then one event. Until then its file ends in `.part`.
+    /// Records one slide: a quiet baseline, then one event. The file ends in `.part` until it is complete.
     fn slide(&mut self, slide: &PlannedSlide, path: &Path) -> Result<Outcome, Error> {
         let part = path.with_added_extension("part");
         loop {
@@ -197,21 +200,21 @@ impl Session<'_> {
             match ended {
                 Ok(Some(Outcome::Recorded)) => {
                     fs::rename(&part, path).map_err(|error| Error::new(path.display(), error))?;
-                    note(format_args!("{} is there", path.display()));
+                    note(format_args!("wrote {}", path.display()));
                     return Ok(Outcome::Recorded);
                 }
-                Ok(None) => note("the baseline was not quiet: hands off, once more"),
+                Ok(None) => note("the baseline was not quiet: do not touch the sensor; it is taken again"),
                 Ok(Some(outcome)) => {
                     remove(&part)?;
                     return Ok(outcome);
                 }
-                // What it has is left where it is.
+                // The incomplete file stays.
                 Err(error) => return Err(error),
             }
         }
     }
 
-    /// One attempt; nothing where the baseline was not quiet.
+    /// Makes one attempt, and returns `None` if the baseline was not quiet.
     fn attempt(&mut self, slide: &PlannedSlide, part: &Path) -> Result<Option<Outcome>, Error> {
         let wanted = OutputOptions { features: true, samples: false };
         let processor = Processor::new(&self.info, &self.config, wanted)?;
@@ -223,12 +226,12 @@ impl Session<'_> {
         let file = File::create(part).map_err(|error| Error::new(part.display(), error))?;
         let mut recorder = Recorder::new(file, part, &about, &processor)?;
         let outcome = self.watch(slide, &mut processor, &mut recorder);
-        // Whatever became of the source, what came before is in a whole file.
+        // Even if the source failed, the file of what came before is complete.
         let written = recorder.finish();
         if outcome.is_err() && written.is_ok() {
-            note(format_args!("{} has what came before", part.display()));
+            note(format_args!("{} has what was recorded before", part.display()));
         }
-        // Both matter; a file that is not whole matters most.
+        // Both errors matter, but an incomplete file matters more.
         if let (Err(error), Err(_)) = (&outcome, &written) {
             note(error);
         }
@@ -236,7 +239,7 @@ impl Session<'_> {
         outcome
     }
 
-    /// Reads until there is an outcome; nothing where the baseline was not quiet.
+    /// Reads until there is a result, and returns `None` if the baseline was not quiet.
     fn watch(
         &mut self,
         slide: &PlannedSlide,
@@ -318,7 +321,7 @@ mod tests {
         }
     }
 
-    /// A session with a camera that gives three frames and fails, and nobody at standard input.
+    /// Returns a session whose camera gives three frames and fails, and whose standard input is empty.
     fn session() -> Session<'static> {
         let info = StreamInfo {
             size: FrameSize::new(100, 100).unwrap(),

@@ -1,4 +1,4 @@
-//! The sources of one run, each read to its end in a thread of its own.
+//! Reads the sources of one run, each to its end in its own thread.
 
 use std::fs::File;
 use std::io::{ErrorKind, Write};
@@ -14,20 +14,21 @@ use super::sensors::Sensor;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, OutputOptions};
+use wstac_host::plural::counted;
 use wstac_host::session::{Observer, Session, Step};
 use wstac_host::source::{FramePolicy, Lag, SourceEvent};
 use wstac_host::texture::Textures;
 
-/// What all sensors of a run have in common.
+/// The settings that all sensors of a run share.
 #[derive(Clone, Copy)]
 pub(super) struct Run<'a> {
     pub(super) arguments: &'a Arguments,
     pub(super) files: &'a [ModelFile],
-    /// Asks for the end.
+    /// Requests the end.
     pub(super) interrupted: &'a AtomicBool,
 }
 
-/// A sensor that is ready to be read.
+/// A sensor that is ready for reading.
 pub(super) struct Opened<'a> {
     session: Session,
     records: Records,
@@ -40,7 +41,7 @@ impl<'a> Run<'a> {
     /// Opens a sensor.
     ///
     /// # Errors
-    /// Where its source, or with it the configuration or a model, cannot be used.
+    /// Returns an error if the source, the configuration or a model cannot be used.
     pub(super) fn open(self, sensor: &Sensor<'_>) -> Result<Opened<'a>, Stop> {
         let Self { arguments, files, interrupted } = self;
         let form = if arguments.json { Form::Json } else { Form::Text };
@@ -60,17 +61,18 @@ impl<'a> Run<'a> {
             records.note(format_args!("{} camera frames are added up to one feature frame", info.rate.frames_added()));
         }
         if info.taxels_only && arguments.save_raw.is_some() {
-            return Err(Error::new(&info.about, "--save-raw needs frames, expected fidelity = \"rendered\"").into());
+            return Err(
+                Error::new(&info.about, "has no frames for --save-raw, expected fidelity = \"rendered\"").into()
+            );
         }
         let raw = arguments.save_raw.as_deref().map(RawFile::create).transpose()?;
         Ok(Opened { session, records, raw, limit: arguments.frames, interrupted })
     }
 
-    /// Reads all sensors at once. None is read before all are open; then each goes on to its own end, whatever becomes
-    /// of the others.
+    /// Reads all sensors at once, after all of them were opened. Each continues to its own end if others fail.
     ///
     /// # Errors
-    /// Where any failed: each says why by itself as soon as it has, so the error is only their number.
+    /// Returns the number of sensors that failed. Each reports its own reason as soon as it fails.
     pub(super) fn all(self, sensors: &[Sensor<'_>]) -> Result<(), Stop> {
         let (opened, failed) = (Barrier::new(sensors.len()), AtomicBool::new(false));
         let result_of = |sensor: &Sensor<'_>| {
@@ -80,7 +82,7 @@ impl<'a> Run<'a> {
             }
             opened.wait();
             match open {
-                // The reason is said by the sensor that could not be opened.
+                // The sensor that could not be opened reports the reason.
                 Ok(_) if failed.load(Ordering::Relaxed) => Ok(()),
                 Ok(opened) => opened.read(),
                 Err(stop) => Err(stop),
@@ -93,7 +95,7 @@ impl<'a> Run<'a> {
                 false
             }
             Err(Stop::OutputClosed | Stop::Interrupted(_)) => {
-                // Nobody reads any sensor's records any more.
+                // Nobody reads the records of any sensor any more.
                 self.interrupted.store(true, Ordering::Relaxed);
                 true
             }
@@ -110,11 +112,11 @@ impl<'a> Run<'a> {
 }
 
 impl Opened<'_> {
-    /// Reads until the source ends or fails, as many frames have passed as were asked for, or a signal asks for the end.
-    /// Whatever happens, the end record is written.
+    /// Reads until the source ends or fails, the limit of frames is reached, or a signal requests the end. The end
+    /// record is always written.
     ///
     /// # Errors
-    /// The source's, and those of writing.
+    /// Returns the error of the source, or of writing.
     pub(super) fn read(self) -> Result<(), Stop> {
         let Self { mut session, records, raw, limit, interrupted } = self;
         let mut printer = Printer { records, raw, losses: LossReport::default(), passed: 0 };
@@ -144,7 +146,7 @@ struct Printer {
     records: Records,
     raw: Option<RawFile>,
     losses: LossReport,
-    /// Camera frames that have passed, lost ones included.
+    /// Camera frames so far, lost ones included.
     passed: u64,
 }
 
@@ -174,24 +176,25 @@ impl Observer for Printer {
     }
 }
 
-/// How far reading ever was behind a camera.
+/// Reports the largest delay behind a camera.
 fn say_lag(lag: Lag, records: &Records) {
     if lag.most == 0 {
         return;
     }
     let latency =
         lag.latency.map(|latency| format!("; the last was read {} ms after it was taken", latency.as_millis()));
-    records.note(format_args!("up to {} frame(s) behind the camera{}", lag.most, latency.unwrap_or_default()));
+    let most = counted(lag.most, "frame");
+    records.note(format_args!("up to {most} behind the camera{}", latency.unwrap_or_default()));
 }
 
-/// The file that `--save-raw` names.
+/// The file of `--save-raw`.
 struct RawFile {
     file: File,
     path: PathBuf,
 }
 
 impl RawFile {
-    /// Creates it, and never writes over another.
+    /// Creates the file, and never overwrites another.
     fn create(path: &Path) -> Result<Self, Error> {
         let file = File::create_new(path).map_err(|error| match error.kind() {
             ErrorKind::AlreadyExists => Error::new(path.display(), "exists already, expected a new file"),

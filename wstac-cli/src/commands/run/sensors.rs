@@ -1,20 +1,20 @@
-//! Sources that have names: `cam:left=/dev/video0`.
+//! Parses sources with names: `cam:left=/dev/video0`.
 
 use wstac_host::error::Error;
 
-/// A source, and what its records call it.
+/// A source with the name that its records have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Sensor<'a> {
-    /// Its name; nothing for a plain source.
+    /// The name; `None` for a plain source.
     pub(super) name: Option<&'a str>,
-    /// What to open.
+    /// The source to open.
     pub(super) source: &'a str,
 }
 
-/// The sensors that the user names.
+/// Returns the sensors that the user names.
 ///
 /// # Errors
-/// Where a name is none or taken, or two read the same standard input.
+/// Returns an error if a name is invalid or taken, or if two sources are standard input.
 pub(super) fn sensors(sources: &[String]) -> Result<Vec<Sensor<'_>>, Error> {
     let sensors = sources.iter().map(|source| sensor(source)).collect::<Result<Vec<_>, _>>()?;
     for (index, sensor) in sensors.iter().enumerate() {

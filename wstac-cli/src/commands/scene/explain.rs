@@ -1,4 +1,4 @@
-//! `wstac scene explain`: what a scene models, what it does not, and what each effect costs.
+//! `wstac scene explain` prints what a scene models, what it does not, and what each effect costs.
 
 use std::io::Write;
 use std::time::{Duration, Instant};
@@ -12,9 +12,10 @@ use wstac_scene::sensor::Fidelity;
 use wstac_scene::source::script;
 use wstac_scene::{Scene, SceneConfig, Truth};
 
-/// Say what a scene models, what it does not, and what each effect costs in ns a frame
+/// Print what a scene models, and what each effect costs
 ///
-/// The cost of an effect is what a frame of the scene takes longer with it than without it, on this machine, now.
+/// Costs are in ns per frame. The cost of an effect is by how much a frame of the scene takes longer with it than
+/// without it, measured on this machine now. The command also prints what is not modeled.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// Saw3@150[,90deg][,seed=N], or FILE.toml
@@ -31,7 +32,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let mut out = std::io::stdout().lock();
     let (width, height) = script.sensor.size.into();
     let rate = script.sensor.rate.per_second();
-    writeln!(out, "{} frames of {width}x{height} at {rate} a second, {}", scene.frames(), described(script.fidelity))?;
+    writeln!(
+        out,
+        "{} frames of {width}x{height} at {rate} per second, {}",
+        scene.frames(),
+        described(script.fidelity)
+    )?;
     for truth in scene.truth() {
         let slide = &truth.slide;
         let (from, to) = (truth.start_s * rate, truth.end_s * rate);
@@ -42,13 +48,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let mut costs = if arguments.no_cost { Vec::new() } else { costs(&script)? }.into_iter();
     writeln!(
         out,
-        "\nModelled:{}",
-        if arguments.no_cost { "" } else { "                                      ns a frame" }
+        "\nModeled:{}",
+        if arguments.no_cost { "" } else { "                                     ns per frame" }
     )?;
     if let Some(Some(cost)) = costs.next() {
         writeln!(
             out,
-            "  {:18} {:22} {cost:>10.0}  strain's flashes and a GREY camera without noise",
+            "  {:18} {:22} {cost:>10.0}  flashes of strain and a GREY camera without noise",
             "all below left out", ""
         )?;
     }
@@ -63,21 +69,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if let Some(Some(cost)) = costs.next() {
         writeln!(
             out,
-            "  {:18} {:22} {cost:>10.0}  work is shared, and a whisker kept out of contact saves it: no sum of the rest",
+            "  {:18} {:22} {cost:>10.0}  less than the sum of the rest, because effects share work",
             "the whole", ""
         )?;
     }
-    writeln!(out, "\nNot in this scene, and not paid for:")?;
+    writeln!(out, "\nNot in this scene, and without cost:")?;
     for effect in EFFECTS.iter().filter(|effect| !has(effect)) {
         writeln!(out, "  {:18} {}", effect.name, effect.what)?;
     }
-    writeln!(out, "\nNever modelled:")?;
+    writeln!(out, "\nNever modeled:")?;
     for never in NEVER {
         writeln!(out, "  {never}")?;
     }
     writeln!(
         out,
-        "\nGuesses, as the paper does not say: overlap, pitch, edge, flash, black level (wstac scene --help), and a base's\nspot of light, a soft disc."
+        "\nGuesses, because the publication does not give them: overlap, pitch, edge, flash and black\nlevel (wstac scene --help), and the spot of light of a base, a soft disc."
     )?;
     Ok(())
 }
@@ -89,11 +95,11 @@ fn described(fidelity: Fidelity) -> &'static str {
     }
 }
 
-/// How often everything is measured: the least of it is told, which noise of the machine only makes larger.
+/// The number of repetitions. The shortest time counts, because noise of the machine only makes times longer.
 const ROUNDS: u32 = 5;
 
-/// ns a frame: of the bare scene, of every effect that the scene has (nothing where that is less than what repeated
-/// measurements differ by), of the whole.
+/// Returns costs in ns per frame: of the bare scene, of every effect of the scene, and of the whole. An effect has
+/// `None` if its cost is below the noise of the measurement.
 fn costs(script: &SceneConfig) -> Result<Vec<Option<f64>>, Error> {
     let mut scripts = vec![wstac_scene::effects::bare(script)];
     for effect in EFFECTS.iter().filter(|effect| (effect.value)(script).is_some()) {
@@ -102,9 +108,9 @@ fn costs(script: &SceneConfig) -> Result<Vec<Option<f64>>, Error> {
         scripts.push(without);
     }
     scripts.push(script.clone());
-    // The two least of each: what is between them tells how far they can be trusted.
+    // The two shortest times of each: their distance is the uncertainty.
     let mut least = vec![[f64::INFINITY; 2]; scripts.len()];
-    // Round by round, so that a slower moment of the machine does not fall on one of them alone.
+    // All are measured in turn, so that a slow moment of the machine does not fall on a single one.
     for _ in 0..ROUNDS {
         for (least, script) in least.iter_mut().zip(&scripts) {
             let ns = ns_a_frame(script)?;
@@ -122,7 +128,7 @@ fn costs(script: &SceneConfig) -> Result<Vec<Option<f64>>, Error> {
     Ok(least.into_iter().enumerate().map(cost).collect())
 }
 
-/// Mean over the frames of the first slide and what follows it, but for at most 100 ms.
+/// Returns the mean over the frames from the first slide on, for at most 100 ms.
 fn ns_a_frame(script: &SceneConfig) -> Result<f64, Error> {
     const LONGEST: Duration = Duration::from_millis(100);
     let mut scene = Scene::new(script)?;

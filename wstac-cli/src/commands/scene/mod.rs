@@ -1,4 +1,4 @@
-//! `wstac scene`: what can be done with a simulated sensor beside running it.
+//! `wstac scene` renders and explains simulated sensors.
 
 mod explain;
 mod render;
@@ -8,10 +8,10 @@ use clap::Subcommand;
 
 use super::output::Stop;
 
-/// Render a simulated sensor's frames, explain what a scene models, print the strain of a whisker
+/// Render or explain a simulated sensor, or print whisker strain
 ///
-/// A scene is a sensor made of arithmetic: a specimen slides over 25 whiskers, their bases glow, a camera looks on.
-/// `wstac run scene:…` reads one as it reads a camera.
+/// A scene is a simulated sensor: a specimen slides over 25 whiskers, their bases glow, and a camera records them.
+/// wstac run scene:… reads a scene like a camera.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = KEYS)]
 pub(super) struct Arguments {
@@ -26,30 +26,30 @@ enum Command {
     Strain(strain::Arguments),
 }
 
-/// Every key of a scene's file, with its default.
+/// Every key of a scene file with its default.
 pub(super) const KEYS: &str = r#"A scene's file (scene:FILE.toml), every key but the first two optional;
 these are the defaults:
 
   specimen = "Saw3"      # Fla0, or Sin, Saw or Tri with 2, 3 or 4 mm of
                          # depth, or Sphere
   speed = 150            # mm/s, 1 to 1000
-  direction = 0          # degrees: 0 is right, 90 up, 180 left, 270
-                         # down
+  direction = 0          # degrees: 0 is right, 90 up, 180 left,
+                         # 270 down
   depth = 3              # of the texture in mm, instead of the name's
   period = 6             # of the texture in mm; twice the depth unless
                          # it is given
   length = 104.5         # of the block in mm: fitted to the paper's
                          # speed law
-  edge = 72              # slope of the block's ends in degrees; 90 is
-                         # upright
+  edge = 72              # slope of the block's ends in degrees;
+                         # 90 is upright
   #radius = 0.5          # of a Sphere in mm, instead of depth, period,
                          # length and edge
-  seed = 0               # of all chance: the same seed gives the same
-                         # bytes on every machine
-  noise = 0.8            # scale of what deviates from run to run
+  seed = 0               # of all random numbers: the same seed gives
+                         # the same bytes on every machine
+  noise = 0.8            # scale of all random deviations
                          # (fluctuation, run_deviation, noise of
-                         # pixels), fitted to one number of the paper's
-                         # table 2; 0 for none
+                         # pixels), fitted to one published number
+                         # (table 2); 0 for none
   lead_in = 45           # dark frames before the first slide
   gap = 70               # dark frames after each slide
   fidelity = "rendered"  # or "taxel": taxel sums from their
@@ -59,11 +59,11 @@ these are the defaults:
   length_mm = 5
   diameter_mm = 1
   pitch_mm = 4
-  dome_degrees = 30      # the cap that carries the whiskers; 0 for a
-                         # plane
+  dome_degrees = 30      # the cap that carries the whiskers; 0 for
+                         # a plane
   overlap_mm = 3         # how far a specimen's crests overlap the
-                         # middle whisker; a Sphere at most by its
-                         # radius
+                         # middle whisker; a Sphere's radius
+                         # at most
   relaxation_ms = 2      # of a whisker that is let go; 0 for at once
   present = "all"        # or "middle": one whisker
   [light]                # in full scales of the camera, as the mean of
@@ -72,17 +72,18 @@ these are the defaults:
                          # scales · ms
   rubbing_ms = 0.01      # light of rubbing (friction) over a mm under a
                          # load P L²/EI of 1; 0 for none
-  fluctuation = 0.5      # deviation of the rubbing, as a share
-  fluctuation_mm = 1     # length over which it stays alike
+  fluctuation = 0.5      # deviation of the rubbing, as a fraction
+  fluctuation_mm = 1     # correlation length of the fluctuation
   afterglow_ms = 44.5    # fades to 1/e in this time: fitted to the
                          # paper's speed law; 0 for none
-  gain_deviation = 0.05  # of the whiskers, as a share
-  unit = 0               # which sensor it is: each has its own gains
-  run_deviation = 0.1    # of the gain from slide to slide, as a share
-  leak = 0               # ambient light, as a share of full scale
-  leak_per_minute = 0    # how much more of it there is after a minute
-  drift_per_minute = 0   # how much more light there is after a minute,
-                         # as a share
+  gain_deviation = 0.05  # of the whiskers, as a fraction
+  unit = 0               # number of the sensor: each has own gains
+  run_deviation = 0.1    # of the gain from slide to slide, as a
+                         # fraction of it
+  leak = 0               # ambient light, as a fraction of full scale
+  leak_per_minute = 0    # growth of the leak per minute
+  drift_per_minute = 0   # growth of the light per minute, as a
+                         # fraction of it
   dead = []              # whiskers without light, as [row, column],
                          # each 1 to 5
   [sensor]
@@ -93,27 +94,27 @@ these are the defaults:
   matrix = "bt601"       # or "bt709": of YCbCr
   range = "limited"      # or "full": of YCbCr
   quality = 85           # of MJPG, 1 to 100
-  exposure = 1.0         # share of the frame during which the shutter
-                         # is open
+  exposure = 1.0         # fraction of the frame time during which
+                         # the shutter is open
   full_well = 25500      # electrons at full scale, at a gain of 1
   read_noise = 60        # electrons
   black_level = 1.0      # in 1/255 of full scale
   gain = 1.0
   blur = 0               # deviation of the point spread, in pixels
   noise = 1.0            # scale of the noise of pixels
-  dropped = 0            # share of frames that the driver loses
-  auto_exposure = false  # a camera that slows down to a quarter of its
-                         # rate in the dark
+  dropped = 0            # fraction of frames that the driver loses
+  auto_exposure = false  # in the dark, the camera slows down to a
+                         # quarter of its rate
   #[sensor.pose]         # a camera that does not look straight on;
-                         # with it all pixels of a frame are computed
+                         # every pixel of a frame is computed then
   #rotation_degrees = 0  # of the picture, counter-clockwise
   #tilt_degrees = [0, 0] # right side, lower side further away
   #curvature = 0         # of the lens: below 0 barrel, above
                          # pincushion, -0.15 to 0.15
   #shift = [0, 0]        # right, down, in shorter sides of the picture
   #scale = 1
-  #uneven = 1            # times as bright the brightest side is as the
-                         # darkest
+  #uneven = 1            # brightness of the brightest side, in
+                         # units of the darkest side's
   #uneven_degrees = 0    # where the brightest side is: 0 right, 90 up
 
 Several slides: any number of [[slide]] tables with the keys from
@@ -128,7 +129,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
 }
 
-/// The name of a scene without `scene:` before it.
+/// Returns the name of a scene without `scene:`.
 fn named(scene: &str) -> &str {
     scene.strip_prefix("scene:").unwrap_or(scene)
 }
@@ -140,7 +141,7 @@ mod tests {
 
     #[test]
     fn examples_can_be_pasted_from_a_narrow_terminal() {
-        // Those of a configuration are printed two columns further to the right.
+        // Lines of a configuration are printed two columns further to the right.
         for line in KEYS.lines().chain(wstac_host::config::DEFAULT_CONFIGURATION.lines()) {
             assert!(line.chars().count() <= 72, "{line}");
         }
@@ -153,7 +154,7 @@ mod tests {
             lines.take_while(|line| !line.starts_with("Several")).fold(String::new(), |text, line| text + line + "\n");
         let expected = SceneConfig::parse_short("Saw3@150").unwrap();
         assert_eq!(SceneConfig::from_toml("help", &text).unwrap(), expected);
-        // Every key is there, or this fails: what is left out of a table takes its default, so count them.
+        // The test counts the keys, because a missing key would have its default and go unnoticed.
         assert_eq!(text.lines().filter(|line| line.contains(" = ")).count(), 12 + 1 + 8 + 12 + 15 + 7);
     }
 }

@@ -1,4 +1,4 @@
-//! `wstac scene render`: a scene's frames in a file.
+//! `wstac scene render` writes a scene's frames to a file.
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
@@ -9,6 +9,7 @@ use super::super::output::{Stop, check_new, note};
 use super::super::run::interruptions;
 use super::named;
 use wstac_host::error::Error;
+use wstac_host::plural::counted;
 use wstac_host::source::open::OpenOptions;
 use wstac_host::source::y4m::header_of;
 use wstac_host::source::{Frame, Source, SourceEvent};
@@ -18,19 +19,21 @@ use wstac_scene::source::script;
 /// Write a scene's frames to a new file
 ///
 /// Only pixels under whiskers are computed, unless there is a [sensor.pose]; all others stay dark. Frames that the
-/// simulated driver loses leave no bytes, so what is read from the file is shorter by them. MJPG is written as it is
-/// decoded, as RGB. A file that is not whole is removed.
+/// simulated driver loses leave no bytes, so the file has fewer frames. MJPG is written decoded, as RGB. If the
+/// command fails, it removes the incomplete file.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// Saw3@150[,90deg][,seed=N], or FILE.toml
     scene: String,
 
-    /// FILE.y4m (formats GREY, Y10, Y12, Y16, YU12 and 422P), FILE.raw (frames of any format back to back, for other
-    /// programs), or - for Y4M on standard output
+    /// FILE.y4m, FILE.raw, or - for Y4M on standard output
+    ///
+    /// Y4M has the formats GREY, Y10, Y12, Y16, YU12 and 422P. FILE.raw has frames of any format back to back, for
+    /// other programs.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 
-    /// Write over a file that is there already
+    /// Overwrite an existing file
     #[arg(long)]
     force: bool,
 }
@@ -73,7 +76,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     out.finish()?;
     if lost > 0 {
-        note(format_args!("{lost} lost frame(s) left no bytes"));
+        note(format_args!("{} lost: the file has none of their bytes", counted(lost, "frame")));
     }
     Ok(())
 }
@@ -84,7 +87,7 @@ enum Output {
     File(NewFile),
 }
 
-/// A file that is removed again unless it becomes whole.
+/// A file that is removed unless it becomes complete.
 struct NewFile {
     file: BufWriter<File>,
     path: PathBuf,
@@ -94,7 +97,7 @@ struct NewFile {
 impl Drop for NewFile {
     fn drop(&mut self) {
         if !self.whole {
-            // What went wrong is said already; that the rest of it cannot be removed would not help.
+            // The first error is already reported; another one about the removal would not help.
             let _ = fs::remove_file(&self.path);
         }
     }

@@ -1,4 +1,4 @@
-//! `wstac scene strain`: the strain along one whisker.
+//! `wstac scene strain` prints the strain along one whisker.
 
 use std::io::Write;
 
@@ -8,21 +8,21 @@ use wstac_host::source::open::OpenOptions;
 use wstac_scene::along::strain_along;
 use wstac_scene::source::script;
 
-/// Print the strain along the middle whisker while a scene's first slide passes
+/// Print the strain of the middle whisker during the first slide
 ///
-/// Strain of the whisker's surface at even distances from its base (0 mm) to its tip, at even moments of the pass. The
-/// paper's figure 2c is a sphere of 0.5 mm at 0.1 m/s: specimen = "Sphere", speed = 100, overlap_mm = 0.4 under
-/// [whisker].
+/// The table has the strain of the whisker's surface at even distances from its base (0 mm) to its tip, at even
+/// moments of the pass. Figure 2c of the publication is a sphere of 0.5 mm at 0.1 m/s: set specimen = "Sphere", speed
+/// = 100, and overlap_mm = 0.4 under [whisker].
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// Saw3@150, or FILE.toml
     scene: String,
 
-    /// Rows: moments of the pass
+    /// Number of rows: moments of the pass
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..=10_000))]
     moments: u16,
 
-    /// Columns: parts of the whisker
+    /// Number of columns: parts of the whisker
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=1000))]
     parts: u16,
 
@@ -56,7 +56,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         row(&mut out, first.into_iter().chain(strains).collect())?;
     }
     if !arguments.csv {
-        // Of many moments, not only of those that have a row.
+        // The peak is searched over more moments than the table has rows.
         const MOMENTS: usize = 2000;
         let mut peak = (0.0, 0.0, 0.0);
         for moment in strain_along(&script, MOMENTS, parts) {

@@ -1,4 +1,4 @@
-//! `wstac trade --budget` and `--verify`: a configuration by what may be spent, and whether its claim holds.
+//! `wstac trade --budget` chooses a configuration for a budget, and `--verify` checks its claim.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -11,7 +11,7 @@ use wstac_tradeoff::candidate::Candidate;
 use wstac_tradeoff::chosen::{self, CLAIM, Chosen, FILES};
 use wstac_tradeoff::{map, table};
 
-/// What a choice's accuracy is not.
+/// The bias of a choice among many.
 const BIAS: &str = "\
 A best of many is partly the best by chance: expect a little less (--verify runs other sensors, too). MJPEG, judged by a quarter of the
 slides, is chosen only where it is asked for or nothing else fits.
@@ -20,7 +20,7 @@ slides, is chosen only where it is asked for or nothing else fits.
 pub(super) fn choose(arguments: &Arguments, budget: &Budget) -> Result<(), Stop> {
     let rows = read(arguments.map.as_deref().unwrap_or(Path::new("kept")))?;
     if let Err(error) = budget.check_model(&rows) {
-        // As any other term that cannot be used.
+        // Reported like any other term that cannot be used.
         clap::Error::raw(clap::error::ErrorKind::ValueValidation, format!("--budget: {error}\n")).exit();
     }
     let prices = prices(arguments)?;
@@ -57,7 +57,7 @@ pub(super) fn verify(folder: &Path) -> Result<(), Stop> {
     let fresh = chosen.fresh()?;
     let right = |accuracy: [Option<wstac_tradeoff::statistics::Interval>; 3]| {
         let specimen = accuracy[0].map(|of| format!("{:.1} % right ({:.1} … {:.1})", of.mean, of.low, of.high));
-        specimen.unwrap_or_else(|| "no specimens told".to_owned())
+        specimen.unwrap_or_else(|| "no specimens answered".to_owned())
     };
     let (old, new) = (right(chosen.claim.found.accuracy), right(fresh.found.accuracy));
     let (slides, wrong) = (fresh.found.slides, fresh.found.direction_errors);

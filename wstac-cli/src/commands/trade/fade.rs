@@ -1,4 +1,4 @@
-//! `wstac trade --fade`: how answers decay as light fades.
+//! `wstac trade --fade` shows how answers degrade as light fades.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ use wstac_host::error::Error;
 use wstac_tradeoff::fade::{self, LEVELS, peak};
 use wstac_tradeoff::slides::{QUICK_SLIDES, slides};
 
-/// The shipped models, that of the default setting first.
+/// The models that come with the program, that of the default setting first.
 const MODELS: [&str; 3] = ["builtin:svm", "builtin:forest", "builtin:boosted"];
 
 pub(super) fn fade(arguments: &Arguments, config: &Config) -> Result<(), Stop> {

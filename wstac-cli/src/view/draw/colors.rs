@@ -5,26 +5,26 @@ use ratatui::style::Color;
 /// How many colors a terminal has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in super::super) enum Colors {
-    /// None, or none are wanted: shades are characters.
+    /// No colors, because the terminal has none or the user wants none: shades are characters.
     None,
-    /// The 16 of old.
+    /// 16 colors.
     Few,
-    /// 256.
+    /// 256 colors.
     Many,
-    /// 24 bits.
+    /// Colors of 24 bits.
     True,
 }
 
-/// Dark to bright: black, greens as the sensor's light is, and white at last; each step is about as much brighter as the one
-/// before.
+/// Colors from dark to bright: black, greens like the light of the sensor, and white. Their brightness grows in even
+/// steps.
 const RAMP: [[u8; 3]; 6] = [[0, 0, 0], [0, 52, 28], [0, 104, 46], [22, 164, 60], [128, 216, 92], [250, 255, 214]];
-/// The same of the 16 colors.
+/// The 16-color version of the scale.
 const FEW: [Color; 5] = [Color::Black, Color::DarkGray, Color::Green, Color::LightGreen, Color::White];
-/// The same in characters.
+/// The character version of the scale.
 const CHARACTERS: [char; 10] = [' ', '.', ':', '-', '=', '+', '*', '#', '%', '@'];
 
 impl Colors {
-    /// What this terminal has, by what it says: `NO_COLOR`, `COLORTERM` and `TERM`.
+    /// Returns what this terminal has by `NO_COLOR`, `COLORTERM` and `TERM`.
     pub(in super::super) fn of(variable: impl Fn(&str) -> Option<String>) -> Self {
         let is = |name: &str, found: &dyn Fn(&str) -> bool| variable(name).is_some_and(|value| found(&value));
         if is("NO_COLOR", &|value| !value.is_empty()) || is("TERM", &|term| term == "dumb" || term.starts_with("vt")) {
@@ -40,7 +40,7 @@ impl Colors {
         }
     }
 
-    /// The color of light, 0 to 1.
+    /// Returns the color of light from 0 to 1.
     pub(super) fn light(self, light: f32) -> Color {
         let light = if light.is_finite() { light.clamp(0.0, 1.0) } else { 0.0 };
         if self == Self::Few {
@@ -55,7 +55,7 @@ impl Colors {
         self.color([mixed(0), mixed(1), mixed(2)])
     }
 
-    /// The nearest color that there is.
+    /// Returns the nearest color that the terminal has.
     fn color(self, [r, g, b]: [u8; 3]) -> Color {
         if self == Self::True {
             return Color::Rgb(r, g, b);
@@ -65,32 +65,32 @@ impl Colors {
         Color::Indexed(16 + 36 * step(r) + 6 * step(g) + step(b))
     }
 
-    /// A character as bright as light, 0 to 1, where there are no colors.
+    /// Returns a character as bright as light from 0 to 1, if there are no colors.
     pub(super) fn character(light: f32) -> char {
         CHARACTERS[(light.clamp(0.0, 1.0) * 9.999) as usize]
     }
 
-    /// For outlines of taxels.
+    /// Returns the color of the outlines of taxels.
     pub(super) fn outline(self) -> Color {
         self.one_of([60, 80, 130], Color::Blue)
     }
 
-    /// For thresholds, and what is wrong.
+    /// Returns the color of thresholds and problems.
     pub(super) fn warning(self) -> Color {
         self.one_of([235, 140, 60], Color::LightRed)
     }
 
-    /// For what is above its threshold.
+    /// Returns the color of values above their threshold.
     pub(super) fn lit(self) -> Color {
         self.one_of([150, 230, 110], Color::LightGreen)
     }
 
-    /// For what is below it.
+    /// Returns the color of values below their threshold.
     pub(super) fn calm(self) -> Color {
         self.one_of([120, 150, 140], Color::Gray)
     }
 
-    /// For titles and units.
+    /// Returns the color of titles and units.
     pub(super) fn faint(self) -> Color {
         self.one_of([130, 130, 130], Color::DarkGray)
     }

@@ -1,4 +1,4 @@
-//! What the reading is doing, and how well: in a panel, or in a line.
+//! Draws the facts about the stream, in a panel or in one line.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -7,7 +7,7 @@ use ratatui::style::Color;
 use super::colors::Colors;
 use crate::view::state::{Phase, State};
 
-/// Draws the panel: a fact a row.
+/// Draws the panel, one fact per row.
 pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
     let mut lines = vec![doing(state, colors)];
     let calm = colors.calm();
@@ -26,7 +26,7 @@ pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffe
     for ((text, color), row) in lines.iter().zip(area.rows()) {
         buffer.set_stringn(row.x, row.y, text, usize::from(row.width), *color);
     }
-    // Why, in as many rows as are left.
+    // Shows the reason in the remaining rows.
     if let Phase::Failed(why) = &state.phase {
         let mut rows = area.rows().skip(lines.len() + 1);
         for text in wrapped(why, usize::from(area.width)) {
@@ -36,7 +36,7 @@ pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffe
     }
 }
 
-/// Draws the most important in a line.
+/// Draws the most important facts in one line.
 pub(super) fn line(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
     let (doing, color) = doing(state, colors);
     let behind = state.lag.latency.map(|latency| format!("  {} ms, {} behind", latency.as_millis(), state.lag.frames));
@@ -45,7 +45,7 @@ pub(super) fn line(state: &State, colors: Colors, area: Rect, buffer: &mut Buffe
     buffer.set_stringn(area.x, area.y, &text, usize::from(area.width), color);
 }
 
-/// What it is doing, and how that looks.
+/// Returns what the stream is doing, with its color.
 fn doing(state: &State, colors: Colors) -> (String, Color) {
     let text = match &state.phase {
         Phase::Failed(_) => return ("FAILED".to_owned(), colors.warning()),
@@ -55,11 +55,11 @@ fn doing(state: &State, colors: Colors) -> (String, Color) {
         Phase::Watching => ("watching".to_owned(), colors.calm()),
         Phase::Capturing(frames) => (format!("event {frames}/70"), colors.lit()),
     };
-    // A camera goes on behind a picture that stands still.
+    // A camera continues while the picture is paused.
     if state.paused { (format!("PAUSED: {}", text.0), colors.warning()) } else { text }
 }
 
-/// Frames a second: as measured, or as a file says.
+/// Returns the frames per second, as measured or as the file states.
 fn rate(state: &State) -> String {
     match state.fps {
         Some(fps) => format!("{fps:.2} fps"),
@@ -67,7 +67,7 @@ fn rate(state: &State) -> String {
     }
 }
 
-/// A text in lines of at most `width` characters, broken at spaces where there are any.
+/// Splits a text into lines of at most `width` characters, at spaces if there are any.
 fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split(' ') {

@@ -1,4 +1,4 @@
-//! The 25 taxels as a map: brightness, and percent of full scale.
+//! Draws the 25 taxels as a map of brightness with percentages of full scale.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -13,18 +13,18 @@ const fn cell_width(rows: u16) -> u16 {
     if rows < 3 { 5 } else { 2 * rows }
 }
 
-/// Rows of a taxel's cell where the map has this many rows.
+/// Returns the rows of a taxel's cell in a map with this many rows.
 const fn cell_height(rows: u16) -> u16 {
     let height = rows / ROWS as u16;
     if height == 0 { 1 } else { height }
 }
 
-/// Columns that the map takes in this many rows.
+/// Returns the columns that the map takes in this many rows.
 pub(super) const fn columns(rows: u16) -> u16 {
     cell_width(cell_height(rows)) * COLUMNS as u16
 }
 
-/// Draws it from the top left corner of `area`.
+/// Draws the map at the top left corner of `area`.
 pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
     let height = cell_height(area.height);
     let width = cell_width(height).min(area.width / COLUMNS as u16);
@@ -42,7 +42,7 @@ pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffe
             let style = match colors {
                 Colors::None if shade > 0.5 => Style::new().add_modifier(Modifier::REVERSED),
                 Colors::None => Style::new(),
-                // Ink that can be read on it.
+                // A text color that is readable on the cell.
                 _ => Style::new().bg(colors.light(shade)).fg(if shade > 0.6 { dark } else { colors.calm() }),
             };
             for at in cell.positions() {

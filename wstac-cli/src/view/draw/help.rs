@@ -1,29 +1,29 @@
-//! What keys do and what is shown, in words.
+//! Draws the help screen: what the keys do and what is shown.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 
 use super::colors::Colors;
 
-/// Short lines first what matters most: a small terminal shows the beginning.
+/// The help text. A small terminal shows only its beginning, so the keys come first.
 const HELP: &str = "\
-q       quit (Ctrl-C, too)
-z       re-zero: gather a new baseline; nothing may touch
-r       record into a new file; once more: end the recording. It starts with
-        a baseline: nothing may touch
-space   pause; a camera is read on, the screen stands still
-?       this, and back
+q       quit (also Ctrl-C)
+z       re-zero: gather a new baseline; do not touch the sensor
+r       start or end a recording in a new file; it starts with a baseline:
+        do not touch the sensor
+space   pause the screen; a camera is still read
+?       show or hide this help
 
-Picture  the camera's green light, as bright as the brightest taxel of late;
-         taxels are outlined
+Picture  the camera's green light, scaled to the brightest taxel of the last
+         frames; taxels are outlined
 Map      each taxel's light in percent of full scale
 Traces   five rows (r) and five columns (c), natural logarithms of their
-         light, a dot a frame; a line of dashes is where the trigger fires,
-         if a window's mean is above it
+         light, one dot per frame; the trigger fires if the mean of a window
+         is above the dashes
 Events   first frame, speed (* extrapolated, ≤ cut off), direction and its
-         confidence, frames lit, texture if there is a model";
+         confidence, lit frames, texture if there is a model";
 
-/// Draws as much of it as fits.
+/// Draws as many lines of the help text as fit.
 pub(super) fn draw(colors: Colors, area: Rect, buffer: &mut Buffer) {
     for (line, row) in HELP.lines().zip(area.rows()) {
         buffer.set_stringn(row.x, row.y, line, usize::from(row.width), colors.calm());

@@ -1,4 +1,4 @@
-//! The state on a terminal: one file a panel.
+//! Draws the state on a terminal, one file per panel.
 
 mod colors;
 mod facts;
@@ -14,14 +14,14 @@ use ratatui::style::Style;
 pub(super) use self::colors::Colors;
 use super::state::{About, Rec, State};
 
-/// From here on there is room for all panels.
+/// The smallest size that has room for all panels.
 const ROOMY: (u16, u16) = (60, 20);
-/// Rows that traces need at least: a title, and one for each.
+/// The smallest number of rows for traces: a title, and one row for each.
 const TRACES: u16 = 6;
-/// Columns that the facts beside the map need.
+/// The number of columns that the facts need beside the map.
 const FACTS: u16 = 17;
 
-/// Draws all of it.
+/// Draws the whole screen.
 pub(super) fn draw(state: &State, colors: Colors, with_help: bool, area: Rect, buffer: &mut Buffer) {
     if area.is_empty() {
         return;
@@ -49,7 +49,7 @@ pub(super) fn draw(state: &State, colors: Colors, with_help: bool, area: Rect, b
     }
 }
 
-/// Picture, map and facts above, then traces, then events.
+/// Draws picture, map and facts on top, then traces, then events.
 fn roomy(state: &State, colors: Colors, body: Rect, buffer: &mut Buffer) {
     let traces_height = 1 + 5 * ((body.height - 4) / 12).clamp(1, 4);
     let events_height = (body.height / 6).max(3);
@@ -74,7 +74,7 @@ fn roomy(state: &State, colors: Colors, body: Rect, buffer: &mut Buffer) {
     list(state, colors, events, buffer);
 }
 
-/// The facts in a line, then traces or else the events, as many as fit.
+/// Draws the facts in one line, then the traces or as many events as fit.
 fn narrow(state: &State, colors: Colors, body: Rect, buffer: &mut Buffer) {
     let Some(left) = body.height.checked_sub(1) else { return };
     facts::line(state, colors, Rect { height: 1, ..body }, buffer);
@@ -88,10 +88,10 @@ fn narrow(state: &State, colors: Colors, body: Rect, buffer: &mut Buffer) {
     list(state, colors, events, buffer);
 }
 
-/// The last events, the newest first.
+/// Draws the last events, the newest first.
 fn list(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
     let mut rows = area.rows();
-    // What the columns are, where there is room for it.
+    // Draws the heads of the columns if there is room.
     if area.height >= 3
         && area.width >= ROOMY.0
         && let Some(row) = rows.next()
@@ -114,7 +114,7 @@ fn list(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
     }
 }
 
-/// What keys do.
+/// Returns the line that says what the keys do.
 fn keys(state: &State, colors: Colors, row: Rect, buffer: &mut Buffer) {
     let pause = if state.paused { "space go on" } else { "space pause" };
     let record = if state.rec.is_some() { "r end recording" } else { "r record" };

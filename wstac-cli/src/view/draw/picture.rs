@@ -1,4 +1,4 @@
-//! The camera's picture with the outlines of its taxels: two pixels a character.
+//! Draws the camera's picture with the outlines of its taxels, two pixels per character.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -7,16 +7,16 @@ use wstac_core::layout::Layout;
 use super::colors::Colors;
 use crate::view::state::State;
 
-/// Least pixels of a taxel's side that an outline is drawn around: below that it would be all outline.
+/// Smallest side of a taxel, in pixels, that gets an outline: in a smaller one the outline would hide the light.
 const LEAST_SIDE: usize = 2;
 
-/// Columns that the picture of a camera takes in this many rows.
+/// Returns the columns that the picture of a camera takes in this many rows.
 pub(super) fn columns(state: &State, rows: u16) -> u16 {
     let (width, height) = (u32::from(state.size.width()), u32::from(state.size.height()));
     (u32::from(rows) * 2 * width).div_ceil(height).min(u32::from(u16::MAX)) as u16
 }
 
-/// Draws it into all of `area`, as large as fits, from its top left corner.
+/// Draws the picture as large as fits into `area`, at its top left corner.
 pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
     let rows = (u32::from(area.width) * u32::from(state.size.height()))
         .div_ceil(2 * u32::from(state.size.width()))
@@ -31,7 +31,7 @@ pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffe
     let light = picture.scaled([width, height]);
     let outlined = outlines(&state.layout, [width, height]);
     let dark = light.iter().copied().fold(state.peak, f32::min);
-    // Above the darkest, as the eye takes it: half the light is nearly as bright.
+    // Brightness follows the eye: half the light looks nearly as bright.
     let shade = |at: usize| ((light[at] - dark) / (state.peak - dark).max(f32::EPSILON)).sqrt();
     for y in 0..rows {
         for x in 0..columns {
@@ -51,10 +51,10 @@ pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffe
     }
 }
 
-/// Which pixels of a picture of this size lie around a taxel, just outside it, and in none.
+/// Returns which pixels of a picture of this size lie around a taxel, just outside it, and in no taxel.
 fn outlines(layout: &Layout, [width, height]: [usize; 2]) -> Vec<bool> {
     let mut outlined = vec![false; width * height];
-    // Pixels from the first to the last along a side.
+    // The pixels from the first to the last along a side.
     let span = |corner: u16, side: u16, frame: u16, pixels: usize| {
         let place = |at: u16| (usize::from(at) * pixels + usize::from(frame) / 2) / usize::from(frame);
         place(corner)..place(corner + side).min(pixels)

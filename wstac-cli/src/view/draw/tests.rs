@@ -1,4 +1,4 @@
-//! What is on the screen: a scene played into a terminal of a given size.
+//! Tests of the screen: a scene is played into a terminal of a given size.
 
 use std::path::PathBuf;
 use std::sync::Mutex;
@@ -19,7 +19,7 @@ use wstac_host::session::Processor;
 use wstac_host::source::StreamInfo;
 use wstac_host::source::open::OpenOptions;
 
-/// The state after this many items of a scene of small frames.
+/// Returns the state after this many items of a scene with small frames.
 fn after(scene: &str, items: u32) -> State {
     let options = OpenOptions { size: Some((320, 180)), ..OpenOptions::default() };
     let mut source = open(scene, &options).unwrap();
@@ -40,7 +40,7 @@ fn recordings(info: &StreamInfo, named: Option<PathBuf>) -> Recordings {
     Recordings::new(about, named, |record| format!("{record:?}"))
 }
 
-/// What a terminal of this size shows, a line a row.
+/// Returns what a terminal of this size shows, one string per row.
 fn screen(state: &State, colors: Colors, with_help: bool, [width, height]: [u16; 2]) -> (Vec<String>, Buffer) {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
     terminal
@@ -87,7 +87,7 @@ fn the_baseline_then_watching_then_an_event_then_the_end() {
     assert_eq!(phase(200), Phase::Ended);
     let state = after("scene:Saw3@150", 60);
     assert!(screen(&state, Colors::True, false, [80, 24]).0.iter().any(|line| line.contains("event 25/70")));
-    // At 20 columns, too.
+    // The same at 20 columns.
     assert!(screen(&state, Colors::True, false, [20, 5]).0[1].starts_with("event 25/70"), "narrow");
 }
 
@@ -120,7 +120,7 @@ fn lit_taxels_are_bright_on_the_map() {
     let dark = buffer[(x as u16 - 4, y as u16)].bg;
     assert_eq!(bright, Colors::True.light(1.0));
     assert!(matches!(dark, Color::Rgb(_, g, _) if g < 60), "{dark:?}");
-    // Without colors the number stands out by itself.
+    // Without colors, the number is still visible.
     let (lines, buffer) = screen(&state, Colors::None, false, [80, 24]);
     assert!(lines.iter().any(|line| line.contains(" 50 ")));
     assert!(buffer.content().iter().all(|cell| cell.fg == Color::Reset && cell.bg == Color::Reset));
@@ -184,7 +184,7 @@ fn re_zero_gathers_a_new_baseline() {
         );
     }
     (0..25).for_each(|_| assert_eq!(player.step(&state, false).unwrap(), 1));
-    // The specimen was on the sensor: said so.
+    // The specimen was on the sensor, and a note says so.
     let state = locked(&state);
     assert_eq!(state.phase, Phase::Watching);
     assert!(state.entries[0].text.contains("baseline was not quiet"), "{:?}", state.entries);
@@ -233,7 +233,7 @@ fn a_recording_starts_afresh_and_gives_the_same_events_again() {
         let (frame, rest) = text.trim_start().split_once(' ').unwrap();
         (frame.parse::<u64>().unwrap() - zero, rest.to_owned())
     };
-    // The view had read five frames before.
+    // The view had read five frames before the recording started.
     assert_eq!(locked(&replay).frame, 120);
     assert_eq!(event(&state, 5), event(&replay, 0));
 }

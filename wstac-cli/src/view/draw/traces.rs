@@ -1,4 +1,4 @@
-//! The ten features over the last seconds, each with its threshold: a dot a frame.
+//! Draws the ten features over the last seconds, each with its threshold, one dot per frame.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -7,17 +7,17 @@ use wstac_core::params::{FEATURES, ROWS};
 use super::colors::Colors;
 use crate::view::state::State;
 
-/// Dots of a character of Braille: two columns of four, each with the bit that sets it.
+/// Dots of a Braille character: two columns of four, each with the bit that sets it.
 const DOTS: [[u32; 4]; 2] = [[0x01, 0x02, 0x04, 0x40], [0x08, 0x10, 0x20, 0x80]];
-/// The character without a dot.
+/// The Braille character without dots.
 const BLANK: u32 = 0x2800;
-/// Columns in front of a trace, and behind it.
+/// Columns to the left of a trace, and to its right.
 const LABEL: u16 = 3;
 const VALUE: u16 = 7;
-/// Least height of the common scale, in units of a natural logarithm.
+/// Smallest height of the common scale, in units of a natural logarithm.
 const LEAST_SPAN: f32 = 1.5;
 
-/// What all traces have in common: the range of their scale.
+/// The range of the scale that all traces share.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Range {
     low: f32,
@@ -25,7 +25,7 @@ struct Range {
 }
 
 impl Range {
-    /// Of all that is shown in `count` frames.
+    /// Returns the scale of everything that is shown in `count` frames.
     fn of(state: &State, count: usize) -> Self {
         let shown = state.traces.iter().rev().take(count).flatten().flatten();
         let thresholds = state.thresholds.iter().flatten();
@@ -37,21 +37,21 @@ impl Range {
         Self { low, high: high.max(low + LEAST_SPAN) }
     }
 
-    /// Dot row of a value, of this many from the top.
+    /// Returns the dot row of a value, counted from the top of `dots` rows.
     fn dot(self, value: f32, dots: u16) -> u16 {
         let share = ((self.high - value) / (self.high - self.low)).clamp(0.0, 1.0);
         (share * f32::from(dots.saturating_sub(1))).round() as u16
     }
 }
 
-/// Draws rows on the left, columns on the right, each as many rows high as five of them fit; a title above them.
+/// Draws the rows on the left and the columns on the right, below a title, as high as five of them fit.
 pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
     let half = area.width / 2;
     let height = area.height.saturating_sub(1) / ROWS as u16;
     if height == 0 || half <= LABEL + 1 {
         return;
     }
-    // Narrow ones have no room for the value.
+    // Narrow traces have no room for the value.
     let value = if half > LABEL + VALUE + 6 { VALUE } else { 1 };
     let width = half - LABEL - value;
     let range = Range::of(state, 2 * usize::from(width));
@@ -82,12 +82,12 @@ pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffe
     buffer.set_stringn(area.x + half, area.y, seconds, usize::from(half), colors.faint());
 }
 
-/// A trace and its threshold; whether the newest frame is above it.
+/// Draws a trace and its threshold, and returns whether the newest frame is above the threshold.
 fn trace(state: &State, feature: usize, range: Range, colors: Colors, place: Rect, buffer: &mut Buffer) -> bool {
     let threshold = state.thresholds.map(|thresholds| thresholds[feature]);
     let (columns, dots) = (2 * usize::from(place.width), 4 * place.height);
     let is_above = |value: f32| threshold.is_some_and(|threshold| value > threshold);
-    // Bits of dots, whether any is the trace's, and whether it is above the threshold there.
+    // The bits of the dots, whether any belongs to the trace, and whether it is above the threshold there.
     let mut cells = vec![(0_u32, false, false); usize::from(place.width) * usize::from(place.height)];
     let mut set = |column: usize, dot: u16, of_trace: Option<bool>| {
         let (x, y) = (column / 2, usize::from(dot / 4));
@@ -110,7 +110,7 @@ fn trace(state: &State, feature: usize, range: Range, colors: Colors, place: Rec
             continue;
         };
         let dot = range.dot(value, dots);
-        // Up or down to its neighbour, so that the line has no holes.
+        // Connects the dot with its neighbor, so that the line has no gaps.
         let (from, to) = match right {
             Some(right) if right > dot + 1 => (dot, right - 1),
             Some(right) if right + 1 < dot => (right + 1, dot),
