@@ -224,7 +224,7 @@ pub fn rounded(mm_s: f32) -> f64 {
     // Below 100, the last of four digits is 10^-decimals. Division by a power of ten up to 10^22 rounds correctly, so the result
     // is the number that is written with these digits.
     let decimals = 3 - value.log10().floor() as i32;
-    let digits = |decimals: i32| (value * 10_f64.powi(decimals)).round();
+    let digits = |decimals: i32| (value * 10_f64.powi(decimals)).round_ties_even();
     // A logarithm near a whole number may be one off.
     let decimals = match digits(decimals) {
         found if found >= 10_000.0 => decimals - 1,
