@@ -138,5 +138,5 @@ fn a_scene_explains_itself() {
     let explained = text(&["scene", "explain", dark.to_str().unwrap(), "--no-cost"]);
     let off = explained.find("without cost").unwrap();
     assert!(explained.find("  rubbing").unwrap() > off && explained.find("  leak").unwrap() < off);
-    assert!(text(&["scene", "explain", "Fla0@200"]).contains("ns a frame"));
+    assert!(text(&["scene", "explain", "Fla0@200"]).contains("ns per frame"));
 }

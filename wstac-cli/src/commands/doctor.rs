@@ -149,7 +149,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
     note(&info.about);
-    note(format_args!("measuring for {} s at most: nothing may touch the sensor", arguments.seconds));
+    note(format_args!("measuring for at most {} s: do not touch the sensor", arguments.seconds));
     let signal = signals()?;
     let frames = arguments.options.frames_before_touch(&arguments.source)?;
     // A recording may name its camera, which need not be connected now.
@@ -226,7 +226,7 @@ fn compression(
         return Ok(None);
     }
     note(&other.about);
-    note(format_args!("measuring for {} s more, in {format}", arguments.seconds));
+    note(format_args!("measuring for another {} s, in {format}", arguments.seconds));
     let second = whole(source.as_mut(), &other, config, limit, signal);
     let Some(second) = compared(second)? else { return Ok(None) };
     let (this, that) = ((&*camera.format, measured), (&*format, &second));

@@ -81,7 +81,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             Ok(Got::Nothing) => {
                 waits = u32::saturating_add(waits, 1);
                 if waits == SILENT {
-                    note(format_args!("nothing has arrived for {} s", (port::WAIT * SILENT).as_secs()));
+                    note(format_args!("no data for {} s", (port::WAIT * SILENT).as_secs()));
                 }
                 continue;
             }

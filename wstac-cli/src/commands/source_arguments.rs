@@ -139,8 +139,8 @@ pub(super) fn doubts_of_textures(info: &StreamInfo, given: &[ModelFile]) -> Opti
     } else {
         (!(1.0 - RATE_OFF..=1.0 + RATE_OFF).contains(&ratio)).then(|| {
             format!(
-                "textures may be wrong: features come {:.2} times a second, and models are trained at {} unless their \
-                 maker says otherwise",
+                "textures may be wrong: features come {:.2} times per second, and models are trained at {} unless \
+                 their maker says otherwise",
                 ratio * FrameRate::NOMINAL.per_second(),
                 FrameRate::NOMINAL.per_second()
             )

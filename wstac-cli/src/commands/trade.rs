@@ -257,7 +257,7 @@ fn base(arguments: &Arguments) -> Result<(String, String), Error> {
     match std::fs::read_to_string(&path) {
         Ok(text) => Ok((name, text)),
         Err(error) if arguments.map.is_some() => {
-            let expected = "expected beside the map, as the sweep wrote it: the configuration that it was run with";
+            let expected = "expected the configuration of the sweep next to its map";
             Err(Error::new(name, format_args!("{error}: {expected}")))
         }
         Err(error) => Err(Error::new(name, error)),

@@ -140,7 +140,7 @@ fn new_file(named: Option<&Path>) -> Result<(File, PathBuf), Error> {
             Err(error) => return Err(Error::new(path.display(), error)),
         }
     }
-    Err(Error::new("recording", format_args!("{MOST_NAMES} files are there, expected a free name; see --record")))
+    Err(Error::new("recording", format_args!("{MOST_NAMES} files exist, expected a free name (see --record)")))
 }
 
 #[cfg(test)]

@@ -42,7 +42,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if let Some(trees) = found.trees {
         writeln!(out, "trees     {}, {} splits, depth {}", trees.count, trees.splits, trees.depth)?;
         let (mean, worst) = (trees.visits_mean, trees.visits_worst);
-        writeln!(out, "visits    {mean:.0} splits a sample if all leaves of a tree are alike, {worst} at most")?;
+        writeln!(
+            out,
+            "visits    {mean:.0} splits per sample if all leaves of a tree are equally likely, at most {worst}"
+        )?;
     }
     Ok(writeln!(out, "training  {}", found.training)?)
 }

@@ -61,9 +61,8 @@ these are the defaults:
   pitch_mm = 4
   dome_degrees = 30      # the cap that carries the whiskers; 0 for
                          # a plane
-  overlap_mm = 3         # how far a specimen's crests overlap the
-                         # middle whisker; a Sphere's radius
-                         # at most
+  overlap_mm = 3         # how far the crests overlap the middle
+                         # whisker; at most the radius of a Sphere
   relaxation_ms = 2      # of a whisker that is let go; 0 for at once
   present = "all"        # or "middle": one whisker
   [light]                # in full scales of the camera, as the mean of

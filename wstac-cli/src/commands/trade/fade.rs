@@ -18,7 +18,11 @@ pub(super) fn fade(arguments: &Arguments, config: &Config) -> Result<(), Stop> {
     let models = models(named)?;
     let slides = slides(arguments.slides.unwrap_or(QUICK_SLIDES));
     let levels = if arguments.light.is_empty() { &LEVELS[..] } else { &arguments.light };
-    note(format_args!("{} slides; the reference slide as it is peaks at {:.1} gray levels", slides.len(), peak()?));
+    note(format_args!(
+        "{} slides; the unchanged reference slide has a peak of {:.1} gray levels",
+        slides.len(),
+        peak()?
+    ));
     let mut all = Vec::with_capacity(levels.len());
     for level in levels {
         note(format_args!("peak light of {level} gray levels"));

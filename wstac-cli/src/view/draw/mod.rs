@@ -114,9 +114,9 @@ fn list(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
     }
 }
 
-/// Returns the line that says what the keys do.
+/// Draws the line that says what the keys do.
 fn keys(state: &State, colors: Colors, row: Rect, buffer: &mut Buffer) {
-    let pause = if state.paused { "space go on" } else { "space pause" };
+    let pause = if state.paused { "space resume" } else { "space pause" };
     let record = if state.rec.is_some() { "r end recording" } else { "r record" };
     let text = format!("q quit  z re-zero  {record}  {pause}  ? help");
     let short = "q quit z zero ? help";
