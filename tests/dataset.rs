@@ -213,7 +213,7 @@ fn slides_without_a_whole_sample_are_left_out() {
     let output = folder.0.join("a.npz");
     let said = good(&folder.file("s.toml", sweep), &output, &[]);
     let count = |part: &str| -> usize {
-        said.lines().find(|line| line.contains(part)).map_or(0, |line| line.split(' ').nth(1).unwrap().parse().unwrap())
+        said.lines().find(|line| line.contains(part)).map_or(0, |line| line.split(' ').nth(3).unwrap().parse().unwrap())
     };
     let (none, incomplete) = (count("had no event"), count("had an incomplete sample"));
     assert!(incomplete > 0, "{said}");

@@ -10,7 +10,7 @@ use std::fmt::Display;
 /// assert_eq!(counted(1, "frame"), "1 frame");
 /// assert_eq!(counted(0, "frame"), "0 frames");
 /// ```
-pub fn counted<N: Display + PartialEq + From<u8>>(count: N, noun: &str) -> String {
+pub fn counted<N: Copy + Display + PartialEq + From<u8>>(count: N, noun: &str) -> String {
     let plural = if count == N::from(1) { "" } else { "s" };
     format!("{count} {noun}{plural}")
 }
