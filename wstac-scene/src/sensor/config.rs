@@ -63,7 +63,7 @@ pub struct SensorConfig {
     pub noise: f64,
     /// Fraction of frames that the driver drops at random, 0..=0.9; the caller drops them.
     pub dropped: f64,
-    /// `true` if the camera lengthens its exposure in the dark: [`AutoExposure`](super::auto_exposure::AutoExposure).
+    /// `true` if the camera lengthens its exposure in the dark: `AutoExposure`.
     pub auto_exposure: bool,
     /// The camera's pose, or `None` if it looks straight on; then only the pixels under whiskers are computed.
     pub pose: Option<Pose>,
