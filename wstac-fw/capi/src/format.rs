@@ -173,6 +173,7 @@ impl WstacFwFormat {
         }
         let mark = format.wrapping_byte_add(offset_of!(Self, mark)).cast::<u32>();
         // An unaligned address is not a format. Only the mark is read: any other field may be invalid for its type.
+        // SAFETY: the caller says that these bytes are readable, and any bytes are a u32.
         if !format.is_aligned() || unsafe { mark.read_volatile() } != MARK {
             return Err(WstacFwStatus::Format);
         }
