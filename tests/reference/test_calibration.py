@@ -105,7 +105,7 @@ class ReportTest(unittest.TestCase):
     def test_summary(self) -> None:
         self.assertEqual(report.summary([("a", "met"), ("b", "met")]), "2 of 2 numbers that have a goal meet it.")
         mixed = report.summary([("a", "met"), ("b", "**missed**: 1"), ("c", "**missed**: 2")])
-        self.assertEqual(mixed, "1 of 3 figures that have a goal meet it. Missed: b; c.")
+        self.assertEqual(mixed, "1 of 3 numbers that have a goal meet it. Missed: b; c.")
 
     def test_interval(self) -> None:
         # 20 numbers, half 0 and half 2: deviation sqrt(20 / 19)
