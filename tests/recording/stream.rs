@@ -143,7 +143,10 @@ fn a_camera_comes_again_with_its_times_gaps_and_faults() {
     assert!(found == items, "the stream differs");
     let about = said.about.clone();
     assert!(about.ends_with("recorded from a camera, specimen=Saw3"), "{about}");
-    assert_eq!(StreamInfo { about: info.about.clone(), ..said }, info);
+    let recorded = said.recorded.clone().expect("a recording says what it was made with");
+    assert_eq!((recorded.labels["specimen"].as_str(), recorded.models.len()), ("Saw3", 0));
+    assert!(recorded.configuration.contains("[trigger]"), "{}", recorded.configuration);
+    assert_eq!(StreamInfo { about: info.about.clone(), recorded: None, ..said }, info);
 }
 
 /// The very bytes of the camera's JPEG come again, and decode to the same picture.
