@@ -28,7 +28,7 @@
 //! use wstac_core::{speed::{self, SpeedConfig}, taxels::FrameGeometry};
 //!
 //! fn main() -> Result<(), wstac_core::error::Error> {
-//!     let rate = FrameRate::NOMINAL; // 30 frames a second
+//!     let rate = FrameRate::NOMINAL; // 30 frames per second
 //!     let camera = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, rate)?;
 //!     let mut pipeline = Pipeline::builder(camera).build()?;
 //!     let speed_config = SpeedConfig::published(rate);

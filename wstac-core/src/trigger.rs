@@ -101,7 +101,7 @@ pub(crate) struct TriggerState {
     interrupted: Option<InterruptedSample>,
 }
 
-/// Lowest and highest of no window sums.
+/// The lowest and highest of no window sums.
 const NO_BOUNDS: [[i32; FEATURES]; 2] = [[i32::MAX; FEATURES], [i32::MIN; FEATURES]];
 
 impl Trigger {
@@ -262,8 +262,7 @@ impl<B: BaselinePolicy> Trigger<B> {
         self.reset(self.state.config, self.following.anew())
     }
 
-    /// Gathers a new baseline with other parameters, and starts to do something else with it. Returns the sample that was being captured,
-    /// which ends here.
+    /// Gathers a new baseline with other parameters and another policy. Returns the sample that was being captured and ends here.
     pub(crate) fn reset(&mut self, config: TriggerConfig, following: B) -> Option<InterruptedSample> {
         self.following = following;
         self.state.reset(config)
@@ -360,7 +359,8 @@ impl<B: BaselinePolicy> Trigger<B> {
 }
 
 impl TriggerState {
-    /// As at the start, but that the frames' numbers go on: field by field, since a whole new state would lie on the stack first.
+    /// Resets the state, except that frame numbers go on. It works field by field, since a whole new state would lie on the
+    /// stack first.
     fn reset(&mut self, config: TriggerConfig) -> Option<InterruptedSample> {
         let StreamEnd { frames, incomplete, .. } = self.end();
         let Self {
@@ -392,8 +392,8 @@ impl TriggerState {
         incomplete
     }
 
-    /// Number of the frame that the next push is.
-    // A function of its own: it is asked for in many places, and takes 50 bytes in each on a Cortex-M0.
+    /// Returns the number that the next pushed frame gets.
+    // It is not inlined: it is called in many places, and takes 50 bytes in each on a Cortex-M0.
     #[inline(never)]
     pub(crate) fn next_frame(&self) -> u64 {
         let backlog = self.backlog.map_or(0, |(fills, ..)| u64::from(fills) + 1);
