@@ -1,6 +1,6 @@
 //! Tests the ends of every range of light and of sizes. Each test names an extreme and what is guaranteed there.
 
-use wstac_core::error::Error;
+use wstac_core::error::{ConfigError, FrameError};
 use wstac_core::features::{FeatureScale, Features, Floor};
 use wstac_core::frame::Stride;
 use wstac_core::green::GreenChannel;
@@ -158,7 +158,7 @@ fn one_pixel_taxels_read_their_own_pixel() {
     assert_eq!(sums.map(|sum| sum as u8).to_vec(), bytes);
     for order in formats::BAYER_ORDERS {
         let error = FrameGeometry::new(any(PixelFormat::Bayer8(order)), layout, FrameRate::NOMINAL).unwrap_err();
-        assert_eq!(error, Error::EmptyTaxel { width: 1, height: 1 });
+        assert_eq!(error, ConfigError::EmptyTaxel { width: 1, height: 1 });
         let cell = stacked(size(2, 2), [2, 2], [0, 0]);
         let camera = FrameGeometry::new(any(PixelFormat::Bayer8(order)), cell, FrameRate::NOMINAL).unwrap();
         assert_eq!(camera.pixels(), 2);
@@ -188,11 +188,11 @@ fn whole_frame_taxels_sum_the_whole_frame() {
 #[test]
 fn frame_sizes_from_1_to_16384() {
     for (width, height) in [(0, 1), (1, 0), (16_385, 1), (1, 16_385), (u32::MAX, u32::MAX), (65_536, 65_536)] {
-        assert_eq!(FrameSize::new(width, height), Err(Error::FrameSize { width, height }));
+        assert_eq!(FrameSize::new(width, height), Err(ConfigError::FrameSize { width, height }));
     }
     let one = FrameGeometry::new(Gray, stacked(size(1, 1), [1, 1], [0, 0]), FrameRate::NOMINAL).unwrap();
     assert_eq!(TaxelSums::new(one).push_frame(&[77]).unwrap(), [77; 25]);
-    assert_eq!(TaxelSums::new(one).push_frame(&[]).unwrap_err(), Error::FrameTooShort { found: 0, expected: 1 });
+    assert_eq!(TaxelSums::new(one).push_frame(&[]).unwrap_err(), FrameError::FrameTooShort { found: 0, expected: 1 });
     for (width, height) in [(16_384, 1), (1, 16_384), (16_384, 16_384)] {
         let corner = [width as u16 - 1, height as u16 - 1];
         let layout = stacked(size(width, height), [1, 1], corner);
@@ -201,12 +201,12 @@ fn frame_sizes_from_1_to_16384() {
         let camera = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL).unwrap();
         assert_eq!(TaxelSums::new(camera).push_frame(&bytes).unwrap(), [200; 25], "{width}x{height}");
         let outside = Layout::new(size(width, height), [1, 1], [[width as u16, 0]; 25]);
-        assert!(matches!(outside, Err(Error::TaxelOutside { taxel: 0, .. })));
+        assert!(matches!(outside, Err(ConfigError::TaxelOutside { taxel: 0, .. })));
     }
     let corner = Layout::new(size(10, 10), [u16::MAX, u16::MAX], [[u16::MAX, u16::MAX]; 25]);
     assert_eq!(
         corner,
-        Err(Error::TaxelOutside { taxel: 0, end: (131_070, 131_070), frame: (10, 10) }),
+        Err(ConfigError::TaxelOutside { taxel: 0, end: (131_070, 131_070), frame: (10, 10) }),
         "ends do not wrap"
     );
 }
@@ -222,7 +222,7 @@ fn five_taxels_at_the_end_of_32_bits() {
         let frame = size(u32::from(fits[0].max(too_large[0])), u32::from(fits[1].max(too_large[1])));
         let refused = FrameGeometry::new(green, stacked(frame, too_large, [0, 0]), FrameRate::NOMINAL).unwrap_err();
         let pixels = u32::from(too_large[0]) * u32::from(too_large[1]);
-        assert_eq!(refused, Error::SumTooLarge { pixels, full_scale: full_scale as u32, frames: 1 });
+        assert_eq!(refused, ConfigError::SumTooLarge { pixels, full_scale: full_scale as u32, frames: 1 });
         let camera = FrameGeometry::new(green, stacked(frame, fits, [0, 0]), FrameRate::NOMINAL).unwrap();
         let bytes = vec![255; camera.frame_bytes()];
         let full = camera.pixels() * camera.full_scale();
@@ -230,7 +230,7 @@ fn five_taxels_at_the_end_of_32_bits() {
         assert_eq!(features_of::<G, Fixed>(camera, 0.5, &bytes), [3296; 10], "ln 5");
         // Too large for two frames added up, so also refused then.
         let doubled = FrameGeometry::new(green, stacked(frame, fits, [0, 0]), FrameRate::new(60, 1).unwrap());
-        assert!(matches!(doubled, Err(Error::SumTooLarge { frames: 2, .. })));
+        assert!(matches!(doubled, Err(ConfigError::SumTooLarge { frames: 2, .. })));
     }
     check(Y16::default(), [257, 51], [116, 113]); // A = 13107 and 13108
     check(Y12::default(), [353, 594], [419, 501]);
@@ -244,14 +244,14 @@ fn five_taxels_at_the_end_of_32_bits() {
         assert_eq!(scale.feature(5 * pixels * full_scale), 3296, "A = {pixels}, G = {full_scale}");
         for (pixels, frames) in [(pixels + 1, 1), (pixels, 2), (u32::MAX, 1), (pixels, u32::MAX)] {
             let refused = FeatureScale::<Fixed>::new(pixels, full_scale, frames, floor).unwrap_err();
-            assert_eq!(refused, Error::SumTooLarge { pixels, full_scale, frames });
+            assert_eq!(refused, ConfigError::SumTooLarge { pixels, full_scale, frames });
         }
     }
     let refused = FrameGeometry::new(Gray, stacked(size(16_384, 16_384), [16_384; 2], [0, 0]), FrameRate::NOMINAL);
-    assert!(matches!(refused, Err(Error::SumTooLarge { pixels: 268_435_456, .. })));
+    assert!(matches!(refused, Err(ConfigError::SumTooLarge { pixels: 268_435_456, .. })));
     let fastest = FrameRate::new(u32::MAX, 1).unwrap();
     let refused = FrameGeometry::new(Gray, stacked(size(1, 1), [1, 1], [0, 0]), fastest);
-    assert!(matches!(refused, Err(Error::SumTooLarge { frames: 143_165_577, .. })));
+    assert!(matches!(refused, Err(ConfigError::SumTooLarge { frames: 143_165_577, .. })));
 }
 
 /// Rows as far apart as a number allows: no size overflows, and no frame is long enough.
@@ -263,11 +263,11 @@ fn four_gigabytes_from_row_to_row() {
         let camera = camera.with_bytes_per_row(u32::MAX).unwrap();
         let mut accumulators = TaxelSums::new(camera);
         let found = accumulators.push_frame(&[0; 4096]).unwrap_err();
-        assert_eq!(found, Error::FrameTooShort { found: 4096, expected: camera.frame_bytes() });
+        assert_eq!(found, FrameError::FrameTooShort { found: 4096, expected: camera.frame_bytes() });
         assert!(camera.frame_bytes() as u64 > 16_383 * u64::from(u32::MAX), "{format:?}");
         let least = row_bytes(format, 16) as u32;
         let narrow = FrameGeometry::new(any(format), layout, FrameRate::NOMINAL).unwrap().with_bytes_per_row(least - 1);
-        assert_eq!(narrow.unwrap_err(), Error::BytesPerRow { found: least - 1, expected: least });
+        assert_eq!(narrow.unwrap_err(), ConfigError::BytesPerRow { found: least - 1, expected: least });
     }
 }
 
@@ -278,7 +278,7 @@ fn the_32_bit_limit_counts_what_the_stride_counts() {
     let layout = stacked(size(4104, 4104), [4104, 4104], [0, 0]);
     let camera = |stride| FrameGeometry::with_stride(Gray, layout, FrameRate::NOMINAL, stride);
     for stride in [Stride::One, Stride::Two] {
-        assert!(matches!(camera(stride), Err(Error::SumTooLarge { .. })), "{stride:?}");
+        assert!(matches!(camera(stride), Err(ConfigError::SumTooLarge { .. })), "{stride:?}");
     }
     let bytes = vec![255; 4104 * 4104];
     for stride in [Stride::Three, Stride::Five] {
@@ -299,7 +299,7 @@ fn a_frame_that_stops_in_its_stripes_can_be_given_up() {
     assert!(pipeline.push_frame(&frame).unwrap().event().is_none());
     assert!(pipeline.push_stripe(&frame[..400]).unwrap().frame().is_none());
     assert!(pipeline.push_lost(1).event().is_none());
-    assert!(matches!(pipeline.push_frame(&frame), Err(Error::FrameUnderWay { rows: 10 })));
+    assert!(matches!(pipeline.push_frame(&frame), Err(FrameError::FrameUnderWay { rows: 10 })));
     assert!(pipeline.abandon_frame().event().is_none());
     assert!(pipeline.push_frame(&frame).unwrap().event().is_none());
     assert_eq!(pipeline.end().frames, 4);

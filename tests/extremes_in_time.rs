@@ -1,6 +1,6 @@
 //! Tests the ends of every range of the trigger and of time. Each test names an extreme and what is guaranteed there.
 
-use wstac_core::error::Error;
+use wstac_core::error::ConfigError;
 use wstac_core::green::gray::Gray;
 use wstac_core::layout::Layout;
 use wstac_core::ln::libm::Libm;
@@ -40,12 +40,12 @@ fn window_and_backtrack_at_both_ends() {
     }
     let build = |m, c| TriggerConfig::new(m, 1.2, c, Rule::Signed, 0.2);
     for m in [0, 71, 256, 257, u32::MAX] {
-        assert_eq!(build(m, 0), Err(Error::Window(m)));
+        assert_eq!(build(m, 0), Err(ConfigError::Window(m)));
     }
     for (m, most) in [(1, 5), (11, 55), (12, 58), (69, 1), (70, 0)] {
         assert!(build(m, most).is_ok());
         for found in [most + 1, most + 256, u32::MAX] {
-            assert_eq!(build(m, found), Err(Error::Backtrack { found, most }));
+            assert_eq!(build(m, found), Err(ConfigError::Backtrack { found, most }));
         }
     }
 }
@@ -65,11 +65,11 @@ fn multiplier_at_both_ends() {
     assert!(!fires(Rule::Signed, largest, DARK, i16::MAX) && !fires(Rule::Signed, largest, 1, i16::MAX));
     assert!(!fires(Rule::Literal, largest, 1, i16::MAX) && fires(Rule::Literal, largest, -1, -32_000));
     for b in [65_536.0, f64::MAX, -1e-9, -1.0] {
-        assert_eq!(TriggerConfig::new(5, b, 0, Rule::Literal, 0.2), Err(Error::Multiplier(b)));
+        assert_eq!(TriggerConfig::new(5, b, 0, Rule::Literal, 0.2), Err(ConfigError::Multiplier(b)));
     }
-    assert_eq!(TriggerConfig::new(5, 0.99, 0, Rule::Signed, 0.2), Err(Error::Multiplier(0.99)));
+    assert_eq!(TriggerConfig::new(5, 0.99, 0, Rule::Signed, 0.2), Err(ConfigError::Multiplier(0.99)));
     for margin in [65_536.0, f64::MAX, -1e-9, -1.0] {
-        assert_eq!(TriggerConfig::new(5, 1.2, 0, Rule::Signed, margin), Err(Error::Margin(margin)));
+        assert_eq!(TriggerConfig::new(5, 1.2, 0, Rule::Signed, margin), Err(ConfigError::Margin(margin)));
     }
 }
 
@@ -220,8 +220,8 @@ fn frame_rates_from_1_to_1000() {
         assert_eq!(frames, 3);
     }
     assert_eq!([45, 46, 74, 75, 76].map(|fps| FrameRate::new(fps, 1).unwrap().frames_added()), [1, 2, 2, 3, 3]);
-    assert_eq!(FrameRate::new(0, 1), Err(Error::FrameRate { numerator: 0, denominator: 1 }));
-    assert_eq!(FrameRate::new(1, 0), Err(Error::FrameRate { numerator: 1, denominator: 0 }));
+    assert_eq!(FrameRate::new(0, 1), Err(ConfigError::FrameRate { numerator: 0, denominator: 1 }));
+    assert_eq!(FrameRate::new(1, 0), Err(ConfigError::FrameRate { numerator: 1, denominator: 0 }));
 }
 
 /// Dropped frames from none to all: time is the same, events are where the light was, and filled frames are counted.

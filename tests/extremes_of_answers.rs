@@ -3,7 +3,7 @@
 
 use wstac_core::baseline::Baseline;
 use wstac_core::direction::{self, Unclear};
-use wstac_core::error::Error;
+use wstac_core::error::ConfigError;
 use wstac_core::features::{FeatureScale, Features, Floor};
 use wstac_core::ln::fixed::Fixed;
 use wstac_core::rate::FrameRate;
@@ -96,12 +96,12 @@ fn not_numbers_are_refused_or_harmless() {
     let tiny = f64::from_bits(1);
     for bad in NOT_NUMBERS.into_iter().chain([-tiny, -1.0, f64::MIN]) {
         let floor = Floor::new(bad, 255).unwrap_err();
-        assert!(matches!(floor, Error::FloorLevels(found) if same(found, bad)), "{bad}");
+        assert!(matches!(floor, ConfigError::FloorLevels(found) if same(found, bad)), "{bad}");
         for rule in [Rule::Literal, Rule::Signed] {
             let multiplier = TriggerConfig::new(5, bad, 10, rule, 0.2).unwrap_err();
-            assert!(matches!(multiplier, Error::Multiplier(found) if same(found, bad)), "{bad}");
+            assert!(matches!(multiplier, ConfigError::Multiplier(found) if same(found, bad)), "{bad}");
             let margin = TriggerConfig::new(5, 1.2, 10, rule, bad).unwrap_err();
-            assert!(matches!(margin, Error::Margin(found) if same(found, bad)), "{bad}");
+            assert!(matches!(margin, ConfigError::Margin(found) if same(found, bad)), "{bad}");
         }
     }
     for zero in [0.0, -0.0, tiny, f64::MIN_POSITIVE] {
@@ -122,7 +122,7 @@ fn not_numbers_are_refused_or_harmless() {
 
     let speed = |threshold| SpeedConfig::new(Law::PUBLISHED, threshold, ThresholdOn::Absolute, FrameRate::NOMINAL);
     for bad in NOT_NUMBERS.into_iter().chain([-tiny, -1.0, 0.0, -0.0, 5.000_001, f64::MAX]) {
-        assert!(matches!(speed(bad), Err(Error::SpeedThreshold(found)) if same(found, bad)), "{bad}");
+        assert!(matches!(speed(bad), Err(ConfigError::SpeedThreshold(found)) if same(found, bad)), "{bad}");
     }
     for on in [ThresholdOn::Absolute, ThresholdOn::AboveBaseline] {
         for threshold in [tiny, f64::MIN_POSITIVE, 5.0] {
@@ -145,14 +145,17 @@ fn not_numbers_are_refused_or_harmless() {
             Law::Physical { track: 114.0, afterglow: bad },
         ];
         for refused in refused.map(law) {
-            assert!(matches!(refused, Err(Error::SpeedLaw { found, .. }) if found.to_bits() == bad.to_bits()), "{bad}");
+            assert!(
+                matches!(refused, Err(ConfigError::SpeedLaw { found, .. }) if found.to_bits() == bad.to_bits()),
+                "{bad}"
+            );
         }
     }
     for bad in [0.0, -0.0, -1.0, -f32::from_bits(1), f32::MIN] {
         for refused in [Law::Published { intercept: 151.06, slope: bad }, Law::Physical { track: bad, afterglow: 5.0 }]
         {
             assert!(
-                matches!(law(refused), Err(Error::SpeedLaw { found, .. }) if found.to_bits() == bad.to_bits()),
+                matches!(law(refused), Err(ConfigError::SpeedLaw { found, .. }) if found.to_bits() == bad.to_bits()),
                 "{bad}"
             );
         }

@@ -195,14 +195,14 @@ impl Stride {
 }
 
 impl TryFrom<u32> for Stride {
-    type Error = crate::error::Error;
+    type Error = crate::error::ConfigError;
     fn try_from(stride: u32) -> Result<Self, Self::Error> {
         match stride {
             1 => Ok(Self::One),
             2 => Ok(Self::Two),
             3 => Ok(Self::Three),
             5 => Ok(Self::Five),
-            other => Err(crate::error::Error::Stride(other)),
+            other => Err(crate::error::ConfigError::Stride(other)),
         }
     }
 }

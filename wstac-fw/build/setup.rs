@@ -88,14 +88,14 @@ pub const FOLLOWING: BaselinePolicy = {follow};
 ///
 /// # Errors
 /// As [`Layout::new`] and [`Layout::paper`].
-pub const fn layout(frame: FrameSize) -> Result<Layout, Error> {{
+pub const fn layout(frame: FrameSize) -> Result<Layout, ConfigError> {{
     {frame}{layout}
 }}
 /// How speed is worked out for a camera of this rate.
 ///
 /// # Errors
 /// As [`SpeedConfig::new`] and [`SpeedConfig::fitted_on`].
-pub const fn speed(rate: FrameRate) -> Result<SpeedConfig, Error> {{
+pub const fn speed(rate: FrameRate) -> Result<SpeedConfig, ConfigError> {{
     match SpeedConfig::new(Law::{:?}, {:?}, ThresholdOn::{:?}, rate) {{
         Ok(speed) => speed.fitted_on({slowest:?}, {fastest:?}),
         Err(error) => Err(error),

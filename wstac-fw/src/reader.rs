@@ -2,7 +2,7 @@
 //! on a host.
 
 use wstac_core::early::SamplePrefix;
-use wstac_core::error::Error;
+use wstac_core::error::{ConfigError, FrameError};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::model::file::INPUTS;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
@@ -64,7 +64,7 @@ impl Reader {
     /// Returns the errors of [`FrameGeometry::with_stride`] and [`Pipeline::builder`] for the configuration.
     // It is not inlined: its parts would lie on the stack of a function that runs for ever.
     #[inline(never)]
-    pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, speed: SpeedConfig) -> Result<Self, Error> {
+    pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, speed: SpeedConfig) -> Result<Self, ConfigError> {
         let camera = FrameGeometry::with_stride(setup::GREEN, layout, rate, setup::STRIDE)?;
         let pipeline = setup::checked(camera)?;
         Ok(Self {
@@ -80,7 +80,7 @@ impl Reader {
     ///
     /// # Errors
     /// Returns the errors of [`Pipeline::push_stripe`] if the rows do not fit this layout; then nothing was taken.
-    pub fn rows(&mut self, rows: &[u8], out: &mut impl Outlet) -> Result<(), Error> {
+    pub fn rows(&mut self, rows: &[u8], out: &mut impl Outlet) -> Result<(), FrameError> {
         let update = self.pipeline.push_stripe(rows)?;
         if update.is_frame() {
             self.sender.give(&update, out);

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use wstac_core::baseline_policy::TrackingBaseline;
-use wstac_core::error::Error as CoreError;
+use wstac_core::error::ConfigError;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::YcbcrMethod;
 use wstac_core::layout::{FrameSize, Layout};
@@ -173,7 +173,7 @@ impl Config {
         config.following().map_err(|error| format!("[trigger] {error}"))?;
         config.speed(FrameRate::NOMINAL).map_err(|error| format!("[speed] {error}"))?;
         if !(config.features.floor_levels >= 0.0 && config.features.floor_levels.is_finite()) {
-            return Err(format!("[features] {}", CoreError::FloorLevels(config.features.floor_levels)));
+            return Err(format!("[features] {}", ConfigError::FloorLevels(config.features.floor_levels)));
         }
         Ok(config)
     }
@@ -195,7 +195,7 @@ impl Config {
     ///
     /// # Errors
     /// The errors of [`TriggerConfig::new`].
-    pub fn trigger(&self) -> Result<TriggerConfig, CoreError> {
+    pub fn trigger(&self) -> Result<TriggerConfig, ConfigError> {
         let keys = &self.trigger;
         TriggerConfig::new(keys.window, keys.multiplier, keys.backtrack, keys.rule, keys.margin)
     }
@@ -204,7 +204,7 @@ impl Config {
     ///
     /// # Errors
     /// The errors of [`TrackingBaseline::new`].
-    pub fn following(&self) -> Result<Option<TrackingBaseline>, CoreError> {
+    pub fn following(&self) -> Result<Option<TrackingBaseline>, ConfigError> {
         match self.trigger.follow {
             0 => Ok(None),
             windows => TrackingBaseline::new(windows).map(Some),
@@ -215,7 +215,7 @@ impl Config {
     ///
     /// # Errors
     /// The errors of [`SpeedConfig::new`] and [`SpeedConfig::fitted_on`].
-    pub fn speed(&self, rate: FrameRate) -> Result<SpeedConfig, CoreError> {
+    pub fn speed(&self, rate: FrameRate) -> Result<SpeedConfig, ConfigError> {
         let [slowest, fastest] = self.speed.range();
         SpeedConfig::new(self.speed.law(), self.speed.threshold, self.speed.threshold_on, rate)?
             .fitted_on(slowest, fastest)
@@ -225,7 +225,7 @@ impl Config {
     ///
     /// # Errors
     /// The errors of [`Layout::new`] and [`Layout::paper`].
-    pub fn layout(&self, frame: FrameSize) -> Result<Layout, CoreError> {
+    pub fn layout(&self, frame: FrameSize) -> Result<Layout, ConfigError> {
         match self.layout.explicit() {
             Some((taxel, corners)) => Layout::new(frame, taxel, corners),
             None => Layout::paper(frame),

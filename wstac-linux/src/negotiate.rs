@@ -68,7 +68,7 @@ fn described(
     coding: Coding,
     rate: FrameRate,
     mut notes: Vec<String>,
-) -> Result<Negotiated, wstac_core::error::Error> {
+) -> Result<Negotiated, wstac_core::error::ConfigError> {
     let size = FrameSize::new(granted.size.0, granted.size.1)?;
     let (mut color, note) = granted.colorimetry.color();
     let (bytes_per_row, frame_bytes) = match coding {

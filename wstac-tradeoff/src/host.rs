@@ -166,7 +166,8 @@ fn events(models: &[Candidate], config: &Config) -> Result<(f64, Vec<f64>), Erro
     let mut pipeline = config.pipeline_of(camera, "simulated frames")?;
     let (mut scene, mut sensor) = (Scene::new(&script)?, sensor);
     while let Some((light, _)) = scene.next_light() {
-        let update = pipeline.push_frame(sensor.expose(&light)).map_err(unfit)?;
+        let frame = sensor.expose(&light);
+        let update = pipeline.push_frame(frame).map_err(|error| Error::new("simulated frames", error))?;
         if let Some(event) = update.event() {
             return answers(&event, &speed, models);
         }

@@ -120,7 +120,7 @@ impl EvaluatedCamera {
         &mut self,
         light: &[f64; TAXELS],
         colored: Option<&[f64; FEATURES]>,
-    ) -> Result<[f64; FEATURES], wstac_core::error::Error> {
+    ) -> Result<[f64; FEATURES], wstac_core::error::FrameError> {
         let bytes = self.sensor.expose(light);
         let own = self.float64.features(&self.whole.push_frame(bytes)?);
         let expected = colored.filter(|_| self.format.is_colored()).unwrap_or(&own);

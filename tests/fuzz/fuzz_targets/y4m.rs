@@ -10,7 +10,7 @@ use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 use wstac_host::source::y4m::Y4m;
-use wstac_host::source::{SourceEvent, Source};
+use wstac_host::source::{Frame, Source, SourceEvent};
 
 fuzz_target!(|data: &[u8]| {
     let Some((&first, data)) = data.split_first() else { return };

@@ -3,7 +3,7 @@
 use core::slice;
 
 use wstac_core::baseline_policy::TrackingBaseline;
-use wstac_core::error::Error;
+use wstac_core::error::FrameError;
 use wstac_core::features::Features;
 use wstac_core::frame::Stride;
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
@@ -128,7 +128,7 @@ impl State {
     /// Pushes frames or losses if the stream has not ended. From then on it has started.
     fn push(
         &mut self,
-        push: impl FnOnce(&mut Pipeline<Chosen, Fixed, Option<TrackingBaseline>>) -> Result<Update<'_>, Error>,
+        push: impl FnOnce(&mut Pipeline<Chosen, Fixed, Option<TrackingBaseline>>) -> Result<Update<'_>, FrameError>,
     ) -> Result<WstacFwStatus, WstacFwStatus> {
         if self.phase == Phase::Ended {
             return Err(WstacFwStatus::State);

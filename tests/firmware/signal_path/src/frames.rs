@@ -1,6 +1,6 @@
 //! How the way from bytes to features and trigger grows: with the frame, with taxels in it, with frames.
 
-use wstac_core::error::Error;
+use wstac_core::error::{ConfigError, Error};
 use wstac_core::features::Floor;
 use wstac_core::green::gray::Gray;
 use wstac_core::layout::{FrameSize, Layout};
@@ -34,7 +34,7 @@ fn frames(clock: &Clock, stripe: &[u8; STRIPE], layout: Layout, count: u32) -> R
 }
 
 /// Square taxels of a side, a fifth of the frame's apart.
-fn layout(frame: u16, side: u16) -> Result<Layout, Error> {
+fn layout(frame: u16, side: u16) -> Result<Layout, ConfigError> {
     let place = |k: usize| (k as u16) * (frame / COLUMNS as u16);
     let corners: [[u16; 2]; TAXELS] = core::array::from_fn(|k| [place(k % COLUMNS), place(k / COLUMNS)]);
     Layout::new(FrameSize::new(frame.into(), frame.into())?, [side, side], corners)

@@ -5,7 +5,7 @@ use wstac_core::green::gray::Gray;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
-use wstac_core::taxels::{TaxelSums, FrameGeometry};
+use wstac_core::taxels::{FrameGeometry, TaxelSums};
 use wstac_fw::emulated::clock::Clock;
 use wstac_fw::emulated::host;
 
