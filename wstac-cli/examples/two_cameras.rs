@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::thread;
 
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::json::rounded;
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::Output;
@@ -61,7 +61,7 @@ fn main() -> Result<(), Error> {
     if failed == 0 {
         Ok(())
     } else {
-        Err(Error::new("two_cameras", format_args!("{failed} of {} sensors failed", specs.len())))
+        Err(Error::new(ErrorKind::Data, "two_cameras", format_args!("{failed} of {} sensors failed", specs.len())))
     }
 }
 
@@ -85,7 +85,9 @@ fn read(
     while !stop.load(Ordering::Relaxed) {
         match session.poll()? {
             Poll::Output(output) => {
-                sender.send((sensor, Ok(output))).map_err(|_| Error::new(spec, "nobody takes its outputs"))?;
+                sender
+                    .send((sensor, Ok(output)))
+                    .map_err(|_| Error::new(ErrorKind::Usage, spec, "nobody takes its outputs"))?;
             }
             Poll::Waiting => {}
             Poll::Over => return Ok(()),

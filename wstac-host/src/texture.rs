@@ -8,7 +8,7 @@ use wstac_core::model::file::{INPUTS, Task};
 use wstac_core::pipeline::Update;
 use wstac_core::texture::texture;
 
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 use crate::model_file::{ModelFile, OwnedModel};
 
 /// The answers of texture models about a sample. A field is `None` if no model answers it.
@@ -107,7 +107,7 @@ impl Textures {
                     other.about(),
                     task_name(task)
                 );
-                return Err(Error::new(file.about(), message));
+                return Err(Error::new(ErrorKind::Format, file.about(), message));
             }
             models.push((model, file));
         }

@@ -36,7 +36,7 @@ pub fn device_at(path: &Path) -> Option<DeviceInfo> {
     let (links, serial) = (links_to(path), serial_of(path));
     let info = DeviceInfo { path: path.to_owned(), links, serial, ..DeviceInfo::default() };
     let asked = Device::open(path).and_then(|device| {
-        let identity = device.identity().map_err(|error| device.error("cannot be asked", &error))?;
+        let identity = device.identity().map_err(|error| device.error("cannot be asked", error))?;
         Ok((device, identity))
     });
     let (device, identity) = match asked {

@@ -23,7 +23,7 @@ use crate::{Camera, CameraRequest, Negotiated};
 use wstac_host::camera::formats::{self, Coding};
 use wstac_host::camera::mjpeg::Decoder;
 use wstac_host::camera::modes::fps;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::source::open::{OpenOptions, SourceKind};
 use wstac_host::source::{
     Fault, FaultKind, Frame, FramePolicy, Lag, LossReason, Remedy, Source, SourceEvent, StreamInfo,
@@ -149,7 +149,7 @@ impl CameraSource {
             (self.waits, self.errors) = (0, 0);
             self.choose();
         } else if let Some(error) = self.trouble.take() {
-            self.handle_read_error(&error);
+            self.handle_read_error(error);
         } else if waited {
             self.check_stall();
         }
@@ -216,7 +216,7 @@ impl CameraSource {
     }
 
     /// Handles an error of the driver instead of a buffer.
-    fn handle_read_error(&mut self, error: &io::Error) {
+    fn handle_read_error(&mut self, error: io::Error) {
         self.errors += 1;
         if error.raw_os_error() == Some(libc::EIO) && self.errors < MOST_ERRORS {
             // The frame of this moment is lost, wherever it is. The next one's sequence number may count it, too.
@@ -363,7 +363,9 @@ impl SourceKind for Cameras {
         }
         let is_missing = name.starts_with("/dev/video")
             && Path::new(name).metadata().is_err_and(|error| error.kind() == io::ErrorKind::NotFound);
-        is_missing.then(|| Err(Error::new(name, "no such camera; wstac devices lists those that there are")))
+        is_missing.then(|| {
+            Err(Error::new(ErrorKind::NotFound, name, "no such camera; wstac devices lists those that there are"))
+        })
     }
 }
 

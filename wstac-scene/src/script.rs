@@ -28,7 +28,7 @@ use super::light::LightConfig;
 use super::sensor::{Fidelity, SensorConfig};
 use super::specimen::{Pattern, Specimen};
 use super::whisker::WhiskerConfig;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 
 /// Scale of all noise: fitted to one number of the paper's table 2, a linear SVM's specimen accuracy of 83 % (SPEC §8).
 pub const NOISE: f64 = 0.8;
@@ -144,7 +144,7 @@ impl SceneConfig {
     /// # Errors
     /// The text is not in the short form; the message names the part, the value found and the values expected.
     pub fn parse_short(text: &str) -> Result<Self, Error> {
-        parse_short(text).map_err(|message| Error::new(format_args!("scene:{text}"), message))
+        parse_short(text).map_err(|message| Error::new(ErrorKind::Config, format_args!("scene:{text}"), message))
     }
 
     /// Reads a script's text; `subject` names its file.
@@ -153,7 +153,7 @@ impl SceneConfig {
     /// The script is not valid; the message names the key, the value found and the values expected.
     pub fn from_toml(subject: &str, text: &str) -> Result<Self, Error> {
         let file = toml::from_str(text).map_err(|error| error.to_string().trim_end().to_owned());
-        file.and_then(check).map_err(|message| Error::new(subject, message))
+        file.and_then(check).map_err(|message| Error::new(ErrorKind::Config, subject, message))
     }
 
     /// Reads a script that is a table of a larger file, `subject`.
@@ -162,7 +162,7 @@ impl SceneConfig {
     /// [`SceneConfig::from_toml`] would fail.
     pub fn from_table(subject: &str, table: toml::Table) -> Result<Self, Error> {
         let file = table.try_into().map_err(|error: toml::de::Error| error.to_string().trim_end().to_owned());
-        file.and_then(check).map_err(|message| Error::new(subject, message))
+        file.and_then(check).map_err(|message| Error::new(ErrorKind::Config, subject, message))
     }
 }
 

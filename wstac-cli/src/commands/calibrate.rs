@@ -11,7 +11,7 @@ use super::run::interruptions;
 use super::source_arguments::SourceArguments;
 use wstac_host::atomic_write::atomic_write;
 use wstac_host::config::Config;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 use wstac_host::source::{Frame, FramePolicy, Source, SourceEvent};
 use wstac_setup::calibrate::{Calibration, UNTOUCHED, Watch};
@@ -115,9 +115,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (output, force) = (arguments.output.as_path(), arguments.force);
     let overlay = arguments.overlay.clone().unwrap_or_else(|| output.with_extension("png"));
     if overlay == output {
-        return Err(
-            Error::new(output.display(), "is the name of both configuration and picture, expected two names").into()
-        );
+        return Err(Error::new(
+            ErrorKind::Usage,
+            output.display(),
+            "is the name of both configuration and picture, expected two names",
+        )
+        .into());
     }
     check_new(output, force)?;
     check_new(&overlay, force)?;
@@ -133,13 +136,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             let picture = arguments.overlay.clone().unwrap_or_else(|| output.with_extension("refused.png"));
             atomic_write(&picture, outcome.to_png())?;
             let seen = format_args!("{}; {} shows what was seen", refusal.message, picture.display());
-            return Err(Error::new(&arguments.source, seen).into());
+            return Err(Error::new(ErrorKind::Data, &arguments.source, seen).into());
         }
     };
     atomic_write(&overlay, outcome.to_png())?;
     let text = calibration.to_toml(&info.about);
     // A configuration that cannot be read again is not written.
-    Config::parse(&text).map_err(|message| Error::new(output.display(), message))?;
+    Config::parse(&text).map_err(|error| error.about(output.display()))?;
     atomic_write(output, text)?;
     note(format_args!("wrote {} and {}: look at the picture", output.display(), overlay.display()));
     print(calibration, arguments.json)
@@ -220,7 +223,8 @@ fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
             noise_levels: calibration.noise.levels,
             dark_levels: calibration.noise.dark_levels,
         };
-        let line = serde_json::to_string(&record).map_err(|error| Error::new("standard output", error))?;
+        let line = serde_json::to_string(&record)
+            .map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;
         return Ok(writeln!(out, "{line}")?);
     }
     let [right, down] = calibration.pitch;

@@ -6,7 +6,7 @@ use wstac_core::wire::{LONGEST, Request, encode};
 
 use super::output::{Form, Records, Stop, note};
 use super::run::interruptions;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::monitor::port::{self, Got, Port};
 use wstac_host::monitor::{Monitor, Report};
 use wstac_host::output::OutputOptions;
@@ -100,7 +100,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             }
             Ok(Got::Ended) => {
                 records.write(&monitor.finish())?;
-                let silent = || Error::new(line.name(), "has no messages, expected those of a board").into();
+                let silent =
+                    || Error::new(ErrorKind::Data, line.name(), "has no messages, expected those of a board").into();
                 return if monitor.heard() { Ok(()) } else { Err(silent()) };
             }
             Err(error) => {

@@ -217,7 +217,7 @@ pub(super) fn signals() -> Result<Arc<AtomicUsize>, Error> {
     let number = Arc::new(AtomicUsize::new(0));
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register_usize(signal, Arc::clone(&number), signal as usize)
-            .map_err(|error| Error::new("signals", error))?;
+            .map_err(|error| Error::io("signals", error))?;
     }
     Ok(number)
 }
@@ -226,7 +226,7 @@ fn on_interruption(flag: &Arc<AtomicBool>) -> Result<(), Error> {
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(flag))
             .and_then(|_| signal_hook::flag::register(signal, Arc::clone(flag)))
-            .map_err(|error| Error::new("signals", error))?;
+            .map_err(|error| Error::io("signals", error))?;
     }
     Ok(())
 }

@@ -98,7 +98,7 @@ pub(crate) fn run(
     let signal = Arc::new(AtomicUsize::new(0));
     for number in [SIGINT, SIGTERM, SIGHUP] {
         signal_hook::flag::register_usize(number, Arc::clone(&signal), number as usize)
-            .map_err(|error| Error::new("signals", error))?;
+            .map_err(|error| Error::io("signals", error))?;
     }
     let pace = (!options.live && !options.fast).then(|| Pace::new(info.rate));
     let (player, state) = Player::new(source, info, reading, recordings, options.live);

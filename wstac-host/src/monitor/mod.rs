@@ -7,7 +7,7 @@ mod progress;
 use wstac_core::wire::{DecodeError, Decoder, Message, VERSION};
 
 use self::board::Board;
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 use crate::output::{Output, OutputOptions};
 use crate::plural::counted;
 
@@ -79,7 +79,7 @@ impl Monitor {
                     let age = if version > VERSION { "newer" } else { "older" };
                     let expected = format!("expected {VERSION}: it is {age} than this wstac");
                     let message = format!("speaks version {version} of the link, {expected}");
-                    return Err(Error::new("the board's firmware", message).into());
+                    return Err(Error::new(ErrorKind::Unsupported, "the board's firmware", message).into());
                 }
                 Some(Err(DecodeError::Unknown)) => {
                     if !std::mem::replace(&mut self.unknown_said, true) {

@@ -11,7 +11,7 @@ use super::file::{Message, Topic};
 use super::foxglove::{self, Level, Shape};
 use super::picture;
 use super::writer::{Writer, Written};
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 use crate::json::{Line, real};
 use crate::output::Output;
 use crate::plural::counted;
@@ -82,7 +82,7 @@ impl Recorder {
     /// The recording cannot be started.
     pub fn new(file: File, path: &Path, about: &About, processor: &Processor) -> Result<Self, Error> {
         let metadata = about.to_metadata(processor.geometry().layout());
-        let metadata = metadata.map_err(|error| Error::new(path.display(), error))?;
+        let metadata = metadata.map_err(|error| Error::with_cause(ErrorKind::Config, path.display(), error))?;
         let frame_bytes = picture::frame_bytes(&about.info);
         let rate = about.info.rate;
         let period = (1_000_000_000 * u128::from(rate.denominator()), u128::from(rate.numerator()));

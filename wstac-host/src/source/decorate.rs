@@ -1,7 +1,7 @@
 //! Decorators: sources that wrap any other source.
 
 use super::{Fault, FaultKind, Frame, LossReason, Source, SourceEvent, StreamInfo};
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 
 /// Shows every event of a source to a function before it is handed out, for example to record or to count frames.
 ///
@@ -117,7 +117,9 @@ impl<S: Source, F: FnMut(u64) -> Injection + Send> Source for FaultInjector<S, F
                 self.owed = true;
                 SourceEvent::Fault(Fault::new(kind, "an injected fault"))
             }
-            Injection::Fail => return Err(Error::new("fault injection", "the source fails here on purpose")),
+            Injection::Fail => {
+                return Err(Error::new(ErrorKind::Device, "fault injection", "the source fails here on purpose"));
+            }
         })
     }
 }

@@ -288,7 +288,7 @@ impl StreamInfo {
 pub fn config_of(info: &StreamInfo, given: Option<Config>) -> Result<Config, Error> {
     match (given, &info.recorded) {
         (Some(given), _) => Ok(given),
-        (None, Some(own)) => Config::parse(&own.configuration).map_err(|error| Error::new(&info.about, error)),
+        (None, Some(own)) => Config::parse(&own.configuration).map_err(|error| error.about(&info.about)),
         (None, None) => Ok(Config::default()),
     }
 }

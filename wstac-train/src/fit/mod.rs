@@ -5,7 +5,7 @@ pub mod data;
 use wstac_core::speed::Law;
 
 use self::data::Slides;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 use wstac_host::statistics::{Line, rms};
 
@@ -62,7 +62,7 @@ impl Fit {
     /// - All durations are equal.
     /// - The durations do not fall with speed.
     pub fn new(kind: Kind, slides: &Slides, subject: &str) -> Result<Self, Error> {
-        let wrong = |message: String| Err(Error::new(subject, message));
+        let wrong = |message: String| Err(Error::new(ErrorKind::Data, subject, message));
         let speeds = slides.speeds().len();
         if speeds < 3 {
             let (used, speeds) = (counted(slides.used.len(), "slide"), counted(speeds, "different speed"));
