@@ -298,7 +298,7 @@ fn seven_and_eight_lost_in_a_row_at_every_phase() {
             let windows_after = |start: u64| (start..=FRAMES - 5).step_by(5).find(|&t| fires(t));
             if gap == 8 && (65..120).contains(&at) {
                 // The window at 60 had fired: its sample is cut off, and later light makes a new one.
-                assert_eq!(interrupted, [InterruptedSample { frame: 50, frames: (at - 50) as u8 }], "{context}");
+                assert_eq!(interrupted, [InterruptedSample::new(50, (at - 50) as u8)], "{context}");
                 let expected: Vec<u64> = windows_after(at + 8).map(|t| t - 10).into_iter().collect();
                 assert_eq!(events.iter().map(|event| event.frame).collect::<Vec<_>>(), expected, "{context}");
                 continue;
@@ -344,10 +344,10 @@ fn losses_at_the_very_end() {
                 assert_eq!((open, interrupted), (None, None), "{context}");
             } else if lost > 7 {
                 let frames = (arrived - 50) as u8;
-                assert_eq!((open, interrupted), (None, Some(InterruptedSample { frame: 50, frames })), "{context}");
+                assert_eq!((open, interrupted), (None, Some(InterruptedSample::new(50, frames))), "{context}");
             } else {
                 let frames = (arrived + lost - 50) as u8;
-                assert_eq!((open, interrupted), (Some(InterruptedSample { frame: 50, frames }), None), "{context}");
+                assert_eq!((open, interrupted), (Some(InterruptedSample::new(50, frames)), None), "{context}");
             }
         }
     }

@@ -21,7 +21,7 @@ fn with_event<T>(lit: core::ops::Range<usize>, answer: impl Fn(&Event<'_>) -> T)
     frames[lit].fill([-2000; 10]);
     let baseline = Baseline::new([25 * i32::from(DARK); 10], 25);
     let sample = Sample::from_frames(&frames);
-    answer(&Event { frame: 0, sample, baseline: &baseline, frames_filled: 0, reliable: true })
+    answer(&Event::new(0, sample, &baseline))
 }
 
 /// Durations of 0, of 67 (the longest that is not cut off) and of 69 frames, and none.
@@ -188,7 +188,8 @@ fn recorded_numbers_that_no_sensor_makes() {
         for count in [0, 1, 25, u16::MAX] {
             let baseline = Baseline::new([total; 10], count);
             let sample = Sample::from_frames(&frames);
-            let event = Event { frame: u64::MAX, sample, baseline: &baseline, frames_filled: 255, reliable: true };
+            let mut event = Event::new(u64::MAX, sample, &baseline);
+            event.frames_filled = 255;
             let direction = direction::direction(&event);
             assert!(direction.heading.is_err() && direction.confidence <= 32_768);
             for on in [ThresholdOn::Absolute, ThresholdOn::AboveBaseline] {
@@ -197,5 +198,5 @@ fn recorded_numbers_that_no_sensor_makes() {
             }
         }
     }
-    assert_eq!(speed::LitSpan { first: 9, last: 3 }.frames(), 0);
+    assert_eq!(speed::LitSpan::new(9, 3).frames(), 0);
 }

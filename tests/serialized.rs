@@ -65,21 +65,23 @@ fn data_types_are_read_as_they_were_written() {
     }
     round_trip(&[YcbcrMethod::Exact, YcbcrMethod::Linear]);
     round_trip(&Baseline::new([-190_000, 1, 2, 3, 4, 5, 6, 7, i32::MIN, i32::MAX], 25));
-    round_trip(&FeatureFrame { features: [i16::MIN, -1, 0, 1, i16::MAX, 5, 6, 7, 8, 9], has_missing_frames: true });
-    round_trip(&InterruptedSample { frame: u64::MAX, frames: 69 });
-    let incomplete = Some(InterruptedSample { frame: 1 << 40, frames: 1 });
-    round_trip(&StreamEnd { frames: u64::MAX, baseline_complete: true, baseline_quiet: false, incomplete });
+    round_trip(&FeatureFrame::new([i16::MIN, -1, 0, 1, i16::MAX, 5, 6, 7, 8, 9], true));
+    round_trip(&InterruptedSample::new(u64::MAX, 69));
+    let incomplete = Some(InterruptedSample::new(1 << 40, 1));
+    let mut end = StreamEnd::new(u64::MAX);
+    (end.baseline_complete, end.incomplete) = (true, incomplete);
+    round_trip(&end);
     round_trip(&[Law::PUBLISHED, Law::PHYSICAL]);
     round_trip(&[ThresholdOn::Absolute, ThresholdOn::AboveBaseline]);
-    round_trip(&LitSpan { first: 0, last: 69 });
-    round_trip(&Speed { mm_s: 102.5, extrapolated: false });
+    round_trip(&LitSpan::new(0, 69));
+    round_trip(&Speed::new(102.5));
     round_trip(&[NoSpeed::BaselineAbove, NoSpeed::NeverValid, NoSpeed::OutsideLaw]);
     round_trip(&[NoSpeed::CutOff { at_most: None }, NoSpeed::CutOff { at_most: Some(45.0) }]);
     for heading in [Ok(Heading::Right), Ok(Heading::Up), Ok(Heading::Left), Ok(Heading::Down)] {
-        round_trip(&Direction { heading, confidence: 32_768 });
+        round_trip(&Direction::new(heading, 32_768));
     }
-    round_trip(&Direction { heading: Err(Unclear::NeverLit), confidence: 0 });
-    round_trip(&Direction { heading: Err(Unclear::NoOrder), confidence: 6553 });
+    round_trip(&Direction::new(Err(Unclear::NeverLit), 0));
+    round_trip(&Direction::new(Err(Unclear::NoOrder), 6553));
 }
 
 #[test]

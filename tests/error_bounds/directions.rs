@@ -97,7 +97,7 @@ fn directions_are_within_their_bound() {
         let totals = from_fn(|line| quiet.iter().map(|frame| i32::from(frame[line])).sum());
         let baseline = Baseline::new(totals, QUIET as u16);
         let sample = Sample::from_frames(&frames);
-        let event = Event { frame: 0, sample, baseline: &baseline, frames_filled: 0, reliable: true };
+        let event = Event::new(0, sample, &baseline);
         let direction = direction::direction(&event);
         let (a, b) = (row.value.abs(), column.value.abs());
         let least = a + b - row.off - column.off;
@@ -140,7 +140,7 @@ fn durations_are_within_their_bound() {
         let totals = from_fn(|line| quiet.iter().map(|frame| i32::from(frame[line])).sum());
         let baseline = Baseline::new(totals, QUIET as u16);
         let sample = Sample::from_frames(&frames);
-        let event = Event { frame: 0, sample, baseline: &baseline, frames_filled: 0, reliable: true };
+        let event = Event::new(0, sample, &baseline);
         let found = speed::duration(&event, &SpeedConfig::published(FrameRate::NOMINAL)).unwrap();
         let valid = |more: f64| -> Vec<u8> {
             let above = |frame: &[f64; FEATURES]| frame.iter().any(|f| *f > VALID_THRESHOLD.ln() + more / ONE);

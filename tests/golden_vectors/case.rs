@@ -151,7 +151,7 @@ pub(super) struct End {
 
 impl From<IncompleteOf> for InterruptedSample {
     fn from(other: IncompleteOf) -> Self {
-        Self { frame: other.frame, frames: other.frames }
+        Self::new(other.frame, other.frames)
     }
 }
 

@@ -169,7 +169,7 @@ fn run(case: &Case, expected: &Expected, bytes: &[u8], found: &mut Found) {
             }
             numbers.push(number);
             partial.extend(frame.has_missing_frames.then_some(number));
-            FeatureFrame { features: theirs, has_missing_frames: frame.has_missing_frames }
+            FeatureFrame::new(theirs, frame.has_missing_frames)
         });
         if expected.robust {
             own.push(frame, lost);
@@ -179,7 +179,7 @@ fn run(case: &Case, expected: &Expected, bytes: &[u8], found: &mut Found) {
     let mut dropped = 0;
     for (index, frame) in frames.iter().map(Some).chain([None]).enumerate() {
         for &(_, count) in case.lost.iter().filter(|lost| lost.0 == index) {
-            let Loss { has_missing_frames, frames } = stream.push_lost(count);
+            let Loss { has_missing_frames, frames, .. } = stream.push_lost(count);
             take(has_missing_frames, frames);
             dropped += count;
         }
@@ -202,11 +202,8 @@ fn run(case: &Case, expected: &Expected, bytes: &[u8], found: &mut Found) {
     found.unrobust += usize::from(!expected.robust);
     for mut run in runs {
         run.finish();
-        let incomplete: Vec<InterruptedSample> = expected
-            .incomplete_samples
-            .iter()
-            .map(|i| InterruptedSample { frame: i.frame, frames: i.frames })
-            .collect();
+        let incomplete: Vec<InterruptedSample> =
+            expected.incomplete_samples.iter().map(|i| InterruptedSample::new(i.frame, i.frames)).collect();
         assert_eq!(run.interrupted, incomplete, "{name}: incomplete samples");
         let end = run.trigger.end();
         assert_eq!(end.frames, expected.end.frames, "{name}: frames");
@@ -214,7 +211,7 @@ fn run(case: &Case, expected: &Expected, bytes: &[u8], found: &mut Found) {
         // The reference's `quiet` is about the five windows only; the product's is false for a long gap, too.
         let quiet = expected.end.quiet.map(|quiet| quiet && !gap_in_baseline);
         assert_eq!(end.baseline_complete.then_some(end.baseline_quiet), quiet, "{name}: quiet");
-        let open = expected.end.incomplete.as_ref().map(|i| InterruptedSample { frame: i.frame, frames: i.frames });
+        let open = expected.end.incomplete.as_ref().map(|i| InterruptedSample::new(i.frame, i.frames));
         assert_eq!(end.incomplete, open, "{name}: sample at the end");
         found.events += run.events;
         found.incomplete += incomplete.len() + usize::from(open.is_some());

@@ -16,7 +16,7 @@ const LOST: [core::ops::Range<u64>; 3] = [240..247, 540..550, 800..810];
 /// The sample of the first slide starts c = 10 frames before its window.
 const EVENT: u64 = 190;
 /// The sample of the second slide, and how much of it there is when the loss ends it.
-const INTERRUPTED: InterruptedSample = InterruptedSample { frame: 490, frames: 50 };
+const INTERRUPTED: InterruptedSample = InterruptedSample::new(490, 50);
 
 /// Every event and every interrupted sample of so many pushed frames is at its frame, none is missing and there is no other.
 #[test]
@@ -45,7 +45,7 @@ fn no_counter_ends_and_no_event_moves() {
                 events += 1;
             }
             if let Some(sample) = trigger.take_interrupted() {
-                let expected = InterruptedSample { frame: start + INTERRUPTED.frame, ..INTERRUPTED };
+                let expected = InterruptedSample::new(start + INTERRUPTED.frame, INTERRUPTED.frames);
                 assert_eq!((sample, at), (expected, LOST[1].end + 1), "after {pushed} frames");
                 interrupted += 1;
             }

@@ -75,18 +75,12 @@ impl Board<'_> {
         let mut models = [None; 3];
         for (place, model) in models.iter_mut().zip(&self.models) {
             let classes = model.labels().len() as u8;
-            *place = Some(ModelFacts { task: model.task(), classes, frames: model.frames() });
+            *place = Some(ModelFacts::new(model.task(), classes, model.frames()));
         }
-        self.sent.push(&Message::Hello(Hello {
-            firmware: Text::new("test-board"),
-            version: Text::new("1.2.3"),
-            size: info.size,
-            format: info.format,
-            rate: info.rate,
-            trigger: *trigger,
-            models,
-            frame: 0,
-        }));
+        let (firmware, version) = (Text::new("test-board"), Text::new("1.2.3"));
+        let mut hello = Hello::new(firmware, version, info.size, info.format, info.rate, *trigger);
+        hello.models = models;
+        self.sent.push(&Message::Hello(hello));
     }
 
     fn take(&mut self, update: &Update<'_>) {

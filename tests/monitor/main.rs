@@ -252,12 +252,9 @@ fn a_device_that_is_gone_is_waited_for() {
     std::fs::rename(new, &link).unwrap();
     assert_eq!(stderr.next().unwrap(), format!("wstac: {device} is back"));
     wait_for(&mut board, &requests);
-    let stream = StreamEnd {
-        frames: 300,
-        baseline_complete: true,
-        baseline_quiet: false,
-        incomplete: Some(InterruptedSample { frame: 280, frames: 20 }),
-    };
+    let mut stream = StreamEnd::new(300);
+    stream.baseline_complete = true;
+    stream.incomplete = Some(InterruptedSample::new(280, 20));
     let mut sent = board::Sent { frames: Vec::new() };
     sent.push(&Message::Status { stream, dropped: 5 });
     sent.push(&Message::Fault(Fault::LastRun(Text::new("a panic"))));

@@ -102,6 +102,7 @@ pub(super) fn in_format(format: PixelFormat, levels: &[u8], width: usize, random
         F::Yu12 => planes(width, 2 * cells * height.div_ceil(2)),
         F::Yuv422p => planes(width, 2 * cells * height),
         F::Yuv444p => planes(width, 2 * levels.len()),
+        _ => panic!("{format:?} is not written, expected every format"),
     }
 }
 

@@ -17,6 +17,7 @@ use crate::trigger::Event;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+// It is exhaustive: whoever writes or draws a law must not miss one.
 pub enum Law {
     /// The published law: D = intercept − slope · log10 v (paper).
     Published {
@@ -84,6 +85,7 @@ impl Law {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+// It is exhaustive: light is absolute or above the baseline.
 pub enum ThresholdOn {
     /// The light Σ o of a row or column.
     #[default]
@@ -179,6 +181,7 @@ impl SpeedConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct LitSpan {
     /// The first valid frame of the sample, 0..=69.
     pub first: u8,
@@ -187,6 +190,11 @@ pub struct LitSpan {
 }
 
 impl LitSpan {
+    /// Creates the span from the frame `first` to the frame `last` of a sample.
+    pub const fn new(first: u8, last: u8) -> Self {
+        Self { first, last }
+    }
+
     /// Returns the duration D: end minus start, 0..=69 frames.
     pub fn frames(self) -> u8 {
         self.last.saturating_sub(self.first)
@@ -202,6 +210,7 @@ impl LitSpan {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct Speed {
     /// The speed in mm/s.
     pub mm_s: f32,

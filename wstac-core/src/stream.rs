@@ -11,6 +11,7 @@ use crate::taxels::{FrameGeometry, TaxelSums};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct FeatureFrame {
     /// The ten features, five rows, then five columns, in units of 2^-11.
     pub features: Features,
@@ -18,10 +19,18 @@ pub struct FeatureFrame {
     pub has_missing_frames: bool,
 }
 
+impl FeatureFrame {
+    /// Creates a feature frame; `has_missing_frames` says whether some of its camera frames were lost.
+    pub const fn new(features: Features, has_missing_frames: bool) -> Self {
+        Self { features, has_missing_frames }
+    }
+}
+
 /// Holds whatever lost camera frames brought about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct Loss {
     /// The feature frame that was under way, if they complete it.
     pub has_missing_frames: Option<FeatureFrame>,

@@ -23,6 +23,7 @@ use crate::params::{
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
+// It is exhaustive: a rule that a program does not know must not be taken for another.
 pub enum Rule {
     /// The threshold is b · η (paper). η is usually negative, and then any b above 1 fires on every window.
     Literal,

@@ -150,13 +150,7 @@ fn gathered(
     let pipeline = processor.pipeline();
     let (baseline, thresholds) = (pipeline.baseline()?, pipeline.thresholds()?);
     let speed = config.speed(info.rate).ok()?;
-    let event = Event {
-        frame: record.frame,
-        sample: Sample::from_frames(frames),
-        baseline,
-        frames_filled: record.frames_filled,
-        reliable: record.reliable,
-    };
+    let event = Event::new(record.frame, Sample::from_frames(frames), baseline);
     let window = pipeline.trigger_config().window();
     let first = record.frame;
     Some(Found {

@@ -9,7 +9,7 @@ use wstac_host::config::Config;
 fuzz_target!(|text: &str| {
     let config = match Config::parse(text) {
         Ok(config) => config,
-        Err(message) => return assert!(!message.is_empty()),
+        Err(error) => return assert!(!error.message().is_empty()),
     };
     let size = FrameSize::new(640, 480).expect("a size");
     // What cannot be built says why.

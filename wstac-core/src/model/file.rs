@@ -158,6 +158,7 @@ impl core::error::Error for ModelError {}
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Task {
     /// A task that is not stated.
     Other,
@@ -167,6 +168,28 @@ pub enum Task {
     Pattern,
     /// Tells apart depths in mm.
     Depth,
+}
+
+impl Task {
+    /// Returns the task's number in a file.
+    pub const fn number(self) -> u16 {
+        match self {
+            Self::Other => 0,
+            Self::Specimen => 1,
+            Self::Pattern => 2,
+            Self::Depth => 3,
+        }
+    }
+
+    /// Returns the task's name, as files and messages spell it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Other => "other",
+            Self::Specimen => "specimen",
+            Self::Pattern => "pattern",
+            Self::Depth => "depth",
+        }
+    }
 }
 
 /// The header of a file. The checks that all kinds have in common have been made.

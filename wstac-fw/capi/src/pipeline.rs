@@ -122,7 +122,9 @@ impl State {
     pub(crate) fn event(&self) -> Option<Event<'_>> {
         let Seen { frame, frames_filled, reliable } = self.seen?;
         let (_, sample) = self.pipeline.recent();
-        Some(Event { frame, sample, baseline: self.pipeline.baseline()?, frames_filled, reliable })
+        let mut event = Event::new(frame, sample, self.pipeline.baseline()?);
+        (event.frames_filled, event.reliable) = (frames_filled, reliable);
+        Some(event)
     }
 
     /// Pushes frames or losses if the stream has not ended. From then on it has started.

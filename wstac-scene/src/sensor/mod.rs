@@ -26,7 +26,7 @@ use wstac_core::rate::FrameRate;
 use wstac_core::taxels::{FrameGeometry, TaxelSums};
 
 pub use self::config::SensorConfig;
-use self::encode::Mosaic;
+use self::encode::{Mosaic, encoder};
 pub use self::format::SensorFormat;
 use self::mjpeg::Compression;
 use self::pixel::Pixel;
@@ -99,6 +99,7 @@ impl Sensor {
     /// - [`SensorConfig::check`] fails.
     /// - The frame is too small for the layout, or its sums are too large.
     /// - Taxel sums are requested in a format that does not store green itself.
+    /// - The simulator does not write frames of this format.
     ///
     /// The message names the key, the value found and the values expected.
     pub fn new(config: &SensorConfig, fidelity: Fidelity, leak: f64, rng: Rng) -> Result<Self, Error> {
@@ -116,6 +117,7 @@ impl Sensor {
             .and_then(|layout| FrameGeometry::new(Any::new(format, color, YcbcrMethod::Exact), layout, config.rate))
             .map_err(|error| {
                 Error::new(ErrorKind::Config, "scene", format_args!("size is [{width}, {height}]: {error}"))
+                    .caused_by(error)
             })?;
         let pixel = Pixel::new(config, camera.full_scale(), leak);
         let spot = Spot::new(camera.layout().taxel().map(usize::from), config.blur, Mosaic::of(format));
@@ -126,9 +128,13 @@ impl Sensor {
                 "[sensor] has a pose, expected one with fidelity = \"rendered\" only",
             ));
         }
+        let Some(encoder) = encoder(config.format, config.color) else {
+            let message = format!("format is {}, expected one that the simulator writes", config.format);
+            return Err(Error::new(ErrorKind::Unsupported, "scene", message));
+        };
         let rendered = |rng| match &config.pose {
-            Some(pose) => Picture::Whole(WholeRenderer::new(config, pose, &camera, &pixel, rng)),
-            None => Picture::Taxels(Renderer::new(config, &camera, &pixel, &spot, rng)),
+            Some(pose) => Picture::Whole(WholeRenderer::new(config, pose, &camera, &pixel, encoder, rng)),
+            None => Picture::Taxels(Renderer::new(config, &camera, &pixel, &spot, encoder, rng)),
         };
         let kind = match fidelity {
             Fidelity::Taxel => Kind::Taxel(Box::new(TaxelSampler::new(pixel, format, &spot.green, rng))),

@@ -100,7 +100,7 @@ pub fn inspect(model: &Model, words: &[u32]) -> Inspected {
             3 => "float32",
             _ => "votes",
         },
-        task: wstac_host::texture::task_name(model.task()),
+        task: model.task().name(),
         labels: (0..model.labels().len())
             .filter_map(|class| model.labels().get(class))
             .map(|label| label.to_string())

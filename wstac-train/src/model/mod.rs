@@ -98,7 +98,7 @@ fn check_labels(model: &Trained) -> Result<(), String> {
         let (expected, is_good) = match model.task {
             Task::Specimen => ("a specimen, such as Saw3", label == "Sphere" || pattern_and_depth(label).1.is_some()),
             Task::Depth => ("a depth in mm", label.parse::<f64>().is_ok_and(f64::is_finite)),
-            Task::Pattern | Task::Other => ("", true),
+            _ => ("", true),
         };
         if !is_good {
             return Err(format!("label {label:?} of class {number}, expected {expected}: that is the task"));

@@ -10,7 +10,6 @@ use wstac_core::model::file::Task;
 
 use super::super::output::{Stop, check_new, note};
 use wstac_host::atomic_write::atomic_write;
-use wstac_host::texture::task_name;
 use wstac_train::model::trained::Kind;
 use wstac_train::model::write::{self, Options};
 use wstac_train::model::{Import, import, import_inline};
@@ -124,7 +123,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     };
     check_options(arguments, &model.kind, backend).unwrap_or_else(|idle| idle.exit());
     atomic_write(output, &bytes)?;
-    let (path, classes, task) = (output.display(), model.labels.len(), task_name(model.task));
+    let (path, classes, task) = (output.display(), model.labels.len(), model.task.name());
     let what = if backend == Backend::Inline { "bytes of Rust" } else { "bytes" };
     let classes = if classes == 1 { "1 class".to_owned() } else { format!("{classes} classes") };
     note(format_args!("{path}: {} {what}, {classes}, task {task}; {}", bytes.len(), exactness));
