@@ -3,8 +3,8 @@
     check.py    every manifest, every file, and how many crates cargo compiles; needs no network once crates are there
 
 Arrows point down and never in a circle. The crates with a budget stay within it and compile no C. Files hold no module of another
-package, nothing public that is hidden from the documentation, and no memory that is never freed. No code besides tests compares
-sentences: kinds and reasons are enumerations, whose words are for persons.
+package, nothing public that is hidden from the documentation, and no memory that is never freed. No library has two public types
+of one name. No code besides tests compares sentences: kinds and reasons are enumerations, whose words are for persons.
 """
 
 from __future__ import annotations
@@ -231,6 +231,33 @@ def wrong_sentences(texts: dict[str, str], rooms: set[Path], foreign: dict[tuple
     return wrong + [f'{name}: compares no sentence "{text}", expected it as FOREIGN says' for name, text in sorted(left)]
 
 
+PUBLIC_TYPE = re.compile(r"^[ \t]*pub (?:unsafe )?(?:struct|enum|union|trait|type) (\w+)", re.MULTILINE)
+
+
+def wrong_names(texts: dict[str, str], found: dict[str, Package], exceptions: dict[str, dict[str, str]]) -> list[str]:
+    """Returns the names that two public types of a library have; those in `exceptions` may, and have to."""
+    wrong = []
+    for name, package in sorted(found.items()):
+        source = package.folder / "src"
+        if not package.is_room or str(source / "lib.rs") not in texts:
+            continue
+        places: dict[str, list[str]] = {}
+        for file, text in sorted(texts.items()):
+            # Each file of `bin` is a crate of its own.
+            if source not in Path(file).parents or source / "bin" in Path(file).parents or is_test(Path(file), package.folder):
+                continue
+            code = sentences_apart(TESTS.sub(lambda found: "\n" * found[0].count("\n"), text))[0]
+            for match in PUBLIC_TYPE.finditer(code):
+                places.setdefault(match[1], []).append(f"{file}:{code.count(chr(10), 0, match.start(1)) + 1}")
+        twice = {called: where for called, where in places.items() if len(where) > 1}
+        allowed = exceptions.get(name, {})
+        for called in sorted(twice.keys() - allowed.keys()):
+            wrong.append(f"{', '.join(twice[called])}: {len(twice[called])} public types {called}, expected another name for each")
+        for called in sorted(allowed.keys() - twice.keys()):
+            wrong.append(f"tests/graph/rooms.toml: {name} has no two types {called}, expected them as [twice] says")
+    return wrong
+
+
 def tree(name: str, *options: str) -> set[str]:
     """Returns the crates that cargo compiles for a package, itself included: names and versions."""
     lines = run("cargo", "tree", "--locked", "--package", name, "--prefix", "none", "--format", "{p}", *options)
@@ -277,6 +304,7 @@ def main() -> None:
     rooms = {package.folder for package in found.values() if package.is_room}
     texts = {file: (ROOT / file).read_text(encoding="utf-8") for file in files if file.endswith(".rs")}
     wrong = wrong_arrows(found, rules) + wrong_in_files(texts, folders, rooms) + wrong_sentences(texts, rooms, FOREIGN)
+    wrong += wrong_names(texts, found, rules["twice"])
 
     metadata = json.loads(run("cargo", "metadata", "--locked", "--format-version", "1"))
     links = {f"{package['name']} v{package['version']}": package["links"] for package in metadata["packages"]}

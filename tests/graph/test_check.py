@@ -129,6 +129,29 @@ class Sentences(unittest.TestCase):
         self.assertEqual(len(self.wrong('why == "left over"', foreign=foreign)), 2)
 
 
+class Names(unittest.TestCase):
+    def wrong(self, exceptions=(), **texts):
+        found = dict([package("low"), package("tests", folder="tests/low")])
+        sources = {"low/src/lib.rs": "pub struct A;", "tests/low/src/lib.rs": "pub struct B;\nmod c {\n    pub enum B {}\n}"}
+        sources |= {f"low/src/{name}.rs": text for name, text in texts.items()}
+        return check.wrong_names(sources, found, {"low": dict.fromkeys(exceptions, "a reason")})
+
+    def test_a_name_is_one_types(self):
+        self.assertEqual(self.wrong(a="pub struct B;\nstruct A;\npub(crate) type A = u8;\n// pub type A\nimpl C for B { type A = u8; }"), [])
+        for kind in ("pub enum A {}", "    pub trait A {}", "pub type A = u8;", "pub struct A<T>(T);"):
+            (wrong,) = self.wrong(a=f"\n{kind}")
+            self.assertIn("low/src/a.rs:2, low/src/lib.rs:1: 2 public types A", wrong)
+
+    def test_tests_and_programs_may_repeat_it(self):
+        texts = {"bin/a": "pub struct A;", "a/tests": "pub struct A;", "b": "#[cfg(test)]\nmod tests {\n    pub struct A;\n}\n"}
+        self.assertEqual(self.wrong(**texts), [])
+
+    def test_exceptions_are_needed(self):
+        self.assertEqual(self.wrong(["A"], a="pub struct A;"), [])
+        (wrong,) = self.wrong(["A"])
+        self.assertIn("has no two types A", wrong)
+
+
 class Counts(unittest.TestCase):
     def wrong(self, normal, build=(), links=None):
         trees = lambda _, __, edges, *___: set(normal) | (set(build) if "build" in edges else set())

@@ -15,7 +15,7 @@ use wstac_host::config::Config;
 use wstac_host::plural::counted;
 use wstac_plot::{Format, SpeedFit, SpeedFits};
 use wstac_train::fit::data::Slides;
-use wstac_train::fit::{Fit, Kind};
+use wstac_train::fit::{Fit, LawKind};
 
 /// Fit the speed law to slides of known speeds
 ///
@@ -136,9 +136,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let names: Vec<String> = arguments.data.iter().map(|path| path.display().to_string()).collect();
     let names = names.join(", ");
     let kinds = match arguments.law {
-        Laws::Published => vec![Kind::Published],
-        Laws::Physical => vec![Kind::Physical],
-        Laws::Both => vec![Kind::Published, Kind::Physical],
+        Laws::Published => vec![LawKind::Published],
+        Laws::Physical => vec![LawKind::Physical],
+        Laws::Both => vec![LawKind::Published, LawKind::Physical],
     };
     let fits = kinds.into_iter().map(|kind| Fit::new(kind, &slides, &names)).collect::<Result<Vec<_>, _>>()?;
     if let (Some(path), Some(format)) = (&arguments.plot, format) {
@@ -202,10 +202,10 @@ fn in_words(slides: &Slides) -> String {
 }
 
 /// Returns the names of the intercept and the slope, each with its sign.
-fn parameters(kind: Kind) -> [(&'static str, f64); 2] {
+fn parameters(kind: LawKind) -> [(&'static str, f64); 2] {
     match kind {
-        Kind::Published => [("intercept", 1.0), ("slope", -1.0)],
-        Kind::Physical => [("afterglow_frames", 1.0), ("track_mm", 1.0)],
+        LawKind::Published => [("intercept", 1.0), ("slope", -1.0)],
+        LawKind::Physical => [("afterglow_frames", 1.0), ("track_mm", 1.0)],
     }
 }
 
@@ -301,7 +301,7 @@ mod tests {
         };
         let slides = Slides { used: (0..9).map(slide).collect(), no_duration: 2, ..Slides::default() };
         let with = Config::parse("[speed]\nthreshold = 0.03\nthreshold_on = \"above_baseline\"").unwrap();
-        for kind in [Kind::Published, Kind::Physical] {
+        for kind in [LawKind::Published, LawKind::Physical] {
             let fit = Fit::new(kind, &slides, "it").unwrap();
             let text = table(&fit, &slides, "a.npz\n[trigger]", Some(&with));
             let config = Config::parse(&text).unwrap_or_else(|error| panic!("{text}: {error}"));

@@ -1,7 +1,11 @@
 //! Decorators: sources that wrap any other source.
 
+mod rate_watch;
+
 use super::{Fault, FaultKind, Frame, LossReason, Source, SourceEvent, StreamInfo};
 use crate::error::{Error, ErrorKind};
+
+pub use rate_watch::RateWatch;
 
 /// Shows every event of a source to a function before it is handed out, for example to record or to count frames.
 ///

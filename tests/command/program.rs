@@ -133,8 +133,8 @@ fn the_budgets_of_help_and_pages_choose_something() {
     let help = output(&["trade", "--help"]).join("\n");
     let pages = [
         ("help", &*help, 3),
-        ("README", include_str!("../README.md"), 1),
-        ("TRADE", include_str!("../docs/TRADE.md"), 1),
+        ("README", include_str!("../../README.md"), 1),
+        ("TRADE", include_str!("../../docs/TRADE.md"), 1),
     ];
     for (page, text, least) in pages {
         let mut budgets = 0;
@@ -174,7 +174,7 @@ fn a_model_without_a_price_keeps_what_is_known() {
     std::fs::create_dir_all(&folder).unwrap();
     let [map, model] = ["map.csv", "own.wsm"].map(|name| folder.join(name).to_str().unwrap().to_owned());
     std::fs::copy(concat!(env!("CARGO_MANIFEST_DIR"), "/../wstac-host/models/tradeoff/svm-20f.wsm"), &model).unwrap();
-    let kept = include_str!("../wstac-tradeoff/data/map.csv").lines();
+    let kept = include_str!("../../wstac-tradeoff/data/map.csv").lines();
     let own = kept.filter(|line| !line.contains("builtin:") || line.contains("builtin:svm-20f,"));
     std::fs::write(&map, own.map(|line| line.replace("builtin:svm-20f", &model) + "\n").collect::<String>()).unwrap();
     std::fs::write(folder.join("base.toml"), "").unwrap();
@@ -193,7 +193,7 @@ fn a_maps_own_configuration_and_models_are_chosen() {
     let folder = std::env::temp_dir().join(format!("wstac-map-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let [map, chosen] = ["map.csv", "chosen"].map(|name| folder.join(name).to_str().unwrap().to_owned());
-    std::fs::write(&map, include_str!("../wstac-tradeoff/data/map.csv")).unwrap();
+    std::fs::write(&map, include_str!("../../wstac-tradeoff/data/map.csv")).unwrap();
     let arguments = ["trade", "--budget", "M4F<60k", "--map", &map, "-o", &chosen];
     let ended = Command::new(wstac()).args(arguments).output().unwrap();
     assert_eq!(ended.status.code(), Some(1));

@@ -6,7 +6,7 @@ use wstac_tests::random::Random;
 use wstac_train::model::trained::{Kind, Linear, Row, Trained, file_order};
 use wstac_train::model::write::{Options, write};
 
-use crate::{FEATURE, Largest, ONE};
+use super::{FEATURE, Largest, ONE};
 
 /// Classes, and so rows: an odd number, so that the last block is not full.
 const ROWS: usize = 5;

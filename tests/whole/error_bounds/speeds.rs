@@ -3,7 +3,7 @@
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::Law;
 
-use crate::Largest;
+use super::Largest;
 
 /// Half the distance of 1 from the next 32-bit float.
 const U: f64 = 1.0 / 16_777_216.0;

@@ -4,7 +4,7 @@ use wstac_core::features::{FeatureScale, Floor};
 use wstac_core::ln::{LN_FRACTION_BITS, Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
 use wstac_tests::{how_many, random::Random};
 
-use crate::{ONE, within};
+use super::{ONE, within};
 
 /// What is left of the range of a feature: below it features saturate, on purpose.
 const LOWEST: f64 = -16.0;

@@ -57,13 +57,17 @@ fn is_module(path: &str) -> bool {
 /// Returns whether a file of `tests/` is declared as a test, or a module of one that is.
 fn is_declared_test(path: &str) -> bool {
     let manifest = text("tests/Cargo.toml");
-    let entry = |path: &str| {
-        let line = format!("path = \"{}\"", path.strip_prefix("tests/").unwrap_or_default());
-        manifest.split("\n[").any(|part| part.starts_with("[test]]") && part.lines().any(|other| other == line))
-    };
+    let line = format!("path = \"{}\"", path.strip_prefix("tests/").unwrap_or_default());
+    if manifest.split("\n[").any(|part| part.starts_with("[test]]") && part.lines().any(|other| other == line)) {
+        return true;
+    }
     let Some((folder, name)) = path.rsplit_once('/') else { return false };
-    let main = format!("{folder}/main.rs");
-    entry(path) || entry(&main) && declares(&text(&main), name.strip_suffix(".rs").unwrap_or_default())
+    let stem = name.strip_suffix(".rs").unwrap_or_default();
+    let (folder, stem) = if stem == "mod" { folder.rsplit_once('/').unwrap_or_default() } else { (folder, stem) };
+    ["main", "mod"].iter().any(|parent| {
+        let parent = format!("{folder}/{parent}.rs");
+        parent != path && root().join(&parent).exists() && declares(&text(&parent), stem) && is_declared_test(&parent)
+    })
 }
 
 /// Returns whether `cargo test --workspace` reaches a file.
@@ -109,13 +113,17 @@ fn a_test_that_is_left_out_is_none() {
     let source = "#[ignore]\n#[test]\nfn a() {}\n#[test]\n#[ignore = \"slow\"]\nfn b() {}\n#[cfg(any())]\n#[test]\nfn c() {}\n\
         #[test]\n// Why.\n#[should_panic]\nfn d() {}\n#[cfg(test)]\nmod tests {\n    #[test]\n    fn e() {}\n}\nfn f() {}\n";
     assert_eq!(tests_of(source), BTreeSet::from(["d", "e"]));
-    assert!(is_run("wstac-core/src/model/tests/extremes.rs") && is_run("tests/long/day.rs") && is_run("tests/ln.rs"));
+    assert!(is_run("wstac-core/src/model/tests/extremes.rs") && is_run("tests/long/day.rs"));
+    assert!(is_run("tests/untouched.rs") && is_run("tests/whole/ln.rs") && is_run("tests/whole/error_bounds/mod.rs"));
+    assert!(is_run("tests/whole/error_bounds/features.rs"));
     assert!(is_run("wstac-train/src/model/integers.rs"));
     for path in [
         "wstac-core/src/none.rs",
         "wstac-fw/src/reader.rs",
         "tests/benches/frames.rs",
         "tests/long/none.rs",
+        "tests/whole/error_bounds/none.rs",
+        "tests/src/extreme.rs",
         "wstac-core/tests/models/a.rs",
     ] {
         assert!(!is_run(path), "{path}");
@@ -157,18 +165,19 @@ fn every_line_names_a_test_that_runs_and_no_extreme_is_left_out() {
             named.insert(name.to_owned());
         }
     }
-    let files = fs::read_dir(root().join("tests")).unwrap().map(|entry| entry.unwrap().file_name());
+    let files = fs::read_dir(root().join("tests/whole")).unwrap().map(|entry| entry.unwrap().file_name());
     let mut extremes: Vec<String> = files
         .filter_map(|name| name.into_string().ok())
         .filter(|name| name.starts_with("extremes") && name != "extremes_page.rs")
-        .map(|name| format!("tests/{name}"))
+        .map(|name| format!("tests/whole/{name}"))
         .collect();
     assert_eq!(extremes.len(), 3, "{extremes:?}");
     extremes.extend(
-        ["features", "decisions", "directions", "scores", "speeds"].map(|m| format!("tests/error_bounds/{m}.rs")),
+        ["features", "decisions", "directions", "scores", "speeds"].map(|m| format!("tests/whole/error_bounds/{m}.rs")),
     );
     extremes.extend(
-        ["hostile.rs", "untouched.rs", "ln.rs", "long/counters.rs", "long/day.rs"].map(|m| format!("tests/{m}")),
+        ["command/hostile.rs", "untouched.rs", "whole/ln.rs", "long/counters.rs", "long/day.rs"]
+            .map(|m| format!("tests/{m}")),
     );
     extremes.push("wstac-core/src/model/tests/extremes.rs".into());
     for path in extremes {

@@ -139,7 +139,7 @@ fn truth_of_other_labels_is_said() {
 fn options_of_other_models_are_refused() {
     let folder = Folder::new("options");
     let boosted = folder.file("boosted.json", XGBOOST.as_bytes());
-    let forest = folder.file("forest.onnx", include_bytes!("fuzz/seeds/model_import/forest.onnx"));
+    let forest = folder.file("forest.onnx", include_bytes!("../fuzz/seeds/model_import/forest.onnx"));
     let out = folder.0.join("out");
     for (file, option, output, parts) in [
         (

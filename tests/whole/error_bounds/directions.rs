@@ -13,7 +13,7 @@ use wstac_core::speed::{self, SpeedConfig};
 use wstac_core::trigger::Event;
 use wstac_tests::random::Random;
 
-use crate::{FEATURE, Largest, ONE};
+use super::{FEATURE, Largest, ONE};
 
 /// Full scale of a line's sum, of 8 bits and 2500 pixels.
 const MOST: f64 = 255.0 * 2500.0;

@@ -5,7 +5,7 @@ use wstac_core::ln::fixed::Fixed;
 use wstac_core::trigger::{Rule, Trigger, TriggerConfig};
 use wstac_tests::random::Random;
 
-use crate::{FEATURE, Largest, ONE};
+use super::{FEATURE, Largest, ONE};
 
 /// Pixels of a taxel of the paper's layout at 400 x 400, at 8 bits.
 const PIXELS: u32 = 2500;
