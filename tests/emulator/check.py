@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The STM32H743's program on the modelled board: its events and features are those of `wstac run` on the same frames, whatever happens
+"""The STM32H743's program on the modeled board: its events and features are those of `wstac run` on the same frames, whatever happens
 to the camera.
 
     check.py WSTAC ELF [CONFIG MODEL OTHER]

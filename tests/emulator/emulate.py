@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Runs the STM32H743's program, unmodified, on a modelled board with a modelled sensor that sends a clip.
+"""Runs the STM32H743's program, unmodified, on a modeled board with a modeled sensor that sends a clip.
 
     emulate.py ELF CLIP.raw SERIAL     CLIP.raw: frames of 320 x 240 GREY; what comes out of the serial line goes to SERIAL
 
-Modelled: core and interrupts, clocks, timer, I2C with a sensor's registers, camera interface, DMA, serial line, log. Not modelled:
+Modeled: core and interrupts, clocks, timer, I2C with a sensor's registers, camera interface, DMA, serial line, log. Not modeled:
 how long anything but a byte on the serial line takes, caches, electricity. So it shows that the program is right, and counts its
 instructions; it does not show that it is fast enough.
 """

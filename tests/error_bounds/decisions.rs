@@ -91,8 +91,8 @@ fn the_triggers_decision_is_within_its_bound() {
             let (sum, real) = (m * f64::from(light.scale.feature(lit)), m * light.real(lit));
             // The trigger's own edge, in exact numbers.
             let own = f64::from(light.scale.feature(dark)) * m;
-            let quantised = |x: f64| (x * 65_536.0).round() / 65_536.0;
-            let edge = threshold(rule, own, quantised(b), m, quantised(margin));
+            let quantized = |x: f64| (x * 65_536.0).round() / 65_536.0;
+            let edge = threshold(rule, own, quantized(b), m, quantized(margin));
             assert_eq!(fired, sum > edge, "{rule:?} b {b} m {window}: {sum} beside {edge}");
             let moved = ((sum - edge) - (real - limit)).abs();
             let most = bound(rule, eta, b, m);

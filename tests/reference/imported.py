@@ -53,12 +53,12 @@ class Imported(unittest.TestCase):
 
     @classmethod
     def data(cls, classes, noise=2500):
-        """Sets `integers`, `X` and `y`: 400 samples around a centre for each class."""
+        """Sets `integers`, `X` and `y`: 400 samples around a center for each class."""
         cls.y = cls.random.integers(0, classes, 400)
         cls.y[:classes] = numpy.arange(classes)
-        centres = cls.random.normal(0, 900, (classes, 700))
+        centers = cls.random.normal(0, 900, (classes, 700))
         spread = cls.random.normal(0, noise, (400, 700))
-        cls.integers = numpy.clip(-4000 + centres[cls.y] + spread, LOW, HIGH).astype(numpy.int16)
+        cls.integers = numpy.clip(-4000 + centers[cls.y] + spread, LOW, HIGH).astype(numpy.int16)
         cls.X = cls.integers * SCALE
 
     def wstac(self, *arguments, code=0):

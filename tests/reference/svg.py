@@ -1,7 +1,7 @@
 """Plots as SVG text: axes, ticks, lines, circles, a legend.
 
 Pixels count from the top left. Numbers are written with one decimal, so the same data give the same bytes. The
-background is left transparent, and text and axes are a grey that is readable on white and on black.
+background is left transparent, and text and axes are a gray that is readable on white and on black.
 """
 
 from __future__ import annotations

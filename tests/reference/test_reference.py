@@ -99,17 +99,17 @@ class GreenTest(unittest.TestCase):
         self.assertEqual(green.pixels, 2 * 3 * 2)
 
     def test_ycbcr_by_hand(self) -> None:
-        grey = YCbCr("bt601", "limited")
+        gray = YCbCr("bt601", "limited")
 
         def cell(y: int, cb: int, cr: int, how: YCbCr) -> int:
             return int(how.per_pixel(np.array([y]), np.array([cb]), np.array([cr]))[0])
 
-        self.assertEqual(cell(235, 128, 128, grey), 255)
-        self.assertEqual(cell(16, 128, 128, grey), 0)
+        self.assertEqual(cell(235, 128, 128, gray), 255)
+        self.assertEqual(cell(16, 128, 128, gray), 0)
         # 1.164384 * (81 - 16) - 0.391762 * (90 - 128) - 0.812968 * (240 - 128) = -0.48: red
-        self.assertEqual(cell(81, 90, 240, grey), 0)
+        self.assertEqual(cell(81, 90, 240, gray), 0)
         # 1.164384 * 129 + 0.391762 * 74 + 0.812968 * 94 = 255.6: green
-        self.assertEqual(cell(145, 54, 34, grey), 255)
+        self.assertEqual(cell(145, 54, 34, gray), 255)
         # full range BT.709: 100 - 0.187324 * 20 + 0.468124 * 30 = 110.297
         self.assertEqual(cell(100, 148, 98, YCbCr("bt709", "full")), 110)
 

@@ -17,7 +17,7 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENE = "scene:Saw3@150,90deg"
-# Small frames: a machine without optimisation plays them in time, too.
+# Small frames: a machine without optimization plays them in time, too.
 SMALL = ["--size", "320x180"]
 # How long anything may take on a busy machine. What is waited for usually comes at once.
 PATIENCE = 120

@@ -16,7 +16,7 @@ from .rational import ceil_div
 class PixelFormat:
     """One pixel format.
 
-    `family` is grey, rgb, rgb565, bayer, packed422 or planar; `full_scale` is G.
+    `family` is gray, rgb, rgb565, bayer, packed422 or planar; `full_scale` is G.
     `green_byte` (rgb) is the byte of the pixel that holds green. `green_sites`
     (bayer) are the (x, y) of the two green sites in a 2 x 2 cell. `luma_byte`
     (packed422) is 0 for YUYV and 1 for UYVY. `chroma` (planar) is the horizontal
@@ -64,10 +64,10 @@ class PixelFormat:
 
 def _all() -> dict[str, PixelFormat]:
     found = [
-        PixelFormat("GREY", "grey"),
-        PixelFormat("Y10", "grey", 1023, 2),
-        PixelFormat("Y12", "grey", 4095, 2),
-        PixelFormat("Y16", "grey", 65535, 2),
+        PixelFormat("GREY", "gray"),
+        PixelFormat("Y10", "gray", 1023, 2),
+        PixelFormat("Y12", "gray", 4095, 2),
+        PixelFormat("Y16", "gray", 65535, 2),
         PixelFormat("RGB24", "rgb", 255, 3, 1),
         PixelFormat("BGR24", "rgb", 255, 3, 1),
         PixelFormat("RGBX32", "rgb", 255, 4, 1),

@@ -135,7 +135,7 @@ class GreenSums:
 
     def _green_plane(self, data: np.ndarray) -> np.ndarray:
         fmt = self.fmt
-        if fmt.family == "grey":
+        if fmt.family == "gray":
             return self._words(data)
         size = fmt.bytes_per_pixel
         rows = self._rows(data, 0, self.height, self.bytes_per_line, self.width * size).astype(np.int64)

@@ -52,7 +52,7 @@ class Layout:
 
 
 def paper_layout(width: int, height: int) -> Layout:
-    """The published layout, scaled into the centred largest square of the frame.
+    """The published layout, scaled into the centered largest square of the frame.
 
     *Decided*: with s = min(width, height), the corner x of column j = 0..4 is the one
     number (width - s)/2 + (15 + 80 j) s/400 rounded to nearest, ties up; y likewise;

@@ -4,8 +4,8 @@
 vivid node_types=0x1 num_inputs=1 input_types=0
 v4l2-ctl -d /dev/video0 --list-formats > /out/offered
 
-# Full colours in squares differ in every taxel and clip; red and green pixel by pixel catch a Bayer site or a chroma
-# sample taken from a neighbour.
+# Full colors in squares differ in every taxel and clip; red and green pixel by pixel catch a Bayer site or a chroma
+# sample taken from a neighbor.
 moving='horizontal_movement=6,vertical_movement=5,osd_text_mode=0'
 still='horizontal_movement=3,vertical_movement=3,osd_text_mode=2'
 

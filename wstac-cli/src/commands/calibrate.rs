@@ -105,7 +105,9 @@ struct Record<'a> {
     pitch_px: [f64; 2],
     rotation_degrees: f64,
     taxel: [u16; 2],
-    centres: &'a [[f64; 2]],
+    // The output keeps this name.
+    #[serde(rename = "centres")]
+    centers: &'a [[f64; 2]],
     saturated: usize,
     noise_levels: f64,
     dark_levels: f64,
@@ -206,7 +208,7 @@ fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
     let rounded = |value: f64| (value * 1000.0).round() / 1000.0;
     let mut out = std::io::stdout().lock();
     if json {
-        let centres = calibration.centres.map(|centre| centre.map(rounded));
+        let centers = calibration.centers.map(|center| center.map(rounded));
         let record = Record {
             kind: "calibration",
             found: 25 - usize::from(dead.is_some()),
@@ -215,7 +217,7 @@ fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
             pitch_px: calibration.pitch.map(rounded),
             rotation_degrees: rounded(calibration.rotation_degrees),
             taxel: calibration.layout.taxel(),
-            centres: &centres,
+            centers: &centers,
             saturated: calibration.saturated,
             noise_levels: calibration.noise.levels,
             dark_levels: calibration.noise.dark_levels,

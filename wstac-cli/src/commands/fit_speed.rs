@@ -291,13 +291,13 @@ fn below(number: f64) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use wstac_train::fit::data::Labelled;
+    use wstac_train::fit::data::Labeled;
 
     #[test]
     fn what_is_written_is_what_wstac_run_reads() {
         let slide = |n: u32| {
             let speed_mm_s = 80.1 + 13.3 * f64::from(n);
-            Labelled { speed_mm_s, frames: 3000.0 / speed_mm_s + 4.2 + 0.1 * f64::from(n % 2) }
+            Labeled { speed_mm_s, frames: 3000.0 / speed_mm_s + 4.2 + 0.1 * f64::from(n % 2) }
         };
         let slides = Slides { used: (0..9).map(slide).collect(), no_duration: 2, ..Slides::default() };
         let with = Config::parse("[speed]\nthreshold = 0.03\nthreshold_on = \"above_baseline\"").unwrap();

@@ -70,12 +70,12 @@ fn is_table(line: &str) -> bool {
 /// Returns the lines of a text that are single left-over words, each with the line before it.
 fn left_overs(text: &str) -> Vec<String> {
     let lines: Vec<&str> = text.lines().map(str::trim_end).collect();
-    let with_neighbours = |(index, line): (usize, &&str)| {
+    let with_neighbors = |(index, line): (usize, &&str)| {
         let before = index.checked_sub(1).map_or("", |index| lines[index]);
         let after = lines.get(index + 1).copied().unwrap_or_default();
         is_left_over(before, line, after).then(|| format!("{before}\n{line}"))
     };
-    lines.iter().enumerate().filter_map(with_neighbours).collect()
+    lines.iter().enumerate().filter_map(with_neighbors).collect()
 }
 
 /// Returns what is wrong with the JSON objects of a text, which start with `{"` in lines of their own.

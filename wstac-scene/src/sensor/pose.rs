@@ -80,7 +80,7 @@ impl Pose {
     /// Returns the positions of the whiskers' bases in a frame, row by row.
     ///
     /// They are x and y in pixels; whole numbers are the middle of a pixel.
-    pub fn centres(&self, frame: FrameSize) -> [[f64; 2]; TAXELS] {
+    pub fn centers(&self, frame: FrameSize) -> [[f64; 2]; TAXELS] {
         let view = View::new(self, frame);
         core::array::from_fn(|taxel| view.seen(base(taxel)))
     }
@@ -235,10 +235,10 @@ mod tests {
         for (width, height) in [(400, 400), (1280, 720), (640, 480), (301, 240)] {
             let layout = Layout::paper(frame(width, height)).unwrap();
             let side = f64::from(layout.taxel()[0]);
-            for (centre, corner) in Pose::default().centres(layout.frame()).iter().zip(layout.corners()) {
-                for (centre, corner) in centre.iter().zip(corner) {
+            for (center, corner) in Pose::default().centers(layout.frame()).iter().zip(layout.corners()) {
+                for (center, corner) in center.iter().zip(corner) {
                     // The layout's numbers are rounded.
-                    let off = centre - (f64::from(*corner) + (side - 1.0) / 2.0);
+                    let off = center - (f64::from(*corner) + (side - 1.0) / 2.0);
                     assert!(off.abs() <= 0.751, "{width}x{height}: {off}");
                 }
             }
@@ -247,7 +247,7 @@ mod tests {
 
     #[test]
     fn turns_shifts_and_lenses_go_the_way_they_say() {
-        let corner = |pose: Pose| pose.centres(frame(400, 400))[0];
+        let corner = |pose: Pose| pose.centers(frame(400, 400))[0];
         let [left, top] = corner(Pose::default());
         let near = |found: [f64; 2], expected: [f64; 2]| {
             let off = found.iter().zip(expected).map(|(found, expected)| (found - expected).abs());
@@ -258,7 +258,7 @@ mod tests {
         near(corner(Pose { shift: [0.1, -0.05], scale: 0.5, ..Pose::default() }), [159.5, 99.5]);
         // 0.8 from the middle on either axis: r² is 1.28.
         near(corner(Pose { curvature: -0.1, ..Pose::default() }), [199.5 - 160.0 * 0.872, 199.5 - 160.0 * 0.872]);
-        let tilted = Pose { tilt_degrees: [20.0, 0.0], ..Pose::default() }.centres(frame(400, 400));
+        let tilted = Pose { tilt_degrees: [20.0, 0.0], ..Pose::default() }.centers(frame(400, 400));
         assert!(tilted[20][1] - tilted[0][1] > 320.0 && tilted[24][1] - tilted[4][1] < 320.0, "left is nearer");
     }
 

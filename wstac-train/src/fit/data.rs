@@ -12,7 +12,7 @@ const MOST: u64 = 1 << 24;
 
 /// A slide.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Labelled {
+pub struct Labeled {
     /// Its speed, in mm/s.
     pub speed_mm_s: f64,
     /// Its event's duration, in frames at 30 per second.
@@ -23,7 +23,7 @@ pub struct Labelled {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Slides {
     /// The slides to which it is fitted.
-    pub used: Vec<Labelled>,
+    pub used: Vec<Labeled>,
     /// Left out: their speed is not known (NaN).
     pub no_speed: usize,
     /// Left out: cut off or never lit (a duration of −1).
@@ -83,7 +83,7 @@ impl Slides {
             } else if reliable == 0.0 {
                 self.unreliable += 1;
             } else {
-                self.used.push(Labelled { speed_mm_s, frames: duration * nominal_frames });
+                self.used.push(Labeled { speed_mm_s, frames: duration * nominal_frames });
             }
         }
         Ok(())
@@ -195,7 +195,7 @@ mod tests {
         let mut slides = Slides::default();
         slides.add(&path, Some(FrameRate::new(25, 1).unwrap())).unwrap();
         std::fs::remove_file(path).unwrap();
-        let used = |speed_mm_s, frames: f64| Labelled { speed_mm_s, frames: frames * f64::from(1.2_f32) };
+        let used = |speed_mm_s, frames: f64| Labeled { speed_mm_s, frames: frames * f64::from(1.2_f32) };
         assert_eq!(slides.used, [used(100.0, 38.0), used(140.0, 33.0)]);
         assert_eq!((slides.no_speed, slides.no_duration, slides.unreliable, slides.left_out()), (1, 1, 1, 3));
     }
@@ -227,7 +227,7 @@ mod tests {
                     added.unwrap();
                     assert_eq!(slides.rate, Some(rate), "{name}");
                     let frames = 38.0 * f64::from(rate.nominal_frames());
-                    assert_eq!(slides.used, [Labelled { speed_mm_s: 100.0, frames }], "{name}");
+                    assert_eq!(slides.used, [Labeled { speed_mm_s: 100.0, frames }], "{name}");
                 }
                 Err(part) => assert!(added.unwrap_err().to_string().contains(part), "{name}"),
             }

@@ -1,6 +1,6 @@
 //! Every entry point of `wstac-core`, with arguments that the compiler knows nothing about, and a panic handler that cannot be linked.
 //!
-//! If any panic is left after optimisation, the handler is there, and calls a function that does not exist. What arguments hold is
+//! If any panic is left after optimization, the handler is there, and calls a function that does not exist. What arguments hold is
 //! not even required to be what a constructor would have made of them: every bit pattern of every field is covered, but of models,
 //! which kernels rely on. Only `Display` of errors is left out: it is `core::fmt`, which has panics of its own, and nothing on the
 //! way from bytes to events formats text.
