@@ -1,4 +1,5 @@
-//! How long a 1280 × 720 frame takes from its bytes to its features, by pixel format; and a logarithm by kernel.
+//! Measures how long a 1280 × 720 frame takes from its bytes to its features, for each pixel format. Also measures a
+//! logarithm with each kernel.
 //!
 //! "any" is what the `wstac` command runs: the format is chosen at run time. "read" is a plain sum of the same bytes.
 
@@ -34,7 +35,7 @@ const FORMATS: [(&str, PixelFormat, YcbcrMethod); 12] = [
 
 fn frames(c: &mut Criterion) {
     let mut group = c.benchmark_group("frame 1280x720");
-    // One element is one frame: criterion then prints frames a second.
+    // One element is one frame, so criterion prints frames per second.
     group.throughput(Throughput::Elements(1));
     let layout = Layout::paper(FrameSize::new(1280, 720).unwrap()).unwrap();
     for (name, format, method) in FORMATS {
