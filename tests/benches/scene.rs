@@ -54,7 +54,7 @@ fn frame(c: &mut Criterion, fidelity: Fidelity, name: &str) {
     for effect in &EFFECTS {
         let mut with = none.clone();
         (effect.add)(&mut with);
-        // Formats that need pixels change the fidelity to "rendered".
+        // An effect that needs pixels changes the fidelity; then it is not measured here.
         if with.fidelity == fidelity {
             one(effect.name, &with);
         }
