@@ -150,7 +150,10 @@ fn a_serial_line_is_asked_and_read() {
     let done = succeeded(monitor.wait_with_output().unwrap());
     assert_eq!(text(&done.stdout).lines().collect::<Vec<_>>(), lines);
     let stderr = text(&done.stderr);
-    assert!(stderr.contains("test-board 1.2.3: 100x100 Gray at 60 frames a second, baseline of 25 frames"), "{stderr}");
+    assert!(
+        stderr.contains("test-board 1.2.3: 100x100 Gray at 60 frames per second, baseline of 25 frames"),
+        "{stderr}"
+    );
     assert!(!stderr.contains("damaged") && !stderr.contains("messages lost"), "{stderr}");
     // The host repeats its requests when a board starts.
     wait_for(&mut board, &ALL[1..]);

@@ -124,7 +124,7 @@ fn a_camera_comes_again_with_its_times_gaps_and_faults() {
     let folder = Folder::new("recording-stream");
     // Rows with padding after them.
     let info = info(PixelFormat::Gray, 80);
-    let mut items = vec![Owned::Lost(2, LossReason::Dropped), fault("slow", "7.5 frames a second \"only\"")];
+    let mut items = vec![Owned::Lost(2, LossReason::Dropped), fault("slow", "7.5 frames per second \"only\"")];
     for frame in 0..200_u32 {
         let bytes: Vec<u8> = (0..80 * 48_u32).map(|at| (at * 7 + frame * 13) as u8).collect();
         // The counter wraps, and the clock goes back once.

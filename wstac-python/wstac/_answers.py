@@ -24,7 +24,7 @@ class Direction:
     """A sliding direction."""
 
     deg: Optional[int]
-    """0, 90, 180 or 270, counter-clockwise in the picture, 0 is right; None if it is unclear."""
+    """0, 90, 180 or 270, counterclockwise in the picture, 0 is right; None if it is unclear."""
     confidence: float
     """0 to 1."""
 

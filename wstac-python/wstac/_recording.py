@@ -27,7 +27,7 @@ class Truth:
     speed: float
     """Speed in mm/s."""
     direction: int
-    """Direction in degrees, counter-clockwise in the picture."""
+    """Direction in degrees, counterclockwise in the picture."""
     start_frame: int
     """Camera frame of the first touch."""
     start_s: float

@@ -54,7 +54,7 @@ control wrap_timestamp=0
 flag() { for _ in 1 2 3 4 5; do press inject_v4l2_buf_flag_error; usleep 300000; done; }
 faulty flagged flag
 
-# vivid's webcam offers fewer rates the larger the picture is: 30 frames a second is refused here.
+# vivid's webcam offers fewer rates the larger the picture is: 30 frames per second is refused here.
 watched slow wstac run /dev/video0 --features --json --format GREY --size 1920x1080 --frames 8
 v4l2-ctl -d /dev/video0 --get-parm > /out/slow.format
 # Another program sets the rate of the stream that is running.
@@ -124,7 +124,7 @@ exec 9>&-
 rm -r /dev/v4l
 loaded 0,2
 
-# The 720p timings at 30 frames a second; the default is 60.
+# The 720p timings at 30 frames per second; the default is 60.
 v4l2-ctl -d /dev/video0 --set-input=1 > /dev/null
 index=$(v4l2-ctl -d /dev/video0 --list-dv-timings | awk '
     /Index:/ { i = $2 } /Active width:/ { w = $3 } /Active height:/ { h = $3 }

@@ -3,7 +3,7 @@
 . /guest/watched.sh
 vivid node_types=0x101 num_inputs=1 input_types=3 num_outputs=1 output_types=1
 
-# The 720p timings at 30 frames a second; the default is 60.
+# The 720p timings at 30 frames per second; the default is 60.
 index=$(v4l2-ctl -d /dev/video0 --list-dv-timings | awk '
     /Index:/ { i = $2 } /Active width:/ { w = $3 } /Active height:/ { h = $3 }
     /Pixelclock:/ && w == 1280 && h == 720 && /\(30\.00 / { print i; exit }')

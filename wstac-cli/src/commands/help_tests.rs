@@ -39,7 +39,7 @@ fn indented(line: &str) -> (usize, &str) {
 
 /// Returns whether a line is the single left-over word of a wrapped paragraph, comment or table cell.
 ///
-/// The line before it has text at the same column, at its start or after a gap of two spaces.
+/// The line before it has text at the same column: at its start, after a gap of two spaces, or after the dash of a list.
 /// A single word with a line below it that is indented further is the heading of a list item.
 fn is_left_over(before: &str, line: &str, after: &str) -> bool {
     let (column, text) = indented(line);
@@ -54,7 +54,8 @@ fn is_left_over(before: &str, line: &str, after: &str) -> bool {
     let before: Vec<char> = before.chars().collect();
     let (left, right) = before.split_at(column.min(before.len()));
     let is_at_column = right.first().is_some_and(|first| *first != ' ');
-    is_at_column && (left.iter().all(|space| *space == ' ') || left.ends_with(&[' ', ' ']))
+    let is_list_item = left.iter().collect::<String>().trim() == "-";
+    is_at_column && (is_list_item || left.iter().all(|space| *space == ' ') || left.ends_with(&[' ', ' ']))
 }
 
 /// Returns whether a line is one of a JSON object.
@@ -165,6 +166,7 @@ fn what_the_checks_look_for_is_found() {
     for (text, count) in [
         ("two words\nalone", 1),
         ("  term  a definition that\n        wraps", 1),
+        ("  - value: a definition that\n    wraps", 1),
         ("key = 0  # degrees: 0 is right, 270\n         # down", 1),
         ("two words\nnot alone", 0),
         ("a paragraph\n\nword", 0),

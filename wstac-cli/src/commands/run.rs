@@ -127,7 +127,7 @@ What the answers mean:
   "extrapolated" and may be far off. For another length, set
   law = "physical" under [speed], and track_mm to the specimen's length
   plus 16 mm, the span of the whiskers.
-  Directions are counter-clockwise in the picture: 0° is right, 90° up.
+  Directions are counterclockwise in the picture: 0° is right, 90° up.
   "reliable" means only that the baseline was quiet and that at most 7
   frames were filled.
   A model always answers with one of its own textures, also for a texture

@@ -210,7 +210,7 @@ typedef struct WstacFwSpeed {
 typedef struct WstacFwDirection {
   // Whether there is one, or the reason why not.
   WstacFwWhy why;
-  // The direction in degrees: 0, 90, 180 or 270, counter-clockwise from +x; -1 if there is none.
+  // The direction in degrees: 0, 90, 180 or 270, counterclockwise from +x; -1 if there is none.
   int16_t degrees;
   // The confidence, 0 to 32768: 0 to 1 in units of 2^-15.
   uint16_t confidence;

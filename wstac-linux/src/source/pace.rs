@@ -80,12 +80,12 @@ impl Pace {
         let rate = self.rate;
         if self.slow {
             let message = format!(
-                "the camera takes {measured:.1} frames a second, {rate:.1} were agreed on; those that are missing count as \
+                "the camera takes {measured:.1} frames per second, {rate:.1} were agreed on; those that are missing count as \
                  lost; usual cause: automatic exposure in the dark, so lock the exposure or add light"
             );
             return Fault::new(FaultKind::Slow, message);
         }
-        Fault::new(FaultKind::InTime, format!("the camera takes {measured:.1} of {rate:.1} frames a second again"))
+        Fault::new(FaultKind::InTime, format!("the camera takes {measured:.1} of {rate:.1} frames per second again"))
     }
 }
 
@@ -123,7 +123,7 @@ mod tests {
         let mut pace = Pace::new(FrameRate::NOMINAL);
         let time = |number: u32| Some(Duration::from_millis(u64::from(number) * 133));
         let fault = (1..100).find_map(|number| pace.arrive(number, time(number))).unwrap();
-        assert!(fault.message.contains("7.5 frames a second, 30.0 were agreed on"), "{}", fault.message);
+        assert!(fault.message.contains("7.5 frames per second, 30.0 were agreed on"), "{}", fault.message);
         assert!(fault.message.contains("exposure"));
     }
 

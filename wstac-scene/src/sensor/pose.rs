@@ -1,13 +1,13 @@
 //! The pose of a camera that does not look straight on at the whiskers: the `[sensor.pose]` table.
 //!
 //! ```toml
-//! rotation_degrees = 0   # of the picture, counter-clockwise, -180 to 180
-//! tilt_degrees = [0, 0]  # of the camera: its right side, its lower side further away; -45 to 45
-//! curvature = 0          # of the lens: below 0 barrel, above pincushion; -0.15 to 0.15
-//! shift = [0, 0]         # right and down, in shares of the picture's shorter side, -2 to 2
-//! scale = 1              # of the picture, 0.1 to 10
-//! uneven = 1             # how many times as bright as the darkest side the brightest is, 1 to 100
-//! uneven_degrees = 0     # where the brightest side is: 0 is right, 90 up
+//! rotation_degrees = 0   # rotation of the picture, counterclockwise; -180 to 180
+//! tilt_degrees = [0, 0]  # tilt: right side further away, then lower side further away; -45 to 45
+//! curvature = 0          # distortion by the lens: below 0 barrel, above 0 pincushion; -0.15 to 0.15
+//! shift = [0, 0]         # shift right and down, in fractions of the picture's shorter side; -2 to 2
+//! scale = 1              # scale of the picture, 0.1 to 10
+//! uneven = 1             # brightness of the brightest side divided by that of the darkest, 1 to 100
+//! uneven_degrees = 0     # direction of the brightest side: 0 is right, 90 is up
 //! ```
 //!
 //! Lengths are in halves of the picture's shorter side, from its middle, x to the right and y down. A pinhole camera
@@ -32,7 +32,7 @@ const MIDDLE: [f64; 2] = [(COLUMNS / 2) as f64, (ROWS / 2) as f64];
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Pose {
-    /// Rotation of the picture in degrees, counter-clockwise, −180..=180.
+    /// Rotation of the picture in degrees, counterclockwise, −180..=180.
     pub rotation_degrees: f64,
     /// Tilt of the camera in degrees, −45..=45: first its right side further away, then its lower side further away.
     pub tilt_degrees: [f64; 2],
@@ -44,7 +44,7 @@ pub struct Pose {
     pub scale: f64,
     /// Brightness of the brightest side divided by that of the darkest side, 1..=100.
     pub uneven: f64,
-    /// Direction of the brightest side in degrees, counter-clockwise: 0 is right.
+    /// Direction of the brightest side in degrees, counterclockwise: 0 is right.
     pub uneven_degrees: f64,
 }
 

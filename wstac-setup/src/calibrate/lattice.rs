@@ -35,7 +35,7 @@ pub(super) struct Lattice {
     pub(super) pitch: [f64; 2],
     /// Root mean square distance of the spots from a smooth lattice, in cells.
     pub(super) off: f64,
-    /// Rotation of the picture in degrees, counter-clockwise.
+    /// Rotation of the picture in degrees, counterclockwise.
     pub(super) rotation_degrees: f64,
 }
 

@@ -51,7 +51,7 @@ pub struct Calibration {
     pub off: f64,
     /// Median distances of neighbors in pixels, to the right and down.
     pub pitch: [f64; 2],
-    /// Rotation of the picture in degrees, counter-clockwise.
+    /// Rotation of the picture in degrees, counterclockwise.
     pub rotation_degrees: f64,
     /// Number of whiskers whose brightness the camera could not measure: they reached full scale.
     pub saturated: usize,

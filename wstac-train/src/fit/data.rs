@@ -53,7 +53,7 @@ impl Slides {
         let first = *self.rate.get_or_insert(rate);
         if (nominal_frames / f64::from(first.nominal_frames()) - 1.0).abs() > RATE_OFF {
             let (found, expected) = (rate.per_second(), first.per_second());
-            let message = format_args!("{found} frames a second, expected {expected}, as the files before have");
+            let message = format_args!("{found} frames per second, expected {expected}, as the files before have");
             return Err(npz.error("fps", message));
         }
         let speeds = numbers(&npz, "speed")?;
@@ -116,14 +116,14 @@ fn rate(npz: &Npz<'_>, given: Option<FrameRate>) -> Result<FrameRate, Error> {
     if let Some(given) = given.map(FrameRate::per_second)
         && (given / fps - 1.0).abs() > RATE_OFF
     {
-        return Err(npz.error("fps", format_args!("{fps} frames a second, but --fps is {given}: expected the same")));
+        return Err(npz.error("fps", format_args!("{fps} frames per second, but --fps is {given}: expected the same")));
     }
     // Whole numbers and television's 1001ths are exact; others are rounded to the thousandth.
     let whole = |by: u32| ((fps * f64::from(by)).round() - fps * f64::from(by)).abs() < 1e-6;
     let by = [1, 1001].into_iter().find(|by| whole(*by)).unwrap_or(1000);
     let rate = Some((fps * f64::from(by)).round()).filter(|n| (1.0..=f64::from(u32::MAX)).contains(n));
     let rate = rate.and_then(|numerator| FrameRate::new(numerator as u32, by).ok());
-    rate.ok_or_else(|| npz.error("fps", format_args!("{fps}, expected frames a second above 0")))
+    rate.ok_or_else(|| npz.error("fps", format_args!("{fps}, expected frames per second above 0")))
 }
 
 /// Reads an array of one dimension, of any type of numbers.
@@ -215,8 +215,8 @@ mod tests {
             ("own", Some(40.0), None, Ok(rate(40, 1))),
             ("television", Some(30_000.0 / 1001.0), Some(rate(30, 1)), Ok(rate(30_000, 1001))),
             ("odd", Some(12.345), None, Ok(rate(12_345, 1000))),
-            ("against", Some(40.0), Some(rate(30, 1)), Err("array fps: 40 frames a second, but --fps is 30")),
-            ("zero", Some(0.0), None, Err("array fps: 0, expected frames a second above 0")),
+            ("against", Some(40.0), Some(rate(30, 1)), Err("array fps: 40 frames per second, but --fps is 30")),
+            ("zero", Some(0.0), None, Err("array fps: 0, expected frames per second above 0")),
             ("nan", Some(f64::NAN), None, Err("array fps: NaN, expected")),
         ] {
             let (path, mut slides) = (with(&format!("fps-{name}"), fps), Slides::default());
@@ -239,7 +239,7 @@ mod tests {
         for path in [slow, fast] {
             std::fs::remove_file(path).unwrap();
         }
-        assert!(error.contains("30 frames a second, expected 20, as the files before have"), "{error}");
+        assert!(error.contains("30 frames per second, expected 20, as the files before have"), "{error}");
     }
 
     #[test]
