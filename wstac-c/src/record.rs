@@ -148,7 +148,7 @@ const EMPTY: WstacRecord = WstacRecord {
 const NO_TEXTURE: WstacTexture =
     WstacTexture { specimen: ptr::null(), pattern: ptr::null(), depth_mm: f64::NAN, other: ptr::null() };
 
-/// What the last record points to.
+/// The data that the last record points to.
 #[derive(Default)]
 pub(super) struct Given {
     texts: Vec<CString>,

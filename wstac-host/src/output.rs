@@ -11,7 +11,7 @@ use wstac_core::trigger::{Event, InterruptedSample, StreamEnd};
 use crate::source::{Fault, LossReason};
 use crate::texture::{Texture, Textures};
 
-/// Chooses what a stream gives besides its events.
+/// Chooses which outputs a stream has besides its events.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OutputOptions {
     /// The features of every frame.

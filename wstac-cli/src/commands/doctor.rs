@@ -22,7 +22,7 @@ use wstac_setup::doctor::{CameraReport, Known, examine};
 /// Measure a sensor that nothing touches, and print what to change
 ///
 /// The report has frame rate, noise, black level, leaking light, drift, controls and the cost of MJPEG, and then
-/// advice. Nothing may touch the sensor during the measurement. Cover it as it will be used.
+/// advice. Nothing may touch the sensor during the measurement. Cover the sensor as it will be covered in use.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
@@ -206,8 +206,10 @@ fn examined(
     Ok((CameraReport { device, format: state.format.clone() }, controls))
 }
 
-/// Measures the same scene in the other kind of format, if the camera has one. Otherwise standard error gives the
-/// reason.
+/// Measures the same scene in the other kind of format: MJPEG or raw.
+///
+/// Returns `None` if the camera does not have both kinds, or if the second measurement fails. Then standard error has
+/// the reason of the failure.
 fn compression(
     arguments: &Arguments,
     info: &StreamInfo,

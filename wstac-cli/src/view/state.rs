@@ -20,7 +20,7 @@ const LEAST_PEAK: f32 = 0.02;
 /// How fast the light of full color falls back per frame.
 const PEAK_FALL: f32 = 0.985;
 
-/// What the stream is doing.
+/// The state of the stream.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Phase {
     /// Gathering the baseline: the feature frames so far, and how many are needed.
@@ -35,7 +35,7 @@ pub(super) enum Phase {
     Failed(String),
 }
 
-/// What an entry of the list is about.
+/// The subject of an entry in the list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum About {
     /// An event.

@@ -31,7 +31,7 @@ pub(super) struct Arguments {
     #[arg(short, long, value_name = "OUT.wsm")]
     output: PathBuf,
 
-    /// What to write; by default, the ending of the output says it
+    /// Output to write; by default, the ending of its name decides
     ///
     /// A table is the model file and the smallest. Inline is Rust code that answers in fewer instructions and takes
     /// more bytes; there is none of linear models.
@@ -44,7 +44,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "A,B,…", value_delimiter = ',')]
     labels: Option<Vec<String>>,
 
-    /// What the classes are; by default, their names decide
+    /// Meaning of the classes; by default, their names decide
     #[arg(long, value_enum)]
     task: Option<Classes>,
 
