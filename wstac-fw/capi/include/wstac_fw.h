@@ -30,7 +30,7 @@
 // Bytes of a pipeline.
 #define WSTAC_PIPELINE_SIZE 2408
 
-// What a pipeline's address is a multiple of.
+// The alignment of a pipeline in memory, in bytes.
 #define WSTAC_PIPELINE_ALIGN 8
 
 // The result of a call. Errors are below 0; then nothing has changed, and nothing was written.
