@@ -20,7 +20,7 @@ from ._wstac import Error
 
 @dataclass(frozen=True)
 class Truth:
-    """A slide of a simulated scene as it truly is. The extension gives the fields in this order."""
+    """The true properties of a slide of a simulated scene. The extension gives the fields in this order."""
 
     specimen: str
     """Such as "Saw3"."""
