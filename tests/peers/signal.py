@@ -72,8 +72,8 @@ def timed(work):
 
 
 def measure(contestants, rounds, warm=True):
-    """Returns the minimum microseconds of each function, which take turns in rounds. Each runs `warm` times untimed
-    first, so that the cache is as before.
+    """Returns the minimum microseconds of each function, which take turns in rounds. With `warm`, each runs once
+    untimed before it is timed, so that the cache has its data again.
     """
     least = dict.fromkeys(contestants, math.inf)
     for _ in range(rounds):
