@@ -1,5 +1,5 @@
-"""Trains the models that `wstac trade` compares with the shipped ones: smaller models, narrower models, and models of
-fewer frames.
+"""Trains the models that `wstac trade` compares with the shipped ones: smaller models, models with 8-bit
+weights, and models of fewer frames.
 """
 
 from __future__ import annotations

@@ -30,7 +30,7 @@ def made_by(page: Path) -> str | None:
 def page(lines: Sequence[Line], slides: str, sources: str) -> str:
     """Returns the page's text. `slides` is in words."""
     intro = paragraph(
-        "`wstac trade` compares these models with the shipped ones: they are smaller, narrower, or earlier.",
+        "`wstac trade` compares these models with the shipped ones: they are smaller, have 8-bit weights, or need fewer frames.",
         "All of them name the ten specimens of the simulated sensor.",
         f"They were trained on {slides}, the same as the shipped ones.",
         "An early model reads only the first frames of a sample.",

@@ -56,7 +56,7 @@ pub(super) struct Arguments {
     options: SourceArguments,
 }
 
-const HELP: &str = r#"What is measured:
+const HELP: &str = r#"Measurement:
   Levels are gray levels of 255 in every format. 10 000 pixels, evenly
   spread, stand for all of them. The first 15 frames of a camera are not
   measured. Its controls stay locked afterwards.

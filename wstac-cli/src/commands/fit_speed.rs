@@ -76,7 +76,7 @@ enum Laws {
     Both,
 }
 
-const HELP: &str = r#"What is read:
+const HELP: &str = r#"Input:
   speed      mm/s of each slide, NaN if it is not known
   duration   lit frames of its event, -1 if it is cut off or never lit
   reliable   optional: slides that are not reliable are left out
@@ -85,7 +85,7 @@ const HELP: &str = r#"What is read:
   Slides that are left out are counted by their reason. At least three
   different speeds are needed.
 
-What is printed, for each law:
+Output, for each law:
   - its parameters with their standard errors, and R²
   - by how much the durations deviate from it
   - by how much the speeds that it gives for the durations are off
@@ -105,7 +105,7 @@ Output with --json, one object per line (wrapped here):
   its _error. speed_error is the root mean square of fractions. It is
   null if the law has no speed for one of the slides.
 
-What is written (-o):
+Output file (-o):
   The table [speed] has law, its parameters and range_mm_s, the speeds
   that the law was fitted on. wstac run marks answers outside this range
   as extrapolated. With --config the table also has threshold and

@@ -117,7 +117,7 @@ Camera faults and recovery:
   A camera that comes back with another format, size or rate ends the
   stream with exit code 1.
 
-What the answers mean:
+Meaning of the answers:
   An event is a sample of 70 frames (2.3 s at 30 frames per second). A
   slide below about 70 mm/s lasts longer: it is cut off, or becomes
   several events. Their speeds, bounds and directions may be wrong.

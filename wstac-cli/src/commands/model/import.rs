@@ -33,8 +33,8 @@ pub(super) struct Arguments {
 
     /// Output to write; by default, the ending of its name decides
     ///
-    /// A table is the model file and the smallest. Inline is Rust code that answers in fewer instructions and takes
-    /// more bytes; there is none of linear models.
+    /// A table is a model file, which is smallest. Inline is Rust code, which takes fewer instructions and more bytes.
+    /// Linear models have no inline form.
     #[arg(long, value_enum)]
     backend: Option<Backend>,
 
@@ -131,7 +131,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     Ok(())
 }
 
-/// Returns what to write, by the option or by the name of the output. They must not contradict each other.
+/// Returns the kind of output, by the option or by the name of the output. They must not contradict each other.
 fn backend(asked: Option<Backend>, output: &Path) -> Result<Backend, clap::Error> {
     let named = match output.extension().and_then(OsStr::to_str) {
         Some("rs") => Some((Backend::Inline, "Rust", "inline")),
