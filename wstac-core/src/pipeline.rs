@@ -256,7 +256,7 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
         self.lose(loss)
     }
 
-    /// Settles what is pending at the end of a stream and returns how it ended.
+    /// Ends a stream: fills or ends a gap of lost frames, and returns how the stream ended.
     pub fn finish(&mut self) -> Finished<'_> {
         self.trigger.forget_interrupted();
         let event = self.trigger.settle();

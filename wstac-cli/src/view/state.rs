@@ -17,7 +17,7 @@ pub(super) const HISTORY: usize = 600;
 const ENTRIES: usize = 100;
 /// The smallest light that is shown in full color, as a fraction of full scale, so that noise stays dark.
 const LEAST_PEAK: f32 = 0.02;
-/// How fast the light of full color falls back per frame.
+/// The factor by which the light of full color falls per frame.
 const PEAK_FALL: f32 = 0.985;
 
 /// The state of the stream.
@@ -42,7 +42,7 @@ pub(super) enum About {
     Event,
     /// A fault, or an event that was lost.
     Trouble,
-    /// Something that the user did.
+    /// An action of the user.
     Note,
 }
 

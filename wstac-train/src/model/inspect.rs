@@ -7,7 +7,7 @@ use wstac_core::model::Model;
 use wstac_core::model::file::HEADER_HALVES;
 use wstac_core::model::trees::{LEFT_LEAF, RIGHT_LEAF, SAME};
 
-/// How a model decides.
+/// The kind of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ModelKind {
