@@ -56,7 +56,7 @@ fn read(c: &mut Criterion) {
     group.throughput(Throughput::Elements(1));
     for bytes_per_pixel in [1, 2, 3] {
         let bytes = vec![7_u8; 25 * 90 * 90 * bytes_per_pixel];
-        group.bench_function(BenchmarkId::from_parameter(format!("{bytes_per_pixel} a pixel")), |b| {
+        group.bench_function(BenchmarkId::from_parameter(format!("{bytes_per_pixel} per pixel")), |b| {
             b.iter(|| {
                 let words = black_box(&bytes).as_chunks::<8>().0;
                 black_box(words.iter().fold(0, |sum: u64, word| sum.wrapping_add(u64::from_le_bytes(*word))))

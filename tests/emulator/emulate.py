@@ -73,7 +73,7 @@ def cost(elf, clip):
     flash, ram = board.machine.sizes()
     ring = 4 * board.dma.total
     return (
-        f"{(board.machine.instructions - before) / len(clip):,.0f} instructions a frame, {flash:,} bytes of flash, {ram - ring:,} of RAM beside the "
+        f"{(board.machine.instructions - before) / len(clip):,.0f} instructions per frame, {flash:,} bytes of flash, {ram - ring:,} of RAM beside the "
         f"{ring:,} that the DMA writes to, {board.machine.deepest_stack():,} of stack"
     )
 

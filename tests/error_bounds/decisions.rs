@@ -112,11 +112,11 @@ fn the_triggers_decision_is_within_its_bound() {
     );
     assert!(edges.count > 15_000 && other > 1000, "too few are near enough to tell");
     edges.print("the decision's edge", 1.0, "units in a window sum");
-    println!("  at most {frames:.3} units a frame: {:.4} % of light", 100.0 * ((frames / ONE).exp() - 1.0));
+    println!("  at most {frames:.3} units per frame: {:.4} % of light", 100.0 * ((frames / ONE).exp() - 1.0));
     let eta = 5.0 * light.floor;
     let default = bound(Rule::Signed, eta, 1.2, 5.0) / 5.0;
     println!(
-        "  bound with default parameters {default:.3} units a frame: {:.4} % of light",
+        "  bound with default parameters {default:.3} units per frame: {:.4} % of light",
         100.0 * ((default / ONE).exp() - 1.0)
     );
 }
