@@ -34,7 +34,7 @@ pub(super) struct Arguments {
     /// Output to write; by default, the ending of its name decides
     ///
     /// A table is a model file, which is smallest. Inline is Rust code, which takes fewer instructions and more bytes.
-    /// Linear models have no inline form.
+    /// Only trees can be inline.
     #[arg(long, value_enum)]
     backend: Option<Backend>,
 
@@ -44,7 +44,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "A,B,…", value_delimiter = ',')]
     labels: Option<Vec<String>>,
 
-    /// Meaning of the classes; by default, their names decide
+    /// Kind of the classes; by default, their names decide
     #[arg(long, value_enum)]
     task: Option<Classes>,
 
