@@ -1,4 +1,4 @@
-"""What check.py refuses, each by an example."""
+"""Tests what check.py refuses, each by an example."""
 
 import tempfile
 import unittest
@@ -16,7 +16,7 @@ RULES = {
 
 
 def package(name, arrows=(), build=(), tests=(), folder=None):
-    """A package that depends on these."""
+    """Returns a package that depends on these."""
     needs = {"arrows": set(arrows), "build": set(build), "tests": set(tests)}
     return name, check.Package(name, Path(folder or name), needs)
 
@@ -26,7 +26,7 @@ def arrows(*packages):
 
 
 def files(**texts):
-    """What is wrong in files, each named by its package: `low` is the file low/src/lib.rs."""
+    """Returns what is wrong in files. Each is named by its package: `low` is the file low/src/lib.rs."""
     sources = {f"{name}/src/lib.rs": text for name, text in texts.items()}
     folders = {Path("low"), Path("high"), Path("tests")}
     return "\n".join(check.wrong_in_files(sources, folders, folders - {Path("tests")}))

@@ -146,7 +146,7 @@ typedef struct WstacEvent {
   double speed_at_most_mm_s;
   // Lit frames from the first to the last, less one: 0 to 69; -1 if no frame is lit.
   int32_t duration_frames;
-  // Sliding direction in degrees: 0, 90, 180 or 270, counter-clockwise from +x; NAN if it is unclear.
+  // Sliding direction in degrees: 0, 90, 180 or 270, counterclockwise from +x; NAN if it is unclear.
   double direction_deg;
   // Confidence of the direction: 0 to 1, four decimals.
   double direction_confidence;

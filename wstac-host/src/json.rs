@@ -40,7 +40,7 @@ pub enum JsonLine<'a> {
         frame: u64,
         /// The kind of the fault in a word.
         fault: &'a str,
-        /// What happened, for a person.
+        /// A description of the fault for people.
         message: String,
     },
     /// The end of the stream.

@@ -1,4 +1,4 @@
-//! A board in a program: a scene through the core into messages, as firmware sends them.
+//! A simulated board: it runs a scene through the core and sends messages as firmware does.
 
 use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::layout::Layout;
@@ -14,7 +14,7 @@ use wstac_host::source::open::{OpenOptions, open};
 use wstac_host::source::{Frame, SourceEvent, StreamInfo};
 use wstac_scene::source::Scenes;
 
-/// What a board sends: a frame of the link each.
+/// The messages that a board has sent, one encoded frame of the link each.
 pub(crate) struct Sent {
     pub(crate) frames: Vec<Vec<u8>>,
 }
@@ -30,12 +30,13 @@ struct Board<'m> {
     speed: SpeedConfig,
     models: Vec<Model<'m>>,
     dropped: u64,
-    /// Features and samples are wanted.
+    /// Whether features and samples are sent, too.
     all: bool,
     sent: Sent,
 }
 
-/// Everything that a board sends of a scene, from its hello to its end; `all`: with features and samples.
+/// Returns everything that a board sends for a scene, from its hello to its end. With `all`, that includes features and
+/// samples.
 pub(crate) fn sent(scene: &str, models: &[ModelFile], all: bool) -> Sent {
     let mut source = open(scene, &OpenOptions::default(), &[&Scenes]).unwrap();
     let info = source.info().clone();

@@ -1,4 +1,5 @@
-//! `wstac monitor`: what a board sends, over a serial line, TCP, a pipe or a file, is printed as `wstac run` prints the same frames.
+//! Tests `wstac monitor`: it prints what a board sends exactly as `wstac run` prints the same frames. The board is
+//! behind a serial line, TCP, a pipe or a file.
 
 mod board;
 
@@ -17,7 +18,7 @@ use wstac_tests::command::wstac;
 use wstac_tests::folder::Folder;
 use wstac_tests::trained::model;
 
-/// Two slides, lost frames, a camera at twice the nominal rate.
+/// Two slides with lost frames, from a camera at twice the nominal rate.
 const SCENE: &str = "seed = 3
 [sensor]
 size = [100, 100]
@@ -42,7 +43,7 @@ fn done(arguments: &[&str]) -> Output {
     start(arguments).wait_with_output().unwrap()
 }
 
-/// Standard output of a command that succeeds.
+/// Returns the standard output of a command that must succeed.
 fn output(arguments: &[&str]) -> String {
     text(&succeeded(done(arguments)).stdout)
 }
@@ -60,16 +61,16 @@ fn path(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
-/// A folder with the scene, and the scene's name.
+/// Returns a folder with the scene file, and the scene's name for `wstac`.
 fn scene(name: &str) -> (Folder, String) {
     let folder = Folder::new(name);
     let scene = format!("scene:{}", path(&folder.file("scene.toml", SCENE)));
     (folder, scene)
 }
 
-/// A pseudo-terminal: the board's end, and the name of the host's.
+/// Opens a pseudo-terminal. Returns the board's end, and the path of the host's end.
 fn pty() -> (File, PathBuf) {
-    // Opened like this no child inherits it, and the line is gone when it is dropped.
+    // No child inherits a file opened like this, so the line is gone when it is dropped.
     let board = File::options().read(true).write(true).open("/dev/ptmx").unwrap();
     let mut name = [0_u8; 64];
     // SAFETY: the descriptor is open, and the place for the name as long as is said.
@@ -81,7 +82,7 @@ fn pty() -> (File, PathBuf) {
     (board, PathBuf::from(text(name)))
 }
 
-/// Waits for these requests; before the host has opened the line there is nothing to read from it.
+/// Waits for these requests. Until the host has opened the line, reads fail.
 fn wait_for(board: &mut impl Read, expected: &[Request]) {
     let mut decoder = Decoder::<16>::new();
     let mut left = expected.iter();
@@ -102,7 +103,8 @@ fn wait_for(board: &mut impl Read, expected: &[Request]) {
 
 const ALL: [Request; 3] = [Request::Hello, Request::Features(true), Request::Samples(true)];
 
-/// The lines of `wstac run` and every frame that a board sends of the same scene, with features and samples.
+/// Returns the lines of `wstac run`, and every message that a board sends for the same scene, with features and
+/// samples.
 fn both(scene: &str) -> (Vec<String>, Vec<Vec<u8>>) {
     let lines = output(&["run", scene, "--json", "--features", "--samples"]);
     (lines.lines().map(str::to_owned).collect(), board::sent(scene, &[], true).frames)
@@ -121,10 +123,10 @@ fn every_line_is_that_of_run() {
             let expected = output(&[&["run", &scene], models, wanted].concat());
             let file = folder.file("board.bin", board::sent(&scene, files, all).frames.concat());
             assert_eq!(output(&[&["monitor", path(&file)], wanted].concat()), expected);
-            // What was not asked for is not printed, even if the board sends it.
+            // Output that was not requested is not printed, even if the board sends it.
             let file = folder.file("board.bin", board::sent(&scene, files, true).frames.concat());
             assert_eq!(output(&[&["monitor", path(&file)], wanted].concat()), expected);
-            // The scene has what there is to be got wrong.
+            // The scene covers everything that could go wrong: events, lost frames and textures.
             let json = wanted.first() == Some(&"--json");
             assert!(expected.lines().count() > 2, "{expected}");
             assert!(
@@ -148,9 +150,12 @@ fn a_serial_line_is_asked_and_read() {
     let done = succeeded(monitor.wait_with_output().unwrap());
     assert_eq!(text(&done.stdout).lines().collect::<Vec<_>>(), lines);
     let stderr = text(&done.stderr);
-    assert!(stderr.contains("test-board 1.2.3: 100x100 Gray at 60 frames a second, baseline of 25 frames"), "{stderr}");
+    assert!(
+        stderr.contains("test-board 1.2.3: 100x100 Gray at 60 frames per second, baseline of 25 frames"),
+        "{stderr}"
+    );
     assert!(!stderr.contains("damaged") && !stderr.contains("messages lost"), "{stderr}");
-    // A board that starts is told what is wanted.
+    // The host repeats its requests when a board starts.
     wait_for(&mut board, &ALL[1..]);
 }
 
@@ -163,10 +168,10 @@ fn a_tcp_connection_is_asked_and_read_to_its_end() {
     let monitor = start(&[&["monitor", &name], &WANTED[..]].concat());
     let (mut board, _) = listener.accept().unwrap();
     wait_for(&mut board, &ALL);
-    // Without the board's own end: all frames are known here from the last status on.
+    // The board's own end is left out: the last status before it covers all frames.
     frames.pop();
     board.write_all(&frames.concat()).unwrap();
-    // A board that starts is told what is wanted. With these unread the connection would end as broken.
+    // The host repeats its requests when a board starts. If they stayed unread, the connection would end as broken.
     wait_for(&mut board, &ALL[1..]);
     drop(board);
     let done = succeeded(monitor.wait_with_output().unwrap());
@@ -181,7 +186,7 @@ fn a_tcp_connection_is_asked_and_read_to_its_end() {
 fn garbage_and_damage_cost_what_they_hit_and_no_more() {
     let (folder, scene) = scene("monitor-damage");
     let (mut lines, mut frames) = both(&scene);
-    // Frames 40, 41 and 50 of the camera: each a line; the hello comes before them all.
+    // Feature frames 40, 42 and 50 are damaged. Each is a line of its own, and the hello comes before all of them.
     let at = |frames: &[Vec<u8>], number: u64| {
         let is = |bytes: &Vec<u8>| {
             let mut decoder = Decoder::<LONGEST>::new();
@@ -207,7 +212,7 @@ fn garbage_and_damage_cost_what_they_hit_and_no_more() {
     let stderr = text(&done.stderr);
     assert_eq!(stderr.matches("wstac: 1 damaged message, 1 message lost\n").count(), 2, "{stderr}");
     assert_eq!(stderr.matches("wstac: 1 message lost\n").count(), 1, "{stderr}");
-    // The garbage alone.
+    // Two damaged messages, and the garbage.
     assert_eq!(stderr.matches("damaged").count(), 3, "{stderr}");
 }
 
@@ -221,7 +226,7 @@ fn a_host_may_come_in_the_middle() {
         let done = succeeded(done(&[&["monitor", path(&file)], &WANTED[..]].concat()));
         let out = text(&done.stdout);
         let found: Vec<_> = out.lines().collect();
-        // An event whose sample had begun already comes without it.
+        // An event has no sample if the host connected after the sample's start.
         let whole = |line: &str| line.split(r#","sample":"#).next().unwrap().trim_end_matches('}').to_owned();
         let tail = &lines[lines.len() - found.len()..];
         assert!(
@@ -286,7 +291,7 @@ fn what_is_no_board_of_this_version_is_refused() {
     refused(&[], 1, "has no message");
     refused(&[0x55; 100], 1, "has no message");
     refused(b"\x05noise\0".repeat(30).as_slice(), 1, "is it the right port");
-    // Version 2, then anything, with a CRC that is right.
+    // A message of version 2 with arbitrary content and a correct CRC.
     let newer = [0, 8, 2, 5, 6, 0x0C, 0x5C, 0xD1, 0x68, 0];
     refused(&newer, 1, "speaks version 2 of the link, expected 1: it is newer than this wstac");
     for (arguments, status) in [

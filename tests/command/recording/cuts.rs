@@ -1,4 +1,4 @@
-//! A recording that is cut off or damaged anywhere.
+//! Tests a recording that is cut off or damaged anywhere.
 
 use std::fs;
 use std::path::Path;
@@ -12,8 +12,8 @@ use super::{run, said};
 
 const FRAME: usize = 100 * 100;
 
-/// A recording of some seconds with an event and lost frames; its bytes and where each of its frames ends, found by the
-/// frames' own bytes.
+/// Makes a recording of some seconds with an event and lost frames. Returns its bytes, its frames, and where each frame
+/// ends in the bytes.
 fn recording(folder: &Folder) -> (Vec<u8>, Vec<Vec<u8>>, Vec<usize>) {
     let (scene, file, raw) = (folder.0.join("s.toml"), folder.0.join("a.mcap"), folder.0.join("a.raw"));
     let text = "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nsize = [100, 100]\ndropped = 0.03\n";
@@ -33,8 +33,8 @@ fn recording(folder: &Folder) -> (Vec<u8>, Vec<Vec<u8>>, Vec<usize>) {
     (bytes, frames, ends)
 }
 
-/// Recovers these bytes: the frames that come back, and how many are lost among them. Nothing where it is refused, and,
-/// where it says that a part cannot be read, not all.
+/// Recovers a recording from these bytes. Returns the frames that come back, and how many are lost among them. Returns
+/// `None` if the bytes are refused. The command must report it if a part cannot be read.
 fn recovered(folder: &Folder, bytes: &[u8]) -> Option<(Vec<Vec<u8>>, u64)> {
     let _ = fs::remove_file(folder.0.join("new.mcap"));
     let (cut, new) = (folder.0.join("cut.mcap"), folder.0.join("new.mcap"));
@@ -51,7 +51,7 @@ fn recovered(folder: &Folder, bytes: &[u8]) -> Option<(Vec<Vec<u8>>, u64)> {
 }
 
 fn frames_of(path: &Path) -> Option<(Vec<Vec<u8>>, u64)> {
-    // One that was cut off before it said what it is has nothing to read.
+    // A recording that was cut off before its description cannot be read.
     let mut source = McapSource::open(path, None).ok()?;
     let (mut frames, mut lost) = (Vec::new(), 0);
     loop {
@@ -84,7 +84,7 @@ fn every_frame_that_was_written_comes_back_wherever_it_was_cut() {
     println!("100 cuts: every complete frame came back, 0 to {} of {}", counts.last().unwrap(), frames.len());
 }
 
-/// A frame that comes back is one that was recorded, in its order and in its place: never a wrong one.
+/// Tests that every frame that comes back was recorded, in its order and place. No frame may be wrong.
 #[test]
 fn damage_never_becomes_a_wrong_frame() {
     let folder = Folder::new("recording-damage");
@@ -106,7 +106,8 @@ fn damage_never_becomes_a_wrong_frame() {
     assert!(whole > 50, "frames that are damaged keep their place: {whole} of 60");
 }
 
-/// One wrong letter in what says what a channel is, and every frame behind it is still there: the index says it, too.
+/// Tests that one wrong letter in the description of a channel loses no other chunk: the index has the description,
+/// too.
 #[test]
 fn a_wrong_letter_of_a_channel_loses_no_chunk_but_its_own() {
     let folder = Folder::new("recording-letter");
@@ -121,19 +122,19 @@ fn a_wrong_letter_of_a_channel_loses_no_chunk_but_its_own() {
     assert_eq!(found.len() as u64 + lost, frames.len() as u64 + gaps);
 }
 
-/// Behind a damaged length nobody can read on: that is said.
+/// Tests that damage after which nobody can read on is reported.
 #[test]
 fn a_damaged_length_is_said() {
     let folder = Folder::new("recording-length");
     let (bytes, frames, ends) = recording(&folder);
-    // The header of the second chunk: after the code 6, a length that ends where another record starts.
+    // Finds the header of the second chunk: the code 6, then a length after which another record starts.
     let is_chunk = |at: usize| {
         let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize;
         bytes[at] == 6 && bytes.get(at + 9 + length) == Some(&7) && bytes[at + 37..at + 41] == [0; 4]
     };
     let second = (ends[0]..bytes.len() - 60).find(|&at| is_chunk(at)).unwrap();
     let mut damaged = bytes.clone();
-    // Shorter by 4 KiB: behind it is the middle of a frame.
+    // The length becomes 4 KiB shorter, so it ends in the middle of a frame.
     let length = u64::from_le_bytes(bytes[second + 1..second + 9].try_into().unwrap()) - 4096;
     damaged[second + 1..second + 9].copy_from_slice(&length.to_le_bytes());
     let (cut, new) = (folder.0.join("cut.mcap"), folder.0.join("new.mcap"));
@@ -146,7 +147,7 @@ fn a_damaged_length_is_said() {
     let (found, _) = frames_of(&new).unwrap();
     let before = ends.iter().filter(|&&end| end <= second).count();
     assert!(found.len() == before && found == frames[..before], "{} frames, expected {before}", found.len());
-    // What cannot be read at all leaves the file of that name as it is.
+    // If nothing can be read at all, the file of that name stays as it is.
     let mut compressed = bytes.clone();
     compressed[second + 37] = 4;
     fs::write(&cut, compressed).unwrap();

@@ -1,4 +1,5 @@
-//! A guided session: a plan, keys on standard input, a file a slide; and a training set of them.
+//! Tests a guided session: a plan, keys on standard input, and one file per slide. Also makes a training set of the
+//! files.
 
 use std::fs;
 use std::io::Write;
@@ -23,7 +24,7 @@ fn what_the_plan_gives_is_no_label() {
     assert!(!files.exists());
 }
 
-/// A session with these lines as keys; standard input ends after them.
+/// Runs a session with these lines as keys. Standard input ends after them.
 fn guided(folder: &Folder, keys: &str) -> Output {
     let path = |name: &str| folder.0.join(name).display().to_string();
     let scene = format!("scene:{}", path("s.toml"));
@@ -31,7 +32,7 @@ fn guided(folder: &Folder, keys: &str) -> Output {
     let mut command = Command::new(wstac());
     command.args(["record", &scene, "--guide", &plan, "-o", &files, "--label", "person=me"]);
     let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    // It may end before it has read everything.
+    // The session may end before it has read everything.
     let _ = child.stdin.take().unwrap().write_all(keys.as_bytes());
     child.wait_with_output().unwrap()
 }
@@ -71,13 +72,14 @@ fn a_person_is_led_through_a_plan() {
         assert_eq!(String::from_utf8_lossy(&replayed.stdout).matches(r#""kind":"event""#).count(), 1);
         assert!(said(&replayed).contains("person=me, specimen=Saw3, speed=150"), "{}", said(&replayed));
     }
-    // The same command goes on; the last one once more replaces its file alone; the scene has three slides.
+    // The same command continues the plan. To record the last slide again replaces its file alone. The scene has three
+    // slides.
     let kept = fs::read(folder.0.join("files/Saw3-150mm_s-2.mcap")).unwrap();
     let text = said(&guided(&folder, "\nr\n\n\n"));
     assert!(text.contains("slide 1 of 4") && text.contains("slide 4 of 4"), "{text}");
     assert!(text.contains("3 slides recorded now, 4 of 4 in total"), "{text}");
     assert_eq!(fs::read(folder.0.join("files/Saw3-150mm_s-2.mcap")).unwrap(), kept);
-    // A training set, each recording on one side.
+    // Each recording of the training set is on one side: training or test.
     let (files, set) = (folder.0.join("files").display().to_string(), folder.0.join("set.npz").display().to_string());
     let made = run(&["dataset", &files, "-o", &set, "--test", "0.25"]);
     assert_eq!(made.status.code(), Some(0), "{}", said(&made));

@@ -1,4 +1,5 @@
-//! `wstac record`, `wstac recover` and recordings as sources: the same stream again, whatever happens to the file.
+//! Tests `wstac record`, `wstac recover` and recordings as sources. A recording replays the same stream, whatever
+//! happens to the file.
 
 mod cuts;
 mod guide;
@@ -17,7 +18,7 @@ pub(crate) fn run(arguments: &[&str]) -> Output {
     Command::new(wstac()).args(arguments).output().unwrap()
 }
 
-/// What it prints, where it ends well.
+/// Returns the standard output of a command that must succeed.
 fn good(arguments: &[&str]) -> String {
     let done = run(arguments);
     assert_eq!(done.status.code(), Some(0), "{arguments:?}: {}", said(&done));
@@ -28,7 +29,7 @@ pub(crate) fn said(done: &Output) -> String {
     String::from_utf8_lossy(&done.stderr).into_owned()
 }
 
-/// A slide that loses frames, in this format.
+/// Writes a scene of a slide that loses frames, in this format, and returns its name for `wstac`.
 fn scene(folder: &Folder, format: &str) -> String {
     let path = folder.0.join(format!("{format}.toml"));
     let text = format!(
@@ -38,7 +39,8 @@ fn scene(folder: &Folder, format: &str) -> String {
     format!("scene:{}", path.display())
 }
 
-/// What `wstac run` says of a recording is what was said while it was recorded, and without recording it, to the byte.
+/// `wstac run` prints the same for a recording as it prints without one, byte for byte. While recording, the same
+/// events are printed.
 #[test]
 fn every_kind_of_format_replays_to_the_byte() {
     let folder = Folder::new("recording-formats");
@@ -57,7 +59,7 @@ fn every_kind_of_format_replays_to_the_byte() {
         if !["GREY", "MJPG"].contains(&format) {
             continue;
         }
-        // A recording of a recording is the same once more.
+        // A recording of a recording is equal to it.
         let again = folder.0.join("again.mcap");
         let again = again.to_str().unwrap();
         assert_eq!(good(&[&["record", file, "-o", again, "--force"], &model[..]].concat()), recorded, "{format}");
@@ -92,7 +94,7 @@ fn nothing_is_written_over_and_nothing_useless_is_written() {
     };
     let twice = ["--label", "speed=1", "--label", "speed=2"];
     bad(&[&["record", scene, "-o", name][..], &twice].concat(), "speed is \"1\" and \"2\"");
-    // Labels that a data set would refuse, as long as there is nothing to lose.
+    // Labels that a data set would refuse are refused before anything is recorded.
     bad(&["record", scene, "-o", name, "--label", "speed=fast"], "--label: label speed is \"fast\", expected mm/s");
     bad(&["record", scene, "-o", name, "--label", "direction=45"], "expected 0, 90, 180 or 270");
     let taxels = folder.0.join("t.toml");
@@ -107,7 +109,7 @@ fn nothing_is_written_over_and_nothing_useless_is_written() {
     assert_eq!(run(&["record", scene, "-o", name, "--label", "speed"]).status.code(), Some(2));
     good(&["record", scene, "-o", name, "--force", "--frames", "10"]);
     assert!(good(&["run", name, "--json"]).contains(r#""frames":10,"#));
-    // Nor is what is read written over, by whatever name.
+    // The source is not overwritten either, whatever its name is.
     let before = fs::read(&file).unwrap();
     let link = folder.0.join("link.mcap");
     fs::hard_link(&file, &link).unwrap();
@@ -125,7 +127,7 @@ fn nothing_is_written_over_and_nothing_useless_is_written() {
     bad(&["recover", name, "-o", name, "--force"], "is the recording itself");
 }
 
-/// Textures need the models once more: it is said which.
+/// Textures need the models again, so the message names them.
 #[test]
 fn models_of_a_recording_are_named_where_none_is_given() {
     let folder = Folder::new("recording-models");
@@ -154,7 +156,7 @@ fn limits_end_a_recording() {
     assert!(good(&["run", name, "--json"]) == one);
 }
 
-/// Nobody reads what it prints: the recording goes on to its end.
+/// The recording continues to its end even if nobody reads its output.
 #[test]
 fn a_closed_output_does_not_end_a_recording() {
     let folder = Folder::new("recording-closed");
@@ -167,7 +169,7 @@ fn a_closed_output_does_not_end_a_recording() {
     assert!(good(&["run", file.to_str().unwrap(), "--json"]).contains(r#""frames":140,"#));
 }
 
-/// Starts to record a pipe, and waits until these frames are in the file; the pipe stays open.
+/// Starts to record a pipe, and waits until these frames are in the file. The pipe stays open.
 fn piped(file: &Path, frames: usize) -> (Child, ChildStdin) {
     let mut command = Command::new(wstac());
     command.args(["record", "-", "-o"]).arg(file).stdin(Stdio::piped());
@@ -179,7 +181,7 @@ fn piped(file: &Path, frames: usize) -> (Child, ChildStdin) {
         stdin.write_all(&vec![frame as u8; 8000]).unwrap();
     }
     stdin.write_all(b"FRAME\nhalf").unwrap();
-    // Written as they come: they are there without any end.
+    // Frames are written as they come, so they are in the file before it has an end.
     let last = vec![frames as u8 - 1; 8000];
     while !fs::read(file).is_ok_and(|bytes| bytes.windows(last.len()).any(|window| window == last)) {
         std::thread::sleep(std::time::Duration::from_millis(20));
@@ -212,7 +214,7 @@ fn a_killed_recording_comes_back_and_a_stopped_one_is_whole() {
     }
 }
 
-/// A limit on the file's size, as a full disk would be: the file is finished within it.
+/// The file's size is limited, which acts like a full disk. The file is finished within the limit.
 #[test]
 fn a_full_disk_ends_a_recording_properly() {
     let folder = Folder::new("recording-full");
@@ -240,7 +242,7 @@ fn what_is_no_recording_is_said() {
     refused(b"", "expected an MCAP file");
     refused(b"YUV4MPEG2 ", "expected an MCAP file");
     refused(b"\x89MCAP0\r\n", "was not finished");
-    // A whole file of somebody else: header, data's end, footer.
+    // A complete file of another program: header, data end, footer.
     let mut foreign = b"\x89MCAP0\r\n\x01\x08\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0".to_vec();
     foreign.extend(b"\x0F\x04\0\0\0\0\0\0\0\0\0\0\0\x02\x14\0\0\0\0\0\0\0");
     foreign.extend([0; 20]);

@@ -1,4 +1,4 @@
-//! A camera's stream, with everything that a camera can give, recorded and read again.
+//! Tests that a camera's stream is recorded and read back with everything that a camera can deliver.
 
 use std::fs::File;
 use std::time::Duration;
@@ -17,7 +17,7 @@ use wstac_host::source::mcap::McapSource;
 use wstac_host::source::{Fault, Frame, LossReason, Source, SourceEvent, StreamInfo};
 use wstac_tests::folder::Folder;
 
-/// An item that does not borrow its source.
+/// A source event that does not borrow its source.
 #[derive(Clone, Debug, PartialEq)]
 enum Owned {
     Frame(Vec<u8>, Option<Duration>, Option<u32>, Option<Vec<u8>>),
@@ -84,7 +84,7 @@ fn info(format: PixelFormat, bytes_per_row: u32) -> StreamInfo {
     }
 }
 
-/// Records these items; what is read again, and what the recording says of its stream.
+/// Records these events. Returns the events that are read back, and the description of the recorded stream.
 fn again(folder: &Folder, info: &StreamInfo, items: &[Owned]) -> (Vec<Owned>, StreamInfo) {
     let (path, config) = (folder.0.join("a.mcap"), Config::default());
     let _ = std::fs::remove_file(&path);
@@ -122,12 +122,12 @@ fn fault(kind: &str, message: &str) -> Owned {
 #[test]
 fn a_camera_comes_again_with_its_times_gaps_and_faults() {
     let folder = Folder::new("recording-stream");
-    // Rows with padding behind them.
+    // Rows with padding after them.
     let info = info(PixelFormat::Gray, 80);
-    let mut items = vec![Owned::Lost(2, LossReason::Dropped), fault("slow", "7.5 frames a second \"only\"")];
+    let mut items = vec![Owned::Lost(2, LossReason::Dropped), fault("slow", "7.5 frames per second \"only\"")];
     for frame in 0..200_u32 {
         let bytes: Vec<u8> = (0..80 * 48_u32).map(|at| (at * 7 + frame * 13) as u8).collect();
-        // The counter wraps, and the clock once goes back.
+        // The counter wraps, and the clock goes back once.
         let time = 5_000_000_000 + u64::from(frame) * 33_366_667 - if frame == 90 { 2_000_000_000 } else { 0 };
         items.push(Owned::Frame(bytes, Some(Duration::from_nanos(time)), Some(frame.wrapping_sub(100)), None));
         match frame {
@@ -149,7 +149,7 @@ fn a_camera_comes_again_with_its_times_gaps_and_faults() {
     assert_eq!(StreamInfo { about: info.about.clone(), recorded: None, ..said }, info);
 }
 
-/// The very bytes of the camera's JPEG come again, and decode to the same picture.
+/// The exact bytes of the camera's JPEG are read back, and decode to the same picture.
 #[test]
 fn pictures_stay_as_the_camera_sent_them() {
     let folder = Folder::new("recording-jpeg");
@@ -161,7 +161,7 @@ fn pictures_stay_as_the_camera_sent_them() {
         let mut jpeg = Vec::new();
         let encoder = jpeg_encoder::Encoder::new(&mut jpeg, 85);
         encoder.encode(&rgb, 64, 48, jpeg_encoder::ColorType::Rgb).unwrap();
-        // Drivers pad.
+        // Drivers add padding.
         jpeg.extend([0; 100]);
         let bytes = decoder.decode(&jpeg).unwrap().to_vec();
         items.push(Owned::Frame(bytes, Some(Duration::from_millis(u64::from(frame))), Some(frame), Some(jpeg)));

@@ -1,4 +1,4 @@
-//! Features → the trigger's decision.
+//! From features to the trigger's decision.
 
 use wstac_core::features::{FeatureScale, Floor};
 use wstac_core::ln::fixed::Fixed;
@@ -7,12 +7,12 @@ use wstac_tests::random::Random;
 
 use super::{FEATURE, Largest, ONE};
 
-/// Pixels of a taxel of the paper's layout at 400 x 400, at 8 bits.
+/// The pixels of a taxel in the paper's layout at 400 × 400.
 const PIXELS: u32 = 2500;
 const FULL_SCALE: u32 = 255;
 const MOST: f64 = PIXELS as f64 * FULL_SCALE as f64;
 
-/// Sums at a level, with what a camera sees of them: the feature, and the real logarithm in units, floored.
+/// Converts sums of a taxel to features, and to real logarithms in units, which are floored.
 struct Light {
     scale: FeatureScale<Fixed>,
     floor: f64,
@@ -23,7 +23,7 @@ impl Light {
         ((f64::from(sum) / MOST).ln() * ONE).max(self.floor)
     }
 
-    /// The sum near a level whose feature is furthest from the truth, above it or below.
+    /// Returns the sum near a level whose feature is furthest above (or below) the real logarithm.
     fn worst(&self, units: f64, above: bool) -> u32 {
         let near = ((units / ONE).exp() * MOST) as u32;
         let range = near.saturating_sub(near / 1000).max(1)..=near + near / 1000 + 1;
@@ -32,7 +32,7 @@ impl Light {
     }
 }
 
-/// η + max((b − 1)|η|, m · margin), or b · η: a threshold of a window sum in real numbers, in units.
+/// Returns the threshold of a window sum in real numbers, in units: η + max((b − 1)|η|, m · margin), or b · η.
 fn threshold(rule: Rule, eta: f64, b: f64, window: f64, margin: f64) -> f64 {
     match rule {
         Rule::Literal => b * eta,
@@ -40,7 +40,8 @@ fn threshold(rule: Rule, eta: f64, b: f64, window: f64, margin: f64) -> f64 {
     }
 }
 
-/// How far the edge of the trigger's decision can be from that of real numbers, in units of a window sum: [`Rule`] derives it.
+/// Returns how far the edge of the trigger's decision can be from that of real numbers, in units of a window sum. The
+/// documentation of [`Rule`] derives it.
 fn bound(rule: Rule, eta: f64, b: f64, window: f64) -> f64 {
     let (sum, rounded) = (window * FEATURE, 1.0 / 131_072.0);
     match rule {
@@ -49,8 +50,9 @@ fn bound(rule: Rule, eta: f64, b: f64, window: f64) -> f64 {
     }
 }
 
-/// Windows as close to the threshold as sums can be, with every feature rounded the wrong way: the decision is that of real
-/// numbers wherever these are further from the threshold than the bound, and the edge moves no further.
+/// Tests windows as close to the threshold as sums can be, with every feature rounded in the worst direction. If the
+/// real numbers are further from the threshold than the bound, the decision must be theirs. The edge must not move
+/// further than the bound.
 #[test]
 fn the_triggers_decision_is_within_its_bound() {
     let mut random = Random::new(3);
@@ -71,7 +73,7 @@ fn the_triggers_decision_is_within_its_bound() {
         let config = TriggerConfig::new(window, b, 0, rule, margin).unwrap();
         let m = f64::from(window);
         let quiet = uniform(light.floor, -1000.0);
-        // Half of the rounds push both sides of the comparison apart, the others to each other.
+        // Half of the rounds push the two sides of the comparison apart; the others push them together.
         let up = round % 2 == 0;
         let dark = light.worst(quiet, up);
         let eta = m * light.real(dark);
@@ -89,10 +91,10 @@ fn the_triggers_decision_is_within_its_bound() {
             }
             let fired = trigger.end().incomplete.is_some();
             let (sum, real) = (m * f64::from(light.scale.feature(lit)), m * light.real(lit));
-            // The trigger's own edge, in exact numbers.
+            // The edge that the trigger uses, in exact numbers.
             let own = f64::from(light.scale.feature(dark)) * m;
-            let quantised = |x: f64| (x * 65_536.0).round() / 65_536.0;
-            let edge = threshold(rule, own, quantised(b), m, quantised(margin));
+            let quantized = |x: f64| (x * 65_536.0).round() / 65_536.0;
+            let edge = threshold(rule, own, quantized(b), m, quantized(margin));
             assert_eq!(fired, sum > edge, "{rule:?} b {b} m {window}: {sum} beside {edge}");
             let moved = ((sum - edge) - (real - limit)).abs();
             let most = bound(rule, eta, b, m);
@@ -110,11 +112,11 @@ fn the_triggers_decision_is_within_its_bound() {
     );
     assert!(edges.count > 15_000 && other > 1000, "too few are near enough to tell");
     edges.print("the decision's edge", 1.0, "units in a window sum");
-    println!("  at most {frames:.3} units a frame: {:.4} % of light", 100.0 * ((frames / ONE).exp() - 1.0));
+    println!("  at most {frames:.3} units per frame: {:.4} % of light", 100.0 * ((frames / ONE).exp() - 1.0));
     let eta = 5.0 * light.floor;
     let default = bound(Rule::Signed, eta, 1.2, 5.0) / 5.0;
     println!(
-        "  bound with default parameters {default:.3} units a frame: {:.4} % of light",
+        "  bound with default parameters {default:.3} units per frame: {:.4} % of light",
         100.0 * ((default / ONE).exp() - 1.0)
     );
 }

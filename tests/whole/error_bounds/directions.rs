@@ -1,4 +1,4 @@
-//! Samples → duration and direction.
+//! From samples to durations and directions.
 
 use std::array::from_fn;
 
@@ -15,20 +15,20 @@ use wstac_tests::random::Random;
 
 use super::{FEATURE, Largest, ONE};
 
-/// Full scale of a line's sum, of 8 bits and 2500 pixels.
+/// The full scale of the sum of a row or column: 8 bits and 2500 pixels.
 const MOST: f64 = 255.0 * 2500.0;
-/// Frames of the baseline.
+/// The number of frames of the baseline.
 const QUIET: usize = 25;
-/// What two values of e^x are off by, of the brightest.
+/// The error of two values of e^x, as a fraction of the brightest light.
 const EXP: f64 = 2e-8;
 
-/// The real logarithms of a slide and of the baseline before it.
+/// The real logarithms of a slide, and of the baseline before it.
 struct Slide {
     quiet: [[f64; FEATURES]; QUIET],
     frames: [[f64; FEATURES]; SAMPLE_FRAMES],
 }
 
-/// A number and by how much fixed point may be off it.
+/// A number, and the largest possible error of its fixed-point value.
 #[derive(Clone, Copy)]
 struct Bounded {
     value: f64,
@@ -36,7 +36,8 @@ struct Bounded {
 }
 
 impl Slide {
-    /// Light that goes over the lines one after another, some axes faster than others, above noise; the real sums.
+    /// Returns a random slide, and its features in fixed point. Light passes over the rows and columns at different
+    /// paces, above noise.
     fn by_chance(random: &mut Random) -> (Self, [Features; QUIET], [Features; SAMPLE_FRAMES]) {
         let mut uniform = |from: f64, to: f64| from + (to - from) * random.below(1 << 30) as f64 / f64::from(1 << 30);
         let (dark, width) = (uniform(0.012, 0.04), uniform(1.5, 8.0));
@@ -56,13 +57,15 @@ impl Slide {
         (slide, quiet.map(|frame| scale.features(&frame)), frames.map(|frame| scale.features(&frame)))
     }
 
-    /// When a line is lit: the centroid of its light above its baseline; nothing where rounding may leave none.
+    /// Returns the centroid of the light of a row or column above its baseline. Returns `None` if rounding may leave no
+    /// light.
     fn centroid(&self, line: usize) -> Option<Bounded> {
         let mean = self.quiet.iter().map(|frame| frame[line]).sum::<f64>() / QUIET as f64;
         let base = mean.exp();
         let light = self.frames.map(|frame| frame[line].exp());
         let brightest = light.into_iter().fold(0.0, f64::max);
-        // As `direction::direction` derives it: a feature's error is a share of its light, a mean is rounded down to 2^-20.
+        // The documentation of `direction::direction` derives this. The error of a feature is a fraction of its light,
+        // and a mean is rounded down to a multiple of 2^-20.
         let share = (FEATURE / ONE).exp_m1();
         let off = light.map(|light| share * (light + base) + base / 1_048_576.0 + EXP * brightest);
         let above = light.map(|light| (light - base).max(0.0));
@@ -73,7 +76,7 @@ impl Slide {
             .then(|| Bounded { value: centroid, off: moment / (total - most_off) + 1.0 / 1_048_576.0 })
     }
 
-    /// Least squares over five lines.
+    /// Returns the slope of the least-squares line through five centroids.
     fn slope(&self, first: usize) -> Option<Bounded> {
         let mut slope = Bounded { value: 0.0, off: 0.0 };
         for index in 0..5 {
@@ -85,8 +88,8 @@ impl Slide {
     }
 }
 
-/// Confidences beside those of the real light: within what each sample's bound is; headings alike wherever the bound leaves no
-/// choice.
+/// Compares confidences with those of the real light, within the bound of each sample. Headings must be equal if the
+/// bound leaves no choice.
 #[test]
 fn directions_are_within_their_bound() {
     let mut random = Random::new(17);
@@ -108,7 +111,7 @@ fn directions_are_within_their_bound() {
         let off = 2.0 * (a * column.off + b * row.off) / ((a + b) * least) + 1.0 / 32_768.0;
         let moved = (f64::from(direction.confidence()) - confidence).abs();
         let what = format_args!("confidence {} for {confidence}", direction.confidence());
-        // Slow axes leave much to chance: what is printed is of slides that have a direction.
+        // Slow axes are mostly chance, so slides with a direction are printed separately.
         if confidence > 0.2 + off {
             clear.see(moved, off, what);
             let heading = match (a > b, row.value > 0.0, column.value > 0.0) {
@@ -130,7 +133,8 @@ fn directions_are_within_their_bound() {
     unclear.print("confidence where there is none", 1.0, "of 1");
 }
 
-/// The first and the last valid frame are those of the real light, unless that is within a feature's error of the threshold.
+/// Compares the first and the last valid frame with those of the real light. They may differ only if a frame is within
+/// a feature's error of the threshold.
 #[test]
 fn durations_are_within_their_bound() {
     let mut random = Random::new(23);

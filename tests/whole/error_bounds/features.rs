@@ -1,4 +1,4 @@
-//! Sums → features.
+//! From sums to features.
 
 use wstac_core::features::{FeatureScale, Floor};
 use wstac_core::ln::{LN_FRACTION_BITS, Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
@@ -6,17 +6,17 @@ use wstac_tests::{how_many, random::Random};
 
 use super::{ONE, within};
 
-/// What is left of the range of a feature: below it features saturate, on purpose.
+/// The lower end of the range of a feature. Features below it saturate by design.
 const LOWEST: f64 = -16.0;
 
-/// The largest distance of a feature from the real logarithm, in units, over taxels of any size and depth of color.
+/// Returns the largest distance of a feature from the real logarithm, in units. Taxels have any size and bit depth.
 fn worst<L: Ln>() -> f64 {
     let mut random = Random::new(11);
     let mut worst = 0.0_f64;
     for round in 0..2000 {
         let full_scale = [255, 1023, 4095, 65_535][round % 4];
         let most_pixels = u32::MAX / 5 / full_scale;
-        // As many small taxels as large ones.
+        // Small taxels are as frequent as large ones.
         let size = 1 << random.below(25);
         let pixels = (1 + random.below(size) as u32).min(most_pixels);
         let frames = 1 + random.below(u64::from((most_pixels / pixels).min(40))) as u32;
@@ -30,7 +30,8 @@ fn worst<L: Ln>() -> f64 {
             }
         };
         for _ in 0..200 {
-            // Any sum, small ones as often as large ones; and those next to where rounding turns, which are the worst.
+            // Tries any sum, small ones as often as large ones. Also tries the sums next to a rounding boundary, which
+            // are the worst.
             let sum = (f64::from(most) * 5.0).powf(random.below(1 << 20) as f64 / f64::from(1 << 20));
             let units = (sum.ln() - f64::from(most).ln()) * ONE;
             let turn = (((units.floor() + 0.5) / ONE).exp() * f64::from(most)) as u32;
@@ -40,7 +41,7 @@ fn worst<L: Ln>() -> f64 {
     worst
 }
 
-/// A kernel, and how far it is from the real logarithm at most, as its page says.
+/// A kernel, and its largest distance from the real logarithm according to its documentation.
 struct Kernel {
     name: &'static str,
     ln: fn(u32) -> i32,
@@ -61,7 +62,7 @@ fn kernels() -> [Kernel; 4] {
     ]
 }
 
-/// Every integer of up to 20 bits, and every 997th above; `ci/long ln` takes all of 32 bits.
+/// Tests every integer of up to 20 bits, and every 997th above. `ci/long ln` tests all integers of 32 bits.
 #[test]
 fn logarithms_are_within_their_bound() {
     let step = how_many("WSTAC_LONG_LN_STEP", 997) as usize;
@@ -81,7 +82,7 @@ fn logarithms_are_within_their_bound() {
     }
 }
 
-/// Half a unit of rounding beside the error of two logarithms.
+/// Tests that a feature is within half a unit of rounding and the errors of two logarithms.
 #[test]
 fn features_are_within_their_bound() {
     for kernel in kernels() {

@@ -1,4 +1,5 @@
-//! Samples → scores of linear models: what whole numbers for weights cost, and what the features' own rounding adds.
+//! From samples to scores of linear models: the error of whole numbers as weights, and the error that rounded features
+//! add.
 
 use wstac_core::model::file::{HEADER_HALVES, INPUTS, Task};
 use wstac_core::model::linear_svm::BLOCK;
@@ -8,15 +9,17 @@ use wstac_train::model::write::{Options, write};
 
 use super::{FEATURE, Largest, ONE};
 
-/// Classes, and so rows: an odd number, so that the last block is not full.
+/// The number of classes, which is also the number of rows. It is odd, so that the last block is not full.
 const ROWS: usize = 5;
-/// The usual features, as the writer's bound has them: ln(2.5/255) to ln 5.
+/// The range of usual features in the writer's bound: ln(2.5/255) to ln 5.
 const USUAL: (f64, f64) = (-9471.0, 3296.0);
 
-/// What 64 bits lose here: some 1400 roundings of numbers below 700 · 4.7, by 2^-53 of each. The worst samples are at the bound.
+/// The rounding error of 64-bit floating point here: about 1400 roundings of numbers below 700 · 4.7, by 2^-53 each. It
+/// counts because the worst samples reach the bound.
 const IN_64_BITS: f64 = 1e-9;
 
-/// Biases and weights of a model file with int16 weights, as the page of linear models says they lie.
+/// Returns the biases and weights of a model file with int16 weights. The documentation of linear models describes
+/// their places.
 fn rows_of(words: &[u32]) -> Vec<(i64, Vec<i16>)> {
     let halves: Vec<u16> = words.iter().flat_map(|&word| [word as u16, (word >> 16) as u16]).collect();
     let biases = HEADER_HALVES + 2;
@@ -35,8 +38,8 @@ fn rows_of(words: &[u32]) -> Vec<(i64, Vec<i16>)> {
     rows
 }
 
-/// Scores in whole numbers beside scores in 64 bits of the weights that were trained, for features by chance and for the worst
-/// there are; and the same of real features, rounded as the core rounds them.
+/// Compares scores in whole numbers with 64-bit scores of the trained weights. Features are random or the worst
+/// possible ones. Then does the same for real features, which the core rounds.
 #[test]
 fn scores_are_within_their_bound() {
     let mut random = Random::new(5);
@@ -60,11 +63,11 @@ fn scores_are_within_their_bound() {
         let largest = trained.iter().flat_map(|row| &row.weights).fold(0.0_f64, |most, weight| most.max(weight.abs()));
         let unit = largest / 32_767.0;
         for (class, ((bias, integers), row)) in rows_of(&written.words).iter().zip(&trained).enumerate() {
-            // What the features' own rounding adds.
+            // The error that rounded features add.
             let added = row.weights.iter().map(|weight| weight.abs()).sum::<f64>() * FEATURE / ONE;
             let weight_of = |input: usize| f64::from(integers[file_order(input, 70)]) * unit;
-            // Each feature at the end where its weight's rounding does most harm, either way, and as far off as rounding allows
-            // the same way; then features by chance.
+            // The first two samples are the worst: each feature is at the end of its range where the rounded weight
+            // does most harm, and is rounded by almost half a unit in the same direction. The other samples are random.
             for kind in 0..12 {
                 let harm = if kind == 0 { 1.0 } else { -1.0 };
                 let real: Vec<f64> = (0..INPUTS)

@@ -1,14 +1,15 @@
-//! Durations → speeds.
+//! From durations to speeds.
 
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::Law;
 
 use super::Largest;
 
-/// Half the distance of 1 from the next 32-bit float.
+/// Half the distance from 1 to the next 32-bit float.
 const U: f64 = 1.0 / 16_777_216.0;
 
-/// The laws in 64 bits at every duration and many frame rates, beside their bounds: see `Law::speed`.
+/// Compares the laws with 64-bit floating point at every duration and at many frame rates. `Law::speed` documents their
+/// bounds.
 #[test]
 fn laws_in_32_bits_are_within_their_bound() {
     let (mut paper, mut physical, mut beyond) = (Largest::default(), Largest::default(), Largest::default());

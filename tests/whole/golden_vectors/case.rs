@@ -1,4 +1,4 @@
-//! A case of the golden vectors: what the manifest and the files of `tests/golden` say.
+//! A case of the golden vectors, as the manifest and the files of `tests/golden` describe it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -159,7 +159,7 @@ pub(super) fn directory() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("golden")
 }
 
-/// Panics with the file's name where it cannot be used: a vector that is not there is a failure.
+/// Panics with the file's name if it cannot be used. A missing vector is a failure.
 pub(super) fn read<T: for<'a> Deserialize<'a>>(path: &Path) -> T {
     let text = fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     serde_json::from_slice(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()))

@@ -1,5 +1,5 @@
-//! The golden vectors of the independent reference (`tests/reference`), case by case: sums, features, thresholds,
-//! events, answers and ends. Every case of the manifest is run; a missing or empty manifest fails.
+//! Tests the golden vectors of the independent reference (`tests/reference`), case by case: sums, features, thresholds,
+//! events, answers and ends. Every case of the manifest is run. A missing or empty manifest fails.
 
 mod case;
 
@@ -15,7 +15,7 @@ use wstac_core::trigger::{Event, InterruptedSample, Trigger};
 
 use case::{Case, EventOf, Expected, Manifest, directory, read};
 
-/// Checks one event's numbers and answers.
+/// Checks the numbers and answers of one event.
 fn check_event(name: &str, event: &Event<'_>, expected: &EventOf, config: &SpeedConfig, compare_samples: bool) {
     let at = format!("{name}, event at {}", expected.frame);
     assert_eq!(event.frame, expected.frame, "{at}");
@@ -33,7 +33,7 @@ fn check_event(name: &str, event: &Event<'_>, expected: &EventOf, config: &Speed
     assert_eq!(duration.map(|d| d.last), expected.last_valid, "{at}: last valid");
     assert_eq!(duration.map(speed::LitSpan::frames), expected.duration_frames, "{at}: duration");
 
-    // f32 against float64: a few units in the last place.
+    // 32-bit and 64-bit floats differ by a few units in the last place.
     let close = |found: f32, expected: f64| (f64::from(found) / expected - 1.0).abs() < 2e-6;
     let answer = &expected.speed;
     match speed::speed(event, config) {
@@ -61,14 +61,15 @@ fn check_event(name: &str, event: &Event<'_>, expected: &EventOf, config: &Speed
 
     let direction = direction::direction(event);
     assert_eq!(direction.heading.ok().map(direction::Heading::degrees), expected.direction.deg, "{at}: {direction:?}");
-    // A unit of 2^-15, rounded down, and what slopes off by 2e-5 frames an index make of the confidence.
+    // The confidence may differ by a unit of 2^-15, because it is rounded down, and by the effect of slopes that are
+    // off by 2e-5 frames per index.
     let slopes = expected.direction.row_slope.abs() + expected.direction.column_slope.abs();
     let allowed = 1.1 / 32_768.0 + if slopes > 0.0 { 2.0 * 2e-5 / slopes } else { 0.0 };
     let (found, expected) = (f64::from(direction.confidence()), expected.direction.confidence);
     assert!((found - expected).abs() < allowed, "{at}: confidence {found}, expected {expected} within {allowed}");
 }
 
-/// What all cases together came to.
+/// The totals of all cases.
 #[derive(Default)]
 struct Found {
     sums: usize,
@@ -79,7 +80,7 @@ struct Found {
     unrobust: usize,
 }
 
-/// One case under way: its trigger, and which of the expected events comes next.
+/// A case that is being run: its trigger, and the number of expected events that have come.
 struct Run<'a> {
     name: &'a str,
     trigger: Trigger<Option<TrackingBaseline>>,
@@ -87,7 +88,7 @@ struct Run<'a> {
     expected: &'a [EventOf],
     events: usize,
     interrupted: Vec<InterruptedSample>,
-    /// Samples can be compared: the trigger was fed the reference's own features.
+    /// Whether samples can be compared, because the trigger got the reference's own features.
     exact: bool,
 }
 
@@ -125,7 +126,7 @@ impl Run<'_> {
     }
 }
 
-/// Runs a case twice: from its bytes, and from the reference's features, which leave no excuse for rounding.
+/// Runs a case twice: from its bytes, and from the reference's features. The second run must be exact.
 fn run(case: &Case, expected: &Expected, bytes: &[u8], found: &mut Found) {
     let name = case.name.as_str();
     let camera = case.camera();
@@ -193,7 +194,7 @@ fn run(case: &Case, expected: &Expected, bytes: &[u8], found: &mut Found) {
     assert_eq!(&partial, expected.partial_frames.as_ref().unwrap_or(&Vec::new()), "{name}: partial frames");
     assert_eq!(dropped, expected.end.dropped, "{name}: dropped");
 
-    // A long gap that began in the baseline: more than 7 feature frames missing.
+    // A long gap that began in the baseline: more than 7 feature frames are missing.
     let baseline_frames = u64::from(case.trigger().baseline_frames());
     let ends = numbers.iter().skip(1).copied().chain([expected.end.frames]);
     let gap_in_baseline = numbers.iter().zip(ends).any(|(&last, next)| next - last > 8 && last + 1 < baseline_frames);
@@ -208,7 +209,7 @@ fn run(case: &Case, expected: &Expected, bytes: &[u8], found: &mut Found) {
         let end = run.trigger.end();
         assert_eq!(end.frames, expected.end.frames, "{name}: frames");
         assert_eq!(end.baseline_complete, expected.end.baseline == "complete", "{name}: baseline");
-        // The reference's `quiet` is about the five windows only; the product's is false for a long gap, too.
+        // The reference's `quiet` is only about the five windows. The product's is also false after a long gap.
         let quiet = expected.end.quiet.map(|quiet| quiet && !gap_in_baseline);
         assert_eq!(end.baseline_complete.then_some(end.baseline_quiet), quiet, "{name}: quiet");
         let open = expected.end.incomplete.as_ref().map(|i| InterruptedSample::new(i.frame, i.frames));

@@ -1,4 +1,4 @@
-//! What there is to choose from.
+//! Strategies that choose formats, pictures and configurations.
 
 use proptest::prelude::*;
 use proptest::test_runner::{FileFailurePersistence, RngSeed};
@@ -14,7 +14,7 @@ use wstac_tests::formats;
 use wstac_tests::plain_sums::{self, Picture};
 use wstac_tests::random::Random;
 
-/// As many cases, always the same ones.
+/// Returns the settings for this many cases, which are the same in every run.
 pub(super) fn config(cases: u32) -> ProptestConfig {
     ProptestConfig {
         cases,
@@ -36,7 +36,7 @@ pub(super) fn any_method() -> impl Strategy<Value = YcbcrMethod> {
     prop::sample::select(formats::METHODS.to_vec())
 }
 
-/// A picture's description: any format, any size up to 40 × 40, any layout, stride and padding.
+/// Describes a picture of any format, any size up to 40 × 40, and any layout, stride and padding.
 pub(super) fn any_picture() -> impl Strategy<Value = Picture> {
     (2_usize..=40, 2_usize..=40, prop::sample::select(vec![1_usize, 2, 3, 5]), 0_usize..9, any::<u64>()).prop_flat_map(
         |(width, height, stride, padding, seed)| {
@@ -85,7 +85,7 @@ prop_compose! {
     }
 }
 
-/// Configurations that fire now and then rather than always or never.
+/// Chooses configurations that fire sometimes, rather than always or never.
 pub(super) fn lively_trigger_config() -> impl Strategy<Value = TriggerConfig> {
     (1_u32..=20, 0_u32..=50, any::<bool>()).prop_map(|(window, backtrack, literal)| {
         let backtrack = backtrack.min(5 * window).min(70 - window);

@@ -1,4 +1,4 @@
-//! Features to events.
+//! Properties from features to events.
 
 use proptest::prelude::*;
 use wstac_core::features::Features;
@@ -8,7 +8,7 @@ use wstac_tests::{OwnedEvent, plain_trigger};
 
 use super::choice::{any_trigger_config, config, lively_trigger_config};
 
-/// A stream of features: dark with noise, bright now and then, from every level there is.
+/// Returns a stream of features that is dark with noise, and sometimes bright. The dark level can be any level.
 fn features(frames: usize, seed: u64) -> Vec<Features> {
     let mut random = Random::new(seed);
     let dark = -16_000 + random.below(17_000) as i64;
@@ -27,7 +27,7 @@ fn features(frames: usize, seed: u64) -> Vec<Features> {
         .collect()
 }
 
-/// Pushes one frame; what it brought about.
+/// Pushes one frame and returns the event that it completed.
 fn push(trigger: &mut Trigger, features: Features) -> Option<OwnedEvent> {
     trigger.push(features, false).map(OwnedEvent::from)
 }
@@ -44,7 +44,8 @@ proptest! {
         config in prop_oneof![any_trigger_config(), lively_trigger_config()],
         frames in 0_usize..900, losses in prop::collection::vec((0_usize..900, 1_u64..=7), 0..30), seed in any::<u64>(),
     ) {
-        // Losses of up to 7 in a row, each after a frame that arrived: the plain model gets them filled in by hand.
+        // Up to 7 frames in a row are lost, each time after a frame that arrived. The plain model gets them filled in
+        // by hand.
         let arriving = features(frames, seed);
         let mut filled = Vec::new();
         let mut trigger = Trigger::new(config);
@@ -80,7 +81,7 @@ proptest! {
         let mut frames_seen = start;
         let mut last: Option<u64> = None;
         let mut check = |event: Option<OwnedEvent>, now: u64| {
-            // At the end of all numbers time stands still.
+            // At the largest frame number, time stands still.
             if let Some(event) = event.filter(|_| now < u64::MAX) {
                 assert_eq!(event.sample.len(), 70);
                 assert!(event.frame >= start && event.frame.saturating_add(70) <= now, "{} at {now}", event.frame);
@@ -110,8 +111,8 @@ proptest! {
     fn after_a_long_gap_frames_have_their_own_numbers(
         config in lively_trigger_config(), before in 0_usize..200, gap in 8_u64..5000, seed in any::<u64>(),
     ) {
-        // What follows a long gap is what follows a quiet baseline of its own length, moved in time: windows start
-        // afresh, and the baseline stays.
+        // After a long gap, the stream must behave like one after a quiet baseline of its own, moved in time. Windows
+        // start anew, and the baseline stays.
         let m = usize::from(config.window());
         let quiet = vec![[-8000; 10]; 5 * m + before];
         let after = features(500, seed);
@@ -121,7 +122,8 @@ proptest! {
         }
         gapped.push_lost(gap);
         let mut plain = Trigger::new(config);
-        // Of the quiet stream only whole windows, so that the next starts with `after`; at least 70 to look back on.
+        // The quiet stream has only whole windows, so that the next window starts with `after`. It has at least 70
+        // frames to look back on.
         for _ in 0..5 * m + 70_usize.next_multiple_of(m) {
             plain.push([-8000; 10], false);
         }

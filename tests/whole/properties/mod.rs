@@ -1,5 +1,5 @@
-//! What holds for every input: proptest over formats, layouts, stripes, losses and configurations. The seed is fixed;
-//! what once failed is kept in `properties.regressions` and tried first.
+//! Tests what holds for every input, with proptest: formats, layouts, stripes, losses and configurations. The seed is
+//! fixed. Cases that failed once are kept in `properties.regressions` and tried first.
 
 mod choice;
 mod events;

@@ -1,4 +1,4 @@
-//! Bytes to sums.
+//! Properties from bytes to sums.
 
 use proptest::prelude::*;
 use wstac_core::green::any::PixelFormat;
@@ -24,7 +24,7 @@ proptest! {
         prop_assert_eq!(camera.frame_bytes(), picture.bytes());
         let mut any = TaxelSums::new(camera);
         prop_assert_eq!(any.push_frame(&bytes).unwrap(), expected);
-        // Accumulators are empty again, and one byte less is no frame.
+        // The sums start from zero again, and a frame that is one byte too short is refused.
         prop_assert!(any.push_frame(&bytes[1..]).is_err());
         prop_assert_eq!(any.push_frame(&bytes).unwrap(), expected);
         let typed = with_green_type!(picture.format, picture.color, picture.method, green => {
@@ -72,7 +72,7 @@ proptest! {
     }
 }
 
-/// The bytes of one gray picture, `levels` row by row, in another format, without padding.
+/// Returns the bytes of one gray picture in another format, without padding. `levels` has its pixels row by row.
 pub(super) fn in_format(format: PixelFormat, levels: &[u8], width: usize, random: &mut Random) -> Vec<u8> {
     use PixelFormat as F;
     let words = |factor: u16| levels.iter().flat_map(|&v| (u16::from(v) * factor).to_le_bytes()).collect();
@@ -128,13 +128,13 @@ proptest! {
                 PixelFormat::Y12 => gray.map(|sum| sum * 16),
                 PixelFormat::Y16 => gray.map(|sum| sum * 257),
                 PixelFormat::Rgb565 => sums_in(PixelFormat::Gray, &widened, &mut random),
-                // Mosaics see half the pixels: below.
+                // A mosaic sees half the pixels; it is compared below.
                 PixelFormat::Bayer8(_) | PixelFormat::Bayer10(_) | PixelFormat::Bayer12(_) => continue,
                 _ => gray,
             };
             prop_assert_eq!(sums_in(format, &levels, &mut random), expected, "{:?}", format);
         }
-        // In the two orders with green on the same diagonal; of every bit depth.
+        // Orders with green on the same diagonal must give equal sums, at every bit depth.
         let mosaic = formats::BAYER_ORDERS.map(|order| sums_in(PixelFormat::Bayer8(order), &levels, &mut random));
         prop_assert_eq!(mosaic[0], mosaic[3]);
         prop_assert_eq!(mosaic[1], mosaic[2]);
@@ -142,7 +142,7 @@ proptest! {
             prop_assert_eq!(sums_in(PixelFormat::Bayer10(order), &levels, &mut random), eight.map(|sum| sum * 4));
             prop_assert_eq!(sums_in(PixelFormat::Bayer12(order), &levels, &mut random), eight.map(|sum| sum * 16));
         }
-        // Both diagonals together are the gray picture, where cells are counted as pixels are.
+        // Both diagonals together are the gray picture if cells are counted like pixels.
         if picture.stride == 1 {
             let even = |x: usize| x & !1;
             let snapped = Picture {
@@ -168,7 +168,7 @@ proptest! {
         let corners = picture.corners.map(|[x, y]| [x.min(width - taxel[0]), y.min(height - taxel[1])]);
         let mut random = Random::new(seed);
         let luma = random.bytes(width * height);
-        // One chroma sample for 2 × 2 pixels, seen through each layout.
+        // One chroma sample for 2 × 2 pixels, in each memory layout.
         let (cb, cr) = (random.bytes(width * height / 4), random.bytes(width * height / 4));
         let cell = |x: usize, y: usize| y / 2 * (width / 2) + x / 2;
         let pixels = || (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));

@@ -1,4 +1,4 @@
-//! All of it: bytes to events and answers.
+//! Properties of the whole pipeline, from bytes to events and answers.
 
 use proptest::prelude::*;
 use wstac_core::direction;
@@ -19,7 +19,7 @@ use wstac_tests::random::Random;
 use super::choice::{any_of, any_picture, any_trigger_config, config, layout_of, lively_trigger_config};
 use super::sums::in_format;
 
-/// What can be done to a pipeline.
+/// An action on a pipeline.
 #[derive(Clone, Debug)]
 enum Step {
     Frame(u64),
@@ -70,7 +70,7 @@ fn any_speed_config() -> impl Strategy<Value = SpeedConfig> {
     })
 }
 
-/// Every answer to an event is one that its documentation allows.
+/// Checks that every answer to an event is one that its documentation allows.
 fn check_answers(event: &Event<'_>, config: &SpeedConfig) {
     let direction = direction::direction(event);
     assert!(direction.confidence <= 32_768, "{direction:?}");
@@ -81,7 +81,7 @@ fn check_answers(event: &Event<'_>, config: &SpeedConfig) {
     }
 }
 
-/// Everything that updates have brought.
+/// Collects everything that updates brought.
 #[derive(Debug, Default, PartialEq)]
 struct Brought {
     frames: Vec<CompletedFrame>,
@@ -144,7 +144,7 @@ proptest! {
         let stride = Stride::try_from(picture.stride as u32).unwrap();
         let camera = FrameGeometry::with_stride(any_of(&picture), layout_of(&picture), rate, stride)
             .and_then(|camera| camera.with_bytes_per_row(picture.bytes_per_row as u32));
-        // A rate can be too high for 32 bits.
+        // The rate may be too high for 32 bits.
         let Ok(camera) = camera else { return Ok(()) };
         match kernel {
             0 => run::<Fixed>(camera, floor, trigger, &speed, &steps),
@@ -217,7 +217,7 @@ proptest! {
 
     #[test]
     fn eight_and_sixteen_bits_of_one_picture_have_the_same_features(seed in any::<u64>(), matrix in any::<bool>()) {
-        // 65535 = 257 · 255, so the shares of full scale are equal; the kernel may round them apart by a unit.
+        // 65535 = 257 · 255, so the fractions of full scale are equal. The kernel may round them apart by a unit.
         let mut random = Random::new(seed);
         let levels = random.bytes(25 * 20);
         let layout = Layout::paper(FrameSize::new(25, 20).unwrap()).unwrap();

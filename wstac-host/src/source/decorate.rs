@@ -60,7 +60,7 @@ impl<S: Source, F: FnMut(&SourceEvent<'_>) + Send> Source for Tap<S, F> {
     }
 }
 
-/// What a [`FaultInjector`] does with a frame.
+/// The action of a [`FaultInjector`] on a frame.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Injection {
     /// Hands the frame out as it is.

@@ -119,12 +119,12 @@ impl Fit {
 
 #[cfg(test)]
 mod tests {
-    use super::data::Labelled;
+    use super::data::Labeled;
     use super::*;
 
     fn slides(of: impl Fn(f64) -> f64) -> Slides {
         let used =
-            (10..=20).map(|n| f64::from(10 * n)).map(|speed_mm_s| Labelled { speed_mm_s, frames: of(speed_mm_s) });
+            (10..=20).map(|n| f64::from(10 * n)).map(|speed_mm_s| Labeled { speed_mm_s, frames: of(speed_mm_s) });
         Slides { used: used.collect(), ..Slides::default() }
     }
 
@@ -154,7 +154,7 @@ mod tests {
     #[test]
     fn what_is_no_law_is_refused() {
         let two = Slides { used: slides(|v| 3000.0 / v).used[..2].to_vec(), ..Slides::default() };
-        let same = Slides { used: vec![Labelled { speed_mm_s: 100.0, frames: 38.0 }; 9], ..Slides::default() };
+        let same = Slides { used: vec![Labeled { speed_mm_s: 100.0, frames: 38.0 }; 9], ..Slides::default() };
         for (slides, part) in [
             (Slides::default(), "0 slides at 0 different speeds"),
             (two, "2 slides at 2 different speeds"),

@@ -1,4 +1,4 @@
-//! Texture models: read, asked, and their labels.
+//! Entry points for texture models: reading them, classifying, and labels.
 
 use wstac_core::model::Model;
 use wstac_core::model::boosted::Boosted;

@@ -95,11 +95,11 @@ mod tests {
     use super::*;
 
     /// Computes moments by brute force: a sum over the normal distribution in small steps.
-    fn by_sum(mean: f64, deviation: f64, quantised: impl Fn(f64) -> f64) -> [f64; 2] {
+    fn by_sum(mean: f64, deviation: f64, quantized: impl Fn(f64) -> f64) -> [f64; 2] {
         let (mut total, mut first, mut second) = (0.0, 0.0, 0.0);
         for step in -70_000..=70_000 {
             let z = f64::from(step) * 1e-4;
-            let (weight, value) = (exp(-0.5 * z * z), quantised(mean + deviation * z));
+            let (weight, value) = (exp(-0.5 * z * z), quantized(mean + deviation * z));
             (total, first, second) = (total + weight, first + weight * value, second + weight * value * value);
         }
         let mean = first / total;
