@@ -129,9 +129,9 @@ def speeds() -> list[Case]:
         stream("speed-physical-pole", "an event shorter than the afterglow: no speed", slides=(Slide(40,
                ORDERS["press"],
                rise=2, fall=3),), speed=physical),
-        stream("speed-25fps", "25 frames a second: durations scale", fps=(25, 1)),
-        stream("speed-ntsc", "30000/1001 frames a second", fps=(30000, 1001)),
-        stream("speed-5fps", "5 frames a second: no binning, scaled duration", slides=(Slide(40, step=1),), fps=(5, 1)),
+        stream("speed-25fps", "25 frames per second: durations scale", fps=(25, 1)),
+        stream("speed-ntsc", "30000/1001 frames per second", fps=(30000, 1001)),
+        stream("speed-5fps", "5 frames per second: no binning, scaled duration", slides=(Slide(40, step=1),), fps=(5, 1)),
     ]  # fmt: skip
 
 
@@ -320,7 +320,7 @@ def rates() -> list[Case]:
     quick = TriggerConfig(window=2, backtrack=5)
     sixty: dict[str, Any] = {"fps": (60, 1)}
     return [
-        stream("fps-45", "45 frames a second: not above 45, no binning", fps=(45, 1)),
+        stream("fps-45", "45 frames per second: not above 45, no binning", fps=(45, 1)),
         stream("fps-45-above", "45.001: n = round(1.50003) = 2", **fast(2), fps=(45001, 1000)),
         stream("fps-5994", "60000/1001", **fast(2), fps=(60000, 1001)),
         stream("fps-60", "60: n = 2, and half a group at the end", **{**fast(2), "frames": 197}, **sixty),

@@ -227,12 +227,12 @@ impl Pace {
         let rate = self.rate;
         if self.slow {
             let message = format!(
-                "the camera takes {measured:.1} frames a second, {rate:.1} were agreed on; those that are missing count as \
+                "the camera takes {measured:.1} frames per second, {rate:.1} were agreed on; those that are missing count as \
                  lost; usual cause: automatic exposure in the dark, so lock the exposure or add light"
             );
             return Fault::new(FaultKind::Slow, message);
         }
-        Fault::new(FaultKind::InTime, format!("the camera takes {measured:.1} of {rate:.1} frames a second again"))
+        Fault::new(FaultKind::InTime, format!("the camera takes {measured:.1} of {rate:.1} frames per second again"))
     }
 }
 
@@ -242,6 +242,7 @@ mod tests {
     use wstac_core::layout::FrameSize;
 
     use super::*;
+    use crate::error::ErrorKind;
 
     /// An event of a source that plays a list.
     enum Played {
@@ -281,7 +282,7 @@ mod tests {
                 }
                 Some(Played::Lost(frames, reason)) => SourceEvent::Lost { frames, reason },
                 Some(Played::Fault(kind)) => SourceEvent::Fault(Fault::new(kind, "a fault")),
-                Some(Played::Fail) => return Err(Error::new("a player", "fails")),
+                Some(Played::Fail) => return Err(Error::new(ErrorKind::Device, "a player", "fails")),
                 None => SourceEvent::End,
             })
         }
@@ -393,7 +394,7 @@ mod tests {
         let mut pace = Pace::new(FrameRate::NOMINAL);
         let time = |number: u32| Some(Duration::from_millis(u64::from(number) * 133));
         let fault = (1..100).find_map(|number| pace.arrive(number, time(number))).unwrap();
-        assert!(fault.message.contains("7.5 frames a second, 30.0 were agreed on"), "{}", fault.message);
+        assert!(fault.message.contains("7.5 frames per second, 30.0 were agreed on"), "{}", fault.message);
         assert!(fault.message.contains("exposure"));
     }
 
