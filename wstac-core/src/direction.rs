@@ -24,7 +24,7 @@ pub enum Heading {
 }
 
 impl Heading {
-    /// Returns the angle in degrees, counter-clockwise from +x: 0, 90, 180 or 270.
+    /// Returns the angle in degrees, counterclockwise from +x: 0, 90, 180 or 270.
     pub fn degrees(self) -> u16 {
         match self {
             Self::Right => 0,

@@ -1,4 +1,4 @@
-//! 25 taxel sums → ten features (SPEC §2, equation 1 of the paper).
+//! Turns 25 taxel sums into ten features (SPEC §2, equation 1 of the paper).
 
 use crate::error::ConfigError;
 use crate::ln::constant;
@@ -116,7 +116,7 @@ impl<L: Ln> FeatureScale<L> {
     /// The error has two parts: half a unit of rounding, and the kernel's own error e in each of two logarithms.
     /// Together they are 1/2 + 2 · 2048 · e units of 2^-11 above −16, below which a feature saturates. That is 0.507
     /// units with [`Fixed<256>`](Fixed), 1.033 with `Fixed<32>`, 0.50004 with `libm`, and 0.7622 with `micromath`. The
-    /// floor and zero add nothing to it: values held at a bound move no further apart.
+    /// floor adds nothing to it, because clamping two values never moves them further apart.
     #[inline(always)]
     pub fn feature(&self, sum: u32) -> i16 {
         if sum == 0 {

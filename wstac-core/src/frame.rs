@@ -2,7 +2,7 @@
 
 /// Borrows rows of one frame as a camera lays them out.
 ///
-/// The bytes are unchecked, but access is never out of bounds: what lies outside reads as empty.
+/// The number of bytes is not checked. Access out of bounds returns an empty slice.
 #[derive(Clone, Copy, Debug)]
 pub struct Rows<'a> {
     bytes: &'a [u8],
@@ -86,7 +86,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// A block of bytes: equally many in each of some rows, one below the other. All of them are there.
+/// A block of bytes: equally many in each of some rows, one below the other. No byte is missing.
 #[derive(Clone, Copy, Debug)]
 pub struct Block<'a> {
     bytes: &'a [u8],
@@ -156,7 +156,7 @@ pub struct Run {
     pub x: u16,
     /// The number of columns.
     pub width: u16,
-    /// The stride: one of so many columns is counted, starting with the first.
+    /// The stride: every s-th column is counted, starting with the first.
     pub stride: Stride,
 }
 

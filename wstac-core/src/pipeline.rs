@@ -146,7 +146,7 @@ pub struct CompletedFrame {
     pub number: u64,
     /// The ten features, five rows, then five columns, in units of 2^-11.
     pub features: Features,
-    /// Whether some, but not all, of its camera frames were lost. The others stand for them.
+    /// Whether some, but not all, of its camera frames were lost. The sums of the others were scaled up to replace them.
     pub has_missing_frames: bool,
 }
 
@@ -257,7 +257,7 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
         self.lose(loss)
     }
 
-    /// Settles what is pending at the end of a stream and returns how it ended.
+    /// Ends a stream: fills or ends a gap of lost frames, and returns how the stream ended.
     pub fn finish(&mut self) -> Finished<'_> {
         self.trigger.forget_interrupted();
         let event = self.trigger.settle();

@@ -256,14 +256,14 @@ impl<B: BaselinePolicy> Trigger<B> {
         self.state.interrupted = None;
     }
 
-    /// Settles what is pending at the end of a stream. Returns an event if lost frames at the very end complete a
+    /// Ends a stream: fills or ends a gap of lost frames. Returns an event if lost frames at the very end complete a
     /// sample.
     pub fn finish(&mut self) -> Option<Event<'_>> {
         let first = self.settle()?;
         Some(self.state.event(first))
     }
 
-    /// Settles what is pending at the end of a stream. Returns the first frame of the sample that it completes.
+    /// Fills or ends a gap of lost frames at the end of a stream. Returns the first frame of the sample that it completes.
     pub(crate) fn settle(&mut self) -> Option<u64> {
         self.clear_backlog();
         let lost = core::mem::take(&mut self.state.lost);

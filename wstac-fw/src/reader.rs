@@ -152,7 +152,7 @@ impl Reader {
         self.sender.send_held(self.pipeline.recent(), out)
     }
 
-    /// Settles what is pending at the end of a stream that has one, and sends how it ended.
+    /// Ends a stream that has an end: fills or ends a gap of lost frames, and sends how the stream ended.
     pub fn finish(&mut self, out: &mut impl Outlet) {
         while self.send_held(out) {}
         let finished = self.pipeline.finish();

@@ -1,4 +1,4 @@
-//! The events of a recording, a line each: `cargo run --release -p wstac-host --example events FILE.mcap`.
+//! Prints the events of a recording, one per line: `cargo run --release -p wstac-host --example events FILE.mcap`.
 use std::path::Path;
 
 use wstac_host::source::open::{OpenOptions, open};

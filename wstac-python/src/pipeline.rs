@@ -33,7 +33,7 @@ pub(crate) struct Pipeline {
     frame_bytes: RangeInclusive<usize>,
 }
 
-/// What a push gives: records, and features (k, 10).
+/// The result of a push: records, and features (k, 10).
 type Pushed<'py> = (Vec<Bound<'py, PyAny>>, Bound<'py, PyAny>);
 
 #[pymethods]

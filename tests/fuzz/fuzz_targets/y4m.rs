@@ -1,4 +1,5 @@
-//! Any bytes as a Y4M stream: an error or frames, never a panic, and every frame is one that the core takes.
+//! Reads any bytes as a Y4M stream. The result is an error or frames, but never a panic, and the core accepts every
+//! frame.
 #![no_main]
 
 use std::io::Cursor;
@@ -23,7 +24,7 @@ fuzz_target!(|data: &[u8]| {
         .and_then(|camera| camera.with_bytes_per_row(info.bytes_per_row))
         .and_then(|camera| Pipeline::builder(camera).build())
         .ok();
-    // Every frame takes at least its line of six bytes.
+    // Every frame takes at least the six bytes of its line.
     for _ in 0..=data.len() {
         match source.next_event() {
             Ok(SourceEvent::Frame(Frame { bytes, .. })) => {

@@ -30,7 +30,7 @@ pub(super) struct Arguments {
     #[arg(short, long, value_name = "FILE.toml")]
     output: PathBuf,
 
-    /// The picture to write: what glowed, and the taxels on it
+    /// The picture to write: the spots that glowed, and the taxels
     ///
     /// By default, it is the configuration's name with the ending .png.
     #[arg(long, value_name = "FILE.png")]
@@ -52,27 +52,27 @@ pub(super) struct Arguments {
     options: SourceArguments,
 }
 
-const HELP: &str = r#"What may be wrong with the picture:
+const HELP: &str = r#"Pictures that can be used:
   It may be turned by up to 15 degrees, seen in perspective or through a
   curved lens, and have uneven or ambient light. One whisker may have no
   light: its place follows from the others. Row 1 is on top in the
   picture, and column 1 is on the left.
 
-What is refused:
+Refusals:
   If the answer is not certain, no configuration is written. The command
   gives the reason and ends with exit code 1. Reasons are: fewer than 24
   whiskers; spots that are no lattice of 5 x 5, that the edge of the
   picture cuts, that run into each other or that reach full scale; a
   sensor that was touched too early.
-  There is a picture of this, too: FILE.refused.png, which the next try
-  replaces, or the name that --overlay gives.
+  A picture shows the reason: FILE.refused.png, which the next try
+  replaces, or the file that --overlay names.
 
-What the picture shows:
+The overlay picture:
   White rings are spots that seemed to be whiskers, orange rings are
   other spots. After a calibration, each taxel has its row and column.
   A dashed orange taxel is the whisker without light.
 
-What the configuration holds:
+The configuration:
   It has the layout, and keys that follow from the noise of the untouched
   frames, each with a comment: [features] floor_levels, [trigger] margin,
   [speed] threshold and threshold_on. All other keys keep their defaults;
@@ -105,7 +105,9 @@ struct Record<'a> {
     pitch_px: [f64; 2],
     rotation_degrees: f64,
     taxel: [u16; 2],
-    centres: &'a [[f64; 2]],
+    // The output keeps this name.
+    #[serde(rename = "centres")]
+    centers: &'a [[f64; 2]],
     saturated: usize,
     noise_levels: f64,
     dark_levels: f64,
@@ -209,7 +211,7 @@ fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
     let rounded = |value: f64| (value * 1000.0).round() / 1000.0;
     let mut out = std::io::stdout().lock();
     if json {
-        let centres = calibration.centres.map(|centre| centre.map(rounded));
+        let centers = calibration.centers.map(|center| center.map(rounded));
         let record = Record {
             kind: "calibration",
             found: 25 - usize::from(dead.is_some()),
@@ -218,7 +220,7 @@ fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
             pitch_px: calibration.pitch.map(rounded),
             rotation_degrees: rounded(calibration.rotation_degrees),
             taxel: calibration.layout.taxel(),
-            centres: &centres,
+            centers: &centers,
             saturated: calibration.saturated,
             noise_levels: calibration.noise.levels,
             dark_levels: calibration.noise.dark_levels,

@@ -22,7 +22,7 @@ use wstac_setup::doctor::{CameraReport, Known, examine};
 /// Measure a sensor that nothing touches, and print what to change
 ///
 /// The report has frame rate, noise, black level, leaking light, drift, controls and the cost of MJPEG, and then
-/// advice. Nothing may touch the sensor during the measurement. Cover it as it will be used.
+/// advice. Nothing may touch the sensor during the measurement. Cover the sensor as it will be covered in use.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
@@ -56,7 +56,7 @@ pub(super) struct Arguments {
     options: SourceArguments,
 }
 
-const HELP: &str = r#"What is measured:
+const HELP: &str = r#"Measurement:
   Levels are gray levels of 255 in every format. 10 000 pixels, evenly
   spread, stand for all of them. The first 15 frames of a camera are not
   measured. Its controls stay locked afterwards.
@@ -208,8 +208,10 @@ fn examined(
     Ok((CameraReport { device, format: state.format.clone() }, controls))
 }
 
-/// Measures the same scene in the other kind of format, if the camera has one. Otherwise standard error gives the
-/// reason.
+/// Measures the same scene in the other kind of format: MJPEG or raw.
+///
+/// Returns `None` if the camera does not have both kinds, or if the second measurement fails. Then standard error has
+/// the reason of the failure.
 fn compression(
     arguments: &Arguments,
     info: &StreamInfo,

@@ -45,7 +45,7 @@ pub(super) struct Arguments {
     baud: Option<u32>,
 }
 
-const HELP: &str = r#"What is printed:
+const HELP: &str = r#"Output:
   Records are exactly those of wstac run (see wstac run --help). Standard
   error reports what the board is, gaps ("3 messages lost"), damaged
   messages, silence, and the state of its camera. If a serial device

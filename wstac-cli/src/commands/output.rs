@@ -8,7 +8,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::json::{Line, confidence, no_speed, real, rounded, unclear};
+use wstac_host::json::{JsonLine, confidence, no_speed, real, rounded, unclear};
 use wstac_host::output::{DisturbedBaseline, Output, TactileEvent};
 use wstac_host::plural::counted;
 use wstac_host::source::LossReason;
@@ -104,7 +104,7 @@ struct OfSensor<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     sensor: Option<&'a str>,
     #[serde(flatten)]
-    line: Line<'a>,
+    line: JsonLine<'a>,
 }
 
 impl Records {
@@ -119,7 +119,7 @@ impl Records {
 
     /// Writes a record as a line. Lost frames have none, and a disturbed baseline becomes a note.
     pub(super) fn write(&mut self, output: &Output) -> Result<(), Stop> {
-        let Some(line) = Line::new(output) else {
+        let Some(line) = JsonLine::new(output) else {
             if let Output::BaselineDisturbed { .. } = output {
                 self.note(DisturbedBaseline);
             }

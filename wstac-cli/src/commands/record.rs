@@ -84,7 +84,7 @@ pub(super) struct Arguments {
     force: bool,
 }
 
-const HELP: &str = r#"What the file holds:
+const HELP: &str = r#"Content of the file:
   MCAP, uncompressed, with the schemas of Foxglove; Rerun opens it.
   /camera     every frame: foxglove.RawImage, or foxglove.CompressedImage
               with the JPEG that the camera sent. The bytes are the

@@ -30,7 +30,7 @@ pub(super) struct Arguments {
 }
 
 const HELP: &str = "\
-What is recovered:
+Recovered data:
   - Every frame that was completely written, with all that belongs to it.
     wstac record hands each frame to the system at once. After kill -9,
     only the frames that waited in memory for a slow disk are missing;

@@ -16,7 +16,7 @@ use wstac_host::source::{FramePolicy, Source, StreamInfo, config_of};
 use wstac_scene::source::script;
 use wstac_scene::{Scene, Truth};
 
-/// How a source is opened and read.
+/// The options for opening and reading a source.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct SourceArguments {
     /// Frames per second, such as 30 or 30000/1001

@@ -59,7 +59,7 @@ Keys:
   space            pause the screen; a camera is still read
   ?                help
 
-What is shown:
+Content of the screen:
   picture   the frame in green light, scaled to the brightest taxel of
             the last frames, with the taxels outlined
   taxels    5 x 5, each in percent of full scale

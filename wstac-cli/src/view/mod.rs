@@ -35,7 +35,7 @@ use wstac_host::source::{Source, StreamInfo};
 /// The longest wait between two checks for signals.
 const WAIT: Duration = Duration::from_millis(50);
 
-/// How a source is shown.
+/// The options of the view.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Options {
     /// Whether it is a camera, which has a pace of its own.

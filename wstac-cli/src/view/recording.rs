@@ -13,7 +13,7 @@ use wstac_host::record::about::About;
 use wstac_host::session::Processor;
 use wstac_host::source::SourceEvent;
 
-/// How many names are tried before the recording fails.
+/// The number of names that are tried before the recording fails.
 const MOST_NAMES: u32 = 9999;
 
 /// The settings of recordings, and the recording in progress.

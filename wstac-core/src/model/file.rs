@@ -27,6 +27,7 @@
 //! Features are counted frame by frame, ten per frame: feature k of frame t is 10 t + k. (Data sets hold 70 frames of
 //! feature 0, then of feature 1 and so on; an importer reorders them.)
 
+use crate::crc;
 use crate::params::{FEATURES, SAMPLE_FRAMES};
 
 /// The most classes that a model may have.
@@ -297,21 +298,7 @@ pub(super) const fn part(words: &[u32], from: usize, to: usize) -> &[u32] {
 }
 
 /// The remainders of CRC-32 for every byte.
-const CRC_TABLE: [u32; 256] = {
-    let mut table = [0; 256];
-    let mut byte = 0;
-    while byte < 256 {
-        let mut rest = byte as u32;
-        let mut bit = 0;
-        while bit < 8 {
-            rest = if rest & 1 == 1 { rest >> 1 ^ 0xEDB8_8320 } else { rest >> 1 };
-            bit += 1;
-        }
-        table[byte] = rest;
-        byte += 1;
-    }
-    table
-};
+const CRC_TABLE: [u32; 256] = crc::remainders(8);
 
 /// Returns the CRC-32 (IEEE) of a file's bytes behind its own checksum.
 pub const fn crc(words: &[u32]) -> u32 {

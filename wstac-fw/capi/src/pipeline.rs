@@ -22,7 +22,7 @@ use crate::status::{WstacFwStatus, status};
 
 /// Bytes of a pipeline.
 pub const WSTAC_PIPELINE_SIZE: usize = 2408;
-/// What a pipeline's address is a multiple of.
+/// The alignment of a pipeline in memory, in bytes.
 pub const WSTAC_PIPELINE_ALIGN: usize = 8;
 
 /// A pipeline, in memory that the program provides: `static WstacFwPipeline pipeline;`.

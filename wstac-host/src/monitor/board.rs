@@ -182,7 +182,7 @@ fn hello_in_words(hello: &Hello<'_>) -> String {
         (numerator, denominator) => format!("{numerator}/{denominator}"),
     };
     let mut words = format!(
-        "{} {}: {}x{} {:?} at {rate} frames a second, baseline of {} frames",
+        "{} {}: {}x{} {:?} at {rate} frames per second, baseline of {} frames",
         hello.firmware,
         hello.version,
         hello.size.width(),

@@ -19,7 +19,7 @@ const ONLY_NOISE: u64 = 20;
 pub enum Report {
     /// An output as `wstac run` gives it.
     Output(Output),
-    /// Something that a person should know.
+    /// A message for people.
     Note(String),
     /// The board has started, and does not know which outputs are wanted.
     Started,

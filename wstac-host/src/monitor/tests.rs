@@ -69,7 +69,7 @@ fn end(frames: u64, baseline_complete: bool, incomplete: Option<InterruptedSampl
 
 #[test]
 fn a_board_that_starts_again_starts_from_nothing() {
-    let said = note("board 1: 320x240 Gray at 30000/1001 frames a second, baseline of 25 frames");
+    let said = note("board 1: 320x240 Gray at 30000/1001 frames per second, baseline of 25 frames");
     let (found, last) = numbered(OutputOptions::default(), [(0, &hello(0)), (1, &hello(90)), (0, &hello(0))]);
     assert_eq!(found, [Report::Started, said, note("the board has started again"), Report::Started]);
     assert_eq!(last, end(0, false, None));
@@ -77,7 +77,7 @@ fn a_board_that_starts_again_starts_from_nothing() {
 
 #[test]
 fn a_start_is_told_from_an_answer() {
-    let said = note("board 1: 320x240 Gray at 30000/1001 frames a second, baseline of 25 frames");
+    let said = note("board 1: 320x240 Gray at 30000/1001 frames per second, baseline of 25 frames");
     let again = note("the board has started again");
     // A board without frames is asked twice, then starts again.
     let (found, _) =

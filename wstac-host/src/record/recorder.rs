@@ -12,7 +12,7 @@ use super::foxglove::{self, Level, Shape};
 use super::picture;
 use super::writer::{Writer, Written};
 use crate::error::{Error, ErrorKind};
-use crate::json::{Line, real};
+use crate::json::{JsonLine, real};
 use crate::output::Output;
 use crate::plural::counted;
 use crate::session::Processor;
@@ -185,7 +185,7 @@ impl Recorder {
 
     /// Adds an output for a person, and the same as JSON.
     fn line(&mut self, topics: [Topic; 2], level: Level, text: &str, output: &Output) {
-        if let Some(line) = Line::new(output) {
+        if let Some(line) = JsonLine::new(output) {
             self.said(topics, level, text, &line);
         }
     }

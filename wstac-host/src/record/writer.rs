@@ -29,7 +29,7 @@ pub struct Written {
     pub left_out: u64,
     /// The most frames that waited for the disk.
     pub most_waiting: u64,
-    /// How often the queue was full and the source had to wait for the disk.
+    /// The number of times that the queue was full and the source had to wait for the disk.
     pub waits: u64,
 }
 

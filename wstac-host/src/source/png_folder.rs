@@ -44,7 +44,7 @@ impl PngFolder {
         let (first, shape) = first_picture(path, &files)?;
         let rate = fps.unwrap_or(FrameRate::NOMINAL);
         let about = format!(
-            "{}: {} PNG files, {shape}, {}:{} frames a second{}",
+            "{}: {} PNG files, {shape}, {}:{} frames per second{}",
             path.display(),
             files.len(),
             rate.numerator(),

@@ -124,7 +124,7 @@ impl Y4m {
         // This is at most 2^14 · 2^15 bytes, or three planes of 2^28.
         let frame_bytes = green.frame_bytes(header.size, bytes_per_row);
         let about = format!(
-            "{}: Y4M, {}x{} {}, {}:{} frames a second{}",
+            "{}: Y4M, {}x{} {}, {}:{} frames per second{}",
             reader.subject,
             header.size.width(),
             header.size.height(),

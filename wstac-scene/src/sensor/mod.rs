@@ -11,7 +11,7 @@ mod mjpeg;
 mod noise;
 mod pixel;
 mod pose;
-mod quantised;
+mod quantized;
 mod render;
 mod spot;
 mod taxel;

@@ -97,7 +97,7 @@ pub fn read(path: &Path, config: Option<&Config>) -> Result<Recording, Error> {
     let name = path.display().to_string();
     let own = || Config::parse(&about.configuration).map_err(|error| error.about(&name));
     let config = config.cloned().map_or_else(own, Ok)?;
-    let recording = labelled(&name, &about.labels, &about, config);
+    let recording = labeled(&name, &about.labels, &about, config);
     let mut recording = recording.map_err(|message| Error::new(ErrorKind::Data, &name, message))?;
     let wanted = OutputOptions { samples: true, features: false };
     let mut processor = Processor::new(source.info(), &recording.config, wanted)?;
@@ -142,7 +142,7 @@ pub fn check(labels: &Labels) -> Result<(Option<f64>, Option<u16>), String> {
 }
 
 /// Creates a recording without its samples.
-fn labelled(name: &str, labels: &Labels, about: &About, config: Config) -> Result<Recording, String> {
+fn labeled(name: &str, labels: &Labels, about: &About, config: Config) -> Result<Recording, String> {
     let found = || labels.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(", ");
     let Some(specimen) = labels.get("specimen") else {
         return Err(format!("has no label specimen (labels: {}), expected one such as specimen=Saw3", found()));
@@ -256,7 +256,7 @@ mod tests {
         let config = Config::parse(configuration).unwrap();
         let mut about = About::new(&info, &config, labels, Vec::new()).unwrap();
         change(&mut about);
-        labelled(name, &about.labels, &about, config).unwrap()
+        labeled(name, &about.labels, &about, config).unwrap()
     }
 
     #[test]
@@ -292,7 +292,7 @@ mod tests {
         let with = |labels: &[(&str, &str)]| {
             let plain = recording("a", "Saw3", "", |_| {});
             let labels = labels.iter().map(|&(name, value)| (name.into(), value.into())).collect();
-            labelled("a", &labels, &plain.about, plain.config.clone())
+            labeled("a", &labels, &plain.about, plain.config.clone())
         };
         let good = with(&[("specimen", "Saw3"), ("speed", "150.5"), ("direction", "90")]).unwrap();
         assert_eq!((good.speed_mm_s, good.direction, good.depth_mm), (Some(150.5), Some(90), Some(3.0)));

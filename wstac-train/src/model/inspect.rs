@@ -7,7 +7,7 @@ use wstac_core::model::Model;
 use wstac_core::model::file::HEADER_HALVES;
 use wstac_core::model::trees::{LEFT_LEAF, RIGHT_LEAF, SAME};
 
-/// How a model decides.
+/// The kind of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ModelKind {
@@ -38,12 +38,12 @@ impl Serialize for ModelKind {
     }
 }
 
-/// What a model file holds.
+/// The content of a model file.
 #[derive(Clone, Debug, Serialize)]
 pub struct Inspected {
-    /// How it decides.
+    /// The kind of model.
     pub kind: ModelKind,
-    /// What weights or leaves are.
+    /// The number type of the weights or leaves.
     pub numbers: &'static str,
     /// Its task.
     pub task: &'static str,

@@ -1,4 +1,4 @@
-//! Frames, rates, formats, and arithmetic on sums.
+//! Entry points for frames, rates, formats, and arithmetic on sums.
 
 use wstac_core::error::ConfigError;
 use wstac_core::features::{Floor, line_sums, to_f32};

@@ -1,4 +1,4 @@
-//! From features to events, and from events to answers.
+//! Entry points from features to events, and from events to answers.
 
 use wstac_core::baseline::Baseline;
 use wstac_core::baseline_policy::TrackingBaseline;

@@ -1,4 +1,4 @@
-//! Every pixel format: camera, sums, features and pipeline.
+//! Entry points of every pixel format: geometry, sums, features and pipeline.
 
 use wstac_core::baseline_policy::FixedBaseline;
 use wstac_core::error::{ConfigError, FrameError};
@@ -22,7 +22,7 @@ use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
 use wstac_core::taxels::{FrameGeometry, TaxelSums};
 use wstac_core::trigger::{InterruptedSample, StreamEnd, TriggerConfig};
 
-/// The entry points of one pixel format.
+/// Declares the entry points of one pixel format.
 macro_rules! format {
     ($group:ident, $green:ty, $kernel:ty) => {
         mod $group {

@@ -1,10 +1,10 @@
-//! Features by every logarithm kernel.
+//! Entry points for features with every logarithm kernel.
 
 use wstac_core::error::ConfigError;
 use wstac_core::features::{FeatureScale, Features, Floor};
 use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
 
-/// The features of one kernel.
+/// Declares the entry points of one kernel.
 macro_rules! kernel {
     ($group:ident, $kernel:ty) => {
         mod $group {

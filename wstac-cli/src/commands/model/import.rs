@@ -30,10 +30,10 @@ pub(super) struct Arguments {
     #[arg(short, long, value_name = "OUT.wsm")]
     output: PathBuf,
 
-    /// What to write; by default, the ending of the output says it
+    /// Output to write; by default, the ending of its name decides
     ///
-    /// A table is the model file and the smallest. Inline is Rust code that answers in fewer instructions and takes
-    /// more bytes; there is none of linear models.
+    /// A table is a model file, which is smallest. Inline is Rust code, which takes fewer instructions and more bytes.
+    /// Only trees can be inline.
     #[arg(long, value_enum)]
     backend: Option<Backend>,
 
@@ -43,7 +43,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "A,B,…", value_delimiter = ',')]
     labels: Option<Vec<String>>,
 
-    /// What the classes are; by default, their names decide
+    /// Kind of the classes; by default, their names decide
     #[arg(long, value_enum)]
     task: Option<Classes>,
 
@@ -130,7 +130,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     Ok(())
 }
 
-/// Returns what to write, by the option or by the name of the output. They must not contradict each other.
+/// Returns the kind of output, by the option or by the name of the output. They must not contradict each other.
 fn backend(asked: Option<Backend>, output: &Path) -> Result<Backend, clap::Error> {
     let named = match output.extension().and_then(OsStr::to_str) {
         Some("rs") => Some((Backend::Inline, "Rust", "inline")),
