@@ -65,21 +65,8 @@ impl<'a> Forest<'a> {
         }
         let trees = table + length;
         let leaves = Leaves::Votes { classes: header.classes as u16, words, table, end: trees, unit };
-        let mut at = trees;
-        let mut tree = 0;
-        while tree < header.trees {
-            let (start, end) = match trees::bounds(words, at, header.labels, header.shift) {
-                Ok(bounds) => bounds,
-                Err(error) => return Err(error),
-            };
-            if let Err(error) = trees::check(words, start, end, header.shift, header.inputs(), leaves) {
-                return Err(error);
-            }
-            at = end;
-            tree += 1;
-        }
-        if at != header.labels {
-            return Err(ModelError::Part(at as u32));
+        if let Err(error) = trees::check(words, trees, &header, leaves) {
+            return Err(error);
         }
         Ok(Self { words, labels: Labels::new(words, &header), header, unit, table, trees })
     }
