@@ -10,13 +10,6 @@ use wstac_tests::command::wstac;
 const CAMERA: &str = "lead_in = 45\n[light]\nleak = 0.02\n[sensor]\nsize = [400, 400]\n[sensor.pose]\nrotation_degrees = 15\n\
                       tilt_degrees = [8, -6]\ncurvature = -0.05\nscale = 0.7\nshift = [0.08, -0.06]\nuneven = 3\n";
 
-fn folder(name: &str) -> PathBuf {
-    let folder = std::env::temp_dir().join(format!("wstac-calibrate-{}-{name}", std::process::id()));
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
-}
-
 /// Writes a scene file and returns its name for `wstac`.
 fn scene(folder: &Path, name: &str, text: &str) -> String {
     let path = folder.join(name);
