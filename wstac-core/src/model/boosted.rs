@@ -93,14 +93,6 @@ impl<'a> Boosted<'a> {
         Ok(Self { words, labels: Labels::new(words, &header), header, scores: scores as u8, trees, floats })
     }
 
-    /// Returns the class of a sample; if several have the highest score, the lowest of them.
-    ///
-    /// A sample is 700 features in units of 2^-11, frame by frame ([`crate::sample::Sample::flat`]).
-    #[inline(always)]
-    pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
-        self.decide::<true>(sample)
-    }
-
     /// Returns the class of a sample, either by the fast kernel or by plain code.
     #[inline(always)]
     pub(super) fn decide<const FAST: bool>(&self, sample: &[i16; INPUTS]) -> u8 {

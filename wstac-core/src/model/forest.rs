@@ -71,14 +71,6 @@ impl<'a> Forest<'a> {
         Ok(Self { words, labels: Labels::new(words, &header), header, unit, table, trees })
     }
 
-    /// Returns the class of a sample; if several have most votes, the lowest of them.
-    ///
-    /// A sample is 700 features in units of 2^-11, frame by frame ([`crate::sample::Sample::flat`]).
-    #[inline(always)]
-    pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
-        self.decide::<true>(sample)
-    }
-
     /// Returns the class of a sample, either by the fast kernel or by plain code.
     #[inline(always)]
     pub(super) fn decide<const FAST: bool>(&self, sample: &[i16; INPUTS]) -> u8 {
