@@ -88,6 +88,7 @@ macro_rules! with_green_type {
                 let $green = $type;
                 $body
             })*
+            what => panic!("{what:?} has no type, expected one of every format and method"),
         }
     };
 }

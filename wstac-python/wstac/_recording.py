@@ -20,14 +20,14 @@ from ._wstac import Error
 
 @dataclass(frozen=True)
 class Truth:
-    """A slide of a simulated scene as it truly is. The extension gives the fields in this order."""
+    """The true properties of a slide of a simulated scene. The extension gives the fields in this order."""
 
     specimen: str
     """Such as "Saw3"."""
     speed: float
     """Speed in mm/s."""
     direction: int
-    """Direction in degrees, counter-clockwise in the picture."""
+    """Direction in degrees, counterclockwise in the picture."""
     start_frame: int
     """Camera frame of the first touch."""
     start_s: float

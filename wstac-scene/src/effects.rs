@@ -65,7 +65,7 @@ pub const EFFECTS: [Effect; 20] = [
         whisker.dome_degrees, "°", usually WhiskerConfig::default().dome_degrees
     },
     amount! {
-        "springing back": "a whisker that is let go takes its time (a guess)",
+        "springing back": "a released whisker springs back in a finite time (a guess)",
         whisker.relaxation_ms, " ms", usually WhiskerConfig::default().relaxation_ms
     },
     amount! {
@@ -110,21 +110,21 @@ pub const EFFECTS: [Effect; 20] = [
     },
     amount! {
         "growing leak": "ambient light grows with time",
-        light.leak_per_minute, " of full scale a minute", usually 0.01
+        light.leak_per_minute, " of full scale per minute", usually 0.01
     },
     Effect {
         name: "drift",
         what: "light grows or fades with time",
         value: |script| {
             let drift = script.light.drift_per_minute;
-            (drift.abs() > 0.0).then(|| format!("{drift} a minute"))
+            (drift.abs() > 0.0).then(|| format!("{drift} per minute"))
         },
         remove: |script| script.light.drift_per_minute = 0.0,
         add: |script| script.light.drift_per_minute = -0.1,
     },
     Effect {
         name: "short shutter",
-        what: "open for a share of the frame only",
+        what: "open for a fraction of the frame only",
         value: |script| (script.sensor.exposure < 1.0).then(|| format!("{}", script.sensor.exposure)),
         remove: |script| script.sensor.exposure = 1.0,
         add: |script| script.sensor.exposure = 0.5,
