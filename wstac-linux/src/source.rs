@@ -344,6 +344,10 @@ fn stream(negotiated: &Negotiated) -> String {
 pub struct Cameras;
 
 impl SourceKind for Cameras {
+    fn expected(&self) -> &'static str {
+        "/dev/videoN"
+    }
+
     fn open(&self, name: &str, options: &OpenOptions) -> Option<Result<Box<dyn Source>, Error>> {
         if is_camera(name) {
             let OpenOptions { fps: rate, format, size, delivery, keep_controls, controls } = options.clone();

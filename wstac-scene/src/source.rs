@@ -70,6 +70,10 @@ impl Source for SceneSource {
 pub struct Scenes;
 
 impl SourceKind for Scenes {
+    fn expected(&self) -> &'static str {
+        "scene:…"
+    }
+
     fn open(&self, name: &str, options: &OpenOptions) -> Option<Result<Box<dyn Source>, Error>> {
         let scene = name.strip_prefix("scene:")?;
         let opened = || {

@@ -33,8 +33,16 @@ pub struct OpenOptions {
     pub controls: Vec<ControlSetting>,
 }
 
-/// The possible sources, for messages.
-const EXPECTED: &str = "expected /dev/videoN, scene:…, a .y4m or .mcap file, a folder of PNGs or -";
+/// The files that this build reads, for messages.
+const FILES: &str = match (cfg!(feature = "mcap"), cfg!(feature = "png")) {
+    (true, true) => "a .y4m or .mcap file, a folder of PNGs or -",
+    (true, false) => "a .y4m or .mcap file or -",
+    (false, true) => "a .y4m file, a folder of PNGs or -",
+    (false, false) => "a .y4m file or -",
+};
+/// How the names of sources start that other crates open, and the kinds of source that open them.
+const OTHER_CRATES: [(&str, &str); 2] =
+    [("scene:", "wstac_scene::source::Scenes"), ("/dev/video", "wstac_linux::source::Cameras")];
 /// The first bytes of an MCAP file.
 const MCAP_MAGIC: &[u8] = b"\x89MCAP0\r\n";
 /// The message about options that only a camera has.
@@ -42,6 +50,11 @@ const OF_A_CAMERA: &str = "expected only with a camera or a scene: a file states
 
 /// A kind of source that another crate adds, such as cameras or simulated sensors.
 pub trait SourceKind: Sync {
+    /// Returns the form of this kind's names for messages, such as `/dev/videoN`; empty to leave it out.
+    fn expected(&self) -> &str {
+        ""
+    }
+
     /// Opens the source that `name` stands for; `None` if it is not of this kind.
     fn open(&self, name: &str, options: &OpenOptions) -> Option<Result<Box<dyn Source>, Error>>;
 }
@@ -65,8 +78,17 @@ pub fn open(name: &str, options: &OpenOptions, kinds: &[&dyn SourceKind]) -> Res
         return Ok(Box::new(Y4m::standard_input(options.fps)?));
     }
     let path = Path::new(name);
-    let none_of_these =
-        |kind, why: &str| Error::new(kind, format_args!("SOURCE is {name:?}"), format_args!("{why}{EXPECTED}"));
+    let none_of_these = |kind, why: &str| {
+        let names = kinds.iter().map(|kind| kind.expected()).filter(|names| !names.is_empty());
+        let expected = names.chain([FILES]).collect::<Vec<_>>().join(", ");
+        Error::new(kind, format_args!("SOURCE is {name:?}"), format_args!("{why}expected {expected}"))
+    };
+    let is_missing =
+        |start: &str| name.starts_with(start) && !kinds.iter().any(|kind| kind.expected().starts_with(start));
+    if let Some((_, kind)) = OTHER_CRATES.iter().find(|(start, _)| is_missing(start)) {
+        let message = format_args!("this program opens no such source: it must pass the kind {kind} to open");
+        return Err(Error::new(ErrorKind::Unsupported, format_args!("SOURCE is {name:?}"), message));
+    }
     let kind = match path.metadata() {
         Ok(metadata) => metadata.file_type(),
         Err(_) if name.starts_with("cam:") => {
@@ -173,6 +195,35 @@ mod tests {
     #[test]
     fn recordings_are_known_by_the_bytes_that_the_library_writes() {
         assert_eq!(MCAP_MAGIC, ::mcap::MAGIC);
+    }
+
+    #[test]
+    fn a_name_of_another_crates_source_says_which_kind_is_missing() {
+        struct Other;
+        impl SourceKind for Other {
+            fn expected(&self) -> &'static str {
+                "other:NAME"
+            }
+
+            fn open(&self, _: &str, _: &OpenOptions) -> Option<Result<Box<dyn Source>, Error>> {
+                None
+            }
+        }
+        let error_of =
+            |name, kinds: &[&dyn SourceKind]| open(name, &OpenOptions::default(), kinds).map(|_| ()).unwrap_err();
+        for (name, kind) in
+            [("scene:Saw3@150", "wstac_scene::source::Scenes"), ("/dev/video0", "wstac_linux::source::Cameras")]
+        {
+            for error in [error_of(name, &[]), error_of(name, &[&Other])] {
+                assert_eq!(error.kind(), ErrorKind::Unsupported);
+                assert!(error.to_string().contains(kind), "{error}");
+            }
+        }
+        let error = error_of("nothing", &[]);
+        assert_eq!(error.kind(), ErrorKind::NotFound);
+        assert!(error.to_string().contains("expected a .y4m "), "{error}");
+        let error = error_of("nothing", &[&Other, &Other]).to_string();
+        assert!(error.contains("expected other:NAME, other:NAME, a .y4m "), "{error}");
     }
 
     #[cfg(not(all(feature = "mcap", feature = "png")))]
