@@ -28,7 +28,11 @@ fn main() {
     link::emulated(&out);
     link::h743();
     let pixels = variable("WSTAC_PIXELS").map(|name| name.to_string_lossy().into_owned());
-    match setup::source(named("WSTAC_CONFIG"), named("WSTAC_MODEL"), pixels.as_deref()) {
+    // The sizes of the frames of `SENSORS` in `src/bin/h743.rs`, and of `LAYOUT` in `src/emulated/bench.rs`.
+    let boards = [("CARGO_FEATURE_H743", [320, 240]), ("CARGO_FEATURE_EMULATED", [400, 400])];
+    let sizes = boards.iter().filter(|(feature, _)| env::var_os(feature).is_some()).map(|(_, size)| *size);
+    let sizes: Vec<_> = sizes.collect();
+    match setup::source(named("WSTAC_CONFIG"), named("WSTAC_MODEL"), pixels.as_deref(), &sizes) {
         Ok(source) => fs::write(out.join("setup.rs"), source).expect("OUT_DIR can be written"),
         Err(error) => {
             // One line that says what is wrong, instead of the many lines of a panic.

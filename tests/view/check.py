@@ -229,6 +229,12 @@ def check_no_terminal(wstac):
     assert "standard output: is no terminal, expected one" in done.stderr, done.stderr
 
 
+def check_a_background(wstac):
+    # timeout runs the command in a process group of its own, which the terminal does not wait for.
+    with view(wstac, SCENE, variables=["timeout", "60"]) as terminal:
+        assert "not in the foreground" in terminal.left(1), terminal.screen()
+
+
 def check_a_wrong_source(wstac):
     with view(wstac, "nowhere.y4m") as terminal:
         screen = terminal.left(1)
@@ -287,7 +293,7 @@ The lines at the bottom list the events.
 
 def main():
     wstac = sys.argv[1]
-    checks = [check_no_terminal, check_a_wrong_source, check_a_slide, check_keys, check_recording, check_sizes, check_signals, check_a_terminal_that_is_gone, check_colors, check_a_broken_file]
+    checks = [check_no_terminal, check_a_background, check_a_wrong_source, check_a_slide, check_keys, check_recording, check_sizes, check_signals, check_a_terminal_that_is_gone, check_colors, check_a_broken_file]
     for check in checks:
         check(wstac)
         print(f"ok: {check.__name__.removeprefix('check_').replace('_', ' ')}", flush=True)

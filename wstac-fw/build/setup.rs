@@ -8,12 +8,21 @@ use wstac_core::model::Model;
 use crate::pixels::Pixels;
 use wstac_host::config::{Config, Kernel};
 
-/// Returns the source. An error says what is wrong with a file or with the name of the pixel format.
-pub fn source(config: Option<PathBuf>, model: Option<PathBuf>, pixels: Option<&str>) -> Result<String, String> {
+/// Returns the source. An error says what is wrong with a file or with the name of the pixel format. `sizes` are those of
+/// the frames of the boards that are built.
+pub fn source(
+    config: Option<PathBuf>,
+    model: Option<PathBuf>,
+    pixels: Option<&str>,
+    sizes: &[[u32; 2]],
+) -> Result<String, String> {
     let pixels = Pixels::named(pixels)?;
     let config = match config {
         Some(file) => {
-            Config::read(&file).map_err(|error| format!("WSTAC_CONFIG={error} (relative names are from wstac-fw)"))?
+            let config = Config::read(&file)
+                .map_err(|error| format!("WSTAC_CONFIG={error} (relative names are from wstac-fw)"))?;
+            check_frame(&config, sizes).map_err(|error| format!("WSTAC_CONFIG={}: {error}", file.display()))?;
+            config
         }
         None => Config::default(),
     };
@@ -33,6 +42,18 @@ pub type Kind = wstac_core::model::linear_svm::LinearSvm<'static>;
 /// The texture model: `None`, because `WSTAC_MODEL` was not set.
 pub const MODEL: Option<&Kind> = None;
 ";
+
+/// Refuses a calibration with frames of another size than a board's.
+fn check_frame(config: &Config, sizes: &[[u32; 2]]) -> Result<(), String> {
+    let Some(frame) = config.layout.frame() else { return Ok(()) };
+    match sizes.iter().find(|size| **size != frame) {
+        Some(size) => Err(format!(
+            "[layout] frame is {frame:?}, expected {size:?}, the size of the board's frames: calibrate with frames of that \
+             size, or write the corners for them and leave frame out"
+        )),
+        None => Ok(()),
+    }
+}
 
 fn configuration(config: &Config, pixels: &Pixels) -> Result<String, String> {
     let kernel = match config.features.ln {

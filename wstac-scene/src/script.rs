@@ -172,7 +172,9 @@ fn parse_short(text: &str) -> Result<SceneConfig, String> {
     let Some((specimen, speed)) = what.split_once('@') else {
         return Err(format!("slide is {what:?}, expected SPECIMEN@SPEED as in Saw3@150, or FILE.toml"));
     };
-    let (specimen, speed): (Specimen, f64) = (specimen.parse()?, checked_speed(speed)?);
+    // A sphere needs keys that the short form does not have.
+    let specimen: Specimen = specimen.parse().map_err(|error: String| error.replace(", or Sphere", ""))?;
+    let speed = checked_speed(speed)?;
     if specimen.pattern == Pattern::Sphere {
         return Err("specimen is \"Sphere\", expected it in a FILE.toml, with overlap_mm under [whisker]".into());
     }

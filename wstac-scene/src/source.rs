@@ -66,6 +66,22 @@ impl Source for SceneSource {
 }
 
 /// Scenes as sources by name: `scene:FILE.toml`, or the short form, `scene:Saw3@150`.
+///
+/// ```
+/// use wstac_host::output::Output;
+/// use wstac_host::session::Session;
+/// use wstac_host::source::open::{OpenOptions, open};
+/// use wstac_scene::source::Scenes;
+///
+/// // For cameras, add &wstac_linux::source::Cameras to the kinds.
+/// let source = open("scene:Saw3@150,90deg", &OpenOptions::default(), &[&Scenes])?;
+/// for output in Session::builder(source).build()? {
+///     if let Output::Event(event) = output? {
+///         println!("{:?} {:?}", event.speed, event.direction.heading);
+///     }
+/// }
+/// # Ok::<(), wstac_host::error::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Scenes;
 

@@ -241,10 +241,12 @@ fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
         }
         None => writeln!(out, "25 whiskers found")?,
     }
+    // Avoids "-0.0".
+    let turned = (10.0 * calibration.rotation_degrees).round() / 10.0 + 0.0;
     writeln!(
         out,
-        "{right:.1} pixels apart across, {down:.1} down, turned by {:.1} degrees, {:.2} pixels off a smooth lattice",
-        calibration.rotation_degrees, calibration.off
+        "{right:.1} pixels apart across, {down:.1} down, turned by {turned:.1} degrees, {:.2} pixels off a smooth lattice",
+        calibration.off
     )?;
     if calibration.saturated > 0 {
         writeln!(out, "{} of them reached full scale: use a shorter exposure or a lower gain", calibration.saturated)?;

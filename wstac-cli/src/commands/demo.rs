@@ -24,7 +24,7 @@ pub(super) struct Arguments {
     /// Seed of the simulation
     ///
     /// Another seed starts every slide at another phase and with other noise.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = whole_number)]
     seed: u64,
 
     /// Name textures with this model

@@ -10,12 +10,14 @@ use std::time::{Duration, Instant};
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::process::getpgrp;
+use rustix::termios::tcgetpgrp;
 
 use super::Shared;
 use super::draw::{Colors, draw};
 use super::keys::{Key, key};
 use super::player::locked;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 
 /// Time between two drawings: 15 per second.
 const PERIOD: Duration = Duration::from_millis(67);
@@ -31,6 +33,7 @@ impl Screen {
     /// Takes over the terminal of this process.
     pub(super) fn open() -> Result<Self, Error> {
         let keyboard = Keyboard::open().map_err(|error| Error::io("the terminal's keys", error))?;
+        keyboard.check_foreground()?;
         let terminal = ratatui::try_init().map_err(|error| Error::io("the terminal", error))?;
         Ok(Self { terminal, colors: Colors::of(|name| std::env::var(name).ok()), keyboard })
     }
@@ -95,6 +98,20 @@ impl Keyboard {
         match self {
             Self::Input(input) => input.as_fd(),
             Self::Terminal(file) => file.as_fd(),
+        }
+    }
+
+    /// Refuses a terminal that another process group uses: the kernel would stop this process as soon as it touches the
+    /// terminal, and a stopped process does not end at a signal.
+    fn check_foreground(&self) -> Result<(), Error> {
+        match tcgetpgrp(self.handle()) {
+            Ok(group) if group != getpgrp() => {
+                let message = "not in the foreground, expected the program that the terminal waits for; \
+                               start it without & or timeout, or use timeout --foreground";
+                Err(Error::new(ErrorKind::Usage, "the terminal", message))
+            }
+            // A terminal of another session has no foreground process that this one could compare with.
+            _ => Ok(()),
         }
     }
 

@@ -122,7 +122,8 @@ impl Session {
 
     /// Opens a file, a folder of pictures or standard input, with the default options.
     ///
-    /// [`open()`] has all options, and opens other kinds of sources.
+    /// [`open()`] has all options. It also opens cameras and scenes, if the program passes the kinds of `wstac-linux` and
+    /// `wstac-scene`.
     ///
     /// # Errors
     /// The source cannot be opened, or its configuration does not fit it.
