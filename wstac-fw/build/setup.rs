@@ -14,7 +14,7 @@ pub fn source(
     config: Option<PathBuf>,
     model: Option<PathBuf>,
     pixels: Option<&str>,
-    sizes: &[[u32; 2]],
+    sizes: &[[u16; 2]],
 ) -> Result<String, String> {
     let pixels = Pixels::named(pixels)?;
     let config = match config {
@@ -44,7 +44,7 @@ pub const MODEL: Option<&Kind> = None;
 ";
 
 /// Refuses a calibration with frames of another size than a board's.
-fn check_frame(config: &Config, sizes: &[[u32; 2]]) -> Result<(), String> {
+fn check_frame(config: &Config, sizes: &[[u16; 2]]) -> Result<(), String> {
     let Some(frame) = config.layout.frame() else { return Ok(()) };
     match sizes.iter().find(|size| **size != frame) {
         Some(size) => Err(format!(

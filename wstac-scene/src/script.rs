@@ -335,7 +335,7 @@ mod tests {
         for (text, parts) in [
             ("", ["slide is \"\"", "Saw3@150"]),
             ("Saw3", ["slide is \"Saw3\"", "Saw3@150"]),
-            ("Saw7@150", ["specimen is \"Saw7\"", "Fla0"]),
+            ("Saw7@150", ["specimen is \"Saw7\"", "followed by 2, 3 or 4"]),
             ("saw3@150", ["specimen is \"saw3\"", "Fla0"]),
             ("Saw3@fast", ["speed is \"fast\"", "1 to 1000 mm/s"]),
             ("Saw3@nan", ["speed is \"nan\"", "1 to 1000 mm/s"]),

@@ -74,6 +74,11 @@ pub fn differences(claim: &Row, again: &Row) -> String {
     differing.map(|(name, (claim, again))| format!("{name} {claim}, found {again}")).collect::<Vec<_>>().join("; ")
 }
 
+/// Returns the names of the values of [`found`].
+pub fn found_header() -> &'static str {
+    FOUND
+}
+
 /// Formats the results of a row for an exact comparison.
 pub fn found(row: &Row) -> String {
     let Found { slides, events, accuracy, speed, .. } = &row.found;

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::output::{Stop, check_new, note};
 use super::run::interruptions;
-use super::source_arguments::SourceArguments;
+use super::source_arguments::{SourceArguments, at_least};
 use wstac_host::atomic_write::atomic_write;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
@@ -37,7 +37,7 @@ pub(super) struct Arguments {
     overlay: Option<PathBuf>,
 
     /// End after this many frames
-    #[arg(long, value_name = "N", default_value_t = 600, value_parser = clap::value_parser!(u64).range(30..))]
+    #[arg(long, value_name = "N", default_value_t = 600, value_parser = at_least(30_u64))]
     frames: u64,
 
     /// Overwrite existing files

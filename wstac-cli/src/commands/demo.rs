@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use wstac_core::model::file::Task;
 
 use super::output::Stop;
+use super::source_arguments::at_least;
 use crate::open;
 use wstac_host::error::Error;
 use wstac_host::json::{confidence, rounded};
@@ -24,7 +25,7 @@ pub(super) struct Arguments {
     /// Seed of the simulation
     ///
     /// Another seed starts every slide at another phase and with other noise.
-    #[arg(long, default_value_t = 1, value_parser = whole_number)]
+    #[arg(long, default_value_t = 1, value_parser = at_least(0_u64))]
     seed: u64,
 
     /// Name textures with this model

@@ -44,6 +44,8 @@ Start here:
       compare simulated slides with the answers to them
   wstac run scene:Saw3@150,90deg
       print the event of one simulated slide
+  wstac view scene:Saw3@150
+      watch it: picture, taxels, traces and events in the terminal
   wstac devices
       list the cameras
   wstac doctor /dev/video0
@@ -52,8 +54,16 @@ Start here:
       find the whiskers in the picture and write a configuration
   wstac run /dev/video0 --config wstac.toml
       print the events of a USB camera
+  wstac run --help
+      list every key of the configuration file with its default
   wstac run /dev/video0 --model builtin:svm
-      name textures, too; wstac model makes models of your own
+      name textures, too
+
+Texture models of your own:
+  wstac dataset sweep.toml -o train.npz
+      make a training set; wstac dataset --help lists the keys
+  wstac model import forest.onnx -o forest.wsm
+      turn a trained model into a file; wstac model --help trains one
 
 Recordings and other sources:
   wstac record /dev/video0 -o a.mcap --label specimen=Saw3
@@ -67,7 +77,7 @@ Recordings and other sources:
 
 Figures, fits and budgets:
   wstac view /dev/video0
-      show picture, taxels, traces and events in the terminal
+      watch a camera in the terminal
   wstac plot clip.y4m -o event.svg
       draw one event as a figure for a paper
   wstac fit-speed slides.npz -o speed.toml

@@ -6,6 +6,7 @@ use wstac_core::wire::{LONGEST, Request, encode};
 
 use super::output::{Form, Records, Stop, note};
 use super::run::interruptions;
+use super::source_arguments::at_least;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::monitor::port::{self, Got, Port};
 use wstac_host::monitor::{Monitor, Report};
@@ -41,7 +42,7 @@ pub(super) struct Arguments {
     samples: bool,
 
     /// Bits per second of a serial device; 115200 by default
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", value_parser = at_least(1_u32))]
     baud: Option<u32>,
 }
 

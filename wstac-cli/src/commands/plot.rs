@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::output::{Stop, check_new, note};
-use super::source_arguments::SourceArguments;
+use super::source_arguments::{SourceArguments, at_least};
 use wstac_host::atomic_write::atomic_write;
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::OutputOptions;
@@ -29,7 +29,7 @@ pub(super) struct Arguments {
     output: PathBuf,
 
     /// Which event, counted from 1
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = at_least(1_u64))]
     event: u64,
 
     /// Read the configuration from this TOML file

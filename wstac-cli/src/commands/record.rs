@@ -12,7 +12,7 @@ use signal_hook::consts::SIGHUP;
 
 use super::output::{Form, LossReport, Records, Stop, check_new, note, text_of};
 use super::run::interruptions;
-use super::source_arguments::{SourceArguments, doubts_of_textures};
+use super::source_arguments::{SourceArguments, at_least, doubts_of_textures};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{DisturbedBaseline, Output, OutputOptions};
@@ -68,7 +68,7 @@ pub(super) struct Arguments {
     options: SourceArguments,
 
     /// End after this many frames, lost ones included
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = at_least(1_u64))]
     frames: Option<u64>,
 
     /// End after this many seconds of frames
@@ -76,7 +76,7 @@ pub(super) struct Arguments {
     duration: Option<f64>,
 
     /// End after this many events
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = at_least(1_u64))]
     events: Option<u64>,
 
     /// Overwrite FILE.mcap

@@ -13,7 +13,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use self::read::Run;
 use self::sensors::sensors;
 use super::output::Stop;
-use super::source_arguments::SourceArguments;
+use super::source_arguments::{SourceArguments, at_least};
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 
@@ -61,7 +61,7 @@ pub(super) struct Arguments {
     /// End after this many frames, lost ones included
     ///
     /// Of several sources, each ends after as many frames.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = at_least(1_u64))]
     frames: Option<u64>,
 
     /// Write the bytes of every frame to a new file (one source only)

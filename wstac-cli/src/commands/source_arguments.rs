@@ -1,6 +1,8 @@
 //! The arguments of every command that reads a source.
 
+use std::fmt::Display;
 use std::path::Path;
+use std::str::FromStr;
 
 use clap::ValueEnum;
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrMatrix};
@@ -154,6 +156,17 @@ pub(super) fn doubts_of_textures(info: &StreamInfo, given: &[ModelFile]) -> Opti
 
 /// The fraction by which the rate may differ from the nominal one without harm to textures.
 const RATE_OFF: f64 = 0.1;
+
+/// Returns a parser of whole numbers that refuses those below `least`.
+pub(super) fn at_least<T>(least: T) -> impl Fn(&str) -> Result<T, String> + Clone
+where
+    T: FromStr + PartialOrd + Display + Copy,
+{
+    move |text: &str| {
+        let number = text.parse().ok().filter(|number| *number >= least);
+        number.ok_or_else(|| format!("expected a whole number, {least} or more"))
+    }
+}
 
 /// Parses `30`, `29.97` or `30000/1001`.
 pub(super) fn frame_rate(text: &str) -> Result<FrameRate, String> {

@@ -1,18 +1,28 @@
 //! The table `[speed]`: the law, its parameters and range, and the threshold for light.
 
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 use wstac_core::params;
 use wstac_core::speed::{Law, ThresholdOn};
 
 /// A speed law by name.
-#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 enum LawName {
-    /// The published law; `"paper"` in configurations and recordings of before.
     #[default]
-    #[serde(alias = "paper")]
     Published,
     Physical,
+}
+
+impl<'de> Deserialize<'de> for LawName {
+    /// Reads `"paper"`, too, the name in configurations and recordings of before. An alias of serde would be in messages.
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        match String::deserialize(deserializer)?.as_str() {
+            "published" | "paper" => Ok(Self::Published),
+            "physical" => Ok(Self::Physical),
+            other => Err(D::Error::unknown_variant(other, &["published", "physical"])),
+        }
+    }
 }
 
 /// `[speed]`, before it is checked. A law's own parameters default to the published ones.

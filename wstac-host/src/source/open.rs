@@ -51,7 +51,7 @@ const OF_A_CAMERA: &str = "expected only with a camera or a scene: a file states
 /// A kind of source that another crate adds, such as cameras or simulated sensors.
 pub trait SourceKind: Sync {
     /// Returns the form of this kind's names for messages, such as `/dev/videoN`; empty to leave it out.
-    fn expected(&self) -> &str {
+    fn expected(&self) -> &'static str {
         ""
     }
 

@@ -28,7 +28,12 @@ enum Command {
 
 const HELP: &str = r#"From data to a model file:
   wstac dataset sweep.toml -o train.npz
+  wstac dataset test.toml -o test.npz      (with seed = 100001)
+  pip install scikit-learn skl2onnx xgboost
   In Python:
+    import numpy, skl2onnx
+    from sklearn.ensemble import RandomForestClassifier
+    from skl2onnx.common.data_types import FloatTensorType
     set = numpy.load("train.npz")
     X = set["X"].reshape(len(set["X"]), -1) * set["scale"]
     y = set["y_specimen"]
@@ -46,10 +51,13 @@ const HELP: &str = r#"From data to a model file:
   StandardScaler: it would scale the noise of dark frames up to the size
   of the signal.
 
-With XGBoost:
-    names = sorted(set(y))
-    model = XGBClassifier().fit(X, numpy.searchsorted(names, y))
-    model.save_model("boosted.json"); print(",".join(names))
+With XGBoost, and X and y as above:
+    import xgboost
+    names = sorted(numpy.unique(y))
+    model = xgboost.XGBClassifier()
+    model.fit(X, numpy.searchsorted(names, y))
+    model.save_model("boosted.json")
+    print(",".join(names))
   wstac model import boosted.json -o boosted.wsm --labels NAMES
 
 From recordings:

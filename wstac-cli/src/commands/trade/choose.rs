@@ -49,7 +49,7 @@ pub(super) fn verify(folder: &Path) -> Result<(), Stop> {
     let chosen = Chosen::read(folder)?;
     let again = chosen.again()?;
     let (found, claim) = (map::found(&again), map::found(&chosen.claim));
-    print(&format!("claimed {claim}\nfound   {found}\n"))?;
+    print(&format!("        {}\nclaimed {claim}\nfound   {found}\n", map::found_header()))?;
     if found != claim {
         let message = format!("claims {}, expected the same", map::differences(&chosen.claim, &again));
         return Err(Error::new(ErrorKind::Data, folder.join(CLAIM).display(), message).into());
