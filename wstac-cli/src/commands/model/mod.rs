@@ -56,8 +56,7 @@ With XGBoost, and X and y as above:
     names = sorted(numpy.unique(y))
     model = xgboost.XGBClassifier()
     model.fit(X, numpy.searchsorted(names, y))
-    model.save_model("boosted.json")
-    print(",".join(names))
+    model.save_model("boosted.json"); print(",".join(names))
   wstac model import boosted.json -o boosted.wsm --labels NAMES
 
 From recordings:
