@@ -20,14 +20,16 @@ from ._wstac import Error
 
 @dataclass(frozen=True)
 class Truth:
-    """A slide of a simulated scene as it truly is. The extension gives the fields in this order."""
+    """A touch of a simulated scene as it truly is. The extension gives the fields in this order."""
 
-    specimen: str
-    """Such as "Saw3"."""
-    speed: float
-    """Speed in mm/s."""
-    direction: int
-    """Direction in degrees, counter-clockwise in the picture."""
+    kind: str
+    """ "slide", "press", "poke" or "hold"."""
+    specimen: str | None
+    """Such as "Saw3"; None unless it slides."""
+    speed: float | None
+    """Speed at the first touch in mm/s; None unless it slides."""
+    direction: float | None
+    """Direction in degrees, counter-clockwise in the picture; None unless it slides."""
     start_frame: int
     """Camera frame of the first touch."""
     start_s: float

@@ -23,9 +23,10 @@ impl SceneSource {
     /// [`Scene::new`] fails.
     pub fn new(script: &SceneConfig) -> Result<Self, Error> {
         let scene = Scene::new(script)?;
-        let slides = match &script.slides[..] {
-            [one] => format!("{} at {} mm/s, {} degrees", one.specimen, one.speed_mm_s, one.heading.degrees()),
-            slides => format!("{} slides", slides.len()),
+        let touches = match &script.touches[..] {
+            [one] => one.to_string(),
+            all if all.iter().all(|touch| touch.slide().is_some()) => format!("{} slides", all.len()),
+            all => format!("{} touches", all.len()),
         };
         let (width, height) = script.sensor.size.into();
         let sensor = scene.sensor();
@@ -41,7 +42,7 @@ impl SceneSource {
             bytes_per_row: sensor.bytes_per_row() as u32,
             rate: script.sensor.rate,
             taxels_only: script.fidelity == Fidelity::Taxel,
-            about: format!("scene: {slides}, seed {seed}, {frames} {what}"),
+            about: format!("scene: {touches}, seed {seed}, {frames} {what}"),
             camera: None,
             recorded: None,
         };

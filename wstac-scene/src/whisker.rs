@@ -2,7 +2,6 @@
 
 use libm::{asin, cos, sin, sqrt};
 use serde::Deserialize;
-use wstac_core::direction::Heading;
 use wstac_core::params::{COLUMNS, ROWS, TAXELS};
 
 use super::beam::{Beam, BendTable};
@@ -112,14 +111,9 @@ pub struct Whisker {
 }
 
 impl Whisker {
-    /// Returns the position along a slide's path, in mm from the middle.
-    pub fn along(&self, heading: Heading) -> f64 {
-        match heading {
-            Heading::Right => self.x,
-            Heading::Up => self.y,
-            Heading::Left => -self.x,
-            Heading::Down => -self.y,
-        }
+    /// Returns the position along a direction, given by the components of its unit vector, in mm from the middle.
+    pub fn along(&self, right: f64, up: f64) -> f64 {
+        self.x * right + self.y * up
     }
 }
 

@@ -39,10 +39,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         described(script.fidelity)
     )?;
     for truth in scene.truth() {
-        let slide = &truth.slide;
         let (from, to) = (truth.start_s * rate, truth.end_s * rate);
-        let degrees = slide.heading.degrees();
-        writeln!(out, "  {} at {} mm/s, {degrees}°: frames {from:.1} to {to:.1}", slide.specimen, slide.speed_mm_s)?;
+        writeln!(out, "  {}: frames {from:.1} to {to:.1}", truth.touch)?;
     }
     let has = |effect: &&Effect| (effect.value)(&script).is_some();
     let mut costs = if arguments.no_cost { Vec::new() } else { costs(&script)? }.into_iter();
