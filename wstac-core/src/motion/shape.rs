@@ -1,0 +1,127 @@
+//! The shapes of five lines' light over a sample: above the baseline, smoothed, and scaled to their peaks.
+
+use super::edges::Edges;
+use crate::exp::{EXP_FRACTION_BITS, exp_of_negative};
+use crate::params::{FEATURE_FRACTION_BITS, SAMPLE_FRAMES};
+use crate::trigger::Event;
+
+/// Lines of an axis.
+pub(super) const LINES: usize = 5;
+/// Peak of a shape.
+pub(super) const PEAK: i32 = 1 << 13;
+/// A line is lit if its smoothed peak is at least this fraction, 2^-3, of the axis's brightest.
+const LIT_SHIFT: u32 = 3;
+/// Iterations of the filter [1 2 1] / 4. Together they are a binomial filter of nine taps.
+const SMOOTHED: u32 = 4;
+
+/// The shapes of an axis's lines.
+#[derive(Clone, Debug)]
+pub(super) struct Shapes {
+    /// Light of each line, at most [`PEAK`]; 0 for a line that is not lit.
+    pub lines: [[i16; SAMPLE_FRAMES]; LINES],
+    /// Whether a line is lit.
+    pub is_lit: [bool; LINES],
+}
+
+impl Shapes {
+    /// Computes the shapes of the lines `first..first + LINES` of an event.
+    pub(super) fn new(event: &Event<'_>, first: usize) -> Self {
+        let means = event.baseline.means(EXP_FRACTION_BITS);
+        let mut lines = [[0; SAMPLE_FRAMES]; LINES];
+        let mut brightest = [i32::MIN; LINES];
+        let mut peaks = [0_u32; LINES];
+        for (line, shape) in lines.iter_mut().enumerate() {
+            let feature = first + line;
+            let (Some(&mean), Some(most)) = (means.get(feature), event.sample.feature(feature).max()) else { continue };
+            let most = widened(most);
+            let mut light = [0_i32; SAMPLE_FRAMES];
+            let base = exp_of_negative((most - mean).max(0) as u32);
+            for (light, value) in light.iter_mut().zip(event.sample.feature(feature)) {
+                let above = exp_of_negative((most - widened(value)).max(0) as u32).saturating_sub(base);
+                // 28 bits, so that a smoothing step fits.
+                *light = (above >> 3) as i32;
+            }
+            smooth(&mut light);
+            let peak = light.iter().copied().max().unwrap_or(0).max(0) as u32;
+            scale(&light, peak, shape);
+            if let (Some(place), Some(highest)) = (peaks.get_mut(line), brightest.get_mut(line)) {
+                (*place, *highest) = (peak, most);
+            }
+        }
+        // Peaks in a common unit: the light of the brightest feature of all lines.
+        let top = brightest.into_iter().max().unwrap_or(0);
+        for (peak, most) in peaks.iter_mut().zip(brightest) {
+            let relative = exp_of_negative(top.saturating_sub(most).max(0) as u32);
+            *peak = ((u64::from(*peak) * u64::from(relative)) >> 31) as u32;
+        }
+        let highest = peaks.into_iter().max().unwrap_or(0);
+        let is_lit = peaks.map(|peak| peak > highest >> LIT_SHIFT);
+        for (line, is_lit) in lines.iter_mut().zip(is_lit) {
+            if !is_lit {
+                *line = [0; SAMPLE_FRAMES];
+            }
+        }
+        Self { lines, is_lit }
+    }
+
+    /// Returns the number of lit lines.
+    pub(super) fn lit(&self) -> u8 {
+        self.is_lit.iter().map(|&lit| u8::from(lit)).sum()
+    }
+
+    /// Returns where each lit line first exceeds `level` · 2^-7 of its peak.
+    pub(super) fn edges(&self, level: i32) -> Edges {
+        let threshold = (PEAK >> 7) * level;
+        let edge = |(line, &is_lit): (&[i16; SAMPLE_FRAMES], &bool)| {
+            if !is_lit {
+                return None;
+            }
+            let mut before = 0;
+            for (frame, value) in (0..).zip(line.map(i32::from)) {
+                if value > threshold {
+                    return Some(super::edges::between(frame, before, value, threshold));
+                }
+                before = value;
+            }
+            None
+        };
+        let mut edges = [None; LINES];
+        for (place, line) in edges.iter_mut().zip(self.lines.iter().zip(&self.is_lit)) {
+            *place = edge(line);
+        }
+        Edges { frames: edges }
+    }
+}
+
+/// Returns a feature in units of 2^-20.
+pub(super) fn widened(feature: i16) -> i32 {
+    i32::from(feature) << (EXP_FRACTION_BITS - FEATURE_FRACTION_BITS)
+}
+
+/// Smooths in place; the first and last values stand for those beyond them.
+fn smooth(light: &mut [i32; SAMPLE_FRAMES]) {
+    for _ in 0..SMOOTHED {
+        let mut before = light[0];
+        let mut here = light[0];
+        for t in 1..SAMPLE_FRAMES {
+            let after = light[t];
+            light[t - 1] = (before + 2 * here + after + 2) >> 2;
+            (before, here) = (here, after);
+        }
+        light[SAMPLE_FRAMES - 1] = (before + 3 * here + 2) >> 2;
+    }
+}
+
+/// Scales light of up to 29 bits so that `peak` becomes [`PEAK`].
+fn scale(light: &[i32; SAMPLE_FRAMES], peak: u32, shape: &mut [i16; SAMPLE_FRAMES]) {
+    if peak == 0 {
+        return;
+    }
+    // The peak gets 16 bits: 2^15 ≤ peak < 2^16, or fewer if it has fewer.
+    let shift = 16_u32.saturating_sub(peak.leading_zeros());
+    let Some(factor) = ((PEAK as u32) << 16).checked_div(peak >> shift) else { return };
+    for (shape, &light) in shape.iter_mut().zip(light) {
+        let light = (light.max(0) as u32) >> shift;
+        *shape = ((u64::from(light) * u64::from(factor) + (1 << 15)) >> 16).min(PEAK as u64) as i16;
+    }
+}
