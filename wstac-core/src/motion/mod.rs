@@ -1,4 +1,4 @@
-//! Speed and direction of anything that slides, from arrival times, and the kind of a touch (SPEC §10).
+//! Speed and direction of anything that slides, from arrival times, and the kind of a touch (SPEC §9).
 //!
 //! Whiskers stand a pitch apart. The same light passes the five rows, and the five columns, one after the other. The
 //! slowness, in frames per pitch along either axis, gives speed and direction: no specimen length and no fitted law.
