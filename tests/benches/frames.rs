@@ -1,4 +1,5 @@
-//! How long a 1280 × 720 frame takes from its bytes to its features, by pixel format; and a logarithm by kernel.
+//! Measures how long a 1280 × 720 frame takes from its bytes to its features, for each pixel format. Also measures a
+//! logarithm with each kernel.
 //!
 //! "any" is what the `wstac` command runs: the format is chosen at run time. "read" is a plain sum of the same bytes.
 
@@ -34,7 +35,7 @@ const FORMATS: [(&str, PixelFormat, YcbcrMethod); 12] = [
 
 fn frames(c: &mut Criterion) {
     let mut group = c.benchmark_group("frame 1280x720");
-    // One element is one frame: criterion then prints frames a second.
+    // One element is one frame, so criterion prints frames per second.
     group.throughput(Throughput::Elements(1));
     let layout = Layout::paper(FrameSize::new(1280, 720).unwrap()).unwrap();
     for (name, format, method) in FORMATS {
@@ -55,7 +56,7 @@ fn read(c: &mut Criterion) {
     group.throughput(Throughput::Elements(1));
     for bytes_per_pixel in [1, 2, 3] {
         let bytes = vec![7_u8; 25 * 90 * 90 * bytes_per_pixel];
-        group.bench_function(BenchmarkId::from_parameter(format!("{bytes_per_pixel} a pixel")), |b| {
+        group.bench_function(BenchmarkId::from_parameter(format!("{bytes_per_pixel} per pixel")), |b| {
             b.iter(|| {
                 let words = black_box(&bytes).as_chunks::<8>().0;
                 black_box(words.iter().fold(0, |sum: u64, word| sum.wrapping_add(u64::from_le_bytes(*word))))

@@ -1,5 +1,6 @@
-//! How long a simulated sensor takes for a frame: a scene without any effect, then each effect added to it alone (uneven
-//! rubbing with rubbing), then the default scene. What is left out costs nothing: "none" is what is left then.
+//! Measures how long the simulated sensor takes for a frame: first a scene without any effect ("none"), then with one
+//! effect at a time, then the default scene. Uneven rubbing is measured together with rubbing. An effect that is off
+//! costs nothing.
 
 #![expect(missing_docs, reason = "criterion_group! makes a function without any")]
 
@@ -11,14 +12,14 @@ use wstac_scene::effects::{EFFECTS, bare};
 use wstac_scene::sensor::Fidelity;
 use wstac_scene::{Scene, SceneConfig};
 
-/// Frames from the first touch of a slide at 150 mm/s to its last light, about.
+/// The approximate number of frames from the first touch of a slide at 150 mm/s to its last light.
 const FRAMES: u64 = 30;
 
 fn script(fidelity: Fidelity) -> SceneConfig {
     SceneConfig { fidelity, ..SceneConfig::parse_short("Saw3@150,seed=1").expect("a scene") }
 }
 
-/// A scene that is about to be touched.
+/// Returns a scene just before its first touch.
 fn ready(script: &SceneConfig) -> Scene {
     let mut scene = Scene::new(script).expect("a scene");
     while scene.frame() < scene.truth()[0].start_frame() {
@@ -34,7 +35,7 @@ fn frame(c: &mut Criterion, fidelity: Fidelity, name: &str) {
     let mut one = |name: &str, script: &SceneConfig| {
         let ready = ready(script);
         group.bench_with_input(BenchmarkId::from_parameter(name), &ready, |b, ready| {
-            // The time of a frame, not of all.
+            // Reports the time per frame, not the total time.
             b.iter_custom(|rounds| {
                 let mut all = Duration::ZERO;
                 for _ in 0..rounds {
@@ -53,7 +54,7 @@ fn frame(c: &mut Criterion, fidelity: Fidelity, name: &str) {
     for effect in &EFFECTS {
         let mut with = none.clone();
         (effect.add)(&mut with);
-        // Formats that need pixels change the fidelity.
+        // An effect that needs pixels changes the fidelity; then it is not measured here.
         if with.fidelity == fidelity {
             one(effect.name, &with);
         }

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""The C interfaces: built with every warning an error, run at their edges and on streams, and compared with `wstac run`.
+"""Checks the C interfaces: every warning is an error, programs run at their edges and on streams, and results equal
+those of `wstac run`.
 
     check.py WSTAC HOST FIRMWARE BOARD    HOST: where ci/libwstac has installed; FIRMWARE, BOARD: libwstac_fw.a of this machine and of a Cortex-M4F
 """
@@ -18,21 +19,22 @@ ROOT = Path(__file__).resolve().parents[2]
 TESTS = ROOT / "tests/capi"
 EXAMPLES = ROOT / "wstac-fw/capi/examples"
 BOARD = EXAMPLES / "mps2-an386"
-# A board gets its arguments as one line that it cuts at spaces, so the model is copied to where the programs run.
+# A board gets its arguments as one line, which it splits at spaces. So the model is copied to where the programs run.
 MODEL = "svm.wsm"
 MODEL_FILE = ROOT / "wstac-host/models/svm.wsm"
 STRICT = ["-std=c11", "-pedantic", "-Wall", "-Wextra", "-Werror", "-g"]
 SANITIZED = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
-# A table that is made once and stays is no leak.
+# A table that is made once and kept is not a leak.
 VALGRIND = ["valgrind", "--quiet", "--leak-check=full", "--errors-for-leak-kinds=definite,indirect,possible", "--error-exitcode=9"]
 ARM = "-mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard -O2 -ffunction-sections -fdata-sections".split()
 QEMU = "qemu-system-arm -M mps2-an386 -nographic -monitor none -serial none -kernel".split()
-# Formats of the firmware library by what wstac calls them, and the YUYV and UYVY whose green is worked out once a taxel.
+# The formats of the firmware library, by the names that wstac gives them. YUYV and UYVY are also there with green
+# computed once per taxel.
 FORMATS = "GREY Y10 Y12 Y16 RGB3 BGR3 XB24 RX24 RGBP RGGB GRBG RG10 BA10 RG12 BA12 YUYV UYVY NV12 YU12".split()
 LINEAR = ["YUYV", "UYVY"]
 PLANAR = ["NV12", "YU12"]
 SIZE = (100, 80)
-# Bytes of stack that a call may take on a Cortex-M4F; docs/C.md says the same, with what was measured.
+# The budget of a call's stack on a Cortex-M4F, in bytes. docs/C.md has the same numbers, and what was measured.
 PAGE = ROOT / "docs/C.md"
 STACK = {"init": 5120, "push": 1024, "speed": 256, "direction": 640, "sample": 160, "model_init": 512, "classify": 1024}
 SLIDES = """
@@ -54,7 +56,7 @@ def fail(message):
 
 
 def run(command, **more):
-    """What a command prints; an error where it fails."""
+    """Returns what a command prints. Exits if the command fails."""
     done = subprocess.run([str(part) for part in command], capture_output=True, text=True, check=False, timeout=1200, **more)
     if done.returncode:
         fail(f"{' '.join(map(str, command))[:300]} ended with {done.returncode}: {done.stderr[-2000:]}{done.stdout[-500:]}")
@@ -62,7 +64,7 @@ def run(command, **more):
 
 
 class Wstac:
-    """The command, and what it says of a source."""
+    """Runs `wstac run` on sources."""
 
     def __init__(self, command, folder):
         self.command, self.folder = command, folder
@@ -72,7 +74,7 @@ class Wstac:
         return [json.loads(line) for line in lines.splitlines()]
 
     def record(self):
-        """A recording of several slides, one of them too slow, and its frames; their size."""
+        """Records several slides, one of them too slow. Returns the recording, its frames and their size."""
         slides = [("Saw3", 150, 90), ("Tri2", 45, 0), ("Fla0", 180, 270), ("Sin4", 120, 180)]
         (self.folder / "slides.toml").write_text(SLIDES + "".join(SLIDE.format(*slide) for slide in slides))
         run([self.command, "record", "scene:slides.toml", "-o", "slides.mcap"], cwd=self.folder)
@@ -80,7 +82,7 @@ class Wstac:
 
 
 def line(event, speed_decimals=2):
-    """An event as the examples print it."""
+    """Returns an event as the examples print it."""
     speed, direction, texture = event["speed"], event["direction"]["deg"], event["texture"]
     speed = "-" if speed is None else f"{speed['mm_s']:.{speed_decimals}f}"
     direction = "-" if direction is None else f"{direction:.1f}"
@@ -88,12 +90,12 @@ def line(event, speed_decimals=2):
 
 
 def nearest(lines):
-    """The lines of a firmware example with speeds to one decimal, as a record has them."""
+    """Returns the lines of a firmware example, with speeds to one decimal as in a record."""
     return re.sub(r"speed=([\d.]+)", lambda found: f"speed={float(found[1]):.1f}", lines)
 
 
 def units(number):
-    """A feature in units of 1/2048."""
+    """Returns a feature in units of 1/2048."""
     scaled = number * 2048
     if scaled != int(scaled):
         fail(f"{number} is no multiple of 1/2048")
@@ -101,7 +103,7 @@ def units(number):
 
 
 def firmware_lines(records):
-    """What tests/capi/firmware.c prints of these records; speeds are compared apart."""
+    """Returns what tests/capi/firmware.c should print for these records. Speeds are compared separately."""
     lines, speeds = [], []
     for record in records:
         if record["kind"] == "features":
@@ -119,7 +121,7 @@ def firmware_lines(records):
 
 
 def parsed(output):
-    """The same from what it printed."""
+    """Returns the same kinds of lines from the program's output."""
     lines, speeds = [], []
     for text in output.splitlines():
         if not text.startswith("event "):
@@ -134,7 +136,7 @@ def parsed(output):
 
 
 class Programs:
-    """Programs in C: compiled for this machine, with and without sanitizers, and for the board."""
+    """Builds C programs for this machine, with and without sanitizers, and for the board."""
 
     def __init__(self, folder, host, firmware, board):
         self.folder, self.host, self.libraries = folder, host, (firmware, board)
@@ -158,7 +160,7 @@ class Programs:
         return elf
 
     def build(self, source, more):
-        """The program, and the program with sanitizers."""
+        """Returns the program, and the program with sanitizers."""
         plain, sanitized = self.folder / source.stem, self.folder / f"{source.stem}-sanitized"
         run(["gcc", *STRICT, "-O2", source, *more, "-o", plain])
         run(["gcc", *STRICT, "-O1", *SANITIZED, source, *more, "-o", sanitized])
@@ -178,7 +180,7 @@ def same(found, expected, what):
 
 
 def check_headers(host):
-    """Both headers alone, together and in C++."""
+    """Compiles both headers alone, together, and as C++."""
     includes = ["-I", host / "include", "-I", ROOT / "wstac-fw/capi/include"]
     for text in ('#include "wstac.h"\n', '#include "wstac_fw.h"\n', '#include "wstac.h"\n#include "wstac_fw.h"\n'):
         for language in (["gcc", "-x", "c", "-std=c99"], ["gcc", "-x", "c", "-std=c11"], ["g++", "-x", "c++", "-std=c++11"]):
@@ -187,7 +189,9 @@ def check_headers(host):
 
 
 def check_symbols(host, elf):
-    """The host library gives its own names alone; no panic is in a program that calls all of the firmware's."""
+    """Checks that the host library exports only its own names, and that no panic is in a program that calls all
+    functions of the firmware library.
+    """
     given = run(["nm", "-D", "--defined-only", host / "lib/libwstac.so"]).split()[2::3]
     header = (host / "include/wstac.h").read_text()
     same(sorted(given), sorted(set(re.findall(r"\b(wstac_\w+)\(", header))), "names that libwstac.so gives")
@@ -223,7 +227,9 @@ def check_firmware_example(programs, records):
 
 
 def check_firmware(programs, wstac):
-    """Every format: features, samples and answers are those of `wstac run` to the bit, speeds to what it prints."""
+    """Checks every format: features, samples and answers equal those of `wstac run` bit for bit, and speeds equal what
+    it prints.
+    """
     plain, sanitized, elf = programs.build_firmware(TESTS / "firmware.c")
     check_symbols(programs.host, elf)
     (programs.folder / "linear.toml").write_text('[green]\nyuv = "linear"\n')
@@ -264,7 +270,7 @@ def check_stack(programs):
     same({call: most for call, (_, most) in page.items()}, STACK, f"limits in {PAGE.name}")
     apart = [call for call, (published, _) in page.items() if abs(taken[call] - published) > 0.02 * published]
     if apart:
-        # The limits decide: another C compiler or another path of the checkout gives other numbers.
+        # The limits decide, because another C compiler or checkout path gives other numbers.
         print(f"note: {PAGE.name} is more than 2 % off what was measured of {', '.join(apart)}")
 
 

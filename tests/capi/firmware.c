@@ -1,10 +1,10 @@
 /*
- * The firmware library at its edges, then every number that it makes of a stream.
+ * Tests the firmware library at its edges, then prints every number that it computes for a stream.
  *
  *     firmware FORMAT FRAMES WIDTH HEIGHT MODEL.wsm STRIPE_ROWS FRAME_BYTES
  *
- * Frames are pushed in stripes of STRIPE_ROWS rows, or whole for 0. Prints a line of ten features a frame, and of an event its frame, speed,
- * direction, texture and 700 numbers.
+ * Frames are pushed in stripes of STRIPE_ROWS rows, or as a whole if it is 0. Prints a line of ten features per frame. For an event, prints
+ * its frame, speed, direction, texture and 700 numbers.
  */
 #include <math.h>
 #include <stdint.h>
@@ -40,7 +40,7 @@ static WstacFwStatus init(const WstacFwOptions *options)
 
 static void memory_is_checked(void)
 {
-    /* Larger than both, and at an address that fits neither. */
+    /* Memory that is larger than both, at an address with wrong alignment for both. */
     static uint64_t memory[WSTAC_PIPELINE_SIZE / 8 + 1];
     WstacFwPipeline *odd = (WstacFwPipeline *)(void *)((char *)memory + 4);
     WstacFwEvent event;
@@ -57,7 +57,7 @@ static void memory_is_checked(void)
     EXPECT(wstac_fw_model_init(NULL, sizeof model, frame, 4) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_model_init(&model, sizeof model, NULL, 4) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_model_init(&model, sizeof model - 1, frame, 4) == WSTAC_FW_STATUS_MEMORY);
-    /* Nothing has been set up. */
+    /* Calls before wstac_fw_init. */
     EXPECT(wstac_fw_push_frame(&pipeline, dark, sizeof dark) == WSTAC_FW_STATUS_STATE);
     EXPECT(wstac_fw_push_stripe(&pipeline, dark, sizeof dark) == WSTAC_FW_STATUS_STATE);
     EXPECT(wstac_fw_push_lost(&pipeline, 1) == WSTAC_FW_STATUS_STATE);
@@ -67,7 +67,7 @@ static void memory_is_checked(void)
     EXPECT(wstac_fw_event(&pipeline, &event) == WSTAC_FW_STATUS_STATE);
     EXPECT(wstac_fw_end(&pipeline, &end) == WSTAC_FW_STATUS_STATE);
     EXPECT(wstac_fw_classify(&model, sample, &texture) == WSTAC_FW_STATUS_STATE);
-    /* No memory. */
+    /* Null instead of memory. */
     EXPECT(wstac_fw_push_frame(NULL, dark, sizeof dark) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_push_stripe(NULL, dark, sizeof dark) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_push_lost(NULL, 1) == WSTAC_FW_STATUS_NULL);
@@ -93,7 +93,7 @@ static void memory_is_checked(void)
     EXPECT(wstac_fw_direction(&pipeline, NULL) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_end(&pipeline, NULL) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_take_interrupted(&pipeline, NULL) == WSTAC_FW_STATUS_NULL);
-    /* No event, no features. */
+    /* There is no event yet, and there are no features. */
     EXPECT(wstac_fw_event(&pipeline, &event) == WSTAC_FW_STATUS_STATE);
     EXPECT(wstac_fw_speed(&pipeline, &speed) == WSTAC_FW_STATUS_STATE);
     EXPECT(wstac_fw_direction(&pipeline, &direction) == WSTAC_FW_STATUS_STATE);
@@ -167,11 +167,11 @@ static void settings_are_checked(void)
     EXPECT(wstac_fw_set_speed_law(&pipeline, &law) == WSTAC_FW_STATUS_SPEED_THRESHOLD);
     EXPECT(wstac_fw_set_floor(&pipeline, 256) == WSTAC_FW_STATUS_FLOOR_LEVELS);
     EXPECT(wstac_fw_set_floor(&pipeline, 2) == WSTAC_FW_STATUS_OK);
-    /* A frame that is refused has not started the stream. */
+    /* A refused frame does not start the stream. */
     EXPECT(wstac_fw_push_frame(&pipeline, dark, sizeof dark - 1) == WSTAC_FW_STATUS_FRAME_TOO_SHORT);
     EXPECT(wstac_fw_push_stripe(&pipeline, dark, 1) == WSTAC_FW_STATUS_STRIPE_NOT_WHOLE_ROWS);
     EXPECT(wstac_fw_set_floor(&pipeline, 2) == WSTAC_FW_STATUS_OK);
-    /* Not once the stream has started. */
+    /* Parameters cannot be changed after the stream has started. */
     EXPECT(wstac_fw_push_frame(&pipeline, dark, sizeof dark) == WSTAC_FW_STATUS_OK);
     EXPECT(wstac_fw_trigger_defaults(&trigger) == WSTAC_FW_STATUS_OK);
     EXPECT(wstac_fw_set_trigger(&pipeline, &trigger) == WSTAC_FW_STATUS_STATE);
@@ -199,7 +199,7 @@ static void streams_are_checked(void)
     EXPECT(wstac_fw_push_stripe(&pipeline, dark, 40) == WSTAC_FW_STATUS_OK);
     EXPECT(wstac_fw_features(&pipeline, features, &number) == WSTAC_FW_STATUS_OK && number == 0);
     EXPECT(wstac_fw_features(&pipeline, features, NULL) == WSTAC_FW_STATUS_OK);
-    /* A second frame is given up and filled, then a baseline, a touch, and frames lost within its sample. */
+    /* The second frame is abandoned and filled. Then come a baseline, a touch, and lost frames within its sample. */
     EXPECT(wstac_fw_push_stripe(&pipeline, bright, 50) == WSTAC_FW_STATUS_OK);
     EXPECT(wstac_fw_abandon_frame(&pipeline) == WSTAC_FW_STATUS_OK);
     for (int i = 2; i < 40; i++)
@@ -290,7 +290,7 @@ static void push(const uint8_t *bytes, size_t length, bool whole)
         print_event();
 }
 
-/* Frames of the format until the file ends; bytes a row and a frame are those of the format, which the caller knows. */
+/* Pushes frames of the format until the file ends. The caller knows the bytes of a row and of a frame. */
 static void stream(const WstacFwOptions *options, FILE *file, size_t row_bytes, size_t frame_bytes, size_t stripe_rows)
 {
     EXPECT(frame_bytes <= sizeof frame);

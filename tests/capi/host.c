@@ -1,9 +1,9 @@
 /*
- * The host library at its edges, and frames that are pushed beside the same ones read.
+ * Tests the host library at its edges, and compares pushed frames with the same frames read from a recording.
  *
  *     host FILE.mcap FRAMES WIDTH HEIGHT FORMAT      FRAMES: the recording's, as wstac run --save-raw writes them
  *
- * Prints how many expectations held and how many records were the same.
+ * Prints how many expectations were met and how many records were equal.
  */
 #include <math.h>
 #include <pthread.h>
@@ -90,7 +90,7 @@ static void calls_are_checked(void)
     EXPECT(wstac_next(handle, NULL) == WSTAC_STATUS_NULL && says(handle, "record is null"));
     EXPECT(wstac_push_frame(handle, dark, sizeof dark) == WSTAC_STATUS_STATE && says(handle, "reads a source"));
     EXPECT(wstac_push_lost(handle, 1) == WSTAC_STATUS_STATE);
-    /* It is stopped before its first frame. */
+    /* Ends the stream before its first frame. */
     EXPECT(wstac_finish(handle) == WSTAC_STATUS_OK && wstac_finish(handle) == WSTAC_STATUS_STATE);
     EXPECT(wstac_next(handle, &record) == WSTAC_STATUS_OK && record.kind == WSTAC_KIND_END);
     EXPECT(record.frame == 0 && !record.end.baseline_complete && record.event.sample == NULL && isnan(record.event.speed_mm_s));
@@ -144,13 +144,13 @@ static void pushed_frames_are_checked(void)
     EXPECT(record.frame == 167 && record.end.dropped == 15 && record.end.baseline_complete && record.end.incomplete_frames == 0);
     EXPECT(wstac_next(handle, &record) == WSTAC_STATUS_STATE);
     wstac_close(handle);
-    /* A handle may be closed with records that nobody has asked for. */
+    /* A handle may be closed although it has more records. */
     EXPECT(wstac_open_frames(&gray, &(WstacOptions){.features = true}, &handle) == WSTAC_STATUS_OK);
     push(handle, dark, 40);
     wstac_close(handle);
 }
 
-/* A source that breaks off: its end record comes with the reason. */
+/* Tests a source that fails: its end record comes with the reason. */
 static void a_failing_source_is_told(const char *name)
 {
     Wstac *handle;
@@ -171,7 +171,7 @@ static void a_failing_source_is_told(const char *name)
     remove(name);
 }
 
-/* Messages without a handle are each thread's own. */
+/* Tests that each thread has its own messages without a handle. */
 static void *fails_otherwise(void *unused)
 {
     (void)unused;
@@ -221,7 +221,7 @@ static void same_record(const WstacRecord *a, const WstacRecord *b)
         EXPECT(memcmp(x->sample, y->sample, sizeof(int16_t[WSTAC_SAMPLE_FRAMES][WSTAC_FEATURES])) == 0);
 }
 
-/* A recording that is read, beside its frames that are pushed: every record is the same. */
+/* Compares a recording that is read with its frames that are pushed: every record must be equal. */
 static int pushed_is_read(char **argv)
 {
     const char *models[] = {"builtin:svm", NULL};

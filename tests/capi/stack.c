@@ -1,5 +1,6 @@
 /*
- * How much stack each call of the firmware library takes on the board, the largest of a whole stream: found by painting what lies below.
+ * Measures the stack of each call of the firmware library on the board, as the maximum over a whole stream. The memory below the stack
+ * pointer is painted before each call.
  *
  *     stack FRAMES WIDTH HEIGHT MODEL.wsm
  */
@@ -43,7 +44,7 @@ static void call_classify(void)
     status = wstac_fw_classify(&model, sample, &texture);
 }
 
-/* Bytes that a call takes below this function's own frame. */
+/* Returns the bytes that a call takes below this function's own frame. */
 static __attribute__((noinline)) uint32_t taken(void (*call)(void))
 {
     uint32_t top;

@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
-"""The STM32H743's program on the modelled board: its events and features are those of `wstac run` on the same frames, whatever happens
-to the camera.
+"""Checks the STM32H743's program on the modeled board: its events and features are those of `wstac run` on the same
+frames, whatever happens to the camera.
 
     check.py WSTAC ELF [CONFIG MODEL OTHER]
 
-WSTAC is the command on the host, ELF the program, and OTHER the program with this configuration and this texture model compiled in. Needs
-what requirements.txt lists (`ci/emulator`).
+WSTAC is the command on the host, ELF is the program, and OTHER is the program with this configuration and this texture
+model compiled in. Needs the packages of requirements.txt (`ci/emulator`).
 
-Every case plays a rendered scene, frame by frame, and compares what `wstac monitor` makes of the bytes on the serial line with what
-`wstac run` says of the clip: line by line, byte for byte. Of frames that a fault has cost nothing may be said; all others must be right
-and in their places.
+Every case plays a rendered scene, frame by frame. It compares the output of `wstac monitor` on the serial line's bytes
+with that of `wstac run` on the clip, byte for byte. Frames that a fault has cost may not appear. All others must be
+right and in their places.
 """
 
 import json
@@ -37,12 +37,13 @@ specimen = "Sin2"
 speed = 170
 direction = 180
 """
-# Requests from the host, in frames: begin, version, sequence, message, value, checksum, end. `wstac monitor` sends the same.
+# Requests from the host, as frames: begin, version, sequence, message, value, checksum, end. `wstac monitor` sends the
+# same.
 HELLO, FEATURES, SAMPLES = 0, 1, 2
 
 
 class Host:
-    """The command, and what it says of the clip."""
+    """Runs the command, and keeps its output for the clip."""
 
     def __init__(self, wstac, folder):
         self.wstac, self.folder, self.notes = wstac, Path(folder), ""
@@ -54,11 +55,11 @@ class Host:
         self.frames = frames_of(raw)
 
     def of_clip(self, *options):
-        """Lines of `wstac run`."""
+        """Returns the lines of `wstac run`."""
         return self._says("run", self.clip, "--json", *options).splitlines()
 
     def of_line(self, data, *options):
-        """Lines of `wstac monitor` on bytes that a board sent; what it has to say beside them is in `notes`."""
+        """Returns the lines of `wstac monitor` on bytes that a board sent. Its messages are in `notes`."""
         file = self.folder / "serial"
         file.write_bytes(data)
         return self._says("monitor", file, "--json", *options).splitlines()
@@ -72,7 +73,7 @@ class Host:
 
 
 def crc(data):
-    """CRC-32 (IEEE), bit by bit."""
+    """Computes the CRC-32 (IEEE), bit by bit."""
     rest = 0xFFFF_FFFF
     for byte in data:
         rest ^= byte
@@ -82,7 +83,7 @@ def crc(data):
 
 
 def request(message, *wanted):
-    """A request's frame."""
+    """Returns the frame of a request."""
     data = bytes([1, 0, message, *wanted])
     data += crc(data).to_bytes(4, "little")
     stuffed = b"".join(bytes([len(part) + 1]) + part for part in data.split(b"\0"))
@@ -90,19 +91,19 @@ def request(message, *wanted):
 
 
 def of_kind(lines, *kinds):
-    """The lines of these kinds."""
+    """Returns the lines of these kinds."""
     return [line for line in lines if json.loads(line)["kind"] in kinds]
 
 
 def fault_lines(board):
-    """What the log says is wrong, with the clip's frame times since it began."""
+    """Returns the problems in the log, with the clip's frame times since it began."""
     begun = board.camera.began
     said = [(time, line) for time, line in board.log.lines if not line.startswith("info: event") and time >= begun]
     return [((time - begun) / FRAME, line.split(": ", 1)[1]) for time, line in said]
 
 
 class Check:
-    """Runs cases and keeps count of what went wrong."""
+    """Runs cases and counts failures."""
 
     def __init__(self, host, elf):
         self.host, self.elf, self.failures = host, elf, 0
@@ -110,14 +111,14 @@ class Check:
         self.features = of_kind(host.of_clip("--features"), "features")
 
     def say(self, name, problems):
-        """One line a case."""
+        """Prints one line per case."""
         self.failures += bool(problems)
         print(f"{'FAILED' if problems else 'passed'}  {name}")
         for problem in problems:
             print(f"        {problem}")
 
     def plain(self, sensor, name):
-        """Nothing goes wrong, and nobody asks for anything."""
+        """Nothing goes wrong, and the host requests nothing."""
         board = Board(self.elf, self.host.frames, sensor)
         events = of_kind(self.host.of_line(board.run()), "event")
         problems = [] if events == self.events else [f"events are {events}, expected {self.events}"]
@@ -127,7 +128,7 @@ class Check:
         self.say(name, problems)
 
     def other(self, elf, config, model):
-        """Another configuration and a texture model, compiled in, are what they are on the host."""
+        """Another configuration and a texture model, compiled in, have the same effect as on the host."""
         options = ["--config", config, "--model", model]
         expected = of_kind(self.host.of_clip(*options), "event", "texture")
         lines = of_kind(self.host.of_line(Board(elf, self.host.frames).run()), "event", "texture")
@@ -137,7 +138,7 @@ class Check:
         self.say(f"{Path(config).name}, {Path(model).name}", problems)
 
     def samples(self):
-        """A host that wants samples gets them."""
+        """A host that requests samples gets them."""
         board = Board(self.elf, self.host.frames)
         board.line.receive(request(SAMPLES, 1))
         events = of_kind(self.host.of_line(board.run(), "--samples"), "event")
@@ -145,9 +146,9 @@ class Check:
         self.say("samples", [] if events == expected else ["events with samples are not the host's"])
 
     def faulty(self, name, faults, missing, said):
-        """Features of all frames but the `missing` ones are right, and the faults are told of within two frame times.
+        """Features of all frames except the `missing` ones are right, and faults are reported within two frame times.
 
-        `said` is what the log must say, in order, each with the frame in which the fault begins.
+        `said` is what the log must contain, in order, each entry with the frame in which the fault begins.
         """
         board = Board(self.elf, self.host.frames, faults=faults)
         for frame, fault in list(board.camera.faults.items()):
@@ -172,7 +173,7 @@ class Check:
 
 
     def start(self, name, said, **sensor):
-        """The sensor makes trouble when it is set up for the first time: that is said, and then all is well."""
+        """The sensor fails when it is first set up: the fault is reported, and then everything works."""
         board = Board(self.elf, self.host.frames[:5])
         for key, value in sensor.items():
             setattr(board.sensor, key, value)
@@ -185,7 +186,7 @@ class Check:
         self.say(name, problems)
 
     def never(self, name, said, told, sensor=OV7725, **how):
-        """The sensor is no use: that is said, and said again to a host that comes later."""
+        """The sensor cannot be used: this is reported, and reported again to a host that connects later."""
         board = Board(self.elf, [], sensor)
         for key, value in how.items():
             setattr(board.sensor, key, value)
@@ -201,7 +202,7 @@ class Check:
         self.say(name, problems)
 
     def crash(self, name, how, why):
-        """The program ends: it starts again, says why, and goes on."""
+        """The program fails: it restarts, reports the reason, and continues."""
         board = Board(self.elf, self.host.frames[:40])
         board.camera.faults[20] = lambda: how(board.machine)
         self.host.of_line(board.run())
@@ -221,14 +222,14 @@ SENSOR, LAST_RUN = f"info: {FOUND}", "error: the last run ended in a panic or a 
 
 
 def unplug(board):
-    """The sensor's power goes."""
+    """The sensor's power fails."""
     board.sensor.present = False
     board.sensor.power_on()
     return "silent"
 
 
 def plug_in(board):
-    """It is back, and knows nothing."""
+    """The power is back, and the sensor has forgotten its settings."""
     board.sensor.present = True
 
 
@@ -239,16 +240,18 @@ def halt(board):
 
 
 def halt_at_end(board, cycles):
-    """The core stops so many cycles after a frame's last rows until the next frame's second stripe has begun, but for the interrupts
-    at the sync in between."""
+    """The core stops some cycles after the last rows of a frame, until the next frame's second stripe has begun. Only
+    the interrupts at the sync run in between.
+    """
     machine, line, sync = board.machine, board.camera.line_time, board.machine.now + FRAME
-    # 8 lines before the first, 9 rows above the window, and its 224; of the next frame the first 19.
+    # 8 lines before the first row, 9 rows above the window, and the window's 224 rows; then the first 19 of the next
+    # frame.
     machine.at(machine.now + 240 * line + cycles, lambda: machine.stall(sync - machine.now))
     machine.at(sync + 2500, lambda: machine.stall(36 * line))
 
 
 def main():
-    """All cases."""
+    """Runs all cases."""
     if len(sys.argv) not in (3, 6):
         sys.exit(__doc__)
     _, wstac, elf, *other = sys.argv
@@ -272,7 +275,8 @@ def main():
         check.faulty("sync inside a frame", {60: "sync inside"}, [60], [(60, LOST_SYNC)])
         check.faulty("silent for two frames", {70: "silent", 71: "silent"}, range(70, 82), [(70, SILENT), (None, BACK)])
         check.faulty("unplugged", {90: unplug, 100: plug_in}, range(90, 111), [(90, SILENT), (90, GONE), (None, BACK)])
-        # While an OV7690 is looked for, in the identity twice, at the reset, in the settings: a write, an address, a read.
+        # While the program looks for an OV7690: twice in the identity, at the reset, and in the settings; in a write,
+        # an address and a read.
         for at in (0, 4, 9, 12, 13, 14, 15):
             said = [FOUND] if at == 0 else [GONE, FOUND]
             check.start(f"no acknowledge at step {at}", said, nack_after=at)

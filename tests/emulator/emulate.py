@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Runs the STM32H743's program, unmodified, on a modelled board with a modelled sensor that sends a clip.
+"""Runs the STM32H743's program, unmodified, on a modeled board with a modeled sensor that sends a clip.
 
     emulate.py ELF CLIP.raw SERIAL     CLIP.raw: frames of 320 x 240 GREY; what comes out of the serial line goes to SERIAL
 
-Modelled: core and interrupts, clocks, timer, I2C with a sensor's registers, camera interface, DMA, serial line, log. Not modelled:
-how long anything but a byte on the serial line takes, caches, electricity. So it shows that the program is right, and counts its
-instructions; it does not show that it is fast enough.
+Modeled: core and interrupts, clocks, timer, I2C with a sensor's registers, camera interface, DMA, serial line, log. Not
+modeled: caches, electricity, and the time of anything except a byte on the serial line. So this shows that the program
+is right, and counts its instructions. It does not show that the program is fast enough.
 """
 
 import sys
@@ -17,14 +17,14 @@ from model.registers import Registers
 
 WIDTH, HEIGHT = 320, 240
 CLOCK = 96_000_000  # of core and timer
-SERIAL_DIVIDER = 2  # cycles of the core in one of the serial line's clock
+SERIAL_DIVIDER = 2  # cycles of the core per clock of the serial line
 FRAME = CLOCK // 30
 OV7690 = (0x21, {0x0A: 0x76, 0x0B: 0x91})
 OV7692 = (0x3C, {0x0A: 0x76, 0x0B: 0x92})
 OV7725 = (0x21, {0x0A: 0x77, 0x0B: 0x21})
-# Ports, and what embassy touches and this program does not need.
+# Ports, and what embassy accesses but this program does not need.
 KEPT = [0x5802_0000 + 0x400 * port for port in range(11)] + [
-    0xE000_E400,  # priorities of interrupts: all are one
+    0xE000_E400,  # priorities of interrupts: all are equal
     0x5800_0000,  # EXTI
     0x5800_0400,  # SYSCFG
     0x5C00_1000,  # DBGMCU
@@ -36,13 +36,13 @@ KEPT = [0x5802_0000 + 0x400 * port for port in range(11)] + [
 
 
 def frames_of(clip):
-    """The frames of a file."""
+    """Returns the frames of a file."""
     data, size = Path(clip).read_bytes(), WIDTH * HEIGHT
     return [data[at : at + size] for at in range(0, len(data) - size + 1, size)]
 
 
 class Board:
-    """The board with a sensor and a clip. `faults` says of the clip's frames by number what is wrong with them."""
+    """The board with a sensor and a clip. `faults` has the faults of the clip's frames, by number."""
 
     def __init__(self, elf, clip, sensor=OV7725, faults=()):
         self.machine = machine = Machine(elf)
@@ -57,13 +57,13 @@ class Board:
         self.log = rtt.Log(machine, elf)
 
     def run(self):
-        """Runs until the clip is over and all that came of it is sent."""
+        """Runs until the clip is over and all its results are sent."""
         self.machine.run(self.camera.is_over)
         return bytes(self.line.sent)
 
 
 def cost(elf, clip):
-    """What the program takes of the board, in a line."""
+    """Returns the resources that the program uses of the board, as a line."""
     board = Board(elf, clip)
     board.machine.paint_stack()
     board.machine.count_instructions()
@@ -73,13 +73,13 @@ def cost(elf, clip):
     flash, ram = board.machine.sizes()
     ring = 4 * board.dma.total
     return (
-        f"{(board.machine.instructions - before) / len(clip):,.0f} instructions a frame, {flash:,} bytes of flash, {ram - ring:,} of RAM beside the "
+        f"{(board.machine.instructions - before) / len(clip):,.0f} instructions per frame, {flash:,} bytes of flash, {ram - ring:,} of RAM beside the "
         f"{ring:,} that the DMA writes to, {board.machine.deepest_stack():,} of stack"
     )
 
 
 def main():
-    """Runs a clip and says what the program made of it."""
+    """Runs a clip and prints the result of the program."""
     if len(sys.argv) != 4:
         sys.exit(__doc__)
     _, elf, clip, serial = sys.argv

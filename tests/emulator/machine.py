@@ -1,8 +1,9 @@
-"""A Cortex-M7 with the STM32H743's memories: unmodified programs, interrupts, sleep, and a clock that counts instructions.
+"""A Cortex-M7 with the STM32H743's memories: it runs unmodified programs, with interrupts, sleep, and a clock that
+counts instructions.
 
-Time is in cycles, and an instruction is one cycle, except that a sleeping core skips to the next thing that happens. So a run is
-the same every time. Peripherals are objects in `model/`: a `base`, `read(offset)`, `write(offset, value)`, and if they interrupt
-`irqs()`, the numbers of the interrupts that they ask for at present.
+Time is in cycles, and an instruction is one cycle. A sleeping core skips to the next event. So every run is the same.
+Peripherals are objects in `model/` with a `base`, `read(offset)` and `write(offset, value)`. If they interrupt,
+`irqs()` returns the numbers of the pending interrupts.
 """
 
 import bisect
@@ -43,22 +44,22 @@ NOWHERE = 0x2000_0100
 PAINT, STACK_PAINTED = b"\xa5", 0x4000
 PERIPHERALS, PERIPHERALS_SIZE = 0x4000_0000, 0x2000_0000
 SYSTEM, SYSTEM_SIZE = 0xE000_0000, 0x10_0000
-PAGE = 0x400  # peripherals are told apart in steps of this
+PAGE = 0x400  # peripherals are distinguished in steps of this
 STACKED = [UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3, UC_ARM_REG_R12, UC_ARM_REG_LR]
 DOUBLES = [UC_ARM_REG_D0 + k for k in range(8)]
-EXC_RETURN = 0xFFFF_FFF9  # to the thread, main stack, without floating point registers
-EXCEPTION_EXIT = 8  # what the emulator calls a jump to it
-HARD_FAULT = 3 - 16  # as the number of an interrupt
+EXC_RETURN = 0xFFFF_FFF9  # return to the thread, main stack, without floating point registers
+EXCEPTION_EXIT = 8  # the emulator's name for a jump to such an address
+HARD_FAULT = 3 - 16  # in place of the number of an interrupt
 WAITS = (b"\x20\xbf", b"\x30\xbf")  # WFE, WFI
-SLICE = 1000  # cycles that a busy core runs before it is looked at
+SLICE = 1000  # cycles that a busy core runs between two checks
 
 
 class Stopped(Exception):
-    """The program did what no program should."""
+    """The program did something that no program should."""
 
 
 class Machine:
-    """The core, its memories and its clock; peripherals are added."""
+    """The core, its memories and its clock. Peripherals are added."""
 
     def __init__(self, elf):
         self.uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
@@ -87,31 +88,31 @@ class Machine:
         self.reset()
 
     def sizes(self):
-        """Bytes of flash, and of RAM that has a fixed place."""
+        """Returns the bytes of flash, and of RAM with a fixed place."""
         flash = sum(len(data) for _, data in self.image)
         return flash, self.symbols["__euninit"] - RAM
 
     def paint_stack(self):
-        """Fills the memory where the stack is to be."""
+        """Fills the memory of the stack with a pattern."""
         self.uc.mem_write(self.symbols["_stack_start"] - STACK_PAINTED, PAINT * STACK_PAINTED)
 
     def deepest_stack(self):
-        """Bytes of the painted stack that were used; painted is what is nearest to its beginning."""
+        """Returns the bytes of the painted stack that were used. The part nearest to its beginning is painted."""
         top = self.symbols["_stack_start"]
         memory = bytes(self.uc.mem_read(top - STACK_PAINTED, STACK_PAINTED))
         return STACK_PAINTED - (len(memory) - len(memory.lstrip(PAINT)))
 
     def crash(self):
-        """Sends the core where no instructions are."""
+        """Sends the core to an address without instructions."""
         self.uc.mem_write(NOWHERE, b"\x00\xde")
         self.pc = NOWHERE | 1
 
     def panic(self):
-        """Sends the core into a function of the program that panics, and that nothing calls."""
+        """Sends the core into a function of the program that panics. Nothing else calls it."""
         self.pc = self.symbols["__defmt_default_panic"]
 
     def reset(self):
-        """Starts the core anew; memory stays as it is."""
+        """Restarts the core; memory stays as it is."""
         self.enabled, self.exception, self.saved = set(), None, []
         self.event = False
         self.vectors = FLASH
@@ -122,25 +123,27 @@ class Machine:
         self.reset_wanted = False
 
     def add(self, *peripherals):
-        """Maps peripherals in."""
+        """Maps peripherals."""
         for peripheral in peripherals:
             self.pages[peripheral.base // PAGE] = peripheral
             self.peripherals.append(peripheral)
 
     def at(self, time, action):
-        """Calls `action` when the clock says `time`."""
+        """Calls `action` at the clock's time `time`."""
         heapq.heappush(self.events, (time, next(self.order), action))
 
     def stall(self, cycles):
-        """Stops the core for a while, as a debugger does; everything else goes on."""
+        """Stops the core for some time, as a debugger does. Everything else continues."""
         self.stalled_until = self.now + cycles
 
     def count_instructions(self):
-        """Counts instructions, which takes longer. Before the first run: what was run before is not looked at again."""
+        """Counts instructions, which is slower. Must be called before the first run, because code that has run is not
+        checked again.
+        """
         self.uc.hook_add(UC_HOOK_BLOCK, self._block)
 
     def run(self, until):
-        """Runs until `until()` is true; it is asked after everything that happens."""
+        """Runs until `until()` is true. It is called after every event."""
         while not until():
             while self.events and self.events[0][0] <= self.now:
                 heapq.heappop(self.events)[2]()
@@ -162,12 +165,12 @@ class Machine:
                 self.reset()
 
     def where(self):
-        """The function that the core is in."""
+        """Returns the function that the core is in."""
         at = bisect.bisect(self.functions, (self.uc.reg_read(UC_ARM_REG_PC), "\uffff")) - 1
         return f"{self.functions[at][1]} at {self.uc.reg_read(UC_ARM_REG_PC):#x}" if at >= 0 else "nowhere"
 
     def _run_slice(self):
-        """Runs a while; whether the core went to sleep."""
+        """Runs for some time. Returns whether the core went to sleep."""
         self.stopped_by = None
         before = self.now
         slice_ = SLICE if not self.events else max(1, min(SLICE, self.events[0][0] - self.now))
@@ -181,7 +184,7 @@ class Machine:
             if bytes(self.uc.mem_read(pc - 2, 2)) in WAITS:
                 self.pc = pc
                 return True
-            # No instruction, or no memory.
+            # There is no instruction, or no memory.
             self.pc = pc
             self._fault()
             return False
@@ -194,18 +197,18 @@ class Machine:
         return False
 
     def _fault(self):
-        """An instruction that is none, or an address that is none: a hard fault, or the end where it is one already."""
+        """Handles an invalid instruction or address: a hard fault, or the end if it happens in the hard fault."""
         if self.exception == HARD_FAULT:
             raise Stopped(f"hard fault in a hard fault, in {self.where()}, from {self.uc.reg_read(UC_ARM_REG_LR):#x}")
         self._enter(HARD_FAULT)
 
     def _asked(self):
-        """The interrupt of lowest number that is asked for and enabled."""
+        """Returns the lowest pending and enabled interrupt."""
         asked = set().union(*(p.irqs() for p in self.peripherals if hasattr(p, "irqs"))) & self.enabled
         return min(asked, default=None)
 
     def _interrupt(self):
-        """Enters an interrupt, if one is asked for; they do not nest, as all have one priority."""
+        """Enters a pending interrupt. Interrupts do not nest, because all have one priority."""
         if self.exception is not None or self.uc.reg_read(UC_ARM_REG_PRIMASK) & 1:
             return
         irq = self._asked()
@@ -234,7 +237,7 @@ class Machine:
             self.uc.reg_write(register, word)
         for register, word in zip((*DOUBLES, UC_ARM_REG_FPSCR), self.saved, strict=True):
             self.uc.reg_write(register, word)
-        # Flags and, in the middle of an IT block, what is left of it.
+        # The flags and, in the middle of an IT block, the rest of it.
         self.uc.reg_write(UC_ARM_REG_XPSR, xpsr & 0xFF00_FC00)
         self.uc.reg_write(UC_ARM_REG_SP, frame + 32 + (4 if xpsr & 1 << 9 else 0))
         self.pc, self.exception, self.event = pc | 1, None, True
@@ -248,7 +251,7 @@ class Machine:
         if count is None:
             code, at, count = bytes(uc.mem_read(address, size)), 0, 0
             while at < size:
-                # The five highest bits of a Thumb instruction say whether it has four bytes.
+                # The five highest bits of a Thumb instruction show whether it has four bytes.
                 at += 4 if code[at + 1] >= 0xE8 else 2
                 count += 1
             self.blocks[address] = count

@@ -1,4 +1,4 @@
-"""The boards that QEMU emulates: programs of wstac-fw are built for them and run on them."""
+"""The boards that QEMU emulates. Programs of wstac-fw are built for them and run on them."""
 
 import os
 import struct
@@ -14,7 +14,7 @@ TARGETS = ("thumbv6m-none-eabi", "thumbv7m-none-eabi", "thumbv7em-none-eabihf")
 
 @dataclass(frozen=True)
 class Board:
-    """One core, and the machine that has it."""
+    """A core, and the machine that has it."""
 
     core: str
     machine: str
@@ -34,12 +34,14 @@ def folder():
 
 
 def environment():
-    """This program's environment, without what says what a board is built with."""
+    """Returns the environment of this program, without the variables that choose what a board is built with."""
     return {name: value for name, value in os.environ.items() if not name.startswith("WSTAC_")}
 
 
 def cargo(target, *what, model=None, config=None, pixels=None, debug=True, **how):
-    """Runs cargo for programs (`--bin NAME`, `--examples`) of a target; how it ended. Without what debuggers read it is faster, and the code is the same."""
+    """Runs cargo for programs (`--bin NAME`, `--examples`) of a target, and returns the finished process. Without debug
+    information this is faster, and the code is the same.
+    """
     variables = environment() | ({} if debug else {"CARGO_PROFILE_RELEASE_DEBUG": "0"})
     named = {"WSTAC_MODEL": model, "WSTAC_CONFIG": config, "WSTAC_PIXELS": pixels}
     variables |= {name: str(value) for name, value in named.items() if value is not None}
@@ -49,26 +51,26 @@ def cargo(target, *what, model=None, config=None, pixels=None, debug=True, **how
 
 
 def build(target, *what, **named):
-    """Builds programs for a target; where they are, valid until its next build."""
+    """Builds programs for a target. Returns their folder, which is valid until its next build."""
     cargo(target, *what, **named, check=True)
     return folder() / target / "release"
 
 
 def refused(**named):
-    """What is said of a build that is refused; nothing of one that is not."""
+    """Returns the message of a build that is refused, or an empty one."""
     done = cargo(TARGETS[0], "--bin", "cost", **named, check=False, capture_output=True, text=True)
     return done.stderr if done.returncode else ""
 
 
 def command(board, elf, serial):
-    """How to run a program; `serial` is QEMU's name of what its UART is tied to."""
+    """Returns the command that runs a program. `serial` is QEMU's name of what its UART is connected to."""
     semihosting = ["-semihosting-config", "enable=on,target=native"]
     qemu = ["qemu-system-arm", "-M", board.machine, "-nographic", "-monitor", "none", "-icount", "shift=0"]
     return [*qemu, "-serial", serial, *semihosting, "-kernel", str(Path(elf).resolve())]
 
 
 def run(board, elf, where, serial="none", seconds=900):
-    """Runs a program to its end in a folder that has its files; what it wrote to the console."""
+    """Runs a program to its end in a folder that has its files. Returns what it wrote to the console."""
     how = {"cwd": where, "stdin": subprocess.DEVNULL, "capture_output": True, "text": True, "timeout": seconds}
     done = subprocess.run(command(board, elf, serial), check=False, **how)
     said = done.stdout + done.stderr
@@ -79,14 +81,14 @@ def run(board, elf, where, serial="none", seconds=900):
 
 @dataclass(frozen=True)
 class Sizes:
-    """What a program takes, in bytes."""
+    """The size of a program, in bytes."""
 
     flash: int
     ram: int
 
 
 def sizes(elf):
-    """Flash, and RAM without the stack, of an ELF."""
+    """Returns the flash, and the RAM without the stack, of an ELF."""
     data = Path(elf).read_bytes()
     offset, size, count = struct.unpack_from("<I", data, 32)[0], *struct.unpack_from("<HH", data, 46)
     bits, no_bits, exception_index = 1, 8, 0x70000001
@@ -104,5 +106,5 @@ def sizes(elf):
 
 
 def compiler():
-    """The compiler's version, which instructions and bytes hang on."""
+    """Returns the compiler's version, on which instructions and sizes depend."""
     return subprocess.check_output([ROOT / "ci/thumb", "--version"], text=True, cwd=FIRMWARE).strip()

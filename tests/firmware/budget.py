@@ -1,4 +1,4 @@
-"""The limits of what the firmware may cost (budgets.toml), and the table of what it costs in docs/FIRMWARE.md."""
+"""The budgets of the firmware (budgets.toml), and the table of measured costs in docs/FIRMWARE.md."""
 
 import re
 import tomllib
@@ -10,7 +10,8 @@ from boards import BOARDS, ROOT
 BUDGETS = Path(__file__).with_name("budgets.toml")
 PAGE = ROOT / "docs/FIRMWARE.md"
 BEGIN, END = "<!-- measured: ci/firmware --write -->\n", "<!-- end -->\n"
-# How far a published number may be from what is measured. A compiler's output differs a little between two paths of a checkout.
+# The allowed difference of a published number from a measured one. A compiler's output differs a little between two
+# paths of a checkout.
 SLACK = 0.02
 
 ROWS = {
@@ -43,13 +44,13 @@ ROWS = {
     }.items()
 }
 FRAMES_A_SECOND = 30
-# Cycles an instruction is taken to need: docs/FIRMWARE.md says why.
+# The cycles that an instruction is assumed to take. docs/FIRMWARE.md gives the reason.
 CYCLES = 1.75
 CLOCKS = (64, 168, 480)
 
 
 def table(numbers):
-    """Lines of Markdown."""
+    """Returns lines of Markdown."""
     cores = [board.core for board in BOARDS]
     lines = ["| | " + " | ".join(cores) + " |", "| --- |" + " ---: |" * len(cores)]
     for key, what in ROWS.items():
@@ -67,14 +68,14 @@ def table(numbers):
 
 
 def budgets():
-    """The most that each number may be, by core and key."""
+    """Returns the budget of each number, by core and key."""
     rows = tomllib.loads(BUDGETS.read_text())["firmware"]
     cores = [board.core for board in BOARDS]
     return {core: {key: most if isinstance(most, int) else most[core] for key, most in rows.items() if isinstance(most, int) or core in most} for core in cores}
 
 
 def within(numbers, keys=ROWS):
-    """Whether every number of these keys is there and within its budget; says which are not."""
+    """Returns whether every number of these keys exists and is within its budget. Prints those that are not."""
     wrong = []
     for core, limits in budgets().items():
         found = numbers[core]
@@ -88,7 +89,7 @@ def within(numbers, keys=ROWS):
 
 
 def published():
-    """The numbers of docs/FIRMWARE.md by core and key, and the compiler that they are of."""
+    """Returns the numbers of docs/FIRMWARE.md by core and key, and the compiler that they belong to."""
     text = PAGE.read_text().split(BEGIN)[1].split(END)[0]
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line.startswith("|")]
     keys = {what: key for key, what in ROWS.items()}
@@ -101,7 +102,7 @@ def published():
 
 
 def differences(numbers, page, keys=ROWS):
-    """Where the page's numbers of these keys are further than the slack from what was measured, as lines of text."""
+    """Returns lines of text about the page's numbers that differ from the measured ones by more than the slack."""
     lines = []
     for core in sorted(numbers.keys() | page.keys()):
         found, said = numbers.get(core, {}), page.get(core, {})
@@ -114,7 +115,7 @@ def differences(numbers, page, keys=ROWS):
 
 
 def check(numbers, keys=ROWS):
-    """Whether the numbers of these keys are within their budgets and the page is true of this compiler."""
+    """Returns whether the numbers of these keys are within their budgets, and the page is true of this compiler."""
     fine = within(numbers, keys)
     page, compiler = published()
     apart = differences(numbers, page, keys)

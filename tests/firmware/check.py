@@ -30,7 +30,7 @@ STRIPE = 8 * 400
 
 
 def clip(wstac, folder):
-    """Two slides: as a file for the host, and as frames alone for the boards."""
+    """Returns two slides: as a file for the host, and as plain frames for the boards."""
     file = folder / "clip.y4m"
     subprocess.run([wstac, "scene", "render", HERE / "clip.toml", "-o", file, "--force"], check=True, capture_output=True)
     data = file.read_bytes()
@@ -45,7 +45,7 @@ def clip(wstac, folder):
 
 
 def measure(wstac, folder, models):
-    """Builds and runs the firmware with each of these models; numbers by core and program."""
+    """Builds and runs the firmware with each of these models. Returns numbers by core and program."""
     file = clip(wstac, folder)
     write_samples(wstac, folder / "samples")
     numbers = {board.core: {} for board in BOARDS}
@@ -79,7 +79,7 @@ def measure(wstac, folder, models):
 
 
 def formats_too(wstac, folder):
-    """Every pixel format on one of the boards in turn; and a name that is none must be refused."""
+    """Checks every pixel format on one of the boards in turn. An unknown name must be refused."""
     counter = Counter(wstac, folder, debug=True)
     for k, name in enumerate(formats()):
         board = BOARDS[k % len(BOARDS)]

@@ -1,4 +1,4 @@
-"""Counts what a firmware of any settings takes on emulated boards, whose events and features must be the host's."""
+"""Counts the cost of a firmware with any settings on emulated boards. Its events and features must be the host's."""
 
 import json
 import struct
@@ -13,20 +13,21 @@ from boards import BOARDS
 from host import features, host, same
 
 SCENE = Path(__file__).with_name("clip.toml")
-# A slide over every specimen, as taxel sums.
+# A slide with every specimen, as taxel sums.
 SLIDES = Path(__file__).with_name("slides.toml")
-# What WSTAC_PIXELS calls a format, and V4L2, as scenes do.
+# The name of a format in WSTAC_PIXELS, and in V4L2 and scenes.
 FORMATS = {"GREY": "GREY", "Y16": "Y16", "RGB24": "RGB3", "RGB565": "RGBP", "BAYER8": "RGGB", "YUYV": "YUYV"}
-# The scene's first event is over by then.
+# The scene's first event has ended by then.
 FRAMES = 110
-# In the dark a little light is left, so that no format's sums are 0: of 0 there is no logarithm, and it would cost nothing.
+# A little light is left in the dark, so that no format's sums are 0: the logarithm of 0 is skipped, and would cost
+# nothing.
 DARK = "black_level = 2.0\nread_noise = 100"
 CORES = tuple(board.core for board in BOARDS)
 
 
 @dataclass(frozen=True)
 class Setting:
-    """What is built: a name of `formats()`, a stride, a logarithm, a model's file."""
+    """A build: a name of `formats()`, a stride, a logarithm, and a model's file."""
 
     format: str = "GREY"
     stride: int = 1
@@ -39,13 +40,15 @@ class Setting:
 
 
 def formats():
-    """Formats, and of YUYV both ways to green."""
+    """Returns the formats, and both methods to green for YUYV."""
     for pixels in FORMATS:
         yield from ([f"{pixels} exact", f"{pixels} linear"] if pixels == "YUYV" else [pixels])
 
 
 def write_samples(wstac, file):
-    """Writes the samples of ten slides, frame by frame: what models are asked while instructions are counted, whatever the camera's format."""
+    """Writes the samples of ten slides, frame by frame. Models classify them while instructions are counted, whatever
+    the camera's format.
+    """
     events = map(json.loads, host(wstac, "run", f"scene:{SLIDES}", "--json", "--samples"))
     samples = [event["sample"] for event in events if event["kind"] == "event"]
     numbers = [round(2048 * line[frame]) for sample in samples for frame in range(len(sample[0])) for line in sample]
@@ -53,7 +56,7 @@ def write_samples(wstac, file):
 
 
 class Counter:
-    """Builds, runs and counts; frames are rendered once a format."""
+    """Builds, runs and counts. Frames are rendered once per format."""
 
     def __init__(self, wstac, folder, debug=False):
         self.wstac, self.folder, self.debug = Path(wstac).resolve(), Path(folder), debug
@@ -61,7 +64,7 @@ class Counter:
         write_samples(wstac, self.folder / "samples")
 
     def scene(self, pixels):
-        """How to name a format's scene to the host, and the folder of its frames."""
+        """Returns the host's name of a format's scene, and the folder of its frames."""
         place = self.folder / pixels
         scene = place / "clip.toml"
         asked = [f"scene:{scene}", "--frames", str(FRAMES)]
@@ -73,7 +76,7 @@ class Counter:
         return asked, place
 
     def expected(self, pixels, toml, model):
-        """The events and features that the host prints of a scene."""
+        """Returns the events and features that the host prints for a scene."""
         asked, place = self.scene(pixels)
         (place / "host.toml").write_text(toml)
         asked += [] if model is None else ["--model", model]
@@ -84,7 +87,7 @@ class Counter:
         return [line for line in lines if '"kind":"features"' not in line], numbers
 
     def count(self, board, programs, pixels, toml, model):
-        """What one board takes for what is built."""
+        """Returns the cost of a build on one board."""
         _, place = self.scene(pixels)
         events, numbers = self.expected(pixels, toml, model)
         own = place / board.core
@@ -103,14 +106,16 @@ class Counter:
         return whole | {key: said[key] for key in ("trigger", "speed", "direction")}
 
     def build(self, target, pixels, toml, model):
-        """The programs of a configuration, valid until the next one's."""
+        """Returns the programs of a configuration, valid until the next one's."""
         config = self.folder / f"{target}.toml"
         config.write_text(toml)
         programs = ("--bin", "cost", "--bin", "emulated")
         return boards.build(target, *programs, model=model, config=config, pixels=pixels, debug=self.debug)
 
     def setting(self, setting, every_board=False, cores=CORES):
-        """What these cores take for a setting. The Cortex-M7 runs the M4F's program, and is asked where every board is."""
+        """Returns the cost of a setting on these cores. The Cortex-M7 runs the M4F's program, and is measured if all
+        boards are.
+        """
         pixels = setting.format.partition(" ")[0]
         what = (pixels, setting.toml(), setting.model)
         self.expected(*what)

@@ -1,4 +1,6 @@
-"""What a Cortex-M's instructions do to the stack and where they lead, from the text of `arm-none-eabi-objdump -d`."""
+"""The effect of a Cortex-M's instructions on the stack, and where they lead, from the text of `arm-none-eabi-objdump
+-d`.
+"""
 
 import re
 from dataclasses import dataclass
@@ -8,17 +10,17 @@ LABEL = re.compile(r"([0-9a-f]+) <(.+)>:$")
 LINE = re.compile(r"\s*([0-9a-f]+):\t([0-9a-f ]+)\t(\S+)(?:\t([^@;]*))?(?:[@;] \(([0-9a-f]+) )?")
 NAME = re.compile(rf"(pop|push|vpop|vpush|ldmia|stmdb|ldr|bx|blx|bl|b|add|mov|sub)({CONDITIONS})?$")
 
-SIGNS = {"sub": 1, "subs": 1, "subw": 1, "add": -1, "adds": -1, "addw": -1}  # of what makes the stack deeper
-FILL = "d4d4"  # what rust-lld puts between functions
+SIGNS = {"sub": 1, "subs": 1, "subw": 1, "add": -1, "adds": -1, "addw": -1}  # of instructions that make the stack deeper
+FILL = "d4d4"  # padding that rust-lld puts between functions
 
 
 class Unclear(Exception):
-    """Code that this analysis does not understand."""
+    """Reports code that this analysis does not understand."""
 
 
 @dataclass
 class Instruction:
-    """One instruction."""
+    """An instruction."""
 
     address: int
     name: str  # without condition and width
@@ -48,7 +50,7 @@ class Program:
 
 
 def parse(text):
-    """The functions and constants of a disassembly."""
+    """Parses a disassembly into functions and constants."""
     program, function = Program({}, {}), None
     for line in text.splitlines():
         if label := LABEL.match(line):
@@ -68,14 +70,14 @@ def parse(text):
 
 
 def instruction(address, name, operands, literal=None, padding=False):
-    """An instruction, its name's condition apart."""
+    """Parses an instruction, and separates its name from the condition."""
     name = re.sub(r"\.[nw]$", "", name)
     split = NAME.match(name)
     return Instruction(address, *(split[1], operands, split[2]) if split else (name, operands), literal=literal, padding=padding)
 
 
 def registers(operands):
-    """How many words a list of registers holds: {r4, r5, lr}, {r4-r7}, {d8-d9}; of the latter each is two."""
+    """Returns the number of words in a list of registers: {r4, r5, lr}, {r4-r7}, {d8-d9}. A d register has two words."""
     count = 0
     for part in re.search(r"\{(.*)\}", operands)[1].split(","):
         first, _, last = part.strip().partition("-")
@@ -85,15 +87,17 @@ def registers(operands):
 
 
 def number(operand):
-    """The value of `#n`."""
+    """Returns the value of `#n`."""
     found = re.search(r"#(-?\d+)", operand)
     return int(found[1]) if found else None
 
 
 def grows(program, before, code, depth, frame):
-    """Bytes by which an instruction makes the stack deeper; below 0 if less deep, `None` if it has nothing to do with the stack pointer.
+    """Returns the bytes by which an instruction makes the stack deeper, below 0 if less deep. Returns `None` if it does
+    not change the stack pointer.
 
-    `before` are the instructions that lead to it, `depth` is the stack's depth in front of it, and `frame` that which r7 points to.
+    `before` are the instructions that lead to it. `depth` is the stack's depth before it, and `frame` is the depth that
+    r7 points to.
     """
     name, operands = code.name, code.operands
     if name in ("push", "vpush") or name in ("stmdb", "vstmdb") and operands.startswith("sp!"):
@@ -103,7 +107,7 @@ def grows(program, before, code, depth, frame):
     if written_back := re.search(r"\[sp, #(-?\d+)\]!$|\[sp\], #(-?\d+)$", operands):
         return -int(written_back[1] or written_back[2])
     if name in ("ldmia", "stmia", "vldmia", "vstmia") and re.match(r"sp, \{(?!.*\b(?:sp|pc)\b)", operands):
-        # Without "!" the stack pointer says where, and stays.
+        # Without "!", the stack pointer is only the address, and stays.
         return None
     target, *sources = operands.split(", ")
     if not target.startswith("sp") or name in ("cmp", "cmn", "tst"):
@@ -122,7 +126,7 @@ def grows(program, before, code, depth, frame):
 
 
 def constant(program, before, register):
-    """The signed value of a register that was loaded with a constant just before."""
+    """Returns the signed value of a register that was loaded with a constant just before."""
     for code in reversed(before):
         target, _, source = code.operands.partition(", ")
         if target != register:
@@ -137,7 +141,7 @@ def constant(program, before, register):
 
 
 def frame_address(before, register, frame):
-    """The depth that a register points to, if it was worked out from r7 just before."""
+    """Returns the depth that a register points to, if it was computed from r7 just before."""
     if register == "r7":
         return frame
     offset = 0

@@ -1,4 +1,6 @@
-"""The golden vectors of the independent reference, on emulated boards: every pixel format, layout, rate, gap and rule."""
+"""Runs the golden vectors of the independent reference on emulated boards: every pixel format, layout, rate, gap and
+rule.
+"""
 
 import json
 import struct
@@ -11,13 +13,13 @@ GOLDEN = boards.ROOT / "tests/golden"
 FORMATS = "GREY Y10 Y12 Y16 RGB24 BGR24 RGBX32 XRGB32 RGB565 YUYV UYVY NV12 YU12 YUV422P YUV444P -".split() + [
     order + bits for bits in ("8", "10", "12") for order in ("RGGB", "GRBG", "GBRG", "BGGR")
 ]
-ALIKE = {"BGRX32": "RGBX32", "XBGR32": "XRGB32"}  # green is where it is in the other
+ALIKE = {"BGRX32": "RGBX32", "XBGR32": "XRGB32"}  # formats whose green is in the same place
 HEADER = 80  # words
 FEATURES, EVENT, END = 1, 2, 3
 
 
 def packed(case):
-    """A case as wstac-fw's `golden` reads it."""
+    """Returns a case as the program `golden` of wstac-fw reads it."""
     layout, trigger, speed = case["layout"], case["trigger"], case["speed"]
     taxel = layout.get("taxel", [0, 0])
     corners = layout.get("corners", [[0, 0]] * 25)
@@ -42,7 +44,7 @@ def packed(case):
 
 
 def results(numbers):
-    """Of every case: its features, its events, its end."""
+    """Returns the features, the events and the end of every case."""
     at, features, events = 0, [], []
     while at < len(numbers):
         kind = numbers[at]
@@ -58,19 +60,19 @@ def results(numbers):
 
 
 def cases(board):
-    """The cases that a board has room for."""
+    """Returns the cases that a board has room for."""
     every = json.loads((GOLDEN / "manifest.json").read_text())["cases"]
     planar = {"NV12", "YU12", "YUV422P", "YUV444P"}
-    # A planar frame is whole in RAM; what is lost in one go is a number of 32 bits.
+    # A planar frame is in RAM as a whole, and a single loss is a number of 32 bits.
     room = 6 * 1024 if board.core == "M0" else 32 * 1024
-    # A board's program is built for a baseline that is kept, and does not read a fitted range.
+    # A board's program is built for a fixed baseline, and does not read a fitted range.
     plain = [case for case in every if "follow" not in case["trigger"] and "range_mm_s" not in case["speed"]]
     fits = [case for case in plain if case["format"] not in planar or case["frame_bytes"] <= room]
     return [case for case in fits if all(count < 2**32 for _, count in case["lost"])], len(every)
 
 
 def check(board, programs, folder):
-    """Runs the cases on a board and compares; how many there were."""
+    """Runs the cases on a board and compares. Returns how many there were."""
     chosen, every = cases(board)
     (folder / "cases").write_bytes(b"".join(packed(case) for case in chosen))
     boards.run(board, programs / "golden", folder)

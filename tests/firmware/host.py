@@ -1,11 +1,11 @@
-"""What the host makes of the same frames, and whether a board makes the same of them."""
+"""Results of the host for the same frames, to compare with those of a board."""
 
 import subprocess
 import sys
 
 
 def host(wstac, *arguments):
-    """What the command prints."""
+    """Returns what the command prints."""
     return subprocess.check_output([wstac, *arguments], text=True, stderr=subprocess.DEVNULL).splitlines()
 
 
@@ -16,6 +16,6 @@ def same(board, what, got, want):
 
 
 def features(folder):
-    """The features that a board has written, as the host prints them."""
+    """Returns the features that a board has written, as the host prints them."""
     numbers = memoryview((folder / "features").read_bytes()).cast("h").tolist()
     return [[number / 2048 for number in numbers[at : at + 10]] for at in range(0, len(numbers), 10)]

@@ -1,4 +1,6 @@
-"""Only what an application asks for is linked: the examples of wstac-fw, what they weigh, and of which files their code is."""
+"""Checks that only the code that an application uses is linked. Measures the examples of wstac-fw, and lists the files
+that their code comes from.
+"""
 
 import re
 import subprocess
@@ -9,7 +11,7 @@ from boards import BOARDS
 
 MODELS = {"linear_svm": ("linear_svm", "dot"), "forest": ("forest",), "boosted": ("boosted",)}
 TREES = ("trees", "descent", "walk")
-# What an image must not hold: files of wstac-core, or a crate.
+# Files of wstac-core, or a crate, that an image must not contain.
 ABSENT = {
     "features": ("trigger", "baseline_policy", "baseline", "sample", "speed", "direction", "exp", "texture", "early", "model/", "wire/", "libm"),
     "trigger": ("baseline_policy", "speed", "direction", "exp", "texture", "early", "model/", "wire/", "libm"),
@@ -21,14 +23,14 @@ ABSENT = {
     + (tuple(f"model/{part}" for part in TREES) if name == "linear_svm" else ())
     for name in MODELS
 }
-# What it must hold, so that what is absent says something.
+# Files that it must contain, so that an absence has a meaning.
 PRESENT = {"features": "taxels", "trigger": "trigger", "speed": "speed", "direction": "direction"} | {
     name: f"model/{name}" for name in MODELS
 }
 
 
 def sources(elf):
-    """The files of wstac-core, without `.rs`, that an ELF's code is of, inlined or not; and `libm`."""
+    """Returns the files of wstac-core, without `.rs`, that an ELF's code comes from, inlined or not; and `libm`."""
     sections = subprocess.check_output(["arm-none-eabi-objdump", "-h", elf], text=True)
     _, length, start = re.search(r"\.text\s+(\w+)\s+(\w+)", sections).group(0).split()
     start, length = int(start, 16), int(length, 16)
@@ -40,14 +42,18 @@ def sources(elf):
 
 
 def unknown():
-    """Names of `ABSENT` and `PRESENT` that are no file or folder of wstac-core: renamed ones would make the check blind."""
+    """Returns names of `ABSENT` and `PRESENT` that are no file or folder of wstac-core. With outdated names, the check
+    would see nothing.
+    """
     names = {part for parts in ABSENT.values() for part in parts} | set(PRESENT.values())
     core = boards.ROOT / "wstac-core/src"
     return sorted(name for name in names - {"libm"} if not (core / name).is_dir() and not (core / f"{name}.rs").is_file())
 
 
 def measure(target, numbers):
-    """Adds the flash of every image to the numbers of the target's boards; exits where one holds what it should not."""
+    """Adds the flash of every image to the numbers of the target's boards. Exits if an image contains what it should
+    not.
+    """
     programs = boards.build(target, "--examples") / "examples"
     for name, absent in ABSENT.items():
         elf = programs / name

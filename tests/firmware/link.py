@@ -1,4 +1,6 @@
-"""The link, live: an emulated board's UART on a socket, the real `wstac monitor` at its other end, which asks for what it wants."""
+"""Tests the live link: an emulated board's UART on a socket, and `wstac monitor` at its other end, which requests its
+outputs.
+"""
 
 import json
 import socket
@@ -15,7 +17,7 @@ def free_port():
 
 
 def check(board, elf, folder, wstac, expected):
-    """Compares what is printed with the lines of `wstac run --json --features --samples` on the same frames."""
+    """Compares the output with the lines of `wstac run --json --features --samples` on the same frames."""
     port = free_port()
     # The board starts when the host is there.
     command = boards.command(board, elf, f"tcp:127.0.0.1:{port},server=on,wait=on")
@@ -36,7 +38,7 @@ def check(board, elf, folder, wstac, expected):
     got_features = [line for line in got if kind(line) == "features"]
     if [line for line in got if kind(line) != "features"] != [line for line in expected if kind(line) != "features"]:
         sys.exit(f"{board.core}: events over the live link are not the host's: {done.stderr.strip()}")
-    # The request takes a while to arrive; from then on every frame's are there.
+    # The request takes some time to arrive. After that, the features of every frame are there.
     want_features = [line for line in expected if kind(line) == "features"]
     if not got_features or got_features != want_features[-len(got_features) :]:
         sys.exit(f"{board.core}: features over the live link are not the host's: {len(got_features)} of them")

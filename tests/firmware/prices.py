@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""What every setting costs on emulated boards, for `wstac trade`: instructions, flash and RAM.
+"""Counts the cost of every setting on emulated boards, for `wstac trade`: instructions, flash and RAM.
 
     prices.py WSTAC                                       counts everything anew; a price that is over 2 % off the published one fails
     prices.py WSTAC --keep [MODEL.wsm …]                  keeps it in wstac-tradeoff/data/prices.json; of models, all or those that are named
     prices.py WSTAC --check CONFIG.toml MODEL PIXELS CORE     one configuration, whole frames and parts of events; "-" for no file
 
-A setting's price is what it adds: formats (with their stride) hold the firmware without a model, with the fixed-point logarithm; others hold
-differences. So a configuration's price is a sum, which is compared with three counts. Every count's events and features are the host's.
+The price of a setting is what it adds. Formats (with their stride) include the firmware without a model, with the
+fixed-point logarithm. The others are differences. So the price of a configuration is a sum, which is compared with
+three counts. The events and features of every count are the host's.
 """
 
 import hashlib
@@ -23,16 +24,17 @@ from counter import FORMATS, Counter, Setting, formats
 KEPT = ROOT / "wstac-tradeoff/data/prices.json"
 STRIDES = (1, 2, 3, 5)
 KERNELS = ("fixed", "libm", "micromath")
-# Of a count of so many instructions, how far a sum may be off. A tick of the boards' timers is 40 or 63 instructions.
+# The largest error of a sum, as a fraction of the count. A tick of the boards' timers is 40 or 63 instructions.
 SLACK = 0.01
-# How far a count may be from a published price: a compiler's output differs a little between two paths of a checkout.
+# The largest difference of a count from a published price. A compiler's output differs a little between two paths of a
+# checkout.
 PUBLISHED_SLACK = 0.02
 # Format, stride, logarithm, model.
 MIXED = (("RGB565", 2, "libm", "svm.wsm"), ("YUYV linear", 3, "micromath", "forest.wsm"), ("BAYER8", 5, "libm", "boosted.wsm"))
 
 
 def models():
-    """The models that there are, by name."""
+    """Returns the models by name."""
     files = [*ROOT.glob("wstac-host/models/*.wsm"), *ROOT.glob("wstac-host/models/tradeoff/*.wsm")]
     return {file.name: file for file in sorted(files)}
 
@@ -46,7 +48,7 @@ def less(numbers, base, *keys):
 
 
 def measure(counter, chosen, kept, save):
-    """The prices, saved as they come; `kept` ones stay where models alone are counted."""
+    """Collects the prices, and saves each at once. `kept` ones stay if only models are counted."""
     began, done = time.monotonic(), 0
     cores = json.loads(json.dumps(kept)) if kept else {board.core: {"formats": {}, "ln": {}, "models": {}} for board in BOARDS}
     base = {}
@@ -87,7 +89,7 @@ def measure(counter, chosen, kept, save):
 
 
 def sums(counter, cores):
-    """Counts configurations whose settings were counted apart; whether their sums say the same."""
+    """Counts configurations whose settings were counted separately. Returns whether the sums agree."""
     fine = True
     for format_, stride, kernel, name in MIXED:
         for core, numbers in counter.setting(Setting(format_, stride, kernel, models()[name])).items():
@@ -106,7 +108,7 @@ def sums(counter, cores):
 
 
 def compare(cores, kept, at=""):
-    """Whether kept prices are what was counted; says where not."""
+    """Returns whether stored prices agree with the counts. Prints those that do not."""
     fine = True
     for key in cores.keys() | kept.keys():
         new, old, here = cores.get(key), kept.get(key), f"{at} {key}".strip()
@@ -119,7 +121,7 @@ def compare(cores, kept, at=""):
 
 
 def one(counter, config, model, pixels, core):
-    """Counts one configuration, as files say it."""
+    """Counts one configuration, as given in files."""
     board = next((board for board in BOARDS if board.core == core), None)
     if board is None or pixels not in FORMATS:
         sys.exit(f"CORE is {core}, PIXELS {pixels}; expected one of {[b.core for b in BOARDS]}, and one of {list(FORMATS)}")
@@ -130,7 +132,7 @@ def one(counter, config, model, pixels, core):
 
 
 def save(cores):
-    """Keeps prices."""
+    """Stores prices."""
     found = {"compiler": boards.compiler(), "frame": "400x400, stripes of 8 rows", "cores": cores}
     KEPT.parent.mkdir(exist_ok=True)
     KEPT.write_text(json.dumps(found, indent=1) + "\n")

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""The signal path beside its peers on an emulated Cortex-M0 and M4F: logarithms, sums, and how the cost grows. Printed by ci/bench.
+"""Measures the signal path and its peers on an emulated Cortex-M0 and M4F: logarithms, sums, and how the cost grows.
+ci/bench prints it.
 
     signal_path.py WSTAC CMSIS [--keep]    CMSIS: a folder with CMSIS-DSP's sources, or "-"; --keep writes the tables to docs/SIGNAL.md
 
@@ -24,9 +25,9 @@ PAGE = ROOT / "docs/SIGNAL.md"
 BEGIN, END = "<!-- measured: ci/bench --keep, boards -->\n", "<!-- end -->\n"
 CORES = {"M0": ["-mcpu=cortex-m0"], "M4F": ["-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"]}
 ON = [board for board in BOARDS if board.core in CORES]
-NUMBERS = 4096  # integers that every kernel takes the logarithm of
+NUMBERS = 4096  # the number of integers whose logarithms every kernel computes
 GROWTH = (1, 4, 16, 64)
-# What an exponent should be, and why.
+# The expected exponent, and the reason.
 SCALING = {
     "frame pixels with the paper's taxels": "0.5 to 1: every taxel row has a fixed cost, and the number of rows grows as the square root",
     "frame pixels, taxels of 16 × 16": "pixels outside of taxels are not read: only the number of stripes grows",
@@ -37,7 +38,9 @@ SCALING = {
 
 
 def peers(core, cmsis, folder):
-    """The peers in C as one object, whose only names are its own: the program's arithmetic is not replaced by C's."""
+    """Compiles the peers in C to one object that exports only its own names. So the program's arithmetic is not
+    replaced by C's.
+    """
     flags = ["-mthumb", *CORES[core]]
     sources, more = [HERE / "signal_path/peers.c"], []
     if cmsis is not None:
@@ -55,7 +58,7 @@ def peers(core, cmsis, folder):
 
 
 def measure(board, cmsis, folder):
-    """What the board says, in the order that it says it; and every logarithm's largest error, in units of 1/2048."""
+    """Returns the board's lines in their order, and every logarithm's largest error in units of 1/2048."""
     where = boards.folder()
     command = [ROOT / "ci/thumb", board.target, "build", "--quiet", "--locked", "--release", "--target-dir", where]
     environment = boards.environment() | {"WSTAC_PEERS": str(peers(board.core, cmsis, folder)), "CARGO_PROFILE_RELEASE_DEBUG": "0"}
@@ -72,7 +75,7 @@ def measure(board, cmsis, folder):
 
 
 def forest(trees):
-    """The shipped forest with so many trees, its own ones again and again."""
+    """Returns the shipped forest with this many trees, which repeats its own ones."""
     data = (ROOT / "wstac-host/models/forest.wsm").read_bytes()
     half = lambda at: struct.unpack_from("<H", data, 2 * at)[0]
     begin, shift, end = 20 + half(18), half(14), half(12) | half(13) << 16
@@ -95,7 +98,7 @@ def forest(trees):
 
 
 def exponent(costs):
-    """The slope of a line through the logarithms of four costs, and of its last step."""
+    """Returns the slope of a line through the logarithms of four costs, and that of its last step."""
     x, y = [math.log(growth) for growth in GROWTH], [math.log(cost) for cost in costs]
     mean_x, mean_y = sum(x) / 4, sum(y) / 4
     slope = sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y, strict=True)) / sum((a - mean_x) ** 2 for a in x)
@@ -103,13 +106,13 @@ def exponent(costs):
 
 
 def tables(said):
-    """Lines of Markdown from what the boards said, by core."""
+    """Returns lines of Markdown from the boards' results, by core."""
     cores = list(said)
     rows = lambda what: [[line for line in said[core] if line["what"] == what] for core in cores]
     lines = ["| natural logarithm of an integer below 2^31 | " + " | ".join(f"{core}, instructions" for core in cores) + " | largest error, 1/2048 |"]
     lines.append("| --- |" + " ---: |" * (len(cores) + 1))
     for each in zip(*rows("ln"), strict=True):
-        # Nothing is measured of what is not linked.
+        # What is not linked is not measured.
         if all(line["instructions"] for line in each):
             cells = [f"{line['instructions']:,.0f}" for line in each] + [f"{max(line['error'] for line in each):.2g}"]
             lines.append(f"| {each[0]['of']} | " + " | ".join(cells) + " |")
@@ -127,7 +130,7 @@ def tables(said):
 
 
 def keep(lines):
-    """Writes the tables between their marks, or behind everything where there are none."""
+    """Writes the tables between their marks, or at the end if there are none."""
     page = PAGE.read_text() if PAGE.exists() else "# The signal path beside its peers\n"
     if BEGIN not in page:
         page += f"\n## On boards\n\n{BEGIN}{END}"

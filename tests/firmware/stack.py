@@ -4,12 +4,13 @@
     stack.py ELF…            checks the entry points in tests/no_panic's programs, one per core, against budgets.toml
     stack.py --of NAME ELF   prints what one function of any program takes
 
-On every path through a function it follows how deep the stack is at each instruction, and at each call what the called function takes
-in turn. Recursion is an error, and so is an instruction that changes the stack pointer in an unknown way. Calls through a register
-cannot be followed: they are listed, and an entry point must have none. What interrupts take comes on top.
+It follows every path through a function, and computes the depth of the stack at each instruction and in each called
+function. Recursion is an error, and so is an instruction that changes the stack pointer in an unknown way. Calls
+through a register cannot be followed: they are listed, and an entry point must have none. Interrupts need more stack,
+which is not included.
 
-Rows are groups of entry points, with the deepest of each: what makes something (`.new`), and what makes a
-trigger again (`.restart`), apart from what runs once per frame or event.
+Rows are groups of entry points, with the deepest of each. What creates something (`.new`) or restarts a trigger
+(`.restart`) is separate from what runs once per frame or event.
 """
 
 import fnmatch
@@ -29,39 +30,39 @@ CORES = {"armv6s-m": "M0", "armv7": "M3", "armv7e-m": "M4F"}
 
 
 def text_of(*arguments):
-    """What objdump prints."""
+    """Returns what objdump prints."""
     return subprocess.run([OBJDUMP, *map(str, arguments)], capture_output=True, text=True, check=True).stdout
 
 
 @functools.cache
 def analysis(elf):
-    """The analysis of a program."""
+    """Returns the analysis of a program."""
     return Analysis(parse(text_of("-d", "--demangle", elf)))
 
 
 @functools.cache
 def symbols(elf):
-    """Addresses of what a program's names stand for; several may be one."""
+    """Returns the addresses of a program's names. Several names may have one address."""
     line = re.compile(r"^([0-9a-f]+) .{7} \S+\t[0-9a-f]+ (?:\.hidden )?(.+)$", re.MULTILINE)
     return {name: int(address, 16) & ~1 for address, name in line.findall(text_of("-t", "--demangle", elf))}
 
 
 def worst(elf, name):
-    """What a function of a program takes of the stack, with all that it calls: `bytes`, the deepest `path`, `indirect` calls."""
+    """Returns the stack of a function with everything that it calls: `bytes`, the deepest `path`, and `indirect` calls."""
     if name not in symbols(elf):
         raise Unclear(f"{elf}: no function {name}")
     return analysis(elf).use(symbols(elf)[name])
 
 
 def row_of(entry):
-    """The row of the table that an entry point is in."""
+    """Returns the table row of an entry point."""
     group, name = entry.split(".")
     kind = re.match(r"(new|restart|rezero|set_trigger)(?:_|$)", name)
     return group if kind is None else f"{group}.new" if kind[1] == "new" else f"{group}.restart"
 
 
 def rows(elf):
-    """The deepest entry point of each row, as (name, what it takes)."""
+    """Returns the deepest entry point of each row, as (name, stack)."""
     entries = [name for name in symbols(elf) if re.fullmatch(r"[a-z]\w*\.[a-z]\w*", name)]
     found = {}
     for entry in sorted(entries):
@@ -75,7 +76,7 @@ def rows(elf):
 
 
 def core(elf):
-    """The core that a program is for."""
+    """Returns the core of a program."""
     architecture = re.search(r"architecture: ([\w-]+)", text_of("-f", elf))
     if not architecture or architecture[1] not in CORES:
         sys.exit(f"stack.py: {elf}: architecture {architecture and architecture[1]}, expected one of {', '.join(CORES)}")
@@ -83,7 +84,7 @@ def core(elf):
 
 
 def budgets():
-    """The bytes that each row may take, by row or by a pattern of rows."""
+    """Returns the budgets in bytes, by row or by a pattern of rows."""
     rows = {}
     for most, names in tomllib.loads(BUDGETS.read_text())["stack"].items():
         for name in names:
@@ -94,7 +95,9 @@ def budgets():
 
 
 def of_rows(found, patterns):
-    """The budgets by row: a row's own, or that of the pattern that it matches. Patterns that match no row stay as they are."""
+    """Returns the budgets by row: a row's own, or that of the matching pattern. Patterns without a matching row stay as
+    they are.
+    """
     most = {}
     for name, bytes_ in sorted(patterns.items(), key=lambda item: "*" not in item[0]):
         most |= {row: bytes_ for row in fnmatch.filter(found, name) or [name]}
@@ -102,7 +105,7 @@ def of_rows(found, patterns):
 
 
 def problems(found, patterns):
-    """What is wrong with rows of bytes by core, as lines of text: over budget, without a budget, or gone."""
+    """Returns lines of text about wrong rows, by core: over budget, without a budget, or gone."""
     most = of_rows(found, patterns)
     lines = [f"{row}: no budget, found {found[row]}" for row in sorted(found.keys() - most.keys())]
     lines += [f"{row}: a budget, but no entry point" for row in sorted(most.keys() - found.keys())]
@@ -112,7 +115,9 @@ def problems(found, patterns):
 
 
 def show(tables, most):
-    """Prints a table of rows with a column per core, the budget, and the path of the first column's deepest entry point."""
+    """Prints a table of rows with a column per core, the budget, and the path of the first column's deepest entry
+    point.
+    """
     print("".join(f"{core:>6}" for core in (*tables, "most")), " deepest")
     for row in sorted(next(iter(tables.values()))):
         numbers = "".join(f"{table[row][1].bytes:6}" for table in tables.values())
@@ -123,7 +128,7 @@ def show(tables, most):
 
 
 def main(elves):
-    """Measures, shows and checks."""
+    """Measures, prints and checks."""
     if not elves or elves[0].startswith("-"):
         sys.exit(__doc__)
     tables, patterns = {core(elf): rows(elf) for elf in elves}, budgets()

@@ -1,4 +1,4 @@
-"""Tests of what is compared with budgets and with the published table."""
+"""Tests the comparison with budgets and with the published table."""
 
 import contextlib
 import copy
@@ -14,7 +14,7 @@ class Published(unittest.TestCase):
         self.numbers, self.compiler = budget.published()
 
     def said(self, function, *arguments):
-        """What a function returns, and what it prints."""
+        """Returns a function's result, and what it prints."""
         with contextlib.redirect_stdout(io.StringIO()) as text:
             answer = function(*arguments)
         return answer, text.getvalue()

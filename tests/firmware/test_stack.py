@@ -1,4 +1,4 @@
-"""Tests of the stack's analysis on small pieces of disassembly; the bytes taken are counted by hand."""
+"""Tests the stack analysis on small pieces of disassembly. The expected bytes are counted by hand."""
 
 import unittest
 
@@ -8,7 +8,9 @@ from walk import Analysis
 
 
 def use(text, address=0):
-    """What a function of some code takes. A line is `address: name operands`, or a label; the bytes of an instruction do not matter."""
+    """Returns the stack of a function. A line of code is `address: name operands`, or a label. The bytes of an
+    instruction do not matter.
+    """
     lines = []
     for line in text.strip().splitlines():
         line = line.strip()
@@ -100,7 +102,7 @@ class Taken(unittest.TestCase):
                 e: udf #254
             """
             with self.subTest(back):
-                # 20 bytes are left, and 52 come on top.
+                # 20 bytes are left, and 52 are added.
                 self.assertEqual(use(code).bytes, 72)
 
     def test_an_unknown_change_is_an_error(self):
@@ -123,7 +125,7 @@ class Paths(unittest.TestCase):
             8: add sp, #64
             a: pop {r7, pc}
         """
-        # The call is made before the 64 bytes are taken.
+        # The call comes before the 64 bytes.
         self.assertEqual(use(code + LEAF).bytes, 8 + 64)
         deeper = use(code.replace("#64", "#8") + LEAF)
         self.assertEqual((deeper.bytes, deeper.path), (8 + 16, ("f", "leaf")))

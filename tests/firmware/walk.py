@@ -1,4 +1,4 @@
-"""How deep the stack gets in a function and all that it calls."""
+"""Computes the depth of the stack in a function and all that it calls."""
 
 import re
 from dataclasses import dataclass, field
@@ -8,16 +8,16 @@ from disassembly import Unclear, grows, number
 
 @dataclass
 class Use:
-    """What a function takes of the stack."""
+    """The stack of a function."""
 
-    bytes: int  # with all that it calls
+    bytes: int  # with everything that it calls
     path: tuple  # names, from the function to the deepest one that it calls
-    returns: bool  # whether it ever does
-    indirect: set = field(default_factory=set)  # calls through registers, its own and those of what it calls
+    returns: bool  # whether it ever returns
+    indirect: set = field(default_factory=set)  # calls through registers, its own and those of the functions that it calls
 
 
 class Analysis:
-    """The stack that a program's functions take."""
+    """Computes the stack of a program's functions."""
 
     def __init__(self, program):
         self.program = program
@@ -26,7 +26,7 @@ class Analysis:
         self.under_way = []
 
     def use(self, address):
-        """What the function at an address takes."""
+        """Returns the stack of the function at an address."""
         if address not in self.uses:
             if address not in self.program.functions:
                 raise Unclear(f"no function at {address:x}, called by {self.program.functions[self.under_way[-1]].name}")
@@ -42,7 +42,7 @@ class Analysis:
 
 
 class Walk:
-    """A walk over all paths through one function."""
+    """Walks all paths through one function."""
 
     def __init__(self, analysis, address):
         self.analysis = analysis
@@ -50,19 +50,19 @@ class Walk:
         function = analysis.program.functions[address]
         self.name, self.code = function.name, function.instructions
         self.index = {code.address: at for at, code in enumerate(self.code)}
-        self.seen = {}  # (depth, what r7 points to) at each instruction, by index
+        self.seen = {}  # (depth, depth that r7 points to) at each instruction, by index
         self.deepest = Use(0, (self.name,), False)
         self.tables = []
 
     def use(self):
         self.follow(self.start, (0, None))
-        # Where a table of jumps leads is not in the instructions: to all that nothing else leads to.
+        # The targets of a jump table are not in the instructions, so they are all places that nothing else leads to.
         while self.tables and (rest := [code for at, code in enumerate(self.code) if at not in self.seen and not code.padding]):
             self.follow(rest[0].address, max(self.tables, key=lambda state: state[0]))
         return self.deepest
 
     def follow(self, address, state):
-        """Walks on from an instruction with the stack as deep as `state` says."""
+        """Continues from an instruction. `state` has the depth of the stack."""
         to_do = [(address, state)]
         while to_do:
             address, state = to_do.pop()
@@ -73,7 +73,7 @@ class Walk:
             if at is None:
                 if self.code and address <= self.code[-1].address:
                     raise Unclear(f"{self.name}: a jump to {address:x}, where there is no instruction")
-                # Behind the last instruction: what comes next is another function.
+                # After the last instruction comes another function.
                 self.call(self.end, state[0], leaves=True)
                 continue
             if at in self.seen:
@@ -84,7 +84,7 @@ class Walk:
             to_do += self.step(at, *state)
 
     def step(self, at, depth, frame):
-        """Where an instruction leads, and how deep the stack is there."""
+        """Returns where an instruction leads, and the depth of the stack there."""
         code = self.code[at]
         behind = self.code[at + 1].address if at + 1 < len(self.code) else self.end
         by = grows(self.analysis.program, self.code[max(0, at - 12) : at], code, depth, frame)
@@ -112,7 +112,7 @@ class Walk:
             if re.match(r"[0-9a-f]+ <", operands):
                 to = int(operands.split()[0], 16)
                 if to in self.index and to != self.start:
-                    # A Cortex-M0's jump within a long function: lr has been saved.
+                    # A jump within a long function on a Cortex-M0, where lr has been saved.
                     return [(to, (depth, frame))]
                 return on if self.call(to, depth) else []
             self.deepest.indirect.add(f"{self.name} at {code}")
@@ -133,7 +133,7 @@ class Walk:
         return [] if name == "udf" else on
 
     def call(self, address, depth, leaves=False):
-        """A call, or a jump that leaves this function for good; whether it comes back."""
+        """Handles a call, or a jump that leaves this function. Returns whether it comes back."""
         use = self.analysis.use(address)
         self.at_least(depth + use.bytes, (self.name, *use.path))
         self.deepest.indirect |= use.indirect

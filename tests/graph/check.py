@@ -2,9 +2,9 @@
 
     check.py    every manifest, every file, and how many crates cargo compiles; needs no network once crates are there
 
-Arrows point down and never in a circle. The crates with a budget stay within it and compile no C. Files hold no module of another
-package, nothing public that is hidden from the documentation, and no memory that is never freed. No code besides tests compares
-sentences: kinds and reasons are enumerations, whose words are for persons.
+Arrows point down and never in a circle. The crates with a budget stay within it and compile no C. Files contain no
+module of another package, nothing public that is hidden from the documentation, and no memory that is never freed. No library has
+two public types of one name. Only tests compare sentences: kinds and reasons are enumerations, and their words are for people.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def packages(root: Path, manifests: Iterable[str]) -> dict[str, Package]:
 
 
 def reach(arrows: dict[str, Iterable[str]], name: str) -> set[str]:
-    """Returns everything that can be reached from a crate, itself left out unless it is in a circle."""
+    """Returns everything that can be reached from a crate. The crate itself is included only if it is in a circle."""
     seen: set[str] = set()
     ahead = list(arrows.get(name, ()))
     while ahead:
@@ -111,7 +111,7 @@ def package_of(file: Path, folders: set[Path]) -> Path | None:
 
 
 def without_dots(path: Path) -> Path:
-    """Returns a relative path with its `..` taken away."""
+    """Returns a relative path without its `..`."""
     parts: list[str] = []
     for part in path.parts:
         if part == ".." and parts and parts[-1] != "..":
@@ -134,7 +134,7 @@ def wrong_in_files(texts: dict[str, str], folders: set[Path], rooms: set[Path]) 
             wrong.append(f"{name}:{text.count(chr(10), 0, at) + 1}: {message}")
 
         reaches = [(found, "#[path]") for found in MODULE_PATH.finditer(code)]
-        # What a test reads is not published.
+        # Files that a test reads are not published.
         if own in rooms and file.relative_to(own).parts[0] != "tests":
             reaches += [(found, "include!") for found in INCLUDED.finditer(code)]
         for found, what in reaches:
@@ -153,7 +153,7 @@ def wrong_in_files(texts: dict[str, str], folders: set[Path], rooms: set[Path]) 
     return wrong
 
 
-# Sentences of others that have to be recognized by their words, by file: the reason.
+# Sentences of other software that have to be recognized by their words, by file, with the reason.
 FOREIGN: dict[tuple[str, str], str] = {}
 TOKEN = re.compile(
     r"""(?P<comment>//[^\n]*|/\*.*?\*/)|b?r(?P<marks>#*)"(?P<raw>.*?)"(?P=marks)|b?"(?P<text>(?:[^"\\]|\\.)*)"|b?'(?:[^'\\\n]|\\.[^'\n]*)'""",
@@ -161,7 +161,7 @@ TOKEN = re.compile(
 )
 TESTS = re.compile(r"^#\[cfg\(test\)\]\s*mod \w+ \{.*?^\}", re.MULTILINE | re.DOTALL)
 SENTENCE = re.compile(r"(?=.*[^\W\d_])\S.* \S|\S \S.*[^\W\d_]", re.DOTALL)
-# In code whose sentences are numbers between @ and whose other literals are empty.
+# Applies to code whose sentences are numbers between @ and whose other literals are empty.
 ALONE = r"@(\d+)@"
 COMPARED = [
     re.compile(pattern)
@@ -186,7 +186,7 @@ def is_test(file: Path, package: Path) -> bool:
 
 
 def sentences_apart(code: str) -> tuple[str, list[str]]:
-    """Returns code without comments and literals, and its literals that are sentences; lines stay where they are."""
+    """Returns code without comments and literals, and its literals that are sentences. Lines stay where they are."""
     sentences: list[str] = []
 
     def replace(found: re.Match[str]) -> str:
@@ -203,7 +203,7 @@ def sentences_apart(code: str) -> tuple[str, list[str]]:
 
 
 def compared(code: str) -> list[tuple[int, int]]:
-    """Returns where code compares sentences: the place in the code, and the number of the sentence."""
+    """Returns the places where code compares sentences: the place in the code, and the number of the sentence."""
     found = {(match.start(1), int(match[1])) for pattern in COMPARED for match in pattern.finditer(code)}
     for start in PATTERNS.finditer(code):
         depth, end = 1, start.end()
@@ -215,7 +215,9 @@ def compared(code: str) -> list[tuple[int, int]]:
 
 
 def wrong_sentences(texts: dict[str, str], rooms: set[Path], foreign: dict[tuple[str, str], str]) -> list[str]:
-    """Returns where code that is no test compares sentences; those in `foreign` may be compared, and have to be."""
+    """Returns the places where code outside tests compares sentences. Those in `foreign` may be compared, and have to
+    be.
+    """
     wrong, left = [], set(foreign)
     for name, text in sorted(texts.items()):
         own = package_of(Path(name), rooms)
@@ -229,6 +231,33 @@ def wrong_sentences(texts: dict[str, str], rooms: set[Path], foreign: dict[tuple
                 line = code.count("\n", 0, at) + 1
                 wrong.append(f'{name}:{line}: compares the sentence "{sentences[number]}", expected an enumeration')
     return wrong + [f'{name}: compares no sentence "{text}", expected it as FOREIGN says' for name, text in sorted(left)]
+
+
+PUBLIC_TYPE = re.compile(r"^[ \t]*pub (?:unsafe )?(?:struct|enum|union|trait|type) (\w+)", re.MULTILINE)
+
+
+def wrong_names(texts: dict[str, str], found: dict[str, Package], exceptions: dict[str, dict[str, str]]) -> list[str]:
+    """Returns the names that two public types of a library have; those in `exceptions` may, and have to."""
+    wrong = []
+    for name, package in sorted(found.items()):
+        source = package.folder / "src"
+        if not package.is_room or str(source / "lib.rs") not in texts:
+            continue
+        places: dict[str, list[str]] = {}
+        for file, text in sorted(texts.items()):
+            # Each file of `bin` is a crate of its own.
+            if source not in Path(file).parents or source / "bin" in Path(file).parents or is_test(Path(file), package.folder):
+                continue
+            code = sentences_apart(TESTS.sub(lambda found: "\n" * found[0].count("\n"), text))[0]
+            for match in PUBLIC_TYPE.finditer(code):
+                places.setdefault(match[1], []).append(f"{file}:{code.count(chr(10), 0, match.start(1)) + 1}")
+        twice = {called: where for called, where in places.items() if len(where) > 1}
+        allowed = exceptions.get(name, {})
+        for called in sorted(twice.keys() - allowed.keys()):
+            wrong.append(f"{', '.join(twice[called])}: {len(twice[called])} public types {called}, expected another name for each")
+        for called in sorted(allowed.keys() - twice.keys()):
+            wrong.append(f"tests/graph/rooms.toml: {name} has no two types {called}, expected them as [twice] says")
+    return wrong
 
 
 def tree(name: str, *options: str) -> set[str]:
@@ -256,7 +285,7 @@ def wrong_counts(rules: dict, links: dict[str, str | None], trees=tree) -> tuple
 
 
 def wrong_libclang(found: dict[str, Package], members: set[str], rules: dict, trees=tree) -> list[str]:
-    """Returns which crates need libclang besides the one that may, and what depends on that one."""
+    """Returns the crates that need libclang, except the allowed one, and what depends on that one."""
     only = rules["libclang"]["only"]
     arrows = {name: package.needs["arrows"] for name, package in found.items()}
     wrong = []
@@ -277,6 +306,7 @@ def main() -> None:
     rooms = {package.folder for package in found.values() if package.is_room}
     texts = {file: (ROOT / file).read_text(encoding="utf-8") for file in files if file.endswith(".rs")}
     wrong = wrong_arrows(found, rules) + wrong_in_files(texts, folders, rooms) + wrong_sentences(texts, rooms, FOREIGN)
+    wrong += wrong_names(texts, found, rules["twice"])
 
     metadata = json.loads(run("cargo", "metadata", "--locked", "--format-version", "1"))
     links = {f"{package['name']} v{package['version']}": package["links"] for package in metadata["packages"]}

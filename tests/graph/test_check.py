@@ -1,4 +1,4 @@
-"""What check.py refuses, each by an example."""
+"""Tests what check.py refuses, each by an example."""
 
 import tempfile
 import unittest
@@ -16,7 +16,7 @@ RULES = {
 
 
 def package(name, arrows=(), build=(), tests=(), folder=None):
-    """A package that depends on these."""
+    """Returns a package that depends on these."""
     needs = {"arrows": set(arrows), "build": set(build), "tests": set(tests)}
     return name, check.Package(name, Path(folder or name), needs)
 
@@ -26,7 +26,7 @@ def arrows(*packages):
 
 
 def files(**texts):
-    """What is wrong in files, each named by its package: `low` is the file low/src/lib.rs."""
+    """Returns what is wrong in files. Each is named by its package: `low` is the file low/src/lib.rs."""
     sources = {f"{name}/src/lib.rs": text for name, text in texts.items()}
     folders = {Path("low"), Path("high"), Path("tests")}
     return "\n".join(check.wrong_in_files(sources, folders, folders - {Path("tests")}))
@@ -127,6 +127,29 @@ class Sentences(unittest.TestCase):
         foreign = [("low/src/lib.rs", "left alone")]
         self.assertEqual(self.wrong('why == "left alone"', foreign=foreign), [])
         self.assertEqual(len(self.wrong('why == "left over"', foreign=foreign)), 2)
+
+
+class Names(unittest.TestCase):
+    def wrong(self, exceptions=(), **texts):
+        found = dict([package("low"), package("tests", folder="tests/low")])
+        sources = {"low/src/lib.rs": "pub struct A;", "tests/low/src/lib.rs": "pub struct B;\nmod c {\n    pub enum B {}\n}"}
+        sources |= {f"low/src/{name}.rs": text for name, text in texts.items()}
+        return check.wrong_names(sources, found, {"low": dict.fromkeys(exceptions, "a reason")})
+
+    def test_a_name_is_one_types(self):
+        self.assertEqual(self.wrong(a="pub struct B;\nstruct A;\npub(crate) type A = u8;\n// pub type A\nimpl C for B { type A = u8; }"), [])
+        for kind in ("pub enum A {}", "    pub trait A {}", "pub type A = u8;", "pub struct A<T>(T);"):
+            (wrong,) = self.wrong(a=f"\n{kind}")
+            self.assertIn("low/src/a.rs:2, low/src/lib.rs:1: 2 public types A", wrong)
+
+    def test_tests_and_programs_may_repeat_it(self):
+        texts = {"bin/a": "pub struct A;", "a/tests": "pub struct A;", "b": "#[cfg(test)]\nmod tests {\n    pub struct A;\n}\n"}
+        self.assertEqual(self.wrong(**texts), [])
+
+    def test_exceptions_are_needed(self):
+        self.assertEqual(self.wrong(["A"], a="pub struct A;"), [])
+        (wrong,) = self.wrong(["A"])
+        self.assertIn("has no two types A", wrong)
 
 
 class Counts(unittest.TestCase):

@@ -1,27 +1,28 @@
-//! Frame counters driven by features that are really pushed, with losses, without end. Before the trigger nothing counts further
-//! than one feature frame, so that it is the trigger alone that has to go so far.
+//! Tests frame counters with features that are really pushed, and with losses, for a very long time. Only the trigger
+//! counts that far: the code before it counts at most the camera frames of one feature frame.
 
 use wstac_core::trigger::{InterruptedSample, Trigger, TriggerConfig};
 use wstac_tests::extreme::{BRIGHT, DARK};
 
 use wstac_tests::how_many;
 
-/// Frames after which the stream repeats itself. Windows are 5 frames and a sample 70, so all windows start at multiples of 5, and
-/// events stay at the same frame of every period for ever.
+/// The stream repeats itself after this many frames. It is a multiple of the 5 frames of a window, so events stay at
+/// the same frame of every period.
 const PERIOD: u64 = 1000;
-/// Frames that are lit, in every period.
+/// The frames of every period that are lit.
 const LIT: [core::ops::Range<u64>; 2] = [200..230, 500..530];
-/// Frames that are lost, in every period: 7 within the first sample, 10 within the second, and 10 in the dark.
+/// The frames of every period that are lost: 7 within the first sample, 10 within the second, and 10 in the dark.
 const LOST: [core::ops::Range<u64>; 3] = [240..247, 540..550, 800..810];
-/// The sample of the first slide starts c = 10 frames before its window.
+/// The first frame of the first slide's sample, c = 10 frames before its window.
 const EVENT: u64 = 190;
-/// The sample of the second slide, and how much of it there is when the loss ends it.
-const INTERRUPTED: InterruptedSample = InterruptedSample { frame: 490, frames: 50 };
+/// The sample of the second slide, which the loss interrupts.
+const INTERRUPTED: InterruptedSample = InterruptedSample::new(490, 50);
 
-/// Every event and every interrupted sample of so many pushed frames is at its frame, none is missing and there is no other.
+/// Checks that every event and every interrupted sample is at its expected frame. None may be missing, and there may be
+/// no other.
 #[test]
 fn no_counter_ends_and_no_event_moves() {
-    // 2^33 = 8589934592 in `ci/long`.
+    // `ci/long` pushes 2^33 = 8,589,934,592 frames.
     let wanted = how_many("WSTAC_LONG_FRAMES", 1 << 20);
     let mut trigger = Trigger::new(TriggerConfig::default());
     let (mut pushed, mut lost, mut events, mut interrupted) = (0, 0, 0, 0);
@@ -30,7 +31,7 @@ fn no_counter_ends_and_no_event_moves() {
         let mut at = 0;
         while at < PERIOD {
             if let Some(gap) = LOST.iter().find(|gap| gap.contains(&at)) {
-                // At once or one by one, in turns.
+                // Periods alternate: the loss is reported at once, or one frame at a time.
                 let frames = if (start / PERIOD).is_multiple_of(2) { gap.end - at } else { 1 };
                 trigger.push_lost(frames);
                 (at, lost) = (at + frames, lost + frames);
@@ -45,7 +46,7 @@ fn no_counter_ends_and_no_event_moves() {
                 events += 1;
             }
             if let Some(sample) = trigger.take_interrupted() {
-                let expected = InterruptedSample { frame: start + INTERRUPTED.frame, ..INTERRUPTED };
+                let expected = InterruptedSample::new(start + INTERRUPTED.frame, INTERRUPTED.frames);
                 assert_eq!((sample, at), (expected, LOST[1].end + 1), "after {pushed} frames");
                 interrupted += 1;
             }

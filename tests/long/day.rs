@@ -1,4 +1,5 @@
-//! A day of a simulated sensor's frames: every slide is an event, nothing else is, and none is different for what came before.
+//! Tests a day of a simulated sensor's frames. Every slide is an event, and nothing else is. The time before a slide
+//! changes nothing.
 
 use std::fmt::Write;
 
@@ -19,11 +20,12 @@ use wstac_tests::OwnedEvent;
 
 use wstac_tests::how_many;
 
-/// Dark frames after each slide: three minutes. 480 of them are a day of 2,592,000 frames.
+/// The number of dark frames after each slide: three minutes. 480 slides are a day of 2,592,000 frames.
 const GAP: u64 = 5400;
-/// Frames before a slide at which a second trigger starts afresh: a baseline of 25, a backtrack of 10, and some to spare.
+/// The number of frames before a slide at which a second sensor starts: a baseline of 25, a backtrack of 10, and some
+/// to spare.
 const BEFORE: u64 = 60;
-/// Windows are this long and start at its multiples, in a trigger that starts at one of them too.
+/// The frames of a window. The second sensor starts at a multiple of it, so both have the same windows.
 const WINDOW: u64 = 5;
 
 /// The core from taxel sums to answers.
@@ -60,7 +62,8 @@ impl Sensor {
     }
 }
 
-/// Slides of every specimen, direction and speed of the paper, three minutes apart, as taxel sums.
+/// Returns a scene of this many slides, three minutes apart, as taxel sums. They have all specimens, directions and
+/// speeds of the paper.
 fn script(slides: u64) -> SceneConfig {
     let mut text =
         format!("seed = 20\nlead_in = 100\ngap = {GAP}\nfidelity = \"taxel\"\n[sensor]\nformat = \"GREY\"\n");
@@ -73,7 +76,7 @@ fn script(slides: u64) -> SceneConfig {
     SceneConfig::from_toml("a day", &text).unwrap()
 }
 
-/// What is printed of some slides: where their events start, before the first touch, and how far their speeds are off.
+/// Returns a line about some slides: how far their events start before the first touch, and the error of their speeds.
 fn summary(name: &str, found: &[(i64, f64)]) -> String {
     let mean = |of: fn(&(i64, f64)) -> f64| found.iter().map(of).sum::<f64>() / found.len().max(1) as f64;
     format!(
@@ -83,11 +86,11 @@ fn summary(name: &str, found: &[(i64, f64)]) -> String {
     )
 }
 
-/// Every slide is one event, in its place, with its direction; the dark between slides is none; and a trigger that starts anew
-/// before each slide says the same of it.
+/// Checks that every slide is one event, in its place and with its direction, and that there is no other event. A
+/// second sensor starts before each slide and must report the same event.
 #[test]
 fn a_day_has_the_events_of_its_slides_and_no_others() {
-    // 480 in `ci/long`: 24 hours.
+    // `ci/long` has 480 slides: 24 hours.
     let slides = how_many("WSTAC_LONG_SLIDES", 12);
     let mut source = SceneSource::new(&script(slides)).unwrap();
     let (info, truth) = (source.info().clone(), source.truth().to_vec());
@@ -106,7 +109,8 @@ fn a_day_has_the_events_of_its_slides_and_no_others() {
         let afresh = restarted.as_mut().and_then(|restarted: &mut Sensor| restarted.push(&sums));
         frame += 1;
         first_thresholds = first_thresholds.or(sensor.trigger.thresholds().copied());
-        // Their baselines are of other frames, so of other noise; all that follows from the light is the same.
+        // The baselines come from different frames, so their noise differs. Everything that depends only on the light
+        // is equal.
         assert_eq!(event.is_some(), afresh.is_some(), "frame {frame}: {event:?} {afresh:?}");
         let (Some(event), Some(afresh)) = (event, afresh) else { continue };
         differences.push(event.direction.confidence.abs_diff(afresh.direction.confidence));

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Runs a texture model on an emulated Cortex-M4 (QEMU's mps2-an386): what it answers, and at what cost.
+"""Runs a texture model on an emulated Cortex-M4 (QEMU's mps2-an386), and measures its answers and its cost.
 
     board.py                           checks that every kind of model answers there as on a host, and on a Cortex-M3
     board.py FILE SAMPLES [CLASSES]
 
-FILE is a model file (.wsm), a Rust file (.rs) with `pub fn classify(sample: &[i16; 700]) -> u8`, or an object file (.o) with C's
-`int classify(const int16_t *sample)`. SAMPLES holds int16, 700 a sample, frame by frame; the classes go to CLASSES, a byte each.
-Instructions are exact: the emulator counts them. An instruction is not a cycle.
+FILE is a model file (.wsm), a Rust file (.rs) with `pub fn classify(sample: &[i16; 700]) -> u8`, or an object file (.o)
+with C's `int classify(const int16_t *sample)`. SAMPLES has int16, 700 per sample, frame by frame. The classes go to
+CLASSES, one byte each. Instructions are exact, because the emulator counts them. An instruction is not a cycle.
 """
 
 import os
@@ -19,14 +19,14 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 INPUTS = 700
-TICK = 40  # instructions, as src/clock.rs has it
+TICK = 40  # instructions per tick, as in src/clock.rs
 VARIABLES = {".wsm": "M4_MODEL", ".rs": "M4_RUST", ".o": "M4_C"}
 QEMU = "qemu-system-arm -nographic -monitor none -serial none -icount shift=0"
 
 
 @dataclass(frozen=True)
 class Board:
-    """A processor, Rust's name for what it runs, and QEMU's for a board that has it; memory is where memory.x says."""
+    """A processor, Rust's name of its target, and QEMU's name of a board with it. memory.x has its memory."""
 
     processor: str
     target: str
@@ -34,22 +34,24 @@ class Board:
 
 
 M4 = Board("Cortex-M4", "thumbv7em-none-eabihf", "mps2-an386")
-# Without packed multiply-accumulate: weighted sums are added up the plain way.
+# Without packed multiply-accumulate, weighted sums are added up the plain way.
 M3 = Board("Cortex-M3", "thumbv7m-none-eabi", "mps2-an385")
 
 
 @dataclass
 class Cost:
-    """What one model cost on the board."""
+    """The cost of a model on the board."""
 
-    classes: bytes  # one a sample
-    mean: float  # instructions an answer
+    classes: bytes  # one per sample
+    mean: float  # instructions per answer
     most: int  # of all samples, to within 4 or one in 2,500
     flash: int  # bytes of code and constants that the model adds to a program
 
 
 def build(file=None, program="measure", board=M4):
-    """Builds a program with a model, or with none; its ELF, valid until the next build for this board."""
+    """Builds a program with a model, or without one. Returns its ELF, which is valid until the next build for this
+    board.
+    """
     environment = {name: value for name, value in os.environ.items() if name not in VARIABLES.values()}
     environment["RUSTFLAGS"] = "-C link-arg=-Tlink.x"
     if file is not None:
@@ -61,7 +63,7 @@ def build(file=None, program="measure", board=M4):
 
 
 def run(elf, folder, seconds=600, board=M4):
-    """Runs a program until it ends; its files are in the folder."""
+    """Runs a program until it ends. Its files are in the folder."""
     how = ["-M", board.machine, "-semihosting-config", "enable=on,target=native", "-kernel", str(Path(elf).resolve())]
     done = subprocess.run([*QEMU.split(), *how], cwd=folder, stdin=subprocess.DEVNULL, timeout=seconds, check=False)
     if done.returncode:
@@ -69,7 +71,7 @@ def run(elf, folder, seconds=600, board=M4):
 
 
 def flash(elf):
-    """Bytes of an ELF that lie in flash: its sections with contents, below the RAM and of the memory image."""
+    """Returns the bytes of an ELF in flash: its sections with contents, below the RAM, that are in the memory image."""
     data = Path(elf).read_bytes()
     offset, size, count = struct.unpack_from("<I", data, 32)[0], *struct.unpack_from("<HH", data, 46)
     bits, loaded, memory = 1, 2, 0
@@ -80,7 +82,7 @@ def flash(elf):
 
 
 def measure(file, samples):
-    """The cost of a model on samples: bytes of int16, 700 a sample."""
+    """Returns the cost of a model on samples: bytes of int16, 700 per sample."""
     elf = build()
     empty = flash(elf)
     elf = build(file)
@@ -90,7 +92,7 @@ def measure(file, samples):
         answers = list(struct.iter_unpack("<4I", (Path(folder) / "answers").read_bytes()))
     if len(answers) != len(samples) // (2 * INPUTS) or not answers:
         sys.exit(f"board.py: {len(answers)} answers to {len(samples) / (2 * INPUTS)} samples")
-    # The empty call takes less than a tick: its mean over all samples is what is known of it.
+    # The empty call takes less than a tick, so only its mean over all samples is known.
     call = sum(empty for _, _, _, empty in answers) / sum(repeats for _, repeats, _, _ in answers)
     took = [(busy / repeats - call) * TICK for _, repeats, busy, _ in answers]
     classes = bytes(answer for answer, *_ in answers)
@@ -98,7 +100,7 @@ def measure(file, samples):
 
 
 def agree(board):
-    """Runs models of every kind by chance: the board must answer as a host does."""
+    """Runs random models of every kind. The board must answer as a host does."""
     with tempfile.TemporaryDirectory() as folder:
         run(build(program="agree", board=board), folder, board=board)
     print(f"{board.processor}: the models of tests/random_models answer as on a host")

@@ -1,12 +1,12 @@
-//! Writes the function under test, `classify`, which calls what the environment names:
+//! Writes the function under test, `classify`. An environment variable chooses what it calls:
 //!
-//! | variable | what it names |
+//! | variable | value |
 //! | --- | --- |
-//! | `M4_MODEL` | a model file: compiled in by `include_model!`, of its own kind |
+//! | `M4_MODEL` | a model file, compiled in by `include_model!` as the type of its kind |
 //! | `M4_RUST` | a Rust file with `pub fn classify(sample: &[i16; 700]) -> u8` |
-//! | `M4_C` | an object file with C's `int classify(const int16_t *sample)`, and all that it needs |
+//! | `M4_C` | an object file with `int classify(const int16_t *sample)`, and everything that it needs |
 //!
-//! With none of them it answers 0 at once: what is left is the harness itself.
+//! Without any of them, `classify` returns 0 at once, and the harness itself is measured.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};
@@ -47,7 +47,7 @@ fn main() {
     fs::write(out.join("answer.rs"), body).expect("OUT_DIR can be written");
 }
 
-/// The file that a variable names.
+/// Returns the file that a variable names.
 fn named(variable: &str) -> Option<PathBuf> {
     println!("cargo:rerun-if-env-changed={variable}");
     let file = PathBuf::from(env::var_os(variable)?);

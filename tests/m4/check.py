@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Models answer on the emulated Cortex-M4 as they do on the host.
+"""Checks that models answer on the emulated Cortex-M4 as on the host.
 
     check.py WSTAC MODEL.wsm…    the command that answers on the host; needs NumPy (`ci/python`)
 """
@@ -15,11 +15,13 @@ import numpy
 import board
 
 SAMPLES = 300
-LOW, HIGH = -9471, 3296  # what features can be
+LOW, HIGH = -9471, 3296  # the range of features
 
 
 def samples():
-    """Random ones over the whole domain, a third of them near silence; and both ends, and all of one number."""
+    """Returns random samples over the whole range, a third of them near silence; samples at both ends; and samples of a
+    single number.
+    """
     random = numpy.random.default_rng(4)
     drawn = random.integers(LOW, HIGH, (SAMPLES, 10, 70), endpoint=True, dtype=numpy.int16)
     drawn[: SAMPLES // 3] //= 16
@@ -28,7 +30,7 @@ def samples():
 
 
 def on_host(wstac, model, data):
-    """The command's answers, as numbers of classes."""
+    """Returns the command's answers, as numbers of classes."""
     labels = json.loads(subprocess.check_output([wstac, "model", "inspect", "--json", model]))["labels"]
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "data.npz"

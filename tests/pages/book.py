@@ -1,4 +1,4 @@
-"""Checks that every link and every picture of a book as it was built leads to something in it.
+"""Checks that every link and every picture of a built book leads to something in it.
 
     book.py FOLDER
 """
@@ -12,7 +12,7 @@ from urllib.parse import unquote, urlsplit
 
 
 class Page(HTMLParser):
-    """The links and the anchors of one page."""
+    """Collects the links and the anchors of one page."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -21,7 +21,7 @@ class Page(HTMLParser):
         self.feed(text)
 
     def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
-        """Takes what an element points to, and what it is called."""
+        """Collects the target and the name of an element."""
         for name, value in attributes:
             if name in ("href", "src") and value:
                 self.targets.append(value)
@@ -32,7 +32,7 @@ class Page(HTMLParser):
 def main() -> None:
     """Prints what is wrong with a book."""
     folder = Path(sys.argv[1]).resolve()
-    # These are made for other sites or for no reader.
+    # These are made for other sites, and not for readers.
     found = {path: Page(path.read_text(encoding="utf-8")) for path in folder.rglob("*.html") if path.name not in ("404.html", "toc.html")}
     problems, count = [], 0
     for path, page in sorted(found.items()):

@@ -1,4 +1,5 @@
-"""Checks that what pages and source files point to is there. Needs no network: of other sites only the form is checked.
+"""Checks that the targets of links in pages and source files exist. Needs no network: for other sites, only the form is
+checked.
 
     links.py        every link of every markdown page, with its anchor; every path in inline code; every page and stage
                     (docs/….md, ci/…) that a source file names; and that docs/SUMMARY.md has every page of the book
@@ -22,7 +23,7 @@ NAMED = re.compile(r"^(?:\.github|ci|docs|tests|wstac-[a-z]+)/[\w./-]+$")
 PLACEHOLDER = re.compile(r"\bNAME\b|\b[A-Z]{3,}$|…|\*")
 IN_SOURCE = re.compile(r"(?<![\w/.-])((?:docs/[\w/-]+\.md)(#[\w-]+)?|ci/[a-z][\w-]*)(?![\w/*])")
 SOURCES = {".rs", ".py", ".toml", ".c", ".h", ".sh", ".yml", ".ipynb", ""}
-# What names files that are gone.
+# Files that name files that are gone.
 HISTORY = {"CHANGELOG.md"}
 
 
@@ -36,7 +37,7 @@ class Tree:
         self.found: dict[str, set[str]] = {}
 
     def text(self, file: str) -> str:
-        """Returns a file's text; of one that is not text, none."""
+        """Returns a file's text, or an empty one if it is not text."""
         try:
             return (self.root / file).read_text(encoding="utf-8")
         except UnicodeDecodeError:
@@ -94,7 +95,7 @@ class Tree:
                     yield f"{file}:{number}: {path} has no heading for {anchor}"
 
     def book(self) -> Iterator[str]:
-        """Yields the pages of the book that its summary has not."""
+        """Yields the pages of the book that are missing in its summary."""
         if "docs/SUMMARY.md" in self.files:
             listed = {unquote(target) for _, target in pages.links(self.text("docs/SUMMARY.md"))}
             for file in sorted(self.files):

@@ -1,8 +1,8 @@
-"""A preprocessor of mdBook: pages from outside of docs/, and links that leave it.
+"""A preprocessor of mdBook that adds pages from outside of docs/, and rewrites links that leave it.
 
-A page of docs/ that does nothing but include another page of the repository becomes that page. A link to a page of the
-book, by whatever name, leads to it in the book. A link to any other file of the repository becomes its path: the book
-stands alone, and nobody knows where the repository is.
+A page of docs/ that only includes another page of the repository becomes that page. A link to a page of the book, by
+whatever name, leads to it in the book. A link to any other file of the repository becomes its path, because the book is
+used alone, and the place of the repository is unknown.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ import pages
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
-# A whole link: text, which may be an image or code, and target.
+# A whole link: the text, which may be an image or code, and the target.
 WHOLE = re.compile(r"(?<!!)\[((?:!\[[^\]]*\]\([^)]*\)|`[^`]*`|[^\[\]])*)\]\(([^()\s]+)\)")
 IMAGE = re.compile(r"(!\[[^\]]*\])\(([^()\s]+)\)")
 
 
 def chapters(items: list) -> list[dict]:
-    """Returns all chapters, those inside others too."""
+    """Returns all chapters, also those inside others."""
     found = []
     for item in items:
         if isinstance(item, dict) and "Chapter" in item:
@@ -34,7 +34,7 @@ def chapters(items: list) -> list[dict]:
 
 
 class Book:
-    """Where each page of the repository is in the book."""
+    """Finds the place of each page of the repository in the book."""
 
     def __init__(self, found: list[dict]) -> None:
         self.places: dict[Path, Path] = {}
@@ -70,10 +70,10 @@ class Book:
         return f"{text}({self.relative(to.relative_to(DOCS), chapter) if to.is_relative_to(DOCS) else target})"
 
     def rewrite(self, text: str, base: Path, chapter: Path) -> str:
-        """Returns a page's text with the links of the book; code stays as it is."""
+        """Returns a page's text with the links of the book. Code stays as it is."""
         lines = text.split("\n")
         for number, line in pages.prose(text):
-            # What looks like a link in a span of code is put aside.
+            # Text that looks like a link in a span of code is put aside.
             aside = [found[0] for found in pages.CODE.finditer(line) if "](" in found[0]]
             for place, span in enumerate(aside):
                 line = line.replace(span, f"\0{place}\0", 1)

@@ -1,4 +1,4 @@
-"""The link checker finds what is wrong, and nothing else."""
+"""Tests that the link checker finds what is wrong, and nothing else."""
 
 import tempfile
 import unittest
@@ -9,10 +9,10 @@ from links import Tree
 
 
 class Checker(unittest.TestCase):
-    """Small repositories with one thing wrong each."""
+    """Small repositories with one fault each."""
 
     def problems(self, **files):
-        """What is wrong with a repository: `docs__A_md` is docs/A.md."""
+        """Returns what is wrong with a repository: `docs__A_md` is docs/A.md."""
         with tempfile.TemporaryDirectory() as folder:
             root = Path(folder).resolve()
             named = {name.replace("__", "/").replace("_", "."): text for name, text in files.items()}

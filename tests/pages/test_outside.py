@@ -1,4 +1,4 @@
-"""Links of pages as they are in the book."""
+"""Tests the links of pages as they are in the book."""
 
 import unittest
 from pathlib import Path
@@ -7,7 +7,7 @@ from outside import ROOT, Book, chapters
 
 
 class Rewritten(unittest.TestCase):
-    """A book of two pages, one of which is outside of docs/."""
+    """Returns a book of two pages, one of which is outside of docs/."""
 
     def setUp(self):
         places = ["SPEC.md", "root/architecture.md", "decisions/README.md"]

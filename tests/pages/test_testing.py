@@ -1,4 +1,4 @@
-"""Tests that docs/TESTING.md says of every script of ci/ where it runs."""
+"""Tests that docs/TESTING.md says where every script of ci/ runs."""
 
 import re
 import unittest
@@ -6,7 +6,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 CI = ROOT / "ci"
-# What others call, sets up, builds, or only prints.
+# Scripts that other scripts call, or that set up, build, or only print.
 HELPERS = {"test", "long", "check", "setup", "oldest", "python", "semver-baseline", "thumb", "tool", "wstac", "deb", "demo", "libwstac", "signal"}
 
 
@@ -29,7 +29,7 @@ def stages(name):
 
 
 def called(stage):
-    """Returns the scripts that a stage's script calls; none for a part of ci/long that is no script of its own."""
+    """Returns the scripts that a stage's script calls, or none for a part of ci/long that is not a script of its own."""
     script = CI / stage
     lines = script.read_text().splitlines() if script.exists() else []
     return {name for line in lines if not line.startswith("#") for name in re.findall(r"\bci/([\w-]+)", line)}
@@ -53,7 +53,7 @@ class Testing(unittest.TestCase):
 
     def test_what_is_in_a_column_is_run_there(self):
         for row in rows():
-            # With the scripts that a stage calls, as ci/lint calls ci/words.
+            # Includes the scripts that a stage calls, as ci/lint calls ci/words.
             run = [stages(name).union(*(called(stage) for stage in stages(name))) for name in ("test", "long")]
             for command, cell in zip(run, row[3:5], strict=True):
                 of_row = scripts(row[1]) | set(re.findall(r"`ci/long (\w+)`", row[1]))

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Compares our texture models with what others make of the same trained ones, on an emulated Cortex-M4 and on this machine, and writes
-docs/MODELS.md.
+"""Compares our texture models with other translations of the same trained models, on an emulated Cortex-M4 and on this
+machine, and writes docs/MODELS.md.
 
-    compare.py WSTAC FOLDER    the command, and where everything that is made is kept (`ci/peers` does it)
+    compare.py WSTAC FOLDER    the command, and the folder where everything is made and kept (`ci/peers` does it)
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Row:
 
 
 def ours(wstac: str, trained: Trained, folder: Path) -> list[Row]:
-    """Our backends: the model file, and generated Rust where import writes it."""
+    """Returns our backends: the model file, and generated Rust if import writes it."""
     rows = []
     for setting, suffix in (("table (the model file)", ".wsm"), ("inline (generated Rust)", ".rs")):
         row = Row("WSTac", setting, by_frame=True)
@@ -77,7 +77,7 @@ def ours(wstac: str, trained: Trained, folder: Path) -> list[Row]:
 
 
 def native(file: Path, folder: Path) -> Path:
-    """Our model as a shared library for this machine."""
+    """Returns our model as a shared library for this machine."""
     environment = os.environ | {board.VARIABLES[file.suffix]: str(file.resolve())}
     target = folder / "native"
     command = ["cargo", "build", "--quiet", "--locked", "--release", "--target-dir", target]
@@ -86,7 +86,7 @@ def native(file: Path, folder: Path) -> Path:
 
 
 def theirs(peer: Peer, trained: Trained, folder: Path) -> Row:
-    """A peer's code on the board, and as a library for this machine."""
+    """Builds a peer's code for the board, and as a library for this machine."""
     row = Row(peer.name, peer.setting, why=peer.why)
     if peer.source is None:
         return row
@@ -107,8 +107,9 @@ def theirs(peer: Peer, trained: Trained, folder: Path) -> Row:
 
 
 def compiled(peer: Peer, made: Path, command: list) -> str:
-    """Compiles a peer's code, or finds that the same command has made it of the same code; what went wrong, if anything. The large
-    ones take a compiler minutes."""
+    """Compiles a peer's code, unless the same command has compiled the same code before. Returns the error, if any.
+    Large code takes a compiler minutes.
+    """
     sources = sorted(file for file in peer.source.parent.iterdir() if file.suffix in {".c", ".cpp", ".h"})
     key = hashlib.sha256(b"".join(file.read_bytes() for file in sources) + " ".join(map(str, command)).encode()).hexdigest()
     stamp = made.with_name(f"{made.name}.key")
@@ -127,13 +128,13 @@ def compiled(peer: Peer, made: Path, command: list) -> str:
 
 
 def size_of(made: Path) -> int:
-    """Bytes of code and constants in an object file."""
+    """Returns the bytes of code and constants in an object file."""
     text, data, *_ = subprocess.check_output(["arm-none-eabi-size", made], text=True).splitlines()[1].split()
     return int(text) + int(data)
 
 
 def time_libraries(rows: list[Row], trained: Trained, folder: Path) -> None:
-    """Nanoseconds of one answer, all libraries in turn in every round."""
+    """Returns the nanoseconds of one answer. All libraries take turns in every round."""
     timer = folder / "host"
     subprocess.run(["gcc", "-O2", "-o", timer, HERE / "host.c"], check=True)
     files = {True: folder / "by_frame", False: folder / "by_feature"}
@@ -147,7 +148,7 @@ def time_libraries(rows: list[Row], trained: Trained, folder: Path) -> None:
 
 
 def time_runtimes(trained: Trained) -> list[Row]:
-    """What a Python program would call, one sample a call; the fastest of several rounds."""
+    """Times the call from a Python program, one sample per call. Returns the fastest of several rounds."""
     logs = np.frombuffer(trained.by_feature, "<i2").reshape(-1, 1, 700).astype(np.float32) / UNITS
     rows = []
 
@@ -180,7 +181,7 @@ def time_runtimes(trained: Trained) -> list[Row]:
 
 
 def compare(wstac: str, trained: Trained, folder: Path) -> str:
-    """One model's part of the document."""
+    """Writes one model's part of the document."""
     rows = ours(wstac, trained, folder)
     rows += (theirs(peer, trained, folder) for peer in peers(trained, folder))
     time_libraries(rows, trained, folder)
@@ -188,7 +189,7 @@ def compare(wstac: str, trained: Trained, folder: Path) -> str:
 
 
 def tables(trained: Trained, rows: list[Row], runtimes: list[Row]) -> str:
-    """Markdown: the board's table, then the host's."""
+    """Returns Markdown: the board's table, then the host's."""
     lines = [f"## {trained.kind.capitalize()}", "", f"{trained.facts}.", ""]
     lines += ["| Cortex-M4 | setting | instructions, mean | maximum | flash, bytes | agreement, % |", "| --- | --- | --: | --: | --: | --: |"]
     for row in rows:

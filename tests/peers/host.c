@@ -1,4 +1,4 @@
-/* Times `int classify(const int16_t *)` of shared libraries on this machine, one sample a call.
+/* Times `int classify(const int16_t *)` of shared libraries on this machine, one sample per call.
    host ROUNDS (LIBRARY SAMPLES)...: in each round every library answers all its samples; prints each one's nanoseconds an answer in
    its fastest round, as the others were disturbed by something. */
 #include <dlfcn.h>

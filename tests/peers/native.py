@@ -1,4 +1,4 @@
-"""tests/peers/frames, called from Python."""
+"""Calls tests/peers/frames from Python."""
 
 import ctypes
 
@@ -33,13 +33,13 @@ class Native:
         return ctypes.c_void_p(made.ctypes.data)
 
     def features(self, made, frames, count):
-        """The features of the last of `count` frames, of `frames` different ones in turn."""
+        """Returns the features of the last of `count` frames, which are taken in turn from `frames` frames."""
         at = self._at(made, frames)
         self.library.wstac_features(self.stream, at, ctypes.c_size_t(frames), ctypes.c_size_t(count), self.to)
         return self.out
 
     def read(self, made, frames, count, pixel, ahead):
-        """Reads the bytes under the taxels of as many frames; `ahead` asks for cache lines before."""
+        """Reads the bytes under the taxels of as many frames. `ahead` prefetches cache lines."""
         at = self._at(made, frames)
         numbers = (ctypes.c_size_t(number) for number in (frames, count, pixel))
         return self.library.wstac_read(self.stream, at, *numbers, ctypes.c_bool(ahead))

@@ -1,18 +1,19 @@
-"""Ten features of a picture as one would write them in Python. Pictures are rows × columns × bytes a pixel; the first of each kind is the published
-method: each taxel is cut out, resized to the paper's 50 × 50, and averaged."""
+"""Ten features of a picture as one would write them in Python. Pictures are rows × columns × bytes per pixel. The first
+function of each kind is the published method: each taxel is cut out, resized to the paper's 50 × 50, and averaged.
+"""
 
 import cv2
 import numpy as np
 
 PAPER_TAXEL = (50, 50)
-# Green of Y, Cb, Cr, BT.601, limited range.
+# Coefficients of green from Y, Cb, Cr: BT.601, limited range.
 KR, KB = 0.299, 0.114
 KG = 1 - KR - KB
 LUMA, CB, CR = 255 / 219, 255 / 224 * 2 * KB * (1 - KB) / KG, 255 / 224 * 2 * KR * (1 - KR) / KG
 
 
 def features(taxels):
-    """Of the 25 mean greens, row by row."""
+    """Returns the features of the 25 mean greens, row by row."""
     taxels = np.reshape(taxels, (5, 5)) / 255
     return np.log(np.concatenate([taxels.sum(axis=1), taxels.sum(axis=0)]))
 
@@ -34,12 +35,12 @@ def gray_numpy(picture, corners, side):
 
 
 def green_of(yuyv):
-    """OpenCV's green of a whole picture."""
+    """Converts a whole picture to green with OpenCV."""
     return cv2.cvtColor(yuyv, cv2.COLOR_YUV2BGR_YUYV)[:, :, 1]
 
 
 def converted_crops(picture, corners, side):
-    """The green of each taxel, of which the pairs of pixels that it touches are converted alone."""
+    """Returns the green of each taxel, and converts only the pairs of pixels that it touches."""
     for x, y in corners:
         first, end = x & ~1, (x + side + 1) & ~1
         yield green_of(np.ascontiguousarray(picture[y : y + side, first:end]))[:, x - first : x - first + side]
@@ -69,7 +70,7 @@ def yuyv_numpy(picture, corners, side, real=np.float32):
 
 
 def reference(name, picture, corners, side):
-    """In 64 bits, without any library's shortcuts."""
+    """Computes in 64 bits, without any library's shortcuts."""
     if name == "GREY":
         return features([picture[y : y + side, x : x + side, 0].astype(np.float64).mean() for x, y in corners])
     return yuyv_numpy(picture, corners, side, np.float64)

@@ -1,4 +1,4 @@
-"""How wstac's cost grows: an exponent of 1 is as much as what grows, 0 not at all."""
+"""Measures how wstac's cost grows. With an exponent of 1 it grows in proportion, and with 0 not at all."""
 
 import numpy as np
 
@@ -8,17 +8,17 @@ STEPS = (1, 4, 16, 64)
 
 
 def spread(width, height, taxel):
-    """Corners of 25 taxels over a whole frame."""
+    """Returns the corners of 25 taxels over a whole frame."""
     return [((width - taxel) * column // 4, (height - taxel) * row // 4) for row in range(5) for column in range(5)]
 
 
 def exponent(costs):
-    """The slope of cost over size, both as logarithms."""
+    """Returns the slope of cost over size, both as logarithms."""
     return float(np.polyfit(np.log(STEPS), np.log(costs), 1)[0])
 
 
 def streams(library, name):
-    """Frames that grow under the same taxels, and taxels that grow in the same frame."""
+    """Measures frames that grow under the same taxels, and taxels that grow in the same frame."""
     roots = [round(step**0.5) for step in STEPS]
     yield f"{name}: pixels of the frame, from 240 × 180, under 25 taxels of 32 × 32", 0, [
         Native(library, name, 240 * root, 180 * root, 32, spread(240 * root, 180 * root, 32)) for root in roots
@@ -29,7 +29,9 @@ def streams(library, name):
 
 
 def rows(library, measure):
-    """What grows, its costs in microseconds, the exponent over all and over the last step, and the expected one."""
+    """Returns rows: what grows, its costs in microseconds, the exponent over all and over the last step, and the
+    expected one.
+    """
     rng = np.random.default_rng(3)
     for name in ("GREY", "YUYV linear", "YUYV exact"):
         for what, expected, natives in streams(library, name):
@@ -42,7 +44,7 @@ def rows(library, measure):
     made = rng.integers(0, 256, native.frame_bytes, dtype=np.uint8)
     contestants = {step: (lambda s=step: native.features(made, 1, s), 1) for step in STEPS}
     yield row("GREY: frames in one call from Python", 1, measure(contestants, 200))
-    # What making the forest takes is taken off again.
+    # The time to make the forest is subtracted.
     fewer, more = (measure({s: (lambda s=s: Native.forest(library, s, n), 1) for s in STEPS}, 100) for n in (100, 1100))
     yield row("trees with paths of seven splits, from 1", 1, {step: (more[step] - fewer[step]) / 1000 for step in STEPS})
 

@@ -1,7 +1,8 @@
-"""Frames to features by wstac and by what one would write in Python, beside a plain read of the same bytes: one run, one core, one table.
+"""Measures frames to features with wstac, with programs that one would write in Python, and with a plain read of the
+same bytes. One run on one core fills one table.
 
-signal.py LIBRARY PLAIN [--keep]: LIBRARY is what tests/peers/frames makes, PLAIN the same built with --cfg wstac_plain; --keep writes the
-tables to docs/SIGNAL.md.
+signal.py LIBRARY PLAIN [--keep]: LIBRARY is built from tests/peers/frames, and PLAIN is the same built with --cfg
+wstac_plain. --keep writes the tables to docs/SIGNAL.md.
 """
 
 import argparse
@@ -25,33 +26,36 @@ BEGIN, END = "<!-- measured: ci/bench --keep -->\n", "<!-- end -->\n"
 
 WIDTH, HEIGHT, TAXEL = 1280, 720, 90
 CORNERS = [(307 + 144 * column, 27 + 144 * row) for row in range(5) for column in range(5)]
-# The read that asks for cache lines ahead.
+# The read that prefetches cache lines.
 AHEAD = "read, asked for ahead"
-# A unit of a feature.
+# The unit of a feature.
 UNIT = 1 / 2048
-# Frames a call where one stays in the cache, rounds of that, and rounds of all frames in turn: the same for all contestants.
+# The frames per call if one frame stays in the cache, the rounds of that, and the rounds of all frames in turn. They
+# are the same for all contestants.
 CACHED, CACHED_ROUNDS, TURN_ROUNDS = 16, 60, 5
-# All frames in turn touch so many times the bytes of the farthest cache.
+# All frames in turn touch this many times the bytes of the largest cache.
 OF_CACHE = 4
-# Bytes of a cache line.
+# The bytes of a cache line.
 LINE = 64
 PYTHON = {"GREY": pipelines.GREY, "YUYV": pipelines.YUYV}
 
 
 def farthest_cache():
-    """Bytes of the largest cache; where the machine does not say, 32 MiB."""
+    """Returns the bytes of the largest cache, or 32 MiB if the machine does not report it."""
     sizes = [path.read_text().strip() for path in Path("/sys/devices/system/cpu/cpu0/cache").glob("index*/size")]
     return max((int(size.removesuffix("K")) * 1024 for size in sizes if size.endswith("K")), default=32 << 20)
 
 
 def touched(pixel):
-    """Bytes of the cache lines under the taxels of a frame that starts with a line."""
+    """Returns the bytes of the cache lines under the taxels of a frame that starts with a line."""
     ends = [((y + row) * WIDTH * pixel + x * pixel, TAXEL * pixel) for x, y in CORNERS for row in range(TAXEL)]
     return LINE * len({line for at, size in ends for line in range(at // LINE, (at + size - 1) // LINE + 1)})
 
 
 def frames(native, rng, number):
-    """Frames of noise: Y over its range, chroma near its zero level, so that few pixels are clipped; any bytes for other formats."""
+    """Returns frames of noise. Y is over its range, and chroma is near its zero level, so that few pixels are clipped.
+    Other formats have any bytes.
+    """
     count = number * native.frame_bytes
     if native.name.startswith("YUYV"):
         made = rng.integers(16, 236, count, dtype=np.uint8)
@@ -68,7 +72,9 @@ def timed(work):
 
 
 def measure(contestants, rounds, warm=True):
-    """Microseconds that each takes at least, in rounds of one after the other; `warm` ones once untimed before, so that what was in the cache is again."""
+    """Returns the minimum microseconds of each function, which take turns in rounds. With `warm`, each runs once
+    untimed before it is timed, so that the cache has its data again.
+    """
     least = dict.fromkeys(contestants, math.inf)
     for _ in range(rounds):
         for name, (work, count) in contestants.items():
@@ -79,7 +85,9 @@ def measure(contestants, rounds, warm=True):
 
 
 def check(name, native, made):
-    """How far each pipeline's features are from the ones of exact arithmetic, in units; wstac's may be one off."""
+    """Returns the largest distance of each pipeline's features from exact arithmetic, in units. wstac's may be at most
+    one.
+    """
     frame = made[: native.frame_bytes]
     reference = pipelines.reference(name, frame.reshape(HEIGHT, WIDTH, -1), CORNERS, TAXEL)
     found = {native.name: native.features(made, 1, 1) * UNIT}
@@ -94,7 +102,9 @@ def repeated(work, *arguments):
 
 
 def peers(library, plain, sizes):
-    """Rows of the table: format, who, units off, least time of a frame in the cache and of frames in turn. `sizes` gets a line on each format's frames."""
+    """Returns rows of the table: format, who, units off, least time of a frame in the cache and of frames in turn.
+    `sizes` gets a line about each format's frames.
+    """
     rng = np.random.default_rng(1)
     rows = []
     for name, formats, pixel in (("GREY", ["GREY"], 1), ("YUYV", ["YUYV linear", "YUYV exact"], 2)):
@@ -108,7 +118,8 @@ def peers(library, plain, sizes):
         off = {}
         for native in natives + slower:
             off |= check(name, native, made)
-            # Linear rounds once a taxel, and is compared with rounding every pixel: nothing is promised, and it is printed.
+            # Linear rounds once per taxel, and is compared with rounding every pixel. Nothing is promised, so it is
+            # only printed.
             if "linear" not in native.name and off[native.name] > 1:
                 sys.exit(f"{native.name}: {off[native.name]:.2f} units off, expected at most 1")
         pictures = made.reshape(number, HEIGHT, WIDTH, -1)
@@ -140,7 +151,7 @@ def peers(library, plain, sizes):
 
 
 def others(library):
-    """The other formats: wstac alone, in the cache."""
+    """Measures the other formats: only wstac, in the cache."""
     rng = np.random.default_rng(2)
     contestants = {}
     for name in Native.FORMATS[3:]:
@@ -151,7 +162,7 @@ def others(library):
 
 
 def table(library, plain):
-    """Lines of Markdown."""
+    """Returns lines of Markdown."""
     head = "µs | of the read's speed | × published steps | × fastest OpenCV"
     yield f"| format | method | units off | one frame, cached: {head} | all frames in turn: {head} |"
     yield "| --- | --- |" + " ---: |" * 9

@@ -25,7 +25,7 @@ KINDS = ("linear", "boosted", "forest")
 
 @dataclass
 class Trained:
-    """One model: as it was trained on logarithms, and the same for integers, which is what peers do best with."""
+    """A model as it was trained on logarithms, and the same model for integers, which suit the peers best."""
 
     kind: str
     model: object
@@ -43,7 +43,7 @@ class Trained:
 
 
 def samples(wstac: str, folder: Path, name: str, sweep: dict[str, int]) -> tuple[np.ndarray, np.ndarray]:
-    """A sweep's samples, int16 (n, 10, 70), and their classes."""
+    """Returns a sweep's samples, int16 (n, 10, 70), and their classes."""
     file = folder / f"{name}.npz"
     if not file.exists():
         (folder / f"{name}.toml").write_text(SWEEP.format(**sweep))
@@ -53,14 +53,14 @@ def samples(wstac: str, folder: Path, name: str, sweep: dict[str, int]) -> tuple
 
 
 def kept(path: Path, make):
-    """What `make` makes, from the first time on from a file."""
+    """Returns the result of `make`, which is stored in a file the first time."""
     if not path.exists():
         path.write_bytes(pickle.dumps(make()))
     return pickle.loads(path.read_bytes())
 
 
 def all_trained(wstac: str, folder: Path) -> list[Trained]:
-    """Trains what is not kept yet, and checks that the models for integers answer as the trained ones."""
+    """Trains what is not stored yet, and checks that the models for integers answer like the trained ones."""
     folder.mkdir(parents=True, exist_ok=True)
     X, y = samples(wstac, folder, "train", TRAIN)
     test, truth = samples(wstac, folder, "test", TEST)
@@ -88,7 +88,7 @@ def forest(X, y):
 
 
 def boosted(X, y):
-    # 64 bins a feature train four times as fast; the weight makes the trees as large as they are on recorded data.
+    # 64 bins per feature train four times as fast. The weight makes the trees as large as they are on recorded data.
     return xgboost.XGBClassifier(n_estimators=100, max_bin=64, min_child_weight=0.4, n_jobs=1).fit(X, y)
 
 
@@ -106,7 +106,7 @@ def forest_in_units(model):
 def boosted_in_units(model):
     raw = json.loads(bytes(model.get_booster().save_raw("json")))
     for tree in raw["learner"]["gradient_booster"]["model"]["trees"]:
-        # A leaf's value is in the same list.
+        # The same list has the value of a leaf.
         split = [left >= 0 for left in tree["left_children"]]
         tree["split_conditions"] = [t * UNITS if s else t for t, s in zip(tree["split_conditions"], split, strict=True)]
     scaled = xgboost.XGBClassifier()
@@ -124,7 +124,7 @@ UNITED = {"forest": forest_in_units, "boosted": boosted_in_units, "linear": line
 
 
 def save(kind: str, model, folder: Path) -> tuple[Path, Path | None]:
-    """Writes what Wstac imports and what ONNX Runtime runs."""
+    """Writes the files that Wstac imports and that ONNX Runtime runs."""
     onnx = folder / f"{kind}.onnx"
     inputs = [("X", FloatTensorType([None, 700]))]
     if kind == "boosted":
@@ -135,7 +135,7 @@ def save(kind: str, model, folder: Path) -> tuple[Path, Path | None]:
             from onnxmltools.convert.common.data_types import FloatTensorType as Floats
 
             onnx.write_bytes(convert_xgboost(model, initial_types=[("X", Floats([None, 700]))]).SerializeToString())
-        except Exception as error:  # whatever a converter dies of, there is no file for ONNX Runtime
+        except Exception as error:  # whatever error a converter has, there is no file for ONNX Runtime
             print(f"onnxmltools cannot convert the boosted trees: {error}")
             return file, None
         return file, onnx
@@ -145,7 +145,7 @@ def save(kind: str, model, folder: Path) -> tuple[Path, Path | None]:
 
 
 def describe(kind: str, model, test) -> str:
-    """Its size, in words."""
+    """Describes its size."""
     if kind == "linear":
         return f"`LinearSVC`, {model.coef_.shape[0]} × {model.coef_.shape[1]} weights"
     if kind == "forest":

@@ -1,7 +1,7 @@
 """The peers: each writes C for a trained model, and gets a `classify` around it that takes int16 as ours does.
 
-Their code is used as they write it, with two exceptions that help them and are named in their rows: numbers in instead of a copy of
-them as floats, and float instead of double.
+Their code is used as they write it, with two exceptions that help them and are named in their rows: numbers are passed
+without a copy to floats, and float is used instead of double.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ BEST = """
 
 @dataclass
 class Peer:
-    """C of one peer, or why there is none."""
+    """The C code of one peer, or the reason why there is none."""
 
     name: str
     setting: str
@@ -42,7 +42,7 @@ class Peer:
 
     @property
     def on_host(self) -> bool:
-        """Is it timed on the host as well? That which is best on the board is enough."""
+        """Returns whether it is timed on the host as well. Only the best one on the board is."""
         return self.setting.startswith("inline")
 
     @property
@@ -51,7 +51,7 @@ class Peer:
 
 
 def peers(trained: Trained, folder: Path) -> Iterator[Peer]:
-    """Every peer's C for a model. What a peer cannot do it says itself, by an exception."""
+    """Returns every peer's C for a model. A peer raises an exception if it cannot translate the model."""
     sys.setrecursionlimit(100_000)  # m2cgen nests as deep as a sum has terms
     warnings.filterwarnings("ignore")
     for name, setting, write in (
@@ -71,7 +71,7 @@ def peers(trained: Trained, folder: Path) -> Iterator[Peer]:
             text, suffix, peer.options = write(trained, place)
             peer.source = place / f"classify{suffix}"
             peer.source.write_text(text)
-        except Exception as error:  # a peer's own refusal, of whatever type
+        except Exception as error:  # a peer's own refusal, of any type
             peer.why = f"{type(error).__name__}: {error}".splitlines()[0][:120]
         yield peer
 
@@ -85,7 +85,7 @@ def emlearn_inline(trained: Trained, place: Path):
 def emlearn_loadable(trained: Trained, place: Path):
     model = emlearn.convert(trained.in_units, method="inline", dtype="int16_t")
     model.save(file=str(place / "model.h"), name="model", inference=["loadable"])
-    # A node's feature is an int8 followed by a byte of padding: int16 costs nothing and counts to 700.
+    # A node's feature is an int8 followed by a byte of padding, so int16 costs nothing and counts to 700.
     for header in Path(emlearn.includedir).glob("*.h"):
         wider = re.sub(r"\bint8_t (feature|n_features|features_length)\b", r"int16_t \1", header.read_text())
         (place / header.name).write_text(wider)
@@ -110,7 +110,8 @@ def m2cgen_float(trained: Trained, place: Path):
 def m2cgen_c(trained: Trained) -> str:
     model = trained.in_units
     if trained.kind == "boosted":
-        # It reads both of the arguments of training. It cannot have a start for each class; one for all changes no answer.
+        # It reads both of the arguments of training. It cannot have a start for each class, but one for all changes no
+        # answer.
         model.num_parallel_tree, model.base_score = 1, 0.5
     return "#include <stdint.h>\n" + m2cgen.export_to_c(model)
 
@@ -138,7 +139,7 @@ def tl2cgen_c(trained: Trained, place: Path):
         model = treelite.sklearn.import_model(trained.in_units)
     else:
         raise ValueError("Treelite has no linear models")
-    # As one function the forest is too long for the assembler's branches.
+    # As one function, the forest is too long for the assembler's branches.
     parameters = {"parallel_comp": 10} if trained.kind == "forest" else {}
     tl2cgen.generate_c_code(model, dirpath=str(place), params=parameters)
     header = (place / "header.h").read_text()
@@ -154,7 +155,7 @@ def tl2cgen_c(trained: Trained, place: Path):
 
 
 def copy_of(number: str, call: str, end: str = BEST) -> str:
-    """A `classify` that copies its sample as another type of number."""
+    """Returns a `classify` that copies its sample as another type of number."""
     linkage = 'extern "C" ' if not end else ""
     return (
         f"{linkage}int classify(const int16_t *x) {{\n    {number} in[700];\n"

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Arbitrary Y4M streams through `wstac run` and through this reference: both must say the same.
+"""Runs random Y4M streams through `wstac run` and through this reference: both must give the same results.
 
     agree.py WSTAC [COUNT | SECONDSs [SEED]]
 
-So many streams, or, as in 3600s, as many as can be started within so many seconds. Formats, sizes (odd ones too), rates,
-configurations and pictures are drawn from a seed. Features may differ by one unit of 2^-11; events, bounds, durations,
-directions and ends may not differ at all.
+The number of streams is COUNT, or as many as can be started within SECONDS, as in 3600s. Formats, sizes (odd ones too),
+rates, configurations and pictures are drawn from a seed. Features may differ by one unit of 2^-11. Events, bounds,
+durations, directions and ends must be equal.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ RATES = ("30:1", "25:1", "30000:1001", "45:1", "46:1", "60:1", "120:1", "15:2")
 
 
 def light(rng: np.random.Generator, frames: int, width: int, height: int, full: int) -> np.ndarray:
-    """A slide or two in any direction, with noise; now and then just noise."""
+    """Returns a slide or two in any direction, with noise; sometimes only noise."""
     y, x = np.mgrid[0:height, 0:width] / max(width, height)
     level = rng.uniform(0, 0.02) * full
     video = np.full((frames, height, width), level)
@@ -44,7 +44,7 @@ def light(rng: np.random.Generator, frames: int, width: int, height: int, full: 
 
 
 def stream(rng: np.random.Generator) -> tuple[bytes, str]:
-    """A Y4M stream, and what it is."""
+    """Returns a Y4M stream and its description."""
     color, rate = str(rng.choice(COLORS)), str(rng.choice(RATES))
     width, height = (int(side) for side in rng.integers(8, 70, 2))
     added = {"46:1": 2, "60:1": 2, "120:1": 4}.get(rate, 1)
@@ -69,7 +69,7 @@ def stream(rng: np.random.Generator) -> tuple[bytes, str]:
 
 
 def configuration(rng: np.random.Generator) -> str:
-    """A configuration with some of its keys set."""
+    """Returns a configuration with some of its keys set."""
     window = int(rng.choice([1, 2, 5, 5, 5, 12]))
     rule = str(rng.choice(["signed", "signed", "literal"]))
     multiplier = rng.uniform(1, 1.5) if rule == "signed" else rng.uniform(0.5, 1)
@@ -97,7 +97,7 @@ def close(found: float | None, expected: float | None, tolerance: float) -> bool
 
 
 def differences(found: dict[str, Any], expected: dict[str, Any]) -> list[str]:
-    """What two lines disagree in."""
+    """Returns the differences of two lines."""
     kind = expected["kind"]
     if found["kind"] != kind:
         return [f"{found['kind']} for {kind}"]
@@ -109,7 +109,7 @@ def differences(found: dict[str, Any], expected: dict[str, Any]) -> list[str]:
         return wrong
     if found["direction"]["deg"] != expected["direction"]["deg"]:
         wrong.append(f"direction {found['direction']} for {expected['direction']}")
-    # Features one unit off move a centroid a little.
+    # Features that are one unit off move a centroid a little.
     if not close(found["direction"]["confidence"], expected["direction"]["confidence"], 0.02):
         wrong.append(f"confidence {found['direction']} for {expected['direction']}")
     speeds = [(line["speed"] or {"mm_s": None, "extrapolated": None}) for line in (found, expected)]
@@ -123,7 +123,7 @@ def differences(found: dict[str, Any], expected: dict[str, Any]) -> list[str]:
 
 
 def drawn(how_many: str) -> Iterator[int]:
-    """0, 1, 2 …: `80` of them, or, for `60s`, those that come up within a minute."""
+    """Yields 0, 1, 2 …: `80` of them, or, for `60s`, as many as are requested within a minute."""
     if not how_many.endswith("s"):
         yield from range(int(how_many))
         return

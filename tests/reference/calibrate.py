@@ -1,16 +1,17 @@
 #!/usr/bin/env python3
-"""Fits the simulator's free numbers to published ones, and prints what to write where; no source is edited.
+"""Fits the simulator's free numbers to published ones, and prints where to write the results. No source is edited.
 
     WSTAC=… calibrate.py speed [--repeats N] [--noise N]
     WSTAC=… calibrate.py noise [--splits N] [--data-seeds N] [--length MM] [--afterglow MS]
                                                         # needs requirements-train.txt
 
 `speed` fits the specimens' length and the light's afterglow, so that the mean line of the ten specimens is the paper's
-speed law. `noise` fits the scale of all noise, so that a linear support vector machine tells the ten specimens apart as
-often as in the paper's table 2. Nothing else is fitted.
+speed law. `noise` fits the scale of all noise, so that a linear support vector machine names as many of the ten
+specimens correctly as in the paper's table 2. Nothing else is fitted.
 
-Noise moves the speed law a little and the length moves the textures' answers a little: run `speed`, write its numbers
-into the sources, build, run `noise`, write its number, and run `speed` again to see that it stays.
+Noise changes the speed law a little, and the length changes the texture answers a little. So run `speed`, write its
+numbers into the sources, build, run `noise`, and write its number. Then run `speed` again to check that its numbers
+stay.
 """
 
 from __future__ import annotations
@@ -47,23 +48,23 @@ NOISE_AT = "NOISE in wstac-scene/src/script.rs"
 
 
 def rounded(value: float, step: float) -> float:
-    """The nearest multiple of a step."""
+    """Returns the nearest multiple of a step."""
     return round(value / step) * step
 
 
 def speed_at(numbers: np.ndarray, repeats: int, noise: float | None, seed: int = FITTING_SEED) -> list[Protocol]:
-    """All protocols at a length in mm and an afterglow in ms; the same seeds whatever the numbers are."""
+    """Returns all protocols at a length in mm and an afterglow in ms. The seeds are always the same."""
     length_mm, afterglow_ms = (float(number) for number in numbers)
     return speed_law.protocols(repeats, seed, Changes(length_mm, afterglow_ms, noise))
 
 
 def errors_of(line: Line) -> np.ndarray:
-    """Slope and intercept less the paper's, in frames."""
+    """Returns the differences of slope and intercept from the paper's, in frames."""
     return np.array([line.slope - PAPER_SLOPE, line.intercept - PAPER_INTERCEPT])
 
 
 def derivatives(at: np.ndarray, error: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-    """Changes of slope and intercept (rows) for a mm and a ms (columns), from one step either way."""
+    """Returns the changes of slope and intercept (rows) per mm and per ms (columns), from one step either way."""
     columns = []
     for k, step in enumerate(STEPS):
         move = np.zeros(2)
@@ -73,7 +74,7 @@ def derivatives(at: np.ndarray, error: Callable[[np.ndarray], np.ndarray]) -> np
 
 
 def fit_speed(repeats: int, noise: float | None) -> int:
-    """Newton's method on two numbers with the derivatives of the start, then again around the rounded answer."""
+    """Runs Newton's method on two numbers with the derivatives at the start, then again around the rounded result."""
 
     def error(at: np.ndarray) -> np.ndarray:
         line = speed_law.mean_line(speed_law.repeat_lines(speed_at(at, repeats, noise)))
@@ -97,7 +98,7 @@ def fit_speed(repeats: int, noise: float | None) -> int:
 
 
 def report_speed(at: np.ndarray, nearest: np.ndarray, matrix: np.ndarray, repeats: int, noise: float | None) -> None:
-    """What was fitted, how sure it is, and what other chance makes of the rounded numbers."""
+    """Prints the fitted numbers, their uncertainty, and the results of the rounded numbers with other seeds."""
     lines = speed_law.repeat_lines(speed_at(nearest, repeats, noise))
     spread = np.cov([errors_of(line) for line in lines], rowvar=False) / len(lines)
     inverse = np.linalg.inv(matrix)
@@ -116,14 +117,14 @@ there, with other seeds:          {residual(others)}""")
 
 
 def residual(line: Line) -> str:
-    """A line, and how far it is from the paper's."""
+    """Describes a line, and its distance from the paper's."""
     slope, intercept = errors_of(line)
     return f"{speed_law.words(line)}; off by {slope:+.2f} and {intercept:+.2f} frames"
 
 
 def fit_noise(splits: int, data_seeds: int, length_mm: float | None, afterglow_ms: float | None) -> int:
-    """Bisection on the logarithm of the noise; the same seeds whatever it is."""
-    import texture  # Only here: `speed` needs no scikit-learn.
+    """Finds the noise by bisection of its logarithm. The seeds are always the same."""
+    import texture  # Imported here, because `speed` needs no scikit-learn.
 
     def accuracies(noise: float) -> list[float]:
         changes = Changes(length_mm, afterglow_ms, noise)

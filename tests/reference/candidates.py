@@ -1,4 +1,4 @@
-"""Models that may be shipped, as they are trained and saved. Needs scikit-learn, XGBoost, skl2onnx."""
+"""Models that may be shipped, and how they are trained and saved. Needs scikit-learn, XGBoost, skl2onnx."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from scenes import SPECIMENS
 
 @dataclass(frozen=True)
 class Candidate:
-    """A model that may be shipped as `kind`.wsm: its name in Python, how it is made, and options of its import."""
+    """A model that may be shipped as `kind`.wsm: its name in Python, its parameters, and options of its import."""
 
     kind: str
     words: str
@@ -29,9 +29,9 @@ class Candidate:
     options: Sequence[str] = ()
 
     def train(self, x: np.ndarray, specimen: np.ndarray) -> Any:
-        """The model, trained to name specimens."""
+        """Trains the model to name specimens."""
         model = self.make()
-        # XGBoost takes numbers for labels, and saves none.
+        # XGBoost takes numbers as labels, and saves none.
         labels = np.searchsorted(LABELS, specimen) if isinstance(model, XGBClassifier) else specimen
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ConvergenceWarning)
@@ -41,7 +41,7 @@ class Candidate:
         return model
 
     def save(self, model: Any, folder: Path, inputs: int = 700) -> tuple[Path, list[str]]:
-        """The trainer's file of a model of so many inputs, and all options that its import needs."""
+        """Returns the trainer's file of a model with this many inputs, and all options that its import needs."""
         if isinstance(model, XGBClassifier):
             path = folder / f"{self.kind}.json"
             model.save_model(path)
@@ -56,7 +56,7 @@ class Candidate:
 
 
 def answers(model: Any, x: np.ndarray) -> np.ndarray:
-    """The names that the trained model itself gives."""
+    """Returns the names that the trained model itself gives."""
     found = model.predict(x.astype(np.float32))
     return LABELS[found] if isinstance(model, XGBClassifier) else found
 
@@ -78,14 +78,14 @@ CANDIDATES = (
 
 
 def vote_for_one(forest: ExtraTreesClassifier) -> None:
-    """Makes every leaf vote for its most frequent class alone: a leaf of shares takes ten times the bytes."""
+    """Makes every leaf vote only for its most frequent class, because a leaf of shares takes ten times the bytes."""
     for tree in forest.estimators_:
         votes = tree.tree_.value[:, 0, :]
         votes[:] = np.eye(votes.shape[1])[votes.argmax(axis=1)]
 
 
 def boosted(rounds: int, depth: int) -> XGBClassifier:
-    """XGBoost as it is fast to train and small."""
+    """Returns an XGBoost model that trains fast and is small."""
     return XGBClassifier(
         n_estimators=rounds,
         max_depth=depth,

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Golden vectors: `golden.py write DIR` makes them, `golden.py check DIR` makes them again and compares.
+"""Writes or checks golden vectors: `golden.py write DIR` makes them, and `golden.py check DIR` makes them again and
+compares.
 
-`DIR/manifest.json` lists the cases; `NAME.raw` are a case's frames, one after
-another, and `NAME.json` is what the reference says of them. README.md has the fields.
+`DIR/manifest.json` lists the cases. `NAME.raw` has a case's frames, one after another, and `NAME.json` has the
+reference's results. README.md describes the fields.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ SUFFIXES = (".json", ".raw")
 
 
 def lines_of(value: dict[str, Any]) -> str:
-    """JSON with one top-level key a line, and one list element a line in long lists."""
+    """Returns JSON with one top-level key per line, and one list element per line in long lists."""
     parts = []
     for key, item in value.items():
         text = json.dumps(item, separators=(",", ":"))
@@ -37,7 +38,7 @@ def lines_of(value: dict[str, Any]) -> str:
 
 
 def made_files() -> dict[str, bytes]:
-    """Name and content of every file of the vectors."""
+    """Returns the name and content of every file of the vectors."""
     cases: list[Case] = format_cases() + event_cases() + follow_cases()
     manifest = {"version": VERSION, "seed": SEED, "cases": [case.manifest() for case in cases]}
     files = {"manifest.json": lines_of(manifest).encode(), "motion.json": lines_of({"cases": motion_cases()}).encode()}
@@ -49,7 +50,7 @@ def made_files() -> dict[str, bytes]:
 
 
 def write(directory: Path) -> int:
-    """Write all vectors, once all are made; files of former cases are removed."""
+    """Writes all vectors after all are made. Files of former cases are removed."""
     files = made_files()
     directory.mkdir(parents=True, exist_ok=True)
     for old in directory.iterdir():
@@ -61,7 +62,7 @@ def write(directory: Path) -> int:
 
 
 def first_difference(made: Path, stored: Path) -> str | None:
-    """The first difference between two directories of vectors, in words."""
+    """Returns the first difference between two directories of vectors, in words."""
     for name in sorted({path.name for path in (*made.iterdir(), *stored.iterdir()) if path.suffix in SUFFIXES}):
         ours, theirs = made / name, stored / name
         if not theirs.exists():
@@ -79,14 +80,14 @@ def first_difference(made: Path, stored: Path) -> str | None:
 
 
 def check(directory: Path) -> str | None:
-    """Make the vectors again and compare with the stored ones byte for byte."""
+    """Makes the vectors again and compares them with the stored ones byte for byte."""
     with tempfile.TemporaryDirectory() as made:
         write(Path(made))
         return first_difference(Path(made), directory)
 
 
 def main() -> int:
-    """Command line."""
+    """Runs the command line."""
     parser = argparse.ArgumentParser(description="write or check the golden vectors")
     parser.add_argument("command", choices=("write", "check"))
     parser.add_argument("directory", type=Path)

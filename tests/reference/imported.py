@@ -1,4 +1,4 @@
-"""Trained models through `wstac model`, beside their own answers: what the agreement tests share."""
+"""Shared code of the agreement tests: trained models through `wstac model`, compared with their own answers."""
 
 import json
 import os
@@ -8,7 +8,7 @@ import unittest
 import warnings
 from pathlib import Path
 
-# Threads that wait must not keep the others from working.
+# Waiting threads must not slow down the others.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
 import numpy  # noqa: E402
@@ -26,16 +26,16 @@ except ImportError as error:
 LABELS = numpy.array(["Fla0", "Saw2", "Saw3", "Saw4", "Sin2", "Sin3", "Sin4", "Tri2", "Tri3", "Tri4"])
 SCALE = 1 / 2048
 LOW, HIGH = -9471, 3296
-# Random samples of the domain, and as many on thresholds.
+# The number of random samples of the domain, and of samples on thresholds.
 SAMPLES = 10_000
-# Votes that came through ONNX in float32 need not be told apart below this, unless they are equal.
+# Votes that came through ONNX in float32 may be tied if they differ by less than this.
 NEAR = 2.0**-20
 
 
 @unittest.skipIf(MISSING, f"needs requirements-train.txt: {MISSING}")
 @unittest.skipUnless("WSTAC" in os.environ, "needs WSTAC, the path that ci/wstac prints")
 class Imported(unittest.TestCase):
-    """Data to train with, and a folder for files."""
+    """Provides training data, and a folder for files."""
 
     seed = 7
 
@@ -53,12 +53,12 @@ class Imported(unittest.TestCase):
 
     @classmethod
     def data(cls, classes, noise=2500):
-        """Sets `integers`, `X` and `y`: 400 samples around a centre for each class."""
+        """Sets `integers`, `X` and `y`: 400 samples around a center for each class."""
         cls.y = cls.random.integers(0, classes, 400)
         cls.y[:classes] = numpy.arange(classes)
-        centres = cls.random.normal(0, 900, (classes, 700))
+        centers = cls.random.normal(0, 900, (classes, 700))
         spread = cls.random.normal(0, noise, (400, 700))
-        cls.integers = numpy.clip(-4000 + centres[cls.y] + spread, LOW, HIGH).astype(numpy.int16)
+        cls.integers = numpy.clip(-4000 + centers[cls.y] + spread, LOW, HIGH).astype(numpy.int16)
         cls.X = cls.integers * SCALE
 
     def wstac(self, *arguments, code=0):
@@ -68,7 +68,7 @@ class Imported(unittest.TestCase):
         return done
 
     def refused(self, file, *says, options=()):
-        """Import refuses a file, and says so with its name."""
+        """Checks that import refuses a file with a message that names it."""
         output = self.path / "refused.wsm"
         said = self.wstac("import", file, "-o", output, *options, code=1).stderr
         for part in [str(file), *says]:
@@ -76,7 +76,9 @@ class Imported(unittest.TestCase):
         self.assertFalse(output.exists())
 
     def imported(self, file, *options):
-        """The model file, and what importing said; twice, as it must be the same bytes."""
+        """Imports a model twice, and checks that the bytes are equal. Returns the model file and the messages of
+        import.
+        """
         model = self.path / "model.wsm"
         said = self.wstac("import", file, "-o", model, "--force", *options).stderr
         first = model.read_bytes()
@@ -87,7 +89,7 @@ class Imported(unittest.TestCase):
         return model, said.strip().partition("; ")[2].strip()
 
     def evaluated(self, model, samples, truth=None):
-        """What a model file says of samples."""
+        """Returns the answers of a model file for samples."""
         data = self.path / "data.npz"
         numpy.savez(data, **({"X": samples} if truth is None else {"X": samples, "y": truth}))
         found = json.loads(self.wstac("eval", model, data, "--json").stdout)
@@ -100,7 +102,7 @@ class Imported(unittest.TestCase):
         return answers
 
     def answers(self, file, *options, samples, truth=None):
-        """What the imported model says of samples, and what importing said."""
+        """Returns the answers of the imported model for samples, and the messages of import."""
         model, said = self.imported(file, *options)
         return self.evaluated(model, samples, truth), said
 
@@ -111,13 +113,13 @@ class Imported(unittest.TestCase):
         return path
 
     def near(self, count):
-        """Samples of the domain."""
+        """Returns samples of the domain."""
         samples = self.integers[self.random.integers(0, len(self.integers), count)]
         noise = self.random.integers(-3000, 3001, samples.shape, dtype=numpy.int16)
         return numpy.clip(samples + noise, LOW, HIGH).astype(numpy.int16)
 
     def samples(self, thresholds=(), count=SAMPLES):
-        """Samples of the domain, and as many with values on thresholds, one unit below and above."""
+        """Returns samples of the domain, and as many with values on thresholds, one unit below and above."""
         samples = self.near(2 * count if len(thresholds) else count)
         by_input = {}
         for feature, threshold in thresholds:
@@ -128,7 +130,7 @@ class Imported(unittest.TestCase):
         return samples
 
     def proves(self, name, enough):
-        """Whether so many samples are judged that the comparison shows something."""
+        """Checks that enough samples were compared."""
         self.assertTrue(enough, f"{name}: too few samples are outside the bound")
 
     def report(self, name, same, left_out=0):
@@ -138,20 +140,21 @@ class Imported(unittest.TestCase):
 
     @staticmethod
     def first(X, inputs):
-        """Of samples the first frames."""
+        """Returns the first frames of samples."""
         return X.reshape(-1, 10, 70)[:, :, : inputs // 10].reshape(-1, inputs)
 
     @staticmethod
     def splits(model, inputs=700):
-        """Features of whole samples and thresholds of all splits of a forest or tree."""
+        """Returns the features of whole samples, and the thresholds of all splits of a forest or tree."""
         trees = [tree.tree_ for tree in getattr(model, "estimators_", [model])]
         frames = inputs // 10
         pairs = [(tree.feature[inner], tree.threshold[inner]) for tree in trees for inner in [tree.feature >= 0]]
         return [(f // frames * 70 + f % frames, t) for features, all in pairs for f, t in zip(features, all)]
 
     def compare_votes(self, name, answers, model, seen, said=""):
-        """Answers of a forest beside its own: the same wherever votes differ by more than 2^-20, or are equal. Votes that import says are
-        rounded to a unit decide equal ones by that rounding."""
+        """Compares the answers of a forest with its own. They must be equal if votes differ by more than 2^-20, or are
+        tied. If import reports votes that are rounded to a unit, that rounding decides ties.
+        """
         votes = model.predict_proba(seen)
         best = numpy.sort(votes, axis=1)
         lead = best[:, -1] - best[:, -2]
@@ -160,13 +163,13 @@ class Imported(unittest.TestCase):
         print(f"{name}: {same.sum()} of {len(same)} alike in all, {(lead == 0).sum()} ties; {said}")
         self.proves(name, hard.mean() < 0.05)
         self.report(f"{name}, ties included", same[~hard], hard.sum())
-        # Even where rounding decides, the answer is one of the best.
+        # If rounding decides, the answer is still one of the best.
         number = {label: at for at, label in enumerate(model.classes_.astype(str))}
         numbers = [number[answer] for answer in answers]
         self.assertTrue((best[:, -1] - votes[numpy.arange(len(votes)), numbers] <= NEAR).all())
 
     def forest(self, name, model, y, inputs=700, count=SAMPLES, **options):
-        """A forest trained, imported through ONNX and compared."""
+        """Trains a forest, imports it through ONNX and compares."""
         model.fit(self.first(self.X, inputs), y)
         samples = self.samples(self.splits(model, inputs), count)
         seen = self.first(samples * SCALE, inputs)
@@ -174,7 +177,7 @@ class Imported(unittest.TestCase):
         self.compare_votes(name, answers, model, seen, said)
 
     def boosted(self, name, model, y, labels=None, endings=("json", "ubj"), inputs=700, count=SAMPLES, **fit):
-        """Boosted trees trained, imported from each kind of file and compared; what importing said."""
+        """Trains boosted trees, imports them from each kind of file and compares. Returns the messages of import."""
         model.fit(self.first(self.X, inputs), y, **fit)
         path, frames, splits = self.path / "model.json", inputs // 10, []
         model.save_model(path)
@@ -189,7 +192,7 @@ class Imported(unittest.TestCase):
         for ending in endings:
             path = self.path / f"model.{ending}"
             model.save_model(path)
-            # The kind of file shows in what it holds.
+            # The content of the file shows its kind.
             file = path.rename(self.path / "model")
             answers, said = self.answers(file, *options, samples=samples, truth=expected)
             self.report(f"{name}, {ending}", answers == expected)
@@ -207,7 +210,7 @@ class Imported(unittest.TestCase):
         return said
 
     def linear(self, name, model, y, count=SAMPLES, weights=("int16", "int8"), **options):
-        """A linear model trained, imported through ONNX and compared outside the bound that import prints."""
+        """Trains a linear model, imports it through ONNX and compares its answers outside the bound that import prints."""
         model.fit(self.X, y)
         # Between samples of different classes, so that some are close to where the answer changes.
         share = self.random.random((count, 1))
@@ -221,7 +224,7 @@ class Imported(unittest.TestCase):
         for kind in weights:
             answers, said = self.answers(self.onnx(model, **options), "--weights", kind, samples=samples)
             bound = float(said.split("off by ")[1].split()[0])
-            # Float32 of ONNX adds to the bound: weights to 24 bits.
+            # ONNX's float32 adds to the bound: weights have 24 bits.
             bound += 1e-5 * numpy.abs(scores).max()
             if scores.shape[1] == 1:
                 near = numpy.abs(scores[:, 0]) <= bound
@@ -232,13 +235,13 @@ class Imported(unittest.TestCase):
                 near = best[:, -1] - best[:, -2] <= 2 * bound
             same = answers == expected
             print(f"{name}, {kind}: {same.sum()} of {len(same)} alike in all")
-            # Otherwise too little would be compared.
+            # Otherwise too few would be compared.
             self.assertLess(near.mean(), 0.5)
             self.report(f"{name}, {kind}, outside the bound {bound:.1e}", same[~near], near.sum())
 
 
 def decided(scores, bound, classes):
-    """Whether votes of pairs of classes have the same winner however scores move within a bound: (n,)."""
+    """Returns whether votes of pairs of classes have the same winner if scores move within a bound: (n,)."""
     least, most = numpy.zeros((2, len(scores), classes), int)
     pairs = [(first, second) for first in range(classes) for second in range(first + 1, classes)]
     for score, (first, second) in zip(scores.T, pairs, strict=True):
@@ -246,7 +249,7 @@ def decided(scores, bound, classes):
         least[:, second] += score < -bound
         most[:, first] += score >= -bound
         most[:, second] += score <= bound
-    # Of several with as many votes the lowest wins.
+    # If several have as many votes, the lowest wins.
     rank = classes * most - numpy.arange(classes)
     winner = (classes * least - numpy.arange(classes)).argmax(axis=1)
     rows = numpy.arange(len(scores))

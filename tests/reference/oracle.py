@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""A Y4M file to JSON Lines: what `wstac run FILE --features --samples --json` should print.
+"""Turns a Y4M file into the JSON Lines that `wstac run FILE --features --samples --json` should print.
 
-`-` reads standard input. Texture is always null: this reference has no model. Where an
-answer is null, the event's `why` object says why, by the name of the answer.
+`-` reads standard input. Texture is always null, because this reference has no model. If an answer is null, the event's
+`why` object has the reason, by the name of the answer.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from wstac_reference.pipeline import Event, FeatureFrame, Pipeline
 
 
 def event_line(event: Event, with_sample: bool) -> dict[str, Any]:
-    """An event as its JSON object."""
+    """Returns an event as its JSON object."""
     sample, speed, direction = event.sample, event.speed, event.direction
     why = {"texture": "no_model"}
     if speed.mm_s is None:
@@ -48,7 +48,7 @@ def event_line(event: Event, with_sample: bool) -> dict[str, Any]:
 
 
 def end_line(line: Pipeline) -> dict[str, Any]:
-    """The end of the stream as its JSON object; `frames` are feature frames."""
+    """Returns the end of the stream as its JSON object. `frames` are feature frames."""
     baseline, still_open = line.trigger.baseline, line.incomplete
     return {
         "kind": "end",
@@ -61,7 +61,7 @@ def end_line(line: Pipeline) -> dict[str, Any]:
 
 
 def run(stream: BinaryIO, arguments: argparse.Namespace) -> None:
-    """Print the lines of one stream."""
+    """Prints the lines of one stream."""
     settings = settings_of.from_arguments(arguments)
     header = y4m.read_header(stream)
     fps = arguments.fps or header.fps
@@ -98,12 +98,12 @@ def run(stream: BinaryIO, arguments: argparse.Namespace) -> None:
 
 
 def emit(value: dict[str, Any]) -> None:
-    """One JSON line."""
+    """Prints one JSON line."""
     print(json.dumps(value, separators=(",", ":")))
 
 
 def main() -> int:
-    """Command line."""
+    """Runs the command line."""
     parser = argparse.ArgumentParser(description="events of a Y4M file, computed by the reference")
     parser.add_argument("file", help="a Y4M file, or - for standard input")
     parser.add_argument("--fps", type=settings_of.parse_fps, help="frame rate; overrides the file's")

@@ -1,4 +1,4 @@
-"""The plots of the report: what a simulated slide shows, as SVG text."""
+"""The plots of the report: simulated slides as SVG text."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ DARK_FRAMES = 5
 
 
 def duration_plot(done: Sequence[Protocol]) -> str:
-    """Durations of simulated slides against speed, over the paper's curve."""
+    """Returns the durations of simulated slides against speed, over the paper's curve."""
     drawing = Drawing(640, 420, "Duration of an event against sliding speed")
     axes = Axes(drawing, 62, 20, 560, 340, (95, 205), (18, 42))
     axes.x_axis(range(100, 201, 10), "sliding speed in mm/s")
@@ -42,12 +42,12 @@ def duration_plot(done: Sequence[Protocol]) -> str:
 
 
 def bubble(share: float) -> float:
-    """Radius in pixels of a disc whose area shows a share; never too small to be seen."""
+    """Returns the radius in pixels of a disc whose area shows a fraction. It is never too small to be seen."""
     return max(11 * math.sqrt(share), 1.2)
 
 
 def order_plot(what: str, slides: Sequence[tuple[int, Event]]) -> str:
-    """The ten features of four slides, pairs of direction in degrees and event, one panel each."""
+    """Returns the ten features of four slides, pairs of direction in degrees and event, one panel each."""
     drawing = Drawing(760, 640, f"Order in which rows and columns light up: {what}")
     for n, (degrees, event) in enumerate(slides):
         left, top = 70 + 370 * (n % 2), 34 + 296 * (n // 2)
@@ -66,7 +66,7 @@ WAYS = {0: "to the right", 90: "upwards", 180: "to the left", 270: "downwards"}
 
 
 def panel(drawing: Drawing, left: float, top: float, title: str, event: Event) -> None:
-    """One slide: a lane for each feature, its light above the dark frames over time."""
+    """Draws one slide: a lane for each feature, with its light above the dark frames over time."""
     width, height = 290, 220
     light = [above_dark(feature) for feature in event.sample or []]
     most = max(max(feature) for feature in light)
@@ -87,12 +87,14 @@ def panel(drawing: Drawing, left: float, top: float, title: str, event: Event) -
 
 
 def above_dark(feature: Sequence[float]) -> list[float]:
-    """Light from a feature's logarithms, less the mean of the dark frames, at least 0; shares of full scale."""
+    """Returns light from a feature's logarithms, less the mean of the dark frames, at least 0, as fractions of full
+    scale.
+    """
     light = [math.exp(value) for value in feature]
     dark = math.fsum(light[:DARK_FRAMES]) / DARK_FRAMES
     return [max(value - dark, 0.0) for value in light]
 
 
 def centroid(light: Sequence[float]) -> float:
-    """Mean moment of light over frames, in frames."""
+    """Returns the mean moment of light over frames, in frames."""
     return math.fsum(t * value for t, value in enumerate(light)) / math.fsum(light)

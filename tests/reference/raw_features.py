@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Sums and features of raw frames, as `v4l2-ctl --stream-to` saves them, one JSON line a frame.
+"""Prints sums and features of raw frames, as `v4l2-ctl --stream-to` saves them, one JSON line per frame.
 
-Each line is {"frame": i, "sums": [25], "q": [10]}, q in units of 1/2048. Frames are
-counted over all files given. No frames are added up, whatever the camera's rate.
+Each line is {"frame": i, "sums": [25], "q": [10]}, with q in units of 1/2048. Frames are counted over all given files.
+No frames are added up, whatever the camera's rate.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from wstac_reference.green import GreenSums, YCbCr
 
 
 def main() -> int:
-    """Command line."""
+    """Runs the command line."""
     parser = argparse.ArgumentParser(description="sums and features of raw frames")
     parser.add_argument("files", nargs="+", help="files of consecutive frames")
     parser.add_argument("--format", required=True, help="V4L2 fourcc, e.g. YUYV or 'Y10 '")
@@ -37,7 +37,7 @@ def main() -> int:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Print the lines of all files."""
+    """Prints the lines of all files."""
     settings = settings_of.from_arguments(arguments)
     fmt = by_fourcc(arguments.format)
     width, height = arguments.width, arguments.height

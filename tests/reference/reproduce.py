@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes docs/REPRODUCE.md and docs/plots: the simulated sensor beside the paper's numbers.
+"""Writes docs/REPRODUCE.md and docs/plots, which compare the simulated sensor with the paper's numbers.
 
     WSTAC=… reproduce.py FOLDER
 
@@ -47,19 +47,19 @@ PICTURE = Slide("Saw3", 100, 0)
 
 @dataclass(frozen=True)
 class Section:
-    """Some Markdown, and the goals in it: pairs of what it is and its verdict."""
+    """A part of the page in Markdown, and its goals: pairs of a name and its verdict."""
 
     text: str
     goals: list[tuple[str, str]]
 
 
 def speed_answers(done: Sequence[Protocol]) -> list[tuple[Slide, Event]]:
-    """Every slide of all protocols with its event."""
+    """Returns every slide of all protocols with its event."""
     return [pair for protocol in done for pair in zip(protocol.slides, protocol.events, strict=True)]
 
 
 def fitted_section(done: Sequence[Protocol]) -> Section:
-    """What was fitted to which published number, and what it reaches on seeds that were not used to fit."""
+    """Writes which published numbers were fitted, and the results on seeds that were not used to fit."""
     lines = speed_law.repeat_lines(done)
     length = constant("specimen.rs", r"LENGTH_MM: f64 = ")
     afterglow = constant("light.rs", r"afterglow_ms: ")
@@ -91,7 +91,7 @@ def fitted_section(done: Sequence[Protocol]) -> Section:
 
 
 def predicted_law(done: Sequence[Protocol]) -> Section:
-    """How straight the line is, and each specimen's own line."""
+    """Writes how straight the line is, and each specimen's own line."""
     r2 = interval_of([line.r2 for line in speed_law.repeat_lines(done)])
     verdict = at_least(r2.mean, GOAL_R2, 3)
     means = interval_of([statistics.fmean(r2_of_means([p]) for p in done if p.repeat == n) for n in range(REPEATS)])
@@ -109,19 +109,19 @@ def predicted_law(done: Sequence[Protocol]) -> Section:
 
 
 def r2_of_means(done: Sequence[Protocol]) -> float:
-    """R² of the line through the mean duration at each speed, over some protocols."""
+    """Returns the R² of the line through the mean duration at each speed, over some protocols."""
     answers = speed_answers(done)
     means = [mean_duration(answers, speed) for speed in SPEEDS_MM_S]
     return fit_line(SPEEDS_MM_S, means).r2
 
 
 def mean_duration(answers: Sequence[tuple[Slide, Event]], speed: float) -> float:
-    """Mean duration in frames of the slides at a speed."""
+    """Returns the mean duration in frames of the slides at a speed."""
     return statistics.fmean(durations_of([event for slide, event in answers if slide.speed_mm_s == speed]))
 
 
 def missing_r2(done: Sequence[Protocol], r2: Interval) -> str:
-    """Where the R² that is missing to 1 goes: the law's shape, and scatter at one speed."""
+    """Explains why R² is below 1: the law's shape, and scatter at one speed."""
     shape = statistics.fmean(1 - r2_of_means([p for p in done if p.specimen == name]) for name in SPECIMENS)
     variance = statistics.fmean(statistics.pvariance(durations_of(p.events)) for p in done)
     scatter = statistics.fmean(
@@ -130,7 +130,8 @@ def missing_r2(done: Sequence[Protocol], r2: Interval) -> str:
         for speed in SPEEDS_MM_S
     )
     side = "above" if r2.mean >= PAPER_R2 else "below"
-    # A duration of n + f frames, its start anywhere in a frame, counts as n or n + 1: f (1 - f), 1/6 on average.
+    # A duration of n + f frames that starts anywhere in a frame counts as n or n + 1. The variance is f (1 - f), 1/6 on
+    # average.
     return paragraph(
         f"R² is {fixed(abs(r2.mean - PAPER_R2), 4)} {side} the paper's.",
         f"The difference from 1 is {fixed(1 - r2.mean, 4)}, and it has two parts.",
@@ -145,7 +146,7 @@ def missing_r2(done: Sequence[Protocol], r2: Interval) -> str:
 
 
 def specimens_table(done: Sequence[Protocol]) -> str:
-    """Each specimen's mean line."""
+    """Returns a table of each specimen's mean line."""
     rows, near = [], 0
     for name in SPECIMENS:
         line = speed_law.mean_line([p.line for p in done if p.specimen == name])
@@ -162,7 +163,7 @@ def specimens_table(done: Sequence[Protocol]) -> str:
 
 
 def direction_section(done: Sequence[Protocol]) -> Section:
-    """Directions: every specimen, direction and speed once, and all slides of the speed law besides."""
+    """Writes the directions: every specimen, direction and speed once, and all slides of the speed law."""
     streams = []
     for n, specimen in enumerate(SPECIMENS):
         slides = [Slide(specimen, speed, direction) for direction in DIRECTIONS for speed in SPEEDS_MM_S]
@@ -188,7 +189,7 @@ def direction_section(done: Sequence[Protocol]) -> Section:
 
 
 def speed_section(done: Sequence[Protocol]) -> Section:
-    """The speeds that the product answers, by the paper's law, beside the true ones."""
+    """Compares the reported speeds, by the paper's law, with the true ones."""
     answers = speed_answers(done)
     rows = []
     for speed in SPEEDS_MM_S:
@@ -212,21 +213,21 @@ def speed_section(done: Sequence[Protocol]) -> Section:
 
 
 def speed_errors(answers: Sequence[tuple[Slide, Event]]) -> list[float]:
-    """Errors of the answered speeds, as shares of the true ones."""
+    """Returns the errors of the reported speeds, as fractions of the true ones."""
     return [
         relative_error(event.speed_mm_s, slide.speed_mm_s) for slide, event in answers if event.speed_mm_s is not None
     ]
 
 
 def error_cells(errors: Sequence[float]) -> list[str]:
-    """Mean, mean size and 95th percentile of the size of errors."""
+    """Returns mean, mean size and 95th percentile of the size of errors."""
     sizes = sorted(abs(error) for error in errors)
     percentile = sizes[(95 * len(sizes) + 99) // 100 - 1]
     return [percent(statistics.fmean(errors), sign=True), percent(statistics.fmean(sizes)), percent(percentile)]
 
 
 def report(done: Sequence[Protocol]) -> str:
-    """The report's text."""
+    """Returns the report's text."""
     fitted = fitted_section(done)
     law, direction, speed = predicted_law(done), direction_section(done), speed_section(done)
     predicted = [goal for part in (law, direction, speed) for goal in part.goals]
@@ -293,7 +294,7 @@ They show that the simulator also reproduces the law's shape and scatter.
 
 
 def order_plot() -> str:
-    """The plot of one slide in four directions."""
+    """Returns the plot of one slide in four directions."""
     name, speed = PICTURE.specimen, PICTURE.speed_mm_s
     streams = [([Slide(name, speed, degrees)], DIRECTION_SEED) for degrees in DIRECTIONS]
     events = scenes.events_of_streams(streams, samples=True)
@@ -302,7 +303,7 @@ def order_plot() -> str:
 
 
 def main() -> int:
-    """Command line."""
+    """Runs the command line."""
     if len(sys.argv) != 2:
         print("reproduce.py: expected a folder to write to", file=sys.stderr)
         return 2

@@ -1,4 +1,6 @@
-"""Runs: what a sensor sees between two mountings, the light's gain the same for all of its slides. Needs NumPy only."""
+"""Runs: a run is what a sensor sees between two mountings, and the gain of the light is the same for all of its slides.
+Needs NumPy only.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,7 @@ SEEDS_APART = 10_000
 
 @dataclass(frozen=True)
 class Runs:
-    """Slides of several runs; `run` is (n,), the number of each slide's run, and `gains` has one for each run."""
+    """Slides of several runs. `run` is (n,), the number of each slide's run, and `gains` has one for each run."""
 
     slides: Slides
     run: np.ndarray
@@ -29,7 +31,7 @@ class Runs:
 
 
 def gains(count: int, seed: int) -> np.ndarray:
-    """The light's gains of some runs."""
+    """Returns the light's gains of some runs."""
     drawn = np.random.default_rng(seed).normal(1, GAIN_DEVIATION, count)
     return np.round(np.clip(drawn, *GAINS), 3)
 
@@ -37,9 +39,9 @@ def gains(count: int, seed: int) -> np.ndarray:
 def sweeps(
     seed: int, speeds: Sequence[Sequence[float]], slides: int, units: Sequence[int]
 ) -> list[Sweep]:
-    """One sweep a run, of a unit and with speeds of its own.
+    """Returns one sweep per run, of a sensor unit and with speeds of its own.
 
-    The directions start one further in every run: so all come round where a run has too few slides for them.
+    The directions start one further in every run, so that all of them occur even if a run has too few slides for them.
     """
     sizes = zip(gains(len(units), seed), speeds, units, strict=True)
     return [
@@ -49,7 +51,7 @@ def sweeps(
 
 
 def run_all(wanted: Sequence[Sweep]) -> Runs:
-    """The slides of all runs."""
+    """Simulates the slides of all runs."""
     with ThreadPoolExecutor(WORKERS) as pool:
         parts = list(pool.map(made, wanted))
     run = np.repeat(np.arange(len(parts)), [len(part) for part in parts])

@@ -1,7 +1,7 @@
-"""Scenes for `wstac run`: slides written as a scene's TOML file, and the events that the command makes of them.
+"""Scenes for `wstac run`: writes slides as a scene's TOML file, and reads the events that the command prints.
 
-The command is the one that the environment variable WSTAC names. Scenes run at `fidelity = "taxel"`: taxel sums are
-drawn from their distribution, no pixel is rendered.
+The environment variable WSTAC names the command. Scenes run at `fidelity = "taxel"`: taxel sums are drawn from their
+distribution, and no pixel is rendered.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ SPECIMENS = ("Fla0", "Sin2", "Sin3", "Sin4", "Saw2", "Saw3", "Saw4", "Tri2", "Tr
 """The ten of the paper, in its order."""
 
 DIRECTIONS = (0, 90, 180, 270)
-"""In degrees, counter-clockwise in the picture."""
+"""In degrees, counterclockwise in the picture."""
 
 WORKERS = 2
 """Commands that run at the same time."""
@@ -40,7 +40,7 @@ class Slide:
 
 @dataclass(frozen=True)
 class Changes:
-    """What a scene has instead of the simulator's defaults; None leaves a default alone."""
+    """Settings of a scene that replace the simulator's defaults. None keeps a default."""
 
     length_mm: float | None = None
     afterglow_ms: float | None = None
@@ -52,10 +52,10 @@ DEFAULTS = Changes()
 
 @dataclass(frozen=True)
 class Event:
-    """What `wstac run` says of one slide.
+    """The event that `wstac run` prints for one slide.
 
-    `duration_frames` and `speed_mm_s` are None where there is no answer, `direction_deg` where it is unclear.
-    `sample` is 10 features × 70 frames of natural logarithms, None unless it was asked for.
+    `duration_frames` and `speed_mm_s` are None if there is no answer, and `direction_deg` is None if it is unclear.
+    `sample` is 10 features × 70 frames of natural logarithms, or None if it was not requested.
     """
 
     duration_frames: int | None
@@ -65,7 +65,7 @@ class Event:
 
 
 def scene_text(slides: Sequence[Slide], seed: int, changes: Changes = DEFAULTS) -> str:
-    """The TOML text of a scene with these slides one after another."""
+    """Returns the TOML text of a scene with these slides one after another."""
     lines = ['fidelity = "taxel"', f"seed = {seed}"]
     if changes.noise is not None:
         lines.append(f"noise = {changes.noise}")
@@ -80,7 +80,7 @@ def scene_text(slides: Sequence[Slide], seed: int, changes: Changes = DEFAULTS) 
 
 
 def constant(file: str, pattern: str) -> float:
-    """A number in the simulator's sources."""
+    """Returns a number in the simulator's sources."""
     found = re.search(pattern + r"([0-9.]+)", (SOURCES / file).read_text())
     if found is None:
         raise SystemExit(f"{file} has no {pattern!r}")
@@ -88,7 +88,7 @@ def constant(file: str, pattern: str) -> float:
 
 
 def command() -> str:
-    """Path of the wstac command."""
+    """Returns the path of the wstac command."""
     path = os.environ.get("WSTAC")
     if not path:
         raise SystemExit("WSTAC is not set, expected the path of the wstac command (ci/wstac prints it)")
@@ -96,7 +96,7 @@ def command() -> str:
 
 
 def run_wstac(arguments: Sequence[str]) -> str:
-    """What the command prints."""
+    """Returns the output of the command."""
     done = subprocess.run([command(), *arguments], capture_output=True, text=True, check=False)
     if done.returncode:
         raise SystemExit(f"wstac {' '.join(arguments)} ended with {done.returncode}: {done.stderr}")
@@ -104,7 +104,7 @@ def run_wstac(arguments: Sequence[str]) -> str:
 
 
 def event_of(line: dict[str, Any]) -> Event:
-    """An event from its JSON object."""
+    """Returns an event from its JSON object."""
     speed = line["speed"]
     return Event(
         line["duration_frames"], speed and speed["mm_s"], line["direction"]["deg"], line.get("sample")
@@ -112,9 +112,9 @@ def event_of(line: dict[str, Any]) -> Event:
 
 
 def events(slides: Sequence[Slide], seed: int, changes: Changes = DEFAULTS, samples: bool = False) -> list[Event]:
-    """The events of one stream with these slides, one a slide.
+    """Returns the events of one stream with these slides, one per slide.
 
-    Fails where the stream does not have as many events as slides, since nobody could say whose they are.
+    Raises an error if the stream does not have as many events as slides, because then nobody knows which is which.
     """
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "scene.toml")
@@ -130,7 +130,7 @@ def events(slides: Sequence[Slide], seed: int, changes: Changes = DEFAULTS, samp
 def events_of_streams(
     streams: Iterable[tuple[Sequence[Slide], int]], changes: Changes = DEFAULTS, samples: bool = False
 ) -> list[list[Event]]:
-    """The events of several streams, each of some slides and a seed; in their order."""
+    """Returns the events of several streams, each of some slides and a seed, in their order."""
     with ThreadPoolExecutor(WORKERS) as pool:
         jobs = [pool.submit(events, slides, seed, changes, samples) for slides, seed in streams]
         return [job.result() for job in jobs]

@@ -1,4 +1,4 @@
-"""Trains, chooses and judges the models that are shipped. Needs what requirements-train.txt names."""
+"""Trains, chooses and evaluates the models that are shipped. Needs the packages of requirements-train.txt."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MOST_BYTES = {"svm": 64_000, "forest": 100_000, "boosted": 100_000}
 
 @dataclass(frozen=True)
 class Imported:
-    """A model file as it was made of a trained model, and what importing said."""
+    """A model file that was made of a trained model, and the messages of import."""
 
     candidate: Candidate
     path: Path
@@ -34,7 +34,7 @@ class Imported:
 
 
 def imported(candidate: Candidate, model: object, slides: int, folder: Path) -> Imported:
-    """Makes a model file of a candidate, trained with so many slides."""
+    """Makes a model file of a candidate that is trained with this many slides."""
     file, options = candidate.save(model, folder)
     path = folder / f"{candidate.kind}.wsm"
     note = f"{candidate.words}, {slides} simulated slides in {TRAIN_RUNS} runs"
@@ -43,7 +43,7 @@ def imported(candidate: Candidate, model: object, slides: int, folder: Path) -> 
 
 
 def named(model: Path, slides: Slides) -> np.ndarray:
-    """What a model file says of slides."""
+    """Returns the answers of a model file for slides."""
     with tempfile.TemporaryDirectory() as folder:
         data = Path(folder, "data.npz")
         np.savez(data, X=slides.x)
@@ -57,7 +57,7 @@ def write(folder: Path) -> None:
     check = run_all(check_sweeps()).slides
     test = run_all(test_sweeps())
     judged: list[tuple[Imported, float]] = []
-    # Some differ in their import alone.
+    # Some candidates differ only in their import.
     different = {candidate.words: candidate for candidate in CANDIDATES}
     with ThreadPoolExecutor(WORKERS) as pool:
         models = pool.map(lambda one: one.train(train.features(), train.specimen), different.values())

@@ -1,4 +1,4 @@
-"""README.md about the models that are shipped. No scikit-learn."""
+"""Writes README.md about the models that are shipped. Needs no scikit-learn."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from texture_report import LABELS
 
 @dataclass(frozen=True)
 class Judged:
-    """A model that is shipped: what it is, and what it says of the slides that judge.
+    """A shipped model: its description, and its answers for the slides that evaluate.
 
-    `inspected` is what `wstac model inspect --json` prints; `specimens` is (n,), its answers; `alike` is how many of them
-    are the trained model's own.
+    `inspected` is what `wstac model inspect --json` prints. `specimens` is (n,), its answers. `alike` is how many of
+    them equal the trained model's own.
     """
 
     kind: str
@@ -30,7 +30,7 @@ class Judged:
 
 
 def derived(specimens: np.ndarray, labels: str) -> np.ndarray:
-    """Specimens, or their patterns or depths: `Saw3` is a saw of 3 mm."""
+    """Returns specimens, or their patterns or depths: `Saw3` is a saw of 3 mm."""
     if labels == "specimen":
         return specimens
     if labels == "pattern":
@@ -39,13 +39,13 @@ def derived(specimens: np.ndarray, labels: str) -> np.ndarray:
 
 
 def by_run(right: np.ndarray, run: np.ndarray) -> str:
-    """Mean over runs and its 95 % interval, in percent."""
+    """Returns the mean over runs and its 95 % interval, in percent."""
     interval = interval_of([100 * float(np.mean(right[run == number])) for number in np.unique(run)])
     return f"{fixed(interval.mean, 1)} ({interval_words(interval, 1)})"
 
 
 def models_table(models: Sequence[Judged], test: Runs) -> str:
-    """What each is, how large, and how often it is right."""
+    """Returns a table of the models: description, size and accuracy."""
     rows = []
     for model in models:
         right = [derived(model.specimens, labels) == getattr(test.slides, labels) for labels in LABELS]
@@ -56,12 +56,12 @@ def models_table(models: Sequence[Judged], test: Runs) -> str:
 
 
 def options_words(words: str, options: Sequence[str]) -> str:
-    """A model and the options of its import."""
+    """Returns a model and the options of its import."""
     return f"`{words}`" + (f", `{' '.join(options)}`" if options else "")
 
 
 def groups_table(models: Sequence[Judged], test: Runs, name: str, unit: str) -> str:
-    """How often each is right, by speed or direction."""
+    """Returns a table of accuracies by speed or direction."""
     values = getattr(test.slides, name)
     rows = []
     for value in np.unique(values):
@@ -72,7 +72,7 @@ def groups_table(models: Sequence[Judged], test: Runs, name: str, unit: str) -> 
 
 
 def trade_table(trade: Sequence[tuple[str, Sequence[str], dict[str, Any], float]]) -> str:
-    """All that was compared: size and accuracy on the slides that choose."""
+    """Returns a table of everything that was compared: size and accuracy on the slides that choose."""
     rows = [
         [options_words(words, options), str(said["bytes"]), percent(right)] for words, options, said, right in trade
     ]
@@ -86,7 +86,7 @@ def page(
     slides: int,
     runs: int,
 ) -> str:
-    """The page's text; `slides` and `runs`, each of another sensor, are those that trained."""
+    """Returns the page's text. `slides` and `runs`, each of another sensor, are those that trained."""
     speeds = np.unique(test.slides.speed)
     intro = paragraph(
         "These models name the ten specimens of the simulated sensor.",

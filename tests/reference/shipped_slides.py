@@ -1,4 +1,4 @@
-"""The slides that train, choose and judge the models that are shipped. Needs NumPy only."""
+"""The slides that train, choose and evaluate the shipped models. Needs NumPy only."""
 
 from __future__ import annotations
 
@@ -24,7 +24,9 @@ SPEEDS = tuple(range(50, 301, 25))
 
 
 def training_sweeps() -> list[Sweep]:
-    """Slides as varied as in use and more: gains of the light and speeds are drawn evenly from all that is expected."""
+    """Returns slides that vary at least as much as in use. Gains of the light and speeds are drawn evenly from the
+    expected range.
+    """
     random = np.random.default_rng(SEED)
     between = np.geomspace(SPEEDS[0], SPEEDS[-1], len(SPEEDS))
     step = between[1] / between[0]
@@ -39,10 +41,10 @@ def training_sweeps() -> list[Sweep]:
 
 
 def check_sweeps() -> list[Sweep]:
-    """Slides of other sensors, for a choice among trained models."""
+    """Returns slides of other sensors, to choose among trained models."""
     return sweeps(CHECK_SEED, [SPEEDS] * CHECK_RUNS, len(SPEEDS), range(CHECK_UNIT, CHECK_UNIT + CHECK_RUNS))
 
 
 def test_sweeps() -> list[Sweep]:
-    """Slides of still other sensors, to judge what was chosen."""
+    """Returns slides of still other sensors, to evaluate the chosen model."""
     return sweeps(TEST_SEED, [SPEEDS] * TEST_RUNS, len(SPEEDS), range(TEST_UNIT, TEST_UNIT + TEST_RUNS))

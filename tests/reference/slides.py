@@ -1,4 +1,4 @@
-"""Slides for training: sweeps and the samples of them. Needs NumPy; `made` the Python package (`ci/wheel into PYTHON`)."""
+"""Slides for training: sweeps and their samples. Needs NumPy; `made` needs the Python package (`ci/wheel into PYTHON`)."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ class Sweep:
     """Slides of all ten specimens.
 
     The k-th slide of a specimen takes speed k mod n of n speeds in mm/s, and the directions in degrees take turns with
-    every n slides. The first slide has the seed `seed`, every further one the next. `gain` is a factor of all light,
-    that of a sensor as it is mounted for one run; `unit` tells which sensor it is: each has gains of its own for its
-    whiskers.
+    every n slides. The first slide has the seed `seed`, and every further one the next. `gain` is a factor of all
+    light, that of a sensor as it is mounted for one run. `unit` is the number of the sensor: each has its own gains for
+    its whiskers.
     """
 
     seed: int
@@ -30,7 +30,7 @@ class Sweep:
     changes: Changes = DEFAULTS
 
     def keys(self) -> dict[str, Any]:
-        """The keys of a sweep, as `wstac dataset` reads them from a file."""
+        """Returns the keys of a sweep, as `wstac dataset` reads them from a file."""
         scene: dict[str, Any] = {"fidelity": "taxel"}
         if self.changes.noise is not None:
             scene["noise"] = self.changes.noise
@@ -55,7 +55,7 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Slides:
-    """Samples of n slides, and what is known of each.
+    """Samples of n slides, and their labels.
 
     `x` is int16 (n, 700), feature by feature, in units of 1/2048; `specimen`, `pattern` and `depth` are the three sets of
     labels, `speed` is in mm/s, `direction` in degrees, `seed` the slide's own.
@@ -73,11 +73,11 @@ class Slides:
         return len(self.x)
 
     def features(self) -> np.ndarray:
-        """Natural logarithms, float64 (n, 700): exact, also in float32."""
+        """Returns natural logarithms, float64 (n, 700), which are exact also in float32."""
         return self.x * SCALE
 
     def of(self, rows: np.ndarray) -> Slides:
-        """Those of a mask or of indices."""
+        """Returns the slides of a mask or of indices."""
         return Slides(*(getattr(self, field.name)[rows] for field in fields(self)))
 
 
@@ -89,8 +89,10 @@ ARRAYS = {"specimen": "y_specimen", "pattern": "y_pattern", "depth": "y_depth"}
 
 
 def made(sweep: Sweep) -> Slides:
-    """The samples of a sweep, simulated by the Python package; fails where a slide did not become one."""
-    # Here: all else works without the package.
+    """Returns the samples of a sweep, simulated by the Python package. Raises an error if a slide did not become a
+    sample.
+    """
+    # Imported here, because everything else works without the package.
     import wstac
 
     arrays = wstac.dataset(sweep.keys(), threads=1)
@@ -106,7 +108,9 @@ def made(sweep: Sweep) -> Slides:
 
 
 def together(parts: Sequence[Slides]) -> Slides:
-    """Several sets as one; fails where two slides have the same seed, which would be the same chance twice."""
+    """Returns several sets as one. Raises an error if two slides have the same seed, because their random numbers would
+    be equal.
+    """
     whole = Slides(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Slides)))
     if len(np.unique(whole.seed)) != len(whole):
         raise SystemExit("two slides have the same seed, expected a seed of its own for each")

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""The paper's speed law, fitted to simulated slides as the paper fitted it to real ones.
+"""Fits the paper's speed law to simulated slides, as the paper fitted it to real ones.
 
     WSTAC=… speed_law.py [--repeats N] [--seed N]
 
-The protocol: one specimen, eleven speeds of 100, 110 … 200 mm/s, five slides each, and a line through the durations
-over the decimal logarithm of the speed. Directions take turns. A repeat is the same with other chance.
+The protocol: one specimen slides at eleven speeds of 100, 110 … 200 mm/s, five times each. A line is fitted to the
+durations over the decimal logarithm of the speed. Directions take turns. A repeat is the same with other seeds.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Protocol:
-    """One specimen through the whole protocol once: slides, their events, and the line."""
+    """The result of the whole protocol with one specimen: slides, their events, and the line."""
 
     specimen: str
     repeat: int
@@ -53,12 +53,12 @@ class Protocol:
 
 
 def paper_duration(speed_mm_s: float) -> float:
-    """Duration in frames by the published law."""
+    """Returns the duration in frames by the published law."""
     return PAPER_INTERCEPT + PAPER_SLOPE * math.log10(speed_mm_s)
 
 
 def fit_line(speeds_mm_s: Sequence[float], durations: Sequence[float]) -> Line:
-    """The line through durations in frames; sums are exactly rounded, so every machine finds the same."""
+    """Fits a line to durations in frames. Sums are exactly rounded, so every machine finds the same line."""
     x = [math.log10(speed) for speed in speeds_mm_s]
     mean_x, mean_y = math.fsum(x) / len(x), math.fsum(durations) / len(x)
     sxx = math.fsum((a - mean_x) ** 2 for a in x)
@@ -71,13 +71,13 @@ def fit_line(speeds_mm_s: Sequence[float], durations: Sequence[float]) -> Line:
 
 
 def protocol_slides(specimen: str) -> list[Slide]:
-    """The slides of one protocol: 55, directions in turn."""
+    """Returns the slides of one protocol: 55, with directions in turn."""
     speeds = [speed for speed in SPEEDS_MM_S for _ in range(SLIDES_PER_SPEED)]
     return [Slide(specimen, speed, DIRECTIONS[n % len(DIRECTIONS)]) for n, speed in enumerate(speeds)]
 
 
 def durations_of(events: Sequence[Event]) -> list[int]:
-    """The durations in frames; fails where an event has none."""
+    """Returns the durations in frames. Raises an error if an event has none."""
     found = [event.duration_frames for event in events if event.duration_frames is not None]
     if len(found) != len(events):
         raise SystemExit(f"{len(events) - len(found)} of {len(events)} events have no duration")
@@ -85,7 +85,7 @@ def durations_of(events: Sequence[Event]) -> list[int]:
 
 
 def protocols(repeats: int, seed: int, changes: Changes = DEFAULTS) -> list[Protocol]:
-    """The protocol over all ten specimens, several times; repeat by repeat, each a stream and a seed of its own."""
+    """Runs the protocol over all ten specimens, several times. Each repeat of a specimen has its own stream and seed."""
     runs = [(repeat, specimen) for repeat in range(repeats) for specimen in SPECIMENS]
     streams = [(protocol_slides(specimen), seed + n) for n, (_, specimen) in enumerate(runs)]
     done = scenes.events_of_streams(streams, changes)
@@ -97,7 +97,7 @@ def protocols(repeats: int, seed: int, changes: Changes = DEFAULTS) -> list[Prot
 
 
 def mean_line(lines: Sequence[Line]) -> Line:
-    """Means of slope, intercept and R²."""
+    """Returns the means of slope, intercept and R²."""
     return Line(
         statistics.fmean(line.slope for line in lines),
         statistics.fmean(line.intercept for line in lines),
@@ -106,18 +106,18 @@ def mean_line(lines: Sequence[Line]) -> Line:
 
 
 def repeat_lines(done: Sequence[Protocol]) -> list[Line]:
-    """For each repeat, the mean line of its ten specimens."""
+    """Returns the mean line of the ten specimens for each repeat."""
     repeats = sorted({protocol.repeat for protocol in done})
     return [mean_line([p.line for p in done if p.repeat == repeat]) for repeat in repeats]
 
 
 def words(line: Line) -> str:
-    """A line in words."""
+    """Describes a line in words."""
     return f"D = {line.intercept:.2f} - {-line.slope:.2f} log10 v, R² {line.r2:.4f}"
 
 
 def main() -> int:
-    """Command line."""
+    """Runs the command line."""
     parser = argparse.ArgumentParser(description="the speed law of simulated slides")
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--seed", type=int, default=0)

@@ -1,4 +1,4 @@
-"""Which slides train a texture model and which test it. Needs NumPy only."""
+"""Splits slides into those that train a texture model and those that test it. Needs NumPy only."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ TEST_SHARE = 0.1
 
 
 def tenth(labels: np.ndarray, seed: int) -> np.ndarray:
-    """The paper's split: a mask of the slides that test, a tenth of those of each label, drawn with this seed."""
+    """Returns the paper's split: a mask of the slides that test, a tenth of those of each label, drawn with this seed."""
     random = np.random.default_rng(seed)
     mask = np.zeros(len(labels), bool)
     for label in np.unique(labels):
@@ -22,10 +22,11 @@ def tenth(labels: np.ndarray, seed: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Deployed:
-    """Masks of slides, of which no two share one: `train`, and four kinds of test by what training never saw of them.
+    """Masks of slides that do not overlap: `train`, and four kinds of tests, by what training never saw of them.
 
-    `seen` are slides at speeds and of runs that others in `train` have, too; `speeds` are at speeds that none in `train`
-    has, of runs that are known; `runs` the other way round; of `both` neither is known.
+    `seen` are slides at speeds and of runs that others in `train` have, too. `speeds` are at speeds that none in
+    `train` has, of runs that are known. `runs` are of runs that none in `train` has, at speeds that are known. Neither
+    is known of `both`.
     """
 
     train: np.ndarray
@@ -36,7 +37,7 @@ class Deployed:
 
 
 def deployed(speed: np.ndarray, run: np.ndarray, specimen: np.ndarray, out: int, seed: int) -> Deployed:
-    """Keeps `out` of all speeds and `out` of all runs from training, drawn with this seed, and a tenth of the rest."""
+    """Keeps a part `out` of all speeds and of all runs from training, drawn with this seed, and a tenth of the rest."""
     random = np.random.default_rng(seed)
     new_speed = np.isin(speed, random.choice(np.unique(speed), out, replace=False))
     new_run = np.isin(run, random.choice(np.unique(run), out, replace=False))

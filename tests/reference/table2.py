@@ -1,4 +1,4 @@
-"""The paper's table 2 on simulated slides, and the same models in tests that are fair to their use.
+"""Repeats the paper's table 2 on simulated slides, and evaluates the same models in tests that represent their use.
 
 Needs scikit-learn (requirements-train.txt).
 """
@@ -36,7 +36,7 @@ OUT = 2
 
 
 def paper_repeat(repeat: int) -> dict[tuple[str, str], float]:
-    """Accuracies by label set and model, on slides and a split of this repeat's own."""
+    """Returns accuracies by label set and model, on slides and a split of this repeat's own."""
     data = made(texture.sweep(PAPER_SEED + repeat * texture.SEEDS_APART))
     test = tenth(data.specimen, repeat)
     x, found = data.features(), {}
@@ -50,7 +50,9 @@ def paper_repeat(repeat: int) -> dict[tuple[str, str], float]:
 
 
 def deployed_repeat(repeat: int) -> dict[tuple[str, str, str], float]:
-    """Accuracies by kind of test, label set and model; models of specimens, whose answers give pattern and depth."""
+    """Returns accuracies by kind of test, label set and model. The models name specimens, and their answers give
+    pattern and depth.
+    """
     seed = DEPLOYED_SEED + repeat * texture.SEEDS_APART * 10
     *wanted, other = sweeps(seed, [SPEEDS_MM_S] * (RUNS + 1), SLIDES, [0] * RUNS + [repeat + 1])
     runs, unit = run_all(wanted), made(other)
@@ -69,7 +71,7 @@ def deployed_repeat(repeat: int) -> dict[tuple[str, str, str], float]:
 
 
 def accuracies(slides: Slides, specimens: np.ndarray) -> dict[str, float]:
-    """How often answered specimens are right, and how often their patterns and depths are."""
+    """Returns the accuracy of specimens, patterns and depths."""
     pattern = np.array([name[:3] for name in specimens])
     depth = np.array([int(name[3:]) for name in specimens])
     answers = {"specimen": specimens, "pattern": pattern, "depth": depth}
@@ -77,7 +79,7 @@ def accuracies(slides: Slides, specimens: np.ndarray) -> dict[str, float]:
 
 
 def measure(file: Path, repeats: int, only: str | None = None) -> None:
-    """Does all of it, or one of JOBS, this many times; adds a line to the file for each that is not there already."""
+    """Runs all jobs, or one of JOBS, this many times. Adds a line to the file for each that is missing there."""
     lines = file.read_text().splitlines() if file.exists() else []
     there = {(line["kind"], line["repeat"]) for line in map(json.loads, lines)}
     jobs = [(kind, n) for kind in JOBS if only in (None, kind) for n in range(repeats) if (kind, n) not in there]

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks of the line fit, the plots' text, the report's verdicts, and the scenes' text."""
+"""Tests the line fit, the plots' text, the report's verdicts, and the scenes' text."""
 
 from __future__ import annotations
 

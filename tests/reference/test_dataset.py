@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks that NumPy reads what `wstac dataset` writes. The variable WSTAC names the command."""
+"""Tests that NumPy reads the files of `wstac dataset`. The variable WSTAC names the command."""
 
 from __future__ import annotations
 
@@ -69,10 +69,10 @@ class DatasetTest(unittest.TestCase):
         self.assertEqual(arrays["X"].shape, (20, 10, 70))
         self.assertEqual(arrays["y_depth"].dtype.str, "<i8")
         features = arrays["X"].reshape(20, -1) * arrays["scale"]
-        # Logarithms of shares of full scale, from half a level on.
+        # Logarithms of fractions of full scale, from half a level on.
         self.assertLessEqual(features.max(), np.log(5.0))
         self.assertGreaterEqual(features.min(), np.log(0.5 / 255) - 1e-3)
-        # The event starts in the dark, and brightens up well above the trigger's margin.
+        # The event starts in the dark, and lights up well above the trigger's margin.
         bright = (arrays["X"] * arrays["scale"]).max(axis=2) - arrays["X"][:, :, 0] * arrays["scale"]
         self.assertGreater(bright.min(), 0.2)
 

@@ -1,4 +1,4 @@
-"""`wstac fit-speed` beside NumPy and beside the fit of docs/REPRODUCE.md, on slides of the simulated sensor."""
+"""Compares `wstac fit-speed` with NumPy and with the fit of docs/REPRODUCE.md, on slides of the simulated sensor."""
 
 from __future__ import annotations
 

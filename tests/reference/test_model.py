@@ -1,4 +1,5 @@
-"""`wstac model`: imported models answer as the trained ones do. Skipped without scikit-learn, xgboost and skl2onnx.
+"""Tests `wstac model`: imported models answer as the trained ones do. Skipped without scikit-learn, xgboost and
+skl2onnx.
 
     WSTAC=$(../../ci/wstac) $(../../ci/python train) -m unittest -v test_model
 """
@@ -18,7 +19,9 @@ if MISSING is None:
 
 
 class Agreement(Imported):
-    """Each kind of model on samples of its domain, half of them with values exactly on its thresholds or beside them."""
+    """Tests each kind of model on samples of its domain. Half of them have values exactly on its thresholds or next to
+    them.
+    """
 
     def test_forests(self):
         names, two = LABELS[self.y], (self.y > 4).astype(int)
@@ -57,7 +60,7 @@ class Agreement(Imported):
         names, two = LABELS[self.y], (self.y > 4).astype(int)
         for y, kind in [(names, "ten classes"), (two, "two classes")]:
             self.linear(f"LinearSVC, {kind}", LinearSVC(random_state=1), y)
-            # skl2onnx converts no LinearSVC behind something else without this.
+            # skl2onnx converts no LinearSVC after another step without this.
             scaled, options = make_pipeline(StandardScaler(), LinearSVC(random_state=1)), {LinearSVC: {"raw_scores": True}}
             self.linear(f"scaled LinearSVC, {kind}", scaled, y, options=options)
             self.linear(f"logistic regression, {kind}", LogisticRegression(max_iter=300), y)

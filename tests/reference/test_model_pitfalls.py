@@ -1,4 +1,4 @@
-"""Where imports of trained models go wrong: each of these was met, or stands in a format's description.
+"""Tests known pitfalls in the import of trained models. Each of them occurred, or is in the description of a format.
 
     WSTAC=$(../../ci/wstac) $(../../ci/python train) -m unittest -v test_model_pitfalls
 """
@@ -21,7 +21,7 @@ if MISSING is None:
 
 
 class XGBoost(Imported):
-    """What XGBoost saves."""
+    """Tests files of XGBoost."""
 
     @classmethod
     def setUpClass(cls):
@@ -40,7 +40,7 @@ class XGBoost(Imported):
         return path
 
     def one_split(self, threshold, leaves=(-1.0, 1.0)):
-        """A model of two classes with one split of feature 0 of frame 0."""
+        """Returns a model of two classes with one split of feature 0 of frame 0."""
         saved = self.saved(self.two)
         model = saved["learner"]["gradient_booster"]["model"]
         tree = model["trees"][0]
@@ -58,7 +58,7 @@ class XGBoost(Imported):
         return saved
 
     def agrees(self, name, saved, samples):
-        """A changed file: XGBoost's own answers and those of the import."""
+        """Returns XGBoost's own answers for a changed file, and those of the import."""
         path = self.written(saved)
         booster = xgboost.Booster(model_file=path)
         votes = booster.predict(xgboost.DMatrix(samples * SCALE))
@@ -68,7 +68,9 @@ class XGBoost(Imported):
         return said
 
     def test_strictly_below_in_float32(self):
-        """Left is strictly below, in float32: on integers up to the threshold in units, rounded up, less 1."""
+        """Left is strictly below the threshold, in float32. For integers, left is up to the threshold in units, rounded
+        up, less 1.
+        """
         for threshold in [-1.0, -1.0 + SCALE / 2, numpy.float32(-0.7), 1e-45, -1e-45, 15.99, -16.0, 40.0]:
             samples = numpy.zeros((600, 700), numpy.int16)
             units = int(numpy.clip(threshold / SCALE, -32768 + 3, 32767 - 3))
@@ -93,7 +95,7 @@ class XGBoost(Imported):
             self.agrees(f"in order {leaves}", saved, samples)
 
     def test_the_least_probability_above_one_half(self):
-        """A score just above 0 still is a probability of 0.5 in float32."""
+        """A score just above 0 is still a probability of 0.5 in float32."""
         for leaf in numpy.arange(0.25, 8, 0.25) * 2.0**-24:
             samples = numpy.zeros((2, 700), numpy.int16)
             samples[:, 0] = [-3000, 0]
@@ -103,7 +105,7 @@ class XGBoost(Imported):
             self.assertEqual(list(answers), list((votes > 0.5).astype(int).astype(str)), leaf)
 
     def test_softmax_changes_no_answer(self):
-        """The same trees as multi:softmax, which says the class, and multi:softprob."""
+        """Tests the same trees as multi:softmax, which gives the class, and as multi:softprob."""
         saved = self.saved(self.ten)
         samples = self.near(3000)
         self.agrees("softprob", saved, samples)
@@ -113,7 +115,7 @@ class XGBoost(Imported):
         self.report("softmax", self.answers(path, samples=samples)[0] == expected.astype(str))
 
     def test_base_score_is_a_list_or_one_number(self):
-        """A list for each class since 3.1, one number before."""
+        """The base score is a list with a number for each class since 3.1, and was one number before."""
         saved = self.saved(self.ten)
         parameters = saved["learner"]["learner_model_param"]
         self.assertTrue(parameters["base_score"].startswith("["), parameters)
@@ -140,7 +142,7 @@ class XGBoost(Imported):
         self.agrees("only trees of one leaf", self.saved(model), self.near(10))
 
     def test_tree_info_is_the_class_of_a_tree(self):
-        """Trees of a round need not be in the order of classes."""
+        """The trees of a round need not be in the order of classes."""
         saved = self.saved(self.ten)
         model = saved["learner"]["gradient_booster"]["model"]
         samples = self.near(2000)
@@ -155,7 +157,7 @@ class XGBoost(Imported):
         self.assertTrue((moved.astype(int) == (before.astype(int) + 1) % 10).mean() > 0.9)
 
     def test_the_value_of_a_leaf_is_in_split_conditions(self):
-        """And `base_weights`, which also has numbers for leaves, is not looked at."""
+        """`base_weights`, which also has numbers for leaves, is not read."""
         saved = self.saved(self.ten)
         samples = self.near(1000)
         before = self.answers(self.written(saved), samples=samples)[0]
@@ -164,7 +166,7 @@ class XGBoost(Imported):
         self.report("base_weights", before == self.answers(self.written(saved), samples=samples)[0])
 
     def test_ubjson_is_the_default_format(self):
-        """A name without an ending that is known is written as UBJSON."""
+        """A file whose name has no known ending is written as UBJSON."""
         path = self.path / "default.model"
         self.ten.get_booster().save_model(path)
         self.assertNotEqual(path.read_bytes()[1:2], b'"')
@@ -173,7 +175,7 @@ class XGBoost(Imported):
         self.report("default format", self.answers(path, samples=samples)[0] == expected)
 
     def test_leaves_are_int16_where_that_is_proven(self):
-        """Multiples of 2^-10 are; one leaf of 24 bits is not, and int16 by force then says by how much it is off."""
+        """Multiples of 2^-10 are exact. One leaf of 24 bits is not, and with forced int16 import reports the error."""
         saved = self.saved(self.ten)
         parameters = saved["learner"]["learner_model_param"]
         parameters["base_score"] = "[" + ",".join(["5E-1"] * 10) + "]"
@@ -205,13 +207,13 @@ class XGBoost(Imported):
         self.report("default_left", before == self.answers(self.written(saved), samples=samples)[0])
 
     def test_numbers_that_are_none_are_named(self):
-        """NaN and infinity in every float; numbers too small for float32's usual form are exact."""
+        """Tests NaN and infinity in every float. Numbers too small for float32's usual form are exact."""
         for number, shown in [(float("nan"), "NaN"), (float("inf"), "Infinity"), (float("-inf"), "-Infinity")]:
             for saved in [self.one_split(number), self.one_split(-1.0, (number, 1.0))]:
                 path = self.written(saved)
                 self.assertIn(shown, path.read_text())
                 self.refused(path, "split_conditions")
-                # The same as UBJSON, which can say such numbers.
+                # The same as UBJSON, which can express such numbers.
                 text = path.read_bytes()
                 large = self.written(json.loads(text.replace(shown.encode(), b"1e30")))
                 booster = xgboost.Booster(model_file=large)
@@ -233,11 +235,12 @@ class XGBoost(Imported):
 
 
 class Forests(Imported):
-    """scikit-learn's forests through ONNX."""
+    """Tests scikit-learn's forests through ONNX."""
 
     def test_at_most_in_float64(self):
-        """Left is float32 at most a float64 threshold: on integers up to the threshold in units, rounded down. In ONNX the
-        threshold is float32, stepped down where rounding went up."""
+        """Left is a float32 of at most a float64 threshold. For integers, left is up to the threshold in units, rounded
+        down. In ONNX the threshold is float32, one step lower if it was rounded up.
+        """
         for step in [0.0, 0.5, 1e-9, -1e-9]:
             X = numpy.zeros((40, 700))
             at = self.random.integers(LOW, HIGH, 40) + step
@@ -249,7 +252,7 @@ class Forests(Imported):
             self.report(f"thresholds off by {step}", self.answers(self.onnx(model), samples=samples)[0] == expected)
 
     def test_ties_are_the_lowest_class(self):
-        """Two votes each: the lowest class wins, of two and of ten classes."""
+        """If two classes have two votes each, the lowest class wins, of two and of ten classes."""
         for y in [LABELS[self.y], self.y > 4]:
             model = RandomForestClassifier(4, random_state=1).fit(self.X, numpy.asarray(y).astype(str))
             samples = self.near(4000)
@@ -270,7 +273,9 @@ class Forests(Imported):
         self.assertGreater((hard != model.predict(samples)).sum(), 20)
 
     def test_lists_are_packed_or_not_and_have_zeros(self):
-        """Ten weights a leaf, zeros included; lists with a field for each number, or packed into one, as other writers do."""
+        """Tests leaves of ten weights, zeros included. Lists have a field for each number, or are packed into one, as
+        other writers do.
+        """
         model = RandomForestClassifier(5, max_depth=8, random_state=1).fit(self.X, self.y)
         path = self.onnx(model)
         samples = self.near(2000)
@@ -287,13 +292,13 @@ class Forests(Imported):
         self.report("packed", before == self.answers(path, samples=samples)[0])
 
     def test_scaled_thresholds_are_those_of_float32(self):
-        """ONNX scales in float32: a threshold decides for every integer as it does there."""
+        """ONNX scales in float32. A threshold decides for every integer as it does there."""
         model = make_pipeline(StandardScaler(), RandomForestClassifier(30, max_depth=9, random_state=1))
         model.fit(self.X, LABELS[self.y])
         path = self.onnx(model)
         scaler = next(node for node in onnx.load(path).graph.node if node.op_type == "Scaler")
         offset, scale = (numpy.array(a.floats, numpy.float32) for a in sorted(scaler.attribute, key=lambda a: a.name))
-        # Thresholds of scaled inputs, back in units.
+        # Thresholds of scaled inputs, converted back to units.
         splits = [(f, t / scale[f] + offset[f]) for f, t in self.splits(model[-1])]
         samples = self.samples(splits, 4000)
         scaled = ((samples * SCALE).astype(numpy.float32) - offset) * scale
@@ -302,7 +307,9 @@ class Forests(Imported):
         self.compare_votes("scaled forest", answers, model[-1], scaled, said)
 
     def test_what_skl2onnx_writes(self):
-        """Names and numbers as labels, two classes and more, with and without ZipMap, older operators, doubles."""
+        """Tests names and numbers as labels, two classes and more, with and without ZipMap, older operators, and
+        doubles.
+        """
         for y in [LABELS[self.y], self.y, self.y + 5, LABELS[self.y // 5], self.y // 5, self.y > 4]:
             for zipmap in [True, False, "columns"]:
                 model = RandomForestClassifier(7, max_depth=6, random_state=1)
@@ -332,7 +339,7 @@ class Forests(Imported):
         self.linear("class by class", model, LABELS[self.y], count=2000)
 
     def test_weights_and_samples_at_their_limits(self):
-        """Sums that 32 bits could not hold: every product is of the largest sizes."""
+        """Tests sums that 32 bits could not hold: every product has the largest size."""
         model = LogisticRegression(max_iter=1).fit(self.X, self.y)
         model.coef_ = self.random.choice([-1.0, 1.0], model.coef_.shape)
         model.intercept_ = numpy.zeros(10)
@@ -349,7 +356,7 @@ class Forests(Imported):
 
 
 def packed(message):
-    """A message's bytes with each list of numbers in one field."""
+    """Returns a message's bytes with each list of numbers in one field."""
 
     def varint(number):
         number &= (1 << 64) - 1

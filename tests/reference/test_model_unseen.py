@@ -1,8 +1,9 @@
-"""`wstac model` with models that nobody chose: hyperparameters, classes, labels and frames by chance.
+"""Tests `wstac model` with models that nobody chose: random hyperparameters, classes, labels and frames.
 
     WSTAC=$(../../ci/wstac) $(../../ci/python train) -m unittest -v test_model_unseen
 
-Environment: UNSEEN_SEED (1), the first model's seed; UNSEEN_COUNT (30), how many models. A failure names its seed.
+Environment: UNSEEN_SEED (1) is the first model's seed, and UNSEEN_COUNT (30) is the number of models. A failure names
+its seed.
 """
 
 import os
@@ -27,25 +28,25 @@ SAMPLES = 600
 
 
 class Unseen(Imported):
-    """One model for each seed."""
+    """Tests one model for each seed."""
 
     little = 0
 
     def proves(self, name, enough):
-        """Models by chance may be so poor that nearly all votes are equal but for rounding: few may."""
+        """Random models may be so poor that nearly all votes are tied except for rounding. Few may be."""
         if not enough:
             print(f"{name}: shows little, most samples are within the bound")
             type(self).little += 1
 
     def labels(self):
-        """The classes as names, numbers, or numbers that are no places."""
+        """Returns the classes as names, numbers, or numbers that are not positions."""
         kind = self.random.integers(4)
         if kind == 0:
             return LABELS[self.y] if self.y.max() < 10 else numpy.char.add("klass-µ", self.y.astype(str))
         return [self.y, self.y * 7 - 30, numpy.char.add("ä b,", self.y.astype(str))][kind - 1]
 
     def choose(self, **choices):
-        """One of each, by chance."""
+        """Returns one of each, at random."""
         return {name: values[self.random.integers(len(values))] for name, values in choices.items()}
 
     def draw_forest(self, inputs):

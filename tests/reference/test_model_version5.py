@@ -1,5 +1,5 @@
-"""`wstac model` with TreeEnsemble, of version 5 of ONNX's machine learning operators, which scikit-learn's converter does not write
-yet: forests written in it here, beside scikit-learn and ONNX's own reference.
+"""Tests `wstac model` with TreeEnsemble, of version 5 of ONNX's machine learning operators, which scikit-learn's
+converter does not write yet. Forests are written in it here, and compared with scikit-learn and ONNX's own reference.
 
     WSTAC=$(../../ci/wstac) $(../../ci/python train) -m unittest -v test_model_version5
 """
@@ -17,10 +17,10 @@ if MISSING is None:
 
 
 class Version5(Imported):
-    """`TreeEnsemble`, which version 5 of ONNX's operators has in place of `TreeEnsembleClassifier`."""
+    """Tests `TreeEnsemble`, which replaces `TreeEnsembleClassifier` in version 5 of ONNX's operators."""
 
     def ensemble(self, model, soft, double=False, labels=None, mirrored=False):
-        """A forest as TreeEnsemble and ArgMax: a leaf has one class, so soft votes take a tree for each class."""
+        """Returns a forest as TreeEnsemble and ArgMax. A leaf has one class, so soft votes need a tree for each class."""
         lists = {name: [] for name in ["featureids", "truenodeids", "falsenodeids", "trueleafs", "falseleafs"]}
         splits, modes, weights, targets, roots = [], [], [], [], []
         trees = [tree.tree_ for tree in getattr(model, "estimators_", [model])]
@@ -45,7 +45,7 @@ class Version5(Imported):
                         ends = [(leaf(0), 1)] * 2
                     else:
                         ends = [(leaf(c), 1) if tree.feature[c] < 0 else (place[int(c)], 0) for c in children]
-                    # Above is the other way round of at most.
+                    # "Above" is the opposite of "at most".
                     mode = 3 if mirrored else 0
                     for side, (number, is_leaf) in zip(["false", "true"] if mirrored else ["true", "false"], ends):
                         lists[f"{side}nodeids"].append(number)
@@ -98,7 +98,7 @@ class Version5(Imported):
             answers, said = self.answers(path, samples=samples)
             numbers = numpy.searchsorted(LABELS, answers).astype(str) if "labels" in more else answers
             self.compare_votes(f"TreeEnsemble, {name}", numbers, model, samples * SCALE, said)
-            # ONNX's own reference says the same.
+            # ONNX's own reference gives the same answers.
             few = samples[2990:3010]
             kind = numpy.float64 if "double" in more else numpy.float32
             votes = numpy.sort(model.predict_proba(few * SCALE), axis=1)

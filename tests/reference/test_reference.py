@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks of the reference itself, against numbers worked out by hand."""
+"""Tests the reference itself, against numbers computed by hand."""
 
 from __future__ import annotations
 
@@ -99,25 +99,25 @@ class GreenTest(unittest.TestCase):
         self.assertEqual(green.pixels, 2 * 3 * 2)
 
     def test_ycbcr_by_hand(self) -> None:
-        grey = YCbCr("bt601", "limited")
+        gray = YCbCr("bt601", "limited")
 
         def cell(y: int, cb: int, cr: int, how: YCbCr) -> int:
             return int(how.per_pixel(np.array([y]), np.array([cb]), np.array([cr]))[0])
 
-        self.assertEqual(cell(235, 128, 128, grey), 255)
-        self.assertEqual(cell(16, 128, 128, grey), 0)
+        self.assertEqual(cell(235, 128, 128, gray), 255)
+        self.assertEqual(cell(16, 128, 128, gray), 0)
         # 1.164384 * (81 - 16) - 0.391762 * (90 - 128) - 0.812968 * (240 - 128) = -0.48: red
-        self.assertEqual(cell(81, 90, 240, grey), 0)
+        self.assertEqual(cell(81, 90, 240, gray), 0)
         # 1.164384 * 129 + 0.391762 * 74 + 0.812968 * 94 = 255.6: green
-        self.assertEqual(cell(145, 54, 34, grey), 255)
+        self.assertEqual(cell(145, 54, 34, gray), 255)
         # full range BT.709: 100 - 0.187324 * 20 + 0.468124 * 30 = 110.297
         self.assertEqual(cell(100, 148, 98, YCbCr("bt709", "full")), 110)
 
     def test_exact_and_linear(self) -> None:
-        # Y 17 limited is 1.164: exact gives 1 a pixel, linear rounds 4.657 once
+        # Y 17 limited is 1.164: exact gives 1 per pixel, linear rounds 4.657 once
         for mode, want in (("exact", 4), ("linear", 5)):
             self.assertEqual(first_sum("YUYV", 4, 1, [17, 128] * 4, 4, 1, ycbcr=YCbCr(mode=mode)), want)
-        # below black: exact clamps a pixel, linear only the taxel
+        # below black: exact clamps each pixel, linear only the taxel
         for mode, want in (("exact", 2), ("linear", 0)):
             data = [10, 128, 18, 128]
             self.assertEqual(first_sum("YUYV", 2, 1, data, 2, 1, ycbcr=YCbCr(mode=mode)), want)
@@ -136,10 +136,10 @@ class GreenTest(unittest.TestCase):
         # width 3: the third pixel's chroma is in the second cell
         uyvy = [128, 100, 128, 100, 128, 100, 228, 0]
         self.assertEqual(first_sum("UYVY", 3, 1, uyvy, 3, 1, ycbcr=full), 229)
-        # 3 x 3 NV12 with 4 bytes a line: chroma rows follow at 12
+        # 3 x 3 NV12 with 4 bytes per line: chroma rows follow at 12
         nv12 = [100, 100, 100, 0] * 3 + [128, 128, 128, 228] + [128, 128, 128, 128]
         self.assertEqual(first_sum("NV12", 3, 3, nv12, 3, 3, bpl=4, ycbcr=full), 7 * 100 + 2 * 29)
-        # 3 x 3 YU12 with 3 bytes a line: chroma lines of 2
+        # 3 x 3 YU12 with 3 bytes per line: chroma lines of 2
         yu12 = [100] * 9 + [128] * 4 + [128, 128, 228, 128]
         self.assertEqual(first_sum("YU12", 3, 3, yu12, 3, 3, ycbcr=full), 7 * 100 + 2 * 29)
         self.assertEqual(first_sum("YUV422P", 3, 1, [100] * 3 + [128] * 2 + [128, 228], 3, 1, ycbcr=full), 229)
@@ -195,7 +195,7 @@ class BinningTest(unittest.TestCase):
 
 
 def watch(config: TriggerConfig, steps: list[tuple[int, int]]) -> tuple[Trigger, list[Sample]]:
-    """Feed (feature, count) runs; feature 0 stands for lost frames."""
+    """Feeds (feature, count) runs. Feature 0 stands for lost frames."""
     trigger, samples = Trigger(config), []
     for value, count in steps:
         if value == 0:
@@ -302,7 +302,7 @@ BASE = measure_baseline(TriggerConfig(), [flat(DARK)] * 25, False)
 
 
 def sample_of(lit: dict[int, list[int]]) -> Sample:
-    """A dark sample in which feature k is lit in the given frames."""
+    """Returns a dark sample in which feature k is lit in the given frames."""
     frames = [tuple(LIT if t in lit.get(k, []) else DARK for k in range(10)) for t in range(70)]
     return Sample(0, tuple(frames), 0, True)
 
@@ -313,7 +313,7 @@ class DriftTest(unittest.TestCase):
         return [sample for _ in range(frames) if (sample := trigger.frame([level] * 10)) is not None]
 
     def test_worked_out_by_hand(self) -> None:
-        # m 5, b 1, margin 0.125: 256 units a frame, 6400 of a total.
+        # m 5, b 1, margin 0.125: 256 units per frame, 6400 of a total.
         trigger = Trigger(TriggerConfig(multiplier=1.0, margin=0.125, follow=16))
         self.steady(trigger, -1000, 25)
         self.steady(trigger, -900, 5)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks of the generator, the file reader, the tools, and the whole pipeline."""
+"""Tests the generator, the file reader, the tools, and the whole pipeline."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks of training's splits, sweeps, runs and page; NumPy is all that they need."""
+"""Tests the splits, sweeps, runs and page of training. Needs only NumPy."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from slides import SCALE, Slides, Sweep, together
 
 
 def some_slides(first_seed: int, count: int) -> Slides:
-    """Slides of all specimens in turn."""
+    """Returns slides of all specimens in turn."""
     specimen = np.array([SPECIMENS[n % 10] for n in range(count)])
     pattern = np.array([name[:3] for name in specimen])
     depth = np.array([int(name[3:]) for name in specimen])
@@ -98,7 +98,7 @@ class DeployedTest(unittest.TestCase):
 
     def test_a_tenth_of_what_is_known_tests(self) -> None:
         found = self.masks(1)
-        # 18 slides of every specimen a run and speed pair: 2 · 9 · 8 known ones of each.
+        # Each run and speed pair has 18 slides of every specimen: 2 · 9 · 8 known ones of each.
         self.assertEqual(found.seen.sum(), 10 * round(0.1 * 2 * 9 * 8))
 
     def test_the_seed_says_what_is_new(self) -> None:

@@ -1,4 +1,4 @@
-"""The paper's texture task on simulated slides: data from `wstac.dataset`, and how often a linear SVM is right.
+"""The paper's texture task on simulated slides: data from `wstac.dataset`, and the accuracy of a linear SVM.
 
 Needs scikit-learn (requirements-train.txt) and the Python package (`ci/wheel into PYTHON`).
 """
@@ -30,17 +30,17 @@ SEEDS_APART = 100_000
 
 
 def sweep(seed: int, changes: Changes = DEFAULTS) -> Sweep:
-    """The slides of the paper's texture task: one speed, one direction."""
+    """Returns the slides of the paper's texture task: one speed, one direction."""
     return Sweep(seed, SLIDES, [SPEED_MM_S], [DIRECTION_DEG], changes=changes)
 
 
 def dataset(seed: int, changes: Changes = DEFAULTS) -> Slides:
-    """Those slides' samples."""
+    """Returns those slides' samples."""
     return made(sweep(seed, changes))
 
 
 def svm_accuracy(data: Slides, split_seed: int) -> float:
-    """Share of the tenth that is held out, stratified, that a linear SVM trained on the rest names rightly."""
+    """Returns the accuracy of a linear SVM on a tenth that is held out, stratified, after training on the rest."""
     x_train, x_test, y_train, y_test = train_test_split(
         data.features(), data.specimen, test_size=TEST_SHARE, stratify=data.specimen, random_state=split_seed
     )
@@ -49,7 +49,7 @@ def svm_accuracy(data: Slides, split_seed: int) -> float:
 
 
 def svm_accuracies(data: Sequence[Slides], splits: int) -> list[float]:
-    """For each dataset, the mean accuracy over splits with the seeds 0, 1 …"""
+    """Returns the mean accuracy for each dataset, over splits with the seeds 0, 1 …"""
     with ThreadPoolExecutor(WORKERS) as pool:
         means = []
         for one in data:

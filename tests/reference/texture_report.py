@@ -1,4 +1,6 @@
-"""The report on texture models: table 2 beside the paper's, and the tests with new speeds, runs and sensors. No scikit-learn."""
+"""Writes the report on texture models: table 2 next to the paper's, and the tests with new speeds, runs and sensors.
+Needs no scikit-learn.
+"""
 
 from __future__ import annotations
 
@@ -42,16 +44,17 @@ DEPLOYED_TESTS = {
 
 @dataclass(frozen=True)
 class Results:
-    """Accuracies of every repeat: `paper` by label set and model, `deployed` by kind of test, label set and model."""
+    """The accuracies of every repeat: `paper` by label set and model, `deployed` by kind of test, label set and model."""
 
     paper: dict[tuple[str, str], list[float]]
     deployed: dict[tuple[str, str, str], list[float]]
 
 
 def results_of(lines: Sequence[str]) -> Results:
-    """From the lines of `record`; fails where a repeat of table 2 lacks its tests with new speeds, runs and sensors.
+    """Reads the lines of `record`. Raises an error if a repeat of table 2 lacks its tests with new speeds, runs and
+    sensors.
 
-    There may be none of those at all.
+    All of those tests may be missing.
     """
     kept: dict[str, dict[int, dict[tuple[str, ...], float]]] = {"paper": {}, "deployed": {}}
     for line in lines:
@@ -65,18 +68,18 @@ def results_of(lines: Sequence[str]) -> Results:
 
 
 def record(kind: str, repeat: int, found: dict[tuple[str, ...], float]) -> str:
-    """A line of a file of results."""
+    """Returns a line for a file of results."""
     return json.dumps({"kind": kind, "repeat": repeat, "found": [[*key, value] for key, value in found.items()]})
 
 
 def cell(values: Sequence[float]) -> str:
-    """Mean and 95 % interval in per cent."""
+    """Returns the mean and 95 % interval in percent."""
     interval = interval_of([100 * value for value in values])
     return f"{fixed(interval.mean, 1)} ({interval_words(interval, 1)})"
 
 
 def paper_table(found: dict[tuple[str, str], list[float]]) -> str:
-    """The nine cells."""
+    """Returns the nine cells."""
     rows = []
     for key, published in PAPER.items():
         interval = interval_of([100 * value for value in found[key]])
@@ -89,7 +92,7 @@ def paper_table(found: dict[tuple[str, str], list[float]]) -> str:
 
 
 def sizes(found: dict[tuple[str, str], list[float]]) -> str:
-    """How far the eight predicted cells are off, in words."""
+    """Describes the errors of the eight predicted cells."""
     off = [sum(found[key]) / len(found[key]) * 100 - PAPER[key] for key in PAPER if key != FITTED]
     most = max(off, key=abs)
     key = [key for key in PAPER if key != FITTED][off.index(most)]
@@ -101,7 +104,7 @@ def sizes(found: dict[tuple[str, str], list[float]]) -> str:
 
 
 def orders(found: dict[tuple[str, str], list[float]]) -> str:
-    """Whether what the paper's table says about the models' and the label sets' order comes out, in words."""
+    """Describes whether the models and the label sets have the same order as in the paper's table."""
     mean = {key: sum(found[key]) / len(found[key]) for key in PAPER}
     svm, *trees = MODELS
     better = all(mean[labels, tree] > mean[labels, svm] for labels in LABELS for tree in trees)
@@ -116,13 +119,13 @@ def orders(found: dict[tuple[str, str], list[float]]) -> str:
 
 
 def unscaled_table(found: dict[tuple[str, str], list[float]], models: Sequence[str]) -> str:
-    """Other readings of the paper's "Linear-SVM"."""
+    """Describes other readings of the paper's "Linear-SVM"."""
     rows = [[labels, *(cell(found[labels, model]) for model in models)] for labels in LABELS]
     return table(["labels", *models], rows, range(1, len(models) + 1))
 
 
 def deployed_table(found: dict[tuple[str, str, str], list[float]]) -> str:
-    """A row for each kind of test and label set, a column a model."""
+    """Returns a table with a row for each kind of test and label set, and a column per model."""
     models = list(dict.fromkeys(model for _, _, model in found))
     rows = []
     for kind, words in DEPLOYED_TESTS.items():
@@ -133,7 +136,7 @@ def deployed_table(found: dict[tuple[str, str, str], list[float]]) -> str:
 
 
 def page(results: Results, how: str) -> str:
-    """The report's text; `how` states hyperparameters and versions."""
+    """Returns the report's text. `how` has hyperparameters and versions."""
     intro = paragraph(
         "Every slide on this page is simulated.",
         "The page shows how well the textures of the simulated sensor agree with those of the published sensor.",
@@ -203,7 +206,7 @@ Do not edit it.
 
 
 def fair_section(found: dict[tuple[str, str, str], list[float]]) -> str:
-    """The tests with new speeds, runs and sensors."""
+    """Describes the tests with new speeds, runs and sensors."""
     said = paragraph(
         "A sensor in use differs from the training data in three ways.",
         "It slides at speeds that were not trained.",

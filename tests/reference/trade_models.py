@@ -1,4 +1,6 @@
-"""Trains the models that `wstac trade` compares beside the shipped ones: smaller ones, narrower ones, earlier ones."""
+"""Trains the models that `wstac trade` compares with the shipped ones: smaller models, models with 8-bit
+weights, and models of fewer frames.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +32,7 @@ EARLY = (20, 30, 40, 50, 60)
 
 @dataclass(frozen=True)
 class Choice:
-    """A model of the trade: what it is called, how it is trained, and the first frames of a sample that it sees."""
+    """A model of the study: its name, its training, and the first frames of a sample that it sees."""
 
     name: str
     candidate: Candidate
@@ -38,7 +40,7 @@ class Choice:
 
 
 def forest(trees: int, leaves: int | None = 320, depth: int | None = None) -> Candidate:
-    """A forest as the shipped one, of another size."""
+    """Returns a forest like the shipped one, of another size."""
     words = f"ExtraTreesClassifier({trees}, max_leaf_nodes={leaves}, max_depth={depth}, max_features=60), leaves of one class"
 
     def make() -> ExtraTreesClassifier:
@@ -48,12 +50,12 @@ def forest(trees: int, leaves: int | None = 320, depth: int | None = None) -> Ca
 
 
 def rounds_of(rounds: int) -> Candidate:
-    """Boosted trees as the shipped ones, of fewer rounds."""
+    """Returns boosted trees like the shipped ones, of fewer rounds."""
     return Candidate("boosted", f"XGBClassifier({rounds}, max_depth=3)", lambda: boosted(rounds, 3))
 
 
 def choices() -> Iterator[Choice]:
-    """All of them."""
+    """Returns all models."""
     svm = Candidate("svm", "SVC(kernel=\"linear\", C=1)", lambda: SVC(kernel="linear", C=1))
     narrow = Candidate("svm", svm.words, svm.make, ("--weights", "int8"))
     ovr = Candidate("svm", "LinearSVC(C=1)", lambda: LinearSVC(C=1, random_state=0))
@@ -75,12 +77,12 @@ def choices() -> Iterator[Choice]:
 
 
 def first(slides: Slides, frames: int) -> np.ndarray:
-    """The first frames of samples: natural logarithms, ten times as many as frames."""
+    """Returns the first frames of samples: natural logarithms, ten times as many as frames."""
     return slides.features().reshape(len(slides), -1, FRAMES)[:, :, :frames].reshape(len(slides), -1)
 
 
 def sources() -> str:
-    """A checksum of all that the models are made of: the simulator, and the scripts that train."""
+    """Returns a checksum of everything that the models depend on: the simulator, and the scripts that train."""
     scripts = ("trade_models", "candidates", "runs", "scenes", "shipped_slides", "slides")
     files = [Path(__file__).with_name(f"{name}.py") for name in scripts]
     digest = hashlib.sha256()
@@ -102,7 +104,7 @@ def train_one(wanted: Choice, train: Slides, path: Path) -> None:
 def write(folder: Path, keep: bool) -> None:
     """Writes NAME.wsm of every choice, and README.md about them. Models of the same sources are kept; `keep` keeps any.
 
-    Kept models stay marked as made by the sources that the page names; by those there are, if there is no page.
+    Kept models stay marked as made by the sources that the page names, or by the present sources if there is no page.
     """
     folder.mkdir(parents=True, exist_ok=True)
     readme, made = folder / "README.md", sources()
@@ -114,7 +116,7 @@ def write(folder: Path, keep: bool) -> None:
             stale.unlink()
     sweeps = training_sweeps()
     slides = f"{len(SPECIMENS) * sum(sweep.slides for sweep in sweeps)} simulated slides in {TRAIN_RUNS} runs"
-    # First, so that what is stopped goes on.
+    # This comes first, so that a stopped run can continue.
     readme.write_text(trade_models_report.page([], slides, made))
     missing = {folder / f"{one.name}.wsm": one for one in choices() if not (folder / f"{one.name}.wsm").exists()}
     if missing:

@@ -1,4 +1,4 @@
-"""README.md about the models that `wstac trade` compares beside the shipped ones. No scikit-learn."""
+"""Writes README.md about the models that `wstac trade` compares with the shipped ones. Needs no scikit-learn."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Line = tuple[str, str, dict[str, Any]]
 
 
 def said_words(said: dict[str, Any]) -> str:
-    """What a model file holds."""
+    """The content of a model file."""
     if said["rows"] is not None:
         return f"{said['kind']}, {said['numbers']}, {said['rows']} sums"
     trees = said["trees"]
@@ -22,15 +22,15 @@ def said_words(said: dict[str, Any]) -> str:
 
 
 def made_by(page: Path) -> str | None:
-    """The sources that made the models beside a page, as it says; `None` if there is no page, or it does not say."""
+    """Returns the sources that a page names for its models; `None` if there is no page, or it names none."""
     found = re.search(r"^Made by sources `([0-9a-f]+)`", page.read_text(), re.MULTILINE) if page.exists() else None
     return found and found[1]
 
 
 def page(lines: Sequence[Line], slides: str, sources: str) -> str:
-    """The page's text: `slides` in words, and which sources made the models."""
+    """Returns the page's text. `slides` is in words."""
     intro = paragraph(
-        "`wstac trade` compares these models with the shipped ones: they are smaller, narrower, or earlier.",
+        "`wstac trade` compares these models with the shipped ones: they are smaller, have 8-bit weights, or need fewer frames.",
         "All of them name the ten specimens of the simulated sensor.",
         f"They were trained on {slides}, the same as the shipped ones.",
         "An early model reads only the first frames of a sample.",

@@ -6,7 +6,7 @@
     WSTAC=… train.py models FOLDER                                # the models that are shipped, and README.md about them
     WSTAC=… train.py trade FOLDER                                 # the models that `wstac trade` compares with them; README.md
 
-Seeds are fixed and every fit has one thread. So the same command gives the same bytes again; another processor's
+Seeds are fixed and every fit has one thread, so the same command gives the same bytes again. On another processor,
 floating point may change a linear model's last digits.
 """
 
@@ -25,7 +25,7 @@ from report import STUDENT, paragraph
 
 
 def how() -> str:
-    """Versions and hyperparameters."""
+    """Describes versions and hyperparameters."""
     return paragraph(
         f"The models were trained by scikit-learn {version('scikit-learn')} and XGBoost {version('xgboost')}"
         " on natural logarithms, 700 per slide.",
@@ -38,7 +38,7 @@ def how() -> str:
 
 
 def main() -> int:
-    """Command line."""
+    """Runs the command line."""
     parser = argparse.ArgumentParser(description="train texture models on simulated slides")
     commands = parser.add_subparsers(dest="what", required=True)
     measure = commands.add_parser("measure", help="the paper's table 2, and tests with new speeds, runs and sensors")

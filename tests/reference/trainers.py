@@ -1,4 +1,4 @@
-"""The trained models of table 2, and how often they are right. Needs scikit-learn (requirements-train.txt).
+"""Trains the models of table 2, and measures their accuracy. Needs scikit-learn (requirements-train.txt).
 
 Each fit has one thread, so that the same data give the same model on any number of processors.
 """
@@ -30,7 +30,7 @@ BINS = 64
 
 
 def new_model(name: str, seed: int) -> Any:
-    """A model to be trained; hyperparameters are its library's defaults wherever nothing is said here."""
+    """A model to be trained. Hyperparameters are its library's defaults unless they are given here."""
     if name == "Linear-SVM":
         return make_pipeline(StandardScaler(), SVC(kernel="linear", C=1))
     if name == "SVC, lit features scaled":
@@ -47,9 +47,9 @@ def new_model(name: str, seed: int) -> Any:
 
 
 def fit(model: Any, x: np.ndarray, labels: np.ndarray) -> np.ndarray:
-    """Trains a model to tell labels apart, which it gets as numbers; the labels in their order.
+    """Trains a model to distinguish labels, which it gets as numbers. Returns it with the labels in their order.
 
-    XGBoost takes no other labels. A solver that stops at its default number of rounds is used as it is.
+    XGBoost takes no other labels. A solver that stops at its default number of iterations is used as it is.
     """
     classes, numbers = np.unique(labels, return_inverse=True)
     with warnings.catch_warnings():

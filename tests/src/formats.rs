@@ -149,6 +149,7 @@ macro_rules! with_green_type {
                 let $green = planar_ycbcr::Yuv444p::new(linear);
                 $body
             }
+            (format, method) => panic!("{format:?} with {method:?} has no type, expected one of every format"),
         }
     }};
 }

@@ -37,6 +37,9 @@ enum Pixel {
 }
 
 /// Returns the smallest number of bytes of a row of `width` pixels.
+///
+/// # Panics
+/// The format is not known here.
 pub fn row_bytes(format: PixelFormat, width: usize) -> usize {
     use PixelFormat as F;
     match format {
@@ -46,6 +49,7 @@ pub fn row_bytes(format: PixelFormat, width: usize) -> usize {
         F::Rgbx32 | F::Xrgb32 => 4 * width,
         F::Yuyv | F::Uyvy => 4 * width.div_ceil(2),
         F::Nv12 => 2 * width.div_ceil(2),
+        _ => panic!("{format:?} has no plain sums, expected them for every format"),
     }
 }
 
@@ -144,6 +148,7 @@ impl Picture {
                 Pixel::Ycbcr([bytes[row + x], bytes[cb], bytes[cb + plane]])
             }
             F::Yuv444p => Pixel::Ycbcr([0, 1, 2].map(|plane| bytes[plane * luma_bytes + row + x])),
+            format => panic!("{format:?} has no plain sums, expected them for every format"),
         }
     }
 }
@@ -183,11 +188,15 @@ impl Gathered {
 /// 0..=255 · pixels.
 ///
 /// With the definition of Y, Y = Kr R + Kg G + Kb B, and R = Y + 2 (1 − Kr) Cr, B = Y + 2 (1 − Kb) Cb.
+///
+/// # Panics
+/// The matrix is not known here.
 pub fn green_of([y, cb, cr]: [i128; 3], pixels: i128, color: YcbcrEncoding) -> u64 {
     // Kr, Kg, Kb in units of 1/10000.
     let (kr, kg, kb) = match color.matrix {
         YcbcrMatrix::Bt601 => (2990, 5870, 1140),
         YcbcrMatrix::Bt709 => (2126, 7152, 722),
+        matrix => panic!("{matrix:?} has no plain sums, expected them for every matrix"),
     };
     let (black, luma_span, chroma_span) = match color.range {
         QuantizationRange::Limited => (16, 219, 224),

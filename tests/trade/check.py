@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Whether the map of `wstac trade` holds: what a budget's choice claims is found again, and its price is counted.
+"""Checks the map of `wstac trade`: the claim of a budget's choice must be found again, and its price is counted.
 
     check.py WSTAC            checks the three recommended points, and that the pages show the kept map
     check.py WSTAC --pages    checks only that the pages show the kept map, and that its models are those that were counted
@@ -24,20 +24,22 @@ TRADE = ROOT / "wstac-tradeoff/data"
 MODELS = ROOT / "wstac-host/models"
 EXTREMES = ROOT / "docs/EXTREMES.md"
 PICTURE, PAGE = ROOT / "docs/plots/trade.svg", ROOT / "docs/TRADE.md"
-# Name, the core that it is for, and what may be spent.
+# Name, core, and budget.
 POINTS = (
     ("smallest", "M0", "M0<160k,flash<32K"),
     ("balanced", "M4F", "M4F<60k,M4F.event<90k"),
     ("most accurate", "M4F", "M4F<2M"),
 )
-# Models that fade in the default setting; the first of them in all others.
+# The models that are tested in fading light with the default setting. All other settings are tested with the first of
+# them.
 FADING = ("svm", "svm-int8", "svm-20f", "ovr", "forest", "forest-10", "forest-depth6", "boosted", "boosted-10")
-# As a fraction: how far a published sum of prices may be from a count. A compiler's output differs a little between two paths.
+# The largest difference of a published sum of prices from a count, as a fraction. A compiler's output differs a little
+# between two paths.
 SLACK = 0.02
 
 
 def run(*command):
-    """What a command prints; ends the check where it fails."""
+    """Returns what a command prints. Ends the check if the command fails."""
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
     if done.returncode:
         sys.exit(f"{' '.join(map(str, command))} ended with {done.returncode}: {done.stderr}{done.stdout}")
@@ -45,14 +47,14 @@ def run(*command):
 
 
 def between(text, name, inside, command="--write"):
-    """A page's text with something else between its markers of this name."""
+    """Returns a page's text with new text between its markers of this name."""
     begin, end = f"<!-- {name}: ci/trade {command} -->", f"<!-- {name} end -->"
     before, rest = text.split(begin)
     return f"{before}{begin}\n\n{inside.strip()}\n\n{end}{rest.split(end)[1]}"
 
 
 def points_table(wstac):
-    """The recommended points as a table: what each budget's choice is, and all its numbers."""
+    """Returns the recommended points as a table: each budget's choice, and all its numbers."""
     columns = []
     for name, core, budget in POINTS:
         with tempfile.TemporaryDirectory() as folder:
@@ -92,7 +94,7 @@ def points_table(wstac):
 
 
 def pages(wstac):
-    """What the pages should say, by file."""
+    """Returns the expected text of the pages, by file."""
     with tempfile.TemporaryDirectory() as folder:
         run(wstac, "trade", "--map", "kept", "-o", folder)
         table, picture = Path(folder, "trade.md").read_text(), Path(folder, "trade.svg").read_text()
@@ -104,7 +106,7 @@ def pages(wstac):
 
 
 def warn_of_times(text):
-    """Says where the host's times cannot be right: a logarithm is a small part of a frame."""
+    """Prints where the host's times cannot be right: a logarithm is a small part of a frame."""
     times = {}
     for row in csv.DictReader(text.splitlines()):
         times.setdefault((row["format"], row["stride"]), {})[row["ln"]] = float(row["host_frame_ns"])
@@ -126,7 +128,7 @@ def models_are_those_that_were_counted():
 
 
 def holds(wstac, name, core, budget):
-    """Whether a point's claims hold: accuracy to the digit, price within the slack."""
+    """Returns whether a point's claims hold: accuracy to the digit, and price within the slack."""
     with tempfile.TemporaryDirectory() as folder:
         said = run(wstac, "trade", "--core", core, "--budget", budget, "-o", folder)
         print(f"{name}, {budget}:")
@@ -136,7 +138,7 @@ def holds(wstac, name, core, budget):
         check = [ROOT / "tests/firmware/prices.py", wstac, "--check", Path(folder, "wstac.toml"), model if model.exists() else "-", pixels, core]
         counted = json.loads(run(sys.executable, *check))
         claimed = json.loads(Path(folder, "price.json").read_text())[core]
-        # What is claimed of a frame and of an event as a whole, and what a board counted of their parts.
+        # The claims about a frame and about an event as a whole, and what a board counted of their parts.
         totals = {
             "instructions per frame": ("features", "trigger"), "instructions per event": ("texture", "speed", "direction"),
             "bytes of flash": ("flash",), "bytes of RAM": ("ram",),
@@ -145,7 +147,7 @@ def holds(wstac, name, core, budget):
         fine = True
         for what, parts in totals.items():
             counts = [counted.get(count_of.get(part, part)) for part in parts]
-            # No count of texture is right of a choice without a model only.
+            # Only a choice without a model has no count of texture.
             missing = [part for part, count in zip(parts, counts, strict=True) if count is None and not (part == "texture" and not model.exists())]
             if missing:
                 fine = False

@@ -1,4 +1,5 @@
-"""`wstac view` in a real terminal (tmux): what is on the screen, what keys, signals and sizes do, and that the terminal is given back.
+"""Checks `wstac view` in a real terminal (tmux): the screen, keys, signals and sizes. At the end, the terminal must be
+as before.
 
 check.py WSTAC          checks
 check.py WSTAC --keep   writes the screens in docs/VIEW.md as well
@@ -17,22 +18,22 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENE = "scene:Saw3@150,90deg"
-# Small frames: a machine without optimisation plays them in time, too.
+# Small frames, so that a program without optimization plays them in time.
 SMALL = ["--size", "320x180"]
-# How long anything may take on a busy machine. What is waited for usually comes at once.
+# The time limit of every wait on a busy machine. Usually the expected screen comes at once.
 PATIENCE = 120
 
 
 class Terminal:
-    """A tmux server of its own with one window that runs `wstac view`, and then says how that ended."""
+    """A tmux server of its own with one window that runs `wstac view`, and then prints how it ended."""
 
     def __init__(self, wstac, arguments, size=(80, 24), variables=()):
         self.socket = f"wstac-view-{os.getpid()}-{time.monotonic_ns()}"
-        # As the kernel has it.
+        # The kernel's name of the process.
         self.name = pathlib.Path(wstac).name[:15]
         width, height = size
         command = " ".join([*variables, shlex.quote(str(wstac)), "view", *arguments])
-        # What a shell finds afterwards: the exit code, and whether lines and echo are as they were.
+        # What a shell finds afterwards: the exit code, and whether line mode and echo are as before.
         script = f"stty sane; {command}; echo \"left $?\"; stty -a | grep -q ' icanon' && stty -a | grep -q ' echo ' && echo given back; exec sleep 1000"
         self.tmux("-f", "/dev/null", "new-session", "-d", "-x", str(width), "-y", str(height), "sh", "-c", script)
 
@@ -49,7 +50,7 @@ class Terminal:
         return self.tmux("display-message", "-p", f"#{{{name}}}").strip()
 
     def until(self, pattern, what):
-        """Waits until the screen shows the pattern; the screen."""
+        """Waits until the screen shows the pattern. Returns the screen."""
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end:
             screen = self.screen()
@@ -62,7 +63,7 @@ class Terminal:
         self.tmux("send-keys", *keys)
 
     def process(self):
-        """The process id of wstac: the child of the window's shell."""
+        """Returns the process id of wstac, the child of the window's shell."""
         shell = self.flag("pane_pid")
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end:
@@ -75,7 +76,7 @@ class Terminal:
         raise AssertionError("wstac does not run")
 
     def left(self, code):
-        """Waits for the end; the terminal is as it was."""
+        """Waits for the end. The terminal must be as before."""
         self.until(r"^left \d+$", "leaving")
         screen = self.until("^given back$", "the terminal's settings")
         assert f"left {code}\n" in screen, f"expected exit code {code}:\n{screen}"
@@ -123,7 +124,7 @@ def check_keys(wstac):
         terminal.until(r"watching|event \d+/70", "the baseline's end")
         terminal.keys("Space")
         there = frame(terminal.until("PAUSED", "space"))
-        # Ten frames' time.
+        # The time of ten frames.
         time.sleep(0.3)
         assert frame(terminal.screen()) == there, "a file stands still while it is paused"
         terminal.keys("z")
@@ -140,7 +141,7 @@ def check_keys(wstac):
 
 
 def check_recording(wstac):
-    """r starts a recording and ends it, and so does q; both files can be read again."""
+    """The key r starts a recording and ends it, and so does q. Both files can be read again."""
     with tempfile.TemporaryDirectory() as folder:
         named = pathlib.Path(folder) / "slide.mcap"
         with view(wstac, SCENE, *SMALL, "--record", str(named), size=(160, 24)) as terminal:
@@ -203,7 +204,7 @@ def check_a_terminal_that_is_gone(wstac):
 
 
 def check_colors(wstac):
-    """True color, 256, 16 and none, by what the terminal says of itself."""
+    """Colors are true color, 256, 16 or none, as the terminal announces."""
     for variables, expected, forbidden in [
         (["TERM=xterm-256color", "COLORTERM=truecolor"], r"\x1b\[[0-9;]*[34]8;2;", None),
         (["COLORTERM=", "TERM=screen-256color"], r"\x1b\[[0-9;]*[34]8;5;", r"\x1b\[[0-9;]*[34]8;2;"),
@@ -216,7 +217,7 @@ def check_colors(wstac):
             terminal.until("PAUSED", "space")
             screen = terminal.screen(colors=True)
             assert re.search(expected, screen), f"{variables}: no {expected}\n{screen}"
-            # tmux may give colors that it takes for others; what must not be there is what the terminal has not.
+            # tmux may give colors that it takes for others. Colors that the terminal does not have must not appear.
             assert not forbidden or not re.search(forbidden, screen), f"{variables}: {forbidden}\n{screen}"
             terminal.keys("q")
             terminal.left(0)
@@ -235,7 +236,9 @@ def check_a_wrong_source(wstac):
 
 
 def check_a_broken_file(wstac):
-    """A file that ends inside a frame: its error is on the screen until q, then on standard error, and the exit code is 1."""
+    """A file ends inside a frame. Its error is on the screen until q and then on standard error, and the exit code is
+    1.
+    """
     clip = pathlib.Path(os.environ.get("TMPDIR", "/tmp")) / f"wstac-view-{os.getpid()}.y4m"
     clip.write_bytes(b"YUV4MPEG2 W64 H64 F30:1 Cmono\n" + (b"FRAME\n" + bytes(64 * 64)) * 30 + b"FRAME\n" + bytes(100))
     try:
@@ -269,6 +272,10 @@ def keep(wstac):
 
 These screens show a simulated slide, paused while it is captured, in two sizes of a terminal without colors.
 With colors, the picture has two pixels per character, and the cells of the taxel map are filled.
+The picture is scaled so that white is the given percentage of full scale.
+Below it, each trace shows one feature, r1 to r5 for rows and c1 to c5 for columns: a dot per frame, and the newest value beside it.
+The dashes are the threshold of the trigger.
+The lines at the bottom list the events.
 `ci/view --keep` writes this page.
 """
     for (width, height), screen in screens:

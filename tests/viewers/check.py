@@ -1,6 +1,6 @@
-"""Opens recordings with tools that others wrote, and compares what they see with what `wstac run` says.
+"""Opens recordings with tools of others, and compares what they see with what `wstac run` prints.
 
-The mcap reader of PyPI decodes every message by the schemas in the file; Rerun's converter turns the file into what its
+The mcap reader of PyPI decodes every message by the schemas in the file. Rerun's converter turns the file into what its
 viewer shows: pictures, plots and text.
 """
 
@@ -18,7 +18,7 @@ from mcap_ros2.decoder import DecoderFactory as Ros2
 
 WSTAC = os.environ["WSTAC"]
 RERUN = Path(sys.executable).parent / "rerun"
-# A format, the encoding that viewers know it by, and what the picture is to them.
+# A format, its encoding for viewers, and the picture that they decode.
 FORMATS = {
     "GREY": ("mono8", 400, 400),
     "YUYV": ("yuyv", 400, 400),
@@ -36,7 +36,7 @@ def wstac(*arguments):
 
 
 def record(folder, fourcc):
-    """Records a slide that loses frames; its scene and its file."""
+    """Records a slide that loses frames. Returns its scene and its file."""
     scene = folder / f"{fourcc}.toml"
     scene.write_text(
         f'specimen = "Saw3"\nspeed = 150\nseed = 5\n[sensor]\nsize = [400, 400]\nformat = "{fourcc}"\ndropped = 0.03\n'
@@ -47,7 +47,7 @@ def record(folder, fourcc):
 
 
 def decoded(file):
-    """Messages by topic: times and what they say."""
+    """Returns the messages by topic, with their times and contents."""
     topics = {}
     with open(file, "rb") as opened:
         reader = make_reader(opened, validate_crcs=True, decoder_factories=[Protobuf(), Ros2()])
@@ -64,7 +64,7 @@ def decoded(file):
 
 
 def check_messages(fourcc, file, scene, lines):
-    """Everything in the file, as its own schemas have it."""
+    """Checks everything in the file, decoded by its own schemas."""
     topics, metadata, statistics = decoded(file)
     features = [json.loads(line)["f"] for line in wstac("run", f"scene:{scene}", "--json", "--features") if '"f":' in line]
     assert [list(array.data) for _, array in topics["/features"]] == features, fourcc
@@ -79,7 +79,7 @@ def check_messages(fourcc, file, scene, lines):
     assert len(frames) == len(topics["/taxels"]) == end["frames"] - end["dropped"]
     encoding, width, height = FORMATS[fourcc]
     for message, image in frames:
-        # Of a file, a frame's time is its number's.
+        # In a file, the time of a frame follows from its number.
         assert message.log_time == message.sequence * 1_000_000_000 // 30
         assert image.timestamp.seconds * 10**9 + image.timestamp.nanos == message.log_time
         if encoding == "jpeg":
@@ -98,7 +98,7 @@ def check_messages(fourcc, file, scene, lines):
 
 
 def check_rerun(fourcc, file, folder):
-    """What Rerun's viewer would show."""
+    """Checks what Rerun's viewer would show."""
     shown = folder / f"{fourcc}.rrd"
     subprocess.run([RERUN, "mcap", "convert", str(file), "-o", str(shown)], check=True, capture_output=True)
     printed = subprocess.run([RERUN, "rrd", "print", str(shown)], check=True, capture_output=True, text=True).stdout
@@ -132,7 +132,7 @@ def main():
             rows = check_rerun(fourcc, file, folder)
             shown = ", ".join(f"{topic} {rows[topic, kind]} × {kind.split(':')[0]}" for topic, kind in sorted(rows))
             print(f"ok: {fourcc}: {count} messages decoded; Rerun shows {shown}")
-            # What recover makes of half of it opens, too.
+            # The recovered half of a file opens, too.
             half = folder / "half.mcap"
             half.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
             whole = folder / "whole.mcap"

@@ -1,4 +1,4 @@
-"""Checks what guest/doctor.sh left: check_doctor.py RESULTS."""
+"""Checks the results of guest/doctor.sh: check_doctor.py RESULTS."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from results import Run, verdict
 
 
 def report(run: Run) -> dict:
-    """The one JSON object that it printed."""
+    """Returns the one JSON object that was printed."""
     (only,) = run.records
     return only
 
 
 def controls(run: Run) -> dict[str, int]:
-    """The controls as v4l2-ctl read them afterwards."""
+    """Returns the controls that v4l2-ctl read afterwards."""
     text = (run.directory / f"{run.name}.controls").read_text()
     return {name: int(value) for name, value in re.findall(r"^(\w+): (-?\d+)", text, re.MULTILINE)}
 
 
 def kinds(found: dict) -> set[str]:
-    """What the verdict is about."""
+    """Returns the kinds of the verdict."""
     return {finding["kind"] for finding in found["verdict"]}
 
 
 def of(found: dict, name: str) -> dict:
-    """One control of a report."""
+    """Returns one control of a report."""
     (only,) = (control for control in found["controls"] if control["name"] == name)
     return only
 
 
 def drifting(run: Run) -> tuple[list[str], str]:
-    """An automatic control that is left alone is seen to drift."""
+    """An automatic control that is left alone is reported to drift."""
     found = report(run)
     gain, automatic = of(found, "gain"), of(found, "gain_automatic")
     problems = [] if gain["drifts"] and gain["value"] != gain["value_at_end"] else [f"gain does not drift: {gain}"]
@@ -45,7 +45,7 @@ def drifting(run: Run) -> tuple[list[str], str]:
 
 
 def locked(run: Run) -> tuple[list[str], str]:
-    """Everything automatic is off, the rest is what it was, and the driver agrees."""
+    """Everything automatic is off, the rest is as before, and the driver agrees."""
     found = report(run)
     open_ = [f"{control['name']}: {control['why']}" for control in found["controls"] if control["locked"] is False]
     problems = [f"not locked: {open_}"] if open_ else []
@@ -58,11 +58,11 @@ def locked(run: Run) -> tuple[list[str], str]:
     listed = {mode["fourcc"].ljust(4) for mode in camera["modes"]}
     problems += [] if offered and offered <= listed else [f"formats {sorted(offered - listed)} are not listed"]
     problems += [] if (camera["path"], camera["driver"], camera["format"]) == ("/dev/video0", "vivid", "GREY") else [f"{camera}"]
-    # A busy machine is late now and then; its mean rate is the camera's.
+    # A busy machine is sometimes late, but its mean rate is the camera's.
     problems += [] if abs(rate["measured"] - rate["stated"]) < 0.5 else [f"{rate}"]
     problems += [] if rate["jitter_ms"] >= 0 and rate["longest_ms"] > 30 and rate["frames"] >= 10 else [f"{rate}"]
     problems += [] if {"unlocked", "drifting_control"}.isdisjoint(kinds(found)) else [f"verdict {kinds(found)}"]
-    # The pattern does not move and has no noise: that is told, and no signal is lost in it.
+    # The pattern does not move and has no noise. This is reported, and no signal is lost in it.
     problems += [] if "frozen" in kinds(found) and found["noise"]["worst_taxel"] == 0 else [f"{found['noise']}"]
     return problems, f"{len(found['controls'])} controls, {rate['measured']} fps, jitter {rate['jitter_ms']} ms"
 
@@ -76,7 +76,7 @@ def set_(run: Run) -> tuple[list[str], str]:
 
 
 def refused(part: str) -> Callable[[Run], tuple[list[str], str]]:
-    """An error that names the control and lists what there is; exit code 1, nothing on standard output."""
+    """The error names the control and lists the existing ones. The exit code is 1, and standard output is empty."""
 
     def check(run: Run) -> tuple[list[str], str]:
         problems = [] if run.exit == 1 and not run.stdout else [f"exit code {run.exit}, {run.stdout!r}"]
@@ -87,25 +87,25 @@ def refused(part: str) -> Callable[[Run], tuple[list[str], str]]:
 
 
 def text(run: Run) -> tuple[list[str], str]:
-    """The same in words."""
+    """The text output has the same content."""
     problems = [part for part in ("/dev/video0", "rate  ", "controls ", "signal ", "To change:") if part not in run.stdout]
     return [f"{problems} missing in {run.stdout!r}"] if problems else [], ""
 
 
 def run_(run: Run) -> tuple[list[str], str]:
-    """Any command that opens the camera locks it, and says so in its first line."""
+    """Any command that opens the camera locks it, and prints this in its first line."""
     first = run.stderr.splitlines()[0]
     problems = [] if re.search(r"; \d+ controls locked", first) and "NOT" not in first else [first]
     return problems + ([] if controls(run) == {"gain_automatic": 0} else [f"{controls(run)}"]), first
 
 
 def dropped(run: Run) -> tuple[list[str], str]:
-    """Frames that never arrive are counted, and are no slower camera."""
+    """Frames that never arrive are counted, and do not make the camera look slower."""
     found = report(run)
     rate, lost = found["rate"], sum(found["rate"]["lost"].values())
     share = lost / (lost + rate["frames"])
     problems = [] if abs(rate["measured"] - rate["stated"]) < 0.5 else [f"{rate}"]
-    # A busy machine loses more than the driver was told to.
+    # A busy machine loses more frames than the driver was set to lose.
     problems += [] if share > 0.15 and "lost" in kinds(found) else [f"{share:.0%} lost: {rate}"]
     return problems, f"{share:.0%} lost, {rate['measured']} fps"
 
@@ -121,5 +121,5 @@ for name, check in CHECKS.items():
         watched.name = name
         trouble = watched.crash() if name in ("unknown", "range") else watched.trouble()
         verdict(f"doctor {name}", *((trouble, "") if trouble else check(watched)))
-    except Exception as error:  # a broken report must cost one check, not the rest
+    except Exception as error:  # a broken report must fail one check, and not the rest
         verdict(f"doctor {name}", [f"{type(error).__name__}: {error}"])

@@ -1,4 +1,4 @@
-"""Checks what guest/faults.sh left, and writes the table of faults: check_faults.py RESULTS."""
+"""Checks the results of guest/faults.sh, and writes the table of faults: check_faults.py RESULTS."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ FRAME, RATE = 320 * 180, 30
 
 @dataclass
 class Seen:
-    """What one run showed."""
+    """The result of one run."""
 
     problems: list[str]
     note: str = ""
-    # Frames lost as wstac counts them, and as the kernel's trace has it.
+    # Lost frames as wstac counts them, and as the kernel's trace has them.
     counted: int | None = None
     kernel: range | None = None
-    # Frames that came.
+    # Frames that arrived.
     came: int | None = None
 
 
@@ -32,7 +32,7 @@ def faults(run: Run) -> list[str]:
 
 
 def by_sequence(run: Run, at_least: int = 0) -> Seen:
-    """Lost frames are counted one by one, and the frames that came keep their time."""
+    """Lost frames are counted one by one, and the other frames keep their time."""
     frames = run.saved(FRAME)
     times, gaps, counted = run.arrived(frames), run.lost(frames), run.end["dropped"]
     problems = []
@@ -41,7 +41,7 @@ def by_sequence(run: Run, at_least: int = 0) -> Seen:
     if counted not in gaps:
         problems.append(f"dropped {counted}, but the sequence has gaps of {gaps}")
     said = {record["frame"] for record in run.of_kind("features")}
-    # A busy machine stamps buffers late, which looks like a frame too many until the next.
+    # A busy machine stamps buffers late. That looks like an extra frame until the next buffer.
     off = [time for time in times if not any(near in said for near in range(time - 2, time + 3))]
     if off:
         problems.append(f"no features near frames {off[:8]}")
@@ -59,7 +59,7 @@ def by_time(run: Run, *expected: str) -> Seen:
     problems = [] if told == list(expected) else [f"reported {told}, expected {list(expected)}"]
     if counted not in kernel:
         problems.append(f"dropped {counted}, but the kernel's times say {kernel}")
-    # The last frame that came has its place in time; one may be held back for what comes after it.
+    # The last frame that arrived has its place in time. One may wait for what comes after it.
     last, place = run.of_kind("features")[-1]["frame"], frames - 1 + kernel.start
     if not place - 1 <= last <= frames - 1 + kernel.stop:
         problems.append(f"the last features are of frame {last}, in the kernel's times it is {place}")
@@ -70,7 +70,7 @@ def by_time(run: Run, *expected: str) -> Seen:
 
 
 def wrapped(run: Run) -> Seen:
-    """The sequence number goes through 2^32 while three buffers in ten are lost."""
+    """The sequence number passes 2^32 while three buffers in ten are lost."""
     sequences = [buffer.sequence for buffer in run.buffers]
     seen = by_sequence(run, 20)
     if max(sequences) < 0xFFFF_FF80 or min(sequences) > 1000:
@@ -79,7 +79,7 @@ def wrapped(run: Run) -> Seen:
 
 
 def time_wrapped(run: Run) -> Seen:
-    """The timestamp goes through 2^63 ns and is below 0 from then on."""
+    """The timestamp passes 2^63 ns and is below 0 from then on."""
     seen = by_sequence(run)
     times = [buffer.time for buffer in run.buffers]
     if not min(times) < 2**63 / 1e9 < max(times):
@@ -106,7 +106,7 @@ def restarted(run: Run) -> Seen:
 
 
 def found(run: Run, there: str) -> Seen:
-    """The same camera is found where it is now."""
+    """The same camera is found at its new path."""
     seen = by_time(run, "disconnected", "reconnected")
     said = [record["message"] for record in run.of_kind("fault")][-1]
     number = re.match(r"/dev/video(\d+)", said)
@@ -116,12 +116,12 @@ def found(run: Run, there: str) -> Seen:
 
 
 def newest(run: Run) -> Seen:
-    """A program that stood still skips what waited, and time does not shift."""
+    """A program that was stopped skips what waited, and time does not shift."""
     times = [buffer.time for buffer in run.buffers]
     all_frames, said = round((times[-1] - times[0]) * RATE) + 1, run.end["frames"]
     skipped = re.search(r"(\d+) frames? lost: skipped for newer ones", run.stderr)
     problems = [] if skipped else ["nothing was skipped"]
-    # Buffers that were taken from the driver, but came to nothing when the run was stopped: it has eight.
+    # Buffers that were taken from the driver, but not used because the run was stopped. The driver has eight.
     least = round((times[-9] - times[0]) * RATE)
     problems += [] if least <= said <= all_frames + 1 else [f"{said} frames, by the kernel's times {least} to {all_frames}"]
     problems += [] if re.search(r"up to \d+ frames? behind the camera", run.stderr) else ["not said how far behind"]
@@ -130,7 +130,7 @@ def newest(run: Run) -> Seen:
 
 
 def slow(run: Run) -> Seen:
-    """A camera slower than asked is used as it is, and the program says so."""
+    """A camera slower than requested is used as it is, and this is reported."""
     rate = re.search(r"([\d.]+) fps|Frames per second: ([\d.]+)", (run.directory / "slow.format").read_text())
     rate = float(rate[1] or rate[2])
     problems = [] if rate < 30 else [f"the driver grants {rate} fps, so this proves nothing"]
@@ -147,7 +147,7 @@ def stopped(run: Run) -> Seen:
     problems = [] if size % FRAME == 0 else ["the raw file ends inside a frame"]
     problems += [] if saved > 20 else [f"only {saved} frames"]
     problems += [] if saved == said or run.end["dropped"] else [f"{saved} frames saved, {said} counted"]
-    # A busy machine may lose a frame here, too; frames lost at the very end have no place in time.
+    # A busy machine may lose a frame here, too. Frames lost at the very end have no place in time.
     printed, lost = len(run.of_kind("features")), run.end["dropped"]
     if not printed <= said <= printed + lost:
         problems.append(f"the end record counts {said} frames, {printed} were printed and {lost} lost")
@@ -161,14 +161,14 @@ def devices(run: Run) -> Seen:
 
 
 def refused(run: Run) -> Seen:
-    """A camera that refuses to start at first: an error in words, or another try that succeeds."""
+    """A camera does not start at first. The result is an error message, or another try that succeeds."""
     started = run.exit == 0 and len(run.of_kind("features")) == 5
     sound = started or run.exit == 1 and run.stderr.strip()
     problems = [] if sound else [f"exit code {run.exit}, {run.stderr!r}: not an error in words"]
     return Seen(problems, f"exit code {run.exit}: {run.stderr.strip().splitlines()[-1]}")
 
 
-# Name, what happens, and how it is judged.
+# Name, description, and function that judges.
 FAULTS: list[tuple[str, str, Callable[[Run], Seen]]] = [
     ("dropped-1", "1 % of the buffers dropped", by_sequence),
     ("dropped-30", "30 % of the buffers dropped", lambda run: by_sequence(run, 30)),
@@ -195,7 +195,7 @@ OTHERS: list[tuple[str, Callable[[Run], Seen]]] = [("devices", devices), ("inter
 
 
 def judge(directory: Path, name: str, check: Callable[[Run], Seen]) -> tuple[Run | None, Seen]:
-    """What one run showed; a broken record must cost one check, not the rest."""
+    """Reads the result of one run. A broken record must fail one check, and not the rest."""
     run = None
     try:
         run = Run(directory, name)
@@ -209,7 +209,7 @@ def judge(directory: Path, name: str, check: Callable[[Run], Seen]) -> tuple[Run
 
 
 def between(counts: range) -> str:
-    """`7`, or `7 to 9` where the trace cannot tell."""
+    """Returns `7`, or `7 to 9` if the trace cannot tell."""
     return str(counts.start) if len(counts) == 1 else f"{counts.start} to {counts[-1]}"
 
 

@@ -1,4 +1,4 @@
-"""Checks what guest/formats.sh left: check_formats.py RESULTS."""
+"""Checks the results of guest/formats.sh: check_formats.py RESULTS."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ WIDTH, HEIGHT, FRAMES = 640, 360, 5
 
 
 class Stated:
-    """What the driver says about the format that a run left behind, as v4l2-ctl prints it."""
+    """Returns the driver's format after a run, as v4l2-ctl prints it."""
 
     def __init__(self, path: Path) -> None:
         self.text = path.read_text()
@@ -24,7 +24,7 @@ class Stated:
         self.range = {"Limited Range": "limited", "Full Range": "full"}[self._color("Quantization")]
 
     def _color(self, name: str) -> str:
-        """The value, or what the default maps to."""
+        """Returns the value, or what the default maps to."""
         value = re.search(rf"{name}\s*: (.*)", self.text)[1]
         return re.sub(r"^Default \(maps to (.*)\)$", r"\1", value)
 
@@ -42,7 +42,7 @@ def check_moving(directory: Path, name: str, fourcc: str) -> None:
         found = run.trouble()
         if not found:
             frames = run.saved(stated.image)
-            # A slow machine may lose some of the five; two are needed to see that the picture moves.
+            # A slow machine may lose some of the five. Two are needed to see that the picture moves.
             if not 2 <= frames <= FRAMES:
                 found.append(f"{frames} frames saved, {FRAMES} asked for")
             expected = reference_features(run.raw, fourcc, WIDTH, HEIGHT, stated.line, colors)
@@ -56,7 +56,7 @@ def check_moving(directory: Path, name: str, fourcc: str) -> None:
 
 
 def check_still(directory: Path, name: str) -> None:
-    """A still picture's buffers are v4l2-ctl's, byte for byte."""
+    """A still picture's buffers equal those of v4l2-ctl, byte for byte."""
     run = Run(directory, f"{name}-still")
     problems = run.trouble()
     if not problems:
@@ -67,7 +67,7 @@ def check_still(directory: Path, name: str) -> None:
 
 
 def main(directory: Path) -> None:
-    """One line for each format of guest/formats.list and each of the two checks."""
+    """Prints one line for each format of guest/formats.list and each of the two checks."""
     rows = [line.split() for line in (Path(__file__).parent / "guest" / "formats.list").read_text().splitlines() if line[0] != "#"]
     offered = set(re.findall(r"\[\d+\]: '(.{4})'", (directory / "offered").read_text()))
     for name, fourcc, *_ in rows:
@@ -78,7 +78,7 @@ def main(directory: Path) -> None:
         for check in (lambda: check_moving(directory, name, fourcc), lambda: check_still(directory, name)):
             try:
                 check()
-            except Exception as error:  # a broken record must cost one check, not the rest
+            except Exception as error:  # a broken record must fail one check, and not the rest
                 verdict(f"formats {name}", [f"{type(error).__name__}: {error}"])
 
 

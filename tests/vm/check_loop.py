@@ -1,7 +1,7 @@
-"""Checks what guest/loop.sh left: check_loop.py RESULTS PLAYED.gray WSTAC [--last-try].
+"""Checks the results of guest/loop.sh: check_loop.py RESULTS PLAYED.gray WSTAC [--last-try].
 
-Exit code 3, before any verdict, says that the run was unlucky (the slow machine lost frames, or the program started too
-late for a baseline) and another boot may do better; --last-try judges it anyway.
+Exit code 3, before any verdict, means that the run was unlucky: the slow machine lost frames, or the program started
+too late for a baseline. Another boot may do better. --last-try judges the run anyway.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ BASELINE, WINDOW, BACKTRACK = 25, 5, 10
 
 
 def without_fills(event: dict) -> dict:
-    """An event less what only a stream with gaps can say."""
+    """Returns an event without the fields that depend on gaps in the stream."""
     return {key: value for key, value in event.items() if key not in ("frames_filled", "reliable")}
 
 
 def events_from_file(captured: np.ndarray, times: list[int], wstac: str, path: Path) -> list[dict]:
-    """The events of the captured frames as a Y4M, in which a lost frame is its predecessor once more."""
+    """Returns the events of the captured frames as a Y4M file, in which a lost frame repeats its predecessor."""
     with path.open("wb") as out:
         out.write(f"YUV4MPEG2 W{WIDTH} H{HEIGHT} F30:1 Ip A1:1 Cmono\n".encode())
-        # A gap is filled by repeating the last features; a repeated frame has just those.
+        # A gap is filled by repeating the last features, and a repeated frame has exactly those.
         for frame, shown in zip(captured, np.diff([*times, times[-1] + 1]), strict=True):
             out.write((b"FRAME\n" + frame.tobytes()) * int(shown))
     text = subprocess.run([wstac, "run", path, "--json"], check=True, capture_output=True, text=True).stdout
@@ -72,7 +72,7 @@ def main(directory: Path, played_file: Path, wstac: str, last_try: bool) -> None
     same = live == again if clean else list(map(without_fills, live)) == list(map(without_fills, again))
     verdict("loop events equal the file's", [] if same else [f"live {live}, from the file {again}"], f"{len(live)} events")
 
-    # The window that holds the first light fires, and the sample goes back from its start.
+    # The window with the first light fires, and the sample starts before it by the backtrack.
     problems = []
     if len(live) != 1:
         problems.append(f"{len(live)} events for one slide")
@@ -83,7 +83,8 @@ def main(directory: Path, played_file: Path, wstac: str, last_try: bool) -> None
         direction = live[0]["direction"]["deg"]
         if direction != 0:
             problems.append(f"columns lit from left to right are 0 degrees, not {direction}")
-        # An output that stalls shows a frame twice, and the light lasts longer than was played: then there may be a bound only.
+        # An output that stalls shows a frame twice, so the light lasts longer than was played. Then there may be only a
+        # bound.
         repeated = len(set(numbers)) < len(numbers)
         if live[0]["speed"] is None and not (repeated and "speed_at_most" in live[0]):
             problems.append("no speed")

@@ -1,4 +1,4 @@
-"""Checks what guest/record.sh left: check_record.py RESULTS WSTAC."""
+"""Checks the results of guest/record.sh: check_record.py RESULTS WSTAC."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ FRAME, RATE = 320 * 180, 30
 
 
 def read(wstac: str, *arguments: str | Path) -> tuple[str, list[dict]]:
-    """What `wstac run` prints of a recording: as it is, and as records."""
+    """Returns the output of `wstac run` for a recording: as text, and as records."""
     done = subprocess.run([wstac, "run", *arguments, "--json"], check=True, capture_output=True, text=True)
     return done.stdout, [json.loads(line) for line in done.stdout.splitlines()]
 
 
 def frames_of(records: list[dict]) -> int:
-    """Frames that came, of the records of a run with features."""
+    """Returns the frames that arrived, from the records of a run with features."""
     return sum(record["kind"] == "features" for record in records)
 
 
 def recorded(run: Run, wstac: str) -> tuple[list[str], str]:
-    """A camera that went away and came back: what is read from the file is what was said live, and no frame is missing."""
+    """A camera went away and came back. The file replays the live output, and no frame is missing."""
     path = run.directory / "recorded.mcap"
     text, _ = read(wstac, path)
     problems = [] if text == run.stdout else [f"live {run.stdout!r}, of the file {text!r}"]
@@ -41,21 +41,21 @@ def recorded(run: Run, wstac: str) -> tuple[list[str], str]:
 
 
 def killed(run: Run, wstac: str) -> tuple[list[str], str]:
-    """A program that was killed: what it had written comes back."""
+    """The program was killed. What it had written is recovered."""
     whole = run.directory / "whole.mcap"
     done = subprocess.run([wstac, "recover", run.directory / "killed.mcap", "-o", whole], capture_output=True, text=True)
     if done.returncode:
         return [f"recover: exit code {done.returncode}: {done.stderr}"], ""
     frames, taken = frames_of(read(wstac, whole, "--features")[1]), len(run.buffers)
     problems = [] if run.exit == 137 else [f"exit code {run.exit}, not that of a killed program"]
-    # Not those that it had just taken: half a second of them.
+    # Except the frames that it had just taken: half a second of them.
     if not max(90, taken - RATE // 2) <= frames <= taken:
         problems.append(f"{frames} frames came back of {taken} that the kernel handed out")
     return problems, f"{frames} of {taken} frames came back"
 
 
 def full(run: Run, wstac: str) -> tuple[list[str], str]:
-    """A disk that fills up ends a recording in words, and the file is whole."""
+    """A full disk ends a recording with a message, and the file is complete."""
     problems = [] if run.exit == 1 and "full.mcap: the disk is full" in run.stderr else [f"exit code {run.exit}: {run.stderr}"]
     path = run.directory / "full.mcap"
     records = read(wstac, path, "--features")[1]
@@ -69,7 +69,7 @@ def full(run: Run, wstac: str) -> tuple[list[str], str]:
 
 
 def sensors(run: Run, _: str) -> tuple[list[str], str]:
-    """Two cameras, of which one goes away for a moment: each has its frames and its faults."""
+    """Two cameras, of which one goes away for a moment. Each has its own frames and faults."""
     of = {name: [record for record in run.records if record["sensor"] == name] for name in ("left", "right")}
     told = {name: [record["fault"] for record in records if record["kind"] == "fault"] for name, records in of.items()}
     problems = []
@@ -83,7 +83,7 @@ def sensors(run: Run, _: str) -> tuple[list[str], str]:
 
 
 def main(directory: Path, wstac: str) -> None:
-    """Judges all runs; a broken record must cost one check, not the rest."""
+    """Judges all runs. A broken record must fail one check, and not the rest."""
     checks: list[Callable[[Run, str], tuple[list[str], str]]] = [recorded, killed, full, sensors]
     for check in checks:
         try:

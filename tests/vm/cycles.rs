@@ -1,6 +1,8 @@
-//! Opens, reads and closes a camera again and again, and lets it break off and come back again and again: neither files nor
-//! memory may grow. `camera_cycles DEVICE CYCLES BUTTON…`, a button being NAME=0xNUMBER of one of vivid's controls that
-//! breaks the stream; `ci/vm cycles` runs it.
+//! Opens, reads and closes a camera many times. Then breaks its connection many times and waits for it to come back.
+//! The number of open files and the memory may not grow.
+//!
+//! `camera_cycles DEVICE CYCLES BUTTON…`: a button is NAME=0xNUMBER of one of vivid's controls that breaks the stream.
+//! `ci/vm cycles` runs this program.
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -11,12 +13,12 @@ use wstac_host::source::{FaultKind, Source, SourceEvent};
 use wstac_linux::CameraRequest;
 use wstac_linux::source::CameraSource;
 
-/// What one process holds.
+/// The resources that one process holds.
 #[derive(Clone, Copy)]
 struct Held {
     files: usize,
     mappings: usize,
-    /// Resident memory.
+    /// The resident memory, in KiB.
     kib: u64,
 }
 
@@ -37,7 +39,7 @@ impl std::fmt::Display for Held {
     }
 }
 
-/// Reads until the next frame; the faults on the way.
+/// Reads until the next frame, and returns the faults before it.
 fn frame(source: &mut CameraSource) -> Vec<FaultKind> {
     let mut faults = Vec::new();
     loop {
@@ -55,14 +57,14 @@ fn press(path: &str, id: u32) {
     device.set_control(Control { id, value: Value::Integer(1) }).expect("the button can be pressed");
 }
 
-/// Does something again and again, and says whether what is held grew after the first tenth.
+/// Repeats an action, and returns whether the resources stayed the same after the first tenth.
 fn cycles(what: &str, count: usize, mut once: impl FnMut()) -> bool {
     let start = Instant::now();
     (0..count / 10).for_each(|_| once());
     let before = held();
     (count / 10..count).for_each(|_| once());
     let after = held();
-    // An allocator keeps what it likes: a tenth of a frame's worth a cycle would be far more than this.
+    // An allocator may keep some memory. A leak of a tenth of a frame per cycle would be far more than this.
     let sound = after.files == before.files && after.mappings <= before.mappings + 2 && after.kib <= before.kib + 512;
     let seconds = start.elapsed().as_secs();
     let verdict = if sound { "no growth" } else { "GREW" };

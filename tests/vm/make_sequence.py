@@ -18,20 +18,20 @@ BITS, CELL = 8, 64
 
 
 def number(frame: np.ndarray) -> int:
-    """The number that a frame carries."""
+    """Returns the number that a frame carries."""
     return sum(int(frame[CELL * bit + CELL // 2, CELL // 2] > 127) << bit for bit in range(BITS))
 
 
 def light(t: int, column: int) -> float:
-    """A column's light at frame t: up and down again over twice its share of the slide."""
+    """Returns a column's light at frame t. It rises and falls over twice the column's part of the slide."""
     middle = FIRST_LIT + FRAMES_PER_COLUMN * (column + 1) - 0.5
     return max(0.0, 1.0 - abs(t - middle) / FRAMES_PER_COLUMN)
 
 
 def frames():
-    """The frames, one by one; every run makes the same."""
+    """Yields the frames, which are the same in every run."""
     rng = np.random.default_rng(20240501)
-    # Outside the taxels the picture is bright and random, so that a wrong corner or size shows at once.
+    # Outside the taxels the picture is bright and random, so that a wrong corner or size is noticed at once.
     surround = rng.integers(0, 256, (HEIGHT, WIDTH), dtype=np.uint8)
     grain = rng.integers(0, 40, (TAXEL, TAXEL))
     for t in range(FRAMES):
@@ -41,7 +41,7 @@ def frames():
         for i in range(5):
             for j in range(5):
                 lit = light(t, j) * (120 + 20 * i + np.roll(grain, t + i + j, axis=1))
-                # Dark is not black: now and then a pixel reads 1.
+                # Dark is not black: sometimes a pixel reads 1.
                 dark = np.roll(grain, 3 * t + 7 * i + j, axis=0) == 0
                 y, x = TOP + PITCH * i, LEFT + PITCH * j
                 frame[y : y + TAXEL, x : x + TAXEL] = np.where(lit > 0, lit, dark).astype(np.uint8)

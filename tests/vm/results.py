@@ -1,4 +1,4 @@
-"""What a guest left behind, and the one-line verdicts that the checks print."""
+"""Reads the results of a guest, and prints the one-line verdicts of the checks."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ REFERENCE = Path(__file__).resolve().parent.parent / "reference" / "raw_features
 
 
 def verdict(name: str, problems: list[str], note: str = "") -> None:
-    """Prints `ok` or `FAILED`; `run` counts these lines."""
+    """Prints `ok` or `FAILED`. `run` counts these lines."""
     print(f"FAILED {name}: {'; '.join(problems)}" if problems else f"ok {name}{': ' if note else ''}{note}", flush=True)
 
 
 @dataclass(frozen=True)
 class Buffer:
-    """A buffer as the kernel handed it out."""
+    """A buffer as the kernel returned it."""
 
     sequence: int
     flagged: bool
-    # Of the monotonic clock, in seconds; wraps where vivid is told to wrap it.
+    # Of the monotonic clock, in seconds. Wraps if vivid is set to wrap it.
     time: float
 
 
 class Run:
-    """One `watched` command: what it printed, how it ended, and the buffers it got."""
+    """A `watched` command: its output, its end, and the buffers that it got."""
 
     def __init__(self, directory: Path, name: str) -> None:
         self.directory = directory
@@ -50,23 +50,23 @@ class Run:
 
     @cached_property
     def records(self) -> list[dict]:
-        """The JSON records; a line that is no JSON raises."""
+        """Returns the JSON records. Raises an error for a line that is not JSON."""
         return [json.loads(line) for line in self.stdout.splitlines()]
 
     def of_kind(self, kind: str) -> list[dict]:
-        """The records of one kind, in order."""
+        """Returns the records of one kind, in order."""
         return [record for record in self.records if record["kind"] == kind]
 
     @property
     def end(self) -> dict:
-        """The end record, which has to be the last one."""
+        """Returns the end record, which has to be the last one."""
         records = self.records
         if not records or records[-1]["kind"] != "end":
             raise LookupError("the output does not end with an end record")
         return records[-1]
 
     def crash(self) -> list[str]:
-        """Problems of any run, whatever it was asked: panics, signals, no end within the guest's limit."""
+        """Returns the problems of any run, whatever its options: panics, signals, no end within the guest's limit."""
         problems = []
         if "panicked" in self.stderr:
             problems.append("panic: " + self.stderr[self.stderr.index("panicked") :][:200].replace("\n", " "))
@@ -75,41 +75,41 @@ class Run:
         return problems
 
     def trouble(self) -> list[str]:
-        """Problems of a run that should have succeeded."""
+        """Returns the problems of a run that should have succeeded."""
         problems = self.crash()
         if not problems and self.exit != 0:
             problems.append(f"exit code {self.exit}: {self.stderr.strip()[-300:]!r}")
         return problems
 
     def saved(self, frame_bytes: int) -> int:
-        """How many frames were saved."""
+        """Returns the number of saved frames."""
         frames, rest = divmod(self.raw.stat().st_size, frame_bytes)
         if rest or not frames:
             raise LookupError(f"{self.raw.stat().st_size} raw bytes are not frames of {frame_bytes}")
         return frames
 
     def sound(self) -> list[int]:
-        """When each undamaged buffer was taken, in frames since the first buffer.
+        """Returns when each undamaged buffer was taken, in frames since the first buffer.
 
-        The sequence number wraps at 2^32. vivid on a busy machine gives two frames in a row the same one; the second is
-        a frame like any other, so a step is never less than 1.
+        The sequence number wraps at 2^32. On a busy machine, vivid gives the same number to two frames in a row. The
+        second is a frame like any other, so a step is never less than 1.
         """
         steps = [(later.sequence - earlier.sequence) & 0xFFFF_FFFF for earlier, later in pairwise(self.buffers)]
         times = accumulate((step if 0 < step < 1 << 31 else 1 for step in steps), initial=0)
         return [time for time, buffer in zip(times, self.buffers) if not buffer.flagged]
 
     def arrived(self, frames: int) -> list[int]:
-        """When the saved frames were taken."""
+        """Returns when the saved frames were taken."""
         sound = self.sound()
         if len(sound) < frames:
             raise LookupError(f"the kernel handed out {len(sound)} sound buffers, but {frames} were saved")
         return sound[:frames]
 
     def lost(self, frames: int) -> range:
-        """How many frames the kernel's sequence numbers say were lost or damaged.
+        """Returns how many frames were lost or damaged by the kernel's sequence numbers.
 
-        Exactly known up to the last saved frame. Those between it and the next buffer may be counted too: a limit on
-        frames, or a signal, ends a run before or after the gap.
+        The number is exact up to the last saved frame. Those between it and the next buffer may be counted too, because
+        a limit on frames, or a signal, ends a run before or after the gap.
         """
         sound, last = self.sound(), self.arrived(frames)[-1]
         before = last + 1 - frames
@@ -119,8 +119,10 @@ class Run:
 
 
     def lost_by_time(self, frames: int, rate: float, unsaved: int = 0) -> range:
-        """How many frames the kernel's timestamps say were lost, damaged or never taken: holds across breaks of the stream,
-        each of which may put the frames off by half a period. `unsaved` sound buffers were refused before the last frame."""
+        """Returns how many frames were lost, damaged or never taken by the kernel's timestamps. It is valid across
+        breaks of the stream, each of which may shift frames by half a period. `unsaved` undamaged buffers were refused
+        before the last frame.
+        """
         sound = [buffer for buffer in self.buffers if not buffer.flagged]
         last = frames + unsaved - 1
         if len(sound) <= last:
@@ -133,7 +135,7 @@ class Run:
 
 
 def reference_features(raw: Path, fourcc: str, width: int, height: int, line: int, colors: list[str]) -> list[list[int]]:
-    """The features of each raw frame by the float64 reference, in units of 1/2048."""
+    """Returns the features of each raw frame from the float64 reference, in units of 1/2048."""
     command = [sys.executable, REFERENCE, "--format", fourcc, "--width", width, "--height", height]
     command += ["--bytes-per-line", line, *colors, raw]
     text = subprocess.run([str(part) for part in command], check=True, capture_output=True, text=True).stdout
@@ -141,7 +143,7 @@ def reference_features(raw: Path, fourcc: str, width: int, height: int, line: in
 
 
 def compare_features(run: Run, times: list[int], expected: list[list[int]]) -> tuple[list[str], str]:
-    """Holds each saved frame's features record against the reference; returns the problems and a summary."""
+    """Compares each saved frame's features with the reference. Returns the problems and a summary."""
     measured = {record["frame"]: record["f"] for record in run.of_kind("features")}
     missing = [time for time in times if time not in measured]
     if missing:

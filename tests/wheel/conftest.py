@@ -1,4 +1,4 @@
-"""What the tests of the Python package share: the command, and recordings that it makes."""
+"""Fixtures of the Python package's tests: the command, and recordings that it makes."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ REPOSITORY = Path(__file__).parents[2]
 
 
 def command(*arguments: str) -> list[Any]:
-    """The objects that the command prints."""
+    """Returns the objects that the command prints."""
     done = subprocess.run([WSTAC, *arguments], check=True, capture_output=True, text=True)
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 
 def refusal(*arguments: str) -> str:
-    """What the command says when it cannot use something."""
+    """Returns the message of the command if it cannot use something."""
     done = subprocess.run([WSTAC, *arguments], capture_output=True, text=True)
     assert done.returncode == 1, done
     return done.stderr.removeprefix("wstac: ").rstrip("\n")
@@ -46,7 +46,7 @@ direction = 180
 
 @pytest.fixture(scope="session")
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A recording with labels and lost frames."""
+    """Makes a recording with labels and lost frames."""
     folder = tmp_path_factory.mktemp("recording")
     scene, file = folder / "scene.toml", folder / "a.mcap"
     scene.write_text(SCENE + "[sensor]\nsize = [200, 200]\ndropped = 0.02\n")

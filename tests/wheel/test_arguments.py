@@ -1,4 +1,4 @@
-"""What the package is given: every wrong thing is refused with words, and none of them is a panic."""
+"""Tests wrong arguments of the package. Each is refused with a message, and none causes a panic."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def test_padded_rows_and_pictures_are_the_same() -> None:
 
 
 def test_arguments_by_chance_give_an_answer_or_words() -> None:
-    """Whatever the shape, type and format: an array, or words."""
+    """Any shape, type and format gives an array, or an error with a message."""
     chance = random.Random(8)
     codes = [None, "GREY", "YUYV", "Y10", "RGB3", "NV12", "422P", "444P", "RG10", "XR24", "BA81", "RGBP", "JPEG", "", "Y10 ", "é"]
     shapes = [(2, 8, 8), (2, 8, 8, 2), (2, 8, 8, 3), (2, 8, 8, 4), (2, 64), (2, 96), (2, 128), (2, 192), (), (8,)]
@@ -165,13 +165,13 @@ print(len(found))
 
 
 def test_a_long_call_does_not_keep_others_waiting(tmp_path: Path) -> None:
-    """A thread that waits for a pipe, and the one that writes to it: neither could go on with the lock kept."""
+    """One thread waits for a pipe, and another writes to it. Neither could continue if the lock were kept."""
     header, frame = b"YUV4MPEG2 W80 H80 F30:1 Cmono\n", b"FRAME\n" + bytes(6400)
     bright = b"FRAME\n" + bytes([200]) * 6400
     clip = tmp_path / "clip.y4m"
     clip.write_bytes(header + frame * 40 + bright + frame * 80)
     call = [sys.executable, "-c", WRITER, str(tmp_path / "pipe"), str(clip)]
-    # The limit ends a test that hangs, no more.
+    # The limit only ends a test that hangs.
     done = subprocess.run(call, check=True, capture_output=True, text=True, timeout=120)
     assert done.stdout == "1\n"
 

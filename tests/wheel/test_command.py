@@ -1,4 +1,4 @@
-"""The package beside the command: the same numbers, events and words."""
+"""Compares the package with the command: the same numbers, events and words."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MODELS = ["builtin:svm", "builtin:forest", "builtin:boosted"]
 
 
 def check(source: str, found: wstac.Recording, *options: str) -> int:
-    """Compares a recording with what `wstac run` prints; how many events there were."""
+    """Compares a recording with the output of `wstac run`. Returns the number of events."""
     lines = command("run", source, "--json", "--features", "--samples", "--model", "builtin:svm", *options)
     kinds: dict[str, list[Any]] = {kind: [line for line in lines if line["kind"] == kind] for kind in ("features", "event", "end")}
     assert found.feature_frames.tolist() == [line["frame"] for line in kinds["features"]]
@@ -42,7 +42,7 @@ def test_a_recording(recording: Path) -> None:
     assert len(found.frames) == len(found.taxels) == len(found.frame_numbers) == found.end.frames - lost
     gaps = sorted(number for one in found.lost for number in range(one.at, one.at + one.frames))
     assert sorted([*found.frame_numbers.tolist(), *gaps]) == list(range(found.end.frames))
-    # The way round: its frames, as they arrived, through a pipeline.
+    # The other direction: its frames, as they arrived, through a pipeline.
     pipeline = wstac.Pipeline(models="builtin:svm")
     events, before = [], -1
     for number, frame, taxels in zip(found.frame_numbers, found.frames, found.taxels):
@@ -148,7 +148,7 @@ def test_refusals_have_the_commands_words(recording: Path, tmp_path: Path) -> No
         wstac.open("scene:Saw3@150", models=["builtin:svm", "builtin:forest"])
     two = ["--model", "builtin:svm", "--model", "builtin:forest"]
     assert str(refused.value) == refusal("run", "scene:Saw3@150", *two)
-    # A corner of which the layout's file is to blame, and a sweep without slides.
+    # A configuration file with corners outside the frame, and a sweep without slides.
     outside = tmp_path / "outside.toml"
     outside.write_text("[layout]\ntaxel = [9, 9]\ncorners = [" + "[9999, 0], " * 25 + "]\n")
     with pytest.raises(wstac.Error) as refused:

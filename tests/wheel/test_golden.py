@@ -1,4 +1,4 @@
-"""The package on the golden vectors of the independent reference, case by case, from bytes."""
+"""Tests the package on the golden vectors of the independent reference, case by case, from bytes."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def test_case(case: dict[str, Any]) -> None:
     assert end is not None and (end.frames, end.dropped) == (expected["end"]["frames"], expected["end"]["dropped"])
     if not case["lost"]:
         assert np.array_equal(wstac.features(raw, **stream), ours), "all at once and one by one"
-    # Where the reference says that a unit more or less decides nothing.
+    # Only if the reference says that one unit more or less changes no decision.
     if expected["robust"]:
         assert len(events) == len(expected["events"])
         for event, one in zip(events, expected["events"]):

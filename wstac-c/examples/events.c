@@ -1,4 +1,4 @@
-/* The events of a source: cc events.c -o events $(pkg-config --cflags --libs wstac) && ./events FILE.mcap */
+/* Prints the events of a source: cc events.c -o events $(pkg-config --cflags --libs wstac) && ./events FILE.mcap */
 #include <math.h>
 #include <stdio.h>
 #include <wstac.h>

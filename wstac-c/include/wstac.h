@@ -146,7 +146,7 @@ typedef struct WstacEvent {
   double speed_at_most_mm_s;
   // Lit frames from the first to the last, less one: 0 to 69; -1 if no frame is lit.
   int32_t duration_frames;
-  // Sliding direction in degrees: 0, 90, 180 or 270, counter-clockwise from +x; NAN if it is unclear.
+  // Sliding direction in degrees: 0, 90, 180 or 270, counterclockwise from +x; NAN if it is unclear.
   double direction_deg;
   // Confidence of the direction: 0 to 1, four decimals.
   double direction_confidence;
@@ -284,7 +284,7 @@ const char *wstac_error_message(const struct Wstac *handle);
 // Returns a status in words: a static string in English. A number that is no status has a string, too.
 const char *wstac_error_text(int32_t status);
 
-// Returns the version of the library, such as "0.1.0".
+// Returns the version of the library, such as "0.2.0".
 const char *wstac_version(void);
 
 #ifdef __cplusplus

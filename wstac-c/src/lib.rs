@@ -77,7 +77,7 @@ unsafe fn with(handle: *mut Wstac, call: impl FnOnce(&mut Sensor) -> Result<(), 
         None => Ok(Err(failed(WstacStatus::Panic, PANICKED))),
     };
     let result = result.unwrap_or_else(|_| {
-        // What was half done is not looked at again, and dropping it could panic once more.
+        // The sensor may be in a broken state, and dropping it could panic again, so it is leaked.
         std::mem::forget(wstac.sensor.take());
         Err(failed(WstacStatus::Panic, PANICKED))
     });
@@ -220,7 +220,7 @@ pub unsafe extern "C" fn wstac_close(handle: *mut Wstac) {
     }
     // SAFETY: `open` made it of a box, and nobody uses it again (the caller).
     let wstac = unsafe { Box::from_raw(handle) };
-    // A panic must not leave; what is left behind is leaked.
+    // A panic must not leave the library. Memory that was not yet freed is leaked.
     let _ = catch_unwind(AssertUnwindSafe(|| drop(wstac)));
 }
 
@@ -243,7 +243,7 @@ pub extern "C" fn wstac_error_text(status: i32) -> *const c_char {
     status::in_words(status).as_ptr()
 }
 
-/// Returns the version of the library, such as "0.1.0".
+/// Returns the version of the library, such as "0.2.0".
 #[unsafe(no_mangle)]
 pub extern "C" fn wstac_version() -> *const c_char {
     concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()
@@ -252,7 +252,7 @@ pub extern "C" fn wstac_version() -> *const c_char {
 #[cfg(test)]
 mod tests;
 
-/// The kinds of sources of this library besides files: a line for each.
+/// The kinds of sources that this library has besides files, one per line.
 const SOURCE_KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];
 
 /// Opens a source of any kind by its name.

@@ -67,7 +67,7 @@ pub struct WstacEvent {
     pub speed_at_most_mm_s: f64,
     /// Lit frames from the first to the last, less one: 0 to 69; -1 if no frame is lit.
     pub duration_frames: i32,
-    /// Sliding direction in degrees: 0, 90, 180 or 270, counter-clockwise from +x; NAN if it is unclear.
+    /// Sliding direction in degrees: 0, 90, 180 or 270, counterclockwise from +x; NAN if it is unclear.
     pub direction_deg: f64,
     /// Confidence of the direction: 0 to 1, four decimals.
     pub direction_confidence: f64,
@@ -148,7 +148,7 @@ const EMPTY: WstacRecord = WstacRecord {
 const NO_TEXTURE: WstacTexture =
     WstacTexture { specimen: ptr::null(), pattern: ptr::null(), depth_mm: f64::NAN, other: ptr::null() };
 
-/// What the last record points to.
+/// The data that the last record points to.
 #[derive(Default)]
 pub(super) struct Given {
     texts: Vec<CString>,

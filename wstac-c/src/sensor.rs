@@ -1,4 +1,4 @@
-//! The inside of a handle: a session, and what its last record points to.
+//! The content of a handle: a session, and the data that its last record points to.
 
 use wstac_host::config::Config;
 use wstac_host::output::{Output, OutputOptions};
@@ -11,11 +11,12 @@ use crate::options::Options;
 use crate::record::{Given, WstacRecord};
 use crate::status::{Failure, WstacStatus, failed};
 
-/// The inside of a handle.
+/// The content of a handle.
 pub struct Sensor {
     session: Session,
     /// Whether the program pushes the frames.
     takes_frames: bool,
+    /// The data that the last record points to.
     given: Given,
 }
 
@@ -43,7 +44,7 @@ impl Sensor {
         })
     }
 
-    /// Returns the next record; with the end record of a source that failed, the failure.
+    /// Returns the next record. If the source failed, the end record comes with the failure.
     pub(super) fn next(&mut self) -> Result<(WstacRecord, Option<Failure>), Failure> {
         let of_source = |error| failed(WstacStatus::Source, error);
         loop {
@@ -54,7 +55,7 @@ impl Sensor {
                     return Err(failed(WstacStatus::State, message));
                 }
                 Poll::Output(output) => {
-                    // The end is the last output: behind it there is nothing but the error of a source that failed.
+                    // The end is the last output. Only the error of a source that failed can follow it.
                     let is_end = matches!(output, Output::End(_));
                     if let Some(record) = self.given.record(output) {
                         let error = if is_end { self.session.poll().err() } else { None };
@@ -77,7 +78,7 @@ impl Sensor {
         Ok(())
     }
 
-    /// Keeps the place of lost frames in time.
+    /// Counts lost frames, so that later frames keep their place in time.
     pub(super) fn push_lost(&mut self, frames: u64) -> Result<(), Failure> {
         self.check_pushing()?;
         self.session.push(&SourceEvent::Lost { frames, reason: LossReason::Reported });
@@ -93,7 +94,7 @@ impl Sensor {
         Ok(())
     }
 
-    /// Refuses frames of the program if a source gives them, or if the stream has ended.
+    /// Returns an error if the handle reads a source, or if the stream has ended.
     fn check_pushing(&self) -> Result<(), Failure> {
         if !self.takes_frames {
             let message = "the handle reads a source, expected one of wstac_open_frames";

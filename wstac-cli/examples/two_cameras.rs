@@ -1,17 +1,17 @@
-//! Two sensors at once, a thread each, into one channel.
+//! Reads two sensors at once, each in its own thread, and prints their events.
 //!
 //!     cargo run --release -p wstac-cli --example two_cameras                            # two simulated sensors
 //!     cargo run --release -p wstac-cli --example two_cameras /dev/video0 /dev/video2
 //!
-//! A source is opened in the thread that reads it and stays there: whatever one camera does, the other goes on. Texture
-//! models are only read, so the threads share them.
+//! Each thread opens its own source, so trouble with one camera does not stop the other. The threads share the texture
+//! models, which are only read.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::thread;
 
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::json::rounded;
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::Output;
@@ -21,7 +21,7 @@ use wstac_host::source::open::{OpenOptions, open};
 use wstac_linux::source::Cameras;
 use wstac_scene::source::Scenes;
 
-/// What a sensor's thread says, and which sensor it is.
+/// The number of a sensor, and an output or error of its thread.
 type Said = (usize, Result<Output, Error>);
 
 fn main() -> Result<(), Error> {
@@ -32,7 +32,7 @@ fn main() -> Result<(), Error> {
         given
     };
     let models = [ModelFile::open(Path::new("builtin:forest"))?];
-    // Set it from wherever your program learns that it is to end: each thread then says how its stream ended.
+    // Set this to end the threads. Each of them then prints how its stream ended.
     let stop = AtomicBool::new(false);
     let (sender, receiver) = channel();
     let mut failed = 0;
@@ -41,12 +41,12 @@ fn main() -> Result<(), Error> {
             let (sender, models, stop) = (sender.clone(), &models, &stop);
             scope.spawn(move || {
                 if let Err(error) = read(sensor, spec, models, stop, &sender) {
-                    // Nobody may listen any more; then nobody misses it.
+                    // Sending fails only if the receiver is gone; then the error is not needed.
                     let _ = sender.send((sensor, Err(error)));
                 }
             });
         }
-        // The threads hold the other ends: the channel closes when the last of them is done.
+        // Each thread has its own sender, so the channel closes when the last thread ends.
         drop(sender);
         for (sensor, said) in receiver {
             match said {
@@ -61,14 +61,14 @@ fn main() -> Result<(), Error> {
     if failed == 0 {
         Ok(())
     } else {
-        Err(Error::new("two_cameras", format_args!("{failed} of {} sensors failed", specs.len())))
+        Err(Error::new(ErrorKind::Data, "two_cameras", format_args!("{failed} of {} sensors failed", specs.len())))
     }
 }
 
 /// Reads one sensor to its end, or until `stop`.
 ///
 /// # Errors
-/// Where the source cannot be opened, or read any further.
+/// Returns an error if the source cannot be opened or read any further.
 fn read(
     sensor: usize,
     spec: &str,
@@ -76,16 +76,18 @@ fn read(
     stop: &AtomicBool,
     sender: &Sender<Said>,
 ) -> Result<(), Error> {
-    // Answers in time: if this program is the slower one, older frames are skipped and counted as lost.
+    // If this program is slower than the camera, older frames are skipped and counted as lost.
     let options = OpenOptions { delivery: FramePolicy::Newest, ..OpenOptions::default() };
     let source = open(spec, &options, &[&Cameras, &Scenes])?;
     let mut session = Session::builder(source).models(models.to_vec()).build()?;
-    // `poll` returns at least once a second, so that `stop` is seen. A camera that was unplugged is waited for: that is an
-    // Output::Fault and no error.
+    // `poll` returns at least once per second, so that the loop checks `stop`. A camera that was unplugged is an
+    // `Output::Fault` and not an error: the session waits for it.
     while !stop.load(Ordering::Relaxed) {
         match session.poll()? {
             Poll::Output(output) => {
-                sender.send((sensor, Ok(output))).map_err(|_| Error::new(spec, "nobody takes its outputs"))?;
+                sender
+                    .send((sensor, Ok(output)))
+                    .map_err(|_| Error::new(ErrorKind::Usage, spec, "nobody takes its outputs"))?;
             }
             Poll::Waiting => {}
             Poll::Over => return Ok(()),

@@ -6,7 +6,7 @@
 //! neither code nor memory. A host that chooses at run time uses `Option<TrackingBaseline>`.
 
 use crate::baseline::Baseline;
-use crate::error::Error;
+use crate::error::ConfigError;
 use crate::params::{FEATURES, LONGEST_FOLLOW, SAMPLE_FRAMES, SHORTEST_FOLLOW};
 use crate::trigger_config::TriggerConfig;
 
@@ -83,10 +83,10 @@ impl TrackingBaseline {
     /// Creates a policy with a time constant of N windows: a power of two from 16 to 32768.
     ///
     /// # Errors
-    /// Returns [`Error::TrackingBaseline`] for another number.
-    pub const fn new(windows: u32) -> Result<Self, Error> {
+    /// Returns [`ConfigError::TrackingBaseline`] for another number.
+    pub const fn new(windows: u32) -> Result<Self, ConfigError> {
         if !windows.is_power_of_two() || windows < SHORTEST_FOLLOW || windows > LONGEST_FOLLOW {
-            return Err(Error::TrackingBaseline(windows));
+            return Err(ConfigError::TrackingBaseline(windows));
         }
         Ok(Self { shift: windows.ilog2() as u8, pause: 0, remainders: [0; FEATURES] })
     }

@@ -11,6 +11,7 @@ use crate::trigger::Event;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+// It is exhaustive: rows and columns have four directions.
 pub enum Heading {
     /// The specimen slides along +x: columns light up in order.
     Right,
@@ -23,7 +24,7 @@ pub enum Heading {
 }
 
 impl Heading {
-    /// Returns the angle in degrees, counter-clockwise from +x: 0, 90, 180 or 270.
+    /// Returns the angle in degrees, counterclockwise from +x: 0, 90, 180 or 270.
     pub fn degrees(self) -> u16 {
         match self {
             Self::Right => 0,
@@ -68,11 +69,19 @@ impl core::error::Error for Unclear {}
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct Direction {
     /// The heading, or the reason why there is none.
     pub heading: Result<Heading, Unclear>,
     /// The confidence (|s₁| − |s₂|) / (|s₁| + |s₂|) of the two slopes, in units of 2^-15: 0..=32768.
     pub confidence: u16,
+}
+
+impl Direction {
+    /// Creates a direction with its confidence in units of 2^-15.
+    pub const fn new(heading: Result<Heading, Unclear>, confidence: u16) -> Self {
+        Self { heading, confidence }
+    }
 }
 
 impl Direction {

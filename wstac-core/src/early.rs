@@ -8,6 +8,7 @@ use crate::trigger::{Trigger, TriggerState};
 /// The first frames of a sample that is still being captured.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct SamplePrefix<'a> {
     /// The number of the sample's first frame, and of the event that follows unless a long gap interrupts the sample.
     pub frame: u64,

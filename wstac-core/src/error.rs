@@ -1,13 +1,18 @@
-//! Errors of layouts, configurations and frames: one variant for each cause.
+//! Errors of configurations and of frames: one variant for each cause.
+//!
+//! Whatever builds a part of the pipeline returns a [`ConfigError`]. Whatever takes a frame or a stripe returns a
+//! [`FrameError`]. A function that does both returns an [`Error`], into which `?` turns them.
 
 use core::fmt;
 
-/// The reason why something could not be built or used. Every variant names what was found and what was expected.
+/// The reason why a layout, a window, a threshold, a law or another part of a configuration cannot be used.
+///
+/// Every variant names what was found and what was expected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
-pub enum Error {
+pub enum ConfigError {
     /// A frame's width or height is outside 1..=16384 pixels.
     FrameSize {
         /// Width found, in pixels.
@@ -55,34 +60,6 @@ pub enum Error {
         numerator: u32,
         /// Denominator found.
         denominator: u32,
-    },
-    /// A frame's bytes end before its last row.
-    FrameTooShort {
-        /// Bytes found.
-        found: usize,
-        /// Least bytes expected.
-        expected: usize,
-    },
-    /// A stripe does not consist of whole rows.
-    StripeNotWholeRows {
-        /// Bytes found.
-        found: usize,
-        /// Bytes from row to row.
-        bytes_per_row: usize,
-    },
-    /// A stripe has more rows than the frame has left.
-    StripeTooLong {
-        /// Rows found.
-        found: usize,
-        /// Rows left in the frame.
-        left: usize,
-    },
-    /// A stripe has a planar format, whose chroma follows all its luma. Such formats take whole frames only.
-    StripeOfPlanar,
-    /// A whole frame arrived while a frame was under way in stripes.
-    FrameUnderWay {
-        /// Rows of that frame that have arrived.
-        rows: u16,
     },
     /// The window has 0 frames, or more than a sample has.
     Window(u32),
@@ -144,7 +121,87 @@ pub enum LawParameter {
     Afterglow,
 }
 
-impl fmt::Display for Error {
+/// The reason why a frame or a stripe was not taken.
+///
+/// Every variant names what was found and what was expected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum FrameError {
+    /// A frame's bytes end before its last row.
+    FrameTooShort {
+        /// Bytes found.
+        found: usize,
+        /// Least bytes expected.
+        expected: usize,
+    },
+    /// A stripe does not consist of whole rows.
+    StripeNotWholeRows {
+        /// Bytes found.
+        found: usize,
+        /// Bytes from row to row.
+        bytes_per_row: usize,
+    },
+    /// A stripe has more rows than the frame has left.
+    StripeTooLong {
+        /// Rows found.
+        found: usize,
+        /// Rows left in the frame.
+        left: usize,
+    },
+    /// A stripe has a planar format, whose chroma follows all its luma. Such formats take whole frames only.
+    StripeOfPlanar,
+    /// A whole frame arrived while a frame was under way in stripes.
+    FrameUnderWay {
+        /// Rows of that frame that have arrived.
+        rows: u16,
+    },
+}
+
+/// The error of a function that both builds a pipeline and pushes frames.
+///
+/// No function of this crate returns it. It is for functions of yours, on machines without `Box<dyn Error>`.
+///
+/// ```
+/// use wstac_core::{error::Error, green::gray::Gray, layout::{FrameSize, Layout}};
+/// use wstac_core::{rate::FrameRate, taxels::{FrameGeometry, TaxelSums}};
+///
+/// fn sums(frame: &[u8]) -> Result<[u32; 25], Error> {
+///     let layout = Layout::paper(FrameSize::new(400, 400)?)?;
+///     Ok(TaxelSums::new(FrameGeometry::new(Gray, layout, FrameRate::NOMINAL)?).push_frame(frame)?)
+/// }
+///
+/// assert!(matches!(sums(&[7; 400]), Err(Error::Frame(_))));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Error {
+    /// A configuration cannot be used.
+    Config(ConfigError),
+    /// A frame or a stripe was not taken.
+    Frame(FrameError),
+}
+
+impl From<ConfigError> for Error {
+    fn from(error: ConfigError) -> Self {
+        Self::Config(error)
+    }
+}
+
+impl From<FrameError> for Error {
+    fn from(error: FrameError) -> Self {
+        Self::Frame(error)
+    }
+}
+
+/// Returns the ending of a noun: of a single one, or of several.
+const fn s(single: bool) -> &'static str {
+    if single { "" } else { "s" }
+}
+
+impl fmt::Display for ConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::FrameSize { width, height } => {
@@ -161,7 +218,9 @@ impl fmt::Display for Error {
             ),
             Self::SumTooLarge { pixels, full_scale, frames } => write!(
                 f,
-                "5 taxels of {pixels} counted pixels at full scale {full_scale} over {frames} frame(s) do not fit 32 bits, expected at most 4294967295"
+                "5 taxels of {pixels} counted pixels at full scale {full_scale} over {frames} frame{} do not fit 32 bits, \
+                 expected at most 4294967295",
+                s(frames == 1)
             ),
             Self::Stride(found) => write!(f, "stride is {found}, expected 1, 2, 3 or 5"),
             Self::BytesPerRow { found, expected } => {
@@ -170,29 +229,16 @@ impl fmt::Display for Error {
             Self::FrameRate { numerator, denominator } => {
                 write!(f, "frame rate is {numerator}:{denominator}, expected above 0")
             }
-            Self::FrameTooShort { found, expected } => {
-                write!(f, "frame has {found} bytes, expected at least {expected}")
-            }
-            Self::StripeNotWholeRows { found, bytes_per_row } => {
-                write!(f, "stripe has {found} bytes, expected whole rows of {bytes_per_row}")
-            }
-            Self::StripeTooLong { found, left } => {
-                write!(f, "stripe has {found} rows, expected at most the {left} that the frame has left")
-            }
-            Self::StripeOfPlanar => f.write_str("stripe of a planar format, expected whole frames"),
-            Self::FrameUnderWay { rows } => {
-                write!(f, "whole frame after {rows} rows of a frame in stripes, expected the rest of it")
-            }
             Self::Window(found) => write!(f, "window is {found} frames, expected 1 to 70"),
             Self::Backtrack { found, most } => {
-                write!(f, "backtrack is {found} frames, expected at most {most} for this window")
+                write!(f, "backtrack is {found} frame{}, expected at most {most} for this window", s(found == 1))
             }
             Self::Multiplier(found) => {
                 write!(f, "multiplier is {found}, expected 0 to below 65536, and at least 1 with rule \"signed\"")
             }
             Self::Margin(found) => write!(f, "margin is {found}, expected 0 to below 65536"),
             Self::TrackingBaseline(found) => {
-                write!(f, "follow is {found} windows, expected a power of two from 16 to 32768")
+                write!(f, "follow is {found} window{}, expected a power of two from 16 to 32768", s(found == 1))
             }
             Self::FloorFullScale { found, expected } => {
                 write!(f, "the darkness floor is for a full scale of {found}, expected {expected}")
@@ -217,4 +263,40 @@ impl fmt::Display for Error {
     }
 }
 
+impl fmt::Display for FrameError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::FrameTooShort { found, expected } => {
+                write!(f, "frame has {found} byte{}, expected at least {expected}", s(found == 1))
+            }
+            Self::StripeNotWholeRows { found, bytes_per_row } => {
+                write!(f, "stripe has {found} byte{}, expected whole rows of {bytes_per_row}", s(found == 1))
+            }
+            Self::StripeTooLong { found, left } => {
+                write!(
+                    f,
+                    "stripe has {found} row{}, expected at most the {left} that the frame has left",
+                    s(found == 1)
+                )
+            }
+            Self::StripeOfPlanar => f.write_str("stripe of a planar format, expected whole frames"),
+            Self::FrameUnderWay { rows } => {
+                write!(f, "whole frame after {rows} row{} of a frame in stripes, expected the rest of it", s(rows == 1))
+            }
+        }
+    }
+}
+
+/// Writes the error that it holds.
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Config(error) => error.fmt(f),
+            Self::Frame(error) => error.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for ConfigError {}
+impl core::error::Error for FrameError {}
 impl core::error::Error for Error {}

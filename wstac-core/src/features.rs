@@ -1,6 +1,6 @@
-//! 25 taxel sums → ten features (SPEC §2, equation 1 of the paper).
+//! Turns 25 taxel sums into ten features (SPEC §2, equation 1 of the paper).
 
-use crate::error::Error;
+use crate::error::ConfigError;
 use crate::ln::constant;
 use crate::ln::{LN_FRACTION_BITS, Ln, fixed::Fixed};
 use crate::params::{COLUMNS, FEATURE_FRACTION_BITS, FEATURE_ONE, FEATURES, ROWS, TAXELS};
@@ -44,10 +44,10 @@ impl Floor {
     /// `levels` = 0 the floor is one raw count.
     ///
     /// # Errors
-    /// Returns [`Error::FloorLevels`] if `levels` is not 0..=`full_scale`.
-    pub const fn new(levels: f64, full_scale: u32) -> Result<Self, Error> {
+    /// Returns [`ConfigError::FloorLevels`] if `levels` is not 0..=`full_scale`.
+    pub const fn new(levels: f64, full_scale: u32) -> Result<Self, ConfigError> {
         if !(levels >= 0.0 && levels <= full_scale as f64) {
-            return Err(Error::FloorLevels(levels));
+            return Err(ConfigError::FloorLevels(levels));
         }
         let feature = if levels == 0.0 {
             None
@@ -74,9 +74,9 @@ impl<L: Ln> FeatureScale<L> {
     /// A taxel has `pixels` pixels of green full scale `full_scale`; `frames` camera frames are added up.
     ///
     /// # Errors
-    /// Returns [`Error::FloorFullScale`] if the floor is for another full scale. Returns [`Error::SumTooLarge`] if 5 ·
-    /// `pixels` · `full_scale` · `frames` exceeds 32 bits.
-    pub fn new(pixels: u32, full_scale: u32, frames: u32, floor: Floor) -> Result<Self, Error> {
+    /// Returns [`ConfigError::FloorFullScale`] if the floor is for another full scale. Returns
+    /// [`ConfigError::SumTooLarge`] if 5 · `pixels` · `full_scale` · `frames` exceeds 32 bits.
+    pub fn new(pixels: u32, full_scale: u32, frames: u32, floor: Floor) -> Result<Self, ConfigError> {
         Self::with_ln(pixels, full_scale, frames, floor, L::default())
     }
 
@@ -86,10 +86,10 @@ impl<L: Ln> FeatureScale<L> {
     ///
     /// # Errors
     /// Returns the errors of [`FeatureScale::new`].
-    pub fn with_ln(pixels: u32, full_scale: u32, frames: u32, floor: Floor, kernel: L) -> Result<Self, Error> {
+    pub fn with_ln(pixels: u32, full_scale: u32, frames: u32, floor: Floor, kernel: L) -> Result<Self, ConfigError> {
         let fits = pixels.checked_mul(full_scale).and_then(|most| most.checked_mul(frames));
         let Some(most) = fits.filter(|most| most.checked_mul(5).is_some()) else {
-            return Err(Error::SumTooLarge { pixels, full_scale, frames });
+            return Err(ConfigError::SumTooLarge { pixels, full_scale, frames });
         };
         let mut scale = Self { reference: kernel.ln(most), floor: i16::MIN, kernel };
         scale.set_floor(floor, full_scale)?;
@@ -97,9 +97,9 @@ impl<L: Ln> FeatureScale<L> {
     }
 
     /// Replaces the floor of a scale for pixels of this full scale.
-    pub(crate) fn set_floor(&mut self, floor: Floor, full_scale: u32) -> Result<(), Error> {
+    pub(crate) fn set_floor(&mut self, floor: Floor, full_scale: u32) -> Result<(), ConfigError> {
         if floor.full_scale != full_scale {
-            return Err(Error::FloorFullScale { found: floor.full_scale, expected: full_scale });
+            return Err(ConfigError::FloorFullScale { found: floor.full_scale, expected: full_scale });
         }
         self.floor = i16::MIN;
         self.floor = floor.feature.unwrap_or_else(|| self.feature(1));
@@ -116,7 +116,7 @@ impl<L: Ln> FeatureScale<L> {
     /// The error has two parts: half a unit of rounding, and the kernel's own error e in each of two logarithms.
     /// Together they are 1/2 + 2 · 2048 · e units of 2^-11 above −16, below which a feature saturates. That is 0.507
     /// units with [`Fixed<256>`](Fixed), 1.033 with `Fixed<32>`, 0.50004 with `libm`, and 0.7622 with `micromath`. The
-    /// floor and zero add nothing to it: values held at a bound move no further apart.
+    /// floor adds nothing to it, because clamping two values never moves them further apart.
     #[inline(always)]
     pub fn feature(&self, sum: u32) -> i16 {
         if sum == 0 {

@@ -2,7 +2,7 @@
 
 /// Borrows rows of one frame as a camera lays them out.
 ///
-/// The bytes are unchecked, but access is never out of bounds: what lies outside reads as empty.
+/// The number of bytes is not checked. Access out of bounds returns an empty slice.
 #[derive(Clone, Copy, Debug)]
 pub struct Rows<'a> {
     bytes: &'a [u8],
@@ -86,7 +86,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// A block of bytes: equally many in each of some rows, one below the other. All of them are there.
+/// A block of bytes: equally many in each of some rows, one below the other. No byte is missing.
 #[derive(Clone, Copy, Debug)]
 pub struct Block<'a> {
     bytes: &'a [u8],
@@ -156,7 +156,7 @@ pub struct Run {
     pub x: u16,
     /// The number of columns.
     pub width: u16,
-    /// The stride: one of so many columns is counted, starting with the first.
+    /// The stride: every s-th column is counted, starting with the first.
     pub stride: Stride,
 }
 
@@ -195,14 +195,14 @@ impl Stride {
 }
 
 impl TryFrom<u32> for Stride {
-    type Error = crate::error::Error;
+    type Error = crate::error::ConfigError;
     fn try_from(stride: u32) -> Result<Self, Self::Error> {
         match stride {
             1 => Ok(Self::One),
             2 => Ok(Self::Two),
             3 => Ok(Self::Three),
             5 => Ok(Self::Five),
-            other => Err(crate::error::Error::Stride(other)),
+            other => Err(crate::error::ConfigError::Stride(other)),
         }
     }
 }

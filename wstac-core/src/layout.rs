@@ -1,6 +1,6 @@
 //! The positions of the 25 taxels in a frame (SPEC §1).
 
-use crate::error::Error;
+use crate::error::ConfigError;
 use crate::params::{
     COLUMNS, LARGEST_FRAME_SIDE, PAPER_FIRST_CORNER, PAPER_IMAGE_SIDE, PAPER_PITCH, PAPER_TAXEL_SIDE, TAXELS,
 };
@@ -19,10 +19,10 @@ impl FrameSize {
     /// Creates the size of a frame of `width` × `height` pixels.
     ///
     /// # Errors
-    /// Returns [`Error::FrameSize`] if a side is 0 or above 16384.
-    pub const fn new(width: u32, height: u32) -> Result<Self, Error> {
+    /// Returns [`ConfigError::FrameSize`] if a side is 0 or above 16384.
+    pub const fn new(width: u32, height: u32) -> Result<Self, ConfigError> {
         if width == 0 || height == 0 || width > LARGEST_FRAME_SIDE || height > LARGEST_FRAME_SIDE {
-            return Err(Error::FrameSize { width, height });
+            return Err(ConfigError::FrameSize { width, height });
         }
         Ok(Self { width: width as u16, height: height as u16 })
     }
@@ -39,8 +39,8 @@ impl FrameSize {
 }
 
 impl TryFrom<(u32, u32)> for FrameSize {
-    type Error = Error;
-    fn try_from((width, height): (u32, u32)) -> Result<Self, Error> {
+    type Error = ConfigError;
+    fn try_from((width, height): (u32, u32)) -> Result<Self, ConfigError> {
         Self::new(width, height)
     }
 }
@@ -84,8 +84,8 @@ struct LayoutFields {
 
 #[cfg(feature = "serde")]
 impl TryFrom<LayoutFields> for Layout {
-    type Error = Error;
-    fn try_from(fields: LayoutFields) -> Result<Self, Error> {
+    type Error = ConfigError;
+    fn try_from(fields: LayoutFields) -> Result<Self, ConfigError> {
         Self::new(fields.frame, fields.taxel, fields.corners)
     }
 }
@@ -94,18 +94,18 @@ impl Layout {
     /// Creates a layout from its parts: `taxel` is width and height, `corners` are left and top, row by row.
     ///
     /// # Errors
-    /// Returns [`Error::EmptyTaxel`] if a side is 0, and [`Error::TaxelOutside`] for the first taxel that leaves the
-    /// frame.
-    pub const fn new(frame: FrameSize, taxel: [u16; 2], corners: [[u16; 2]; TAXELS]) -> Result<Self, Error> {
+    /// Returns [`ConfigError::EmptyTaxel`] if a side is 0, and [`ConfigError::TaxelOutside`] for the first taxel that
+    /// leaves the frame.
+    pub const fn new(frame: FrameSize, taxel: [u16; 2], corners: [[u16; 2]; TAXELS]) -> Result<Self, ConfigError> {
         let [width, height] = [taxel[0] as u32, taxel[1] as u32];
         if width == 0 || height == 0 {
-            return Err(Error::EmptyTaxel { width, height });
+            return Err(ConfigError::EmptyTaxel { width, height });
         }
         let mut k = 0;
         while k < TAXELS {
             let end = (corners[k][0] as u32 + width, corners[k][1] as u32 + height);
             if end.0 > frame.width as u32 || end.1 > frame.height as u32 {
-                return Err(Error::TaxelOutside { taxel: k as u8, end, frame: (frame.width, frame.height) });
+                return Err(ConfigError::TaxelOutside { taxel: k as u8, end, frame: (frame.width, frame.height) });
             }
             k += 1;
         }
@@ -118,8 +118,8 @@ impl Layout {
     /// rounded to the nearest pixel; ties round up.
     ///
     /// # Errors
-    /// Returns [`Error::EmptyTaxel`] if the square has fewer than 4 pixels per side.
-    pub const fn paper(frame: FrameSize) -> Result<Self, Error> {
+    /// Returns [`ConfigError::EmptyTaxel`] if the square has fewer than 4 pixels per side.
+    pub const fn paper(frame: FrameSize) -> Result<Self, ConfigError> {
         let (width, height) = (frame.width as u32, frame.height as u32);
         let side = if width < height { width } else { height };
         let taxel = nearest(PAPER_TAXEL_SIDE * side, PAPER_IMAGE_SIDE) as u16;
@@ -153,8 +153,8 @@ impl Layout {
     /// Returns the layout with corners and sizes rounded down to multiples of `cell` pixels (a power of two).
     ///
     /// # Errors
-    /// Returns [`Error::EmptyTaxel`] if a taxel is smaller than a cell.
-    pub(crate) fn snapped(mut self, cell: u16) -> Result<Self, Error> {
+    /// Returns [`ConfigError::EmptyTaxel`] if a taxel is smaller than a cell.
+    pub(crate) fn snapped(mut self, cell: u16) -> Result<Self, ConfigError> {
         let mask = !(cell - 1);
         let [width, height] = self.taxel;
         self.taxel = [width & mask, height & mask];
@@ -162,7 +162,7 @@ impl Layout {
             *corner = [corner[0] & mask, corner[1] & mask];
         }
         if self.taxel[0] == 0 || self.taxel[1] == 0 {
-            return Err(Error::EmptyTaxel { width: u32::from(width), height: u32::from(height) });
+            return Err(ConfigError::EmptyTaxel { width: u32::from(width), height: u32::from(height) });
         }
         Ok(self)
     }
@@ -199,6 +199,6 @@ mod tests {
         let mut corners = [[0, 0]; TAXELS];
         corners[7] = [6, 0];
         let error = Layout::new(FrameSize::new(10, 10).unwrap(), [5, 5], corners).unwrap_err();
-        assert_eq!(error, Error::TaxelOutside { taxel: 7, end: (11, 5), frame: (10, 10) });
+        assert_eq!(error, ConfigError::TaxelOutside { taxel: 7, end: (11, 5), frame: (10, 10) });
     }
 }

@@ -62,6 +62,7 @@ extern crate std;
 
 pub mod baseline;
 pub mod baseline_policy;
+pub mod crc;
 pub mod direction;
 pub mod early;
 pub mod error;

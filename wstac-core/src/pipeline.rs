@@ -4,7 +4,7 @@
 use crate::baseline::Baseline;
 use crate::baseline_policy::{BaselinePolicy, FixedBaseline};
 use crate::early::{self, SamplePrefix};
-use crate::error::Error;
+use crate::error::{ConfigError, FrameError};
 use crate::features::{Features, Floor};
 use crate::green::{GreenChannel, gray::Gray};
 use crate::ln::{Ln, fixed::Fixed};
@@ -146,7 +146,7 @@ pub struct CompletedFrame {
     pub number: u64,
     /// The ten features, five rows, then five columns, in units of 2^-11.
     pub features: Features,
-    /// Whether some, but not all, of its camera frames were lost. The others stand for them.
+    /// Whether some, but not all, of its camera frames were lost. The sums of the others were scaled up to replace them.
     pub has_missing_frames: bool,
 }
 
@@ -211,11 +211,12 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
     /// Takes a whole frame.
     ///
     /// # Errors
-    /// Returns [`Error::FrameTooShort`] if the frame was not taken. Count it with [`Pipeline::push_lost`] to keep time.
+    /// Returns [`FrameError::FrameTooShort`] if the frame was not taken. Count it with [`Pipeline::push_lost`] to keep
+    /// time.
     ///
-    /// Returns [`Error::FrameUnderWay`] if a frame in stripes is not complete. Give it up with
+    /// Returns [`FrameError::FrameUnderWay`] if a frame in stripes is not complete. Give it up with
     /// [`Pipeline::abandon_frame`], which counts it as lost, and push again.
-    pub fn push_frame(&mut self, bytes: &[u8]) -> Result<Update<'_>, Error> {
+    pub fn push_frame(&mut self, bytes: &[u8]) -> Result<Update<'_>, FrameError> {
         let Some(frame) = self.stream.push_frame(bytes)? else { return Ok(Update::NOTHING) };
         Ok(self.advance(frame, 0))
     }
@@ -225,9 +226,9 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
     /// The result of the last rows is bit-identical to that of the whole frame.
     ///
     /// # Errors
-    /// Returns [`Error::StripeNotWholeRows`], [`Error::StripeTooLong`] or [`Error::StripeOfPlanar`] if the stripe was
-    /// not taken.
-    pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<Update<'_>, Error> {
+    /// Returns [`FrameError::StripeNotWholeRows`], [`FrameError::StripeTooLong`] or [`FrameError::StripeOfPlanar`] if
+    /// the stripe was not taken.
+    pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<Update<'_>, FrameError> {
         let Some(frame) = self.stream.push_stripe(bytes)? else { return Ok(Update::NOTHING) };
         Ok(self.advance(frame, 0))
     }
@@ -256,7 +257,7 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
         self.lose(loss)
     }
 
-    /// Settles what is pending at the end of a stream and returns how it ended.
+    /// Ends a stream: fills or ends a gap of lost frames, and returns how the stream ended.
     pub fn finish(&mut self) -> Finished<'_> {
         self.trigger.forget_interrupted();
         let event = self.trigger.settle();
@@ -287,8 +288,9 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
     /// Replaces the darkness floor of the features to come.
     ///
     /// # Errors
-    /// Returns [`Error::FloorFullScale`] if the floor is for pixels of another full scale; then nothing has changed.
-    pub fn set_floor(&mut self, floor: Floor) -> Result<(), Error> {
+    /// Returns [`ConfigError::FloorFullScale`] if the floor is for pixels of another full scale; then nothing has
+    /// changed.
+    pub fn set_floor(&mut self, floor: Floor) -> Result<(), ConfigError> {
         self.stream.set_floor(floor)
     }
 
@@ -412,9 +414,9 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, F: FloorChoice> PipelineBuilder<
     /// Builds the pipeline.
     ///
     /// # Errors
-    /// Returns [`Error::FloorLevels`] if the floor is not 0 to the green full scale, and [`Error::FloorFullScale`] if
-    /// it is for pixels of another full scale.
-    pub fn build(self) -> Result<Pipeline<G, L, B>, Error> {
+    /// Returns [`ConfigError::FloorLevels`] if the floor is not 0 to the green full scale, and
+    /// [`ConfigError::FloorFullScale`] if it is for pixels of another full scale.
+    pub fn build(self) -> Result<Pipeline<G, L, B>, ConfigError> {
         Ok(self.check()?.build())
     }
 
@@ -424,7 +426,7 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, F: FloorChoice> PipelineBuilder<
     ///
     /// # Errors
     /// Returns the errors of [`PipelineBuilder::build`].
-    pub fn check(self) -> Result<CheckedBuilder<G, L, B>, Error> {
+    pub fn check(self) -> Result<CheckedBuilder<G, L, B>, ConfigError> {
         let Self { geometry, floor, ln, trigger, baseline, first_frame } = self;
         let stream = FeatureStream::with_ln(geometry, floor.floor(geometry.full_scale())?, ln)?;
         Ok(CheckedBuilder { stream, trigger, baseline, first_frame })
@@ -454,17 +456,17 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy> CheckedBuilder<G, L, B> {
 pub trait FloorChoice: sealed::Sealed + Copy {
     /// Computes the floor for pixels of this full scale.
     #[doc(hidden)]
-    fn floor(self, full_scale: u32) -> Result<Floor, Error>;
+    fn floor(self, full_scale: u32) -> Result<Floor, ConfigError>;
 }
 
 impl FloorChoice for f64 {
-    fn floor(self, full_scale: u32) -> Result<Floor, Error> {
+    fn floor(self, full_scale: u32) -> Result<Floor, ConfigError> {
         Floor::new(self, full_scale)
     }
 }
 
 impl FloorChoice for Floor {
-    fn floor(self, _: u32) -> Result<Floor, Error> {
+    fn floor(self, _: u32) -> Result<Floor, ConfigError> {
         Ok(self)
     }
 }

@@ -1,6 +1,6 @@
 //! Frame rates, and the number of camera frames per feature frame (SPEC §1, "Feature rate").
 
-use crate::error::Error;
+use crate::error::ConfigError;
 use crate::params::{HIGHEST_SINGLE_FRAME_RATE, NOMINAL_FRAME_RATE};
 
 /// A number of frames per second, as an exact fraction above zero.
@@ -20,10 +20,10 @@ impl FrameRate {
     /// Creates a rate of `numerator / denominator` frames per second.
     ///
     /// # Errors
-    /// Returns [`Error::FrameRate`] if either is 0.
-    pub const fn new(numerator: u32, denominator: u32) -> Result<Self, Error> {
+    /// Returns [`ConfigError::FrameRate`] if either is 0.
+    pub const fn new(numerator: u32, denominator: u32) -> Result<Self, ConfigError> {
         if numerator == 0 || denominator == 0 {
-            return Err(Error::FrameRate { numerator, denominator });
+            return Err(ConfigError::FrameRate { numerator, denominator });
         }
         Ok(Self { numerator, denominator })
     }
@@ -80,8 +80,8 @@ impl FrameRate {
 }
 
 impl TryFrom<(u32, u32)> for FrameRate {
-    type Error = Error;
-    fn try_from((numerator, denominator): (u32, u32)) -> Result<Self, Error> {
+    type Error = ConfigError;
+    fn try_from((numerator, denominator): (u32, u32)) -> Result<Self, ConfigError> {
         Self::new(numerator, denominator)
     }
 }

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::error::{Error, LawParameter};
+use crate::error::{ConfigError, LawParameter};
 use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, exp_of_negative};
 use crate::features::Features;
 use crate::ln::constant;
@@ -17,6 +17,7 @@ use crate::trigger::Event;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+// It is exhaustive: whoever writes or draws a law must not miss one.
 pub enum Law {
     /// The published law: D = intercept − slope · log10 v (paper).
     Published {
@@ -62,7 +63,7 @@ impl Law {
         (mm_s > 0.0 && mm_s.is_finite()).then_some(mm_s)
     }
 
-    const fn check(&self) -> Result<(), Error> {
+    const fn check(&self) -> Result<(), ConfigError> {
         let (any, positive) = match *self {
             Self::Published { intercept, slope } => {
                 ((LawParameter::Intercept, intercept), (LawParameter::Slope, slope))
@@ -70,10 +71,10 @@ impl Law {
             Self::Physical { track, afterglow } => ((LawParameter::Afterglow, afterglow), (LawParameter::Track, track)),
         };
         if !any.1.is_finite() {
-            return Err(Error::SpeedLaw { parameter: any.0, found: any.1 });
+            return Err(ConfigError::SpeedLaw { parameter: any.0, found: any.1 });
         }
         if !(positive.1 > 0.0 && positive.1.is_finite()) {
-            return Err(Error::SpeedLaw { parameter: positive.0, found: positive.1 });
+            return Err(ConfigError::SpeedLaw { parameter: positive.0, found: positive.1 });
         }
         Ok(())
     }
@@ -84,6 +85,7 @@ impl Law {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+// It is exhaustive: light is absolute or above the baseline.
 pub enum ThresholdOn {
     /// The light Σ o of a row or column.
     #[default]
@@ -119,10 +121,10 @@ impl SpeedConfig {
     /// taxels: above 0, at most 5.
     ///
     /// # Errors
-    /// Returns [`Error::SpeedThreshold`] or [`Error::SpeedLaw`] if one of them is out of range.
-    pub const fn new(law: Law, threshold: f64, on: ThresholdOn, rate: FrameRate) -> Result<Self, Error> {
+    /// Returns [`ConfigError::SpeedThreshold`] or [`ConfigError::SpeedLaw`] if one of them is out of range.
+    pub const fn new(law: Law, threshold: f64, on: ThresholdOn, rate: FrameRate) -> Result<Self, ConfigError> {
         if !(threshold > 0.0 && threshold <= 5.0) {
-            return Err(Error::SpeedThreshold(threshold));
+            return Err(ConfigError::SpeedThreshold(threshold));
         }
         if let Err(error) = law.check() {
             return Err(error);
@@ -146,12 +148,12 @@ impl SpeedConfig {
     /// Answers outside are marked as extrapolated. Without this call the range is the paper's, 100 to 200 mm/s.
     ///
     /// # Errors
-    /// Returns [`Error::FittedRange`] unless both are finite and 0 < `slowest` ≤ `fastest`.
-    pub const fn fitted_on(self, slowest: f32, fastest: f32) -> Result<Self, Error> {
+    /// Returns [`ConfigError::FittedRange`] unless both are finite and 0 < `slowest` ≤ `fastest`.
+    pub const fn fitted_on(self, slowest: f32, fastest: f32) -> Result<Self, ConfigError> {
         if slowest > 0.0 && slowest <= fastest && fastest.is_finite() {
             return Ok(Self { fitted: [slowest, fastest], ..self });
         }
-        Err(Error::FittedRange { slowest, fastest })
+        Err(ConfigError::FittedRange { slowest, fastest })
     }
 
     /// Returns a speed of this many mm/s, marked if it is outside the range that the law was fitted on.
@@ -179,6 +181,7 @@ impl SpeedConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct LitSpan {
     /// The first valid frame of the sample, 0..=69.
     pub first: u8,
@@ -187,6 +190,11 @@ pub struct LitSpan {
 }
 
 impl LitSpan {
+    /// Creates the span from the frame `first` to the frame `last` of a sample.
+    pub const fn new(first: u8, last: u8) -> Self {
+        Self { first, last }
+    }
+
     /// Returns the duration D: end minus start, 0..=69 frames.
     pub fn frames(self) -> u8 {
         self.last.saturating_sub(self.first)
@@ -202,6 +210,7 @@ impl LitSpan {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct Speed {
     /// The speed in mm/s.
     pub mm_s: f32,

@@ -1,6 +1,6 @@
 //! Camera bytes → features at about 30 frames per second: sums, frames added up, logarithms (SPEC §1, §2).
 
-use crate::error::Error;
+use crate::error::{ConfigError, FrameError};
 use crate::features::{FeatureScale, Features, Floor, line_sums};
 use crate::green::GreenChannel;
 use crate::ln::Ln;
@@ -11,6 +11,7 @@ use crate::taxels::{FrameGeometry, TaxelSums};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct FeatureFrame {
     /// The ten features, five rows, then five columns, in units of 2^-11.
     pub features: Features,
@@ -18,10 +19,18 @@ pub struct FeatureFrame {
     pub has_missing_frames: bool,
 }
 
+impl FeatureFrame {
+    /// Creates a feature frame; `has_missing_frames` says whether some of its camera frames were lost.
+    pub const fn new(features: Features, has_missing_frames: bool) -> Self {
+        Self { features, has_missing_frames }
+    }
+}
+
 /// Holds whatever lost camera frames brought about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct Loss {
     /// The feature frame that was under way, if they complete it.
     pub has_missing_frames: Option<FeatureFrame>,
@@ -45,24 +54,24 @@ impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
     /// Creates a stream from this camera with a floor of `floor_levels` gray levels of a taxel.
     ///
     /// # Errors
-    /// Returns [`Error::FloorLevels`] if the floor is not 0 to the green full scale.
-    pub fn new(camera: FrameGeometry<G>, floor_levels: f64) -> Result<Self, Error> {
+    /// Returns [`ConfigError::FloorLevels`] if the floor is not 0 to the green full scale.
+    pub fn new(camera: FrameGeometry<G>, floor_levels: f64) -> Result<Self, ConfigError> {
         Self::with_floor(camera, Floor::new(floor_levels, camera.full_scale())?)
     }
 
     /// Creates a stream with a computed floor.
     ///
     /// # Errors
-    /// Returns [`Error::FloorFullScale`] if the floor is for pixels of another full scale.
-    pub fn with_floor(camera: FrameGeometry<G>, floor: Floor) -> Result<Self, Error> {
+    /// Returns [`ConfigError::FloorFullScale`] if the floor is for pixels of another full scale.
+    pub fn with_floor(camera: FrameGeometry<G>, floor: Floor) -> Result<Self, ConfigError> {
         Self::with_ln(camera, floor, L::default())
     }
 
     /// Creates a stream with a computed floor and a log kernel that was chosen at run time.
     ///
     /// # Errors
-    /// Returns [`Error::FloorFullScale`] if the floor is for pixels of another full scale.
-    pub fn with_ln(camera: FrameGeometry<G>, floor: Floor, ln: L) -> Result<Self, Error> {
+    /// Returns [`ConfigError::FloorFullScale`] if the floor is for pixels of another full scale.
+    pub fn with_ln(camera: FrameGeometry<G>, floor: Floor, ln: L) -> Result<Self, ConfigError> {
         let frames = camera.rate().frames_added();
         Ok(Self {
             scale: FeatureScale::with_ln(camera.pixels(), camera.full_scale(), frames, floor, ln)?,
@@ -83,7 +92,7 @@ impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
     ///
     /// # Errors
     /// Returns the errors of [`TaxelSums::push_frame`]; then nothing has changed.
-    pub fn push_frame(&mut self, bytes: &[u8]) -> Result<Option<FeatureFrame>, Error> {
+    pub fn push_frame(&mut self, bytes: &[u8]) -> Result<Option<FeatureFrame>, FrameError> {
         let taxels = self.accumulators.push_frame(bytes)?;
         Ok(self.add(&taxels))
     }
@@ -92,7 +101,7 @@ impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
     ///
     /// # Errors
     /// Returns the errors of [`TaxelSums::push_stripe`]; then nothing has changed.
-    pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<Option<FeatureFrame>, Error> {
+    pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<Option<FeatureFrame>, FrameError> {
         let Some(taxels) = self.accumulators.push_stripe(bytes)? else { return Ok(None) };
         Ok(self.add(&taxels))
     }
@@ -120,8 +129,9 @@ impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
     /// Replaces the darkness floor.
     ///
     /// # Errors
-    /// Returns [`Error::FloorFullScale`] if the floor is for pixels of another full scale; then nothing has changed.
-    pub fn set_floor(&mut self, floor: Floor) -> Result<(), Error> {
+    /// Returns [`ConfigError::FloorFullScale`] if the floor is for pixels of another full scale; then nothing has
+    /// changed.
+    pub fn set_floor(&mut self, floor: Floor) -> Result<(), ConfigError> {
         self.scale.set_floor(floor, self.accumulators.camera().full_scale())
     }
 

@@ -1,6 +1,6 @@
 //! Rows of pixels → 25 taxel sums: exact integers, from whole frames or stripes (SPEC §1).
 
-use crate::error::Error;
+use crate::error::{ConfigError, FrameError};
 use crate::frame::{Rows, Run, Stride};
 use crate::green::GreenChannel;
 use crate::layout::Layout;
@@ -24,9 +24,9 @@ impl<G: GreenChannel> FrameGeometry<G> {
     /// Creates the geometry of this pixel format, layout and rate. Every pixel is counted, and rows have no padding.
     ///
     /// # Errors
-    /// Returns [`Error::EmptyTaxel`] if a Bayer format's taxels hold no 2 × 2 cell. Returns [`Error::SumTooLarge`] if 5
-    /// · A · G · (frames added up) exceeds `u32::MAX`.
-    pub fn new(green: G, layout: Layout, rate: FrameRate) -> Result<Self, Error> {
+    /// Returns [`ConfigError::EmptyTaxel`] if a Bayer format's taxels hold no 2 × 2 cell. Returns
+    /// [`ConfigError::SumTooLarge`] if 5 · A · G · (frames added up) exceeds `u32::MAX`.
+    pub fn new(green: G, layout: Layout, rate: FrameRate) -> Result<Self, ConfigError> {
         Self::with_stride(green, layout, rate, Stride::One)
     }
 
@@ -34,7 +34,7 @@ impl<G: GreenChannel> FrameGeometry<G> {
     ///
     /// # Errors
     /// Returns the errors of [`FrameGeometry::new`].
-    pub fn with_stride(green: G, layout: Layout, rate: FrameRate, stride: Stride) -> Result<Self, Error> {
+    pub fn with_stride(green: G, layout: Layout, rate: FrameRate, stride: Stride) -> Result<Self, ConfigError> {
         let layout = layout.snapped(green.cell())?;
         let bytes_per_row = green.row_bytes(layout.frame().width()) as u32;
         let mut camera = Self { green, layout, bands: bands(&layout), stride, bytes_per_row, pixels: 0, rate };
@@ -45,18 +45,18 @@ impl<G: GreenChannel> FrameGeometry<G> {
     /// Returns the geometry with this many bytes from row to row.
     ///
     /// # Errors
-    /// Returns [`Error::BytesPerRow`] if that is less than a row of pixels.
-    pub fn with_bytes_per_row(mut self, bytes_per_row: u32) -> Result<Self, Error> {
+    /// Returns [`ConfigError::BytesPerRow`] if that is less than a row of pixels.
+    pub fn with_bytes_per_row(mut self, bytes_per_row: u32) -> Result<Self, ConfigError> {
         let expected = self.green.row_bytes(self.layout.frame().width()) as u32;
         if bytes_per_row < expected {
-            return Err(Error::BytesPerRow { found: bytes_per_row, expected });
+            return Err(ConfigError::BytesPerRow { found: bytes_per_row, expected });
         }
         self.bytes_per_row = bytes_per_row;
         Ok(self)
     }
 
     /// Counts the pixels of a taxel (A of the SPEC) and checks that five taxels' sums fit 32 bits.
-    fn count_pixels(&mut self) -> Result<(), Error> {
+    fn count_pixels(&mut self) -> Result<(), ConfigError> {
         let cell = self.green.cell();
         let [width, height] = self.layout.taxel();
         let cells = u32::from(self.stride.counted(width / cell)) * u32::from(self.stride.counted(height / cell));
@@ -67,7 +67,7 @@ impl<G: GreenChannel> FrameGeometry<G> {
         let fits = (5 * u64::from(self.pixels) * u64::from(full_scale))
             .checked_mul(u64::from(frames))
             .is_some_and(|most| u32::try_from(most).is_ok());
-        if fits { Ok(()) } else { Err(Error::SumTooLarge { pixels: self.pixels, full_scale, frames }) }
+        if fits { Ok(()) } else { Err(ConfigError::SumTooLarge { pixels: self.pixels, full_scale, frames }) }
     }
 
     /// Returns the layout as it is used: rounded down to cells for Bayer formats.
@@ -144,14 +144,14 @@ impl<G: GreenChannel> TaxelSums<G> {
     /// Sums a whole frame. Returns the 25 taxel sums S, row by row.
     ///
     /// # Errors
-    /// Returns [`Error::FrameTooShort`] or [`Error::FrameUnderWay`]; then the sums stay as they were.
-    pub fn push_frame(&mut self, bytes: &[u8]) -> Result<[u32; TAXELS], Error> {
+    /// Returns [`FrameError::FrameTooShort`] or [`FrameError::FrameUnderWay`]; then the sums stay as they were.
+    pub fn push_frame(&mut self, bytes: &[u8]) -> Result<[u32; TAXELS], FrameError> {
         let expected = self.camera.frame_bytes();
         if bytes.len() < expected {
-            return Err(Error::FrameTooShort { found: bytes.len(), expected });
+            return Err(FrameError::FrameTooShort { found: bytes.len(), expected });
         }
         if self.rows != 0 {
-            return Err(Error::FrameUnderWay { rows: self.rows });
+            return Err(FrameError::FrameUnderWay { rows: self.rows });
         }
         self.add_rows(bytes, self.camera.layout.frame().height());
         Ok(self.complete())
@@ -162,21 +162,21 @@ impl<G: GreenChannel> TaxelSums<G> {
     /// The sums are bit-identical to those of the whole frame.
     ///
     /// # Errors
-    /// Returns [`Error::StripeNotWholeRows`], [`Error::StripeTooLong`] or [`Error::StripeOfPlanar`]; then the sums stay
-    /// as they were.
-    pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<Option<[u32; TAXELS]>, Error> {
+    /// Returns [`FrameError::StripeNotWholeRows`], [`FrameError::StripeTooLong`] or [`FrameError::StripeOfPlanar`];
+    /// then the sums stay as they were.
+    pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<Option<[u32; TAXELS]>, FrameError> {
         let camera = &self.camera;
         let (height, bytes_per_row) = (camera.layout.frame().height(), camera.bytes_per_row());
         if camera.green.chroma_bytes(bytes_per_row, height).is_some() {
-            return Err(Error::StripeOfPlanar);
+            return Err(FrameError::StripeOfPlanar);
         }
         let rows = bytes.len().div_ceil(bytes_per_row.max(1));
         if bytes.len() < camera.packed_bytes(rows) {
-            return Err(Error::StripeNotWholeRows { found: bytes.len(), bytes_per_row });
+            return Err(FrameError::StripeNotWholeRows { found: bytes.len(), bytes_per_row });
         }
         let left = height - self.rows;
         if rows > usize::from(left) {
-            return Err(Error::StripeTooLong { found: rows, left: usize::from(left) });
+            return Err(FrameError::StripeTooLong { found: rows, left: usize::from(left) });
         }
         self.add_rows(bytes, rows as u16);
         Ok((self.rows == height).then(|| self.complete()))

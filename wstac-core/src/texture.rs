@@ -9,6 +9,7 @@ use crate::model::linear_svm::LinearSvm;
 
 /// The answer of a texture model.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct Texture<'m> {
     /// The number of the class.
     pub class: u8,

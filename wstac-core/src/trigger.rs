@@ -15,6 +15,7 @@ pub use crate::trigger_config::{Rule, TriggerConfig};
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Event<'a> {
     /// The number of the first frame of the sample: t − c.
     pub frame: u64,
@@ -29,10 +30,21 @@ pub struct Event<'a> {
     pub reliable: bool,
 }
 
+impl<'a> Event<'a> {
+    /// Creates a reliable event without filled frames, whose sample begins at `frame`.
+    ///
+    /// A pipeline makes events by itself. This is for samples from elsewhere, such as a file.
+    #[inline]
+    pub const fn new(frame: u64, sample: Sample<'a>, baseline: &'a Baseline) -> Self {
+        Self { frame, sample, baseline, frames_filled: 0, reliable: true }
+    }
+}
+
 /// A sample that ended before it was complete.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct InterruptedSample {
     /// The number of its first frame.
     pub frame: u64,
@@ -40,10 +52,18 @@ pub struct InterruptedSample {
     pub frames: u8,
 }
 
+impl InterruptedSample {
+    /// Creates a sample that ended after `frames` frames, of which `frame` is the first.
+    pub const fn new(frame: u64, frames: u8) -> Self {
+        Self { frame, frames }
+    }
+}
+
 /// The state of a stream, or how it ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct StreamEnd {
     /// The number of frames on the time line, lost ones included.
     pub frames: u64,
@@ -53,6 +73,13 @@ pub struct StreamEnd {
     pub baseline_quiet: bool,
     /// The sample that was under way.
     pub incomplete: Option<InterruptedSample>,
+}
+
+impl StreamEnd {
+    /// Creates the end of a stream of this many frames that has no complete baseline.
+    pub const fn new(frames: u64) -> Self {
+        Self { frames, baseline_complete: false, baseline_quiet: false, incomplete: None }
+    }
 }
 
 /// The present task of the trigger.
@@ -229,14 +256,14 @@ impl<B: BaselinePolicy> Trigger<B> {
         self.state.interrupted = None;
     }
 
-    /// Settles what is pending at the end of a stream. Returns an event if lost frames at the very end complete a
+    /// Ends a stream: fills or ends a gap of lost frames. Returns an event if lost frames at the very end complete a
     /// sample.
     pub fn finish(&mut self) -> Option<Event<'_>> {
         let first = self.settle()?;
         Some(self.state.event(first))
     }
 
-    /// Settles what is pending at the end of a stream. Returns the first frame of the sample that it completes.
+    /// Fills or ends a gap of lost frames at the end of a stream. Returns the first frame of the sample that it completes.
     pub(crate) fn settle(&mut self) -> Option<u64> {
         self.clear_backlog();
         let lost = core::mem::take(&mut self.state.lost);

@@ -1,6 +1,6 @@
 //! The trigger's parameters: window, multiplier, backtrack, rule and margin, checked together (SPEC §3).
 
-use crate::error::Error;
+use crate::error::ConfigError;
 use crate::fixed::Q16;
 use crate::params::{
     BASELINE_WINDOWS, DEFAULT_BACKTRACK, DEFAULT_MARGIN, DEFAULT_MULTIPLIER, DEFAULT_WINDOW, SAMPLE_FRAMES,
@@ -23,6 +23,7 @@ use crate::params::{
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
+// It is exhaustive: a rule that a program does not know must not be taken for another.
 pub enum Rule {
     /// The threshold is b · η (paper). η is usually negative, and then any b above 1 fires on every window.
     Literal,
@@ -58,8 +59,8 @@ struct TriggerFields {
 
 #[cfg(feature = "serde")]
 impl TryFrom<TriggerFields> for TriggerConfig {
-    type Error = Error;
-    fn try_from(fields: TriggerFields) -> Result<Self, Error> {
+    type Error = ConfigError;
+    fn try_from(fields: TriggerFields) -> Result<Self, ConfigError> {
         let real = |q: Q16| f64::from(q.bits()) / 65_536.0;
         let (multiplier, margin) = (real(fields.multiplier), real(fields.margin));
         Self::new(u32::from(fields.window), multiplier, u32::from(fields.backtrack), fields.rule, margin)
@@ -71,17 +72,23 @@ impl TriggerConfig {
     /// natural logarithm per frame.
     ///
     /// # Errors
-    /// Returns [`Error::Window`] unless 1 ≤ m ≤ 70, and [`Error::Backtrack`] unless c ≤ 5m and c + m ≤ 70. Returns
-    /// [`Error::Multiplier`] unless 0 ≤ b < 65536 and, with [`Rule::Signed`], b ≥ 1. Returns [`Error::Margin`] unless 0
-    /// ≤ margin < 65536.
-    pub const fn new(window: u32, multiplier: f64, backtrack: u32, rule: Rule, margin: f64) -> Result<Self, Error> {
+    /// Returns [`ConfigError::Window`] unless 1 ≤ m ≤ 70, and [`ConfigError::Backtrack`] unless c ≤ 5m and c + m ≤ 70.
+    /// Returns [`ConfigError::Multiplier`] unless 0 ≤ b < 65536 and, with [`Rule::Signed`], b ≥ 1. Returns
+    /// [`ConfigError::Margin`] unless 0 ≤ margin < 65536.
+    pub const fn new(
+        window: u32,
+        multiplier: f64,
+        backtrack: u32,
+        rule: Rule,
+        margin: f64,
+    ) -> Result<Self, ConfigError> {
         if window == 0 || window > SAMPLE_FRAMES as u32 {
-            return Err(Error::Window(window));
+            return Err(ConfigError::Window(window));
         }
         let (before, within) = (BASELINE_WINDOWS * window, SAMPLE_FRAMES as u32 - window);
         let most = if before < within { before } else { within };
         if backtrack > most {
-            return Err(Error::Backtrack { found: backtrack, most });
+            return Err(ConfigError::Backtrack { found: backtrack, most });
         }
         let least = match rule {
             Rule::Literal => 0,
@@ -89,10 +96,10 @@ impl TriggerConfig {
         };
         let b = match Q16::new(multiplier) {
             Some(b) if b.bits() >= least => b,
-            _ => return Err(Error::Multiplier(multiplier)),
+            _ => return Err(ConfigError::Multiplier(multiplier)),
         };
         let Some(margin) = Q16::new(margin) else {
-            return Err(Error::Margin(margin));
+            return Err(ConfigError::Margin(margin));
         };
         Ok(Self { window: window as u8, backtrack: backtrack as u8, rule, multiplier: b, margin })
     }

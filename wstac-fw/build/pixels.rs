@@ -1,11 +1,11 @@
-//! The pixel formats that a board can be built for: those whose rows can be summed as they arrive.
+//! The pixel formats that a board can be built for. Their rows can be summed as they arrive.
 
 use std::env;
 use std::fmt::Write;
 
 use wstac_core::green::any::YcbcrMethod;
 
-/// A format: its name in `WSTAC_PIXELS`, and its form in Rust.
+/// A format, with its name in `WSTAC_PIXELS` and its Rust types.
 pub struct Pixels {
     /// The name of the format.
     pub name: &'static str,
@@ -64,7 +64,7 @@ impl Pixels {
         found.ok_or_else(|| format!("WSTAC_PIXELS={name}: expected one of {} (BAYER8 is RGGB)", names.join(", ")))
     }
 
-    /// Returns the format's items of `setup.rs`. For YUYV, the configuration says how it becomes green.
+    /// Returns the format's items of `setup.rs`. For YUYV, `yuv` is the configured method to green.
     pub fn source(&self, yuv: YcbcrMethod) -> Result<String, String> {
         let color = "wstac_core::green::ycbcr::YcbcrEncoding { matrix: wstac_core::green::ycbcr::YcbcrMatrix::Bt601, \
                       range: wstac_core::green::ycbcr::QuantizationRange::Limited }";
@@ -77,13 +77,13 @@ impl Pixels {
         let mut source = String::new();
         write!(
             source,
-            "/// The camera's pixels: how they become green.
+            "/// The type that turns the camera's pixels into green.
 pub type GreenChannel = wstac_core::green::{kind};
-/// The same as a value; YCbCr is BT.601 of limited range, as cameras send it.
+/// The value of [`GreenChannel`]. YCbCr is BT.601 with limited range, as cameras send it.
 pub const GREEN: GreenChannel = wstac_core::green::{value};
-/// What the link calls them.
+/// The pixel format that the link reports.
 pub const PIXELS: PixelFormat = PixelFormat::{};
-/// Bytes that a pixel takes in a row.
+/// The bytes of a pixel in a row.
 pub const PIXEL_BYTES: usize = {};
 ",
             self.format, self.bytes,

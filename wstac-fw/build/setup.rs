@@ -1,4 +1,4 @@
-//! Turns a configuration and a model's file into `setup.rs`, the source that is compiled in.
+//! Turns a configuration and a model file into `setup.rs`, the source that is compiled in.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use wstac_core::model::Model;
 use crate::pixels::Pixels;
 use wstac_host::config::{Config, Kernel};
 
-/// Returns the source, or what is wrong with a file or the name of a pixel format.
+/// Returns the source. An error says what is wrong with a file or with the name of the pixel format.
 pub fn source(config: Option<PathBuf>, model: Option<PathBuf>, pixels: Option<&str>) -> Result<String, String> {
     let pixels = Pixels::named(pixels)?;
     let config = match config {
@@ -27,10 +27,10 @@ pub fn source(config: Option<PathBuf>, model: Option<PathBuf>, pixels: Option<&s
     Ok(source)
 }
 
-/// The source if there is no model.
-const NO_TEXTURE: &str = "/// The kind of the texture model.
+/// The source of the model's items if there is no model.
+const NO_TEXTURE: &str = "/// The type of the texture model.
 pub type Kind = wstac_core::model::linear_svm::LinearSvm<'static>;
-/// There is no texture model: the environment names none in `WSTAC_MODEL`.
+/// The texture model: `None`, because `WSTAC_MODEL` was not set.
 pub const MODEL: Option<&Kind> = None;
 ";
 
@@ -68,34 +68,34 @@ fn configuration(config: &Config, pixels: &Pixels) -> Result<String, String> {
         source,
         "/// The log kernel.
 pub type Ln = wstac_core::ln::{kernel};
-/// Which pixels are counted.
+/// The stride: which rows and columns of a taxel are counted.
 pub const STRIDE: Stride = Stride::{:?};
 /// The darkness floor of the camera's pixels.
 pub const FLOOR: Floor = match Floor::new({:?}, {}) {{
     Ok(floor) => floor,
     Err(_) => panic!(\"[features] floor_levels is above the full scale, {}\"),
 }};
-/// When an event starts.
+/// The parameters of the trigger.
 pub const TRIGGER: TriggerConfig = match TriggerConfig::new({}, {:?}, {}, Rule::{:?}, {:?}) {{
     Ok(trigger) => trigger,
     Err(_) => panic!(\"checked by the build script\"),
 }};
-/// What becomes of the baseline.
+/// The type of the baseline policy: fixed or tracking.
 pub type BaselinePolicy = wstac_core::baseline_policy::{following};
-/// What becomes of the baseline, at the start.
+/// The baseline policy at the start of a stream.
 pub const FOLLOWING: BaselinePolicy = {follow};
-/// Where the taxels are in frames of this size.
+/// Returns the layout of the taxels in frames of this size.
 ///
 /// # Errors
-/// As [`Layout::new`] and [`Layout::paper`].
-pub const fn layout(frame: FrameSize) -> Result<Layout, Error> {{
+/// Returns the errors of [`Layout::new`] and [`Layout::paper`].
+pub const fn layout(frame: FrameSize) -> Result<Layout, ConfigError> {{
     {frame}{layout}
 }}
-/// How speed is worked out for a camera of this rate.
+/// Returns the configuration of the speed law for a camera of this rate.
 ///
 /// # Errors
-/// As [`SpeedConfig::new`] and [`SpeedConfig::fitted_on`].
-pub const fn speed(rate: FrameRate) -> Result<SpeedConfig, Error> {{
+/// Returns the errors of [`SpeedConfig::new`] and [`SpeedConfig::fitted_on`].
+pub const fn speed(rate: FrameRate) -> Result<SpeedConfig, ConfigError> {{
     match SpeedConfig::new(Law::{:?}, {:?}, ThresholdOn::{:?}, rate) {{
         Ok(speed) => speed.fitted_on({slowest:?}, {fastest:?}),
         Err(error) => Err(error),
@@ -119,7 +119,7 @@ pub const fn speed(rate: FrameRate) -> Result<SpeedConfig, Error> {{
     Ok(source)
 }
 
-/// Returns the source of the model, compiled in as its own kind: code of another kind is not linked.
+/// Returns the source of the model's items. The model has the type of its own kind, so no code of another kind is linked.
 fn texture(file: &Path) -> Result<String, String> {
     let bytes = std::fs::read(file).map_err(|error| error.to_string())?;
     let (words, _) = bytes.as_chunks::<4>();
@@ -133,7 +133,7 @@ fn texture(file: &Path) -> Result<String, String> {
     let file = file.to_str().ok_or("its path is no UTF-8")?;
     Ok(format!(
         "use wstac_core::model::{kind} as KindOf;
-/// The kind of the texture model.
+/// The type of the texture model.
 pub type Kind = KindOf<'static>;
 static CHECKED: Kind = wstac_core::include_model!(KindOf, {file:?});
 /// The texture model.

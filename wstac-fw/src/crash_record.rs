@@ -6,6 +6,8 @@
 #[cfg(feature = "h743")]
 use core::sync::atomic::{Ordering, compiler_fence};
 
+use wstac_core::crc::crc32;
+
 /// The bytes of text that are kept.
 const MOST: usize = 96;
 /// The magic number at the start of the record.
@@ -70,14 +72,7 @@ impl CrashRecord {
 
     /// Returns the CRC-32 (IEEE) of length and text.
     fn sum(&self) -> u32 {
-        let mut rest = u32::MAX;
-        for byte in self.length.to_le_bytes().into_iter().chain(self.text) {
-            rest ^= u32::from(byte);
-            for _ in 0..8 {
-                rest = rest >> 1 ^ if rest & 1 == 1 { 0xEDB8_8320 } else { 0 };
-            }
-        }
-        !rest
+        crc32(self.length.to_le_bytes().into_iter().chain(self.text))
     }
 }
 

@@ -2,7 +2,7 @@
 //! on a host.
 
 use wstac_core::early::SamplePrefix;
-use wstac_core::error::Error;
+use wstac_core::error::{ConfigError, FrameError};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::model::file::INPUTS;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
@@ -64,7 +64,7 @@ impl Reader {
     /// Returns the errors of [`FrameGeometry::with_stride`] and [`Pipeline::builder`] for the configuration.
     // It is not inlined: its parts would lie on the stack of a function that runs for ever.
     #[inline(never)]
-    pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, speed: SpeedConfig) -> Result<Self, Error> {
+    pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, speed: SpeedConfig) -> Result<Self, ConfigError> {
         let camera = FrameGeometry::with_stride(setup::GREEN, layout, rate, setup::STRIDE)?;
         let pipeline = setup::checked(camera)?;
         Ok(Self {
@@ -80,7 +80,7 @@ impl Reader {
     ///
     /// # Errors
     /// Returns the errors of [`Pipeline::push_stripe`] if the rows do not fit this layout; then nothing was taken.
-    pub fn rows(&mut self, rows: &[u8], out: &mut impl Outlet) -> Result<(), Error> {
+    pub fn rows(&mut self, rows: &[u8], out: &mut impl Outlet) -> Result<(), FrameError> {
         let update = self.pipeline.push_stripe(rows)?;
         if update.is_frame() {
             self.sender.give(&update, out);
@@ -127,22 +127,18 @@ impl Reader {
 
     /// Sends the description of the board.
     pub fn hello(&self, out: &mut impl Outlet) {
-        let mut models = [None; 3];
-        models[0] = setup::MODEL.map(|model| ModelFacts {
-            task: model.task(),
-            classes: model.labels().len() as u8,
-            frames: model.frames(),
-        });
-        out.send(&Message::Hello(Hello {
-            firmware: Text::new(env!("CARGO_PKG_NAME")),
-            version: Text::new(env!("CARGO_PKG_VERSION")),
-            size: self.size,
-            format: setup::PIXELS,
-            rate: self.pipeline.geometry().rate(),
-            trigger: setup::TRIGGER,
-            models,
-            frame: self.pipeline.next_frame(),
-        }));
+        let mut hello = Hello::new(
+            Text::new(env!("CARGO_PKG_NAME")),
+            Text::new(env!("CARGO_PKG_VERSION")),
+            self.size,
+            setup::PIXELS,
+            self.pipeline.geometry().rate(),
+            setup::TRIGGER,
+        );
+        hello.models[0] =
+            setup::MODEL.map(|model| ModelFacts::new(model.task(), model.labels().len() as u8, model.frames()));
+        hello.frame = self.pipeline.next_frame();
+        out.send(&Message::Hello(hello));
     }
 
     /// Sends the next part of a sample that is wanted, or the event after its last part. Returns false if there was
@@ -156,7 +152,7 @@ impl Reader {
         self.sender.send_held(self.pipeline.recent(), out)
     }
 
-    /// Settles what is pending at the end of a stream that has one, and sends how it ended.
+    /// Ends a stream that has an end: fills or ends a gap of lost frames, and sends how the stream ended.
     pub fn finish(&mut self, out: &mut impl Outlet) {
         while self.send_held(out) {}
         let finished = self.pipeline.finish();

@@ -30,11 +30,11 @@ struct Queues {
 }
 
 /// Handles the interrupt of USART3.
-pub struct Interrupts;
+pub struct SerialInterrupts;
 
 // SAFETY: only hardware calls it; the data that it shares is behind a mutex.
 #[allow(unsafe_code)]
-impl Handler<typelevel::USART3> for Interrupts {
+impl Handler<typelevel::USART3> for SerialInterrupts {
     unsafe fn on_interrupt() {
         serve();
     }
@@ -47,7 +47,7 @@ impl Serial {
     /// Starts the line at this many bits per second, with eight data bits, no parity, and one stop bit.
     pub fn new(
         _usart: Peri<'static, peripherals::USART3>,
-        _interrupts: impl Binding<typelevel::USART3, Interrupts>,
+        _interrupts: impl Binding<typelevel::USART3, SerialInterrupts>,
         transmit: Peri<'static, peripherals::PD8>,
         receive: Peri<'static, peripherals::PD9>,
         baud: u32,

@@ -4,7 +4,7 @@
 //! of them.
 #![allow(clippy::unreadable_literal)]
 
-use wstac_core::error::Error;
+use wstac_core::error::ConfigError;
 use wstac_core::features::Floor;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::PixelFormat;
@@ -23,7 +23,7 @@ include!(concat!(env!("OUT_DIR"), "/setup.rs"));
 /// Returns the errors of [`PipelineBuilder::check`](wstac_core::pipeline::PipelineBuilder::check).
 pub fn checked(
     geometry: FrameGeometry<GreenChannel>,
-) -> Result<CheckedBuilder<GreenChannel, Ln, BaselinePolicy>, Error> {
+) -> Result<CheckedBuilder<GreenChannel, Ln, BaselinePolicy>, ConfigError> {
     let builder = Pipeline::builder(geometry).floor(FLOOR).ln(Ln::default());
     builder.trigger(TRIGGER).baseline(FOLLOWING).check()
 }
@@ -32,6 +32,8 @@ pub fn checked(
 ///
 /// # Errors
 /// Returns the errors of [`checked`].
-pub fn pipeline(geometry: FrameGeometry<GreenChannel>) -> Result<Pipeline<GreenChannel, Ln, BaselinePolicy>, Error> {
+pub fn pipeline(
+    geometry: FrameGeometry<GreenChannel>,
+) -> Result<Pipeline<GreenChannel, Ln, BaselinePolicy>, ConfigError> {
     Ok(checked(geometry)?.build())
 }

@@ -1,6 +1,6 @@
 //! The part of a frame that a camera interface has to capture: whole stripes of rows around the taxels.
 
-use wstac_core::error::Error;
+use wstac_core::error::ConfigError;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::params::TAXELS;
 
@@ -19,10 +19,10 @@ impl Window {
     /// Returns the smallest window around the taxels that is whole words wide and whole stripes of `rows` rows high.
     ///
     /// # Errors
-    /// Returns [`Error::TaxelOutside`] if the frame, rounded down to whole words and whole stripes, does not hold the
-    /// taxels. A frame whose width is a multiple of 4 and whose height is a multiple of `rows` always does. Returns
-    /// [`Error::FrameSize`] if `rows` is 0.
-    pub const fn around(layout: &Layout, rows: u16) -> Result<Self, Error> {
+    /// Returns [`ConfigError::TaxelOutside`] if the frame, rounded down to whole words and whole stripes, does not hold
+    /// the taxels. A frame whose width is a multiple of 4 and whose height is a multiple of `rows` always does. Returns
+    /// [`ConfigError::FrameSize`] if `rows` is 0.
+    pub const fn around(layout: &Layout, rows: u16) -> Result<Self, ConfigError> {
         let (frame, taxel, corners) = (layout.frame(), layout.taxel(), layout.corners());
         let (mut least, mut end) = ([u16::MAX; 2], [0; 2]);
         let mut k = 0;
@@ -37,7 +37,7 @@ impl Window {
             k += 1;
         }
         if rows == 0 {
-            return Err(Error::FrameSize { width: frame.width() as u32, height: 0 });
+            return Err(ConfigError::FrameSize { width: frame.width() as u32, height: 0 });
         }
         let (left, width) = span(least[0], end[0], frame.width(), WORD);
         let (top, height) = span(least[1], end[1], frame.height(), rows);
@@ -140,7 +140,7 @@ mod tests {
     fn a_frame_that_no_whole_window_fits_is_refused() {
         let corners = [[0, 0]; TAXELS];
         let odd = Layout::new(FrameSize::new(322, 240).unwrap(), [322, 10], corners).unwrap();
-        assert!(matches!(Window::around(&odd, 8), Err(Error::TaxelOutside { .. })));
-        assert!(matches!(Window::around(&odd, 0), Err(Error::FrameSize { height: 0, .. })));
+        assert!(matches!(Window::around(&odd, 8), Err(ConfigError::TaxelOutside { .. })));
+        assert!(matches!(Window::around(&odd, 0), Err(ConfigError::FrameSize { height: 0, .. })));
     }
 }

@@ -1,11 +1,12 @@
-//! The events of a recording, a line each: `cargo run --release -p wstac-host --example events FILE.mcap`.
+//! Prints the events of a recording, one per line: `cargo run --release -p wstac-host --example events FILE.mcap`.
 use std::path::Path;
 
 use wstac_host::source::open::{OpenOptions, open};
-use wstac_host::{error::Error, json::rounded, model_file::ModelFile, output::Output, session::Session};
+use wstac_host::{error, json::rounded, model_file::ModelFile, output::Output, session::Session};
 
-fn main() -> Result<(), Error> {
-    let file = std::env::args().nth(1).ok_or_else(|| Error::new("events", "no argument, expected FILE.mcap"))?;
+fn main() -> Result<(), error::Error> {
+    let missing = || error::Error::new(error::ErrorKind::Usage, "events", "no argument, expected FILE.mcap");
+    let file = std::env::args().nth(1).ok_or_else(missing)?;
     let source = open(&file, &OpenOptions::default(), &[])?;
     // Without another configuration, the recording's own holds.
     for output in Session::builder(source).models([ModelFile::open(Path::new("builtin:svm"))?]).build()? {

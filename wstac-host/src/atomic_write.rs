@@ -45,7 +45,7 @@ impl AtomicFile {
         // `create_new` follows no symbolic link, and gives the mode of any new file: 0o666 less the umask.
         let mut name = tempfile::Builder::new();
         let file = name.prefix(".wstac-").suffix(".part").make_in(folder, |path| File::create_new(path));
-        let file = file.map_err(|error| Error::new(path.display(), error))?;
+        let file = file.map_err(|error| Error::io(path.display(), error))?;
         Ok(Self { file: BufWriter::new(file), path: path.to_owned() })
     }
 
@@ -59,7 +59,7 @@ impl AtomicFile {
         // Without `sync_all`, a power failure could leave a name without its content.
         let whole = file.and_then(|file| file.as_file().sync_all().map(|()| file));
         let renamed = whole.and_then(|file| file.persist(&path).map_err(|error| error.error));
-        renamed.map(drop).map_err(|error| Error::new(path.display(), error))
+        renamed.map(drop).map_err(|error| Error::io(path.display(), error))
     }
 }
 
@@ -85,7 +85,7 @@ impl Seek for AtomicFile {
 /// The file cannot be written. The error names the path, and a file that had the name stays as it was.
 pub fn atomic_write(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(), Error> {
     let mut file = AtomicFile::create(path)?;
-    file.write_all(bytes.as_ref()).map_err(|error| Error::new(path.display(), error))?;
+    file.write_all(bytes.as_ref()).map_err(|error| Error::io(path.display(), error))?;
     file.commit()
 }
 

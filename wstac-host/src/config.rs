@@ -3,12 +3,12 @@
 // The path is given because the firmware reads this file, too, from its place here.
 mod speed;
 
-use std::fmt;
+use std::error::Error as StdError;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use wstac_core::baseline_policy::TrackingBaseline;
-use wstac_core::error::Error as CoreError;
+use wstac_core::error::ConfigError;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::YcbcrMethod;
 use wstac_core::layout::{FrameSize, Layout};
@@ -18,7 +18,7 @@ use wstac_core::speed::SpeedConfig;
 use wstac_core::trigger::{Rule, TriggerConfig};
 
 pub use self::speed::SpeedKeys;
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 
 /// Everything that a configuration file can say.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
@@ -148,32 +148,41 @@ impl Config {
     /// The file cannot be read, or a key is wrong. The error names the file, the key, what was found and what was
     /// expected.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let text = std::fs::read_to_string(path).map_err(|error| Error::new(path.display(), error))?;
-        let config = Self::parse(&text).map_err(|message| Error::new(path.display(), message))?;
+        let text = std::fs::read_to_string(path).map_err(|error| Error::io(path.display(), error))?;
+        let config = Self::parse(&text).map_err(|error| error.about(path.display()))?;
         Ok(Self { origin: Some(path.display().to_string()), ..config })
     }
 
     /// Creates an error that shows only with a source. It names the configuration and the source.
-    pub fn does_not_fit(&self, source: &str, table: &str, error: impl fmt::Display) -> Error {
+    pub fn does_not_fit(&self, source: &str, table: &str, error: impl Into<Box<dyn StdError + Send + Sync>>) -> Error {
+        let error = error.into();
         match &self.origin {
-            Some(file) => Error::new(file, format_args!("{table} {error} (source: {source})")),
-            None => Error::new(source, error),
+            Some(file) => {
+                let message = format_args!("{table} {error} (source: {source})");
+                Error::new(ErrorKind::Config, file, message).caused_by(error)
+            }
+            None => Error::with_cause(ErrorKind::Config, source, error),
         }
     }
 
     /// Reads and checks a configuration's text.
     ///
     /// # Errors
-    /// A key is wrong. The error names the key, what was found and what was expected.
-    pub fn parse(text: &str) -> Result<Self, String> {
-        let config: Self = toml::from_str(text).map_err(|error| error.to_string().trim_end().to_owned())?;
-        config.layout.check()?;
-        config.speed.check()?;
-        config.trigger().map_err(|error| format!("[trigger] {error}"))?;
-        config.following().map_err(|error| format!("[trigger] {error}"))?;
-        config.speed(FrameRate::NOMINAL).map_err(|error| format!("[speed] {error}"))?;
+    /// A key is wrong. The error names the key, what was found and what was expected. Its subject is `configuration`;
+    /// [`Error::about`] replaces it.
+    pub fn parse(text: &str) -> Result<Self, Error> {
+        const SUBJECT: &str = "configuration";
+        let wrong = |message: String| Error::new(ErrorKind::Config, SUBJECT, message);
+        let in_table = |table: &str, error: ConfigError| wrong(format!("{table} {error}")).caused_by(error);
+        let config: Self =
+            toml::from_str(text).map_err(|error| wrong(error.to_string().trim_end().to_owned()).caused_by(error))?;
+        config.layout.check().map_err(wrong)?;
+        config.speed.check().map_err(wrong)?;
+        config.trigger().map_err(|error| in_table("[trigger]", error))?;
+        config.following().map_err(|error| in_table("[trigger]", error))?;
+        config.speed(FrameRate::NOMINAL).map_err(|error| in_table("[speed]", error))?;
         if !(config.features.floor_levels >= 0.0 && config.features.floor_levels.is_finite()) {
-            return Err(format!("[features] {}", CoreError::FloorLevels(config.features.floor_levels)));
+            return Err(in_table("[features]", ConfigError::FloorLevels(config.features.floor_levels)));
         }
         Ok(config)
     }
@@ -195,7 +204,7 @@ impl Config {
     ///
     /// # Errors
     /// The errors of [`TriggerConfig::new`].
-    pub fn trigger(&self) -> Result<TriggerConfig, CoreError> {
+    pub fn trigger(&self) -> Result<TriggerConfig, ConfigError> {
         let keys = &self.trigger;
         TriggerConfig::new(keys.window, keys.multiplier, keys.backtrack, keys.rule, keys.margin)
     }
@@ -204,7 +213,7 @@ impl Config {
     ///
     /// # Errors
     /// The errors of [`TrackingBaseline::new`].
-    pub fn following(&self) -> Result<Option<TrackingBaseline>, CoreError> {
+    pub fn following(&self) -> Result<Option<TrackingBaseline>, ConfigError> {
         match self.trigger.follow {
             0 => Ok(None),
             windows => TrackingBaseline::new(windows).map(Some),
@@ -215,7 +224,7 @@ impl Config {
     ///
     /// # Errors
     /// The errors of [`SpeedConfig::new`] and [`SpeedConfig::fitted_on`].
-    pub fn speed(&self, rate: FrameRate) -> Result<SpeedConfig, CoreError> {
+    pub fn speed(&self, rate: FrameRate) -> Result<SpeedConfig, ConfigError> {
         let [slowest, fastest] = self.speed.range();
         SpeedConfig::new(self.speed.law(), self.speed.threshold, self.speed.threshold_on, rate)?
             .fitted_on(slowest, fastest)
@@ -225,7 +234,7 @@ impl Config {
     ///
     /// # Errors
     /// The errors of [`Layout::new`] and [`Layout::paper`].
-    pub fn layout(&self, frame: FrameSize) -> Result<Layout, CoreError> {
+    pub fn layout(&self, frame: FrameSize) -> Result<Layout, ConfigError> {
         match self.layout.explicit() {
             Some((taxel, corners)) => Layout::new(frame, taxel, corners),
             None => Layout::paper(frame),
@@ -421,7 +430,9 @@ mod tests {
             ("[layout]\nframe = [5]", vec!["frame", "length 1"]),
             ("[layout", vec!["TOML"]),
         ] {
-            let message = Config::parse(text).unwrap_err();
+            let error = Config::parse(text).unwrap_err();
+            assert!(error.is_config(), "{text:?}");
+            let message = error.message();
             for part in parts {
                 assert!(message.contains(part), "{text:?} gave {message:?}, expected {part:?}");
             }

@@ -1,25 +1,191 @@
 //! Errors for a person. They say what cannot be used, which part of it, what was found and what was expected.
+//!
+//! Programs decide by [`Error::kind`] or its predicates, never by the text.
+//!
+//! ```
+//! use std::path::Path;
+//! use wstac_host::config::Config;
+//! use wstac_host::error::ErrorKind;
+//!
+//! let error = Config::read(Path::new("no-such-file.toml")).unwrap_err();
+//! assert!(error.is_not_found());
+//! assert_eq!(error.kind(), ErrorKind::NotFound);
+//! assert_eq!(error.subject(), "no-such-file.toml");
+//! // The cause is an `io::Error`.
+//! assert!(std::error::Error::source(&error).is_some());
+//! ```
 
-use std::fmt;
+use std::error::Error as StdError;
+use std::{fmt, io};
+
+use wstac_core::error::{ConfigError, FrameError};
+
+/// A cause of an error, of any type.
+type Cause = Box<dyn StdError + Send + Sync>;
+
+/// The kind of an [`Error`]: what a program can do about it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum ErrorKind {
+    /// A file, device or address does not exist.
+    NotFound,
+    /// A file exists already and is not overwritten.
+    AlreadyExists,
+    /// Another program uses the file or device. It may work later.
+    Busy,
+    /// The operating system refused to read or write. Examples are a full disk and missing permissions.
+    Io,
+    /// A camera or board failed, is gone, or refused what was set.
+    Device,
+    /// A configuration, a scene or a plan has a wrong value, or does not fit the source.
+    Config,
+    /// A frame was not taken.
+    Frame,
+    /// A file or stream is damaged, or has another format.
+    Format,
+    /// The data can be read, but they do not hold what is needed. An example is a recording without events.
+    Data,
+    /// This build, or this kind of source, cannot do what is asked.
+    Unsupported,
+    /// An argument is wrong, or does not go with the others.
+    Usage,
+}
 
 /// An error that says why a source, a file or a configuration cannot be used.
+///
+/// Its text is `SUBJECT: MESSAGE`. [`source`](StdError::source) returns the error that caused it, if there is one. Its
+/// text is part of the message then.
 pub struct Error {
+    kind: ErrorKind,
     subject: String,
     message: String,
+    cause: Option<Cause>,
 }
 
 impl Error {
     /// Creates an error.
     ///
     /// `subject` names the file, device or option; `message` names the field, what was found and what was expected.
-    pub fn new(subject: impl fmt::Display, message: impl fmt::Display) -> Self {
-        Self { subject: subject.to_string(), message: message.to_string() }
+    pub fn new(kind: ErrorKind, subject: impl fmt::Display, message: impl fmt::Display) -> Self {
+        Self { kind, subject: subject.to_string(), message: message.to_string(), cause: None }
+    }
+
+    /// Creates an error whose message is the text of its cause.
+    pub fn with_cause(kind: ErrorKind, subject: impl fmt::Display, cause: impl Into<Cause>) -> Self {
+        let cause = cause.into();
+        Self::new(kind, subject, &cause).caused_by(cause)
+    }
+
+    /// Creates an error of reading or writing. Its kind follows from that of the cause.
+    pub fn io(subject: impl fmt::Display, cause: io::Error) -> Self {
+        Self::with_cause(cause.kind().into(), subject, cause)
+    }
+
+    /// Creates an error of a configuration that the core refuses.
+    pub fn config(subject: impl fmt::Display, cause: ConfigError) -> Self {
+        Self::with_cause(ErrorKind::Config, subject, cause)
+    }
+
+    /// Creates an error of a frame that the core does not take.
+    pub fn frame(subject: impl fmt::Display, cause: FrameError) -> Self {
+        Self::with_cause(ErrorKind::Frame, subject, cause)
+    }
+
+    /// Returns the same error with a cause. Its text should be part of the message.
+    #[must_use]
+    pub fn caused_by(self, cause: impl Into<Cause>) -> Self {
+        Self { cause: Some(cause.into()), ..self }
     }
 
     /// Returns the same error about another subject, which the caller knows better.
     #[must_use]
     pub fn about(self, subject: impl fmt::Display) -> Self {
         Self { subject: subject.to_string(), ..self }
+    }
+
+    /// Returns the kind of the error.
+    pub fn kind(&self) -> ErrorKind {
+        self.kind
+    }
+
+    /// Returns the name of the file, device or option that cannot be used.
+    pub fn subject(&self) -> &str {
+        &self.subject
+    }
+
+    /// Returns what is wrong with the subject.
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+
+    /// Returns whether a file, device or address does not exist.
+    pub fn is_not_found(&self) -> bool {
+        self.kind == ErrorKind::NotFound
+    }
+
+    /// Returns whether a file exists already and is not overwritten.
+    pub fn is_already_exists(&self) -> bool {
+        self.kind == ErrorKind::AlreadyExists
+    }
+
+    /// Returns whether another program uses the file or device.
+    pub fn is_busy(&self) -> bool {
+        self.kind == ErrorKind::Busy
+    }
+
+    /// Returns whether the operating system refused to read or write.
+    ///
+    /// Missing, existing and busy files have predicates of their own.
+    pub fn is_io(&self) -> bool {
+        self.kind == ErrorKind::Io
+    }
+
+    /// Returns whether a camera or board failed, is gone, or refused what was set.
+    pub fn is_device(&self) -> bool {
+        self.kind == ErrorKind::Device
+    }
+
+    /// Returns whether a configuration, a scene or a plan has a wrong value, or does not fit the source.
+    pub fn is_config(&self) -> bool {
+        self.kind == ErrorKind::Config
+    }
+
+    /// Returns whether a frame was not taken.
+    pub fn is_frame(&self) -> bool {
+        self.kind == ErrorKind::Frame
+    }
+
+    /// Returns whether a file or stream is damaged, or has another format.
+    pub fn is_format(&self) -> bool {
+        self.kind == ErrorKind::Format
+    }
+
+    /// Returns whether the data can be read, but do not hold what is needed.
+    pub fn is_data(&self) -> bool {
+        self.kind == ErrorKind::Data
+    }
+
+    /// Returns whether this build, or this kind of source, cannot do what is asked.
+    pub fn is_unsupported(&self) -> bool {
+        self.kind == ErrorKind::Unsupported
+    }
+
+    /// Returns whether an argument is wrong, or does not go with the others.
+    pub fn is_usage(&self) -> bool {
+        self.kind == ErrorKind::Usage
+    }
+}
+
+impl From<io::ErrorKind> for ErrorKind {
+    fn from(kind: io::ErrorKind) -> Self {
+        match kind {
+            io::ErrorKind::NotFound => Self::NotFound,
+            io::ErrorKind::AlreadyExists => Self::AlreadyExists,
+            io::ErrorKind::ResourceBusy | io::ErrorKind::WouldBlock => Self::Busy,
+            io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => Self::Format,
+            io::ErrorKind::Unsupported => Self::Unsupported,
+            _ => Self::Io,
+        }
     }
 }
 
@@ -36,4 +202,44 @@ impl fmt::Debug for Error {
     }
 }
 
-impl std::error::Error for Error {}
+impl StdError for Error {
+    fn source(&self) -> Option<&(dyn StdError + 'static)> {
+        self.cause.as_deref().map(|cause| cause as &(dyn StdError + 'static))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn kinds_subjects_texts_and_causes_are_kept() {
+        let missing = Error::io("a.y4m", io::Error::new(io::ErrorKind::NotFound, "no such file"));
+        assert_eq!((missing.kind(), missing.to_string().as_str()), (ErrorKind::NotFound, "a.y4m: no such file"));
+        assert!(missing.is_not_found() && !missing.is_io());
+        let cause = missing.source().and_then(|cause| cause.downcast_ref::<io::Error>()).unwrap();
+        assert_eq!(cause.kind(), io::ErrorKind::NotFound);
+
+        let refused = Error::config("wstac.toml", ConfigError::Window(71)).about("other.toml");
+        assert!(refused.is_config());
+        assert_eq!((refused.subject(), refused.message()), ("other.toml", "window is 71 frames, expected 1 to 70"));
+        assert_eq!(refused.source().unwrap().downcast_ref(), Some(&ConfigError::Window(71)));
+
+        let short = FrameError::FrameTooShort { found: 1, expected: 2 };
+        let frame = Error::frame("camera", short);
+        assert_eq!((frame.kind(), frame.source().unwrap().downcast_ref()), (ErrorKind::Frame, Some(&short)));
+        assert_eq!(frame.to_string(), "camera: frame has 1 byte, expected at least 2");
+
+        let plain = Error::new(ErrorKind::Usage, "--label", "is empty, expected a name");
+        assert!(plain.is_usage() && plain.source().is_none());
+        assert_eq!(format!("{plain:?}"), "--label: is empty, expected a name");
+        for (io, kind) in [
+            (io::ErrorKind::PermissionDenied, ErrorKind::Io),
+            (io::ErrorKind::ResourceBusy, ErrorKind::Busy),
+            (io::ErrorKind::UnexpectedEof, ErrorKind::Format),
+            (io::ErrorKind::AlreadyExists, ErrorKind::AlreadyExists),
+        ] {
+            assert_eq!(Error::io("x", io.into()).kind(), kind, "{io}");
+        }
+    }
+}

@@ -10,10 +10,10 @@ use wstac_core::trigger::InterruptedSample;
 use crate::output::{Output, SampleFrames, StreamSummary, TactileEvent};
 use crate::texture::Texture;
 
-/// A line of JSON. [`Line::new`] makes it from an output.
+/// A line of JSON. [`JsonLine::new`] makes it from an output.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
-pub enum Line<'a> {
+pub enum JsonLine<'a> {
     /// The features of a frame.
     Features {
         /// The number of the feature frame.
@@ -40,7 +40,7 @@ pub enum Line<'a> {
         frame: u64,
         /// The kind of the fault in a word.
         fault: &'a str,
-        /// What happened, for a person.
+        /// A description of the fault for people.
         message: String,
     },
     /// The end of the stream.
@@ -56,7 +56,7 @@ pub enum Line<'a> {
     },
 }
 
-impl<'a> Line<'a> {
+impl<'a> JsonLine<'a> {
     /// Returns the line of an output; `None` for lost frames and a disturbed baseline, which have none.
     pub fn new(output: &'a Output) -> Option<Self> {
         Some(match output {

@@ -1,7 +1,7 @@
 //! Model files: those of a user, and those that come with the program.
 
 use std::fs::File;
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use wstac_core::model::file::ModelError;
 
 #[cfg(feature = "builtin-models")]
 use crate::builtin_models::MODELS;
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 
 /// Size of the largest model file that is read, in bytes.
 pub const MOST_BYTES: u64 = 256 << 20;
@@ -70,10 +70,18 @@ impl ModelFile {
         let found = MODELS.iter().find(|(name, _)| *name == built_in);
         let (_, bytes) = found.ok_or_else(|| {
             if MODELS.is_empty() {
-                return Error::new(&about, "this build comes without models: build with the feature builtin-models");
+                return Error::new(
+                    ErrorKind::Unsupported,
+                    &about,
+                    "this build comes without models: build with the feature builtin-models",
+                );
             }
             let names: Vec<_> = MODELS.iter().map(|(name, _)| format!("{BUILT_IN}{name}")).collect();
-            Error::new(&about, format_args!("is no model that comes with wstac, expected {}", names.join(", ")))
+            Error::new(
+                ErrorKind::NotFound,
+                &about,
+                format_args!("is no model that comes with wstac, expected {}", names.join(", ")),
+            )
         })?;
         Self::of_bytes(about, bytes)
     }
@@ -92,12 +100,18 @@ impl ModelFile {
         // This check comes before that of the length, which says little of a file of another kind.
         match bytes.first_chunk() {
             Some(b"WSM1") => {}
-            Some([b'W', b'S', b'M', version]) => return Err(Error::new(about, ModelError::Version(*version))),
-            _ => return Err(Error::new(about, ModelError::Magic)),
+            Some([b'W', b'S', b'M', version]) => {
+                return Err(Error::with_cause(ErrorKind::Format, about, ModelError::Version(*version)));
+            }
+            _ => return Err(Error::with_cause(ErrorKind::Format, about, ModelError::Magic)),
         }
         let (words, rest) = bytes.as_chunks::<4>();
         if !rest.is_empty() {
-            return Err(Error::new(about, format_args!("{} bytes, expected a multiple of four", bytes.len())));
+            return Err(Error::new(
+                ErrorKind::Format,
+                about,
+                format_args!("{} bytes, expected a multiple of four", bytes.len()),
+            ));
         }
         Ok(Self { about, words: words.iter().map(|word| u32::from_le_bytes(*word)).collect() })
     }
@@ -117,7 +131,7 @@ impl ModelFile {
     /// # Errors
     /// The file is no valid model. The error says what is wrong with it.
     pub fn model(&self) -> Result<Model<'_>, Error> {
-        Model::from_words(&self.words).map_err(|error| Error::new(&self.about, error))
+        Model::from_words(&self.words).map_err(|error| Error::with_cause(ErrorKind::Format, &self.about, error))
     }
 
     /// Checks the whole file and returns the model with its words.
@@ -126,7 +140,7 @@ impl ModelFile {
     /// The file is no valid model. The error says what is wrong with it.
     pub fn owned(&self) -> Result<Arc<OwnedModel>, Error> {
         let model = OwnedModel::try_new(Arc::clone(&self.words), |words| Model::from_words(words));
-        model.map(Arc::new).map_err(|error| Error::new(&self.about, error))
+        model.map(Arc::new).map_err(|error| Error::with_cause(ErrorKind::Format, &self.about, error))
     }
 }
 
@@ -135,11 +149,12 @@ impl ModelFile {
 /// # Errors
 /// The file cannot be read, or is larger than [`MOST_BYTES`].
 pub fn file_bytes(path: &Path) -> Result<Vec<u8>, Error> {
-    let failed = |error| Error::new(path.display(), error);
+    let failed = |error: io::Error| Error::io(path.display(), error);
     let mut bytes = Vec::new();
     File::open(path).map_err(failed)?.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
     if bytes.len() as u64 > MOST_BYTES {
         return Err(Error::new(
+            ErrorKind::Format,
             path.display(),
             format_args!("is larger than {} MB, expected a model", MOST_BYTES >> 20),
         ));

@@ -11,7 +11,7 @@ use wstac_core::trigger::{Event, InterruptedSample, StreamEnd};
 use crate::source::{Fault, LossReason};
 use crate::texture::{Texture, Textures};
 
-/// Chooses what a stream gives besides its events.
+/// Chooses which outputs a stream has besides its events.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OutputOptions {
     /// The features of every frame.
@@ -23,7 +23,7 @@ pub struct OutputOptions {
 /// A sample in units of 2^-11: 70 frames of ten features, five rows, then five columns.
 pub type SampleFrames = [Features; SAMPLE_FRAMES];
 
-/// Something that a stream gives.
+/// An output of a stream.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Output {
@@ -174,7 +174,7 @@ pub struct EarlyTexture {
 pub struct LostFrames {
     /// The number of the feature frame that comes next.
     pub frame: u64,
-    /// How many camera frames were lost.
+    /// The number of lost camera frames.
     pub frames: u64,
     /// Why they were lost.
     pub reason: LossReason,
@@ -185,7 +185,7 @@ pub struct LostFrames {
 pub struct FaultReport {
     /// The number of the feature frame that comes next.
     pub frame: u64,
-    /// What happened.
+    /// The fault itself.
     pub fault: Fault,
 }
 

@@ -8,7 +8,7 @@ use wstac_core::model::file::{INPUTS, Task};
 use wstac_core::pipeline::Update;
 use wstac_core::texture::texture;
 
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 use crate::model_file::{ModelFile, OwnedModel};
 
 /// The answers of texture models about a sample. A field is `None` if no model answers it.
@@ -36,7 +36,8 @@ impl Texture {
             }
             Task::Pattern => record.pattern = Some(label),
             Task::Depth => record.depth_mm = label.parse().ok().filter(|depth: &f64| depth.is_finite()),
-            Task::Other => record.class = Some(label),
+            // A task of a later version has no field of its own.
+            _ => record.class = Some(label),
         }
         record
     }
@@ -78,10 +79,10 @@ pub fn pattern_and_depth(specimen: &str) -> (Option<String>, Option<f64>) {
 /// better.
 fn rank(task: Task) -> u8 {
     match task {
-        Task::Other => 0,
         Task::Specimen => 1,
         Task::Pattern => 2,
         Task::Depth => 3,
+        _ => 0,
     }
 }
 
@@ -105,9 +106,9 @@ impl Textures {
                 let message = format_args!(
                     "tells apart the same as {}: {}, expected one model of each",
                     other.about(),
-                    task_name(task)
+                    task.name()
                 );
-                return Err(Error::new(file.about(), message));
+                return Err(Error::new(ErrorKind::Format, file.about(), message));
             }
             models.push((model, file));
         }
@@ -141,17 +142,6 @@ impl Textures {
 fn answer(model: &Model, sample: &[i16; INPUTS]) -> Texture {
     let texture = texture(sample, model);
     Texture::of(texture.task, texture.label.to_string())
-}
-
-/// Returns the name of a task, as files and messages spell it.
-#[must_use]
-pub fn task_name(task: Task) -> &'static str {
-    match task {
-        Task::Other => "other",
-        Task::Specimen => "specimen",
-        Task::Pattern => "pattern",
-        Task::Depth => "depth",
-    }
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use std::time::Duration;
 use v4l::v4l_sys as sys;
 
 use super::device::{CAPTURE, DQBUF, Device, QBUF, QUERYBUF, REQBUFS, STREAMOFF, STREAMON, zeroed};
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 
 /// The number of buffers to ask for. A quarter of a second at 30 frames per second may pass before frames are lost.
@@ -65,23 +65,23 @@ impl Buffers {
         request.count = WANTED;
         request.type_ = CAPTURE;
         request.memory = sys::v4l2_memory_V4L2_MEMORY_MMAP;
-        device.call(&REQBUFS, &mut request).map_err(|error| device.error("buffers are refused", &error))?;
+        device.call(&REQBUFS, &mut request).map_err(|error| device.error("buffers are refused", error))?;
         // From here on, dropping the buffers gives back those that there are.
         let mut buffers = Self { device, maps: Vec::new(), idle: Vec::new(), failed_returns: 0 };
         for index in 0..request.count {
             let map = Map::of(&buffers.device, index);
-            buffers.maps.push(map.map_err(|error| buffers.device.error("a buffer cannot be mapped", &error))?);
+            buffers.maps.push(map.map_err(|error| buffers.device.error("a buffer cannot be mapped", error))?);
         }
         let device = &buffers.device;
         if request.count < LEAST {
             let message = format!("the driver has {}, expected at least {LEAST}", counted(request.count, "buffer"));
-            return Err(Error::new(device.path().display(), message));
+            return Err(Error::new(ErrorKind::Device, device.path().display(), message));
         }
         for index in 0..buffers.maps.len() {
-            buffers.hand_over(index).map_err(|error| device.error("a buffer is refused", &error))?;
+            buffers.hand_over(index).map_err(|error| device.error("a buffer is refused", error))?;
         }
         let mut kind = CAPTURE as std::ffi::c_int;
-        device.call(&STREAMON, &mut kind).map_err(|error| device.error("the stream cannot be started", &error))?;
+        device.call(&STREAMON, &mut kind).map_err(|error| device.error("the stream cannot be started", error))?;
         Ok(buffers)
     }
 

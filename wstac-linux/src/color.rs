@@ -26,13 +26,7 @@ impl Colorimetry {
             _ if self.colorspace == sys::v4l2_colorspace_V4L2_COLORSPACE_JPEG => QuantizationRange::Full,
             _ => QuantizationRange::Limited,
         };
-        let note = stands_for.map(|stated| {
-            let used = match matrix {
-                YcbcrMatrix::Bt601 => "BT.601",
-                YcbcrMatrix::Bt709 => "BT.709",
-            };
-            format!("the driver states {stated}, read as {used}")
-        });
+        let note = stands_for.map(|stated| format!("the driver states {stated}, read as {}", matrix.name()));
         (YcbcrEncoding { matrix, range }, note)
     }
 

@@ -14,7 +14,7 @@ use wstac_core::rate::FrameRate;
 use super::color::Colorimetry;
 use wstac_host::camera::formats::FourCc;
 use wstac_host::camera::modes::{RateRange, SizeRange};
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 
 /// The type of buffers of a single-planar capture device.
 pub(super) const CAPTURE: u32 = sys::v4l2_buf_type_V4L2_BUF_TYPE_VIDEO_CAPTURE;
@@ -64,12 +64,16 @@ impl Device {
     /// There is no such file, it is no device, or it may not be opened.
     pub(crate) fn open(path: &Path) -> Result<Self, Error> {
         // The file is examined first. Opening a named pipe could wait forever, and opening a tape would have an effect.
-        let kind = std::fs::metadata(path).map_err(|error| explain(path, "cannot be opened", &error))?.file_type();
+        let kind = std::fs::metadata(path).map_err(|error| explain(path, "cannot be opened", error))?.file_type();
         if !kind.is_char_device() {
-            return Err(Error::new(path.display(), "not a camera: expected a video device such as /dev/video0"));
+            return Err(Error::new(
+                ErrorKind::Unsupported,
+                path.display(),
+                "not a camera: expected a video device such as /dev/video0",
+            ));
         }
         let file = OpenOptions::new().read(true).write(true).custom_flags(libc::O_NONBLOCK).open(path);
-        let file = file.map_err(|error| explain(path, "cannot be opened", &error))?;
+        let file = file.map_err(|error| explain(path, "cannot be opened", error))?;
         Ok(Self { file, path: path.to_owned() })
     }
 
@@ -84,7 +88,7 @@ impl Device {
     }
 
     /// Creates an error that names this device.
-    pub(crate) fn error(&self, what: &str, error: &io::Error) -> Error {
+    pub(crate) fn error(&self, what: &str, error: io::Error) -> Error {
         explain(&self.path, what, error)
     }
 
@@ -349,16 +353,22 @@ fn rate(interval: sys::v4l2_fract) -> Option<FrameRate> {
 }
 
 /// Creates an error that says what to do about it.
-fn explain(path: &Path, what: &str, error: &io::Error) -> Error {
-    let message = match error.raw_os_error() {
-        Some(libc::EBUSY) => format!("{what}: another program uses the camera"),
-        Some(libc::ENODEV | libc::ENXIO) => format!("{what}: the camera is gone; was it unplugged?"),
-        Some(libc::EACCES | libc::EPERM) => format!(
-            "{what}: permission denied; add the user to the group video (sudo usermod -aG video NAME) and log in again"
+fn explain(path: &Path, what: &str, error: io::Error) -> Error {
+    let (kind, message) = match error.raw_os_error() {
+        Some(libc::EBUSY) => (ErrorKind::Busy, format!("{what}: another program uses the camera")),
+        Some(libc::ENODEV | libc::ENXIO) => {
+            (ErrorKind::Device, format!("{what}: the camera is gone; was it unplugged?"))
+        }
+        Some(libc::EACCES | libc::EPERM) => (
+            ErrorKind::Io,
+            format!(
+                "{what}: permission denied; add the user to the group video (sudo usermod -aG video NAME) and log in \
+                 again"
+            ),
         ),
-        Some(libc::ENOENT) => format!("{what}: no such file; wstac devices lists the cameras"),
-        Some(libc::ENOTTY) => format!("{what}: not a video device"),
-        _ => format!("{what}: {error}"),
+        Some(libc::ENOENT) => (ErrorKind::NotFound, format!("{what}: no such file; wstac devices lists the cameras")),
+        Some(libc::ENOTTY) => (ErrorKind::Unsupported, format!("{what}: not a video device")),
+        _ => (ErrorKind::Device, format!("{what}: {error}")),
     };
-    Error::new(path.display(), message)
+    Error::new(kind, path.display(), message).caused_by(error)
 }

@@ -36,7 +36,7 @@ pub fn device_at(path: &Path) -> Option<DeviceInfo> {
     let (links, serial) = (links_to(path), serial_of(path));
     let info = DeviceInfo { path: path.to_owned(), links, serial, ..DeviceInfo::default() };
     let asked = Device::open(path).and_then(|device| {
-        let identity = device.identity().map_err(|error| device.error("cannot be asked", &error))?;
+        let identity = device.identity().map_err(|error| device.error("cannot be asked", error))?;
         Ok((device, identity))
     });
     let (device, identity) = match asked {
@@ -83,7 +83,7 @@ fn serial_of(path: &Path) -> Option<String> {
 
 /// Returns the serial number of the nearest USB device at or above a folder of sysfs.
 ///
-/// Those of other devices, such as a disk or a hub further up, do not belong to the camera.
+/// The numbers of other devices, such as a disk or a hub further up, do not belong to the camera.
 fn serial_above(folder: &Path) -> Option<String> {
     let device = folder.ancestors().find(|folder| folder.join("idVendor").exists())?;
     let serial = std::fs::read_to_string(device.join("serial")).ok()?;

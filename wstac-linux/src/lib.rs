@@ -31,7 +31,7 @@ pub use devices::{device_at, devices};
 pub use negotiate::Negotiated;
 use wstac_host::camera::formats::{self, FourCc};
 use wstac_host::camera::{CameraState, ControlSetting};
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::source::FramePolicy;
 
 /// A camera, and the format and control values to ask it for.
@@ -81,13 +81,13 @@ impl Camera {
     /// locked is no error: the state says so.
     pub fn open(request: &CameraRequest) -> Result<Self, Error> {
         let device = Device::open(&request.path)?;
-        let identity = device.identity().map_err(|error| device.error("cannot be used", &error))?;
+        let identity = device.identity().map_err(|error| device.error("cannot be used", error))?;
         if let Some(reason) = unusable(identity.capabilities) {
-            return Err(Error::new(request.path.display(), reason));
+            return Err(Error::new(ErrorKind::Unsupported, request.path.display(), reason));
         }
         let negotiated = negotiate::negotiate(&device, request)?;
         let controls = controls::lock(&device, &request.controls, request.keep_controls);
-        let mut controls = controls.map_err(|message| Error::new(request.path.display(), message))?;
+        let mut controls = controls.map_err(|message| Error::new(ErrorKind::Usage, request.path.display(), message))?;
         let buffers = Buffers::start(device)?;
         controls::hold(buffers.device(), &mut controls);
         let state = CameraState {

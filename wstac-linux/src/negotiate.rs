@@ -12,7 +12,7 @@ use super::device::{Device, PictureFormat};
 use super::devices::modes;
 use wstac_host::camera::formats::{self, Coding, FourCc};
 use wstac_host::camera::modes::fps;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 
 /// The paper's frame size.
 const PAPER_SIZE: (u32, u32) = (1280, 720);
@@ -47,11 +47,11 @@ pub(super) fn negotiate(device: &Device, request: &CameraRequest) -> Result<Nego
         Some(fourcc) => fourcc,
         None => choose(&modes(device, size), size, rate).ok_or_else(|| nothing_readable(device))?,
     };
-    let granted = device.set_format(fourcc, size).map_err(|error| device.error("the format cannot be set", &error))?;
+    let granted = device.set_format(fourcc, size).map_err(|error| device.error("the format cannot be set", error))?;
     let coding = formats::coding(granted.fourcc).ok_or_else(|| unreadable(device, granted.fourcc))?;
 
     let mut notes = differences(fourcc, size, &granted);
-    let set = device.set_rate(rate).map_err(|error| device.error("the frame rate cannot be set", &error))?;
+    let set = device.set_rate(rate).map_err(|error| device.error("the frame rate cannot be set", error))?;
     let known = set.or_else(|| device.signal_rate());
     let granted_rate = known.unwrap_or(rate);
     if known.is_none() {
@@ -59,7 +59,8 @@ pub(super) fn negotiate(device: &Device, request: &CameraRequest) -> Result<Nego
     } else if !same(granted_rate, rate) {
         notes.push(format!("asked for {} fps, the driver gives {} fps", fps(rate), fps(granted_rate)));
     }
-    described(&granted, coding, granted_rate, notes).map_err(|error| Error::new(device.path().display(), error))
+    described(&granted, coding, granted_rate, notes)
+        .map_err(|error| Error::with_cause(ErrorKind::Device, device.path().display(), error))
 }
 
 /// Describes frames of a granted format.
@@ -68,7 +69,7 @@ fn described(
     coding: Coding,
     rate: FrameRate,
     mut notes: Vec<String>,
-) -> Result<Negotiated, wstac_core::error::Error> {
+) -> Result<Negotiated, wstac_core::error::ConfigError> {
     let size = FrameSize::new(granted.size.0, granted.size.1)?;
     let (mut color, note) = granted.colorimetry.color();
     let (bytes_per_row, frame_bytes) = match coding {
@@ -114,11 +115,15 @@ fn differences(fourcc: FourCc, size: (u32, u32), granted: &PictureFormat) -> Vec
 
 fn unreadable(device: &Device, fourcc: FourCc) -> Error {
     let message = format!("the format {} is not read; {}", formats::name(fourcc), what_there_is(device));
-    Error::new(device.path().display(), message)
+    Error::new(ErrorKind::Unsupported, device.path().display(), message)
 }
 
 fn nothing_readable(device: &Device) -> Error {
-    Error::new(device.path().display(), format!("offers no format that is read; {}", what_there_is(device)))
+    Error::new(
+        ErrorKind::Unsupported,
+        device.path().display(),
+        format!("offers no format that is read; {}", what_there_is(device)),
+    )
 }
 
 fn what_there_is(device: &Device) -> String {

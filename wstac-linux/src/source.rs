@@ -1,7 +1,6 @@
 //! A camera as a source. It gives buffers in order, counts frames that were lost between them, ends every wait, and
 //! reconnects after every break.
 
-mod pace;
 mod reconnect;
 
 use std::collections::VecDeque;
@@ -14,7 +13,6 @@ use rustix::time::{ClockId, clock_gettime};
 use wstac_core::green::any::PixelFormat;
 use wstac_core::rate::FrameRate;
 
-use self::pace::Pace;
 use self::reconnect::Away;
 use crate::buffers::{Filled, Wait};
 use crate::same::Known;
@@ -23,7 +21,8 @@ use crate::{Camera, CameraRequest, Negotiated};
 use wstac_host::camera::formats::{self, Coding};
 use wstac_host::camera::mjpeg::Decoder;
 use wstac_host::camera::modes::fps;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
+use wstac_host::source::decorate::RateWatch;
 use wstac_host::source::open::{OpenOptions, SourceKind};
 use wstac_host::source::{
     Fault, FaultKind, Frame, FramePolicy, Lag, LossReason, Remedy, Source, SourceEvent, StreamInfo,
@@ -41,6 +40,8 @@ const MOST_ERRORS: u32 = 10;
 const MOST_READY: usize = 32;
 
 /// A camera's frames. A break of the stream does not end it: it waits for the same camera and goes on.
+///
+/// [`RateWatch`] around it also reports a camera that is slower than agreed on, as that of [`Cameras`] does.
 #[derive(Debug)]
 pub struct CameraSource {
     /// The request, with exactly what was negotiated. A camera that comes back is asked for it.
@@ -51,7 +52,6 @@ pub struct CameraSource {
     negotiated: Negotiated,
     info: StreamInfo,
     timeline: Timeline,
-    pace: Pace,
     decoder: Option<Decoder>,
     /// The buffer whose bytes the caller has. The next call gives it back.
     lent: Option<Filled>,
@@ -123,7 +123,6 @@ impl CameraSource {
             negotiated,
             info,
             timeline: Timeline::new(rate),
-            pace: Pace::new(rate),
             decoder,
             lent: None,
             next: None,
@@ -149,7 +148,7 @@ impl CameraSource {
             (self.waits, self.errors) = (0, 0);
             self.choose();
         } else if let Some(error) = self.trouble.take() {
-            self.handle_read_error(&error);
+            self.handle_read_error(error);
         } else if waited {
             self.check_stall();
         }
@@ -189,8 +188,7 @@ impl CameraSource {
         self.lag.frames = waiting;
         self.lag.most = self.lag.most.max(waiting);
         self.lag.skipped += skipped;
-        let reason = if self.pace.is_slow() { LossReason::NeverTaken } else { LossReason::Dropped };
-        self.lose(dropped, reason);
+        self.lose(dropped, LossReason::Dropped);
         self.lose(skipped, LossReason::Skipped);
     }
 
@@ -200,12 +198,10 @@ impl CameraSource {
         let between = self.arrived.saturating_sub(between);
         if let Some(away) = self.away.take() {
             let lost = self.timeline.resume(filled.sequence, filled.timestamp, between);
-            self.pace.restart();
             self.told.extend(away.back(&self.info, lost).map(Told::Fault));
             self.lose(lost, away.reason());
             return 0;
         }
-        self.told.extend(self.pace.arrive(filled.sequence, filled.timestamp).map(Told::Fault));
         self.timeline.arrive(filled.sequence, filled.timestamp)
     }
 
@@ -216,7 +212,7 @@ impl CameraSource {
     }
 
     /// Handles an error of the driver instead of a buffer.
-    fn handle_read_error(&mut self, error: &io::Error) {
+    fn handle_read_error(&mut self, error: io::Error) {
         self.errors += 1;
         if error.raw_os_error() == Some(libc::EIO) && self.errors < MOST_ERRORS {
             // The frame of this moment is lost, wherever it is. The next one's sequence number may count it, too.
@@ -359,11 +355,15 @@ impl SourceKind for Cameras {
         if is_camera(name) {
             let OpenOptions { fps: rate, format, size, delivery, keep_controls, controls } = options.clone();
             let request = CameraRequest { path: name.into(), format, size, rate, delivery, keep_controls, controls };
-            return Some(CameraSource::open(&request).map(|source| Box::new(source) as Box<dyn Source>));
+            return Some(
+                CameraSource::open(&request).map(|source| Box::new(RateWatch::new(source)) as Box<dyn Source>),
+            );
         }
         let is_missing = name.starts_with("/dev/video")
             && Path::new(name).metadata().is_err_and(|error| error.kind() == io::ErrorKind::NotFound);
-        is_missing.then(|| Err(Error::new(name, "no such camera; wstac devices lists those that there are")))
+        is_missing.then(|| {
+            Err(Error::new(ErrorKind::NotFound, name, "no such camera; wstac devices lists those that there are"))
+        })
     }
 }
 

@@ -10,7 +10,7 @@ use wstac_core::speed::{Law, LitSpan, ThresholdOn, duration};
 use wstac_core::trigger::Event;
 
 use wstac_host::config::Config;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::json::real;
 use wstac_host::output::{Output, TactileEvent};
 use wstac_host::session::Processor;
@@ -116,7 +116,8 @@ pub fn find(
             seen += 1;
             if seen == number {
                 let found = gathered(event, seen, info, processor, config, &recent);
-                return found.ok_or_else(|| Error::new(&info.about, "the event has no sample, expected one"));
+                return found
+                    .ok_or_else(|| Error::new(ErrorKind::Data, &info.about, "the event has no sample, expected one"));
             }
         }
         if !goes_on {
@@ -126,7 +127,7 @@ pub fn find(
                 count => format!("has {count} events"),
             };
             let expected = if number == 1 { "at least one".to_owned() } else { format!("number {number}") };
-            return Err(Error::new(&info.about, format_args!("{found}, expected {expected}")));
+            return Err(Error::new(ErrorKind::Data, &info.about, format_args!("{found}, expected {expected}")));
         }
     }
 }
@@ -149,13 +150,7 @@ fn gathered(
     let pipeline = processor.pipeline();
     let (baseline, thresholds) = (pipeline.baseline()?, pipeline.thresholds()?);
     let speed = config.speed(info.rate).ok()?;
-    let event = Event {
-        frame: record.frame,
-        sample: Sample::from_frames(frames),
-        baseline,
-        frames_filled: record.frames_filled,
-        reliable: record.reliable,
-    };
+    let event = Event::new(record.frame, Sample::from_frames(frames), baseline);
     let window = pipeline.trigger_config().window();
     let first = record.frame;
     Some(Found {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 
 #[cfg(feature = "png")]
 use resvg::usvg;
@@ -57,6 +57,7 @@ impl Format {
             let found = ending.display();
             let expected = names.join(", ");
             Error::new(
+                ErrorKind::Usage,
                 path.display(),
                 format_args!("no format of figures (found .{found}, expected one of {expected})"),
             )
@@ -94,7 +95,7 @@ fn tree(svg: &str) -> Result<usvg::Tree, Error> {
 
 #[cfg(any(feature = "png", feature = "pdf"))]
 fn refused(error: impl std::fmt::Display) -> Error {
-    Error::new("figure", format_args!("cannot be drawn: {error}"))
+    Error::new(ErrorKind::Unsupported, "figure", format_args!("cannot be drawn: {error}"))
 }
 
 #[cfg(feature = "png")]

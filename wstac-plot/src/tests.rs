@@ -3,7 +3,7 @@
 use super::*;
 use wstac_core::direction::Unclear;
 use wstac_host::config::Config;
-use wstac_host::json::{Line, rounded};
+use wstac_host::json::{JsonLine, rounded};
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::session::Processor;
 use wstac_host::source::open::{OpenOptions, open};
@@ -95,7 +95,7 @@ fn the_numbers_are_those_of_the_event() {
     let (found, text) = figure("scene:Saw3@150,90deg", "");
     legible(&text);
     let caption = words(&text).into_iter().map(|(_, words)| words).collect::<Vec<_>>().join(" ");
-    let event = serde_json::to_value(Line::new(&Output::Event(Box::new(found.record.clone())))).unwrap();
+    let event = serde_json::to_value(JsonLine::new(&Output::Event(Box::new(found.record.clone())))).unwrap();
     let speed = event["speed"]["mm_s"].as_f64().unwrap();
     for expected in [
         format!("Speed {speed} mm/s"),

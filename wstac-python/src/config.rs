@@ -7,7 +7,7 @@ use wstac_host::config::Config as Parsed;
 
 use crate::{Error, refused};
 
-/// How frames become features and events: the configuration of `wstac run --config`.
+/// The configuration of `wstac run --config`, which says how frames become features and events.
 ///
 /// A text in TOML, all keys of which have defaults; unknown keys are errors. `wstac run --help` describes them.
 ///

@@ -47,7 +47,7 @@ mod _wstac {
     use super::source::{Source, is_camera, open_scene, open_source};
 }
 
-/// The kinds of sources of this library beside files: a line for each.
+/// The kinds of sources that this library has besides files, one per line.
 const SOURCE_KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];
 
 /// Opens a source of any kind by its name.

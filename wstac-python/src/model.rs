@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use wstac_core::model::file::INPUTS;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_host::model_file::{ModelFile, OwnedModel};
-use wstac_host::texture::{Textures, task_name};
+use wstac_host::texture::Textures;
 
 use crate::refused;
 
@@ -47,7 +47,7 @@ impl Model {
     /// Returns what it tells apart: `specimen`, `pattern`, `depth` or `other`.
     #[getter]
     fn task(&self) -> &'static str {
-        task_name(self.model.get().task())
+        self.model.get().task().name()
     }
 
     /// Returns how many frames of a sample it reads, from the first on: 1 to 70.

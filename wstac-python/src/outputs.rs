@@ -151,7 +151,7 @@ impl Frames {
         self.timestamps.push(timestamp.map_or(f64::NAN, |time| time.as_secs_f64()));
         self.taxels.extend(taxels);
         if let (Some(size), false) = (self.size, bytes.is_empty()) {
-            // What a driver adds is no part of a frame; the last row's padding may be missing.
+            // Bytes that a driver appends are not part of the frame. The last row's padding may be missing.
             let part = bytes.get(..size).unwrap_or(bytes);
             self.bytes.extend_from_slice(part);
             self.bytes.resize(self.bytes.len() + size - part.len(), 0);

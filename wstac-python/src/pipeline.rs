@@ -7,7 +7,7 @@ use numpy::{PyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::params::{COLUMNS, FEATURES, ROWS};
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::output::OutputOptions;
 use wstac_host::session::{Processor, Session};
 use wstac_host::source::{Frame, LossReason, SourceEvent};
@@ -33,7 +33,7 @@ pub(crate) struct Pipeline {
     frame_bytes: RangeInclusive<usize>,
 }
 
-/// What a push gives: records, and features (k, 10).
+/// The result of a push: records, and features (k, 10).
 type Pushed<'py> = (Vec<Bound<'py, PyAny>>, Bound<'py, PyAny>);
 
 #[pymethods]
@@ -115,7 +115,7 @@ impl Pipeline {
         let about = &self.about;
         let result = self.locked(py, |(session, gathered)| {
             if session.is_over() {
-                return Err(Error::new(about, "the pipeline is finished, expected a new one for more frames"));
+                return Err(Error::new(ErrorKind::Usage, about, "the pipeline is finished, expected a new one for more frames"));
             }
             events.try_for_each(|event| gathered.push(session, &event))?;
             Ok(gathered.take_all())

@@ -25,7 +25,7 @@ use crate::pipeline::whole_frame;
 use crate::stream::{self, Rate};
 use crate::{open, refused};
 
-/// What Python requests of a source; `None` requests nothing.
+/// The options that Python requests of a source. `None` requests nothing.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct SourceOptions {

@@ -25,7 +25,7 @@ pub(crate) fn info(
     color: YcbcrEncoding,
 ) -> PyResult<StreamInfo> {
     let about = format!("frames of {}x{} {format}", size.0, size.1);
-    let in_frames = |error: wstac_core::error::Error| refused(format_args!("{about}: {error}"));
+    let in_frames = |error: wstac_core::error::ConfigError| refused(format_args!("{about}: {error}"));
     let pixels = pixels(format)?;
     let size = FrameSize::new(size.0, size.1).map_err(in_frames)?;
     let rate = FrameRate::new(rate.0, rate.1).map_err(in_frames)?;

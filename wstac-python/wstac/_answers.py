@@ -24,14 +24,14 @@ class Direction:
     """A sliding direction."""
 
     deg: Optional[int]
-    """0, 90, 180 or 270, counter-clockwise in the picture, 0 is right; None if it is unclear."""
+    """0, 90, 180 or 270, counterclockwise in the picture, 0 is right; None if it is unclear."""
     confidence: float
     """0 to 1."""
 
 
 @dataclass(frozen=True)
 class Texture:
-    """The answer of texture models; None for what no model tells."""
+    """The answer of texture models; None for what no model answers."""
 
     specimen: Optional[str] = None
     """Such as "Saw3"."""
@@ -184,14 +184,16 @@ class Records:
         return events
 
     def forget(self) -> None:
-        """Forgets the events, which have been given, and all but the last of the rest: a stream may last for weeks."""
+        """Forgets the events, which were returned, and all but the last of the other records: a stream may last for
+        weeks.
+        """
         self.events.clear()
         for records in (self.early_textures, self.incomplete, self.faults, self.lost):
             del records[:-MOST]
 
 
 class Recorded:
-    """Base of everything that gives events: the other records so far, the last 10 000 of a kind."""
+    """Base of everything that yields events. It has the other records so far, the last 10 000 of a kind."""
 
     def __init__(self) -> None:
         self._records = Records()

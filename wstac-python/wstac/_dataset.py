@@ -22,10 +22,11 @@ def dataset(
 ) -> dict[str, NDArray[Any]]:
     """Simulates a training set: the arrays that `wstac dataset` writes, in memory.
 
-    `sweep` is a path, SWEEP.toml, or its keys (`wstac dataset --help` lists them); {} is 1000 slides of the paper's ten specimens.
-    The arrays of n samples are X int16 (n, 10, 70), y_specimen, y_pattern, y_depth, speed, direction, seed, reliable, duration and
-    source; besides them there are scale and fps. `threads` is the number of slides that are made at a time, by default that of
-    processors. The same sweep gives the same arrays. Slides without a complete sample are left out.
+    `sweep` is a path, SWEEP.toml, or its keys (`wstac dataset --help` lists them); {} is 1000 slides of the paper's ten
+    specimens. The arrays of n samples are X int16 (n, 10, 70), y_specimen, y_pattern, y_depth, speed, direction, seed,
+    reliable, duration and source. There are also scale and fps. `threads` is the number of slides that are made at a
+    time, by default the number of processors. The same sweep gives the same arrays. Slides without a complete sample
+    are left out.
 
     >>> import wstac
     >>> data = wstac.dataset({"specimens": ["Saw3", "Fla0"], "slides": 3})

@@ -63,7 +63,7 @@ class Config:
 
     @property
     def toml(self) -> str:
-        """All of it as TOML, defaults included."""
+        """Returns all of it as TOML, defaults included."""
         return self._native.toml
 
     def __eq__(self, other: object) -> bool:
@@ -105,7 +105,7 @@ class Model:
 
     @property
     def name(self) -> str:
-        """Path or name that it was loaded from."""
+        """The path or name that it was loaded from."""
         return self._native.name
 
     @property
@@ -115,7 +115,7 @@ class Model:
 
     @property
     def task(self) -> str:
-        """Its task, what it tells apart: "specimen", "pattern", "depth" or "other"."""
+        """The kind of its classes: "specimen", "pattern", "depth" or "other"."""
         return self._native.task
 
     @property

@@ -20,7 +20,7 @@ from ._wstac import Error
 
 @dataclass(frozen=True)
 class Truth:
-    """A touch of a simulated scene as it truly is. The extension gives the fields in this order."""
+    """The true properties of a touch of a simulated scene. The extension gives the fields in this order."""
 
     kind: str
     """ "slide", "press", "poke" or "hold"."""
@@ -29,7 +29,7 @@ class Truth:
     speed: float | None
     """Speed at the first touch in mm/s; None unless it slides."""
     direction: float | None
-    """Direction in degrees, counter-clockwise in the picture; None unless it slides."""
+    """Direction in degrees, counterclockwise in the picture; None unless it slides."""
     start_frame: int
     """Camera frame of the first touch."""
     start_s: float

@@ -56,7 +56,7 @@ pub const EFFECTS: [Effect; 21] = [
     },
     Effect {
         name: "springing back",
-        what: "a whisker that is let go takes its time (a guess)",
+        what: "a released whisker springs back in a finite time (a guess)",
         value: |script| positive(script.whisker.relaxation_ms, " ms"),
         remove: |script| script.whisker.relaxation_ms = 0.0,
         add: |script| script.whisker.relaxation_ms = WhiskerConfig::default().relaxation_ms,
@@ -126,7 +126,7 @@ pub const EFFECTS: [Effect; 21] = [
     Effect {
         name: "growing leak",
         what: "ambient light grows with time",
-        value: |script| positive(script.light.leak_per_minute, " of full scale a minute"),
+        value: |script| positive(script.light.leak_per_minute, " of full scale per minute"),
         remove: |script| script.light.leak_per_minute = 0.0,
         add: |script| script.light.leak_per_minute = 0.01,
     },
@@ -135,14 +135,14 @@ pub const EFFECTS: [Effect; 21] = [
         what: "light grows or fades with time",
         value: |script| {
             let drift = script.light.drift_per_minute;
-            (drift.abs() > 0.0).then(|| format!("{drift} a minute"))
+            (drift.abs() > 0.0).then(|| format!("{drift} per minute"))
         },
         remove: |script| script.light.drift_per_minute = 0.0,
         add: |script| script.light.drift_per_minute = -0.1,
     },
     Effect {
         name: "short shutter",
-        what: "open for a share of the frame only",
+        what: "open for a fraction of the frame only",
         value: |script| (script.sensor.exposure < 1.0).then(|| format!("{}", script.sensor.exposure)),
         remove: |script| script.sensor.exposure = 1.0,
         add: |script| script.sensor.exposure = 0.5,

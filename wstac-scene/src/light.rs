@@ -39,11 +39,11 @@ pub struct LightConfig {
     pub run_deviation: f64,
     /// Ambient light that leaks in, as a fraction of full scale.
     pub leak: f64,
-    /// Growth of the leak in a minute, as a fraction of full scale.
+    /// Growth of the leak per minute, as a fraction of full scale.
     ///
     /// It counts as light of the bases: within a taxel it has the shape of their spots, and its mean is that of a leak.
     pub leak_per_minute: f64,
-    /// Growth of all light in a minute, as a fraction; a negative value means less light.
+    /// Growth of all light per minute, as a fraction; a negative value means less light.
     pub drift_per_minute: f64,
     /// Whiskers that give no light.
     pub dead: Dead,

@@ -1,19 +1,19 @@
 //! The file of a scene: its touches, the sensor that they meet, and the seed of all random numbers.
 //!
 //! ```toml
-//! specimen = "Saw3"      # Fla0, or Sin, Saw or Tri with 2, 3 or 4, or Sphere
+//! specimen = "Saw3"      # Fla0, Sphere, or Sin, Saw or Tri with a depth of 2, 3 or 4 mm
 //! speed = 150            # mm/s; or [[0, 80], [40, 200]]: mm of path, mm/s there
 //! direction = 90         # degrees, any; default 0
-//! depth = 3.5            # of the texture in mm, instead of the name's; the period is then 7
-//! period = 5             # of the texture in mm, instead of twice the depth
-//! length = 104.5         # of the block in mm
-//! width = 12             # of the block across its motion in mm; default: wider than the sensor
-//! offset = 3             # of the block's middle to the left of its path, in mm
+//! depth = 3.5            # depth of the texture in mm, instead of the name's; the period is then 7
+//! period = 5             # period of the texture in mm, instead of twice the depth
+//! length = 104.5         # length of the block in mm
+//! width = 12             # width of the block across its motion in mm; default: wider than the sensor
+//! offset = 3             # distance of the block's middle to the left of its path, in mm
 //! skew = 20              # angle of the block's edges and texture against its motion, in degrees
-//! edge = 72              # slope of its ends in degrees, up to 90
-//! radius = 0.5           # of a Sphere in mm
-//! seed = 7               # of all chance; default 0
-//! noise = 0.8            # scale of all that deviates by chance; 0 for none
+//! edge = 72              # slope of the block's ends in degrees, up to 90
+//! radius = 0.5           # radius of a Sphere in mm
+//! seed = 7               # of all random numbers; default 0
+//! noise = 0.8            # scale of all random deviations; 0 for none
 //! lead_in = 45           # dark frames before the first touch
 //! gap = 70               # dark frames between touches, and after the last one
 //! fidelity = "rendered"  # or "taxel": taxel sums from their distribution, without pixels
@@ -50,7 +50,7 @@ use super::specimen::{Pattern, Specimen};
 use super::touch::{Slide, Touch};
 use super::touch_table::{FileSlide, FileSpeed, FileTouch, parsed_direction, parsed_speed};
 use super::whisker::WhiskerConfig;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 
 /// Scale of all noise: fitted to one number of the paper's table 2, a linear SVM's specimen accuracy of 83 % (SPEC §8).
 pub const NOISE: f64 = 0.8;
@@ -82,9 +82,9 @@ pub struct SceneConfig {
     pub whisker: WhiskerConfig,
     /// The `[light]` table.
     pub light: LightConfig,
-    /// The camera. Dark frames are counted in feature frames: at 60 frames per second each is two of the camera's.
+    /// The `[sensor]` table. Dark frames are feature frames: at 60 frames per second, each is two camera frames.
     pub sensor: SensorConfig,
-    /// The part of the camera that is computed.
+    /// Whether pixels are rendered, or taxel sums are drawn.
     pub fidelity: Fidelity,
 }
 
@@ -144,7 +144,7 @@ impl SceneConfig {
     /// # Errors
     /// The text is not in the short form; the message names the part, the value found and the values expected.
     pub fn parse_short(text: &str) -> Result<Self, Error> {
-        parse_short(text).map_err(|message| Error::new(format_args!("scene:{text}"), message))
+        parse_short(text).map_err(|message| Error::new(ErrorKind::Config, format_args!("scene:{text}"), message))
     }
 
     /// Reads a script's text; `subject` names its file.
@@ -153,7 +153,7 @@ impl SceneConfig {
     /// The script is not valid; the message names the key, the value found and the values expected.
     pub fn from_toml(subject: &str, text: &str) -> Result<Self, Error> {
         let file = toml::from_str(text).map_err(|error| error.to_string().trim_end().to_owned());
-        file.and_then(check).map_err(|message| Error::new(subject, message))
+        file.and_then(check).map_err(|message| Error::new(ErrorKind::Config, subject, message))
     }
 
     /// Reads a script that is a table of a larger file, `subject`.
@@ -162,7 +162,7 @@ impl SceneConfig {
     /// [`SceneConfig::from_toml`] would fail.
     pub fn from_table(subject: &str, table: toml::Table) -> Result<Self, Error> {
         let file = table.try_into().map_err(|error: toml::de::Error| error.to_string().trim_end().to_owned());
-        file.and_then(check).map_err(|message| Error::new(subject, message))
+        file.and_then(check).map_err(|message| Error::new(ErrorKind::Config, subject, message))
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::sensor::Fidelity;
 use crate::{Scene, SceneConfig, SimulatedFrame, Truth};
 use wstac_core::layout::FrameSize;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::source::open::{OpenOptions, SourceKind, without_controls};
 use wstac_host::source::{Frame, Source, SourceEvent, StreamInfo};
 
@@ -95,12 +95,13 @@ impl SourceKind for Scenes {
 pub fn script(scene: &str, options: &OpenOptions) -> Result<SceneConfig, Error> {
     let is_file = Path::new(scene).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
     let mut script = if is_file {
-        let text = std::fs::read_to_string(scene).map_err(|error| Error::new(scene, error))?;
+        let text = std::fs::read_to_string(scene).map_err(|error| Error::io(scene, error))?;
         SceneConfig::from_toml(scene, &text)?
     } else {
         SceneConfig::parse_short(scene)?
     };
-    let refused = |message: &dyn std::fmt::Display| Error::new(format_args!("scene:{scene}"), message);
+    let refused =
+        |message: &dyn std::fmt::Display| Error::new(ErrorKind::Config, format_args!("scene:{scene}"), message);
     let sensor = &mut script.sensor;
     if let Some(format) = options.format {
         sensor.format = format.escape_ascii().to_string().parse().map_err(|error: String| refused(&error))?;

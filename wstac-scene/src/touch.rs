@@ -75,9 +75,9 @@ pub struct Slide {
     pub specimen: Specimen,
     /// Its speed at the first touch, in mm/s.
     pub speed_mm_s: f64,
-    /// The direction of its motion in degrees, counter-clockwise from the right of the picture: 0 ≤ degrees < 360.
+    /// The direction of its motion in degrees, counterclockwise from the right of the picture: 0 ≤ degrees < 360.
     pub direction_deg: f64,
-    /// The angle by which the block is turned against its motion, in degrees, counter-clockwise: its edges and its
+    /// The angle by which the block is turned against its motion, in degrees, counterclockwise: its edges and its
     /// texture arrive at that angle. 0 is at right angles to the motion.
     pub skew_deg: f64,
     /// Distance of the block's middle from the sensor's middle, across the motion, to its left, in mm.

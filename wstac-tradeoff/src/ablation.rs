@@ -22,8 +22,11 @@ pub fn one_at_a_time(rows: &[Row], prices: &Prices, core: Core) -> String {
     let models = || rows.iter().filter(of_default).filter_map(|row| row.model.as_deref());
     let model = models().find(|name| *name == MODEL).or_else(|| models().next());
     let whole = model.map_or("no model", short);
-    let mut text =
-        format!("One parameter at a time, from {}, {whole}; of a Cortex-{}:\n\n{HEAD}", Setting::DEFAULT, core.name());
+    let mut text = format!(
+        "One parameter at a time, from {}, {whole}, counted on a Cortex-{}:\n\n{HEAD}",
+        Setting::DEFAULT,
+        core.name()
+    );
     let mut line = |ablation: &str, row: &Row| {
         let price = prices.of(core, &row.setting, row.model.as_deref());
         let speed = row.found.speed.map_or_else(|| "–".to_owned(), |[mean, _]| format!("{mean:.2}"));

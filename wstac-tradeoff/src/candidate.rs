@@ -5,7 +5,7 @@ use std::path::Path;
 use wstac_core::model::Model;
 use wstac_core::model::file::Task;
 
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::{BUILT_IN, ModelFile};
 use wstac_host::texture::Texture;
 use wstac_train::model::inspect::{Inspected, inspect};
@@ -51,7 +51,7 @@ impl Candidate {
         let text = name.to_str().filter(|text| *text != NONE && !text.contains([',', '"', '\n', '\r']));
         let refused =
             "a map cannot hold this path, expected UTF-8 without comma, quotation mark or end of line, and not none";
-        let text = text.ok_or_else(|| Error::new(name.display(), refused))?;
+        let text = text.ok_or_else(|| Error::new(ErrorKind::Usage, name.display(), refused))?;
         Self::new(text.to_owned(), ModelFile::open(name)?)
     }
 

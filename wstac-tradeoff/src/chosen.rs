@@ -15,7 +15,7 @@ use super::sweep::{self, Plan};
 use wstac_core::green::any::YcbcrMethod;
 use wstac_host::atomic_write::atomic_write;
 use wstac_host::config::Config;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 
 /// The configuration for a board's build and for `wstac run`.
@@ -39,7 +39,7 @@ pub const FILES: [&str; 5] = [CONFIG, MODEL, CLAIM, PRICE, BUILD];
 /// # Errors
 /// `base` is not a configuration.
 pub fn config(setting: &Setting, base: &str) -> Result<String, String> {
-    Config::parse(base)?;
+    Config::parse(base).map_err(|error| error.message().to_owned())?;
     let mut all: toml::Table = toml::from_str(base).map_err(|error| error.to_string())?;
     let yuv = if setting.format.method() == YcbcrMethod::Linear { "linear" } else { "exact" };
     let parameters: [(&str, &str, toml::Value); 3] = [
@@ -98,7 +98,7 @@ pub fn write(
     config: &str,
 ) -> Result<String, Error> {
     let put = |name: &str, bytes: &[u8]| atomic_write(&folder.join(name), bytes);
-    fs::create_dir_all(folder).map_err(|error| Error::new(folder.display(), error))?;
+    fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
     put(CONFIG, config.as_bytes())?;
     let path = folder.join(MODEL);
     if let Some(model) = model {
@@ -106,12 +106,13 @@ pub fn write(
         put(MODEL, &bytes)?;
     } else if path.exists() {
         // The file of an earlier choice: this choice has none.
-        fs::remove_file(&path).map_err(|error| Error::new(path.display(), error))?;
+        fs::remove_file(&path).map_err(|error| Error::io(path.display(), error))?;
     }
     put(CLAIM, map::write(std::slice::from_ref(row)).as_bytes())?;
     let price = |core: Core| prices.of(core, &row.setting, row.model.as_deref()).map(|price| (core.name(), price));
     let all: std::collections::BTreeMap<&str, Price> = Core::ALL.into_iter().filter_map(price).collect();
-    let text = serde_json::to_string_pretty(&all).map_err(|error| Error::new(PRICE, error))?;
+    let text =
+        serde_json::to_string_pretty(&all).map_err(|error| Error::with_cause(ErrorKind::Format, PRICE, error))?;
     put(PRICE, format!("{text}\n").as_bytes())?;
     let commands = commands(row, cores);
     put(BUILD, commands.as_bytes())?;
@@ -138,11 +139,13 @@ impl Chosen {
         let path = folder.join(CLAIM);
         let expected = "expected what wstac trade --budget … -o FOLDER wrote";
         let text = fs::read_to_string(&path);
-        let text = text.map_err(|error| Error::new(path.display(), format_args!("{error}: {expected}")))?;
+        let text = text.map_err(|error| {
+            Error::new(error.kind().into(), path.display(), format_args!("{error}: {expected}")).caused_by(error)
+        })?;
         let about = path.display().to_string();
         let mut claims = map::read(&about, &text)?.into_iter();
         let (Some(claim), None) = (claims.next(), claims.next()) else {
-            return Err(Error::new(about, "expected one configuration"));
+            return Err(Error::new(ErrorKind::Format, about, "expected one configuration"));
         };
         let config = Config::read(&folder.join(CONFIG))?;
         let model = claim.model.as_ref().map(|name| {
@@ -161,6 +164,7 @@ impl Chosen {
         if !(1..=MOST_SLIDES).contains(&of_each) {
             let most = MOST_SLIDES * SENSORS;
             return Err(Error::new(
+                ErrorKind::Format,
                 about,
                 format_args!("slides is {}, expected {SENSORS} to {most}", claim.found.slides),
             ));
@@ -187,7 +191,7 @@ impl Chosen {
     fn on(&self, slides: &[TradeSlide]) -> Result<Row, Error> {
         let plan = Plan { config: &self.config, settings: &[self.setting], models: &self.models, slides, light: 1.0 };
         let found = rows(&plan, &sweep::run(&plan)?).pop();
-        found.ok_or_else(|| Error::new(CLAIM, "nothing was run"))
+        found.ok_or_else(|| Error::new(ErrorKind::Data, CLAIM, "nothing was run"))
     }
 }
 

@@ -20,7 +20,7 @@ use super::slides::reference;
 use super::streams::camera;
 use wstac_host::camera::mjpeg::Decoder;
 use wstac_host::config::{Config, Kernel};
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_scene::sensor::Sensor;
 use wstac_scene::{Scene, SceneConfig};
 
@@ -144,7 +144,9 @@ fn picture(rgb: &[u8], width: u16, height: u16) -> Result<Vec<u8>, Error> {
     let mut jpeg = Vec::new();
     let mut encoder = Encoder::new(&mut jpeg, 85);
     encoder.set_sampling_factor(SamplingFactor::F_2_1);
-    encoder.encode(rgb, width, height, ColorType::Rgb).map_err(|error| Error::new("a JPEG picture", error))?;
+    encoder
+        .encode(rgb, width, height, ColorType::Rgb)
+        .map_err(|error| Error::with_cause(ErrorKind::Unsupported, "a JPEG picture", error))?;
     Ok(jpeg)
 }
 
@@ -166,12 +168,13 @@ fn events(models: &[Candidate], config: &Config) -> Result<(f64, Vec<f64>), Erro
     let mut pipeline = config.pipeline_of(camera, "simulated frames")?;
     let (mut scene, mut sensor) = (Scene::new(&script)?, sensor);
     while let Some((light, _)) = scene.next_light() {
-        let update = pipeline.push_frame(sensor.expose(&light)).map_err(unfit)?;
+        let frame = sensor.expose(&light);
+        let update = pipeline.push_frame(frame).map_err(|error| Error::frame("simulated frames", error))?;
         if let Some(event) = update.event() {
             return answers(&event, &speed, models);
         }
     }
-    Err(Error::new("the reference slide", "no event with this configuration, expected one"))
+    Err(Error::new(ErrorKind::Data, "the reference slide", "no event with this configuration, expected one"))
 }
 
 fn answers(event: &Event<'_>, config: &SpeedConfig, models: &[Candidate]) -> Result<(f64, Vec<f64>), Error> {

@@ -9,7 +9,7 @@ use super::parameters::{Format, KERNELS, STRIDES, Setting, kernel_name};
 use super::prices::{Core, Prices};
 use super::row::{Found, Host, Row};
 use super::statistics::Interval;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 
 /// The map that comes with the program.
 const KEPT: &str = include_str!("../data/map.csv");
@@ -121,15 +121,18 @@ pub fn read(about: &str, text: &str) -> Result<Vec<Row>, Error> {
     let header = lines.next().unwrap_or_default();
     if header.starts_with(&format!("{FOUND},{MODEL}")) {
         return Err(Error::new(
+            ErrorKind::Format,
             about,
             "a table of all numbers (trade.csv), expected the map that a sweep writes beside it (map.csv)",
         ));
     }
     if header != format!("{FOUND},{HOST}") {
-        return Err(Error::new(about, format_args!("line 1: {header:?}, expected {FOUND},{HOST}")));
+        return Err(Error::new(ErrorKind::Format, about, format_args!("line 1: {header:?}, expected {FOUND},{HOST}")));
     }
     let numbered = (2..).zip(lines);
-    let row = |(number, line)| line_of(line).map_err(|error| Error::new(about, format_args!("line {number}: {error}")));
+    let row = |(number, line)| {
+        line_of(line).map_err(|error| Error::new(ErrorKind::Format, about, format_args!("line {number}: {error}")))
+    };
     numbered.map(row).collect()
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::parameters::{Format, Setting, kernel_name};
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::{BUILT_IN, ModelFile};
 
 /// The prices that come with the program.
@@ -141,7 +141,7 @@ impl Prices {
     /// # Errors
     /// The text is not valid; the message names the part.
     pub fn read(about: &str, text: &str) -> Result<Self, Error> {
-        serde_json::from_str(text).map_err(|error| Error::new(about, error))
+        serde_json::from_str(text).map_err(|error| Error::with_cause(ErrorKind::Format, about, error))
     }
 
     /// Returns the price of a setting, with or without a model, or `None` if the setting was not counted.

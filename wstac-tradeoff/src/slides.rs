@@ -136,7 +136,7 @@ pub fn reference(light: f64, format: Format) -> Result<SceneConfig, Error> {
 
 fn scene(text: &str, format: Format) -> Result<SceneConfig, Error> {
     let mut script = SceneConfig::parse_short(text)?;
-    script.sensor.size = FrameSize::new(SIDE, SIDE).map_err(|error| Error::new("scene", error))?;
+    script.sensor.size = FrameSize::new(SIDE, SIDE).map_err(|error| Error::config("scene", error))?;
     script.sensor.format = format.sensor();
     Ok(script)
 }

@@ -1,5 +1,5 @@
-//! Frames of one camera through several settings at once: pixels are summed once for each stride, and kernels share the
-//! sums.
+//! Processes the frames of one camera with several settings at once. Pixels are summed once per stride, and the
+//! logarithm kernels share the sums.
 
 use wstac_core::direction::{self, Heading};
 use wstac_core::frame::Stride;
@@ -33,7 +33,7 @@ pub(super) struct FirstEvent {
 /// One setting that waits for its first event.
 #[derive(Clone, Debug)]
 pub(super) struct SettingStream {
-    /// Its position among the requested settings.
+    /// The position of the setting among all requested settings.
     pub(super) place: usize,
     /// The first event, once it is complete.
     pub(super) first: Option<FirstEvent>,
@@ -83,7 +83,7 @@ pub(super) struct EvaluatedCamera {
 }
 
 impl EvaluatedCamera {
-    /// Creates a simulated camera, and those of the settings `settings` that read its format, each with its position.
+    /// Creates a simulated camera with a stream for each of `settings` that reads its format.
     ///
     /// # Errors
     /// The configuration does not fit the camera.
@@ -120,7 +120,7 @@ impl EvaluatedCamera {
         &mut self,
         light: &[f64; TAXELS],
         colored: Option<&[f64; FEATURES]>,
-    ) -> Result<[f64; FEATURES], wstac_core::error::Error> {
+    ) -> Result<[f64; FEATURES], wstac_core::error::FrameError> {
         let bytes = self.sensor.expose(light);
         let own = self.float64.features(&self.whole.push_frame(bytes)?);
         let expected = colored.filter(|_| self.format.is_colored()).unwrap_or(&own);

@@ -1,4 +1,4 @@
-//! The sweep as a whole: its events are the program's, whatever other settings run with it.
+//! Tests the whole sweep: its events equal those of the command, whatever other settings run in the same sweep.
 
 use wstac_core::frame::Stride;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
@@ -68,7 +68,7 @@ fn the_same_whatever_runs_beside_it_and_on_any_number_of_threads() {
 }
 
 /// Returns one frame of a slide, with the slide's light at its middle.
-fn shot(slide: &TradeSlide, format: Format) -> Vec<u8> {
+fn simulated_frame(slide: &TradeSlide, format: Format) -> Vec<u8> {
     let script = slide.script(1.0, format).unwrap();
     let (mut scene, mut camera) = (Scene::new(&script).unwrap(), Scene::camera(&script).unwrap());
     let lights = std::iter::from_fn(|| scene.next_light());
@@ -80,7 +80,7 @@ fn shot(slide: &TradeSlide, format: Format) -> Vec<u8> {
 fn colored_formats_see_the_same_noise() {
     let slide = slides(1)[0];
     let [rgb, rgb565, yuyv, mjpeg] =
-        [Format::Rgb24, Format::Rgb565, Format::YuyvExact, Format::Mjpeg].map(|format| shot(&slide, format));
+        [Format::Rgb24, Format::Rgb565, Format::YuyvExact, Format::Mjpeg].map(|format| simulated_frame(&slide, format));
     let rgb = rgb.as_chunks::<3>().0;
     let mut brightest = 0;
     // Levels of six bits are at most five apart: the nearest is at most two off. Other noise would be further away.
@@ -95,8 +95,8 @@ fn colored_formats_see_the_same_noise() {
         let expected = 16.0 + 219.0 / 255.0 * (0.299 * r + 0.587 * g + 0.114 * b);
         assert!((f64::from(*luma) - expected).abs() < 1.01, "{r} {g} {b}: {luma}, not {expected}");
     }
-    // JPEG keeps the larger part of the noise: another shot of the same light is further away.
-    let again = shot(&slide.with_other_noise(), Format::Mjpeg);
+    // JPEG keeps most of the noise: a frame of the same light with other noise is further away.
+    let again = simulated_frame(&slide.with_other_noise(), Format::Mjpeg);
     let far = |bytes: &[u8]| {
         let apart = rgb.iter().zip(bytes.as_chunks::<3>().0).map(|(a, b)| f64::from(a[1].abs_diff(b[1])));
         apart.sum::<f64>() / rgb.len() as f64

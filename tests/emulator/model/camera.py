@@ -1,7 +1,7 @@
-"""A parallel sensor, the DCMI that takes its pixels, and DMA1's stream 0 that takes the DCMI's words.
+"""A parallel sensor, the DCMI that captures its pixels, and DMA1's stream 0 that moves the DCMI's words.
 
-A line at a time: it is cropped, every second byte is dropped, and the words are written to the ring. A clip's first frame is the
-first one after the capture was first enabled; before it the sensor is dark.
+Each line is cropped, every second byte is dropped, and the words are written to the ring. The clip's first frame is the
+first one after the capture was first enabled. Before that, the sensor is dark.
 """
 
 from .registers import Registers
@@ -17,24 +17,24 @@ LISR, LIFCR, SCR, NDTR, PAR, M0AR = 0x00, 0x08, 0x10, 0x14, 0x18, 0x1C
 ON, TEIE, HTIE, TCIE, CIRCULAR = 1, 1 << 2, 1 << 3, 1 << 4, 1 << 8
 HALF, FULL = 1 << 4, 1 << 5
 REQUEST = 75
-RING_MEMORY = range(0x2400_0000, 0x2408_0000)  # what DMA1 can reach and the linker uses
+RING_MEMORY = range(0x2400_0000, 0x2408_0000)  # memory that DMA1 can reach and the linker uses
 
 
 class Dma(Registers):
-    """Stream 0: words from the DCMI into a ring."""
+    """Stream 0, which moves words from the DCMI into a ring."""
 
     def __init__(self, machine, mux):
         super().__init__(DMA1)
         self.machine, self.mux, self.total = machine, mux, 0
 
     def irqs(self):
-        """Its interrupt, while an enabled flag is set."""
+        """Returns its interrupt, while an enabled flag is set."""
         control, flags = self.values.get(SCR, 0), self.values.get(LISR, 0)
         asked = flags & HALF and control & HTIE or flags & FULL and control & TCIE
         return {DMA_IRQ} if asked else set()
 
     def write(self, offset, value):
-        """Keeps it; a length that is written while the stream is off is the ring's."""
+        """Stores a register. A length that is written while the stream is off becomes the ring's."""
         if offset == LIFCR:
             self.values[LISR] = self.values.get(LISR, 0) & ~value
             return
@@ -43,7 +43,7 @@ class Dma(Registers):
         super().write(offset, value)
 
     def take(self, data):
-        """Writes words into the ring; whether the stream is on."""
+        """Writes words into the ring. Returns whether the stream is on."""
         wants = CIRCULAR | ON
         if self.values.get(SCR, 0) & wants != wants or self.mux.read(0) & 0x7F != REQUEST:
             return False
@@ -63,23 +63,23 @@ class Dma(Registers):
 
 
 class Dcmi(Registers):
-    """The camera interface: what of a line it captures."""
+    """The camera interface, which captures a part of each line."""
 
     def __init__(self, dma):
         super().__init__(DCMI)
         self.dma, self.capturing, self.row, self.ever = dma, False, 0, False
 
     def reset(self):
-        """As after a reset."""
+        """Resets the registers."""
         super().reset()
         self.capturing = False
 
     def irqs(self):
-        """Its interrupt, while an enabled flag is set."""
+        """Returns its interrupt, while an enabled flag is set."""
         return {DCMI_IRQ} if self.values.get(RIS, 0) & self.values.get(IER, 0) else set()
 
     def write(self, offset, value):
-        """Keeps it."""
+        """Stores a register."""
         if offset == ICR:
             self.values[RIS] = self.values.get(RIS, 0) & ~value
             return
@@ -89,7 +89,7 @@ class Dcmi(Registers):
             self.capturing &= self.enabled()
 
     def enabled(self):
-        """Whether it is on."""
+        """Returns whether it is on."""
         return bool(self.values.get(CR, 0) & ENABLE)
 
     def flag(self, flag):
@@ -98,13 +98,13 @@ class Dcmi(Registers):
             self.values[RIS] = self.values.get(RIS, 0) | flag
 
     def sync(self):
-        """A vertical sync: a frame begins."""
+        """Handles a vertical sync, which begins a frame."""
         self.flag(VSYNC)
         self.capturing = self.enabled() and bool(self.values.get(CR, 0) & CAPTURE)
         self.row = 0
 
     def line(self, bytes_of):
-        """A line begins; `bytes_of(row)` are its bytes."""
+        """Handles the begin of a line, whose bytes are `bytes_of(row)`."""
         self.flag(LINE)
         start, size, control = (self.values.get(register, 0) for register in (CWSTRT, CWSIZE, CR))
         top, rows = start >> 16 & 0x1FFF, (size >> 16 & 0x3FFF) + 1
@@ -129,16 +129,16 @@ class Camera:
         self.width, self.height = size
         self.frame, self.began, self.started, self.period = None, None, machine.now, cycles_per_frame
         self.chroma = bytes((x * 37 + 11) & 0xFF for x in range(2 * self.width))
-        # As many lines' times more as an OV7725 has between frames, a few of them before the first line.
+        # The blank lines that an OV7725 has between frames; a few of them come before the first line.
         self.line_time = cycles_per_frame // (self.height + 15)
         self.machine.at(self.started, self._begin)
 
     def is_over(self):
-        """Whether the clip has been sent, and a frame's time beyond it."""
+        """Returns whether the clip has been sent, and one more frame time has passed."""
         return self.frame is not None and self.frame > len(self.clip)
 
     def _begin(self):
-        """A frame's time begins; the next one's is planned from the start, so that nothing drifts."""
+        """Begins a frame time. The next one is planned from the start, so that nothing drifts."""
         if self.dcmi.ever:
             if self.frame is None:
                 self.frame, self.began = -1, self.machine.now

@@ -9,14 +9,14 @@ RESET_REQUEST = 0x05FA_0004
 
 
 class Nvic(Registers):
-    """Which interrupts are enabled. What is asked for is the peripherals' own business."""
+    """The enabled interrupts. The peripherals know which ones are pending."""
 
     def __init__(self, machine):
         super().__init__(NVIC_PAGE)
         self.machine = machine
 
     def read(self, offset):
-        """A register; of those that enable, the truth."""
+        """Returns a register. Registers that enable interrupts return the current state."""
         if ENABLE <= offset < LAST:
             first = (offset & 0x7F) * 8
             return sum(1 << bit for bit in range(32) if first + bit in self.machine.enabled)
@@ -34,14 +34,14 @@ class Nvic(Registers):
 
 
 class Scb(Registers):
-    """Vectors, and the reset that a program can ask for."""
+    """Vectors, and the reset that a program can request."""
 
     def __init__(self, machine):
         super().__init__(SCB_PAGE, {CPUID: 0x411F_C271})
         self.machine = machine
 
     def write(self, offset, value):
-        """Keeps it, and does what it asks for."""
+        """Stores a register, and performs what it requests."""
         super().write(offset, value)
         if offset == VTOR:
             self.machine.vectors = value

@@ -1,4 +1,4 @@
-"""I2C1 as master, and a camera sensor on it: registers behind an address that is written first."""
+"""I2C1 as master, and a camera sensor on it whose registers are behind an address that is written first."""
 
 from .registers import Registers
 
@@ -9,7 +9,7 @@ TXE, TXIS, RXNE, NACKF, STOPF, TC, BUSY = 1, 1 << 1, 1 << 2, 1 << 4, 1 << 5, 1 <
 
 
 class I2c(Registers):
-    """The master; every byte takes no time."""
+    """The master. A byte takes no time."""
 
     def __init__(self, sensors):
         super().__init__(I2C1)
@@ -17,7 +17,7 @@ class I2c(Registers):
         self.sensor, self.left, self.reads, self.flags = None, 0, False, 0
 
     def read(self, offset):
-        """A register; of the status, what a transfer asks for next."""
+        """Returns a register. The status says what a transfer needs next."""
         if offset == ISR:
             wants = (RXNE if self.reads else TXIS) if self.left else 0
             return TXE | self.flags | wants | (BUSY if self.sensor else 0)
@@ -66,8 +66,9 @@ class I2c(Registers):
 
 
 class Sensor:
-    """A sensor's registers. `present` is whether it answers, `nack_after` how many times until it does not, once, and `stuck` a register
-    that keeps its value; pixels are another object's business."""
+    """A sensor's registers. `present` is whether it answers, `nack_after` is how often it answers before it fails once,
+    and `stuck` is a register that keeps its value. Another object has the pixels.
+    """
 
     def __init__(self, address, identity):
         self.address, self.identity = address, identity
@@ -75,7 +76,7 @@ class Sensor:
         self.registers, self.pointer, self.written = dict(identity), 0, []
 
     def answers(self, reads):
-        """Whether it acknowledges its address; a repeated start it does not take."""
+        """Returns whether it acknowledges its address. It does not accept a repeated start."""
         if self.nack_after == 0:
             self.nack_after = None
             return False
@@ -85,15 +86,15 @@ class Sensor:
         return self.present
 
     def write(self, value):
-        """Takes a byte."""
+        """Accepts a byte."""
         self.written.append(value)
 
     def read(self):
-        """The register whose address was written before the last stop."""
+        """Returns the register whose address was written before the last stop."""
         return self.registers.get(self.pointer, 0)
 
     def stop(self):
-        """Ends a transfer: an address, or an address and a value."""
+        """Ends a transfer of an address, or of an address and a value."""
         if self.written:
             self.pointer = self.written[0]
         if len(self.written) == 2:
@@ -101,11 +102,11 @@ class Sensor:
         self.written = []
 
     def power_on(self):
-        """Forgets everything."""
+        """Forgets all registers."""
         self.registers = dict(self.identity)
 
     def is_set_up(self):
-        """Whether automatic exposure, gain and white balance have been switched off: pixels come."""
+        """Returns whether automatic exposure, gain and white balance have been switched off. Then pixels come."""
         return self.present and self.registers.get(0x13) == 0
 
     def _set(self, register, value):

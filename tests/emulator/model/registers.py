@@ -1,21 +1,21 @@
-"""Registers that do nothing but keep what is written: ports, and whatever only has to be there."""
+"""Registers that only store what is written: ports, and others that only have to exist."""
 
 
 class Registers:
-    """Keeps what is written; `initial` are the values at reset that are not 0."""
+    """Stores what is written. `initial` has the values at reset that are not 0."""
 
     def __init__(self, base, initial=None):
         self.base, self.initial = base, initial or {}
         self.values = dict(self.initial)
 
     def reset(self):
-        """As after a reset."""
+        """Resets the registers."""
         self.values = dict(self.initial)
 
     def read(self, offset):
-        """A register."""
+        """Returns a register."""
         return self.values.get(offset, 0)
 
     def write(self, offset, value):
-        """Keeps it."""
+        """Stores a register."""
         self.values[offset] = value

@@ -1,17 +1,20 @@
-"""The log: defmt's frames in the ring of a SEGGER RTT channel, read as a debug probe reads them, and decoded with the ELF's strings."""
+"""The log: defmt's frames in the ring of a SEGGER RTT channel. They are read as a debug probe does it, and decoded with
+the ELF's strings.
+"""
 
 import json
 import struct
 
 from elftools.elf.elffile import ELFFile
 
-EVERY = 96_000  # cycles from look to look: a millisecond
+EVERY = 96_000  # cycles between two reads: a millisecond
 LEVELS = {"defmt_error": "error", "defmt_warn": "warning", "defmt_info": "info"}
 
 
 class Log:
-    """Reads the log while the program runs: `lines` are level and format, without the numbers in it, each with its
-    time in cycles."""
+    """Reads the log while the program runs. `lines` has level and format, without its numbers, each with its time in
+    cycles.
+    """
 
     def __init__(self, machine, elf):
         self.machine, self.block, self.bytes, self.lines = machine, machine.symbols["_SEGGER_RTT"], b"", []
@@ -39,7 +42,7 @@ class Log:
 
 
 def _formats(elf):
-    """Format strings by number: symbols whose name is JSON, in a section that is not loaded."""
+    """Returns the format strings by number. They are symbols whose name is JSON, in a section that is not loaded."""
     formats = {}
     with open(elf, "rb") as file:
         for symbol in ELFFile(file).get_section_by_name(".symtab").iter_symbols():
@@ -51,7 +54,7 @@ def _formats(elf):
 
 
 def _unstuffed(frame):
-    """Reverse-zero-compressing COBS, which is read from its end."""
+    """Decodes reverse-zero-compressing COBS, which is read from its end."""
     rest, data = list(frame), bytearray()
     while rest:
         code = rest.pop()
@@ -60,6 +63,6 @@ def _unstuffed(frame):
         elif code >= 0x80:
             data += b"\0" + bytes(rest.pop() for _ in range((code & 0x7F) + 7))
         else:
-            # A bit for each of seven bytes, the lowest for the last: whether it is a zero.
+            # One bit for each of seven bytes says whether it is zero. The lowest bit is for the last byte.
             data += bytes(0 if code >> bit & 1 else rest.pop() for bit in reversed(range(7)))
     return bytes(reversed(data))

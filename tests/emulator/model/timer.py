@@ -1,4 +1,4 @@
-"""TIM2 as a free-running 16-bit counter with two compare channels: embassy's clock."""
+"""TIM2 as a free-running 16-bit counter with two compare channels, which is embassy's clock."""
 
 from .registers import Registers
 
@@ -9,30 +9,30 @@ TURN = 1 << 16
 
 
 class Timer(Registers):
-    """Counts cycles of the machine, which are those of the timer's clock."""
+    """Counts cycles of the machine, which equal those of the timer's clock."""
 
     def __init__(self, machine):
         super().__init__(TIM2)
         self.machine, self.started, self.flags, self.plan = machine, None, 0, 0
 
     def reset(self):
-        """As after a reset: stopped at 0."""
+        """Resets the timer: stopped at 0."""
         super().reset()
         self.started, self.flags = None, 0
         self.plan += 1
 
     def irqs(self):
-        """Its interrupt, while an enabled flag is set."""
+        """Returns its interrupt, while an enabled flag is set."""
         return {IRQ} if self.flags & self.values.get(DIER, 0) else set()
 
     def read(self, offset):
-        """A register."""
+        """Returns a register."""
         if offset == CNT:
             return self._count() % TURN
         return self.flags if offset == SR else super().read(offset)
 
     def write(self, offset, value):
-        """Keeps it, and plans anew when something will happen."""
+        """Stores a register, and plans the next event."""
         if offset == SR:
             self.flags &= value
             return
@@ -58,7 +58,7 @@ class Timer(Registers):
             return
         count = self._count()
         places = ((UPDATE, 0), (FIRST, self.values.get(CCR1, 0)), (SECOND, self.values.get(CCR2, 0)))
-        # How far each is, at least one count.
+        # The distance of each, which is at least one count.
         distances = [((place - count - 1) % TURN + 1, flag) for flag, place in places]
         nearest = min(distances)[0]
         flags = sum(flag for distance, flag in distances if distance == nearest)

@@ -1,4 +1,4 @@
-"""USART3: bytes out into a buffer, in their time; bytes in from a queue."""
+"""USART3: bytes are sent to a buffer, each in its time, and received from a queue."""
 
 from .registers import Registers
 
@@ -8,7 +8,7 @@ RXNE, TC, TXE = 1 << 5, 1 << 6, 1 << 7
 
 
 class Usart(Registers):
-    """The line: `sent` is what came out, `receive` sends it something."""
+    """The serial line. `sent` has the bytes that came out, and `receive` sends it some."""
 
     def __init__(self, machine, cycles_per_clock):
         super().__init__(USART3)
@@ -16,20 +16,20 @@ class Usart(Registers):
         self.sent, self.arrived, self.busy_until = bytearray(), [], 0
 
     def reset(self):
-        """As after a reset; what was sent is sent."""
+        """Resets the registers. Bytes that were sent stay in `sent`."""
         super().reset()
         self.arrived, self.busy_until = [], 0
 
     def receive(self, data):
-        """Bytes arrive, one after the other."""
+        """Delivers bytes, one after another."""
         self.arrived += data
 
     def irqs(self):
-        """Its interrupt, while an enabled state lasts."""
+        """Returns its interrupt, while an enabled state lasts."""
         return {IRQ} if self._state() & self.values.get(CR1, 0) & (RXNE | TXE) else set()
 
     def read(self, offset):
-        """A register."""
+        """Returns a register."""
         if offset == ISR:
             return self._state()
         if offset == RDR:
@@ -37,12 +37,12 @@ class Usart(Registers):
         return super().read(offset)
 
     def write(self, offset, value):
-        """Keeps it; a byte is sent."""
+        """Stores a register; a byte is sent."""
         if offset != TDR:
             super().write(offset, value)
             return
         self.sent.append(value & 0xFF)
-        # Ten bits, and the next thing that happens is that there is room again.
+        # Ten bits pass before there is room again.
         self.busy_until = self.machine.now + 10 * self.values.get(BRR, 0) * self.cycles_per_clock
         self.machine.at(self.busy_until, lambda: None)
 

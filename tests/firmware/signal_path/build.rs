@@ -1,4 +1,4 @@
-//! How to link: as wstac-fw's programs, whose memories are known by its build, with the peers' C code that `WSTAC_PEERS` names.
+//! Links like the programs of wstac-fw, whose build knows the memories, and adds the C code of `WSTAC_PEERS`.
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");

@@ -1,4 +1,4 @@
-/* What logarithms and sums are compared with. Integers in, logarithms in units of 2^-26 out. */
+/* The logarithms and sums of others, for comparison. They take integers and return logarithms in units of 2^-26. */
 #include <math.h>
 #include <stdint.h>
 
@@ -24,7 +24,7 @@ uint32_t peer_vlog_f32(const uint32_t *numbers, int32_t *logs, uint32_t count)
     return 1;
 }
 
-/* Of n / 2^31, in units of 2^-26: below 2^31 the integers are such numbers as they are. */
+/* Returns logarithms of n / 2^31, in units of 2^-26. Integers below 2^31 already have this format. */
 uint32_t peer_vlog_q31(const uint32_t *numbers, int32_t *logs, uint32_t count)
 {
     arm_vlog_q31((const q31_t *)numbers, (q31_t *)logs, count);

@@ -1,4 +1,5 @@
-//! Any text as a configuration file: an error that says something, or a configuration that builds or says why not.
+//! Reads any text as a configuration file. The result is an error with a message, or a configuration that builds or
+//! reports why it does not.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -9,10 +10,10 @@ use wstac_host::config::Config;
 fuzz_target!(|text: &str| {
     let config = match Config::parse(text) {
         Ok(config) => config,
-        Err(message) => return assert!(!message.is_empty()),
+        Err(error) => return assert!(!error.message().is_empty()),
     };
     let size = FrameSize::new(640, 480).expect("a size");
-    // What cannot be built says why.
+    // A configuration that cannot be built has a message.
     if let Err(error) = config.layout(size) {
         assert!(!error.to_string().is_empty());
     }

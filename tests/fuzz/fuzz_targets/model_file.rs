@@ -1,5 +1,5 @@
-//! Any words as a model file, with magic, length and checksum put right so that everything behind them is reached: refused, or
-//! a model that answers every sample with one of its classes, soon.
+//! Reads any words as a model file. Magic number, length and checksum are corrected, so that the code behind them is
+//! reached. The file is refused, or the model soon answers every sample with one of its classes.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -8,7 +8,7 @@ use wstac_core::model::file::{INPUTS, MAGIC, crc};
 
 fuzz_target!(|data: &[u8]| {
     let mut words: Vec<u32> = data.as_chunks::<4>().0.iter().map(|bytes| u32::from_le_bytes(*bytes)).collect();
-    // As it is: almost always damaged.
+    // Tries the words unchanged. They are almost always damaged.
     let _ = Model::from_words(&words);
     if words.len() < 4 {
         return;

@@ -1,5 +1,5 @@
-//! Any bytes as what a trainer saved: XGBoost's JSON or UBJSON, or ONNX. An error that says something, or a model file that is
-//! one and answers.
+//! Imports any bytes as a trained model: XGBoost's JSON or UBJSON, or ONNX. The result is an error with a message, or a
+//! valid model file that answers.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -1,4 +1,5 @@
-//! Any bytes as a data set for `wstac model eval`: an error that names the file, or an answer for each sample.
+//! Reads any bytes as a data set for `wstac model eval`. The result is an error that names the file, or an answer for
+//! each sample.
 #![no_main]
 
 use std::path::PathBuf;
@@ -9,13 +10,13 @@ use wstac_core::model::Model;
 use wstac_train::model::eval::answers;
 use wstac_train::model::{Import, import_bytes};
 
-/// A tree of one split.
+/// A tree with one split.
 const TRAINED: &[u8] = include_bytes!("../seeds/model_import/xgboost.json");
 
 static WORDS: LazyLock<Vec<u32>> = LazyLock::new(|| {
     import_bytes("seed", TRAINED.to_vec(), &Import::default()).expect("the seed is a model").1.words
 });
-/// Archives are files: each process of the fuzzer has its own.
+/// Archives are files, so each process of the fuzzer has its own.
 static PATH: LazyLock<PathBuf> =
     LazyLock::new(|| std::env::temp_dir().join(format!("wstac-fuzz-{}.npz", std::process::id())));
 

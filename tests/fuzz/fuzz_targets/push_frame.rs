@@ -1,5 +1,5 @@
-//! Any bytes through any valid configuration: no panic, sums that a plain model has too, and answers within their
-//! documented ranges.
+//! Pushes any bytes through any valid configuration. Nothing may panic, the sums must equal those of a plain model, and
+//! answers must be within their documented ranges.
 #![no_main]
 
 use arbitrary::{Result, Unstructured};
@@ -150,6 +150,6 @@ fn try_input(data: &[u8]) -> Result<()> {
 }
 
 fuzz_target!(|data: &[u8]| {
-    // Too few bytes for a configuration: nothing to try.
+    // There are too few bytes for a configuration.
     let _ = try_input(data);
 });

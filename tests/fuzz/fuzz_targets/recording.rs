@@ -1,5 +1,5 @@
-//! Any bytes as a recording: an error that names the file, or its items, never a panic; and what `recover` makes of them can be read
-//! as far as it goes.
+//! Reads any bytes as a recording. The result is its items, or an error that names the file, but never a panic.
+//! `recover` must write a recording that can be read.
 #![no_main]
 
 use std::fs::File;
@@ -15,12 +15,12 @@ use wstac_host::record::recover;
 use wstac_host::source::{SourceEvent, Source};
 use wstac_host::source::mcap::McapSource;
 
-/// Recordings are files: each process of the fuzzer has its own.
+/// Recordings are files, so each process of the fuzzer has its own.
 static PATHS: LazyLock<[PathBuf; 2]> = LazyLock::new(|| {
     let name = |what: &str| std::env::temp_dir().join(format!("wstac-fuzz-{}-{what}.mcap", std::process::id()));
     [name("old"), name("new")]
 });
-/// Where the checksum is in a chunk: behind operation code, length, two times and a size.
+/// The position of the checksum in a chunk: after the operation code, the length, two times and a size.
 const CHECKSUM: usize = 9 + 24;
 
 fuzz_target!(|data: &[u8]| {
@@ -64,7 +64,7 @@ fn read(path: &Path, bytes: usize) {
     panic!("more items than bytes");
 }
 
-/// A checksum of 0 is none: so that changed bytes get past it.
+/// Sets checksums to 0, which means that there is none. Otherwise changed bytes would be refused early.
 fn forget_checksums(bytes: &mut [u8]) {
     let mut at = mcap::MAGIC.len();
     while let Some(&code) = bytes.get(at) {

@@ -1,5 +1,5 @@
-//! Any bytes on a link, of boards and of hosts; and any content in a frame whose COBS and CRC are right: messages or refusals, and a
-//! message that is sent again is the same.
+//! Decodes any bytes as a link, from a board and from a host. Also decodes a frame of any content whose COBS and CRC
+//! are correct. The results are messages or refusals, and a message that is encoded again must not change.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -20,7 +20,7 @@ fuzz_target!(|data: &[u8]| {
         let mut found = 0;
         for &byte in again {
             if let Some(second) = decoder.push::<Message>(byte) {
-                // In words: what is no number is equal to nothing.
+                // Compares texts, because NaN is not equal to itself.
                 let second = second.expect("a message that was encoded").message;
                 assert_eq!(format!("{second:?}"), format!("{:?}", received.message));
                 found += 1;
@@ -30,7 +30,7 @@ fuzz_target!(|data: &[u8]| {
     }
 });
 
-/// A frame of any content of at most 249 bytes.
+/// Returns a frame with this content, which has at most 249 bytes.
 fn frame(content: &[u8]) -> Vec<u8> {
     let content = [content, &crc32fast::hash(content).to_le_bytes()].concat();
     let mut bytes = vec![0];

@@ -1,19 +1,19 @@
-//! Counts instructions. Under `-icount shift=0` one instruction is one nanosecond of the board's time, and SysTick ticks
-//! once in 40 of them (25 MHz).
+//! Counts instructions. With `-icount shift=0`, one instruction is one nanosecond of the board's time. SysTick runs at
+//! 25 MHz, so it ticks every 40 instructions.
 
 use cortex_m::Peripherals;
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 
-/// Instructions a tick.
+/// The instructions per tick.
 pub const TICK: u32 = 40;
 const TICKS: u32 = 1 << 24;
 
-/// The board's timer.
+/// Counts ticks with the board's timer.
 pub struct Clock(SYST);
 
 impl Clock {
-    /// Starts it; the second one in a program is none.
+    /// Starts the timer. Returns `None` if the program has started it already.
     pub fn start() -> Option<Self> {
         let mut timer = Peripherals::take()?.SYST;
         timer.set_clock_source(SystClkSource::Core);
@@ -23,7 +23,7 @@ impl Clock {
         Some(Self(timer))
     }
 
-    /// Ticks while `work` runs: below 2^24 of them, that is 671 million instructions.
+    /// Returns the ticks while `work` runs. It must take less than 2^24 ticks, which are 671 million instructions.
     #[inline(always)]
     pub fn ticks(&self, work: impl FnOnce()) -> u32 {
         let before = SYST::get_current();

@@ -1,4 +1,4 @@
-//! Files of the host, by semihosting: in the directory that the emulator runs in.
+//! Files of the host by semihosting, in the directory in which the emulator runs.
 
 use core::mem::size_of_val;
 
@@ -11,12 +11,12 @@ const READ: usize = 1; // "rb"
 const WRITE: usize = 5; // "wb"
 
 impl File {
-    /// Opens a file to read. `name` ends in a zero byte.
+    /// Opens a file for reading. `name` ends in a zero byte.
     pub fn open(name: &[u8]) -> Self {
         Self::of(name, READ)
     }
 
-    /// Makes a file, or an existing one empty.
+    /// Creates a file, or empties an existing one.
     pub fn create(name: &[u8]) -> Self {
         Self::of(name, WRITE)
     }
@@ -27,13 +27,13 @@ impl File {
         if handle == usize::MAX { crate::fail("a file of the board cannot be opened\n") } else { Self(handle) }
     }
 
-    /// Reads numbers until `numbers` is full; false if the file ends before.
+    /// Reads numbers until `numbers` is full. Returns false if the file ends first.
     pub fn read(&self, numbers: &mut [i16]) -> bool {
         // SAFETY: the host writes within the slice; every bit pattern is a number. It answers how many bytes it did not write.
         unsafe { syscall!(READ, self.0, numbers.as_mut_ptr() as usize, size_of_val(numbers)) == 0 }
     }
 
-    /// Appends numbers, little-endian.
+    /// Appends numbers in little-endian order.
     pub fn write(&self, numbers: &[u32]) {
         // SAFETY: the host reads within the slice, and answers how many bytes it did not read.
         let left = unsafe { syscall!(WRITE, self.0, numbers.as_ptr() as usize, size_of_val(numbers)) };

@@ -1,4 +1,5 @@
-//! What every program on the emulated board needs: files of the host, a clock that counts instructions, an end.
+//! The parts that every program on the emulated board needs: files of the host, a clock that counts instructions, and
+//! an end.
 #![no_std]
 
 pub mod clock;
@@ -6,14 +7,14 @@ pub mod file;
 
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 
-/// Ends the emulator: everything went as it should.
+/// Ends the emulator with success.
 pub fn done() -> ! {
     loop {
         debug::exit(EXIT_SUCCESS);
     }
 }
 
-/// Says why and ends the emulator with a failure.
+/// Prints the reason and ends the emulator with a failure.
 pub fn fail(why: &str) -> ! {
     file::say(why);
     loop {

@@ -1,4 +1,4 @@
-//! Writes the Rust of protocol buffers' messages, and the descriptors that recordings carry.
+//! Writes the Rust code of protobuf messages, and the descriptors that recordings carry.
 //!
 //! Usage: wstac-protobuf REPOSITORY
 
@@ -10,7 +10,7 @@ use prost::Message;
 use prost_types::{DescriptorProto, FileDescriptorSet};
 use protox::Compiler;
 
-/// Messages that recordings hold.
+/// The messages that recordings hold.
 const RECORDED: [&str; 3] = ["RawImage", "CompressedImage", "Log"];
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -32,14 +32,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Returns the descriptors of files and of what they import.
+/// Returns the descriptors of files and of their imports.
 fn compiled(folder: &Path, files: &[String], comments: bool) -> Result<FileDescriptorSet, protox::Error> {
     let mut compiler = Compiler::new([folder])?;
     compiler.include_imports(true).include_source_info(comments).open_files(files)?;
     Ok(compiler.file_descriptor_set())
 }
 
-/// Leaves out what follows from the rest: JSON's names of fields, and 0 as the number of an enumeration's value.
+/// Removes what follows from the rest: the JSON names of fields, and 0 as the number of an enumeration's value.
 fn shorten(message: &mut DescriptorProto) {
     message.field.iter_mut().for_each(|field| field.json_name = None);
     let values = message.enum_type.iter_mut().flat_map(|kind| &mut kind.value);
@@ -47,7 +47,7 @@ fn shorten(message: &mut DescriptorProto) {
     message.nested_type.iter_mut().for_each(shorten);
 }
 
-/// Writes the Rust of the one package that is no well-known one.
+/// Writes the Rust code of the one package that is not a well-known one.
 fn write_rust(descriptors: &FileDescriptorSet, path: &Path) -> Result<(), Box<dyn Error>> {
     let folder = std::env::temp_dir().join(format!("wstac-protobuf-{}", std::process::id()));
     fs::create_dir(&folder)?;

@@ -1,23 +1,25 @@
-//! Random model files of every kind, made without the host's writer: as the pages of `wstac-core` describe them, extremes included.
+//! Random model files of every kind, with extremes. They are made as the pages of `wstac-core` describe them, without
+//! the writer of the host.
 //!
-//! This crate needs no allocation and no other crate: the unit tests of `wstac-core` and the emulated board make the same models and
-//! samples, and all answers together are one number, [`ANSWERS`]. Its random numbers are its own: no board has the simulator.
+//! This crate needs no allocation and no other crate. The unit tests of `wstac-core` and the emulated board make the
+//! same models and samples. All answers together are one number, [`ANSWERS`]. The random numbers are made here, because
+//! a board has no simulator.
 #![no_std]
 
-/// Inputs of a model: ten features in each of 70 frames.
+/// The inputs of a model: ten features in each of 70 frames.
 pub const INPUTS: usize = 700;
-/// Words that a model may have.
+/// The largest number of words of a model.
 pub const MOST_WORDS: usize = 16_384;
-/// Kinds of models that there are: linear ones by weights and votes, forests, boosted trees by leaves.
+/// The number of kinds of models: linear ones by weights and votes, forests, and boosted trees by leaves.
 pub const KINDS: u32 = 7;
-/// Models of each kind whose answers count.
+/// The number of models of each kind in [`answers`].
 pub const ROUNDS: u64 = 40;
-/// Samples for each model.
+/// The number of samples for each model.
 pub const SAMPLES: usize = 12;
-/// What [`answers`] is everywhere.
+/// The result of [`answers`] on every machine.
 pub const ANSWERS: u32 = 2_088_475_055;
 
-/// A model file that is made.
+/// Makes model files.
 pub struct Maker {
     halves: [u16; 2 * MOST_WORDS],
     length: usize,
@@ -25,7 +27,7 @@ pub struct Maker {
     inputs: u64,
     classes: u16,
     shift: u32,
-    /// Places of entries in the table of leaves.
+    /// The places of entries in the table of leaves.
     entries: [u16; 3],
     leaves: Leaves,
     crc: fn(&[u32]) -> u32,
@@ -39,8 +41,8 @@ enum Leaves {
 }
 
 impl Maker {
-    /// Creates a maker of models; `crc` is the checksum of a model file's words: `wstac_core::model::file::crc`.
-    // A board has the room, and no heap.
+    /// Creates a maker of models. `crc` computes the checksum of a model file's words: `wstac_core::model::file::crc`.
+    // A board has room on its stack, and no heap.
     #[allow(clippy::large_stack_arrays)]
     pub const fn new(crc: fn(&[u32]) -> u32) -> Self {
         Self {
@@ -71,7 +73,7 @@ impl Maker {
         self.push((long >> 16) as u16);
     }
 
-    /// A number that is extreme half of the time: small ones meet thresholds exactly.
+    /// Returns a number that is extreme half of the time. Small numbers meet thresholds exactly.
     fn number(&mut self) -> i16 {
         match self.below(4) {
             0 => self.below(7) as i16 - 3,
@@ -80,7 +82,7 @@ impl Maker {
         }
     }
 
-    /// A model file of a kind; in `words`, and its length.
+    /// Writes a model file of a kind to `words`, and returns its length in words.
     pub fn model(&mut self, kind: u32, seed: u64, words: &mut [u32]) -> usize {
         self.chance = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ u64::from(kind) << 7;
         self.length = 0;
@@ -99,7 +101,7 @@ impl Maker {
             _ => self.boosted(Leaves::Floats),
         };
         let labels = self.length;
-        // Names of one letter, counted by a byte, and no facts.
+        // Labels of one letter, which a byte counts, and no facts.
         (0..self.classes).for_each(|class| self.push(1 | (u16::from(b'a') + class) << 8));
         self.push(0);
         if self.length % 2 == 1 {
@@ -143,7 +145,7 @@ impl Maker {
         for _ in 0..u64::from(rows) * row {
             let weight = match (extreme, smallness) {
                 (0, _) => [0x8000, 0x7FFF, 0x8080, 0x7F7F][smallness as usize],
-                // All of a row's weights together may fit 32 bits.
+                // All weights of a row together may fit into 32 bits.
                 (_, 0) => self.below(3) as u16 | (self.below(3) as u16) << 8 & if int8 { 0xFFFF } else { 0 },
                 _ => self.number() as u16,
             };
@@ -188,7 +190,7 @@ impl Maker {
         (4, if leaves == Leaves::Floats { 3 } else { 2 }, scores * each)
     }
 
-    /// A score that sums start with.
+    /// Appends the score that sums start with.
     fn push_start(&mut self) {
         let number = self.number();
         self.push_long(if self.leaves == Leaves::Floats {
@@ -209,7 +211,7 @@ impl Maker {
         }
     }
 
-    /// Fills up to a whole number of units behind a place.
+    /// Pads to a whole number of units after the place `from`.
     fn pad(&mut self, from: usize) {
         while !(self.length - from).is_multiple_of(1 << self.shift) {
             self.push(0xAAAA);
@@ -269,20 +271,20 @@ impl Maker {
                 self.push(number as u16);
             }
             Leaves::Floats => {
-                // The order of their sums matters.
+                // The order in which they are added matters.
                 let number = f32::from(self.number()) * [1.0, 1.0 / 3.0, 1e9, 1e-42][self.below(4) as usize];
                 self.push_long(number.to_bits());
             }
         }
     }
 
-    /// A class, or at times one of the entries.
+    /// Returns a class, or sometimes one of the entries.
     fn vote(&mut self) -> u16 {
         let class = self.below(u64::from(self.classes)) as u16;
         if self.below(4) == 0 { self.classes + self.entries[usize::from(class) % 3] } else { class }
     }
 
-    /// A sample: full range, or near what thresholds are.
+    /// Returns a sample of full range, or one near the thresholds.
     pub fn sample(&mut self) -> [i16; INPUTS] {
         let style = self.below(5);
         [(); INPUTS].map(|()| match style {
@@ -295,8 +297,8 @@ impl Maker {
     }
 }
 
-/// Returns all models' answers to their samples as one number. `answer` gives the class of each sample by the model of these words;
-/// `None` from it ends everything: a model was refused.
+/// Returns the answers of all models to their samples as one number. `answer` gives the class of each sample by the
+/// model of these words. If it returns `None` because a model was refused, everything ends.
 pub fn answers(
     maker: &mut Maker,
     words: &mut [u32],

@@ -1,4 +1,4 @@
-"""One golden case: the input bytes, the settings, and what the reference says of them."""
+"""A golden case: the input bytes, the settings, and the results of the reference."""
 
 from __future__ import annotations
 
@@ -20,12 +20,11 @@ TRIALS = 8
 
 @dataclass
 class Case:
-    """Everything a test needs to run one case.
+    """Everything that a test needs to run one case.
 
-    `data` are the frames that arrive, one after another. `lost` are pairs (index of the
-    arriving frame before which frames are lost, how many); index == frame count is a
-    loss at the end. `long` leaves the sums out of the expectation, `with_samples` puts
-    whole samples into it.
+    `data` are the frames that arrive, one after another. `lost` are pairs: the index of the arriving frame before which
+    frames are lost, and how many. An index equal to the number of frames is a loss at the end. `long` leaves the sums
+    out of the expectation, and `with_samples` puts whole samples into it.
     """
 
     name: str
@@ -47,7 +46,7 @@ class Case:
     with_samples: bool = False
 
     def manifest(self) -> dict[str, Any]:
-        """The case as the manifest lists it."""
+        """Returns the case as the manifest lists it."""
         layout: dict[str, Any] = {"preset": "paper"}
         if self.layout is not None:
             size = [self.layout.width, self.layout.height]
@@ -74,7 +73,7 @@ class Case:
         }
 
     def expected(self) -> dict[str, Any]:
-        """What the reference says."""
+        """Returns the results of the reference."""
         layout = self.layout or paper_layout(self.width, self.height)
         fmt = FORMATS[self.format]
         green = GreenSums(fmt, self.width, self.height, self.bytes_per_line, layout, self.stride, self.ycbcr)
@@ -157,11 +156,10 @@ class Case:
         return described
 
     def _robust(self, line: Pipeline, out: list[FeatureFrame | Event], expected: dict[str, Any]) -> bool:
-        """Whether features off by one unit leave every decision of the case the same.
+        """Returns whether every decision of the case stays the same if features are off by one unit.
 
-        Tried with several functions from the feature to itself and its neighbours: a
-        test of a logarithm that may be one unit off can rely on the decisions of a
-        robust case, and feeds the listed features to the trigger in the others.
+        Tries several functions from a feature to itself and its neighbors. A test of a logarithm that may be one unit
+        off can rely on the decisions of a robust case. In the other cases, it feeds the listed features to the trigger.
         """
         wanted = decisions(expected["events"], expected["incomplete_samples"], expected["end"])
         measured = [item for item in out if isinstance(item, FeatureFrame)]
@@ -185,7 +183,7 @@ class Case:
 
 
 def without_default(settings: TriggerConfig | SpeedConfig, key: str) -> dict[str, Any]:
-    """Settings as an object, without one key where it is at its default."""
+    """Returns settings as an object, without one key if it has its default."""
     values = asdict(settings)
     if values[key] == getattr(type(settings)(), key):
         del values[key]
@@ -193,12 +191,12 @@ def without_default(settings: TriggerConfig | SpeedConfig, key: str) -> dict[str
 
 
 def rounded(value: float | None) -> float | None:
-    """A real number of an answer, rounded so that no machine's exp shows."""
+    """Rounds a real number of an answer, so that differences between machines' exp do not show."""
     return None if value is None else round(value, DIGITS) + 0.0
 
 
 def decisions(events: list[dict], interrupted: list[dict], end: dict) -> list[Any]:
-    """The yes-or-no part of an expectation."""
+    """Returns the yes-or-no part of an expectation."""
     whole = ("frame", "frames_filled", "reliable", "duration_frames", "first_valid", "last_valid")
     kept = [
         [event[key] for key in whole]

@@ -1,4 +1,4 @@
-"""Cases of a stream to events: baseline, windows, samples, gaps, rates, speed, direction."""
+"""Cases from a stream to events: baseline, windows, samples, gaps, rates, speed, direction."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ def stream(
     change: Callable[[np.ndarray], None] | None = None,
     **settings,
 ) -> Case:
-    """A stream of painted frames, some of which are lost on the way.
+    """Returns a stream of painted frames, some of which are lost.
 
-    With the default side of 5 pixels, the paper layout has taxels of one pixel.
+    With the default side of 5 pixels, the taxels of the paper's layout have one pixel.
     """
     rng = SplitMix64(seed_of(name, SEED))
     levels = light(rng, frames, slides, base, shake)
@@ -66,7 +66,7 @@ def stream(
 
 
 def directions() -> list[Case]:
-    """Slides in the four directions, between them, and none."""
+    """Returns slides in the four directions, between them, and without direction."""
     cases = [
         stream(f"slide-{name}", f"a slide in direction {name}", slides=(Slide(40, order),), with_samples=name == "0deg")
         for name, order in ORDERS.items()
@@ -101,7 +101,7 @@ def directions() -> list[Case]:
 
 
 def speeds() -> list[Case]:
-    """Durations, laws, thresholds, and the reasons for having no speed."""
+    """Returns cases of durations, laws, thresholds, and the reasons for having no speed."""
     cases = [
         stream(f"speed-step{step}", f"columns {step} frames apart", slides=(Slide(40, step=step),))
         for step in (1, 4, 6, 8, 10)
@@ -129,9 +129,9 @@ def speeds() -> list[Case]:
         stream("speed-physical-pole", "an event shorter than the afterglow: no speed", slides=(Slide(40,
                ORDERS["press"],
                rise=2, fall=3),), speed=physical),
-        stream("speed-25fps", "25 frames a second: durations scale", fps=(25, 1)),
-        stream("speed-ntsc", "30000/1001 frames a second", fps=(30000, 1001)),
-        stream("speed-5fps", "5 frames a second: no binning, scaled duration", slides=(Slide(40, step=1),), fps=(5, 1)),
+        stream("speed-25fps", "25 frames per second: durations scale", fps=(25, 1)),
+        stream("speed-ntsc", "30000/1001 frames per second", fps=(30000, 1001)),
+        stream("speed-5fps", "5 frames per second: no binning, scaled duration", slides=(Slide(40, step=1),), fps=(5, 1)),
     ]  # fmt: skip
 
 
@@ -144,7 +144,7 @@ def _one_flash(levels: np.ndarray) -> None:
 
 
 def triggers() -> list[Case]:
-    """Rules, margins, extreme windows, baselines, and streams of odd lengths."""
+    """Returns cases of rules, margins, extreme windows, baselines, and streams of odd lengths."""
     late = (Slide(60, ORDERS["90deg"], step=7),)
     return [
         stream("quiet-nothing", "no contact: no event", frames=60, slides=()),
@@ -209,7 +209,7 @@ def triggers() -> list[Case]:
 
 
 def gaps() -> list[Case]:
-    """Lost frames, one of each: where, and how many.
+    """Returns cases with a single loss: where, and how many frames.
 
     With the default settings the default slide's window is 35..39, so the sample is
     frames 25..94.
@@ -290,7 +290,7 @@ def gaps() -> list[Case]:
 
 
 def random_gaps() -> list[Case]:
-    """Random losses over streams with three slides."""
+    """Returns cases of random losses in streams with three slides."""
     cases = []
     for number in range(4):
         name = f"gap-random-{number}"
@@ -311,7 +311,7 @@ def random_gaps() -> list[Case]:
 
 
 def rates() -> list[Case]:
-    """Fast cameras: frames are added up, and groups may lack some."""
+    """Returns cases of fast cameras: frames are added up, and groups may lack some."""
 
     def fast(n: int, start: int = 40, frames: int = 98, **settings) -> dict[str, Any]:
         slide = Slide(start * n, step=7 * n, rise=4 * n, fall=6 * n, peak=settings.pop("peak", 500))
@@ -320,7 +320,7 @@ def rates() -> list[Case]:
     quick = TriggerConfig(window=2, backtrack=5)
     sixty: dict[str, Any] = {"fps": (60, 1)}
     return [
-        stream("fps-45", "45 frames a second: not above 45, no binning", fps=(45, 1)),
+        stream("fps-45", "45 frames per second: not above 45, no binning", fps=(45, 1)),
         stream("fps-45-above", "45.001: n = round(1.50003) = 2", **fast(2), fps=(45001, 1000)),
         stream("fps-5994", "60000/1001", **fast(2), fps=(60000, 1001)),
         stream("fps-60", "60: n = 2, and half a group at the end", **{**fast(2), "frames": 197}, **sixty),
@@ -353,5 +353,5 @@ def rates() -> list[Case]:
 
 
 def event_cases() -> list[Case]:
-    """All cases of this file."""
+    """Returns all cases of this file."""
     return directions() + speeds() + triggers() + gaps() + random_gaps() + rates()

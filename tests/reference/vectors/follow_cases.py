@@ -15,7 +15,7 @@ from .slides import ORDERS, Slide
 
 
 def ramp(per_thousand: int) -> Callable[[np.ndarray], None]:
-    """More light from frame to frame, in thousandths of a level; less where it is negative."""
+    """Adds light from frame to frame, in thousandths of a level; a negative number removes light."""
 
     def change(levels: np.ndarray) -> None:
         levels += (np.arange(len(levels)) * per_thousand // 1000)[:, None]
@@ -29,12 +29,12 @@ def step(levels: np.ndarray) -> None:
 
 
 def flicker(levels: np.ndarray) -> None:
-    """A single level of one row, now and then: below every threshold, but not below what is followed."""
+    """Adds a single level to one row sometimes. It is below every threshold, but the baseline follows it."""
     levels[40::9, 5:10] += 1
 
 
 def follow_cases() -> list[Case]:
-    """All cases of this file."""
+    """Returns all cases of this file."""
     sixteen = TriggerConfig(follow=16)
     above = SpeedConfig(threshold_on="above_baseline")
     rise = {"base": 100, "shake": 4, "change": ramp(100), "speed": above}

@@ -1,4 +1,4 @@
-"""Cases of bytes to sums: every pixel format, layout, stride, matrix and range."""
+"""Cases from bytes to sums: every pixel format, layout, stride, matrix and range."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ALL_STRIDES = ("GREY", "Y16", "RGB24", "RGB565", "GRBG10", "RGGB8", "YUYV", "NV1
 
 
 def scattered(width: int, height: int, taxel: tuple[int, int], seed: str) -> Layout:
-    """Random corners, odd ones among them, that may overlap."""
+    """Returns random corners, odd ones among them, that may overlap."""
     rng = SplitMix64(seed_of(f"layout {seed}", SEED))
     x = rng.below(width - taxel[0] + 1, 25)
     y = rng.below(height - taxel[1] + 1, 25)
@@ -36,7 +36,7 @@ def picture_case(
     pad: int = 0,
     **settings,
 ) -> Case:
-    """A short stream of unrelated pictures, to compare sums and features."""
+    """Returns a short stream of unrelated pictures, to compare sums and features."""
     fmt, (width, height) = FORMATS[fmt_name], size
     bytes_per_line = fmt.min_bytes_per_line(width) + pad
     frame_bytes = fmt.frame_bytes(height, bytes_per_line)
@@ -46,7 +46,7 @@ def picture_case(
 
 
 def plain_formats() -> list[Case]:
-    """Formats that hold green itself: two layouts, strides shared out."""
+    """Returns cases of formats that hold green itself, in two layouts. The strides are distributed over them."""
     cases = []
     plain = [name for name, fmt in FORMATS.items() if not fmt.is_ycbcr]
     for index, name in enumerate(plain):
@@ -72,7 +72,7 @@ def plain_formats() -> list[Case]:
 
 
 def ycbcr_formats() -> list[Case]:
-    """YCbCr formats times mode, matrix and range; strides for three of them."""
+    """Returns YCbCr formats with every mode, matrix and range, and three of them with strides."""
     cases = []
     names = [name for name, fmt in FORMATS.items() if fmt.is_ycbcr]
     settings = product(("exact", "linear"), ("bt601", "bt709"), ("limited", "full"))
@@ -115,7 +115,7 @@ def ycbcr_formats() -> list[Case]:
 
 
 def shapes() -> list[Case]:
-    """Layouts at their limits, and darkness."""
+    """Returns layouts at their limits, and darkness."""
     whole = Layout(13, 11, ((0, 0),) * 25)
     dim = (dark, black, dark, noise)
     return [
@@ -139,7 +139,7 @@ def shapes() -> list[Case]:
 
 
 def ties() -> list[Case]:
-    """Full-range BT.601 has green of exactly n + 1/2, for two pairs of Cb and Cr only."""
+    """Returns pictures whose green is exactly n + 1/2. In full-range BT.601, only two pairs of Cb and Cr have that."""
     cases = []
     for mode in ("exact", "linear"):
         frames = []
@@ -153,5 +153,5 @@ def ties() -> list[Case]:
 
 
 def format_cases() -> list[Case]:
-    """All cases of this file."""
+    """Returns all cases of this file."""
     return plain_formats() + ycbcr_formats() + ties() + shapes()

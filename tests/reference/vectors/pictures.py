@@ -16,12 +16,12 @@ Picture = Callable[[SplitMix64, PixelFormat, int], bytes]
 
 
 def noise(rng: SplitMix64, fmt: PixelFormat, size: int) -> bytes:
-    """Any byte anywhere, padding included: words above full scale, illegal chroma."""
+    """Returns any bytes, padding included: words above full scale, illegal chroma."""
     return rng.below(256, size).astype(np.uint8).tobytes()
 
 
 def dark(rng: SplitMix64, fmt: PixelFormat, size: int) -> bytes:
-    """Nearly black: 0..2 levels, and for YCbCr about black luma and neutral chroma."""
+    """Returns a nearly black picture: levels 0..2, and for YCbCr luma near black and neutral chroma."""
     value = rng.below(3, size)
     if fmt.is_ycbcr:
         value = np.where(_luma_mask(fmt, size), 15 + value, 127 + value)
@@ -34,23 +34,23 @@ def dark(rng: SplitMix64, fmt: PixelFormat, size: int) -> bytes:
 
 
 def black(rng: SplitMix64, fmt: PixelFormat, size: int) -> bytes:
-    """All bytes 0, which for YCbCr is not black but green."""
+    """Returns bytes that are all 0, which for YCbCr is green instead of black."""
     return bytes(size)
 
 
 def saturated(rng: SplitMix64, fmt: PixelFormat, size: int) -> bytes:
-    """All bytes 255; for 10 and 12 bits that is above full scale."""
+    """Returns bytes that are all 255. For 10 and 12 bits that is above full scale."""
     return b"\xff" * size
 
 
 def greenish(rng: SplitMix64, fmt: PixelFormat, size: int) -> bytes:
-    """YCbCr of a dim green light: legal, unclipped, with rounding in play."""
+    """Returns YCbCr of a dim green light: legal, not clipped, and with rounding."""
     value = np.where(_luma_mask(fmt, size), 20 + rng.below(60, size), 105 + rng.below(20, size))
     return value.astype(np.uint8).tobytes()
 
 
 def _luma_mask(fmt: PixelFormat, size: int) -> np.ndarray:
-    """Which bytes are (about) luma: exact for packed, the first part for planar."""
+    """Returns which bytes are luma: exactly for packed formats, and the first part for planar ones."""
     index = np.arange(size)
     if fmt.family == "packed422":
         return index % 2 == fmt.luma_byte
@@ -67,9 +67,9 @@ def paint(
     layout: Layout,
     levels: np.ndarray,
 ) -> bytes:
-    """A frame whose taxels have the given green levels; everything else is noise.
+    """Returns a frame whose taxels have the given green levels. Everything else is noise.
 
-    For GREY and 10..16-bit grey, 24- and 32-bit RGB, and YUYV (luma, chroma neutral).
+    Supports GREY and 10..16-bit gray, 24- and 32-bit RGB, and YUYV (luma, with neutral chroma).
     """
     size = fmt.frame_bytes(height, bytes_per_line)
     rows = rng.below(256, size).reshape(height, bytes_per_line)

@@ -1,4 +1,4 @@
-"""Light on 25 taxels over time, in integers: what a slide over the whiskers looks like."""
+"""Light on 25 taxels over time, in integers: the signal of a slide over the whiskers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ORDERS: dict[str, Order] = {
 
 @dataclass(frozen=True)
 class Slide:
-    """One slide: the first taxel peaks at frame `start`, the others `step` frames apart.
+    """A slide: the first taxel peaks at frame `start`, and the others `step` frames apart.
 
     Light rises over `rise` frames to `peak` levels and falls over `fall` frames.
     `only` limits it to some taxels (row, column).
@@ -39,7 +39,7 @@ class Slide:
     only: Callable[[int, int], bool] = lambda i, j: True
 
     def add_to(self, levels: np.ndarray) -> None:
-        """Add this slide's light to levels[frame, taxel]."""
+        """Adds this slide's light to levels[frame, taxel]."""
         time = np.arange(len(levels))
         for i in range(ROWS):
             for j in range(COLUMNS):
@@ -54,7 +54,7 @@ class Slide:
 def light(
     rng: SplitMix64, frames: int, slides: tuple[Slide, ...] = (), base: int = 20, shake: int = 2
 ) -> np.ndarray:
-    """levels[frame, taxel]: a dark base with uniform noise of +-shake, and the slides."""
+    """Returns levels[frame, taxel]: a dark base with uniform noise of +-shake, and the slides."""
     levels = np.full((frames, TAXELS), base, dtype=np.int64)
     levels += rng.below(2 * shake + 1, (frames, TAXELS)) - shake
     for slide in slides:

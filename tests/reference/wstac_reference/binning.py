@@ -1,4 +1,4 @@
-"""Camera frames to feature frames: fast cameras, and frames that were lost.
+"""Turns camera frames into feature frames: fast cameras, and frames that were lost.
 
 The time line counts from the first camera frame that arrived. Frames lost before it
 are not on the time line (*decided*).
@@ -15,7 +15,7 @@ from .rational import round_half_up
 
 
 def frames_added(fps: Fraction) -> int:
-    """n: camera frames per feature frame; 45 frames a second exactly gives 1."""
+    """Returns n, the number of camera frames per feature frame. Exactly 45 frames per second gives 1."""
     if fps <= 0:
         raise ValueError(f"frame rate {fps}")
     return round_half_up(fps / NOMINAL_FPS) if fps > BINNING_ABOVE_FPS else 1
@@ -23,10 +23,9 @@ def frames_added(fps: Fraction) -> int:
 
 @dataclass(frozen=True)
 class Group:
-    """One feature frame: the 10 sums R over n camera frames.
+    """A feature frame: the 10 sums R over n camera frames.
 
-    `lost` of the n were lost and R is scaled up for them; `sums` is None where all
-    were lost.
+    `lost` of the n were lost, and R is scaled up to replace them. `sums` is None if all were lost.
     """
 
     sums: tuple[int, ...] | None
@@ -47,13 +46,13 @@ class Binner:
         self._lost = 0
 
     def frame(self, r: Sequence[int]) -> list[Group]:
-        """One camera frame arrived; the group it completes, if any."""
+        """Takes a camera frame. Returns the group that it completes, if any."""
         self._started = True
         self._present.append(r)
         return self._close()
 
     def lose(self, count: int) -> list[Group]:
-        """`count` camera frames were lost; the groups this completes."""
+        """Counts `count` lost camera frames. Returns the groups that this completes."""
         groups: list[Group] = []
         if self._started:
             for _ in range(count):

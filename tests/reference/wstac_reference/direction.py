@@ -1,4 +1,4 @@
-"""Direction of a slide: the order in which rows and columns light up."""
+"""Computes the direction of a slide: the order in which rows and columns light up."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class DirectionAnswer:
-    """`deg` is None where unclear; the confidence is the raw one in any case."""
+    """`deg` is None if the direction is unclear. The confidence is the raw one in any case."""
 
     deg: int | None
     confidence: float
@@ -27,7 +27,7 @@ class DirectionAnswer:
 
 
 def centroid(baseline: Baseline, sample: Sample, k: int) -> float | None:
-    """Centroid in frames 0..69 of feature k's light above baseline; None if it never lights."""
+    """Returns the centroid in frames 0..69 of feature k's light above baseline; None if it never lights."""
     dark = baseline.mean_light(k)
     frames_of_baseline = BASELINE_WINDOWS * baseline.window
     weight = moment = 0.0
@@ -40,9 +40,9 @@ def centroid(baseline: Baseline, sample: Sample, k: int) -> float | None:
 
 
 def slope(centroids: Sequence[float | None]) -> float:
-    """Least-squares slope of centroid against index over those that light.
+    """Returns the least-squares slope of centroid against index over those that light.
 
-    *Decided*: 0 with fewer than two.
+    *Decided*: it is 0 for fewer than two.
     """
     points = [(index, value) for index, value in enumerate(centroids) if value is not None]
     if len(points) < 2:
@@ -55,7 +55,7 @@ def slope(centroids: Sequence[float | None]) -> float:
 
 
 def measure_direction(baseline: Baseline, sample: Sample) -> DirectionAnswer:
-    """0 (+x), 180, 90 (rows from last to first, +y) or 270 degrees, or unclear."""
+    """Returns 0 (+x), 180, 90 (rows from last to first, +y) or 270 degrees, or unclear."""
     times = [centroid(baseline, sample, k) for k in range(FEATURES)]
     rows, columns = times[:ROWS], times[ROWS:]
     s_row, s_column = slope(rows), slope(columns)

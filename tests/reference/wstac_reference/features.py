@@ -1,4 +1,4 @@
-"""25 sums to 10 features: the logarithm of each row's and column's brightness."""
+"""Turns 25 sums into 10 features: the logarithm of each row's and column's brightness."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from .constants import COLUMNS, FEATURE_MIN, ROWS, UNIT
 
 
 def row_and_column_sums(sums: Sequence[int]) -> list[int]:
-    """R_1..R_10: the five row sums, then the five column sums."""
+    """Returns R_1..R_10: the five row sums, then the five column sums."""
     rows = [sum(sums[i * COLUMNS : (i + 1) * COLUMNS]) for i in range(ROWS)]
     columns = [sum(sums[j::COLUMNS]) for j in range(COLUMNS)]
     return rows + columns
 
 
 def nearest(value: float) -> int:
-    """floor(value + 1/2), refusing a value too near a tie for float64 to decide."""
+    """Returns floor(value + 1/2). Refuses a value that is too near a tie for float64 to decide."""
     shifted = value + 0.5
     if abs(shifted - round(shifted)) < 1e-8:
         raise ArithmeticError(f"{value!r} is too near a tie")
@@ -24,15 +24,15 @@ def nearest(value: float) -> int:
 
 
 def log_ratio(r: int, full: int) -> int:
-    """2048 (ln r - ln full) to the nearest integer, not below -32768; r >= 1."""
+    """Returns 2048 (ln r - ln full), rounded to the nearest integer, at least -32768; r >= 1."""
     return max(nearest(UNIT * (math.log(r) - math.log(full))), FEATURE_MIN)
 
 
 def floor_feature(full_scale: int, full: int, floor_levels: float) -> int:
-    """The feature of darkness.
+    """Returns the feature of darkness.
 
-    2048 ln(5 floor_levels / G), rounded to nearest; for floor_levels = 0 the feature
-    of one raw count (*decided*: a count in the whole row, R = 1). Never below -32768.
+    It is 2048 ln(5 floor_levels / G), rounded to the nearest. For floor_levels = 0 it is the feature of one raw count
+    (*decided*: a count in the whole row, R = 1). It is never below -32768.
     """
     if floor_levels < 0:
         raise ValueError(f"floor_levels {floor_levels}")
@@ -42,7 +42,7 @@ def floor_feature(full_scale: int, full: int, floor_levels: float) -> int:
 
 
 class Features:
-    """Features of frames with full scale G, A pixels a taxel, and n frames added up."""
+    """Computes features of frames with full scale G, A pixels per taxel, and n frames added up."""
 
     def __init__(self, full_scale: int, pixels: int, floor_levels: float = 0.5, added: int = 1) -> None:
         self.full = full_scale * pixels * added
@@ -50,7 +50,7 @@ class Features:
         self._known: dict[int, int] = {0: self.floor}
 
     def of(self, r: Sequence[int]) -> list[int]:
-        """The 10 features of the 10 sums R; R = 0 is below every floor (*decided*)."""
+        """Returns the 10 features of the 10 sums R. R = 0 is below every floor (*decided*)."""
         return [self._one(value) for value in r]
 
     def _one(self, r: int) -> int:

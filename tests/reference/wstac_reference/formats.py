@@ -1,8 +1,7 @@
-"""Pixel formats: what the bytes of a frame mean, and how many there are.
+"""Pixel formats: the meaning of a frame's bytes, and their number.
 
-Names give the order of bytes in memory: RGBX32 is the bytes R, G, B, X. The V4L2
-names differ for 32-bit RGB (V4L2's XBGR32, fourcc 'XR24', is the bytes B, G, R, X,
-which is BGRX32 here); `FOURCC` maps by the bytes.
+Names give the order of bytes in memory: RGBX32 is the bytes R, G, B, X. The V4L2 names differ for 32-bit RGB: V4L2's
+XBGR32, fourcc 'XR24', is the bytes B, G, R, X, which is BGRX32 here. `FOURCC` maps by the bytes.
 """
 
 from __future__ import annotations
@@ -14,9 +13,9 @@ from .rational import ceil_div
 
 @dataclass(frozen=True)
 class PixelFormat:
-    """One pixel format.
+    """A pixel format.
 
-    `family` is grey, rgb, rgb565, bayer, packed422 or planar; `full_scale` is G.
+    `family` is gray, rgb, rgb565, bayer, packed422 or planar; `full_scale` is G.
     `green_byte` (rgb) is the byte of the pixel that holds green. `green_sites`
     (bayer) are the (x, y) of the two green sites in a 2 x 2 cell. `luma_byte`
     (packed422) is 0 for YUYV and 1 for UYVY. `chroma` (planar) is the horizontal
@@ -35,11 +34,11 @@ class PixelFormat:
 
     @property
     def is_ycbcr(self) -> bool:
-        """Whether green has to be computed from Y, Cb and Cr."""
+        """Returns whether green has to be computed from Y, Cb and Cr."""
         return self.family in ("packed422", "planar")
 
     def min_bytes_per_line(self, width: int) -> int:
-        """The fewest bytes a row can have."""
+        """Returns the smallest number of bytes of a row."""
         if self.family == "packed422":
             return 4 * ceil_div(width, 2)
         if self.interleaved:
@@ -47,13 +46,13 @@ class PixelFormat:
         return width * self.bytes_per_pixel
 
     def chroma_bytes_per_line(self, bytes_per_line: int) -> int:
-        """Row length of a planar format's chroma planes (*decided*: halved, rounded up)."""
+        """Returns the row length of a planar format's chroma planes (*decided*: halved, rounded up)."""
         if self.interleaved or self.chroma[0] == 1:
             return bytes_per_line
         return ceil_div(bytes_per_line, 2)
 
     def frame_bytes(self, height: int, bytes_per_line: int) -> int:
-        """Bytes of a whole frame; chroma planes follow the luma plane directly."""
+        """Returns the bytes of a whole frame. Chroma planes follow the luma plane directly."""
         size = bytes_per_line * height
         if self.family == "planar":
             planes = 1 if self.interleaved else 2
@@ -64,10 +63,10 @@ class PixelFormat:
 
 def _all() -> dict[str, PixelFormat]:
     found = [
-        PixelFormat("GREY", "grey"),
-        PixelFormat("Y10", "grey", 1023, 2),
-        PixelFormat("Y12", "grey", 4095, 2),
-        PixelFormat("Y16", "grey", 65535, 2),
+        PixelFormat("GREY", "gray"),
+        PixelFormat("Y10", "gray", 1023, 2),
+        PixelFormat("Y12", "gray", 4095, 2),
+        PixelFormat("Y16", "gray", 65535, 2),
         PixelFormat("RGB24", "rgb", 255, 3, 1),
         PixelFormat("BGR24", "rgb", 255, 3, 1),
         PixelFormat("RGBX32", "rgb", 255, 4, 1),
@@ -110,7 +109,7 @@ FOURCC: dict[str, str] = {
 
 
 def by_fourcc(code: str) -> PixelFormat:
-    """The format of a V4L2 fourcc; trailing spaces may be left out."""
+    """Returns the format of a V4L2 fourcc. Trailing spaces may be left out."""
     try:
         return FORMATS[FOURCC[code.ljust(4)]]
     except KeyError:

@@ -1,4 +1,4 @@
-"""A frame's bytes to the 25 integer sums of green."""
+"""Turns a frame's bytes into the 25 integer sums of green."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ LUMA_WEIGHTS = {
 
 @dataclass(frozen=True)
 class YCbCr:
-    """How a YCbCr source states its colors, and how green is computed from them.
+    """The encoding of a YCbCr source's colors, and the method from YCbCr to green.
 
-    `mode` exact rounds (nearest, ties up) and clamps every pixel; linear converts
-    once a taxel from the sums of Y, Cb and Cr, rounds that, and clamps it to 0..255 A.
-    Both are exact rational arithmetic, so ties are decided, not left to chance.
+    With `mode` exact, every pixel is rounded (nearest, ties up) and clamped. With linear, the sums of Y, Cb and Cr of a
+    taxel are converted once, rounded, and clamped to 0..255 A. Both are exact rational arithmetic, so ties are decided,
+    and not left to chance.
     """
 
     matrix: str = "bt601"
@@ -44,7 +44,7 @@ class YCbCr:
             raise ValueError(f"yuv {self.mode!r}")
 
     def integer_form(self) -> tuple[int, int, int, int, int]:
-        """Integers (y, cb, cr, one, d): green = (y Y + cb Cb + cr Cr + one) / d.
+        """Returns integers (y, cb, cr, one, d): green = (y Y + cb Cb + cr Cr + one) / d.
 
         Green is on the scale 0..255. Limited range: Y 16..235, chroma 16..240 around
         128. Full range: Y 0..255, chroma divisor 255.
@@ -60,26 +60,25 @@ class YCbCr:
         return int(y * d), int(cb * d), int(cr * d), int(one * d), d
 
     def per_pixel(self, y: np.ndarray, cb: np.ndarray, cr: np.ndarray) -> np.ndarray:
-        """Exact green of every pixel, 0..255; floor(v + 1/2) decided in int64."""
+        """Returns the exact green of every pixel, 0..255: floor(v + 1/2), decided in int64."""
         ny, ncb, ncr, one, d = self.integer_form()
         assert (abs(ny) + abs(ncb) + abs(ncr)) * 255 * 2 + abs(one) * 2 + d < 1 << 62
         value = ny * y.astype(np.int64) + ncb * cb.astype(np.int64) + ncr * cr.astype(np.int64) + one
         return np.clip((2 * value + d) // (2 * d), 0, 255)
 
     def per_taxel(self, y: int, cb: int, cr: int, pixels: int) -> int:
-        """Green of a taxel from its three sums, 0..255 * pixels."""
+        """Returns the green of a taxel from its three sums, 0..255 * pixels."""
         ny, ncb, ncr, one, d = self.integer_form()
         value = round_half_up(Fraction(ny * y + ncb * cb + ncr * cr + one * pixels, d))
         return min(max(value, 0), 255 * pixels)
 
 
 class GreenSums:
-    """Sums of green over the taxels of frames of one format and size.
+    """Sums green over the taxels of frames of one format and size.
 
-    Stride starts with the taxel's first row and column (*decided*), so a taxel counts
-    A = ceil(w / stride) * ceil(h / stride) pixels. Bayer: the layout is snapped to
-    2 x 2 cells, stride counts cells, and A = 2 green sites a counted cell. A word above
-    full scale counts as full scale (*decided*). A frame may be longer than needed.
+    Stride starts with the taxel's first row and column (*decided*), so a taxel counts A = ceil(w / stride) * ceil(h /
+    stride) pixels. Bayer: the layout is snapped to 2 x 2 cells, stride counts cells, and A is 2 green sites per counted
+    cell. A word above full scale counts as full scale (*decided*). A frame may be longer than needed.
     """
 
     def __init__(
@@ -112,7 +111,7 @@ class GreenSums:
         self.frame_bytes = fmt.frame_bytes(height, bytes_per_line)
 
     def sums(self, frame: bytes | np.ndarray) -> list[int]:
-        """The 25 sums of one frame, row by row."""
+        """Returns the 25 sums of one frame, row by row."""
         data = np.frombuffer(frame, dtype=np.uint8)
         if data.size < self.frame_bytes:
             raise ValueError(f"frame has {data.size} bytes, needs {self.frame_bytes}")
@@ -127,7 +126,7 @@ class GreenSums:
         return plane[:, :used]
 
     def _words(self, data: np.ndarray) -> np.ndarray:
-        """One number a pixel, saturated to full scale (little-endian where 16 bit)."""
+        """Returns one number per pixel, saturated to full scale (little-endian if it has 16 bits)."""
         size = self.fmt.bytes_per_pixel
         rows = self._rows(data, 0, self.height, self.bytes_per_line, self.width * size).astype(np.int64)
         value = rows if size == 1 else rows[:, 0::2] + 256 * rows[:, 1::2]
@@ -135,7 +134,7 @@ class GreenSums:
 
     def _green_plane(self, data: np.ndarray) -> np.ndarray:
         fmt = self.fmt
-        if fmt.family == "grey":
+        if fmt.family == "gray":
             return self._words(data)
         size = fmt.bytes_per_pixel
         rows = self._rows(data, 0, self.height, self.bytes_per_line, self.width * size).astype(np.int64)
@@ -146,7 +145,7 @@ class GreenSums:
         return six << 2 | six >> 4
 
     def _ycbcr_planes(self, data: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Y, Cb, Cr of every pixel; chroma is that of the pixel's own cell."""
+        """Returns Y, Cb, Cr of every pixel. Chroma is that of the pixel's own cell."""
         fmt, width, height, stride = self.fmt, self.width, self.height, self.bytes_per_line
         if fmt.family == "packed422":
             rows = self._rows(data, 0, height, stride, 4 * ceil_div(width, 2))

@@ -1,4 +1,4 @@
-"""Where the 25 taxels are in a frame."""
+"""The places of the 25 taxels in a frame."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Layout:
     corners: tuple[tuple[int, int], ...]
 
     def check(self, frame_width: int, frame_height: int) -> None:
-        """Refuse an empty taxel, a wrong count, or a taxel that leaves the frame."""
+        """Refuses an empty taxel, a wrong count, or a taxel that leaves the frame."""
         if self.width < 1 or self.height < 1:
             raise ValueError(f"taxel size {self.width} x {self.height} is empty")
         if len(self.corners) != TAXELS:
@@ -39,7 +39,7 @@ class Layout:
                 raise ValueError(f"taxel {index} at ({x}, {y}) leaves the {frame_width} x {frame_height} frame")
 
     def snapped_to_cells(self) -> Layout:
-        """Corners and size rounded down to even pixels, for Bayer; empty is an error.
+        """Returns the layout with corners and size rounded down to even pixels, for Bayer. An empty taxel is an error.
 
         *Decided*: the layout is checked against the frame before it is snapped.
         """
@@ -52,7 +52,7 @@ class Layout:
 
 
 def paper_layout(width: int, height: int) -> Layout:
-    """The published layout, scaled into the centred largest square of the frame.
+    """Returns the published layout, scaled into the centered largest square of the frame.
 
     *Decided*: with s = min(width, height), the corner x of column j = 0..4 is the one
     number (width - s)/2 + (15 + 80 j) s/400 rounded to nearest, ties up; y likewise;

@@ -1,4 +1,4 @@
-"""The whole way from camera frames to events."""
+"""The whole pipeline from camera frames to events."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Event:
 
 @dataclass
 class Pipeline:
-    """Push sums of camera frames and losses; feature frames and events come back in order."""
+    """Takes the sums of camera frames, and losses. Returns feature frames and events in order."""
 
     full_scale: int
     pixels: int
@@ -53,25 +53,25 @@ class Pipeline:
 
     @classmethod
     def of(cls, green: GreenSums, fps: Fraction, **options) -> Pipeline:
-        """A pipeline behind a given summation."""
+        """Creates a pipeline that follows a given summation."""
         return cls(green.full_scale, green.pixels, fps, **options)
 
     def push(self, sums: Sequence[int]) -> list[FeatureFrame | Event]:
-        """The 25 sums of one camera frame."""
+        """Takes the 25 sums of one camera frame."""
         return self._take(self._binner.frame(row_and_column_sums(sums)))
 
     def lose(self, count: int) -> list[FeatureFrame | Event]:
-        """`count` camera frames were lost before the next one (or the end)."""
+        """Counts `count` lost camera frames before the next one (or the end)."""
         self.dropped += count
         return self._take(self._binner.lose(count))
 
     def finish(self) -> list[FeatureFrame | Event]:
-        """The stream ended: a trailing gap is resolved now."""
+        """Ends the stream. A gap at the end is handled now."""
         return self._resolve_gap()
 
     @property
     def incomplete(self) -> Incomplete | None:
-        """The sample that is open now."""
+        """Returns the sample that is open now."""
         return self.trigger.open_sample
 
     def _take(self, groups: Sequence[Group]) -> list[FeatureFrame | Event]:

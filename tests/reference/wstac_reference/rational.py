@@ -1,4 +1,4 @@
-"""Exact rounding of rational numbers: one rule everywhere, nearest with ties up."""
+"""Rounds rational numbers exactly, with one rule everywhere: nearest with ties up."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ HALF = Fraction(1, 2)
 
 
 def round_half_up(value: Fraction | int | float) -> int:
-    """Nearest integer of an exactly represented number, ties towards plus infinity."""
+    """Returns the nearest integer of an exactly represented number, with ties toward plus infinity."""
     return math.floor(Fraction(value) + HALF)
 
 
 def ceil_div(a: int, b: int) -> int:
-    """Smallest integer not below a / b, for b > 0."""
+    """Returns the smallest integer not below a / b, for b > 0."""
     return -(-a // b)
 
 
 def fixed16(value: float) -> Fraction:
-    """A parameter as it is held: rounded to 16 fraction bits, nearest (*decided*)."""
+    """Returns a parameter as it is stored: rounded to 16 fraction bits, nearest (*decided*)."""
     return Fraction(round_half_up(Fraction(value) * 65536), 65536)

@@ -1,4 +1,4 @@
-"""splitmix64: a generator small enough to write down, so vectors outlive numpy's."""
+"""The generator splitmix64, which is small enough to write down, so that vectors outlive numpy's."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ MASK = (1 << 64) - 1
 
 
 def seed_of(text: str, seed: int) -> int:
-    """A 64-bit seed for a name, independent of the order in which names are used."""
+    """Returns a 64-bit seed for a name, independent of the order in which names are used."""
     digest = hashlib.sha256(f"{seed}:{text}".encode()).digest()
     return int.from_bytes(digest[:8], "little")
 
 
 def mix(z: int) -> int:
-    """The splitmix64 output function on one 64-bit state."""
+    """Applies the splitmix64 output function to one 64-bit state."""
     z &= MASK
     z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & MASK
     z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & MASK
@@ -25,18 +25,18 @@ def mix(z: int) -> int:
 
 
 class SplitMix64:
-    """The sequence mix(seed + gamma), mix(seed + 2 gamma), ..."""
+    """Generates the sequence mix(seed + gamma), mix(seed + 2 gamma), ..."""
 
     def __init__(self, seed: int) -> None:
         self.state = seed & MASK
 
     def next(self) -> int:
-        """The next 64-bit number."""
+        """Returns the next 64-bit number."""
         self.state = (self.state + GAMMA) & MASK
         return mix(self.state)
 
     def words(self, count: int) -> np.ndarray:
-        """The next `count` 64-bit numbers, as uint64."""
+        """Returns the next `count` 64-bit numbers, as uint64."""
         steps = np.arange(1, count + 1, dtype=np.uint64)
         z = np.uint64(self.state) + steps * np.uint64(GAMMA)  # wraps modulo 2**64
         self.state = (self.state + count * GAMMA) & MASK
@@ -45,7 +45,7 @@ class SplitMix64:
         return z ^ (z >> np.uint64(31))
 
     def below(self, bound: int, shape: int | tuple[int, ...]) -> np.ndarray:
-        """Integers 0..bound-1 (bound at most 2**32) from the high 32 bits, int64."""
+        """Returns integers 0..bound-1 (bound at most 2**32) from the high 32 bits, int64."""
         count = int(np.prod(shape))
         high = self.words(count) >> np.uint64(32)
         return ((high * np.uint64(bound)) >> np.uint64(32)).astype(np.int64).reshape(shape)

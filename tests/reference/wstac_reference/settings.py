@@ -43,26 +43,26 @@ KNOWN: dict[str, set[str]] = {
 
 @dataclass
 class Settings:
-    """The configuration, section by section; an option on the command line wins."""
+    """Returns the configuration, section by section. An option on the command line takes precedence."""
 
     sections: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     def get(self, section: str, key: str, default: Any) -> Any:
-        """One value."""
+        """Returns one value."""
         return self.sections.get(section, {}).get(key, default)
 
     @property
     def trigger(self) -> TriggerConfig:
-        """Section trigger."""
+        """Returns the section trigger."""
         return TriggerConfig(**self.sections.get("trigger", {}))
 
     @property
     def speed(self) -> SpeedConfig:
-        """Section speed."""
+        """Returns the section speed."""
         return SpeedConfig(**self.sections.get("speed", {}))
 
     def layout(self, width: int, height: int) -> Layout:
-        """Section layout: the paper layout unless corners are given."""
+        """Returns the section layout: the paper layout unless corners are given."""
         section = self.sections.get("layout", {})
         if "corners" not in section and "taxel" not in section:
             return paper_layout(width, height)
@@ -71,7 +71,7 @@ class Settings:
 
 
 def load(path: Path | None) -> Settings:
-    """Read a TOML file; unknown sections and keys are errors."""
+    """Reads a TOML file. Unknown sections and keys are errors."""
     settings = Settings()
     if path is not None:
         settings.sections = tomllib.loads(path.read_text())
@@ -83,7 +83,7 @@ def load(path: Path | None) -> Settings:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options that `from_arguments` reads."""
+    """Adds the options that `from_arguments` reads."""
     parser.add_argument("--config", type=Path, help="TOML configuration, as the product reads it")
     parser.add_argument("--matrix", choices=("bt601", "bt709"))
     parser.add_argument("--range", choices=("limited", "full"))
@@ -92,7 +92,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def from_arguments(arguments: argparse.Namespace) -> Settings:
-    """The configuration file with the command line's options put over it."""
+    """Returns the configuration file with the command line's options applied."""
     settings = load(arguments.config)
     for name, (section, key, _) in OPTIONS.items():
         value = getattr(arguments, name)
@@ -102,7 +102,7 @@ def from_arguments(arguments: argparse.Namespace) -> Settings:
 
 
 def parse_fps(text: str) -> Fraction:
-    """A frame rate: 30, 29.97, 30000/1001 or 30000:1001."""
+    """Parses a frame rate: 30, 29.97, 30000/1001 or 30000:1001."""
     fps = Fraction(text.replace(":", "/"))
     if fps <= 0:
         raise ValueError(f"frame rate {text}")

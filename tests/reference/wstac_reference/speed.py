@@ -1,4 +1,4 @@
-"""Duration of an event, and the sliding speed that it implies."""
+"""Computes the duration of an event, and the sliding speed that it implies."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ FITTED_MM_S = (100.0, 200.0)
 
 @dataclass(frozen=True)
 class SpeedConfig:
-    """The law and what counts as light.
+    """The law, and the threshold of light.
 
-    "paper" is the earlier name of the published law; golden cases have it.
+    "paper" is the earlier name of the published law, which golden cases have.
 
-    `length_mm` and `afterglow_frames` (L and tau, at 30 frames a second) belong to
-    the physical law D = 30 L / v + tau. `range_mm_s` are the slowest and the fastest speed that the law was fitted on.
+    `length_mm` and `afterglow_frames` (L and tau, at 30 frames per second) belong to the physical law D = 30 L / v +
+    tau. `range_mm_s` are the slowest and the fastest speed that the law was fitted on.
     """
 
     law: str = "paper"
@@ -44,7 +44,7 @@ class SpeedConfig:
             raise ValueError(f"range_mm_s {self.range_mm_s}")
 
     def speed(self, duration: float) -> float | None:
-        """Speed in mm/s for a duration in frames at 30 a second; None at the pole."""
+        """Returns the speed in mm/s for a duration in frames at 30 per second; None at the pole."""
         if self.law != "physical":
             return 10 ** ((PAPER_INTERCEPT - duration) / PAPER_SLOPE)
         lit = duration - self.afterglow_frames
@@ -55,10 +55,9 @@ class SpeedConfig:
 class SpeedAnswer:
     """Valid frames are counted from the sample's first frame.
 
-    `why` says why there is no speed: "baseline" (the baseline itself is above the
-    threshold), "no_light" (no valid frame), "cut_off" (the sample's first or last frame
-    is valid: the duration is only a lower bound, so `bound_mm_s` is an upper bound of
-    the speed), "pole" (the physical law has none for so short an event). They are
+    `why` is the reason why there is no speed: "baseline" (the baseline itself is above the threshold), "no_light" (no
+    valid frame), "cut_off" (the sample's first or last frame is valid: the duration is only a lower bound, so
+    `bound_mm_s` is an upper bound of the speed), "pole" (the physical law has none for so short an event). They are
     tested in this order (*decided*).
     """
 
@@ -71,14 +70,14 @@ class SpeedAnswer:
 
     @property
     def duration(self) -> int | None:
-        """D: last less first valid frame."""
+        """Returns D: last less first valid frame."""
         if self.first_valid is None or self.last_valid is None:
             return None
         return self.last_valid - self.first_valid
 
 
 def valid_frames(config: SpeedConfig, baseline: Baseline, sample: Sample) -> list[int]:
-    """Frames of the sample in which any row or column is above the threshold."""
+    """Returns the frames of the sample in which any row or column is above the threshold."""
     if config.threshold_on == "absolute":
         bound = UNIT * math.log(config.threshold)
         return [t for t, f in enumerate(sample.features) if any(q > bound for q in f)]
@@ -91,7 +90,7 @@ def valid_frames(config: SpeedConfig, baseline: Baseline, sample: Sample) -> lis
 
 
 def measure_speed(config: SpeedConfig, baseline: Baseline, sample: Sample, fps: Fraction) -> SpeedAnswer:
-    """Speed of one event; `fps` is the rate of feature frames."""
+    """Returns the speed of one event. `fps` is the rate of feature frames."""
     valid = valid_frames(config, baseline, sample)
     first, last = (valid[0], valid[-1]) if valid else (None, None)
     if config.threshold_on == "absolute":

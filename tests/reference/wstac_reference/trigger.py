@@ -1,4 +1,4 @@
-"""Baseline, windows, and the capture of a sample: when an event happens."""
+"""Decides when an event happens: baseline, windows, and the capture of a sample."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .rational import fixed16
 
 @dataclass(frozen=True)
 class TriggerConfig:
-    """m (window), b (multiplier), c (backtrack), the rule, its margin, and N (follow), 0 for a baseline that stays."""
+    """m (window), b (multiplier), c (backtrack), the rule, its margin, and N (follow), which is 0 for a fixed baseline."""
 
     window: int = 5
     multiplier: float = 1.2
@@ -42,12 +42,11 @@ class TriggerConfig:
 
 @dataclass(frozen=True)
 class Baseline:
-    """What the first 5 m frames say.
+    """The baseline of the first 5 m frames.
 
-    `totals` are the sums T_k over all of them, so eta_k = T_k / 5 exactly;
-    `thresholds` are exact too. `quiet` is false where, for any k, the five window sums
-    differ (largest less smallest) by more than the trigger's own margin. `long_gap`
-    says that a gap longer than 7 frames lies in it.
+    `totals` are the sums T_k over all of them, so eta_k = T_k / 5 exactly. `thresholds` are exact too. `quiet` is false
+    if, for any k, the five window sums differ (largest less smallest) by more than the trigger's own margin. `long_gap`
+    is true if a gap longer than 7 frames lies in it.
     """
 
     window: int
@@ -58,20 +57,20 @@ class Baseline:
 
     @property
     def etas(self) -> tuple[Fraction, ...]:
-        """The mean window sums, in feature units."""
+        """Returns the mean window sums, in feature units."""
         return tuple(Fraction(total, BASELINE_WINDOWS) for total in self.totals)
 
     def mean_above(self, k: int, bound: float) -> bool:
-        """Whether eta_k / m is above a bound in feature units."""
+        """Returns whether eta_k / m is above a bound in feature units."""
         return self.totals[k] / (BASELINE_WINDOWS * self.window) > bound
 
     def mean_light(self, k: int) -> float:
-        """exp(eta_k / m): the baseline brightness of a row or column."""
+        """Returns exp(eta_k / m): the baseline brightness of a row or column."""
         return math.exp(self.totals[k] / (BASELINE_WINDOWS * self.window) / UNIT)
 
 
 def measure_baseline(config: TriggerConfig, frames: Sequence[Sequence[int]], long_gap: bool) -> Baseline:
-    """Baseline and thresholds of exactly 5 m frames, in integers and fractions.
+    """Computes baseline and thresholds of exactly 5 m frames, in integers and fractions.
 
     signed: eta + max((b - 1)|eta|, m margin 2048), quiet against the same maximum.
     literal: b eta, quiet against |b - 1| |eta| (*decided*).
@@ -88,7 +87,7 @@ def measure_baseline(config: TriggerConfig, frames: Sequence[Sequence[int]], lon
 
 
 def threshold_and_margin(config: TriggerConfig, total: int) -> tuple[Fraction, Fraction]:
-    """Of a total T = 5 eta: the threshold of a window sum, and the margin that belongs to it."""
+    """Returns the threshold of a window sum and its margin, from a total T = 5 eta."""
     b, margin = fixed16(config.multiplier), fixed16(config.margin)
     eta = Fraction(total, BASELINE_WINDOWS)
     if config.rule == "signed":
@@ -100,8 +99,8 @@ def threshold_and_margin(config: TriggerConfig, total: int) -> tuple[Fraction, F
 class Drift:
     """A baseline that follows slow drift: a low pass over quiet windows with a time constant of N windows (*decided*).
 
-    Its state are numbers F_k = N T_k + what T_k leaves out, so T_k = floor(F_k / N). A quiet window with
-    sums W_k adds 5 W_k - T_k to F_k, held to +-floor(5 margin_k), the margin at T_k.
+    Its state is numbers F_k = N T_k + what T_k leaves out, so T_k = floor(F_k / N). A quiet window with sums W_k adds 5
+    W_k - T_k to F_k, limited to +-floor(5 margin_k), the margin at T_k.
     """
 
     def __init__(self, config: TriggerConfig, baseline: Baseline) -> None:
@@ -109,7 +108,7 @@ class Drift:
         self._fine = [config.follow * total for total in baseline.totals]
 
     def after(self, baseline: Baseline, sums: Sequence[int]) -> Baseline:
-        """The baseline after a quiet window."""
+        """Returns the baseline after a quiet window."""
         for k, (total, window) in enumerate(zip(baseline.totals, sums, strict=True)):
             most = math.floor(BASELINE_WINDOWS * threshold_and_margin(self._config, total)[1])
             self._fine[k] += min(max(BASELINE_WINDOWS * window - total, -most), most)
@@ -120,7 +119,7 @@ class Drift:
 
 @dataclass(frozen=True)
 class Sample:
-    """X: 70 consecutive feature frames, from `frame` on; `features[t]` has 10 numbers."""
+    """X: 70 consecutive feature frames, from `frame` on. `features[t]` has 10 numbers."""
 
     frame: int
     features: tuple[tuple[int, ...], ...]
@@ -130,27 +129,24 @@ class Sample:
 
 @dataclass(frozen=True)
 class Incomplete:
-    """A sample that was never finished, and how many of its frames there were."""
+    """A sample that was never finished, and the number of its frames."""
 
     frame: int
     frames: int
 
 
 class Trigger:
-    """Frames in, samples out.
+    """Takes frames, and returns samples.
 
-    Lost frames are known only as a total, before the next real frame or at the end.
-    *Decided*: up to 7 are filled with the last features and processed like any frame
-    (they may fire a window, complete the baseline or a sample). A longer gap ends an
-    open sample, which is reported incomplete with the frames it had before the gap; an
-    open window is forgotten; time moves on by the gap; windows start afresh at the
-    first real frame after it, but never inside an emitted sample's own 70 frames (not
-    before t + l, so that samples share no frame). Frames of the gap repeat the last
-    features and may be in a later event's backtrack. In the baseline any gap's frames
-    count as baseline frames; what is left of a long gap after the baseline ended inside
-    it is skipped.
+    Lost frames are known only as a total, before the next real frame or at the end. *Decided*: up to 7 are filled with
+    the last features and processed like any frame (they may fire a window, complete the baseline or a sample). A longer
+    gap ends an open sample, which is reported incomplete with the frames it had before the gap. An open window is
+    forgotten, and time advances by the gap. Windows start anew at the first real frame after it, but never inside an
+    emitted sample's own 70 frames (not before t + l, so that samples share no frame). Frames of the gap repeat the last
+    features and may be in a later event's backtrack. In the baseline, any gap's frames count as baseline frames. If the
+    baseline ends inside a long gap, the rest of the gap is skipped.
 
-    With `follow` the baseline drifts after every window that does not fire, but the first ceil(35 / m) after one
+    With `follow`, the baseline drifts after every window that does not fire, except the first ceil(35 / m) after one
     that did (*decided*).
     """
 
@@ -169,18 +165,18 @@ class Trigger:
 
     @property
     def frames(self) -> int:
-        """Length of the time line so far, filled frames included."""
+        """Returns the length of the time line so far, filled frames included."""
         return len(self._features)
 
     @property
     def open_sample(self) -> Incomplete | None:
-        """The sample being captured now, if any."""
+        """Returns the sample being captured now, if any."""
         if self._sample_start is None:
             return None
         return Incomplete(self._sample_start, self.frames - self._sample_start)
 
     def frame(self, features: Sequence[int], filled: bool = False) -> Sample | None:
-        """One feature frame; `filled` marks one that is not wholly measured."""
+        """Takes one feature frame. `filled` marks one that is not wholly measured."""
         self._append(tuple(features), filled)
         if self.baseline is None:
             self._try_baseline()
@@ -192,7 +188,7 @@ class Trigger:
         return None
 
     def gap(self, count: int) -> list[Sample]:
-        """`count` feature frames were lost since the last one; before the first, nothing."""
+        """Counts `count` feature frames that were lost since the last one. Before the first frame it does nothing."""
         if count == 0 or not self._features:
             return []
         last = self._features[-1]

@@ -14,7 +14,7 @@ MAX_LINE = 4096
 
 @dataclass(frozen=True)
 class Header:
-    """What the first line says; `fps` is None for 0:0 (unknown)."""
+    """The content of the first line. `fps` is None for 0:0 (unknown)."""
 
     width: int
     height: int
@@ -24,7 +24,7 @@ class Header:
 
     @property
     def frame_bytes(self) -> int:
-        """Bytes of a frame; Y4M has no row padding."""
+        """Returns the bytes of a frame. Y4M has no row padding."""
         return self.format.frame_bytes(self.height, self.format.min_bytes_per_line(self.width))
 
 
@@ -48,7 +48,7 @@ def _line(stream: BinaryIO) -> bytes:
 
 
 def read_header(stream: BinaryIO) -> Header:
-    """Parse the stream header; C420 where no color space is named."""
+    """Parses the stream header. Without a color space it is C420."""
     words = _line(stream).decode("ascii", "replace").split(" ")
     if words[0] != "YUV4MPEG2":
         raise ValueError("not a YUV4MPEG2 file")
@@ -74,7 +74,7 @@ def read_header(stream: BinaryIO) -> Header:
 
 
 def read_frames(stream: BinaryIO, header: Header) -> Iterator[bytes]:
-    """The frames, until the end of the file; a cut-off last frame is an error."""
+    """Yields the frames, until the end of the file. A cut-off last frame is an error."""
     while True:
         line = _line(stream)
         if not line:

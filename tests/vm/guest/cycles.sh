@@ -1,4 +1,4 @@
-# A camera that is opened, lost and found a thousand times.
+# Opens, loses and finds a camera a thousand times.
 . /guest/vivid.sh
 vivid node_types=0x1 num_inputs=1 input_types=0
 button() { v4l2-ctl -d /dev/video0 --list-ctrls | awk -v name="$1" '$1 == name { print name "=" $2 }'; }

@@ -1,17 +1,18 @@
-# Every pixel format from a webcam: two moving pictures with features and raw buffers, and a still that v4l2-ctl reads too.
+# Captures every pixel format from a webcam: two moving pictures with features and raw buffers, and a still picture that
+# v4l2-ctl reads too.
 . /guest/vivid.sh
 . /guest/watched.sh
 vivid node_types=0x1 num_inputs=1 input_types=0
 v4l2-ctl -d /dev/video0 --list-formats > /out/offered
 
-# Full colours in squares differ in every taxel and clip; red and green pixel by pixel catch a Bayer site or a chroma
-# sample taken from a neighbour.
+# Squares of full colors differ in every taxel and clip. Red and green pixels side by side reveal a Bayer site or a
+# chroma sample of a neighbor.
 moving='horizontal_movement=6,vertical_movement=5,osd_text_mode=0'
 still='horizontal_movement=3,vertical_movement=3,osd_text_mode=2'
 
 grep -v '^#' /guest/formats.list | while read -r name fourcc colorimetry; do
     fourcc=$(printf '%-4s' "$fourcc")
-    # One format's colorimetry must not leak into the next.
+    # The colorimetry of one format must not affect the next.
     control "colorspace=2,y_cbcr_encoding=0,quantization=0"
     [ -z "$colorimetry" ] || control "$colorimetry"
     capture() {

@@ -1,13 +1,14 @@
-# Recordings: of a camera that goes away meanwhile, by a program that is killed, to a disk that fills up. And two cameras in one run.
+# Tests recordings: of a camera that disappears for a moment, by a program that is killed, and to a disk that fills up.
+# Also tests two cameras in one run.
 . /guest/vivid.sh
 . /guest/watched.sh
 vivid n_devs=2 node_types=0x1,0x1 num_inputs=1,1 input_types=0x0,0x0
-# A picture that stands still is a sensor that nothing touches; one that moves is an event.
+# A still picture is a sensor that nothing touches. A moving picture is an event.
 control test_pattern=4,horizontal_movement=3,vertical_movement=3,osd_text_mode=2
 asked="--format GREY --size 320x180"
 frame=57600
 
-# grown FILE FRAMES: waits until a recording holds as many frames, a minute at most.
+# grown FILE FRAMES: waits until a recording has this many frames, for at most a minute.
 grown() {
     local tries=0
     until [ "$(stat -c %s "$1" 2> /dev/null || echo 0)" -ge $(($2 * frame)) ] || [ $tries -ge 600 ]; do
@@ -36,7 +37,7 @@ mount -t tmpfs -o size=4m small /small
 watched full wstac record /dev/video0 $asked --json -o /small/full.mcap
 cp /small/full.mcap /out
 
-# One of two cameras goes away; the other must not notice.
+# One of two cameras disappears. The other must not be affected.
 watched sensors wstac run cam:left=/dev/video0 cam:right=/dev/video1 --features --json $asked --frames 120 &
 tries=0
 until [ "$(grep -c left /out/sensors.out)" -ge 30 ] || [ $tries -ge 300 ]; do usleep 100000; tries=$((tries + 1)); done

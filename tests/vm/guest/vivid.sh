@@ -1,11 +1,11 @@
-# Loading and driving vivid; sourced by the guest's scripts.
+# Functions that load and control vivid. The guest's scripts source this file.
 
-# vivid PARAMETER…: loads the driver and what it needs, and waits for /dev/video0.
+# vivid PARAMETER…: loads the driver and its dependencies, and waits for /dev/video0.
 vivid() {
     while read -r ko; do
         case $ko in
             vivid.ko) insmod /modules/vivid.ko n_devs=1 "$@" || exit 97 ;;
-            # A script before this one in the same boot has loaded it.
+            # A script before this one has loaded it in the same boot.
             *) grep -q "^$(echo "${ko%.ko}" | tr - _) " /proc/modules || insmod "/modules/$ko" || exit 97 ;;
         esac
     done < /modules/vivid

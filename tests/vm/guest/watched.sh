@@ -1,7 +1,7 @@
-# Runs the program under test and keeps everything it did; sourced by the guest's scripts.
+# Runs the program under test and keeps all its results. The guest's scripts source this file.
 
-# watched NAME COMMAND…: leaves NAME.out, NAME.err and NAME.exit in /out, and NAME.trace: every camera buffer that the kernel
-# handed out meanwhile, with its sequence number. The trace is the truth that the program's own counting is held to.
+# watched NAME COMMAND…: writes NAME.out, NAME.err and NAME.exit to /out. Also writes NAME.trace: every camera buffer
+# that the kernel returned meanwhile, with its sequence number. The program's own counts are checked against this trace.
 watched() {
     local name=$1
     shift

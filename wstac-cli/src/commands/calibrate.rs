@@ -11,7 +11,7 @@ use super::run::interruptions;
 use super::source_arguments::SourceArguments;
 use wstac_host::atomic_write::atomic_write;
 use wstac_host::config::Config;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 use wstac_host::source::{Frame, FramePolicy, Source, SourceEvent};
 use wstac_setup::calibrate::{Calibration, UNTOUCHED, Watch};
@@ -30,7 +30,7 @@ pub(super) struct Arguments {
     #[arg(short, long, value_name = "FILE.toml")]
     output: PathBuf,
 
-    /// The picture to write: what glowed, and the taxels on it
+    /// The picture to write: the spots that glowed, and the taxels
     ///
     /// By default, it is the configuration's name with the ending .png.
     #[arg(long, value_name = "FILE.png")]
@@ -52,27 +52,27 @@ pub(super) struct Arguments {
     options: SourceArguments,
 }
 
-const HELP: &str = r#"What may be wrong with the picture:
+const HELP: &str = r#"Pictures that can be used:
   It may be turned by up to 15 degrees, seen in perspective or through a
   curved lens, and have uneven or ambient light. One whisker may have no
   light: its place follows from the others. Row 1 is on top in the
   picture, and column 1 is on the left.
 
-What is refused:
+Refusals:
   If the answer is not certain, no configuration is written. The command
   gives the reason and ends with exit code 1. Reasons are: fewer than 24
   whiskers; spots that are no lattice of 5 x 5, that the edge of the
   picture cuts, that run into each other or that reach full scale; a
   sensor that was touched too early.
-  There is a picture of this, too: FILE.refused.png, which the next try
-  replaces, or the name that --overlay gives.
+  A picture shows the reason: FILE.refused.png, which the next try
+  replaces, or the file that --overlay names.
 
-What the picture shows:
+The overlay picture:
   White rings are spots that seemed to be whiskers, orange rings are
   other spots. After a calibration, each taxel has its row and column.
   A dashed orange taxel is the whisker without light.
 
-What the configuration holds:
+The configuration:
   It has the layout, and keys that follow from the noise of the untouched
   frames, each with a comment: [features] floor_levels, [trigger] margin,
   [speed] threshold and threshold_on. All other keys keep their defaults;
@@ -105,7 +105,9 @@ struct Record<'a> {
     pitch_px: [f64; 2],
     rotation_degrees: f64,
     taxel: [u16; 2],
-    centres: &'a [[f64; 2]],
+    // The output keeps this name.
+    #[serde(rename = "centres")]
+    centers: &'a [[f64; 2]],
     saturated: usize,
     noise_levels: f64,
     dark_levels: f64,
@@ -115,9 +117,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (output, force) = (arguments.output.as_path(), arguments.force);
     let overlay = arguments.overlay.clone().unwrap_or_else(|| output.with_extension("png"));
     if overlay == output {
-        return Err(
-            Error::new(output.display(), "is the name of both configuration and picture, expected two names").into()
-        );
+        return Err(Error::new(
+            ErrorKind::Usage,
+            output.display(),
+            "is the name of both configuration and picture, expected two names",
+        )
+        .into());
     }
     check_new(output, force)?;
     check_new(&overlay, force)?;
@@ -133,13 +138,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             let picture = arguments.overlay.clone().unwrap_or_else(|| output.with_extension("refused.png"));
             atomic_write(&picture, outcome.to_png())?;
             let seen = format_args!("{}; {} shows what was seen", refusal.message, picture.display());
-            return Err(Error::new(&arguments.source, seen).into());
+            return Err(Error::new(ErrorKind::Data, &arguments.source, seen).into());
         }
     };
     atomic_write(&overlay, outcome.to_png())?;
     let text = calibration.to_toml(&info.about);
     // A configuration that cannot be read again is not written.
-    Config::parse(&text).map_err(|message| Error::new(output.display(), message))?;
+    Config::parse(&text).map_err(|error| error.about(output.display()))?;
     atomic_write(output, text)?;
     note(format_args!("wrote {} and {}: look at the picture", output.display(), overlay.display()));
     print(calibration, arguments.json)
@@ -206,7 +211,7 @@ fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
     let rounded = |value: f64| (value * 1000.0).round() / 1000.0;
     let mut out = std::io::stdout().lock();
     if json {
-        let centres = calibration.centres.map(|centre| centre.map(rounded));
+        let centers = calibration.centers.map(|center| center.map(rounded));
         let record = Record {
             kind: "calibration",
             found: 25 - usize::from(dead.is_some()),
@@ -215,12 +220,13 @@ fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
             pitch_px: calibration.pitch.map(rounded),
             rotation_degrees: rounded(calibration.rotation_degrees),
             taxel: calibration.layout.taxel(),
-            centres: &centres,
+            centers: &centers,
             saturated: calibration.saturated,
             noise_levels: calibration.noise.levels,
             dark_levels: calibration.noise.dark_levels,
         };
-        let line = serde_json::to_string(&record).map_err(|error| Error::new("standard output", error))?;
+        let line = serde_json::to_string(&record)
+            .map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;
         return Ok(writeln!(out, "{line}")?);
     }
     let [right, down] = calibration.pitch;

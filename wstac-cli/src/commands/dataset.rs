@@ -12,7 +12,7 @@ use super::output::{Stop, check_new, note};
 use super::run::signals;
 use wstac_host::atomic_write::AtomicFile;
 use wstac_host::config::Config;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 use wstac_train::dataset::part::{Part, fingerprint};
 use wstac_train::dataset::sweep::Sweep;
@@ -94,7 +94,7 @@ The arrays of FILE.npz, n samples in the order of their slides:
   y_depth    int64 (n,): mm, the radius of a Sphere; float64 if
              one is no integer
   speed      float64 (n,): mm/s
-  direction  int64 (n,): degrees, counter-clockwise in the picture
+  direction  int64 (n,): degrees, counterclockwise in the picture
   seed       uint64 (n,): of the slide's scene
   reliable   bool (n,): baseline quiet and at most 7 frames filled
   duration   int64 (n,): of the event in frames; -1 if it is cut off or
@@ -127,7 +127,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         [one] if !one.is_dir() && !one.extension().is_some_and(|end| end.eq_ignore_ascii_case("mcap")) => {
             if !one.extension().is_some_and(|end| end.eq_ignore_ascii_case("toml")) {
                 let message = "is no sweep, expected a .toml file, recordings (.mcap) or a folder of them";
-                return Err(Error::new(one.display(), message).into());
+                return Err(Error::new(ErrorKind::Usage, one.display(), message).into());
             }
             simulated(arguments, one)
         }
@@ -140,7 +140,7 @@ fn simulated(arguments: &Arguments, sweep_file: &Path) -> Result<(), Stop> {
     let config = arguments.config.as_deref().map_or_else(|| Ok(Config::default()), Config::read)?;
     let sweep = Sweep::read(sweep_file)?;
     // All slides have the same camera.
-    check(&sweep.script(0), &config).map_err(|error| Error::new(sweep_file.display(), error))?;
+    check(&sweep.script(0), &config).map_err(|error| Error::new(ErrorKind::Config, sweep_file.display(), error))?;
     let output = &arguments.output;
     check_new(output, arguments.force)?;
     let signal = signals()?;
@@ -173,7 +173,7 @@ fn simulated(arguments: &Arguments, sweep_file: &Path) -> Result<(), Stop> {
     if tally.samples == 0 {
         part.remove()?;
         let message = format_args!("none of {count} slides became a sample, expected at least 1");
-        return Err(Error::new(sweep_file.display(), message).into());
+        return Err(Error::new(ErrorKind::Data, sweep_file.display(), message).into());
     }
     write_all(arguments, |file| arrays::write(file, &sweep, &part))?;
     part.remove()?;
@@ -185,7 +185,7 @@ fn simulated(arguments: &Arguments, sweep_file: &Path) -> Result<(), Stop> {
 fn write_all(arguments: &Arguments, write: impl FnOnce(&mut AtomicFile) -> std::io::Result<()>) -> Result<(), Error> {
     let output = &arguments.output;
     let mut file = AtomicFile::create(output)?;
-    write(&mut file).map_err(|error| Error::new(output.display(), error))?;
+    write(&mut file).map_err(|error| Error::io(output.display(), error))?;
     check_new(output, arguments.force)?;
     file.commit()
 }
@@ -206,7 +206,7 @@ fn make(
 ) -> Result<(), Stop> {
     let threads = threads.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|error| Error::new("--threads", error))?;
+    let pool = pool.map_err(|error| Error::with_cause(ErrorKind::Usage, "--threads", error))?;
     let missing = part.missing();
     let mut progress = Progress::new("slides", part.tally().done(), sweep.count());
     pool.install(|| {

@@ -14,7 +14,6 @@ use wstac_host::output::{Output, TactileEvent};
 use wstac_host::plural::counted;
 use wstac_host::session::Session;
 use wstac_host::source::open::OpenOptions;
-use wstac_host::texture::task_name;
 use wstac_host::texture::{Texture, Textures, pattern_and_depth};
 
 /// Compare simulated slides of every specimen with the answers
@@ -52,7 +51,7 @@ const SLIDES: [(&str, u32, u32); 12] = [
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let files = [ModelFile::open(&arguments.model)?];
     let (textures, task) = (Textures::new(&files)?, files[0].model()?.task());
-    let title = if task == Task::Other { "class" } else { task_name(task) };
+    let title = if task == Task::Other { "class" } else { task.name() };
     let mut out = std::io::stdout().lock();
     writeln!(out, "truth                          answer")?;
     writeln!(out, "specimen    mm/s  direction    {title:8}    mm/s  direction  confidence")?;
@@ -104,7 +103,7 @@ fn told(task: Task, texture: Texture) -> Option<String> {
         Task::Specimen => texture.specimen,
         Task::Pattern => texture.pattern,
         Task::Depth => texture.depth_mm.map(in_mm),
-        Task::Other => texture.class,
+        _ => texture.class,
     }
 }
 
@@ -115,7 +114,7 @@ fn truth(task: Task, specimen: &str) -> Option<String> {
         Task::Specimen => Some(specimen.to_owned()),
         Task::Pattern => pattern,
         Task::Depth => depth.map(in_mm),
-        Task::Other => None,
+        _ => None,
     }
 }
 

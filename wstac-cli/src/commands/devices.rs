@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use super::output::{Stop, note};
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 
 /// List cameras with their formats, sizes and frame rates
 #[derive(Debug, clap::Args)]
@@ -17,7 +17,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let devices = wstac_linux::devices();
     let mut out = std::io::stdout().lock();
     if arguments.json {
-        let json = serde_json::to_string(&devices).map_err(|error| Error::new("standard output", error))?;
+        let json = serde_json::to_string(&devices)
+            .map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;
         return Ok(writeln!(out, "{json}")?);
     }
     if devices.is_empty() {

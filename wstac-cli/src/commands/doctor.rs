@@ -9,7 +9,7 @@ use super::run::signals;
 use super::source_arguments::SourceArguments;
 use wstac_host::camera::{CameraState, ControlValue};
 use wstac_host::config::Config;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::source::{FramePolicy, Source, StreamInfo};
 use wstac_linux::controls::controls;
 use wstac_linux::device_at;
@@ -22,7 +22,7 @@ use wstac_setup::doctor::{CameraReport, Known, examine};
 /// Measure a sensor that nothing touches, and print what to change
 ///
 /// The report has frame rate, noise, black level, leaking light, drift, controls and the cost of MJPEG, and then
-/// advice. Nothing may touch the sensor during the measurement. Cover it as it will be used.
+/// advice. Nothing may touch the sensor during the measurement. Cover the sensor as it will be covered in use.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
@@ -56,7 +56,7 @@ pub(super) struct Arguments {
     options: SourceArguments,
 }
 
-const HELP: &str = r#"What is measured:
+const HELP: &str = r#"Measurement:
   Levels are gray levels of 255 in every format. 10 000 pixels, evenly
   spread, stand for all of them. The first 15 frames of a camera are not
   measured. Its controls stay locked afterwards.
@@ -174,7 +174,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let report = examine(&info, &config, &measured, known, (camera, controls), mjpeg)?;
     let mut out = std::io::stdout().lock();
     if arguments.json {
-        let json = serde_json::to_string(&report).map_err(|error| Error::new("standard output", error))?;
+        let json = serde_json::to_string(&report)
+            .map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;
         return Ok(writeln!(out, "{json}")?);
     }
     Ok(writeln!(out, "{report}")?)
@@ -202,12 +203,15 @@ fn examined(
     before: &[ControlValue],
 ) -> Result<(CameraReport, Vec<ControlReport>), Error> {
     let controls = compare(&state.controls, before, &controls(path)?);
-    let device = device_at(path).ok_or_else(|| Error::new(path.display(), "does not capture video any more"))?;
+    let device = device_at(path)
+        .ok_or_else(|| Error::new(ErrorKind::Device, path.display(), "does not capture video any more"))?;
     Ok((CameraReport { device, format: state.format.clone() }, controls))
 }
 
-/// Measures the same scene in the other kind of format, if the camera has one. Otherwise standard error gives the
-/// reason.
+/// Measures the same scene in the other kind of format: MJPEG or raw.
+///
+/// Returns `None` if the camera does not have both kinds, or if the second measurement fails. Then standard error has
+/// the reason of the failure.
 fn compression(
     arguments: &Arguments,
     info: &StreamInfo,
@@ -263,7 +267,7 @@ mod tests {
     #[test]
     fn a_second_format_that_fails_ends_nothing_and_a_signal_does() {
         assert!(matches!(compared(Ok(7)), Ok(Some(7))));
-        assert!(matches!(compared::<u8>(Err(Error::new("/dev/video0", "busy").into())), Ok(None)));
+        assert!(matches!(compared::<u8>(Err(Error::new(ErrorKind::Device, "/dev/video0", "busy").into())), Ok(None)));
         assert!(matches!(compared::<u8>(Err(Stop::Interrupted(15))), Err(Stop::Interrupted(15))));
         assert!(matches!(compared::<u8>(Err(Stop::OutputClosed)), Err(Stop::OutputClosed)));
     }

@@ -15,7 +15,7 @@ use wstac_host::config::Config;
 use wstac_host::plural::counted;
 use wstac_plot::{Format, SpeedFit, SpeedFits};
 use wstac_train::fit::data::Slides;
-use wstac_train::fit::{Fit, Kind};
+use wstac_train::fit::{Fit, LawKind};
 
 /// Fit the speed law to slides of known speeds
 ///
@@ -76,7 +76,7 @@ enum Laws {
     Both,
 }
 
-const HELP: &str = r#"What is read:
+const HELP: &str = r#"Input:
   speed      mm/s of each slide, NaN if it is not known
   duration   lit frames of its event, -1 if it is cut off or never lit
   reliable   optional: slides that are not reliable are left out
@@ -85,7 +85,7 @@ const HELP: &str = r#"What is read:
   Slides that are left out are counted by their reason. At least three
   different speeds are needed.
 
-What is printed, for each law:
+Output, for each law:
   - its parameters with their standard errors, and R²
   - by how much the durations deviate from it
   - by how much the speeds that it gives for the durations are off
@@ -105,7 +105,7 @@ Output with --json, one object per line (wrapped here):
   its _error. speed_error is the root mean square of fractions. It is
   null if the law has no speed for one of the slides.
 
-What is written (-o):
+Output file (-o):
   The table [speed] has law, its parameters and range_mm_s, the speeds
   that the law was fitted on. wstac run marks answers outside this range
   as extrapolated. With --config the table also has threshold and
@@ -136,9 +136,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let names: Vec<String> = arguments.data.iter().map(|path| path.display().to_string()).collect();
     let names = names.join(", ");
     let kinds = match arguments.law {
-        Laws::Published => vec![Kind::Published],
-        Laws::Physical => vec![Kind::Physical],
-        Laws::Both => vec![Kind::Published, Kind::Physical],
+        Laws::Published => vec![LawKind::Published],
+        Laws::Physical => vec![LawKind::Physical],
+        Laws::Both => vec![LawKind::Published, LawKind::Physical],
     };
     let fits = kinds.into_iter().map(|kind| Fit::new(kind, &slides, &names)).collect::<Result<Vec<_>, _>>()?;
     if let (Some(path), Some(format)) = (&arguments.plot, format) {
@@ -202,10 +202,10 @@ fn in_words(slides: &Slides) -> String {
 }
 
 /// Returns the names of the intercept and the slope, each with its sign.
-fn parameters(kind: Kind) -> [(&'static str, f64); 2] {
+fn parameters(kind: LawKind) -> [(&'static str, f64); 2] {
     match kind {
-        Kind::Published => [("intercept", 1.0), ("slope", -1.0)],
-        Kind::Physical => [("afterglow_frames", 1.0), ("track_mm", 1.0)],
+        LawKind::Published => [("intercept", 1.0), ("slope", -1.0)],
+        LawKind::Physical => [("afterglow_frames", 1.0), ("track_mm", 1.0)],
     }
 }
 
@@ -291,17 +291,17 @@ fn below(number: f64) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use wstac_train::fit::data::Labelled;
+    use wstac_train::fit::data::Labeled;
 
     #[test]
     fn what_is_written_is_what_wstac_run_reads() {
         let slide = |n: u32| {
             let speed_mm_s = 80.1 + 13.3 * f64::from(n);
-            Labelled { speed_mm_s, frames: 3000.0 / speed_mm_s + 4.2 + 0.1 * f64::from(n % 2) }
+            Labeled { speed_mm_s, frames: 3000.0 / speed_mm_s + 4.2 + 0.1 * f64::from(n % 2) }
         };
         let slides = Slides { used: (0..9).map(slide).collect(), no_duration: 2, ..Slides::default() };
         let with = Config::parse("[speed]\nthreshold = 0.03\nthreshold_on = \"above_baseline\"").unwrap();
-        for kind in [Kind::Published, Kind::Physical] {
+        for kind in [LawKind::Published, LawKind::Physical] {
             let fit = Fit::new(kind, &slides, "it").unwrap();
             let text = table(&fit, &slides, "a.npz\n[trigger]", Some(&with));
             let config = Config::parse(&text).unwrap_or_else(|error| panic!("{text}: {error}"));

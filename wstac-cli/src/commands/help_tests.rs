@@ -39,7 +39,7 @@ fn indented(line: &str) -> (usize, &str) {
 
 /// Returns whether a line is the single left-over word of a wrapped paragraph, comment or table cell.
 ///
-/// The line before it has text at the same column, at its start or after a gap of two spaces.
+/// The line before it has text at the same column: at its start, after a gap of two spaces, or after the dash of a list.
 /// A single word with a line below it that is indented further is the heading of a list item.
 fn is_left_over(before: &str, line: &str, after: &str) -> bool {
     let (column, text) = indented(line);
@@ -54,7 +54,8 @@ fn is_left_over(before: &str, line: &str, after: &str) -> bool {
     let before: Vec<char> = before.chars().collect();
     let (left, right) = before.split_at(column.min(before.len()));
     let is_at_column = right.first().is_some_and(|first| *first != ' ');
-    is_at_column && (left.iter().all(|space| *space == ' ') || left.ends_with(&[' ', ' ']))
+    let is_list_item = left.iter().collect::<String>().trim() == "-";
+    is_at_column && (is_list_item || left.iter().all(|space| *space == ' ') || left.ends_with(&[' ', ' ']))
 }
 
 /// Returns whether a line is one of a JSON object.
@@ -70,12 +71,12 @@ fn is_table(line: &str) -> bool {
 /// Returns the lines of a text that are single left-over words, each with the line before it.
 fn left_overs(text: &str) -> Vec<String> {
     let lines: Vec<&str> = text.lines().map(str::trim_end).collect();
-    let with_neighbours = |(index, line): (usize, &&str)| {
+    let with_neighbors = |(index, line): (usize, &&str)| {
         let before = index.checked_sub(1).map_or("", |index| lines[index]);
         let after = lines.get(index + 1).copied().unwrap_or_default();
         is_left_over(before, line, after).then(|| format!("{before}\n{line}"))
     };
-    lines.iter().enumerate().filter_map(with_neighbours).collect()
+    lines.iter().enumerate().filter_map(with_neighbors).collect()
 }
 
 /// Returns what is wrong with the JSON objects of a text, which start with `{"` in lines of their own.
@@ -165,6 +166,7 @@ fn what_the_checks_look_for_is_found() {
     for (text, count) in [
         ("two words\nalone", 1),
         ("  term  a definition that\n        wraps", 1),
+        ("  - value: a definition that\n    wraps", 1),
         ("key = 0  # degrees: 0 is right, 270\n         # down", 1),
         ("two words\nnot alone", 0),
         ("a paragraph\n\nword", 0),

@@ -32,7 +32,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 
 /// Writes the pages of a command and of its subcommands.
 fn write_pages(command: Command, folder: &Path) -> Result<(), Error> {
-    let failed = |error: io::Error| Error::new(folder.display(), error);
+    let failed = |error: io::Error| Error::io(folder.display(), error);
     fs::create_dir_all(folder).map_err(failed)?;
     for below in command.get_subcommands().filter(|below| !below.is_hide_set()) {
         write_pages(below.clone(), folder)?;

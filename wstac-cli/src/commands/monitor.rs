@@ -6,7 +6,7 @@ use wstac_core::wire::{LONGEST, Request, encode};
 
 use super::output::{Form, Records, Stop, note};
 use super::run::interruptions;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::monitor::port::{self, Got, Port};
 use wstac_host::monitor::{Monitor, Report};
 use wstac_host::output::OutputOptions;
@@ -45,7 +45,7 @@ pub(super) struct Arguments {
     baud: Option<u32>,
 }
 
-const HELP: &str = r#"What is printed:
+const HELP: &str = r#"Output:
   Records are exactly those of wstac run (see wstac run --help). Standard
   error reports what the board is, gaps ("3 messages lost"), damaged
   messages, silence, and the state of its camera. If a serial device
@@ -100,7 +100,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             }
             Ok(Got::Ended) => {
                 records.write(&monitor.finish())?;
-                let silent = || Error::new(line.name(), "has no messages, expected those of a board").into();
+                let silent =
+                    || Error::new(ErrorKind::Data, line.name(), "has no messages, expected those of a board").into();
                 return if monitor.heard() { Ok(()) } else { Err(silent()) };
             }
             Err(error) => {

@@ -1,14 +1,14 @@
 //! Standard output and standard error, which may be closed, full or a terminal.
 
 use std::fmt::{self, Write as _};
-use std::io::{self, ErrorKind, Stdout, Write};
+use std::io::{self, Stdout, Write};
 
 use std::path::Path;
 
 use serde::Serialize;
 
-use wstac_host::error::Error;
-use wstac_host::json::{Line, confidence, no_speed, real, rounded, unclear};
+use wstac_host::error::{Error, ErrorKind};
+use wstac_host::json::{JsonLine, confidence, no_speed, real, rounded, unclear};
 use wstac_host::output::{DisturbedBaseline, Output, TactileEvent};
 use wstac_host::plural::counted;
 use wstac_host::source::LossReason;
@@ -34,8 +34,8 @@ impl From<Error> for Stop {
 impl From<io::Error> for Stop {
     fn from(error: io::Error) -> Self {
         match error.kind() {
-            ErrorKind::BrokenPipe => Self::OutputClosed,
-            _ => Self::Failed(Error::new("standard output", error)),
+            io::ErrorKind::BrokenPipe => Self::OutputClosed,
+            _ => Self::Failed(Error::io("standard output", error)),
         }
     }
 }
@@ -62,7 +62,7 @@ impl LossReport {
 
 /// Refuses to overwrite a file without `force`, and always refuses a path that is no file or in no folder.
 pub(super) fn check_new(path: &Path, force: bool) -> Result<(), Error> {
-    let refused = |message: &str| Err(Error::new(path.display(), message));
+    let refused = |message: &str| Err(Error::new(ErrorKind::Usage, path.display(), message));
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     if folder.is_some_and(|folder| !folder.is_dir()) {
         return refused("is in a folder that does not exist, expected an existing one");
@@ -73,7 +73,10 @@ pub(super) fn check_new(path: &Path, force: bool) -> Result<(), Error> {
         Ok(there) if there.is_dir() => refused("is a folder, expected a new file"),
         Ok(there) if !there.is_file() => refused("is a device, a pipe or a link, expected a new file"),
         Ok(_) if force => Ok(()),
-        Ok(_) => refused("exists already, expected a new file, or --force to overwrite it"),
+        Ok(_) => {
+            let message = "exists already, expected a new file, or --force to overwrite it";
+            Err(Error::new(ErrorKind::AlreadyExists, path.display(), message))
+        }
     }
 }
 
@@ -101,7 +104,7 @@ struct OfSensor<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     sensor: Option<&'a str>,
     #[serde(flatten)]
-    line: Line<'a>,
+    line: JsonLine<'a>,
 }
 
 impl Records {
@@ -116,7 +119,7 @@ impl Records {
 
     /// Writes a record as a line. Lost frames have none, and a disturbed baseline becomes a note.
     pub(super) fn write(&mut self, output: &Output) -> Result<(), Stop> {
-        let Some(line) = Line::new(output) else {
+        let Some(line) = JsonLine::new(output) else {
             if let Output::BaselineDisturbed { .. } = output {
                 self.note(DisturbedBaseline);
             }
@@ -127,7 +130,7 @@ impl Records {
         match self.form {
             Form::Json => {
                 self.line = serde_json::to_string(&OfSensor { sensor, line })
-                    .map_err(|error| Error::new("standard output", error))?;
+                    .map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;
             }
             // Writing to a string does not fail.
             Form::Text => {

@@ -13,7 +13,7 @@ use signal_hook::consts::SIGHUP;
 use super::output::{Form, LossReport, Records, Stop, check_new, note, text_of};
 use super::run::interruptions;
 use super::source_arguments::{SourceArguments, doubts_of_textures};
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{DisturbedBaseline, Output, OutputOptions};
 use wstac_host::plural::counted;
@@ -84,7 +84,7 @@ pub(super) struct Arguments {
     force: bool,
 }
 
-const HELP: &str = r#"What the file holds:
+const HELP: &str = r#"Content of the file:
   MCAP, uncompressed, with the schemas of Foxglove; Rerun opens it.
   /camera     every frame: foxglove.RawImage, or foxglove.CompressedImage
               with the JPEG that the camera sent. The bytes are the
@@ -295,10 +295,10 @@ fn labels(given: &[(String, String)]) -> Result<Labels, Error> {
     for (name, value) in given {
         if let Some(other) = labels.insert(name.clone(), value.clone()) {
             let message = format_args!("{name} is {other:?} and {value:?}, expected one value");
-            return Err(Error::new("--label", message));
+            return Err(Error::new(ErrorKind::Usage, "--label", message));
         }
     }
-    check(&labels).map_err(|message| Error::new("--label", message))?;
+    check(&labels).map_err(|message| Error::new(ErrorKind::Usage, "--label", message))?;
     for name in labels.keys().filter(|name| !NAMES.contains(&name.as_str())) {
         note(format_args!("label {name} is kept; wstac dataset reads only {}", NAMES.join(", ")));
     }
@@ -319,7 +319,7 @@ fn frame_limit(arguments: &Arguments, info: &StreamInfo) -> Option<u64> {
 
 /// Refuses to overwrite the source: a file by any of its names, standard input, a scene's file, a picture of a folder.
 fn refuse_own(source: &str, new: &Path) -> Result<(), Error> {
-    let refused = || Err(Error::new(new.display(), "is the source itself, expected a new file"));
+    let refused = || Err(Error::new(ErrorKind::Usage, new.display(), "is the source itself, expected a new file"));
     let source = Path::new(if source == "-" { "/dev/stdin" } else { source.strip_prefix("scene:").unwrap_or(source) });
     if is_same(source, new) {
         return refused();
@@ -339,12 +339,12 @@ pub(super) fn is_same(one: &Path, other: &Path) -> bool {
 pub(super) fn create(path: &Path, force: bool) -> Result<File, Error> {
     check_new(path, force)?;
     let file = if force { File::create(path) } else { File::create_new(path) };
-    file.map_err(|error| Error::new(path.display(), error))
+    file.map_err(|error| Error::io(path.display(), error))
 }
 
 /// Returns a flag that a signal sets. A closed terminal ends a recording like Ctrl-C.
 fn signals() -> Result<Arc<AtomicBool>, Error> {
     let flag = interruptions()?;
-    signal_hook::flag::register(SIGHUP, Arc::clone(&flag)).map_err(|error| Error::new("signals", error))?;
+    signal_hook::flag::register(SIGHUP, Arc::clone(&flag)).map_err(|error| Error::io("signals", error))?;
     Ok(flag)
 }

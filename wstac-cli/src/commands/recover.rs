@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use super::output::{Stop, check_new, note};
 use super::record::{create, is_same};
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 use wstac_host::record::{Recovered, Unread, recover};
 
@@ -30,7 +30,7 @@ pub(super) struct Arguments {
 }
 
 const HELP: &str = "\
-What is recovered:
+Recovered data:
   - Every frame that was completely written, with all that belongs to it.
     wstac record hands each frame to the system at once. After kill -9,
     only the frames that waited in memory for a slow disk are missing;
@@ -57,18 +57,20 @@ Exit code:
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (old, new) = (&arguments.input, &arguments.output);
     if is_same(old, new) {
-        return Err(Error::new(new.display(), "is the recording itself, expected a new file").into());
+        return Err(Error::new(ErrorKind::Usage, new.display(), "is the recording itself, expected a new file").into());
     }
     wstac_host::record::check_readable(old)?;
     check_new(new, arguments.force)?;
     // An existing file of the new name stays until there is a better one.
     let part = new.with_added_extension("part");
     if is_same(old, &part) {
-        return Err(Error::new(part.display(), "is the recording itself, expected another new file").into());
+        return Err(
+            Error::new(ErrorKind::Usage, part.display(), "is the recording itself, expected another new file").into()
+        );
     }
     let file = create(&part, arguments.force)?;
     let found = recover(old, file, &part).and_then(|found| {
-        fs::rename(&part, new).map_err(|error| Error::new(new.display(), error))?;
+        fs::rename(&part, new).map_err(|error| Error::io(new.display(), error))?;
         Ok(found)
     });
     let found = found.inspect_err(|_| {
@@ -92,7 +94,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
                 counted(bytes, "byte"),
                 new.display()
             );
-            return Err(Error::new(old.display(), message).into());
+            return Err(Error::new(ErrorKind::Format, old.display(), message).into());
         }
         let bytes = counted(bytes, "byte");
         note(format_args!("the end has an incomplete record: {bytes} from {at} on"));

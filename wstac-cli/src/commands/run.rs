@@ -117,7 +117,7 @@ Camera faults and recovery:
   A camera that comes back with another format, size or rate ends the
   stream with exit code 1.
 
-What the answers mean:
+Meaning of the answers:
   An event is a sample of 70 frames (2.3 s at 30 frames per second). A
   slide below about 70 mm/s lasts longer: it is cut off, or becomes
   several events. Their speeds, bounds and directions may be wrong.
@@ -127,7 +127,7 @@ What the answers mean:
   "extrapolated" and may be far off. For another length, set
   law = "physical" under [speed], and track_mm to the specimen's length
   plus 16 mm, the span of the whiskers.
-  Directions are counter-clockwise in the picture: 0° is right, 90° up.
+  Directions are counterclockwise in the picture: 0° is right, 90° up.
   "reliable" means only that the baseline was quiet and that at most 7
   frames were filled.
   A model always answers with one of its own textures, also for a texture
@@ -217,7 +217,7 @@ pub(super) fn signals() -> Result<Arc<AtomicUsize>, Error> {
     let number = Arc::new(AtomicUsize::new(0));
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register_usize(signal, Arc::clone(&number), signal as usize)
-            .map_err(|error| Error::new("signals", error))?;
+            .map_err(|error| Error::io("signals", error))?;
     }
     Ok(number)
 }
@@ -226,7 +226,7 @@ fn on_interruption(flag: &Arc<AtomicBool>) -> Result<(), Error> {
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(flag))
             .and_then(|_| signal_hook::flag::register(signal, Arc::clone(flag)))
-            .map_err(|error| Error::new("signals", error))?;
+            .map_err(|error| Error::io("signals", error))?;
     }
     Ok(())
 }

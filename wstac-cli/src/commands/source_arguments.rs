@@ -9,14 +9,14 @@ use wstac_core::rate::FrameRate;
 use crate::open;
 use wstac_host::camera::ControlSetting;
 use wstac_host::config::Config;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::source::open::OpenOptions;
 use wstac_host::source::{FramePolicy, Source, StreamInfo, config_of};
 use wstac_scene::source::script;
 use wstac_scene::{Scene, Truth};
 
-/// How a source is opened and read.
+/// The options for opening and reading a source.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct SourceArguments {
     /// Frames per second, such as 30 or 30000/1001
@@ -92,7 +92,11 @@ impl SourceArguments {
         let source = open(source, &OpenOptions { fps, format, size, delivery, keep_controls, controls })?;
         let mut info = source.info().clone();
         if (self.matrix.is_some() || self.range.is_some()) && !info.format.is_ycbcr() {
-            return Err(Error::new(&info.about, "--matrix and --range are for YCbCr sources, expected neither"));
+            return Err(Error::new(
+                ErrorKind::Usage,
+                &info.about,
+                "--matrix and --range are for YCbCr sources, expected neither",
+            ));
         }
         if let Some(matrix) = self.matrix {
             info.color.matrix = match matrix {

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use super::output::{Stop, check_new, note};
 use wstac_host::atomic_write::atomic_write;
 use wstac_host::config::Config;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 use wstac_plot::Format;
 use wstac_tradeoff::budget::{Budget, By};
@@ -185,7 +185,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if let Some((path, format)) = figure {
         atomic_write(path, format.encode(&draw())?)?;
     } else if let Some(folder) = &arguments.output {
-        std::fs::create_dir_all(folder).map_err(|error| Error::new(folder.display(), error))?;
+        std::fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
         write(folder, "trade.csv", &map::write_all(&rows, &models, &prices))?;
         write(folder, "trade.md", &text)?;
         write(folder, "trade.svg", &draw())?;
@@ -223,7 +223,7 @@ fn figure(arguments: &Arguments) -> Result<Option<(&Path, Format)>, Error> {
     if arguments.map.is_none() || arguments.budget.is_some() {
         let expected =
             "only the figure of a map is a file (found a figure's name, expected a folder, or --map without --budget)";
-        return Err(Error::new(path.display(), expected));
+        return Err(Error::new(ErrorKind::Usage, path.display(), expected));
     }
     Ok(Some((path, format)))
 }
@@ -231,7 +231,11 @@ fn figure(arguments: &Arguments) -> Result<Option<(&Path, Format)>, Error> {
 /// Refuses a path that is a file instead of a folder.
 fn check_folder(folder: &Path) -> Result<(), Error> {
     if folder.exists() && !folder.is_dir() {
-        return Err(Error::new(folder.display(), "is a file, expected a folder, or a name that does not exist"));
+        return Err(Error::new(
+            ErrorKind::Usage,
+            folder.display(),
+            "is a file, expected a folder, or a name that does not exist",
+        ));
     }
     Ok(())
 }
@@ -258,9 +262,9 @@ fn base(arguments: &Arguments) -> Result<(String, String), Error> {
         Ok(text) => Ok((name, text)),
         Err(error) if arguments.map.is_some() => {
             let expected = "expected the configuration of the sweep next to its map";
-            Err(Error::new(name, format_args!("{error}: {expected}")))
+            Err(Error::new(error.kind().into(), name, format_args!("{error}: {expected}")).caused_by(error))
         }
-        Err(error) => Err(Error::new(name, error)),
+        Err(error) => Err(Error::io(name, error)),
     }
 }
 
@@ -292,13 +296,13 @@ fn read(path: &Path) -> Result<Vec<Row>, Error> {
     if path == Path::new("kept") {
         return map::kept();
     }
-    let text = std::fs::read_to_string(path).map_err(|error| Error::new(path.display(), error))?;
+    let text = std::fs::read_to_string(path).map_err(|error| Error::io(path.display(), error))?;
     map::read(&path.display().to_string(), &text)
 }
 
 fn prices(arguments: &Arguments) -> Result<Prices, Error> {
     let Some(path) = &arguments.prices else { return Prices::kept() };
-    let text = std::fs::read_to_string(path).map_err(|error| Error::new(path.display(), error))?;
+    let text = std::fs::read_to_string(path).map_err(|error| Error::io(path.display(), error))?;
     Prices::read(&path.display().to_string(), &text)
 }
 

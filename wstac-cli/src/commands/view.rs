@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use super::output::{Stop, note, text_of};
 use super::source_arguments::SourceArguments;
 use crate::view::{self, Recordings};
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::OutputOptions;
 use wstac_host::plural::counted;
@@ -59,7 +59,7 @@ Keys:
   space            pause the screen; a camera is still read
   ?                help
 
-What is shown:
+Content of the screen:
   picture   the frame in green light, scaled to the brightest taxel of
             the last frames, with the taxels outlined
   taxels    5 x 5, each in percent of full scale
@@ -97,11 +97,11 @@ Terminals:
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if !std::io::stdout().is_terminal() {
         let message = "is no terminal, expected one to draw on; wstac run prints events to files and pipes";
-        return Err(Error::new("standard output", message).into());
+        return Err(Error::new(ErrorKind::Usage, "standard output", message).into());
     }
     // There is no --force here, because a key is easily pressed by mistake.
     if let Some(path) = arguments.record.as_ref().filter(|path| path.symlink_metadata().is_ok()) {
-        return Err(Error::new(path.display(), "exists already, expected a new file").into());
+        return Err(Error::new(ErrorKind::AlreadyExists, path.display(), "exists already, expected a new file").into());
     }
     let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Newest, arguments.config.as_deref())?;

@@ -35,7 +35,7 @@ use wstac_host::source::{Source, StreamInfo};
 /// The longest wait between two checks for signals.
 const WAIT: Duration = Duration::from_millis(50);
 
-/// How a source is shown.
+/// The options of the view.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Options {
     /// Whether it is a camera, which has a pace of its own.
@@ -98,7 +98,7 @@ pub(crate) fn run(
     let signal = Arc::new(AtomicUsize::new(0));
     for number in [SIGINT, SIGTERM, SIGHUP] {
         signal_hook::flag::register_usize(number, Arc::clone(&signal), number as usize)
-            .map_err(|error| Error::new("signals", error))?;
+            .map_err(|error| Error::io("signals", error))?;
     }
     let pace = (!options.live && !options.fast).then(|| Pace::new(info.rate));
     let (player, state) = Player::new(source, info, reading, recordings, options.live);

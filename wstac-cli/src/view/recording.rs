@@ -1,11 +1,11 @@
 //! Recordings that a key starts and ends while a source is watched.
 
 use std::fs::File;
-use std::io::ErrorKind;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use super::state::Rec;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::output::Output;
 use wstac_host::plural::counted;
 use wstac_host::record::Recorder;
@@ -13,7 +13,7 @@ use wstac_host::record::about::About;
 use wstac_host::session::Processor;
 use wstac_host::source::SourceEvent;
 
-/// How many names are tried before the recording fails.
+/// The number of names that are tried before the recording fails.
 const MOST_NAMES: u32 = 9999;
 
 /// The settings of recordings, and the recording in progress.
@@ -136,11 +136,15 @@ fn new_file(named: Option<&Path>) -> Result<(File, PathBuf), Error> {
         };
         match File::create_new(&path) {
             Ok(file) => return Ok((file, path)),
-            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
-            Err(error) => return Err(Error::new(path.display(), error)),
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+            Err(error) => return Err(Error::io(path.display(), error)),
         }
     }
-    Err(Error::new("recording", format_args!("{MOST_NAMES} files exist, expected a free name (see --record)")))
+    Err(Error::new(
+        ErrorKind::AlreadyExists,
+        "recording",
+        format_args!("{MOST_NAMES} files exist, expected a free name (see --record)"),
+    ))
 }
 
 #[cfg(test)]

@@ -30,8 +30,8 @@ pub(super) struct Screen {
 impl Screen {
     /// Takes over the terminal of this process.
     pub(super) fn open() -> Result<Self, Error> {
-        let keyboard = Keyboard::open().map_err(|error| Error::new("the terminal's keys", error))?;
-        let terminal = ratatui::try_init().map_err(|error| Error::new("the terminal", error))?;
+        let keyboard = Keyboard::open().map_err(|error| Error::io("the terminal's keys", error))?;
+        let terminal = ratatui::try_init().map_err(|error| Error::io("the terminal", error))?;
         Ok(Self { terminal, colors: Colors::of(|name| std::env::var(name).ok()), keyboard })
     }
 

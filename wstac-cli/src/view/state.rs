@@ -17,10 +17,10 @@ pub(super) const HISTORY: usize = 600;
 const ENTRIES: usize = 100;
 /// The smallest light that is shown in full color, as a fraction of full scale, so that noise stays dark.
 const LEAST_PEAK: f32 = 0.02;
-/// How fast the light of full color falls back per frame.
+/// The factor by which the light of full color falls per frame.
 const PEAK_FALL: f32 = 0.985;
 
-/// What the stream is doing.
+/// The state of the stream.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Phase {
     /// Gathering the baseline: the feature frames so far, and how many are needed.
@@ -35,14 +35,14 @@ pub(super) enum Phase {
     Failed(String),
 }
 
-/// What an entry of the list is about.
+/// The subject of an entry in the list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum About {
     /// An event.
     Event,
     /// A fault, or an event that was lost.
     Trouble,
-    /// Something that the user did.
+    /// An action of the user.
     Note,
 }
 

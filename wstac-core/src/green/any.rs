@@ -15,6 +15,7 @@ use crate::frame::{Rows, Run};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum PixelFormat {
     /// One byte per pixel, taken as green.
     // Recordings keep the name.
@@ -68,6 +69,7 @@ impl PixelFormat {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
+#[non_exhaustive]
 pub enum YcbcrMethod {
     /// Per pixel: [`Exact`].
     #[default]

@@ -1,4 +1,4 @@
-//! AVX2 kernels: 32 bytes an instruction, on x86-64 machines that have it.
+//! AVX2 kernels: 32 bytes per instruction, on x86-64 machines that have it. One kernel also uses AVX-512.
 //!
 //! A program for x86-64 is compiled for the instructions that all such machines have: 16 bytes at a time, and no 32-bit
 //! multiplication.

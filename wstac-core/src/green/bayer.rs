@@ -8,6 +8,7 @@ use crate::frame::{Rows, Run};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[expect(missing_docs, reason = "each name is its meaning")]
+// It is exhaustive: a cell has four orders.
 pub enum BayerOrder {
     Rggb,
     Grbg,

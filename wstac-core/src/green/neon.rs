@@ -1,9 +1,8 @@
-//! NEON kernels: 16 bytes an instruction, on aarch64.
+//! NEON kernels: 16 bytes per instruction, on aarch64.
 //!
-//! Every aarch64 machine that the compiler builds for by default has NEON, so nothing is asked while the program runs.
+//! Every aarch64 machine that the compiler builds for by default has NEON, so nothing is detected at run time.
 //! The three loops are those of `avx2`, with the instructions that NEON has for them: pairwise addition into wider
-//! lanes, and
-//! shifts that accumulate or narrow.
+//! lanes, and shifts that accumulate or narrow.
 //!
 //! Loads take arrays that slices have checked. The only unsafe code is the calls into these functions, and two casts
 //! from arrays to vectors.

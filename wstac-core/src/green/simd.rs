@@ -1,4 +1,4 @@
-//! Vector kernels for hosts: AVX2 on x86-64 and NEON on aarch64.
+//! Vector kernels for hosts: AVX2 and AVX-512 on x86-64, and NEON on aarch64.
 //!
 //! The loops of most pixel formats come down to three kernels:
 //!
@@ -9,8 +9,8 @@
 //! | `exact` | green of every pixel, rounded and clamped | `exact` YUYV, UYVY, NV12, YU12 and YUV422P |
 //!
 //! Each format keeps its plain code, which other machines run and which every kernel is tested to equal (`vs_scalar`).
-//! x86-64 is asked for AVX2 and AVX-512 when the first frame comes; every aarch64 has NEON, so that is decided by the
-//! compiler.
+//! On x86-64, AVX2 and AVX-512 are detected when the first frame arrives. Every aarch64 machine has NEON, so the
+//! compiler decides.
 //! `docs/SIGNAL.md` has the measured gain on a whole frame.
 
 pub(super) mod cells;

@@ -19,6 +19,7 @@ pub(super) use vectors::Vectors;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum YcbcrMatrix {
     /// ITU-R BT.601: Kr = 0.299, Kb = 0.114.
     #[default]
@@ -27,10 +28,29 @@ pub enum YcbcrMatrix {
     Bt709,
 }
 
+impl YcbcrMatrix {
+    /// Returns the name of the matrix, such as `BT.601`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Bt601 => "BT.601",
+            Self::Bt709 => "BT.709",
+        }
+    }
+
+    /// Returns the weights of red and blue in Y, Kr and Kb. The weight of green is 1 − Kr − Kb.
+    pub const fn red_and_blue(self) -> (f64, f64) {
+        match self {
+            Self::Bt601 => (0.299, 0.114),
+            Self::Bt709 => (0.2126, 0.0722),
+        }
+    }
+}
+
 /// The quantization range of Y, Cb, Cr.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+// It is exhaustive: values use all of their range, or a part of it.
 pub enum QuantizationRange {
     /// Limited range: Y 16..=235, Cb and Cr 16..=240.
     #[default]

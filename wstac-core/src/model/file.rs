@@ -27,6 +27,7 @@
 //! Features are counted frame by frame, ten per frame: feature k of frame t is 10 t + k. (Data sets hold 70 frames of
 //! feature 0, then of feature 1 and so on; an importer reorders them.)
 
+use crate::crc;
 use crate::params::{FEATURES, SAMPLE_FRAMES};
 
 /// The most classes that a model may have.
@@ -158,6 +159,7 @@ impl core::error::Error for ModelError {}
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Task {
     /// A task that is not stated.
     Other,
@@ -167,6 +169,28 @@ pub enum Task {
     Pattern,
     /// Tells apart depths in mm.
     Depth,
+}
+
+impl Task {
+    /// Returns the task's number in a file.
+    pub const fn number(self) -> u16 {
+        match self {
+            Self::Other => 0,
+            Self::Specimen => 1,
+            Self::Pattern => 2,
+            Self::Depth => 3,
+        }
+    }
+
+    /// Returns the task's name, as files and messages spell it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Other => "other",
+            Self::Specimen => "specimen",
+            Self::Pattern => "pattern",
+            Self::Depth => "depth",
+        }
+    }
 }
 
 /// The header of a file. The checks that all kinds have in common have been made.
@@ -274,21 +298,7 @@ pub(super) const fn part(words: &[u32], from: usize, to: usize) -> &[u32] {
 }
 
 /// The remainders of CRC-32 for every byte.
-const CRC_TABLE: [u32; 256] = {
-    let mut table = [0; 256];
-    let mut byte = 0;
-    while byte < 256 {
-        let mut rest = byte as u32;
-        let mut bit = 0;
-        while bit < 8 {
-            rest = if rest & 1 == 1 { rest >> 1 ^ 0xEDB8_8320 } else { rest >> 1 };
-            bit += 1;
-        }
-        table[byte] = rest;
-        byte += 1;
-    }
-    table
-};
+const CRC_TABLE: [u32; 256] = crc::remainders(8);
 
 /// Returns the CRC-32 (IEEE) of a file's bytes behind its own checksum.
 pub const fn crc(words: &[u32]) -> u32 {

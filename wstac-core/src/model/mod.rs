@@ -62,6 +62,7 @@ common!(LinearSvm Forest Boosted);
 
 /// A model of any kind.
 #[derive(Clone, Copy, Debug)]
+// It is exhaustive: whoever inspects a model or compiles one in must know every kind.
 pub enum Model<'a> {
     /// A linear model: weighted sums.
     LinearSvm(LinearSvm<'a>),

@@ -14,7 +14,7 @@ mod shift;
 
 use core::fmt;
 
-use crate::error::Error;
+use crate::error::ConfigError;
 use crate::params::{NOMINAL_FRAME_RATE, PITCH_MM, ROWS};
 use crate::rate::FrameRate;
 use crate::trigger::Event;
@@ -65,7 +65,7 @@ pub struct Velocity {
     pub mm_s: f32,
     /// Standard deviation of the speed, in mm/s.
     pub mm_s_sd: f32,
-    /// Direction in degrees, counter-clockwise from the right of the picture: 0 ≤ degrees < 360.
+    /// Direction in degrees, counterclockwise from the right of the picture: 0 ≤ degrees < 360.
     pub degrees: f32,
     /// Standard deviation of the direction, in degrees.
     pub degrees_sd: f32,
@@ -132,10 +132,10 @@ impl MotionConfig {
     /// Creates the parameters from the distance between neighboring whiskers in mm and the camera's frame rate.
     ///
     /// # Errors
-    /// Returns [`Error::Pitch`] unless the pitch is above 0 and at most 1000 mm.
-    pub const fn new(pitch_mm: f32, rate: FrameRate) -> Result<Self, Error> {
+    /// Returns [`ConfigError::Pitch`] unless the pitch is above 0 and at most 1000 mm.
+    pub const fn new(pitch_mm: f32, rate: FrameRate) -> Result<Self, ConfigError> {
         if !(pitch_mm > 0.0 && pitch_mm <= 1000.0) {
-            return Err(Error::Pitch(pitch_mm));
+            return Err(ConfigError::Pitch(pitch_mm));
         }
         Ok(Self { pitch_per_frame: pitch_mm * NOMINAL_FRAME_RATE as f32 / rate.nominal_frames() })
     }

@@ -70,7 +70,7 @@ fn speeds_follow_pitch_and_frame_rate() {
         assert!((velocity.mm_s / expected - 1.0).abs() < 0.004, "{pitch} {rate}: {velocity:?}");
     }
     for pitch in [0.0, -1.0, f32::NAN, f32::INFINITY, 1001.0] {
-        assert!(matches!(MotionConfig::new(pitch, FrameRate::NOMINAL), Err(Error::Pitch(_))));
+        assert!(matches!(MotionConfig::new(pitch, FrameRate::NOMINAL), Err(ConfigError::Pitch(_))));
     }
 }
 

@@ -2,7 +2,8 @@
 
 use core::fmt;
 
-use super::{LONGEST, Payload, VERSION, crc};
+use super::{LONGEST, Payload, VERSION};
+use crate::crc::crc32;
 
 /// Finds frames in the bytes of a link. `N` is the length of the longest frame that it takes. For a board, which
 /// receives only requests, 16 bytes are enough.
@@ -141,7 +142,7 @@ impl<const N: usize> Decoder<N> {
     fn read<'a, P: Payload<'a>>(&'a mut self, length: usize) -> Result<Received<P>, DecodeError> {
         let frame = self.bytes.get(..length).unwrap_or_default();
         let (checked, sum) = frame.split_last_chunk::<4>().ok_or(DecodeError::Damaged)?;
-        if !checked.iter().fold(u32::MAX, |rest, &byte| crc(rest, byte)) != u32::from_le_bytes(*sum) {
+        if crc32(checked.iter().copied()) != u32::from_le_bytes(*sum) {
             return Err(DecodeError::Damaged);
         }
         let (&version, rest) = checked.split_first().ok_or(DecodeError::Damaged)?;

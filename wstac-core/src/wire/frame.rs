@@ -3,7 +3,8 @@
 use postcard::ser_flavors::Flavor;
 use postcard::{Error, Result};
 
-use super::{LONGEST, Payload, VERSION, crc};
+use super::{LONGEST, Payload, VERSION};
+use crate::crc;
 
 /// Writes the frame of a [`Message`](super::Message) or a [`Request`](super::Request) to the first bytes of `buffer`
 /// and returns them. A sender adds one to `sequence` with each frame, and wraps.
@@ -57,7 +58,7 @@ impl Flavor for Frame<'_> {
     // It is called from every field of every message. Inlined, the calls would make up most of the code.
     #[inline(never)]
     fn try_push(&mut self, byte: u8) -> Result<()> {
-        self.crc = crc(self.crc, byte);
+        self.crc = crc::step(self.crc, byte);
         self.put(byte)
     }
 

@@ -90,6 +90,7 @@ pub enum Message<'a> {
 
 /// The description of a board.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Hello<'a> {
     /// The name of the firmware.
     #[serde(borrow)]
@@ -112,8 +113,24 @@ pub struct Hello<'a> {
     pub frame: u64,
 }
 
+impl<'a> Hello<'a> {
+    /// Creates the description of a board that has just started and has no texture models.
+    #[inline(always)]
+    pub const fn new(
+        firmware: Text<'a, 31>,
+        version: Text<'a, 31>,
+        size: FrameSize,
+        format: PixelFormat,
+        rate: FrameRate,
+        trigger: TriggerConfig,
+    ) -> Self {
+        Self { firmware, version, size, format, rate, trigger, models: [None; 3], frame: 0 }
+    }
+}
+
 /// A texture model of a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ModelFacts {
     /// The task of the model: what it tells apart.
     pub task: Task,
@@ -123,8 +140,18 @@ pub struct ModelFacts {
     pub frames: u8,
 }
 
+impl ModelFacts {
+    /// Creates the description of a model for this task, with `classes` classes, that needs `frames` frames of a
+    /// sample.
+    #[inline]
+    pub const fn new(task: Task, classes: u8, frames: u8) -> Self {
+        Self { task, classes, frames }
+    }
+}
+
 /// An event's answers: all of an event except its sample.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Answers<'a> {
     /// The number of the first frame of the sample.
     #[serde(serialize_with = "super::numbers::long")]
@@ -171,12 +198,20 @@ impl<'a> Answers<'a> {
 
 /// The answer of a texture model.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct TextureAnswer<'a> {
     /// The task of the model: what it tells apart.
     pub task: Task,
     /// The class's name.
     #[serde(borrow)]
     pub label: Text<'a>,
+}
+
+impl<'a> TextureAnswer<'a> {
+    /// Creates the answer of a model for this task: the class of this name.
+    pub const fn new(task: Task, label: Text<'a>) -> Self {
+        Self { task, label }
+    }
 }
 
 impl<'m> From<Texture<'m>> for TextureAnswer<'m> {

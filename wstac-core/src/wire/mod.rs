@@ -87,29 +87,5 @@ mod sealed {
     impl Sealed for super::Message<'_> {}
 }
 
-/// The remainders of CRC-32 (IEEE) for every half byte: a small table, to save flash.
-const CRC_TABLE: [u32; 16] = {
-    let mut table = [0; 16];
-    let mut nibble = 0;
-    while nibble < 16 {
-        let mut rest = nibble as u32;
-        let mut bit = 0;
-        while bit < 4 {
-            rest = if rest & 1 == 1 { rest >> 1 ^ 0xEDB8_8320 } else { rest >> 1 };
-            bit += 1;
-        }
-        table[nibble] = rest;
-        nibble += 1;
-    }
-    table
-};
-
-/// Takes one more byte into a CRC-32 that starts at `u32::MAX` and is inverted at the end.
-fn crc(rest: u32, byte: u8) -> u32 {
-    let rest = rest ^ u32::from(byte);
-    let rest = rest >> 4 ^ CRC_TABLE[(rest & 15) as usize];
-    rest >> 4 ^ CRC_TABLE[(rest & 15) as usize]
-}
-
 #[cfg(test)]
 mod tests;

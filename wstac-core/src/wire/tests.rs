@@ -4,6 +4,7 @@ use std::string::{String, ToString};
 use std::vec::Vec;
 
 use super::*;
+use crate::crc::crc32;
 use crate::direction::{Direction, Heading, Unclear};
 use crate::green::any::PixelFormat;
 use crate::green::bayer::BayerOrder;
@@ -132,7 +133,7 @@ fn the_bytes_of_a_frame_are_these() {
         &[1, 1, 0xFF, 0xFF, 0xFE, 0xFF, 0, 0xF8, 0xE0, 0xC, 2, 1, 3, 1, 4, 1, 5, 1, 0x38, 0xCD],
     ]
     .concat();
-    let sum = !content.iter().fold(u32::MAX, |rest, &byte| crc(rest, byte));
+    let sum = crc32(content.iter().copied());
     let mut expected = [&[0, 14][..], &content[..13], &[18], &content[14..], &sum.to_le_bytes()].concat();
     expected.push(0);
     assert_eq!(frame(&message, 300), expected);
@@ -157,7 +158,7 @@ fn the_bytes_of_a_frame_are_these() {
     .concat();
     assert_eq!(frame(&Message::Event(event), 0), frame_of(&content));
     // The check value of CRC-32 (IEEE).
-    assert_eq!(!b"123456789".iter().fold(u32::MAX, |rest, &byte| crc(rest, byte)), 0xCBF4_3926);
+    assert_eq!(crc32(*b"123456789"), 0xCBF4_3926);
 }
 
 #[test]
@@ -246,7 +247,7 @@ fn frame_of(content: &[u8]) -> Vec<u8> {
 }
 
 fn with_crc(content: &[u8]) -> Vec<u8> {
-    let sum = !content.iter().fold(u32::MAX, |rest, &byte| crc(rest, byte));
+    let sum = crc32(content.iter().copied());
     [content, &sum.to_le_bytes()].concat()
 }
 

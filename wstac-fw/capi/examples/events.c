@@ -1,9 +1,9 @@
 /*
- * Tactile events of frames that arrive in stripes, as a camera's DMA delivers them; here they come from a file:
+ * Prints the tactile events of frames that arrive in stripes, as a camera's DMA delivers them. Here they come from a file:
  *
  *     events FRAMES WIDTH HEIGHT [MODEL.wsm]      8 bits of gray, frames back to back, as wstac run --save-raw writes them
  *
- * On a board the loop is an interrupt's or a task's, FRAMES is the camera, and the model lies in flash.
+ * On a board, the loop is in an interrupt or a task, FRAMES is the camera, and the model is in flash.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,7 +13,7 @@
 #define STRIPE_ROWS 8
 #define MOST_WIDTH 2048
 
-/* All memory that the library uses; pipelines of several sensors are several of these. */
+/* All memory that the library uses. Each sensor needs one of these. */
 static WstacFwPipeline pipeline;
 static WstacFwModel model;
 static uint8_t rows[STRIPE_ROWS * MOST_WIDTH];
@@ -23,7 +23,7 @@ static int16_t sample[WSTAC_FW_SAMPLE_NUMBERS];
 _Static_assert(sizeof(WstacFwPipeline) == WSTAC_PIPELINE_SIZE, "header and library");
 _Static_assert(_Alignof(WstacFwPipeline) == WSTAC_PIPELINE_ALIGN, "header and library");
 
-/* A status below 0 is an error: nothing has changed, and the text says what was wrong. */
+/* A status below 0 is an error: nothing has changed, and the text tells the reason. */
 static void check(WstacFwStatus status, const char *what)
 {
     if (status < 0) {

@@ -30,7 +30,7 @@
 // Bytes of a pipeline.
 #define WSTAC_PIPELINE_SIZE 2408
 
-// What a pipeline's address is a multiple of.
+// The alignment of a pipeline in memory, in bytes.
 #define WSTAC_PIPELINE_ALIGN 8
 
 // The result of a call. Errors are below 0; then nothing has changed, and nothing was written.
@@ -210,7 +210,7 @@ typedef struct WstacFwSpeed {
 typedef struct WstacFwDirection {
   // Whether there is one, or the reason why not.
   WstacFwWhy why;
-  // The direction in degrees: 0, 90, 180 or 270, counter-clockwise from +x; -1 if there is none.
+  // The direction in degrees: 0, 90, 180 or 270, counterclockwise from +x; -1 if there is none.
   int16_t degrees;
   // The confidence, 0 to 32768: 0 to 1 in units of 2^-15.
   uint16_t confidence;

@@ -72,7 +72,7 @@ pub struct WstacFwSpeed {
 pub struct WstacFwDirection {
     /// Whether there is one, or the reason why not.
     pub why: WstacFwWhy,
-    /// The direction in degrees: 0, 90, 180 or 270, counter-clockwise from +x; -1 if there is none.
+    /// The direction in degrees: 0, 90, 180 or 270, counterclockwise from +x; -1 if there is none.
     pub degrees: i16,
     /// The confidence, 0 to 32768: 0 to 1 in units of 2^-15.
     pub confidence: u16,

@@ -113,10 +113,10 @@ pub unsafe extern "C" fn wstac_fw_classify(
             *to = byte as c_char;
         }
         let task = match found.task {
-            Task::Other => WstacFwTask::Other,
             Task::Specimen => WstacFwTask::Specimen,
             Task::Pattern => WstacFwTask::Pattern,
             Task::Depth => WstacFwTask::Depth,
+            _ => WstacFwTask::Other,
         };
         // SAFETY: the caller guarantees it.
         unsafe { give(to, WstacFwTexture { task, class_number: found.class, label }) }

@@ -3,7 +3,7 @@
 use core::slice;
 
 use wstac_core::baseline_policy::TrackingBaseline;
-use wstac_core::error::Error;
+use wstac_core::error::FrameError;
 use wstac_core::features::Features;
 use wstac_core::frame::Stride;
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
@@ -22,7 +22,7 @@ use crate::status::{WstacFwStatus, status};
 
 /// Bytes of a pipeline.
 pub const WSTAC_PIPELINE_SIZE: usize = 2408;
-/// What a pipeline's address is a multiple of.
+/// The alignment of a pipeline in memory, in bytes.
 pub const WSTAC_PIPELINE_ALIGN: usize = 8;
 
 /// A pipeline, in memory that the program provides: `static WstacFwPipeline pipeline;`.
@@ -122,13 +122,15 @@ impl State {
     pub(crate) fn event(&self) -> Option<Event<'_>> {
         let Seen { frame, frames_filled, reliable } = self.seen?;
         let (_, sample) = self.pipeline.recent();
-        Some(Event { frame, sample, baseline: self.pipeline.baseline()?, frames_filled, reliable })
+        let mut event = Event::new(frame, sample, self.pipeline.baseline()?);
+        (event.frames_filled, event.reliable) = (frames_filled, reliable);
+        Some(event)
     }
 
     /// Pushes frames or losses if the stream has not ended. From then on it has started.
     fn push(
         &mut self,
-        push: impl FnOnce(&mut Pipeline<Chosen, Fixed, Option<TrackingBaseline>>) -> Result<Update<'_>, Error>,
+        push: impl FnOnce(&mut Pipeline<Chosen, Fixed, Option<TrackingBaseline>>) -> Result<Update<'_>, FrameError>,
     ) -> Result<WstacFwStatus, WstacFwStatus> {
         if self.phase == Phase::Ended {
             return Err(WstacFwStatus::State);

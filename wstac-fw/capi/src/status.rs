@@ -2,7 +2,7 @@
 
 use core::ffi::{CStr, c_char};
 
-use wstac_core::error::Error;
+use wstac_core::error::{ConfigError, FrameError};
 use wstac_core::model::file::ModelError;
 
 /// The result of a call. Errors are below 0; then nothing has changed, and nothing was written.
@@ -123,30 +123,38 @@ const TEXTS: [(WstacFwStatus, &CStr); 35] = {
     ]
 };
 
-impl From<Error> for WstacFwStatus {
-    fn from(error: Error) -> Self {
+impl From<ConfigError> for WstacFwStatus {
+    fn from(error: ConfigError) -> Self {
         match error {
-            Error::FrameSize { .. } => Self::FrameSize,
-            Error::EmptyTaxel { .. } => Self::EmptyTaxel,
-            Error::TaxelOutside { .. } => Self::TaxelOutside,
-            Error::SumTooLarge { .. } => Self::SumTooLarge,
-            Error::Stride(_) => Self::Stride,
-            Error::BytesPerRow { .. } => Self::BytesPerRow,
-            Error::FrameRate { .. } => Self::FrameRate,
-            Error::FrameTooShort { .. } => Self::FrameTooShort,
-            Error::StripeNotWholeRows { .. } => Self::StripeNotWholeRows,
-            Error::StripeTooLong { .. } => Self::StripeTooLong,
-            Error::StripeOfPlanar => Self::StripeOfPlanar,
-            Error::FrameUnderWay { .. } => Self::FrameUnderWay,
-            Error::Window(_) => Self::Window,
-            Error::Backtrack { .. } => Self::Backtrack,
-            Error::Multiplier(_) => Self::Multiplier,
-            Error::Margin(_) => Self::Margin,
-            Error::TrackingBaseline(_) => Self::Follow,
-            Error::FloorLevels(_) => Self::FloorLevels,
-            Error::SpeedThreshold(_) => Self::SpeedThreshold,
-            Error::FittedRange { .. } => Self::FittedRange,
-            Error::SpeedLaw { .. } => Self::SpeedLaw,
+            ConfigError::FrameSize { .. } => Self::FrameSize,
+            ConfigError::EmptyTaxel { .. } => Self::EmptyTaxel,
+            ConfigError::TaxelOutside { .. } => Self::TaxelOutside,
+            ConfigError::SumTooLarge { .. } => Self::SumTooLarge,
+            ConfigError::Stride(_) => Self::Stride,
+            ConfigError::BytesPerRow { .. } => Self::BytesPerRow,
+            ConfigError::FrameRate { .. } => Self::FrameRate,
+            ConfigError::Window(_) => Self::Window,
+            ConfigError::Backtrack { .. } => Self::Backtrack,
+            ConfigError::Multiplier(_) => Self::Multiplier,
+            ConfigError::Margin(_) => Self::Margin,
+            ConfigError::TrackingBaseline(_) => Self::Follow,
+            ConfigError::FloorLevels(_) => Self::FloorLevels,
+            ConfigError::SpeedThreshold(_) => Self::SpeedThreshold,
+            ConfigError::FittedRange { .. } => Self::FittedRange,
+            ConfigError::SpeedLaw { .. } => Self::SpeedLaw,
+            _ => Self::Other,
+        }
+    }
+}
+
+impl From<FrameError> for WstacFwStatus {
+    fn from(error: FrameError) -> Self {
+        match error {
+            FrameError::FrameTooShort { .. } => Self::FrameTooShort,
+            FrameError::StripeNotWholeRows { .. } => Self::StripeNotWholeRows,
+            FrameError::StripeTooLong { .. } => Self::StripeTooLong,
+            FrameError::StripeOfPlanar => Self::StripeOfPlanar,
+            FrameError::FrameUnderWay { .. } => Self::FrameUnderWay,
             _ => Self::Other,
         }
     }

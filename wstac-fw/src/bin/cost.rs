@@ -10,7 +10,7 @@ use core::fmt::Write;
 
 use cortex_m_rt::entry;
 use wstac_core::direction;
-use wstac_core::error::Error;
+use wstac_core::error::{Error, FrameError};
 use wstac_core::layout::FrameSize;
 use wstac_core::model::file::INPUTS;
 use wstac_core::rate::FrameRate;
@@ -126,7 +126,7 @@ fn answers(clock: &Clock) -> u64 {
 
 /// Returns the instructions from a whole frame to its features; 0 on a board that has no room for one.
 #[cfg(not(microbit))]
-fn whole_frames(clock: &Clock, mut stream: FeatureStream<setup::GreenChannel, setup::Ln>) -> Result<u64, Error> {
+fn whole_frames(clock: &Clock, mut stream: FeatureStream<setup::GreenChannel, setup::Ln>) -> Result<u64, FrameError> {
     #[allow(clippy::large_stack_arrays, reason = "it is none: the start-up code writes it")]
     let Some(frame) = cortex_m::singleton!(: [u8; FRAME] = [0; FRAME]) else { return Ok(0) };
     let frames = File::open(b"frames\0");
@@ -141,6 +141,6 @@ fn whole_frames(clock: &Clock, mut stream: FeatureStream<setup::GreenChannel, se
 
 #[cfg(microbit)]
 #[allow(clippy::unnecessary_wraps)]
-fn whole_frames(_: &Clock, _: FeatureStream<setup::GreenChannel, setup::Ln>) -> Result<u64, Error> {
+fn whole_frames(_: &Clock, _: FeatureStream<setup::GreenChannel, setup::Ln>) -> Result<u64, FrameError> {
     Ok(0)
 }

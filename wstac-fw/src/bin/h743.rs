@@ -27,7 +27,7 @@ use wstac_fw::sensor::ov7690::{OV7690, OV7692};
 use wstac_fw::sensor::ov7725::OV7725;
 use wstac_fw::sensor::{Sensor, SensorError};
 use wstac_fw::serial::{self, Serial};
-use wstac_fw::stripes::dcmi::{CHANGED, Dcmi, Interrupts, Ring};
+use wstac_fw::stripes::dcmi::{CHANGED, Dcmi, DcmiInterrupts, Ring};
 use wstac_fw::stripes::{self, Step, Stripes};
 use wstac_fw::window::Window;
 use wstac_fw::{crash_record, setup};
@@ -63,9 +63,9 @@ const WORDS: usize = WIDTH * ROWS as usize / 4;
 const PERIOD: u64 = TICK_HZ * RATE.denominator() as u64 / RATE.numerator() as u64;
 
 bind_interrupts!(struct Irqs {
-    DCMI => Interrupts;
-    DMA1_STREAM0 => Interrupts;
-    USART3 => serial::Interrupts;
+    DCMI => DcmiInterrupts;
+    DMA1_STREAM0 => DcmiInterrupts;
+    USART3 => serial::SerialInterrupts;
 });
 
 #[embassy_executor::main]

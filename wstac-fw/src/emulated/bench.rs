@@ -4,7 +4,7 @@
 
 use core::hint::black_box;
 
-use wstac_core::error::Error;
+use wstac_core::error::{ConfigError, Error};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::SpeedConfig;
@@ -39,7 +39,7 @@ pub const DOES_NOT_FIT: &str = "the configuration does not fit the camera\n";
 ///
 /// # Errors
 /// Returns an error if the configuration does not fit them.
-pub fn camera() -> Result<FrameGeometry<setup::GreenChannel>, Error> {
+pub fn camera() -> Result<FrameGeometry<setup::GreenChannel>, ConfigError> {
     FrameGeometry::with_stride(setup::GREEN, LAYOUT, FrameRate::NOMINAL, setup::STRIDE)
 }
 

@@ -175,5 +175,5 @@ fn lost_frames_are_told_of_and_keep_their_place() {
 fn rows_of_another_width_are_refused() {
     let (mut reader, mut log) = (reader(), Log::default());
     let error = reader.rows(&[0; SIZE as usize + 1], &mut log).unwrap_err();
-    assert_eq!(error, Error::StripeNotWholeRows { found: 41, bytes_per_row: 40 });
+    assert_eq!(error, FrameError::StripeNotWholeRows { found: 41, bytes_per_row: 40 });
 }

@@ -49,8 +49,8 @@ pub const OV7692: Sensor =
 static FORMAT: [Setting; 5] = [
     set(0x12, 0x00), // YUV
     set(0x82, 0x03), // 4:2:2
-    set(0x3E, 0x30), // two bytes a pixel
-    set(0x11, 0x00), // clock undivided: 30 frames a second
+    set(0x3E, 0x30), // two bytes per pixel
+    set(0x11, 0x00), // clock undivided: 30 frames per second
     set(0x0C, 0x06), // all pins on, nothing swapped or mirrored
 ];
 

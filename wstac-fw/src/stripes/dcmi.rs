@@ -60,11 +60,11 @@ const OVERRUN: u8 = 1;
 const MISPLACED_SYNC: u8 = 2;
 
 /// Handles the interrupts of the DCMI and of the DMA's stream. Both do all the work there is.
-pub struct Interrupts;
+pub struct DcmiInterrupts;
 
 // SAFETY: only hardware calls it, at one priority, so neither handler interrupts the other.
 #[allow(unsafe_code)]
-impl Handler<typelevel::DCMI> for Interrupts {
+impl Handler<typelevel::DCMI> for DcmiInterrupts {
     unsafe fn on_interrupt() {
         serve();
     }
@@ -72,7 +72,7 @@ impl Handler<typelevel::DCMI> for Interrupts {
 
 // SAFETY: only hardware calls it, at one priority, so neither handler interrupts the other.
 #[allow(unsafe_code)]
-impl Handler<typelevel::DMA1_STREAM0> for Interrupts {
+impl Handler<typelevel::DMA1_STREAM0> for DcmiInterrupts {
     unsafe fn on_interrupt() {
         serve();
     }
@@ -92,8 +92,8 @@ impl Dcmi {
     pub fn new<const WORDS: usize>(
         _dcmi: Peri<'static, peripherals::DCMI>,
         _stream: Peri<'static, peripherals::DMA1_CH0>,
-        _interrupts: impl typelevel::Binding<typelevel::DCMI, Interrupts>
-        + typelevel::Binding<typelevel::DMA1_STREAM0, Interrupts>,
+        _interrupts: impl typelevel::Binding<typelevel::DCMI, DcmiInterrupts>
+        + typelevel::Binding<typelevel::DMA1_STREAM0, DcmiInterrupts>,
         ring: &'static mut Ring<WORDS>,
         window: &Window,
         rows: u16,

@@ -12,7 +12,6 @@ use super::progress::Progress;
 use crate::output::{DisturbedBaseline, EarlyTexture, FrameFeatures, Output, OutputOptions, TactileEvent};
 use crate::plural::counted;
 use crate::texture::Texture;
-use crate::texture::task_name;
 
 /// The state of a board, as its messages show it.
 #[derive(Clone, Debug)]
@@ -64,7 +63,7 @@ impl Board {
             }
             Message::Event(answers) => self.event(answers, give),
             Message::Texture { frame, frames, texture } => {
-                let so_far = InterruptedSample { frame: *frame, frames: *frames };
+                let so_far = InterruptedSample::new(*frame, *frames);
                 self.progress.contact(frame.saturating_add(u64::from(*frames)), Some(so_far));
                 let texture = Texture::of(texture.task, texture.label.to_string());
                 let (frame, frames) = (*frame, *frames);
@@ -183,7 +182,7 @@ fn hello_in_words(hello: &Hello<'_>) -> String {
         (numerator, denominator) => format!("{numerator}/{denominator}"),
     };
     let mut words = format!(
-        "{} {}: {}x{} {:?} at {rate} frames a second, baseline of {} frames",
+        "{} {}: {}x{} {:?} at {rate} frames per second, baseline of {} frames",
         hello.firmware,
         hello.version,
         hello.size.width(),
@@ -193,7 +192,7 @@ fn hello_in_words(hello: &Hello<'_>) -> String {
     );
     for ModelFacts { task, classes, .. } in hello.models.iter().flatten() {
         // Writing to a string does not fail.
-        let _ = write!(words, ", model of {classes} classes ({})", task_name(*task));
+        let _ = write!(words, ", model of {classes} classes ({})", task.name());
     }
     words
 }

@@ -7,7 +7,7 @@ mod progress;
 use wstac_core::wire::{DecodeError, Decoder, Message, VERSION};
 
 use self::board::Board;
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 use crate::output::{Output, OutputOptions};
 use crate::plural::counted;
 
@@ -19,7 +19,7 @@ const ONLY_NOISE: u64 = 20;
 pub enum Report {
     /// An output as `wstac run` gives it.
     Output(Output),
-    /// Something that a person should know.
+    /// A message for people.
     Note(String),
     /// The board has started, and does not know which outputs are wanted.
     Started,
@@ -79,7 +79,7 @@ impl Monitor {
                     let age = if version > VERSION { "newer" } else { "older" };
                     let expected = format!("expected {VERSION}: it is {age} than this wstac");
                     let message = format!("speaks version {version} of the link, {expected}");
-                    return Err(Error::new("the board's firmware", message).into());
+                    return Err(Error::new(ErrorKind::Unsupported, "the board's firmware", message).into());
                 }
                 Some(Err(DecodeError::Unknown)) => {
                     if !std::mem::replace(&mut self.unknown_said, true) {

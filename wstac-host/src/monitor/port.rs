@@ -4,7 +4,7 @@
 //! Serial port libraries have a reader of their own.
 
 use std::fs::{File, OpenOptions};
-use std::io::{self, ErrorKind, Read, Write};
+use std::io::{self, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
@@ -13,7 +13,7 @@ use std::time::Duration;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::termios::{ControlModes, OptionalActions, isatty, tcgetattr, tcsetattr};
 
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 
 /// Bits per second of a serial device by default.
 pub const DEFAULT_BAUD: u32 = 115_200;
@@ -58,12 +58,14 @@ impl Port {
     /// The port cannot be opened, or bits per second are given for something other than a serial device.
     pub fn open(name: &str, baud: Option<u32>) -> Result<Self, Error> {
         let about = |error: io::Error| match error.kind() {
-            ErrorKind::NotFound => Error::new(name, format_args!("{error}, expected {EXPECTED}")),
-            ErrorKind::PermissionDenied => Error::new(
-                name,
-                format_args!("{error}: serial devices are often for members of the group dialout alone"),
-            ),
-            _ => Error::new(name, error),
+            io::ErrorKind::NotFound => {
+                Error::new(ErrorKind::NotFound, name, format_args!("{error}, expected {EXPECTED}")).caused_by(error)
+            }
+            io::ErrorKind::PermissionDenied => {
+                let hint = "serial devices are often for members of the group dialout alone";
+                Error::new(ErrorKind::Io, name, format_args!("{error}: {hint}")).caused_by(error)
+            }
+            _ => Error::io(name, error),
         };
         let (file, serial, writable) = if name == "-" {
             (File::from(io::stdin().as_fd().try_clone_to_owned().map_err(about)?), false, false)
@@ -72,7 +74,7 @@ impl Port {
         } else {
             let kind = std::fs::metadata(name).map_err(about)?.file_type();
             if kind.is_dir() {
-                return Err(Error::new(name, format_args!("is a folder, expected {EXPECTED}")));
+                return Err(Error::new(ErrorKind::Usage, name, format_args!("is a folder, expected {EXPECTED}")));
             }
             let device = if kind.is_char_device() { Some(open_device(name).map_err(about)?) } else { None };
             match device {
@@ -81,7 +83,7 @@ impl Port {
             }
         };
         if !serial && baud.is_some() {
-            return Err(Error::new(name, "is no serial device, expected no --baud"));
+            return Err(Error::new(ErrorKind::Usage, name, "is no serial device, expected no --baud"));
         }
         let baud = serial.then_some(baud.unwrap_or(DEFAULT_BAUD));
         if let Some(baud) = baud {
@@ -108,10 +110,10 @@ impl Port {
             Ok(Some(bytes)) => Ok(Got::Bytes(bytes)),
             Ok(None) => Ok(Got::Nothing),
             Err(error) => match error.kind() {
-                ErrorKind::Interrupted | ErrorKind::WouldBlock => Ok(Got::Nothing),
-                ErrorKind::ConnectionReset => Ok(Got::Ended),
+                io::ErrorKind::Interrupted | io::ErrorKind::WouldBlock => Ok(Got::Nothing),
+                io::ErrorKind::ConnectionReset => Ok(Got::Ended),
                 _ if self.baud.is_some() => Ok(self.gone()),
-                _ => Err(Error::new(&self.name, error)),
+                _ => Err(Error::io(&self.name, error)),
             },
         }
     }
@@ -151,7 +153,7 @@ fn wait(file: &File) -> io::Result<bool> {
 }
 
 fn connect(address: &str) -> io::Result<TcpStream> {
-    let mut result = Err(io::Error::new(ErrorKind::NotFound, "there is no such address"));
+    let mut result = Err(io::Error::new(io::ErrorKind::NotFound, "there is no such address"));
     for address in address.to_socket_addrs()? {
         result = TcpStream::connect_timeout(&address, CONNECT);
         if result.is_ok() {

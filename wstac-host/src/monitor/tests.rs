@@ -1,41 +1,37 @@
 //! Tests that the command's own tests do not cover: boards that start again, that are newer, or that send impossible
 //! messages.
 
+use wstac_core::baseline::Baseline;
 use wstac_core::direction::{Direction, Heading};
 use wstac_core::green::any::PixelFormat;
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::Speed;
-use wstac_core::trigger::TriggerConfig;
+use wstac_core::sample::Sample;
+use wstac_core::speed::{Speed, SpeedConfig};
+use wstac_core::trigger::{Event, InterruptedSample, TriggerConfig};
 use wstac_core::wire::{Answers, Hello, LONGEST, Text, TextureAnswer, encode};
 
 use super::*;
 use crate::output::StreamSummary;
-use wstac_core::trigger::InterruptedSample;
 
 fn hello(frame: u64) -> Message<'static> {
-    Message::Hello(Hello {
-        firmware: Text::new("board"),
-        version: Text::new("1"),
-        size: FrameSize::new(320, 240).unwrap(),
-        format: PixelFormat::Gray,
-        rate: FrameRate::new(30_000, 1001).unwrap(),
-        trigger: TriggerConfig::default(),
-        models: [None; 3],
-        frame,
-    })
+    let size = FrameSize::new(320, 240).unwrap();
+    let rate = FrameRate::new(30_000, 1001).unwrap();
+    let (firmware, version) = (Text::new("board"), Text::new("1"));
+    let mut hello = Hello::new(firmware, version, size, PixelFormat::Gray, rate, TriggerConfig::default());
+    hello.frame = frame;
+    Message::Hello(hello)
 }
 
 fn event(frame: u64) -> Message<'static> {
-    Message::Event(Answers {
-        frame,
-        duration: Some(27),
-        speed: Ok(Speed::new(159.9)),
-        direction: Direction { heading: Ok(Heading::Up), confidence: 32_000 },
-        textures: [None; 3],
-        frames_filled: 0,
-        reliable: true,
-    })
+    let dark = [[0; 10]; 70];
+    let baseline = Baseline::new([0; 10], 25);
+    let event = Event::new(frame, Sample::from_frames(&dark), &baseline);
+    let mut answers = Answers::new(&event, &SpeedConfig::published(FrameRate::NOMINAL));
+    answers.duration = Some(27);
+    answers.speed = Ok(Speed::new(159.9));
+    answers.direction = Direction::new(Ok(Heading::Up), 32_000);
+    Message::Event(answers)
 }
 
 /// Returns the reports of these messages, and the end record if they have none.
@@ -69,7 +65,7 @@ fn end(frames: u64, baseline_complete: bool, incomplete: Option<InterruptedSampl
 
 #[test]
 fn a_board_that_starts_again_starts_from_nothing() {
-    let said = note("board 1: 320x240 Gray at 30000/1001 frames a second, baseline of 25 frames");
+    let said = note("board 1: 320x240 Gray at 30000/1001 frames per second, baseline of 25 frames");
     let (found, last) = numbered(OutputOptions::default(), [(0, &hello(0)), (1, &hello(90)), (0, &hello(0))]);
     assert_eq!(found, [Report::Started, said, note("the board has started again"), Report::Started]);
     assert_eq!(last, end(0, false, None));
@@ -77,7 +73,7 @@ fn a_board_that_starts_again_starts_from_nothing() {
 
 #[test]
 fn a_start_is_told_from_an_answer() {
-    let said = note("board 1: 320x240 Gray at 30000/1001 frames a second, baseline of 25 frames");
+    let said = note("board 1: 320x240 Gray at 30000/1001 frames per second, baseline of 25 frames");
     let again = note("the board has started again");
     // A board without frames is asked twice, then starts again.
     let (found, _) =
@@ -97,9 +93,9 @@ fn an_end_that_the_board_does_not_tell_is_known_from_what_it_told() {
     let features = Message::Features { frame: 99, features: [0; 10] };
     let (found, last) = reports(OutputOptions::default(), &[features]);
     assert_eq!((found, last), (vec![], end(100, false, None)));
-    let texture = TextureAnswer { task: wstac_core::model::file::Task::Pattern, label: Text::new("Saw") };
+    let texture = TextureAnswer::new(wstac_core::model::file::Task::Pattern, Text::new("Saw"));
     let early = Message::Texture { frame: 200, frames: 40, texture };
-    let under_way = Some(InterruptedSample { frame: 200, frames: 40 });
+    let under_way = Some(InterruptedSample::new(200, 40));
     assert_eq!(reports(OutputOptions::default(), &[early]).1, end(240, true, under_way));
     assert_eq!(reports(OutputOptions::default(), &[early, event(200)]).1, end(270, true, None));
 }
@@ -131,11 +127,11 @@ fn a_sample_is_whole_and_of_its_event_or_none() {
 
 #[test]
 fn numbers_that_cannot_be_are_borne() {
-    let texture = TextureAnswer { task: wstac_core::model::file::Task::Depth, label: Text::new("inf") };
+    let texture = TextureAnswer::new(wstac_core::model::file::Task::Depth, Text::new("inf"));
     let last = u64::MAX;
     let early = Message::Texture { frame: last, frames: 255, texture };
     let lost = Message::Lost { frames: last };
-    let incomplete = Message::InterruptedSample(InterruptedSample { frame: last, frames: 255 });
+    let incomplete = Message::InterruptedSample(InterruptedSample::new(last, 255));
     let features = Message::Features { frame: last, features: [i16::MIN; 10] };
     let (found, record) = reports(OutputOptions::default(), &[early, event(last), lost, lost, incomplete, features]);
     assert_eq!(found.len(), 5);

@@ -11,7 +11,7 @@ use wstac_core::rate::FrameRate;
 
 use crate::camera::CameraState;
 use crate::config::Config;
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 use crate::source::{Labels, StreamInfo};
 
 /// The names of the records of metadata.
@@ -64,10 +64,11 @@ impl About {
     pub fn new(info: &StreamInfo, config: &Config, labels: Labels, models: Vec<String>) -> Result<Self, Error> {
         if info.taxels_only {
             let message = "a recording is of frames, expected fidelity = \"rendered\"";
-            return Err(Error::new(&info.about, message));
+            return Err(Error::new(ErrorKind::Unsupported, &info.about, message));
         }
         let driver_times = info.camera.is_some();
-        let configuration = config.to_toml().map_err(|error| Error::new("configuration", error))?;
+        let configuration =
+            config.to_toml().map_err(|error| Error::with_cause(ErrorKind::Config, "configuration", error))?;
         Ok(Self { info: info.clone(), driver_times, configuration, labels, models })
     }
 

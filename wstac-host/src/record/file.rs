@@ -17,7 +17,7 @@ use mcap::{McapError, Schema, WriteOptions, Writer};
 
 use super::foxglove;
 use super::reserved::Reserved;
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 
 /// Bytes after which a chunk ends.
 const CHUNK_BYTES: u64 = 4 << 20;
@@ -234,10 +234,12 @@ impl RecordingFile {
 
 /// Describes an error of writing. The content of the file is not lost.
 pub(super) fn in_words(path: &Path, error: McapError) -> Error {
-    let why = match error {
-        McapError::Io(error) => error.to_string(),
-        error => error.to_string(),
-    };
     let path = path.display();
-    Error::new(&path, format_args!("{why}; wstac recover {path} -o NEW.mcap brings back what is in it"))
+    let hint = format_args!("wstac recover {path} -o NEW.mcap brings back what is in it");
+    match error {
+        McapError::Io(error) => {
+            Error::new(error.kind().into(), &path, format_args!("{error}; {hint}")).caused_by(error)
+        }
+        error => Error::new(ErrorKind::Io, &path, format_args!("{error}; {hint}")).caused_by(error),
+    }
 }

@@ -43,6 +43,13 @@ pub(crate) fn shape(info: &StreamInfo) -> Shape {
             height = rows.map_or(height, |rows| rows as u32);
             "mono8"
         }
+        // A format that pictures have no name for is shown as its bytes.
+        _ => {
+            width = step;
+            let rows = frame_bytes(info).checked_div(step as usize);
+            height = rows.map_or(height, |rows| rows as u32);
+            "mono8"
+        }
     };
     Shape { encoding, width, height, step }
 }

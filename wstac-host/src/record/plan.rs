@@ -11,7 +11,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 use crate::source::Labels;
 
 /// Most slides of a plan.
@@ -49,8 +49,8 @@ pub struct PlannedSlide {
 /// # Errors
 /// The file cannot be read, or a key is wrong. The error names the file, the key, what was found and what was expected.
 pub fn read(path: &Path) -> Result<Vec<PlannedSlide>, Error> {
-    let text = std::fs::read_to_string(path).map_err(|error| Error::new(path.display(), error))?;
-    parse(&text).map_err(|error| Error::new(path.display(), error))
+    let text = std::fs::read_to_string(path).map_err(|error| Error::io(path.display(), error))?;
+    parse(&text).map_err(|message| Error::new(ErrorKind::Config, path.display(), message))
 }
 
 fn parse(text: &str) -> Result<Vec<PlannedSlide>, String> {

@@ -11,8 +11,8 @@ use super::file::{Message, Topic};
 use super::foxglove::{self, Level, Shape};
 use super::picture;
 use super::writer::{Writer, Written};
-use crate::error::Error;
-use crate::json::{Line, real};
+use crate::error::{Error, ErrorKind};
+use crate::json::{JsonLine, real};
 use crate::output::Output;
 use crate::plural::counted;
 use crate::session::Processor;
@@ -82,7 +82,7 @@ impl Recorder {
     /// The recording cannot be started.
     pub fn new(file: File, path: &Path, about: &About, processor: &Processor) -> Result<Self, Error> {
         let metadata = about.to_metadata(processor.geometry().layout());
-        let metadata = metadata.map_err(|error| Error::new(path.display(), error))?;
+        let metadata = metadata.map_err(|error| Error::with_cause(ErrorKind::Config, path.display(), error))?;
         let frame_bytes = picture::frame_bytes(&about.info);
         let rate = about.info.rate;
         let period = (1_000_000_000 * u128::from(rate.denominator()), u128::from(rate.numerator()));
@@ -185,7 +185,7 @@ impl Recorder {
 
     /// Adds an output for a person, and the same as JSON.
     fn line(&mut self, topics: [Topic; 2], level: Level, text: &str, output: &Output) {
-        if let Some(line) = Line::new(output) {
+        if let Some(line) = JsonLine::new(output) {
             self.said(topics, level, text, &line);
         }
     }

@@ -17,7 +17,7 @@ use super::file::{Message, RecordingFile, Topic};
 use super::parse::parse_record;
 use super::scan::{MessageBody, Scan, Step, Unread, index};
 use super::{CAMERA, EVENTS, FAULTS};
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 
 /// The result of a recovery.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -65,13 +65,13 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
     let found = Recovered::default();
     let mut recovery = Recovery { out, path, schemas, channels, numbers, time: 0, damaged: 0, found };
     // The index comes first, because chunks have each channel only once.
-    for (op, body) in index(old).map_err(|error| Error::new(old.display(), error))? {
+    for (op, body) in index(old).map_err(|error| Error::io(old.display(), error))? {
         if [op::SCHEMA, op::CHANNEL].contains(&op) {
             recovery.record(op, &body, true).map_err(|error| not_written(path, error))?;
         }
     }
     loop {
-        match scan.next().map_err(|error| Error::new(old.display(), error))? {
+        match scan.next().map_err(|error| Error::io(old.display(), error))? {
             Step::Record { op, sound } => {
                 recovery.record(op, scan.body(), sound).map_err(|error| not_written(recovery.path, error))?;
             }
@@ -92,11 +92,11 @@ fn is_better<T>(there: Option<&(T, bool)>, sound: bool) -> bool {
 
 /// Describes an error of writing the new file.
 fn not_written(path: &Path, error: McapError) -> Error {
-    let why = match error {
-        McapError::Io(error) => error.to_string(),
-        error => error.to_string(),
-    };
-    Error::new(path.display(), format_args!("{why}: it was not written, and the recording is as it was"))
+    let (path, hint) = (path.display(), "it was not written, and the recording is as it was");
+    match error {
+        McapError::Io(error) => Error::new(error.kind().into(), path, format_args!("{error}: {hint}")).caused_by(error),
+        error => Error::new(ErrorKind::Io, path, format_args!("{error}: {hint}")).caused_by(error),
+    }
 }
 
 impl Recovery<'_> {

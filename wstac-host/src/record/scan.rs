@@ -13,7 +13,7 @@ use mcap::records::{Record, op};
 use mcap::write::Metadata;
 
 use super::parse::parse_record;
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 
 /// Bytes of an operation code and a length.
 const HEAD: u64 = 9;
@@ -100,11 +100,15 @@ impl Scan {
     /// # Errors
     /// The file cannot be read, or is no MCAP file.
     pub(crate) fn open(path: &Path) -> Result<Self, Error> {
-        let failed = |error: io::Error| Error::new(path.display(), error);
+        let failed = |error: io::Error| Error::io(path.display(), error);
         let file = File::open(path).map_err(failed)?;
         let metadata = file.metadata().map_err(failed)?;
         if !metadata.is_file() {
-            return Err(Error::new(path.display(), "is a folder, a device or a pipe, expected an MCAP file"));
+            return Err(Error::new(
+                ErrorKind::Format,
+                path.display(),
+                "is a folder, a device or a pipe, expected an MCAP file",
+            ));
         }
         let mut scan = Self {
             file: BufReader::with_capacity(1 << 16, file),
@@ -124,6 +128,7 @@ impl Scan {
         if magic != mcap::MAGIC {
             let found = magic.escape_ascii();
             return Err(Error::new(
+                ErrorKind::Format,
                 path.display(),
                 format_args!("starts with \"{found}\", expected an MCAP file, which starts with \"\\x89MCAP0\""),
             ));
@@ -369,7 +374,7 @@ pub(crate) fn outline(path: &Path) -> Result<Outline, Error> {
     let mut scan = Scan { outline: true, ..Scan::open(path)? };
     let mut metadata = Vec::new();
     loop {
-        match scan.next().map_err(|error| Error::new(path.display(), error))? {
+        match scan.next().map_err(|error| Error::io(path.display(), error))? {
             Step::Record { op: op::METADATA, .. } => {
                 if let Ok(Record::Metadata(record)) = parse_record(op::METADATA, scan.body()) {
                     metadata.push(record);

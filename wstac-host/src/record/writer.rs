@@ -11,7 +11,7 @@ use std::thread::JoinHandle;
 use mcap::write::Metadata;
 
 use super::file::{Message, RecordingFile, Topic, in_words};
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 
 /// Memory that frames may wait in.
 const QUEUE_BYTES: usize = 256 << 20;
@@ -29,7 +29,7 @@ pub struct Written {
     pub left_out: u64,
     /// The most frames that waited for the disk.
     pub most_waiting: u64,
-    /// How often the queue was full and the source had to wait for the disk.
+    /// The number of times that the queue was full and the source had to wait for the disk.
     pub waits: u64,
 }
 
@@ -55,7 +55,7 @@ impl Writer {
             let (waiting, full, path) = shared;
             write(file, &path, &metadata, &messages, &waiting, &full)
         });
-        let thread = Some(thread.map_err(|error| Error::new(path.display(), error))?);
+        let thread = Some(thread.map_err(|error| Error::io(path.display(), error))?);
         Ok(Self { queue: Some(queue), thread, waiting, full, most_waiting: 0, waits: 0, path: path.into() })
     }
 
@@ -87,7 +87,7 @@ impl Writer {
         drop(self.queue.take());
         let ended = self.thread.take().map(JoinHandle::join);
         let Some(Ok(written)) = ended else {
-            return Err(Error::new(self.path.display(), "its writer ended unexpectedly"));
+            return Err(Error::new(ErrorKind::Io, self.path.display(), "its writer ended unexpectedly"));
         };
         Ok(Written { most_waiting: self.most_waiting, waits: self.waits, ..written? })
     }
@@ -123,6 +123,7 @@ fn write(
     if full.load(Ordering::Relaxed) {
         let (frames, left_out) = (written.frames, written.left_out);
         return Err(Error::new(
+            ErrorKind::Io,
             path.display(),
             format_args!(
                 "the disk is full (or the file as large as it may get): the recording ends after {frames} frames and is \

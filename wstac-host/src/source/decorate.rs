@@ -1,7 +1,11 @@
 //! Decorators: sources that wrap any other source.
 
+mod rate_watch;
+
 use super::{Fault, FaultKind, Frame, LossReason, Source, SourceEvent, StreamInfo};
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
+
+pub use rate_watch::RateWatch;
 
 /// Shows every event of a source to a function before it is handed out, for example to record or to count frames.
 ///
@@ -56,7 +60,7 @@ impl<S: Source, F: FnMut(&SourceEvent<'_>) + Send> Source for Tap<S, F> {
     }
 }
 
-/// What a [`FaultInjector`] does with a frame.
+/// The action of a [`FaultInjector`] on a frame.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Injection {
     /// Hands the frame out as it is.
@@ -117,7 +121,9 @@ impl<S: Source, F: FnMut(u64) -> Injection + Send> Source for FaultInjector<S, F
                 self.owed = true;
                 SourceEvent::Fault(Fault::new(kind, "an injected fault"))
             }
-            Injection::Fail => return Err(Error::new("fault injection", "the source fails here on purpose")),
+            Injection::Fail => {
+                return Err(Error::new(ErrorKind::Device, "fault injection", "the source fails here on purpose"));
+            }
         })
     }
 }

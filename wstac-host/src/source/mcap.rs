@@ -10,7 +10,7 @@ use wstac_core::rate::FrameRate;
 
 use super::{Fault, FaultKind, Frame, LossReason, Recorded, Source, SourceEvent, StreamInfo};
 use crate::camera::mjpeg::Decoder;
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 use crate::record::about::About;
 use crate::record::foxglove::{Images, Schema};
 use crate::record::parse::parse_record;
@@ -71,7 +71,7 @@ impl McapSource {
     /// do.
     pub fn open(path: &Path, fps: Option<FrameRate>) -> Result<Self, Error> {
         let subject = path.display().to_string();
-        let failed = |message: &dyn std::fmt::Display| Error::new(&subject, message);
+        let failed = |message: &dyn std::fmt::Display| Error::new(ErrorKind::Format, &subject, message);
         let outline = outline(path)?;
         if !outline.whole {
             return Err(failed(&format_args!(
@@ -114,7 +114,7 @@ impl McapSource {
     /// Goes on to the next message that matters. A frame's message stays in `scan`.
     fn advance(&mut self) -> Result<Next, Error> {
         loop {
-            let step = self.scan.next().map_err(|error| Error::new(&self.subject, error))?;
+            let step = self.scan.next().map_err(|error| Error::io(&self.subject, error))?;
             let op = match step {
                 Step::Record { op, sound: true } => op,
                 Step::Record { sound: false, .. } => {
@@ -219,7 +219,11 @@ impl Source for McapSource {
 const NO_PICTURE: &str = "has a frame that is no picture";
 
 fn damaged(subject: &str, what: impl std::fmt::Display) -> Error {
-    Error::new(subject, format_args!("{what}; wstac recover makes a whole recording of what is not damaged"))
+    Error::new(
+        ErrorKind::Format,
+        subject,
+        format_args!("{what}; wstac recover makes a whole recording of what is not damaged"),
+    )
 }
 
 /// Returns the labels for a person.

@@ -86,12 +86,12 @@ pub struct Lag {
     pub latency: Option<Duration>,
 }
 
-/// Something that happened to a source, which goes on.
+/// A fault of a source that continues after it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
     /// Its kind.
     pub kind: FaultKind,
-    /// The event in words for a person, without the remedy.
+    /// The fault in words for people, without the remedy.
     pub message: String,
     /// The action of the source; `None` if it needs no words.
     pub remedy: Option<Remedy>,
@@ -183,12 +183,12 @@ pub enum SourceEvent<'a> {
     Taxels([u32; TAXELS]),
     /// Frames that were lost or unusable here.
     Lost {
-        /// How many.
+        /// The number of lost frames.
         frames: u64,
         /// Why they were lost.
         reason: LossReason,
     },
-    /// Something happened. Frames may follow.
+    /// A fault occurred. Frames may follow.
     Fault(Fault),
     /// No event yet: a live source's wait ended without a frame. Ask again.
     Waiting,
@@ -288,7 +288,7 @@ impl StreamInfo {
 pub fn config_of(info: &StreamInfo, given: Option<Config>) -> Result<Config, Error> {
     match (given, &info.recorded) {
         (Some(given), _) => Ok(given),
-        (None, Some(own)) => Config::parse(&own.configuration).map_err(|error| Error::new(&info.about, error)),
+        (None, Some(own)) => Config::parse(&own.configuration).map_err(|error| error.about(&info.about)),
         (None, None) => Ok(Config::default()),
     }
 }

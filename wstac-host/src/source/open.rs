@@ -14,7 +14,7 @@ use super::png_folder::PngFolder;
 use super::y4m::{MAGIC, Y4m};
 use super::{FramePolicy, Source};
 use crate::camera::ControlSetting;
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 
 /// The options of a user for a source. By default, none changes anything.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -65,21 +65,25 @@ pub fn open(name: &str, options: &OpenOptions, kinds: &[&dyn SourceKind]) -> Res
         return Ok(Box::new(Y4m::standard_input(options.fps)?));
     }
     let path = Path::new(name);
-    let none_of_these = |why: &str| Error::new(format_args!("SOURCE is {name:?}"), format_args!("{why}{EXPECTED}"));
+    let none_of_these =
+        |kind, why: &str| Error::new(kind, format_args!("SOURCE is {name:?}"), format_args!("{why}{EXPECTED}"));
     let kind = match path.metadata() {
         Ok(metadata) => metadata.file_type(),
         Err(_) if name.starts_with("cam:") => {
-            return Err(none_of_these("several sources, each with a name, are for wstac run; here "));
+            let why = "several sources, each with a name, are for wstac run; here ";
+            return Err(none_of_these(ErrorKind::Usage, why));
         }
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Err(none_of_these("no such file; ")),
-        Err(error) => return Err(Error::new(name, error)),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            return Err(none_of_these(ErrorKind::NotFound, "no such file; ").caused_by(error));
+        }
+        Err(error) => return Err(Error::io(name, error)),
     };
     of_a_file(name, options)?;
     if kind.is_dir() {
         return open_folder(path, options.fps);
     }
     // The first bytes of a pipe cannot be read without taking them from the source.
-    let has_magic = |magic| starts_with(path, magic).map_err(|error| Error::new(name, error));
+    let has_magic = |magic| starts_with(path, magic).map_err(|error| Error::io(name, error));
     let is_mcap = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
     if kind.is_file() && (is_mcap || has_magic(MCAP_MAGIC)?) {
         return open_recording(path, options.fps);
@@ -89,14 +93,15 @@ pub fn open(name: &str, options: &OpenOptions, kinds: &[&dyn SourceKind]) -> Res
         return Ok(Box::new(Y4m::open(path, options.fps)?));
     }
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    Err(none_of_these(match extension.to_str() {
+    let why = match extension.to_str() {
         Some("toml") => "a scene's file is scene:FILE.toml; ",
         Some("png") => "a PNG is read with all of its folder, so name that; ",
         Some("mp4" | "mkv" | "mov" | "avi" | "webm" | "mjpeg") => {
             "a video is read by ffmpeg -i FILE -pix_fmt yuv420p -f yuv4mpegpipe - | wstac run - ; "
         }
         _ => "",
-    }))
+    };
+    Err(none_of_these(ErrorKind::Unsupported, why))
 }
 
 #[cfg(feature = "png")]
@@ -106,7 +111,11 @@ fn open_folder(path: &Path, rate: Option<FrameRate>) -> Result<Box<dyn Source>, 
 
 #[cfg(not(feature = "png"))]
 fn open_folder(path: &Path, _: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
-    Err(Error::new(path.display(), "this build reads no folders of PNGs: build with the feature png"))
+    Err(Error::new(
+        ErrorKind::Unsupported,
+        path.display(),
+        "this build reads no folders of PNGs: build with the feature png",
+    ))
 }
 
 #[cfg(feature = "mcap")]
@@ -116,16 +125,24 @@ fn open_recording(path: &Path, rate: Option<FrameRate>) -> Result<Box<dyn Source
 
 #[cfg(not(feature = "mcap"))]
 fn open_recording(path: &Path, _: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
-    Err(Error::new(path.display(), "this build reads no MCAP recordings: build with the feature mcap"))
+    Err(Error::new(
+        ErrorKind::Unsupported,
+        path.display(),
+        "this build reads no MCAP recordings: build with the feature mcap",
+    ))
 }
 
 /// Refuses options that a file does not have.
 fn of_a_file(spec: &str, options: &OpenOptions) -> Result<(), Error> {
     if let Some((width, height)) = options.size {
-        return Err(Error::new(spec, format_args!("size is {width}x{height}, {OF_A_CAMERA}")));
+        return Err(Error::new(ErrorKind::Usage, spec, format_args!("size is {width}x{height}, {OF_A_CAMERA}")));
     }
     if let Some(format) = options.format {
-        return Err(Error::new(spec, format_args!("format is {}, {OF_A_CAMERA}", format.escape_ascii())));
+        return Err(Error::new(
+            ErrorKind::Usage,
+            spec,
+            format_args!("format is {}, {OF_A_CAMERA}", format.escape_ascii()),
+        ));
     }
     without_controls(spec, options)
 }
@@ -136,7 +153,7 @@ fn of_a_file(spec: &str, options: &OpenOptions) -> Result<(), Error> {
 /// The options set a control.
 pub fn without_controls(spec: &str, options: &OpenOptions) -> Result<(), Error> {
     let refused = |ControlSetting { name, value }: &ControlSetting| {
-        Error::new(spec, format_args!("control {name}={value} is set, expected only with a camera"))
+        Error::new(ErrorKind::Usage, spec, format_args!("control {name}={value} is set, expected only with a camera"))
     };
     options.controls.first().map_or(Ok(()), |setting| Err(refused(setting)))
 }

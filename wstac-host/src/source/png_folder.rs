@@ -13,7 +13,7 @@ use wstac_core::rate::FrameRate;
 
 use self::picture::{Picture, Problem, Shape};
 use super::{Frame, LossReason, Source, SourceEvent, StreamInfo};
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 
 /// The pictures of a folder.
 pub struct PngFolder {
@@ -36,15 +36,15 @@ impl PngFolder {
     /// # Errors
     /// The folder cannot be listed or holds no picture, or its first picture's size or type is not supported.
     pub fn open(path: &Path, fps: Option<FrameRate>) -> Result<Self, Error> {
-        let files = list(path).map_err(|error| Error::new(path.display(), error))?;
+        let files = list(path).map_err(|error| Error::io(path.display(), error))?;
         if files.is_empty() {
             let message = "has no .png file, expected at least one; a recording is named by itself, FILE.mcap";
-            return Err(Error::new(path.display(), message));
+            return Err(Error::new(ErrorKind::Data, path.display(), message));
         }
         let (first, shape) = first_picture(path, &files)?;
         let rate = fps.unwrap_or(FrameRate::NOMINAL);
         let about = format!(
-            "{}: {} PNG files, {shape}, {}:{} frames a second{}",
+            "{}: {} PNG files, {shape}, {}:{} frames per second{}",
             path.display(),
             files.len(),
             rate.numerator(),
@@ -91,7 +91,7 @@ impl Source for PngFolder {
             Err(Problem::Corrupt(_)) => Ok(SourceEvent::Lost { frames: 1, reason: LossReason::CorruptPicture }),
             Err(Problem::Refused(message)) => {
                 self.files = Vec::new().into_iter();
-                Err(Error::new(file.display(), message))
+                Err(Error::new(ErrorKind::Format, file.display(), message))
             }
         }
     }
@@ -119,14 +119,18 @@ fn first_picture(folder: &Path, files: &[PathBuf]) -> Result<(PathBuf, Shape), E
     for file in files {
         match Picture::open(file) {
             Ok(picture) => return Ok((file.clone(), picture.shape())),
-            Err(Problem::Refused(message)) => return Err(Error::new(file.display(), message)),
+            Err(Problem::Refused(message)) => return Err(Error::new(ErrorKind::Format, file.display(), message)),
             Err(Problem::Corrupt(message)) if why.is_empty() => {
                 why = format!("{}: {message}", file.file_name().unwrap_or_default().display());
             }
             Err(Problem::Corrupt(_)) => {}
         }
     }
-    Err(Error::new(folder.display(), format_args!("no PNG file of {} can be read; {why}", files.len())))
+    Err(Error::new(
+        ErrorKind::Format,
+        folder.display(),
+        format_args!("no PNG file of {} can be read; {why}", files.len()),
+    ))
 }
 
 #[cfg(test)]

@@ -25,7 +25,7 @@ use self::header::Header;
 pub use self::header::header_of;
 use self::input::{Got, Input};
 use super::{Frame, Source, SourceEvent, StreamInfo};
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 
 /// The word that a Y4M stream starts with.
 pub const MAGIC: &[u8] = b"YUV4MPEG2";
@@ -74,9 +74,9 @@ impl Y4m {
     /// what was found and what was expected.
     pub fn open(path: &Path, fps: Option<FrameRate>) -> Result<Self, Error> {
         let subject = path.display().to_string();
-        let file = File::open(path).map_err(|error| Error::new(&subject, error))?;
+        let file = File::open(path).map_err(|error| Error::io(&subject, error))?;
         if file.metadata().is_ok_and(|metadata| metadata.is_dir()) {
-            return Err(Error::new(&subject, "is a folder, expected a Y4M file"));
+            return Err(Error::new(ErrorKind::Format, &subject, "is a folder, expected a Y4M file"));
         }
         Self::new(subject, Input::Polled(file), fps)
     }
@@ -96,7 +96,7 @@ impl Y4m {
     /// # Errors
     /// The errors of [`Y4m::open`].
     pub fn from_fd(subject: &str, descriptor: impl AsFd, fps: Option<FrameRate>) -> Result<Self, Error> {
-        let owned = descriptor.as_fd().try_clone_to_owned().map_err(|error| Error::new(subject, error))?;
+        let owned = descriptor.as_fd().try_clone_to_owned().map_err(|error| Error::io(subject, error))?;
         Self::new(subject.into(), Input::Polled(owned.into()), fps)
     }
 
@@ -116,14 +116,15 @@ impl Y4m {
         let mut reader = Reader { subject, input, buffer: Vec::new(), filled: 0, used: 0 };
         let line = reader.header_line()?;
         let line_bytes = reader.buffer.get(MAGIC.len()..line).unwrap_or_default();
-        let header = Header::parse(line_bytes, fps).map_err(|message| Error::new(&reader.subject, message))?;
+        let header = Header::parse(line_bytes, fps)
+            .map_err(|message| Error::new(ErrorKind::Format, &reader.subject, message))?;
         reader.used = line + 1;
         let green = Any::new(header.format, header.color, YcbcrMethod::Exact);
         let bytes_per_row = green.row_bytes(header.size.width());
         // This is at most 2^14 · 2^15 bytes, or three planes of 2^28.
         let frame_bytes = green.frame_bytes(header.size, bytes_per_row);
         let about = format!(
-            "{}: Y4M, {}x{} {}, {}:{} frames a second{}",
+            "{}: Y4M, {}x{} {}, {}:{} frames per second{}",
             reader.subject,
             header.size.width(),
             header.size.height(),
@@ -199,7 +200,7 @@ impl Source for Y4m {
 
 impl Reader {
     fn error(&self, message: impl std::fmt::Display) -> Error {
-        Error::new(&self.subject, message)
+        Error::new(ErrorKind::Format, &self.subject, message)
     }
 
     fn read_bytes(&self) -> &[u8] {
@@ -229,7 +230,10 @@ impl Reader {
             match self.fill(FIRST_READ)? {
                 Got::Bytes(0) if found == 0 => return Err(self.error("is empty, expected a Y4M header")),
                 Got::Bytes(0) => return Err(self.error(format_args!("ends within its header, after {found} bytes"))),
-                Got::Interrupted => return Err(self.error("interrupted before its header was complete")),
+                Got::Interrupted => {
+                    let message = "interrupted before its header was complete";
+                    return Err(Error::new(ErrorKind::Io, &self.subject, message));
+                }
                 Got::Bytes(_) | Got::Nothing => {}
             }
         }
@@ -265,12 +269,15 @@ impl Reader {
         let size = self.buffer.len();
         if self.filled == size {
             let more = (2 * size).max(FIRST_READ).min(most).saturating_sub(size);
-            let no_room = |error| Error::new(&self.subject, format_args!("no memory for its frames: {error}"));
+            let no_room = |error| {
+                Error::new(ErrorKind::Io, &self.subject, format_args!("no memory for its frames: {error}"))
+                    .caused_by(error)
+            };
             self.buffer.try_reserve_exact(more).map_err(no_room)?;
             self.buffer.resize(size + more, 0);
         }
         let room = self.buffer.get_mut(self.filled..).unwrap_or_default();
-        let got = self.input.read(room).map_err(|error| Error::new(&self.subject, error))?;
+        let got = self.input.read(room).map_err(|error| Error::io(&self.subject, error))?;
         if let Got::Bytes(count) = got {
             self.filled += count;
         }

@@ -21,7 +21,7 @@ const MOST_CONTROLS: usize = 1024;
 pub(crate) struct Control {
     /// Its identifier: `V4L2_CID_*`.
     pub(crate) id: u32,
-    /// The driver's name for it, spelt as `v4l2-ctl` does.
+    /// The driver's name for it, spelled as `v4l2-ctl` does.
     pub(crate) name: String,
     /// Least and greatest value.
     pub(crate) range: (i32, i32),
@@ -102,7 +102,7 @@ fn control(raw: sys::v4l2_queryctrl) -> Option<Control> {
     let unusable = sys::V4L2_CTRL_FLAG_DISABLED | sys::V4L2_CTRL_FLAG_WRITE_ONLY;
     (readable && raw.flags & unusable == 0).then(|| Control {
         id: raw.id,
-        name: spelt(&text(&raw.name)),
+        name: spelled(&text(&raw.name)),
         range: (raw.minimum, raw.maximum),
         step: raw.step,
         flags: raw.flags,
@@ -110,7 +110,7 @@ fn control(raw: sys::v4l2_queryctrl) -> Option<Control> {
 }
 
 /// Returns a name as `v4l2-ctl` spells it: letters and digits in lower case, one `_` for all characters between them.
-fn spelt(name: &str) -> String {
+fn spelled(name: &str) -> String {
     let words = name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
     words.collect::<Vec<_>>().join("_").to_ascii_lowercase()
 }

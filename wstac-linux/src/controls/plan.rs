@@ -8,7 +8,7 @@ const HDR_SENSOR_MODE: u32 = 0x009a_0924;
 /// The flicker of a room's lights, to which the camera adapts its exposure.
 pub(super) const POWER_LINE_FREQUENCY: u32 = sys::V4L2_CID_POWER_LINE_FREQUENCY;
 
-/// Something automatic that is switched off.
+/// An automatic control that is switched off.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Switch {
     /// Its identifier.

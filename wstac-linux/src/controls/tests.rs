@@ -278,6 +278,6 @@ fn names_are_spelt_as_v4l2_ctl_does() {
         ("White Balance, Automatic", "white_balance_automatic"),
         ("  3A Lock (x) ", "3a_lock_x"),
     ] {
-        assert_eq!(spelt(name), expected);
+        assert_eq!(spelled(name), expected);
     }
 }

@@ -7,7 +7,7 @@ use super::{CameraSource, Told, stream};
 use crate::choose::same;
 use crate::{Camera, Negotiated};
 use wstac_host::camera::LockedControl;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 use wstac_host::source::{Fault, FaultKind, LossReason, Remedy, StreamInfo};
 
@@ -97,7 +97,7 @@ impl CameraSource {
     /// Resumes a stream that was started again, if its format is the same as before.
     fn resume(&mut self, camera: Camera) -> Result<(), Error> {
         if let Some(difference) = difference(&self.negotiated, &camera.negotiated) {
-            return Err(Error::new(self.request.path.display(), difference));
+            return Err(Error::new(ErrorKind::Device, self.request.path.display(), difference));
         }
         let state = Some(Box::new(camera.state.clone()));
         let before = std::mem::replace(&mut self.info.camera, state).map(|state| state.controls).unwrap_or_default();

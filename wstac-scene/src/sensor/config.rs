@@ -2,19 +2,19 @@
 //!
 //! ```toml
 //! size = [1280, 720]     # width and height in pixels
-//! fps = 30               # frames a second
+//! fps = 30               # frames per second
 //! format = "GREY"        # a four-character code: GREY, Y10, RGB3, YUYV, NV12, RGGB, MJPG …
-//! matrix = "bt601"       # of YCbCr formats: "bt601" or "bt709"
-//! range = "limited"      # of YCbCr formats: "limited" or "full"
-//! quality = 85           # of JPEG pictures, 1 to 100
-//! exposure = 1.0         # share of the frame interval during which the shutter is open
+//! matrix = "bt601"       # matrix of YCbCr formats: "bt601" or "bt709"
+//! range = "limited"      # range of YCbCr formats: "limited" or "full"
+//! quality = 85           # quality of JPEG pictures, 1 to 100
+//! exposure = 1.0         # fraction of the frame interval during which the shutter is open
 //! full_well = 25500.0    # electrons at full scale at a gain of 1
 //! read_noise = 60.0      # electrons rms
 //! black_level = 1.0      # in 1/255 of full scale
-//! gain = 1.0             # analogue gain
+//! gain = 1.0             # analog gain
 //! blur = 0.0             # deviation of the point spread, in pixels
 //! noise = 1.0            # scale of the noise, 0 for none
-//! dropped = 0.0          # share of frames that the driver drops
+//! dropped = 0.0          # fraction of frames that the driver drops
 //! auto_exposure = false  # whether the camera lengthens its exposure in the dark
 //! ```
 //!
@@ -55,7 +55,7 @@ pub struct SensorConfig {
     ///
     /// The default is a guess: below the speed law's threshold, as the paper's camera must be.
     pub black_level: f64,
-    /// Analogue gain, 1..=1000.
+    /// Analog gain, 1..=1000.
     pub gain: f64,
     /// Standard deviation of the point spread in pixels, 0..=100.
     pub blur: f64,
@@ -192,7 +192,7 @@ const HIGHEST_RATE: f64 = 10_000.0;
 /// A rate that is written rounded, such as 29.97, stands for its exact fraction. Other rates are rounded to a
 /// thousandth.
 fn checked_rate(found: f64) -> Result<FrameRate, String> {
-    let expected = || format!("fps is {found}, expected 1 to {HIGHEST_RATE} frames a second");
+    let expected = || format!("fps is {found}, expected 1 to {HIGHEST_RATE} frames per second");
     if !(1.0..=HIGHEST_RATE).contains(&found) {
         return Err(expected());
     }

@@ -11,7 +11,7 @@ mod mjpeg;
 mod noise;
 mod pixel;
 mod pose;
-mod quantised;
+mod quantized;
 mod render;
 mod spot;
 mod taxel;
@@ -26,7 +26,7 @@ use wstac_core::rate::FrameRate;
 use wstac_core::taxels::{FrameGeometry, TaxelSums};
 
 pub use self::config::SensorConfig;
-use self::encode::Mosaic;
+use self::encode::{Mosaic, encoder};
 pub use self::format::SensorFormat;
 use self::mjpeg::Compression;
 use self::pixel::Pixel;
@@ -36,7 +36,7 @@ use self::spot::Spot;
 use self::taxel::TaxelSampler;
 use self::whole::WholeRenderer;
 use super::rng::Rng;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 
 /// The part of a sensor that is computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
@@ -99,14 +99,15 @@ impl Sensor {
     /// - [`SensorConfig::check`] fails.
     /// - The frame is too small for the layout, or its sums are too large.
     /// - Taxel sums are requested in a format that does not store green itself.
+    /// - The simulator does not write frames of this format.
     ///
     /// The message names the key, the value found and the values expected.
     pub fn new(config: &SensorConfig, fidelity: Fidelity, leak: f64, rng: Rng) -> Result<Self, Error> {
-        config.check().map_err(|message| Error::new("scene", message))?;
+        config.check().map_err(|message| Error::new(ErrorKind::Config, "scene", message))?;
         if fidelity == Fidelity::Taxel && !config.format.stores_green() {
             let expected = "one that stores green itself (GREY, Y10, Y12, Y16, RGB3, RGBP, RGGB …)";
             let message = format!("format is {}, expected {expected} with fidelity = \"taxel\"", config.format);
-            return Err(Error::new("scene", message));
+            return Err(Error::new(ErrorKind::Config, "scene", message));
         }
         let format = config.format.pixels();
         // A JPEG picture's own color is undone by its decoder.
@@ -114,15 +115,26 @@ impl Sensor {
         let (width, height) = config.size.into();
         let camera = Layout::paper(config.size)
             .and_then(|layout| FrameGeometry::new(Any::new(format, color, YcbcrMethod::Exact), layout, config.rate))
-            .map_err(|error| Error::new("scene", format_args!("size is [{width}, {height}]: {error}")))?;
+            .map_err(|error| {
+                Error::new(ErrorKind::Config, "scene", format_args!("size is [{width}, {height}]: {error}"))
+                    .caused_by(error)
+            })?;
         let pixel = Pixel::new(config, camera.full_scale(), leak);
         let spot = Spot::new(camera.layout().taxel().map(usize::from), config.blur, Mosaic::of(format));
         if let (Fidelity::Taxel, Some(_)) = (fidelity, config.pose) {
-            return Err(Error::new("scene", "[sensor] has a pose, expected one with fidelity = \"rendered\" only"));
+            return Err(Error::new(
+                ErrorKind::Config,
+                "scene",
+                "[sensor] has a pose, expected one with fidelity = \"rendered\" only",
+            ));
         }
+        let Some(encoder) = encoder(config.format, config.color) else {
+            let message = format!("format is {}, expected one that the simulator writes", config.format);
+            return Err(Error::new(ErrorKind::Unsupported, "scene", message));
+        };
         let rendered = |rng| match &config.pose {
-            Some(pose) => Picture::Whole(WholeRenderer::new(config, pose, &camera, &pixel, rng)),
-            None => Picture::Taxels(Renderer::new(config, &camera, &pixel, &spot, rng)),
+            Some(pose) => Picture::Whole(WholeRenderer::new(config, pose, &camera, &pixel, encoder, rng)),
+            None => Picture::Taxels(Renderer::new(config, &camera, &pixel, &spot, encoder, rng)),
         };
         let kind = match fidelity {
             Fidelity::Taxel => Kind::Taxel(Box::new(TaxelSampler::new(pixel, format, &spot.green, rng))),

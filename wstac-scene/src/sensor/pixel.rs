@@ -51,7 +51,7 @@ impl Pixel {
 
     /// Returns the value of a pixel without a whisker's light and without noise.
     pub(super) fn outside(&self) -> u16 {
-        self.rendering().quantised(self.value(self.dark) as f32)
+        self.rendering().quantized(self.value(self.dark) as f32)
     }
 
     /// Returns the same pixel for whole rows, in single precision.
@@ -94,7 +94,7 @@ impl Rendering {
     /// `light` is a taxel's light; `spot` holds the values that each pixel gets for a light of 1.
     pub(super) fn quiet(&self, light: f32, spot: &[f32], values: &mut [u16]) {
         for (value, &spot) in values.iter_mut().zip(spot) {
-            *value = self.quantised(self.base + light * spot);
+            *value = self.quantized(self.base + light * spot);
         }
     }
 
@@ -104,13 +104,13 @@ impl Rendering {
             let light = light * spot;
             // This is the only square root of std in use here: IEEE 754 defines its every bit.
             let deviation = (self.variance + self.shot * light).sqrt();
-            *value = self.quantised(self.base + light + deviation * noise);
+            *value = self.quantized(self.base + light + deviation * noise);
         }
     }
 
     /// Returns the nearest of 0..=G. This form compiles to a few instructions for several pixels at once.
     #[inline(always)]
-    fn quantised(&self, value: f32) -> u16 {
+    fn quantized(&self, value: f32) -> u16 {
         let value = if value > 0.0 { value } else { 0.0 };
         let value = if value < self.full_scale { value } else { self.full_scale };
         (value + ROUNDER).to_bits() as u16
@@ -127,7 +127,7 @@ mod tests {
             let rendering = Pixel::new(&SensorConfig::default(), full_scale.into(), 0.0).rendering();
             for value in 0..=full_scale {
                 for off in [-0.49, 0.0, 0.49] {
-                    assert_eq!(rendering.quantised(f32::from(value) + off), value);
+                    assert_eq!(rendering.quantized(f32::from(value) + off), value);
                 }
             }
             for (value, expected) in [
@@ -138,7 +138,7 @@ mod tests {
                 (f32::INFINITY, full_scale),
                 (f32::from(full_scale) + 0.6, full_scale),
             ] {
-                assert_eq!(rendering.quantised(value), expected, "{value}");
+                assert_eq!(rendering.quantized(value), expected, "{value}");
             }
         }
     }

@@ -1,13 +1,13 @@
 //! The pose of a camera that does not look straight on at the whiskers: the `[sensor.pose]` table.
 //!
 //! ```toml
-//! rotation_degrees = 0   # of the picture, counter-clockwise, -180 to 180
-//! tilt_degrees = [0, 0]  # of the camera: its right side, its lower side further away; -45 to 45
-//! curvature = 0          # of the lens: below 0 barrel, above pincushion; -0.15 to 0.15
-//! shift = [0, 0]         # right and down, in shares of the picture's shorter side, -2 to 2
-//! scale = 1              # of the picture, 0.1 to 10
-//! uneven = 1             # how many times as bright as the darkest side the brightest is, 1 to 100
-//! uneven_degrees = 0     # where the brightest side is: 0 is right, 90 up
+//! rotation_degrees = 0   # rotation of the picture, counterclockwise; -180 to 180
+//! tilt_degrees = [0, 0]  # tilt: right side further away, then lower side further away; -45 to 45
+//! curvature = 0          # distortion by the lens: below 0 barrel, above 0 pincushion; -0.15 to 0.15
+//! shift = [0, 0]         # shift right and down, in fractions of the picture's shorter side; -2 to 2
+//! scale = 1              # scale of the picture, 0.1 to 10
+//! uneven = 1             # brightness of the brightest side divided by that of the darkest, 1 to 100
+//! uneven_degrees = 0     # direction of the brightest side: 0 is right, 90 is up
 //! ```
 //!
 //! Lengths are in halves of the picture's shorter side, from its middle, x to the right and y down. A pinhole camera
@@ -32,7 +32,7 @@ const MIDDLE: [f64; 2] = [(COLUMNS / 2) as f64, (ROWS / 2) as f64];
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Pose {
-    /// Rotation of the picture in degrees, counter-clockwise, −180..=180.
+    /// Rotation of the picture in degrees, counterclockwise, −180..=180.
     pub rotation_degrees: f64,
     /// Tilt of the camera in degrees, −45..=45: first its right side further away, then its lower side further away.
     pub tilt_degrees: [f64; 2],
@@ -44,7 +44,7 @@ pub struct Pose {
     pub scale: f64,
     /// Brightness of the brightest side divided by that of the darkest side, 1..=100.
     pub uneven: f64,
-    /// Direction of the brightest side in degrees, counter-clockwise: 0 is right.
+    /// Direction of the brightest side in degrees, counterclockwise: 0 is right.
     pub uneven_degrees: f64,
 }
 
@@ -80,7 +80,7 @@ impl Pose {
     /// Returns the positions of the whiskers' bases in a frame, row by row.
     ///
     /// They are x and y in pixels; whole numbers are the middle of a pixel.
-    pub fn centres(&self, frame: FrameSize) -> [[f64; 2]; TAXELS] {
+    pub fn centers(&self, frame: FrameSize) -> [[f64; 2]; TAXELS] {
         let view = View::new(self, frame);
         core::array::from_fn(|taxel| view.seen(base(taxel)))
     }
@@ -235,10 +235,10 @@ mod tests {
         for (width, height) in [(400, 400), (1280, 720), (640, 480), (301, 240)] {
             let layout = Layout::paper(frame(width, height)).unwrap();
             let side = f64::from(layout.taxel()[0]);
-            for (centre, corner) in Pose::default().centres(layout.frame()).iter().zip(layout.corners()) {
-                for (centre, corner) in centre.iter().zip(corner) {
+            for (center, corner) in Pose::default().centers(layout.frame()).iter().zip(layout.corners()) {
+                for (center, corner) in center.iter().zip(corner) {
                     // The layout's numbers are rounded.
-                    let off = centre - (f64::from(*corner) + (side - 1.0) / 2.0);
+                    let off = center - (f64::from(*corner) + (side - 1.0) / 2.0);
                     assert!(off.abs() <= 0.751, "{width}x{height}: {off}");
                 }
             }
@@ -247,7 +247,7 @@ mod tests {
 
     #[test]
     fn turns_shifts_and_lenses_go_the_way_they_say() {
-        let corner = |pose: Pose| pose.centres(frame(400, 400))[0];
+        let corner = |pose: Pose| pose.centers(frame(400, 400))[0];
         let [left, top] = corner(Pose::default());
         let near = |found: [f64; 2], expected: [f64; 2]| {
             let off = found.iter().zip(expected).map(|(found, expected)| (found - expected).abs());
@@ -258,7 +258,7 @@ mod tests {
         near(corner(Pose { shift: [0.1, -0.05], scale: 0.5, ..Pose::default() }), [159.5, 99.5]);
         // 0.8 from the middle on either axis: r² is 1.28.
         near(corner(Pose { curvature: -0.1, ..Pose::default() }), [199.5 - 160.0 * 0.872, 199.5 - 160.0 * 0.872]);
-        let tilted = Pose { tilt_degrees: [20.0, 0.0], ..Pose::default() }.centres(frame(400, 400));
+        let tilted = Pose { tilt_degrees: [20.0, 0.0], ..Pose::default() }.centers(frame(400, 400));
         assert!(tilted[20][1] - tilted[0][1] > 320.0 && tilted[24][1] - tilted[4][1] < 320.0, "left is nearer");
     }
 

@@ -8,7 +8,7 @@ use wstac_core::params::TAXELS;
 use wstac_core::taxels::FrameGeometry;
 
 use super::config::SensorConfig;
-use super::encode::{Block, Encoder, Frame, encoder};
+use super::encode::{Block, Encoder, Frame};
 use super::noise::NoiseTable;
 use super::pixel::{Pixel, Rendering, checked_light};
 use super::spot::Spot;
@@ -45,11 +45,11 @@ impl Renderer {
         camera: &FrameGeometry<Any>,
         pixel: &Pixel,
         spot: &Spot,
+        encoder: Arc<dyn Encoder>,
         rng: Rng,
     ) -> Self {
         let layout = *camera.layout();
         let [width, _] = layout.taxel().map(usize::from);
-        let encoder = encoder(config.format, config.color);
         let frame = Frame {
             bytes: vec![0; camera.frame_bytes()],
             bytes_per_row: camera.bytes_per_row(),

@@ -12,7 +12,7 @@ use wstac_core::green::any::PixelFormat;
 use wstac_core::params::TAXELS;
 
 use super::pixel::{Pixel, checked_light};
-use super::quantised::Values;
+use super::quantized::Values;
 use crate::rng::Rng;
 
 /// Points of a pixel's table for a change of its value by one standard deviation of the noise.

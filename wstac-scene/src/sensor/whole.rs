@@ -7,7 +7,7 @@ use wstac_core::params::{PAPER_IMAGE_SIDE, PAPER_TAXEL_SIDE, TAXELS};
 use wstac_core::taxels::FrameGeometry;
 
 use super::config::SensorConfig;
-use super::encode::{Block, Encoder, Frame, Mosaic, Site, encoder};
+use super::encode::{Block, Encoder, Frame, Mosaic, Site};
 use super::noise::NoiseTable;
 use super::pixel::{Pixel, Rendering, checked_light};
 use super::pose::{Pose, View, nearest};
@@ -41,11 +41,11 @@ impl WholeRenderer {
         pose: &Pose,
         camera: &FrameGeometry<Any>,
         pixel: &Pixel,
+        encoder: Arc<dyn Encoder>,
         rng: Rng,
     ) -> Self {
         let size = camera.layout().frame();
         let (width, height) = (usize::from(size.width()), usize::from(size.height()));
-        let encoder = encoder(config.format, config.color);
         let [columns, rows] = encoder.cell();
         let block_width = width.next_multiple_of(columns);
         let view = View::new(pose, size);

@@ -38,7 +38,7 @@ impl Cells {
         let camera = Layout::new(info.size, [cell; 2], [[0; 2]; TAXELS])
             .and_then(|layout| FrameGeometry::new(green, layout, info.rate))
             .and_then(|camera| camera.with_bytes_per_row(info.bytes_per_row))
-            .map_err(|error| Error::new(&info.about, error))?;
+            .map_err(|error| Error::config(&info.about, error))?;
         Ok(Self { camera, green, side, size })
     }
 

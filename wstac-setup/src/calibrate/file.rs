@@ -69,7 +69,7 @@ impl Calibration {
         writeln!(text, "[trigger]")?;
         writeln!(
             text,
-            "# The noise of a feature is {:.4} a frame; six deviations of a window of five frames",
+            "# The noise of a feature is {:.4} per frame; six deviations of a window of five frames",
             noise.feature
         )?;
         writeln!(text, "# would be {:.3}; the default is {DEFAULT_MARGIN}.", 6.0 * noise.feature / 5.0_f64.sqrt())?;

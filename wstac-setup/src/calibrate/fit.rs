@@ -58,7 +58,7 @@ impl Fit {
         [right * lens, down * lens]
     }
 
-    /// Returns the rotation of the picture in degrees, counter-clockwise.
+    /// Returns the rotation of the picture in degrees, counterclockwise.
     ///
     /// It is the direction of the mean of a step to the right and a step down, the latter rotated.
     pub(super) fn rotation_degrees(&self) -> f64 {

@@ -28,14 +28,14 @@ const SLANT: f64 = 0.51;
 #[derive(Clone, Debug)]
 pub(super) struct Lattice {
     /// Their places in cells, row by row: the place of their light, or the expected place if they gave no light.
-    pub(super) centres: [[f64; 2]; TAXELS],
+    pub(super) centers: [[f64; 2]; TAXELS],
     /// The spot of each, if it has one.
     pub(super) spots: [Option<usize>; TAXELS],
     /// Median steps to the right and down, in cells.
     pub(super) pitch: [f64; 2],
     /// Root mean square distance of the spots from a smooth lattice, in cells.
     pub(super) off: f64,
-    /// Rotation of the picture in degrees, counter-clockwise.
+    /// Rotation of the picture in degrees, counterclockwise.
     pub(super) rotation_degrees: f64,
 }
 
@@ -93,12 +93,12 @@ fn extent(numbered: &[Numbered], axis: usize) -> (i32, usize) {
 
 /// Numbers spots by walking from `start`.
 fn walk(spots: &[Spot], start: usize) -> Vec<Numbered> {
-    let neighbour = |along: fn([f64; 2]) -> [f64; 2]| {
+    let neighbor = |along: fn([f64; 2]) -> [f64; 2]| {
         let ways = spots.iter().map(|spot| step(&spots[start], spot));
         let ahead = ways.filter(|way| along(*way)[0] > 0.0 && along(*way)[1].abs() < SLANT * along(*way)[0]);
         ahead.min_by(|a, b| length(*a).total_cmp(&length(*b)))
     };
-    let (Some(right), Some(down)) = (neighbour(|way| way), neighbour(|[x, y]| [y, x])) else {
+    let (Some(right), Some(down)) = (neighbor(|way| way), neighbor(|[x, y]| [y, x])) else {
         return Vec::new();
     };
     let mut numbered: Vec<(usize, [i32; 2], [[f64; 2]; 2])> = vec![(start, [0, 0], [right, down])];
@@ -135,7 +135,7 @@ fn walk(spots: &[Spot], start: usize) -> Vec<Numbered> {
 fn settled(spots: &[Spot], size: [usize; 2], mut named: [Option<usize>; TAXELS]) -> Result<Lattice, String> {
     let middle = size.map(|side| (side as f64 - 1.0) / 2.0);
     let half = size[0].min(size[1]) as f64 / 2.0;
-    let place = |spot: usize| [0, 1].map(|k| (spots[spot].centre[k] - middle[k]) / half);
+    let place = |spot: usize| [0, 1].map(|k| (spots[spot].center[k] - middle[k]) / half);
     let pitch = [1, COLUMNS].map(|step| pitch(spots, &named, step));
     let mut turn = mean_step(spots, &named);
     turn = turn.map(|step| step / length(turn).max(1e-9));
@@ -152,7 +152,7 @@ fn settled(spots: &[Spot], size: [usize; 2], mut named: [Option<usize>; TAXELS])
         let seen_at = |taxel: usize| [0, 1].map(|k| middle[k] + half * fit.place(point(taxel))[k]);
         let off = |taxel: usize, spot: usize| {
             let at = seen_at(taxel);
-            (spots[spot].centre[0] - at[0]).hypot(spots[spot].centre[1] - at[1])
+            (spots[spot].center[0] - at[0]).hypot(spots[spot].center[1] - at[1])
         };
         let offs = || named.iter().enumerate().filter_map(|(taxel, spot)| Some((taxel, off(taxel, (*spot)?))));
         let farthest = offs().max_by(|a, b| a.1.total_cmp(&b.1));
@@ -173,9 +173,9 @@ fn settled(spots: &[Spot], size: [usize; 2], mut named: [Option<usize>; TAXELS])
             let limits = "expected at most 15: turn the camera, so that it is clear which row is the first";
             return Err(format!("the lattice is turned by {rotation_degrees:.0} degrees, {limits}"));
         }
-        let centres =
-            core::array::from_fn(|taxel| named[taxel].map_or_else(|| seen_at(taxel), |spot| spots[spot].centre));
-        return Ok(Lattice { centres, spots: named, pitch, off: rms, rotation_degrees });
+        let centers =
+            core::array::from_fn(|taxel| named[taxel].map_or_else(|| seen_at(taxel), |spot| spots[spot].center));
+        return Ok(Lattice { centers, spots: named, pitch, off: rms, rotation_degrees });
     }
 }
 
@@ -203,7 +203,7 @@ fn mean_step(spots: &[Spot], named: &[Option<usize>; TAXELS]) -> [f64; 2] {
 }
 
 fn step(from: &Spot, to: &Spot) -> [f64; 2] {
-    [to.centre[0] - from.centre[0], to.centre[1] - from.centre[1]]
+    [to.center[0] - from.center[0], to.center[1] - from.center[1]]
 }
 
 fn length([x, y]: [f64; 2]) -> f64 {
@@ -221,7 +221,7 @@ mod tests {
             let [x, y] = [(k % columns) as f64 - 2.0, (k / columns) as f64 - 2.0].map(|at| at * 60.0);
             [199.5 + x * cos + y * sin, 199.5 + y * cos - x * sin]
         });
-        places.map(|centre| Spot { centre, light: 0.1, area: 700, stretch: 1.0, saturated: 0.0, cut: false }).collect()
+        places.map(|center| Spot { center, light: 0.1, area: 700, stretch: 1.0, saturated: 0.0, cut: false }).collect()
     }
 
     fn refusal(spots: &[Spot]) -> String {
@@ -244,13 +244,13 @@ mod tests {
     fn each_missing_whisker_is_found_from_the_others_and_strays_are_left_out() {
         for missing in 0..TAXELS {
             let mut spots = grid(5, 5, 9.0);
-            let expected = spots.remove(missing).centre;
+            let expected = spots.remove(missing).center;
             // A reflection next to the dead whisker, and one outside.
-            spots.push(Spot { centre: [expected[0] + 11.0, expected[1] - 6.0], ..spots[0] });
-            spots.push(Spot { centre: [8.0, 392.0], ..spots[0] });
+            spots.push(Spot { center: [expected[0] + 11.0, expected[1] - 6.0], ..spots[0] });
+            spots.push(Spot { center: [8.0, 392.0], ..spots[0] });
             let found = lattice(&spots, [400, 400]).unwrap();
             assert_eq!(found.spots.iter().filter(|spot| spot.is_none()).count(), 1);
-            let [x, y] = found.centres[missing];
+            let [x, y] = found.centers[missing];
             assert!((x - expected[0]).hypot(y - expected[1]) < 1e-3, "{missing}: {x} {y}, expected {expected:?}");
         }
     }
@@ -267,7 +267,7 @@ mod tests {
         assert!(refusal(&three).contains("found 22 spots"));
         // Scattered: a walk does not get far.
         let scattered: Vec<Spot> = (0..30)
-            .map(|k| Spot { centre: [f64::from(k * 97 % 400), f64::from(k * k * 31 % 400)], ..three[0] })
+            .map(|k| Spot { center: [f64::from(k * 97 % 400), f64::from(k * k * 31 % 400)], ..three[0] })
             .collect();
         assert!(refusal(&scattered).contains("are on a lattice, expected 25"), "{}", refusal(&scattered));
     }

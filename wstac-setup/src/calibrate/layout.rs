@@ -14,22 +14,22 @@ const SHARE: f64 = PAPER_TAXEL_SIDE as f64 / PAPER_PITCH as f64;
 /// Smallest fraction if the picture's edge leaves no more room: most of a spot.
 const LEAST_SHARE: f64 = 0.45;
 
-/// Returns taxels around `centres`, in pixels; whole numbers are the middle of a pixel.
+/// Returns taxels around `centers`, in pixels; whole numbers are the middle of a pixel.
 ///
 /// Bayer formats have them on whole cells.
 ///
 /// # Errors
 /// A whisker is too close to the picture's edge for a taxel around it.
-pub(super) fn layout(info: &StreamInfo, centres: &[[f64; 2]; TAXELS], pitch: [f64; 2]) -> Result<Layout, String> {
+pub(super) fn layout(info: &StreamInfo, centers: &[[f64; 2]; TAXELS], pitch: [f64; 2]) -> Result<Layout, String> {
     let cell = f64::from(Any::new(info.format, info.color, YcbcrMethod::Exact).cell());
     let frame = [info.size.width(), info.size.height()].map(f64::from);
     let mut taxel = [0; 2];
     let mut corners = [[0; 2]; TAXELS];
     for k in 0..2 {
         // Pixels from a center to the nearest edge, less one cell for rounding.
-        let room = |centre: &[f64; 2]| (centre[k] + 0.5).min(frame[k] - 0.5 - centre[k]) - cell / 2.0;
+        let room = |center: &[f64; 2]| (center[k] + 0.5).min(frame[k] - 0.5 - center[k]) - cell / 2.0;
         let (tightest, least) = (0..TAXELS)
-            .map(|taxel| (taxel, room(&centres[taxel])))
+            .map(|taxel| (taxel, room(&centers[taxel])))
             .fold((0, f64::INFINITY), |least, room| if room.1 < least.1 { room } else { least });
         let side = (SHARE * pitch[k]).min(2.0 * least);
         if side < LEAST_SHARE * pitch[k] {
@@ -41,8 +41,8 @@ pub(super) fn layout(info: &StreamInfo, centres: &[[f64; 2]; TAXELS], pitch: [f6
         }
         let side = ((side / cell).round() * cell).max(cell);
         taxel[k] = side as u16;
-        for (corner, centre) in corners.iter_mut().zip(centres) {
-            let nearest = ((centre[k] - (side - 1.0) / 2.0) / cell).round() * cell;
+        for (corner, center) in corners.iter_mut().zip(centers) {
+            let nearest = ((center[k] - (side - 1.0) / 2.0) / cell).round() * cell;
             corner[k] = nearest.clamp(0.0, ((frame[k] - side) / cell).floor().max(0.0) * cell) as u16;
         }
     }

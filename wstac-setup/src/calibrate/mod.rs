@@ -44,14 +44,14 @@ pub struct Calibration {
     /// The places of the taxels.
     pub layout: Layout,
     /// The whiskers' bases in pixels of the frame, row by row; whole numbers are the middle of a pixel.
-    pub centres: [[f64; 2]; TAXELS],
+    pub centers: [[f64; 2]; TAXELS],
     /// The taxel whose whisker gave no light, if there is one: its base follows from the others.
     pub dead: Option<usize>,
     /// Root mean square distance of the bases from a smooth lattice, in pixels.
     pub off: f64,
     /// Median distances of neighbors in pixels, to the right and down.
     pub pitch: [f64; 2],
-    /// Rotation of the picture in degrees, counter-clockwise.
+    /// Rotation of the picture in degrees, counterclockwise.
     pub rotation_degrees: f64,
     /// Number of whiskers whose brightness the camera could not measure: they reached full scale.
     pub saturated: usize,
@@ -144,14 +144,14 @@ impl Watch {
     /// Derives a calibration from a lattice, or refuses if it is not certain.
     fn measured(&self, seen: &Seen, spots: &[Spot], lattice: &Lattice) -> Result<Calibration, String> {
         let saturated = clear(spots, lattice)?;
-        let centres = lattice.centres.map(|centre| self.cells.pixel(centre));
+        let centers = lattice.centers.map(|center| self.cells.pixel(center));
         let side = f64::from(self.cells.side);
         let pitch = lattice.pitch.map(|pitch| pitch * side);
-        let layout = layout::layout(&self.info, &centres, pitch)?;
+        let layout = layout::layout(&self.info, &centers, pitch)?;
         let noise = Noise::measured(&self.info, layout, &self.untouched)?;
         Ok(Calibration {
             layout,
-            centres,
+            centers,
             dead: lattice.spots.iter().position(Option::is_none),
             off: lattice.off * side,
             pitch,

@@ -67,7 +67,7 @@ impl Outcome {
         // Converts pixels of the frame, with whole numbers in their middle, to pixels of the picture.
         let per_pixel = scale / f64::from(self.cells.side);
         let seen = |at: f64| (at + 0.5) * per_pixel - 0.5;
-        let bases = calibration.centres.map(|centre| centre.map(seen));
+        let bases = calibration.centers.map(|center| center.map(seen));
         let links = (0..TAXELS).flat_map(|k| {
             let right = ((k + 1) % COLUMNS != 0).then_some([k, k + 1]);
             right.into_iter().chain((k + COLUMNS < TAXELS).then_some([k, k + COLUMNS]))
@@ -90,10 +90,10 @@ impl Outcome {
         let scale = self.scale() as f64;
         for (k, spot) in self.spots.iter().enumerate() {
             let color = if refusal.lattice.contains(&k) { ON_LATTICE } else { STRAY };
-            let centre = spot.centre.map(|at| (at + 0.5) * scale - 0.5);
+            let center = spot.center.map(|at| (at + 0.5) * scale - 0.5);
             let radius = (spot.area as f64 / core::f64::consts::PI).sqrt() * 1.3 * scale + 3.0;
-            canvas.ring(centre, radius, color);
-            canvas.text([centre[0] + radius * 0.75, centre[1] - radius * 0.75 - 14.0], &(k + 1).to_string(), color);
+            canvas.ring(center, radius, color);
+            canvas.text([center[0] + radius * 0.75, center[1] - radius * 0.75 - 14.0], &(k + 1).to_string(), color);
         }
     }
 }

@@ -29,7 +29,7 @@ const MOST_SPOTS: usize = 200;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Spot {
     /// Its center in cells; whole numbers are the middle of a cell.
-    pub(super) centre: [f64; 2],
+    pub(super) center: [f64; 2],
     /// Its height, as a fraction of full scale and the mean over all frames.
     pub(super) light: f64,
     /// Number of cells brighter than half of that height.
@@ -170,7 +170,7 @@ fn spot(seen: &Seen, light: &Plane, summit: &Summit) -> Option<Spot> {
         (f64::midpoint(spread[0], spread[2]) + 1.0 / 12.0, ((spread[0] - spread[2]) / 2.0).hypot(spread[1]));
     let stretch = ((half + apart) / (half - apart).max(1e-9)).sqrt();
     (weights > 0.0).then_some(Spot {
-        centre: [start[0] + mean[0], start[1] + mean[1]],
+        center: [start[0] + mean[0], start[1] + mean[1]],
         light: f64::from(summit.peak - summit.meets),
         area: inside.len(),
         stretch,

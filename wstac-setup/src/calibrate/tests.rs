@@ -43,10 +43,10 @@ fn refusal(text: &str) -> String {
 fn offs(calibration: &Calibration, truth: &[[f64; 2]; TAXELS]) -> Vec<[f64; 2]> {
     let size = calibration.layout.taxel().map(|side| (f64::from(side) - 1.0) / 2.0);
     let off = |[x, y]: [f64; 2], truth: [f64; 2]| (x - truth[0]).hypot(y - truth[1]);
-    let taxels = calibration.layout.corners().iter().zip(&calibration.centres).zip(truth);
-    let offs = taxels.map(|((corner, centre), &truth)| {
+    let taxels = calibration.layout.corners().iter().zip(&calibration.centers).zip(truth);
+    let offs = taxels.map(|((corner, center), &truth)| {
         let middle = [0, 1].map(|k| f64::from(corner[k]) + size[k]);
-        [off(middle, truth), off(*centre, truth)]
+        [off(middle, truth), off(*center, truth)]
     });
     offs.collect()
 }
@@ -73,7 +73,7 @@ fn pose(rng: &mut Rng, size: FrameSize) -> Pose {
             let [width, height] = [size.width(), size.height()].map(f64::from);
             x.min(width - 1.0 - x) > room && y.min(height - 1.0 - y) > room
         };
-        if pose.centres(size).iter().all(inside) {
+        if pose.centers(size).iter().all(inside) {
             return pose;
         }
     }
@@ -110,7 +110,7 @@ fn every_base_is_found_from_any_pose() {
             let pose = script.sensor.pose.unwrap();
             let calibration = outcome.result.unwrap_or_else(|refusal| panic!("{number}: {refusal:?}, {pose:?}"));
             assert_eq!(calibration.dead, dead, "{number}: {pose:?}");
-            offs(&calibration, &pose.centres(size))
+            offs(&calibration, &pose.centers(size))
         })
         .collect();
     let all: Vec<[f64; 2]> = found.into_iter().flatten().collect();
@@ -208,7 +208,7 @@ fn every_format_and_size_is_calibrated() {
         let rounding = if bayer { 1.0 } else { 0.5 } * core::f64::consts::SQRT_2;
         let most = rounding + 0.004 * f64::from(width.min(height));
         let off =
-            offs(&calibration, &script.sensor.pose.unwrap().centres(size)).iter().map(|off| off[0]).fold(0.0, f64::max);
+            offs(&calibration, &script.sensor.pose.unwrap().centers(size)).iter().map(|off| off[0]).fold(0.0, f64::max);
         println!("{format} {width}x{height}: {off:.2} pixels at most");
         assert!(off <= most, "{format} {width}x{height}: {off} pixels off, expected at most {most}");
         let config = Config::parse(&calibration.to_toml("a test")).unwrap();

@@ -2,7 +2,7 @@
 
 use super::cells::Cells;
 use super::plane::Plane;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::source::StreamInfo;
 use wstac_host::statistics::median;
 
@@ -70,7 +70,11 @@ impl Watch {
     /// The stream has no pixels, or its size, format and bytes per row do not fit each other.
     pub fn new(info: &StreamInfo) -> Result<Self, Error> {
         if info.taxels_only {
-            return Err(Error::new(&info.about, "gives taxel sums, expected frames: fidelity = \"rendered\""));
+            return Err(Error::new(
+                ErrorKind::Unsupported,
+                &info.about,
+                "gives taxel sums, expected frames: fidelity = \"rendered\"",
+            ));
         }
         let cells = Cells::new(info)?;
         let empty = vec![0.0; cells.size[0] * cells.size[1]];

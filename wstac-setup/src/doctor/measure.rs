@@ -8,7 +8,7 @@ use wstac_core::params::TAXELS;
 use super::pace::Pace;
 use super::pixels::{PixelGrid, Pixels};
 use wstac_host::config::Config;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::session::Processor;
 use wstac_host::source::{Fault, FaultKind, Frame, LossReason, Source, SourceEvent, StreamInfo};
@@ -108,7 +108,11 @@ pub fn measure(
         let item = source.next_event()?;
         // It may come back, but not as a camera that was watched all the time; and it may never.
         if let SourceEvent::Fault(Fault { kind: FaultKind::Disconnected | FaultKind::NoSignal, message, .. }) = &item {
-            return Err(Error::new(&info.about, format_args!("broke off while it was measured: {message}")));
+            return Err(Error::new(
+                ErrorKind::Device,
+                &info.about,
+                format_args!("broke off while it was measured: {message}"),
+            ));
         }
         if settling > 0 && !matches!(item, SourceEvent::End) {
             settling -= u32::from(matches!(item, SourceEvent::Frame(_) | SourceEvent::Lost { .. }));
@@ -171,7 +175,7 @@ pub fn measure(
     if frames < LEAST && stop.load(Ordering::Relaxed) == 0 {
         let lost: Vec<_> = measured.lost.iter().map(|(why, frames)| format!(" ({frames} {why})")).collect();
         let message = format!("gave {frames} frames{}, expected at least {LEAST} to measure", lost.concat());
-        return Err(Error::new(&info.about, message));
+        return Err(Error::new(ErrorKind::Data, &info.about, message));
     }
     Ok(measured)
 }

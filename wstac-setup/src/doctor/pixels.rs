@@ -74,7 +74,7 @@ impl PixelGrid {
                 let camera = Layout::new(info.size, [cell; 2], corners)
                     .and_then(|layout| FrameGeometry::new(green, layout, FrameRate::NOMINAL))
                     .and_then(|camera| camera.with_bytes_per_row(info.bytes_per_row))
-                    .map_err(|error| Error::new(&info.about, error))?;
+                    .map_err(|error| Error::config(&info.about, error))?;
                 let history = |corner| History { inside: is_inside(corner, taxels), ..History::default() };
                 groups.push((TaxelSums::new(camera), corners.map(history)));
             }

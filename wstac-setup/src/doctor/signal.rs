@@ -52,7 +52,7 @@ pub struct SignalReport {
 /// # Errors
 /// The configuration is not valid.
 pub fn signal(still: &Still, config: &Config, measured: &Measured) -> Result<SignalReport, Error> {
-    let failed = |error| Error::new("[trigger]", error);
+    let failed = |error| Error::config("[trigger]", error);
     let trigger = config.trigger().map_err(failed)?;
     let real = |bits: u32| f64::from(bits) / 65_536.0;
     let (b, margin) = (real(trigger.multiplier().bits()), real(trigger.margin().bits()));

@@ -66,10 +66,10 @@ impl Still {
     /// The windows are those of the trigger, so that flicker which lasts longer than a frame counts in full.
     pub fn window_noise(&self, line: usize, frames: usize) -> f64 {
         let levels: Vec<f64> = self.lines.iter().map(|sums| sums[line]).collect();
-        let (trend, centre) = (self.trend_of(&levels), mean(self.times.iter().copied()));
+        let (trend, center) = (self.trend_of(&levels), mean(self.times.iter().copied()));
         let average = mean(levels.iter().copied());
         let rest: Vec<f64> =
-            levels.iter().zip(&self.times).map(|(level, at)| level - average - trend.slope * (at - centre)).collect();
+            levels.iter().zip(&self.times).map(|(level, at)| level - average - trend.slope * (at - center)).collect();
         let windows: Vec<f64> = rest.chunks_exact(frames.max(1)).map(|window| mean(window.iter().copied())).collect();
         let single = mean(rest.iter().map(|level| level * level));
         // Too few windows say little: then frames are taken to be independent.

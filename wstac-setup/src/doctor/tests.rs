@@ -351,7 +351,7 @@ fn mjpeg_is_held_against_the_uncompressed_picture() {
     let (info, bad) = scene(&sensor("MJPG", 5), 0.0);
     let coarse = mjpeg::compare(("GREY", &raw), ("MJPG", &bad), &config);
     assert!(coarse.worst_taxel_off > 1.5, "{coarse:?}");
-    assert!(coarse.jpeg.pixel_noise < coarse.raw.pixel_noise, "what is quantised away is no noise: {coarse:?}");
+    assert!(coarse.jpeg.pixel_noise < coarse.raw.pixel_noise, "what is quantized away is no noise: {coarse:?}");
     let known = Known::default();
     let report = examine(&info, &config, &bad, known, (None, Vec::new()), Some(coarse)).unwrap();
     assert!(kinds(&report).contains(&"mjpeg") && report.to_string().contains("--format GREY"), "{report}");

@@ -22,7 +22,7 @@ impl fmt::Display for Report {
         }
         signal(f, &self.signal)?;
         let drift = &self.drift;
-        write!(f, "drift      {:+.3} ± {:.3} levels a minute", drift.levels_per_minute, drift.error)?;
+        write!(f, "drift      {:+.3} ± {:.3} levels per minute", drift.levels_per_minute, drift.error)?;
         match drift.minutes_to(self.signal.five_taxels) {
             Some(minutes) => writeln!(f, ", a trigger's worth in {minutes:.0} minutes")?,
             None => writeln!(f, ", none that shows")?,
@@ -41,7 +41,10 @@ fn rate(f: &mut fmt::Formatter<'_>, rate: &RateReport) -> fmt::Result {
     write!(f, "rate       {} frames in {:.1} s, ", rate.frames, rate.seconds)?;
     match (rate.measured, rate.jitter_ms, rate.longest_ms) {
         (Some(fps), Some(jitter), Some(longest)) => {
-            write!(f, "{fps:.2} a second by the driver's clock (jitter {jitter:.2} ms, longest gap {longest:.1} ms)")?;
+            write!(
+                f,
+                "{fps:.2} per second by the driver's clock (jitter {jitter:.2} ms, longest gap {longest:.1} ms)"
+            )?;
         }
         _ => write!(f, "no timestamps")?,
     }

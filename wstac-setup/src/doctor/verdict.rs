@@ -106,12 +106,12 @@ fn rate(findings: &mut Findings, report: &Report, info: &StreamInfo) {
     let rate = &report.rate;
     let off = |fps: f64, other: f64| (fps / other - 1.0).abs() > RATE_OFF;
     if let Some(fps) = rate.measured.filter(|fps| off(*fps, rate.stated)) {
-        let found = format!("{fps:.2} frames a second come, the driver states {}", rate_text(info));
+        let found = format!("{fps:.2} frames per second come, the driver states {}", rate_text(info));
         let advice = "shorten the exposure to less than a frame (--control exposure_time_absolute=…, in units of 0.1 ms), \
                       and plug the camera in where nothing shares its USB bus";
         findings.add("slow", found, if fps < rate.stated { advice } else { "state the rate that comes with --fps" });
     } else if let Some(asked) = rate.asked.filter(|asked| off(rate.stated, *asked)) {
-        let found = format!("the driver gives {} frames a second, {asked:.2} were asked for", rate_text(info));
+        let found = format!("the driver gives {} frames per second, {asked:.2} were asked for", rate_text(info));
         findings.add("rate", found, "choose a format and size that are offered at that rate (--format, --size)");
     }
     if let (Some(jitter), Some(fps)) = (rate.jitter_ms, rate.measured)
@@ -121,7 +121,7 @@ fn rate(findings: &mut Findings, report: &Report, info: &StreamInfo) {
         findings.add(
             "jitter",
             found,
-            "leave the machine and the USB bus to the camera: a slide's speed is told in frames",
+            "leave the machine and the USB bus to the camera: a slide's speed is measured in frames",
         );
     }
     let lost: u64 = rate.lost.values().sum();
@@ -191,7 +191,7 @@ fn trigger(findings: &mut Findings, report: &Report) {
         let levels = drift.levels_per_minute;
         let (how, what) = if levels > 0.0 { ("brighter", "fires the trigger") } else { ("darker", "hides light") };
         let found = format!(
-            "the picture gets {how} by {:.2} gray levels a minute: a trigger's worth, which {what}, in {}",
+            "the picture gets {how} by {:.2} gray levels per minute: a trigger's worth, which {what}, in {}",
             levels.abs(),
             if minutes < 1.0 { "less than a minute".to_owned() } else { format!("{minutes:.0} minutes") }
         );
@@ -203,7 +203,7 @@ fn mjpeg(findings: &mut Findings, report: &Report) {
     let Some(mjpeg) = &report.mjpeg else { return };
     if mjpeg.error > HALF * mjpeg.lit {
         let found = format!(
-            "MJPEG is off by up to {:.1} gray levels a taxel, a touch counts as light from {:.1} on",
+            "MJPEG is off by up to {:.1} gray levels per taxel, a touch counts as light from {:.1} on",
             mjpeg.error, mjpeg.lit
         );
         let advice =

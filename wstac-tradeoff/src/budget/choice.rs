@@ -28,7 +28,7 @@ pub enum By {
     Speed,
     /// Directions that are wrong or missing.
     Direction,
-    /// Root mean square error of features of lit rows and columns.
+    /// Root mean square error of lit features.
     Features,
 }
 

@@ -14,7 +14,7 @@ use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use super::sweep::Sweep;
 use super::{DATA_VERSION, Facts, Outcome};
 use wstac_host::config::Config;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 
 const MAGIC: [u8; 8] = *b"wstacpt1";
 const HEADER: usize = 16;
@@ -84,11 +84,15 @@ impl Part {
     /// # Errors
     /// The file cannot be used, another program writes it, or it has another fingerprint.
     pub fn open(path: &Path, fingerprint: u64, count: u32, anew: bool) -> Result<Self, Error> {
-        let failed = |error: io::Error| Error::new(path.display(), error);
+        let failed = |error: io::Error| Error::io(path.display(), error);
         let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;
         // On a system without locks the file is not locked.
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
-            return Err(Error::new(path.display(), "another wstac is writing it, expected to be the only one"));
+            return Err(Error::new(
+                ErrorKind::Busy,
+                path.display(),
+                "another wstac is writing it, expected to be the only one",
+            ));
         }
         let entries = vec![Entry::Missing; count as usize];
         let mut part = Self { file, path: path.into(), entries, tally: Tally::default(), end: HEADER as u64 };
@@ -107,7 +111,7 @@ impl Part {
                 "is no unfinished data set"
             };
             let expected = "expected the same, or --force to start anew";
-            return Err(Error::new(path.display(), format_args!("{what}, {expected}")));
+            return Err(Error::new(ErrorKind::Config, path.display(), format_args!("{what}, {expected}")));
         }
         Ok(part)
     }
@@ -194,7 +198,7 @@ impl Part {
         record.extend(crc32fast::hash(&record).to_le_bytes());
         let end = self.end;
         if self.enter(number, status) {
-            self.file.write_all_at(&record, end).map_err(|error| Error::new(self.path.display(), error))?;
+            self.file.write_all_at(&record, end).map_err(|error| Error::io(self.path.display(), error))?;
         }
         Ok(())
     }
@@ -225,7 +229,7 @@ impl Part {
     /// # Errors
     /// The file cannot be removed.
     pub fn remove(self) -> Result<(), Error> {
-        std::fs::remove_file(&self.path).map_err(|error| Error::new(self.path.display(), error))
+        std::fs::remove_file(&self.path).map_err(|error| Error::io(self.path.display(), error))
     }
 }
 

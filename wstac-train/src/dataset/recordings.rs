@@ -8,7 +8,7 @@ use wstac_core::rate::FrameRate;
 
 use super::{Facts, Sample, by_feature};
 use wstac_host::config::Config;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::plural::counted;
 use wstac_host::record::about::About;
@@ -55,7 +55,7 @@ impl Recording {
 pub fn find(sources: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
     let mut found: Vec<PathBuf> = Vec::new();
     for source in sources {
-        let failed = |error: std::io::Error| Error::new(source.display(), error);
+        let failed = |error: std::io::Error| Error::io(source.display(), error);
         if !source.metadata().map_err(failed)?.is_dir() {
             found.push(source.clone());
             continue;
@@ -68,7 +68,11 @@ pub fn find(sources: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
             }
         }
         if inside.is_empty() {
-            return Err(Error::new(source.display(), "has no .mcap file, expected a folder of recordings"));
+            return Err(Error::new(
+                ErrorKind::Data,
+                source.display(),
+                "has no .mcap file, expected a folder of recordings",
+            ));
         }
         inside.sort();
         found.append(&mut inside);
@@ -91,9 +95,10 @@ pub fn read(path: &Path, config: Option<&Config>) -> Result<Recording, Error> {
     let mut source = McapSource::open(path, None)?;
     let about = source.about().clone();
     let name = path.display().to_string();
-    let own = || Config::parse(&about.configuration).map_err(|error| Error::new(&name, error));
+    let own = || Config::parse(&about.configuration).map_err(|error| error.about(&name));
     let config = config.cloned().map_or_else(own, Ok)?;
-    let mut recording = labelled(&name, &about.labels, &about, config).map_err(|error| Error::new(&name, error))?;
+    let recording = labeled(&name, &about.labels, &about, config);
+    let mut recording = recording.map_err(|message| Error::new(ErrorKind::Data, &name, message))?;
     let wanted = OutputOptions { samples: true, features: false };
     let mut processor = Processor::new(source.info(), &recording.config, wanted)?;
     let (samples, incomplete) = (&mut recording.samples, &mut recording.incomplete);
@@ -137,7 +142,7 @@ pub fn check(labels: &Labels) -> Result<(Option<f64>, Option<u16>), String> {
 }
 
 /// Creates a recording without its samples.
-fn labelled(name: &str, labels: &Labels, about: &About, config: Config) -> Result<Recording, String> {
+fn labeled(name: &str, labels: &Labels, about: &About, config: Config) -> Result<Recording, String> {
     let found = || labels.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(", ");
     let Some(specimen) = labels.get("specimen") else {
         return Err(format!("has no label specimen (labels: {}), expected one such as specimen=Saw3", found()));
@@ -178,6 +183,7 @@ pub fn comparable(recordings: &[Recording]) -> Result<Vec<String>, Error> {
     for other in recordings {
         let differ = |what: &str, hint: &str| {
             Err(Error::new(
+                ErrorKind::Data,
                 &other.name,
                 format_args!("{what} differs from that of {}, expected the same{hint}", first.name),
             ))
@@ -250,7 +256,7 @@ mod tests {
         let config = Config::parse(configuration).unwrap();
         let mut about = About::new(&info, &config, labels, Vec::new()).unwrap();
         change(&mut about);
-        labelled(name, &about.labels, &about, config).unwrap()
+        labeled(name, &about.labels, &about, config).unwrap()
     }
 
     #[test]
@@ -286,7 +292,7 @@ mod tests {
         let with = |labels: &[(&str, &str)]| {
             let plain = recording("a", "Saw3", "", |_| {});
             let labels = labels.iter().map(|&(name, value)| (name.into(), value.into())).collect();
-            labelled("a", &labels, &plain.about, plain.config.clone())
+            labeled("a", &labels, &plain.about, plain.config.clone())
         };
         let good = with(&[("specimen", "Saw3"), ("speed", "150.5"), ("direction", "90")]).unwrap();
         assert_eq!((good.speed_mm_s, good.direction, good.depth_mm), (Some(150.5), Some(90), Some(3.0)));

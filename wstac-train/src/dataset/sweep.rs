@@ -16,7 +16,7 @@ use serde::Deserialize;
 use toml::{Table, Value};
 use wstac_core::rate::FrameRate;
 
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_scene::specimen::Specimen;
 use wstac_scene::{SceneConfig, Slide, Touch};
 
@@ -75,7 +75,7 @@ impl Sweep {
     /// # Errors
     /// The file is not valid; the message names the file, the key, the value found and the values expected.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let text = std::fs::read_to_string(path).map_err(|error| Error::new(path.display(), error))?;
+        let text = std::fs::read_to_string(path).map_err(|error| Error::io(path.display(), error))?;
         Self::parse(&path.display().to_string(), &text)
     }
 
@@ -84,8 +84,9 @@ impl Sweep {
     /// # Errors
     /// The text is not valid; the message names the key, the value found and the values expected.
     pub fn parse(subject: &str, text: &str) -> Result<Self, Error> {
-        let file: File = toml::from_str(text).map_err(|error| Error::new(subject, error.to_string().trim_end()))?;
-        let slides = checked(&file).map_err(|message| Error::new(subject, message))?;
+        let file: File = toml::from_str(text)
+            .map_err(|error| Error::new(ErrorKind::Config, subject, error.to_string().trim_end()))?;
+        let slides = checked(&file).map_err(|message| Error::new(ErrorKind::Config, subject, message))?;
         let mut scene = file.scene;
         scene.entry("fidelity").or_insert_with(|| "taxel".into());
         scene.insert("seed".into(), file.seed.into());
@@ -94,7 +95,8 @@ impl Sweep {
         let directions: Vec<Value> = file.directions.into_iter().map(Value::from).collect();
         let firsts = [("specimen", &specimens), ("speed", &speeds), ("direction", &directions)];
         for (key, values) in firsts {
-            let expected = || Error::new(subject, format_args!("{key}s is empty, expected at least one {key}"));
+            let expected =
+                || Error::new(ErrorKind::Config, subject, format_args!("{key}s is empty, expected at least one {key}"));
             scene.insert(key.into(), values.first().ok_or_else(expected)?.clone());
         }
         // Each value of a list becomes one scene. So all values go through the one reader of scenes, with all its

@@ -12,7 +12,7 @@ const MOST: u64 = 1 << 24;
 
 /// A slide.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Labelled {
+pub struct Labeled {
     /// Its speed, in mm/s.
     pub speed_mm_s: f64,
     /// Its event's duration, in frames at 30 per second.
@@ -23,7 +23,7 @@ pub struct Labelled {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Slides {
     /// The slides to which it is fitted.
-    pub used: Vec<Labelled>,
+    pub used: Vec<Labeled>,
     /// Left out: their speed is not known (NaN).
     pub no_speed: usize,
     /// Left out: cut off or never lit (a duration of −1).
@@ -53,7 +53,7 @@ impl Slides {
         let first = *self.rate.get_or_insert(rate);
         if (nominal_frames / f64::from(first.nominal_frames()) - 1.0).abs() > RATE_OFF {
             let (found, expected) = (rate.per_second(), first.per_second());
-            let message = format_args!("{found} frames a second, expected {expected}, as the files before have");
+            let message = format_args!("{found} frames per second, expected {expected}, as the files before have");
             return Err(npz.error("fps", message));
         }
         let speeds = numbers(&npz, "speed")?;
@@ -83,7 +83,7 @@ impl Slides {
             } else if reliable == 0.0 {
                 self.unreliable += 1;
             } else {
-                self.used.push(Labelled { speed_mm_s, frames: duration * nominal_frames });
+                self.used.push(Labeled { speed_mm_s, frames: duration * nominal_frames });
             }
         }
         Ok(())
@@ -116,14 +116,14 @@ fn rate(npz: &Npz<'_>, given: Option<FrameRate>) -> Result<FrameRate, Error> {
     if let Some(given) = given.map(FrameRate::per_second)
         && (given / fps - 1.0).abs() > RATE_OFF
     {
-        return Err(npz.error("fps", format_args!("{fps} frames a second, but --fps is {given}: expected the same")));
+        return Err(npz.error("fps", format_args!("{fps} frames per second, but --fps is {given}: expected the same")));
     }
     // Whole numbers and television's 1001ths are exact; others are rounded to the thousandth.
     let whole = |by: u32| ((fps * f64::from(by)).round() - fps * f64::from(by)).abs() < 1e-6;
     let by = [1, 1001].into_iter().find(|by| whole(*by)).unwrap_or(1000);
     let rate = Some((fps * f64::from(by)).round()).filter(|n| (1.0..=f64::from(u32::MAX)).contains(n));
     let rate = rate.and_then(|numerator| FrameRate::new(numerator as u32, by).ok());
-    rate.ok_or_else(|| npz.error("fps", format_args!("{fps}, expected frames a second above 0")))
+    rate.ok_or_else(|| npz.error("fps", format_args!("{fps}, expected frames per second above 0")))
 }
 
 /// Reads an array of one dimension, of any type of numbers.
@@ -195,7 +195,7 @@ mod tests {
         let mut slides = Slides::default();
         slides.add(&path, Some(FrameRate::new(25, 1).unwrap())).unwrap();
         std::fs::remove_file(path).unwrap();
-        let used = |speed_mm_s, frames: f64| Labelled { speed_mm_s, frames: frames * f64::from(1.2_f32) };
+        let used = |speed_mm_s, frames: f64| Labeled { speed_mm_s, frames: frames * f64::from(1.2_f32) };
         assert_eq!(slides.used, [used(100.0, 38.0), used(140.0, 33.0)]);
         assert_eq!((slides.no_speed, slides.no_duration, slides.unreliable, slides.left_out()), (1, 1, 1, 3));
     }
@@ -215,8 +215,8 @@ mod tests {
             ("own", Some(40.0), None, Ok(rate(40, 1))),
             ("television", Some(30_000.0 / 1001.0), Some(rate(30, 1)), Ok(rate(30_000, 1001))),
             ("odd", Some(12.345), None, Ok(rate(12_345, 1000))),
-            ("against", Some(40.0), Some(rate(30, 1)), Err("array fps: 40 frames a second, but --fps is 30")),
-            ("zero", Some(0.0), None, Err("array fps: 0, expected frames a second above 0")),
+            ("against", Some(40.0), Some(rate(30, 1)), Err("array fps: 40 frames per second, but --fps is 30")),
+            ("zero", Some(0.0), None, Err("array fps: 0, expected frames per second above 0")),
             ("nan", Some(f64::NAN), None, Err("array fps: NaN, expected")),
         ] {
             let (path, mut slides) = (with(&format!("fps-{name}"), fps), Slides::default());
@@ -227,7 +227,7 @@ mod tests {
                     added.unwrap();
                     assert_eq!(slides.rate, Some(rate), "{name}");
                     let frames = 38.0 * f64::from(rate.nominal_frames());
-                    assert_eq!(slides.used, [Labelled { speed_mm_s: 100.0, frames }], "{name}");
+                    assert_eq!(slides.used, [Labeled { speed_mm_s: 100.0, frames }], "{name}");
                 }
                 Err(part) => assert!(added.unwrap_err().to_string().contains(part), "{name}"),
             }
@@ -239,7 +239,7 @@ mod tests {
         for path in [slow, fast] {
             std::fs::remove_file(path).unwrap();
         }
-        assert!(error.contains("30 frames a second, expected 20, as the files before have"), "{error}");
+        assert!(error.contains("30 frames per second, expected 20, as the files before have"), "{error}");
     }
 
     #[test]

@@ -5,7 +5,7 @@ pub mod data;
 use wstac_core::speed::Law;
 
 use self::data::Slides;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 use wstac_host::statistics::{Line, rms};
 
@@ -14,14 +14,14 @@ pub const DURATIONS: [u8; 2] = [67, 1];
 
 /// The kind of a law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum LawKind {
     /// D = intercept − slope · log10 v.
     Published,
     /// D = 30 · track / v + afterglow.
     Physical,
 }
 
-impl Kind {
+impl LawKind {
     /// Returns its name in the configuration.
     pub fn name(self) -> &'static str {
         match self {
@@ -43,7 +43,7 @@ impl Kind {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
     /// The kind of the law.
-    pub kind: Kind,
+    pub kind: LawKind,
     /// The line through durations over log10 v, or over 30/v.
     pub line: Line,
     /// The law as the core computes it, in 32 bits.
@@ -61,8 +61,8 @@ impl Fit {
     /// - There are fewer than three different speeds.
     /// - All durations are equal.
     /// - The durations do not fall with speed.
-    pub fn new(kind: Kind, slides: &Slides, subject: &str) -> Result<Self, Error> {
-        let wrong = |message: String| Err(Error::new(subject, message));
+    pub fn new(kind: LawKind, slides: &Slides, subject: &str) -> Result<Self, Error> {
+        let wrong = |message: String| Err(Error::new(ErrorKind::Data, subject, message));
         let speeds = slides.speeds().len();
         if speeds < 3 {
             let (used, speeds) = (counted(slides.used.len(), "slide"), counted(speeds, "different speed"));
@@ -75,10 +75,10 @@ impl Fit {
             return wrong("all slides last equally long, expected durations that fall with speed".into());
         };
         let law = match kind {
-            Kind::Published => Law::Published { intercept: line.intercept as f32, slope: -line.slope as f32 },
-            Kind::Physical => Law::Physical { track: line.slope as f32, afterglow: line.intercept as f32 },
+            LawKind::Published => Law::Published { intercept: line.intercept as f32, slope: -line.slope as f32 },
+            LawKind::Physical => Law::Physical { track: line.slope as f32, afterglow: line.intercept as f32 },
         };
-        let falls = if kind == Kind::Published { line.slope < 0.0 } else { line.slope > 0.0 };
+        let falls = if kind == LawKind::Published { line.slope < 0.0 } else { line.slope > 0.0 };
         if !falls {
             return wrong(format!("durations do not fall with speed (law {}), expected that they do", kind.name()));
         }
@@ -95,8 +95,8 @@ impl Fit {
         let (sign, rest) =
             if self.line.intercept < 0.0 { ("−", -self.line.intercept) } else { ("+", self.line.intercept) };
         match self.kind {
-            Kind::Published => format!("D = {:.2} − {:.2} log10 v", self.line.intercept, -self.line.slope),
-            Kind::Physical => format!("D = 30 · {:.2} / v {sign} {rest:.2}", self.line.slope),
+            LawKind::Published => format!("D = {:.2} − {:.2} log10 v", self.line.intercept, -self.line.slope),
+            LawKind::Physical => format!("D = 30 · {:.2} / v {sign} {rest:.2}", self.line.slope),
         }
     }
 
@@ -119,23 +119,23 @@ impl Fit {
 
 #[cfg(test)]
 mod tests {
-    use super::data::Labelled;
+    use super::data::Labeled;
     use super::*;
 
     fn slides(of: impl Fn(f64) -> f64) -> Slides {
         let used =
-            (10..=20).map(|n| f64::from(10 * n)).map(|speed_mm_s| Labelled { speed_mm_s, frames: of(speed_mm_s) });
+            (10..=20).map(|n| f64::from(10 * n)).map(|speed_mm_s| Labeled { speed_mm_s, frames: of(speed_mm_s) });
         Slides { used: used.collect(), ..Slides::default() }
     }
 
     #[test]
     fn a_law_is_found_again() {
         let paper = slides(|v| 151.06 - 56.29 * v.log10());
-        let fit = Fit::new(Kind::Published, &paper, "it").unwrap();
+        let fit = Fit::new(LawKind::Published, &paper, "it").unwrap();
         assert_eq!(fit.law, Law::PUBLISHED);
         assert!(fit.line.r2 > 1.0 - 1e-12 && fit.line.deviation < 1e-9 && fit.speed_error.unwrap() < 1e-5);
         // The core's own constants of the physical law are least squares on the paper's.
-        let physical = Fit::new(Kind::Physical, &paper, "it").unwrap();
+        let physical = Fit::new(LawKind::Physical, &paper, "it").unwrap();
         assert!((physical.line.slope - 113.4).abs() < 0.05, "{physical:?}");
         assert!((physical.line.intercept - 5.36).abs() < 0.005, "{physical:?}");
         assert!((physical.frames(150.0) - (30.0 * 113.4 / 150.0 + 5.36)).abs() < 0.02);
@@ -143,7 +143,7 @@ mod tests {
 
     #[test]
     fn answers_end_where_events_are_cut_off_and_where_the_law_has_its_pole() {
-        let fit = Fit::new(Kind::Physical, &slides(|v| 3000.0 / v + 5.5), "it").unwrap();
+        let fit = Fit::new(LawKind::Physical, &slides(|v| 3000.0 / v + 5.5), "it").unwrap();
         let [slowest, fastest] = fit.answers(1.0).unwrap();
         assert!((slowest - 3000.0 / 61.5).abs() < 1e-3 && (fastest - 3000.0 / 0.5).abs() < 1.0, "{slowest} {fastest}");
         // At 15 frames per second one frame counts as two.
@@ -154,7 +154,7 @@ mod tests {
     #[test]
     fn what_is_no_law_is_refused() {
         let two = Slides { used: slides(|v| 3000.0 / v).used[..2].to_vec(), ..Slides::default() };
-        let same = Slides { used: vec![Labelled { speed_mm_s: 100.0, frames: 38.0 }; 9], ..Slides::default() };
+        let same = Slides { used: vec![Labeled { speed_mm_s: 100.0, frames: 38.0 }; 9], ..Slides::default() };
         for (slides, part) in [
             (Slides::default(), "0 slides at 0 different speeds"),
             (two, "2 slides at 2 different speeds"),
@@ -162,7 +162,7 @@ mod tests {
             (slides(|_| 30.0), "equally long"),
             (slides(|v| v), "do not fall"),
         ] {
-            for kind in [Kind::Published, Kind::Physical] {
+            for kind in [LawKind::Published, LawKind::Physical] {
                 let message = Fit::new(kind, &slides, "it.npz").unwrap_err().to_string();
                 assert!(message.starts_with("it.npz: ") && message.contains(part), "{message}");
             }

@@ -111,10 +111,10 @@ fn predictions(model: &Model, npz: &Npz) -> Result<Vec<u8>, Error> {
 /// Reads the true labels from the first array that fits the model's task.
 fn truth(npz: &Npz, task: Task, classes: &[String], n: usize) -> Result<Option<Truth>, Error> {
     let arrays: &[&str] = match task {
-        Task::Other => &["y"],
         Task::Specimen => &["y", "y_specimen"],
         Task::Pattern => &["y", "y_pattern"],
         Task::Depth => &["y", "y_depth"],
+        _ => &["y"],
     };
     let has = |array: &str| npz.names().any(|name| name == array);
     if let Some(array) = arrays.iter().find(|array| has(array)) {

@@ -7,7 +7,7 @@ use wstac_core::model::Model;
 use wstac_core::model::file::HEADER_HALVES;
 use wstac_core::model::trees::{LEFT_LEAF, RIGHT_LEAF, SAME};
 
-/// How a model decides.
+/// The kind of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ModelKind {
@@ -38,12 +38,12 @@ impl Serialize for ModelKind {
     }
 }
 
-/// What a model file holds.
+/// The content of a model file.
 #[derive(Clone, Debug, Serialize)]
 pub struct Inspected {
-    /// How it decides.
+    /// The kind of model.
     pub kind: ModelKind,
-    /// What weights or leaves are.
+    /// The number type of the weights or leaves.
     pub numbers: &'static str,
     /// Its task.
     pub task: &'static str,
@@ -100,7 +100,7 @@ pub fn inspect(model: &Model, words: &[u32]) -> Inspected {
             3 => "float32",
             _ => "votes",
         },
-        task: wstac_host::texture::task_name(model.task()),
+        task: model.task().name(),
         labels: (0..model.labels().len())
             .filter_map(|class| model.labels().get(class))
             .map(|label| label.to_string())

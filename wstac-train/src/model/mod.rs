@@ -23,7 +23,7 @@ use wstac_core::model::file::Task;
 use inline::Source;
 use trained::Trained;
 use write::{Options, Written, write};
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::file_bytes;
 use wstac_host::texture::pattern_and_depth;
 
@@ -46,7 +46,7 @@ pub struct Import {
 /// The file cannot be used; the message names the part.
 pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error> {
     let bytes = file_bytes(path)?;
-    import_bytes(&name(path), bytes, wanted).map_err(|why| Error::new(path.display(), why))
+    import_bytes(&name(path), bytes, wanted).map_err(|why| Error::new(ErrorKind::Format, path.display(), why))
 }
 
 /// Reads a trained model from the bytes of its trainer's file and writes it as a model file; `name` is that file's
@@ -74,7 +74,7 @@ pub fn import_inline(path: &Path, wanted: &Import) -> Result<(Trained, Source), 
         source.exactness += &integers::hints(&model);
         Ok((model, source))
     });
-    made.map_err(|why| Error::new(path.display(), why))
+    made.map_err(|why| Error::new(ErrorKind::Format, path.display(), why))
 }
 
 /// Returns a trained model, and the tool that trained it.
@@ -98,7 +98,7 @@ fn check_labels(model: &Trained) -> Result<(), String> {
         let (expected, is_good) = match model.task {
             Task::Specimen => ("a specimen, such as Saw3", label == "Sphere" || pattern_and_depth(label).1.is_some()),
             Task::Depth => ("a depth in mm", label.parse::<f64>().is_ok_and(f64::is_finite)),
-            Task::Pattern | Task::Other => ("", true),
+            _ => ("", true),
         };
         if !is_good {
             return Err(format!("label {label:?} of class {number}, expected {expected}: that is the task"));

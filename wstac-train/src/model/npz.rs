@@ -6,12 +6,12 @@
 //! with the same library. The `zip` crate itself keeps a whole directory in memory, however long it is.
 
 use std::fs::File;
-use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Take};
+use std::io::{self, Read, Seek, SeekFrom, Take};
 use std::path::Path;
 
 use flate2::read::DeflateDecoder;
 
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 
 /// Longest `.npy` header in bytes, and largest number of members in an archive.
 const MOST: usize = 65_536;
@@ -57,13 +57,13 @@ fn eight(bytes: &[u8], at: usize) -> Option<u64> {
 }
 
 fn bad(what: impl Into<String>) -> io::Error {
-    io::Error::new(ErrorKind::InvalidData, what.into())
+    io::Error::new(io::ErrorKind::InvalidData, what.into())
 }
 
 impl<'p> Npz<'p> {
     /// Opens an archive.
     pub(crate) fn open(path: &'p Path) -> Result<Self, Error> {
-        let failed = |error: io::Error| Error::new(path.display(), error);
+        let failed = |error: io::Error| Error::io(path.display(), error);
         let mut file = File::open(path).map_err(failed)?;
         let members = directory(&mut file).map_err(failed)?;
         Ok(Self { path, members })
@@ -76,7 +76,7 @@ impl<'p> Npz<'p> {
 
     /// Creates an error about one of its arrays.
     pub(crate) fn error(&self, array: &str, what: impl std::fmt::Display) -> Error {
-        Error::new(self.path.display(), format_args!("array {array}: {what}"))
+        Error::new(ErrorKind::Format, self.path.display(), format_args!("array {array}: {what}"))
     }
 
     /// Opens an array: its header is read, and its data can be read.
@@ -113,7 +113,7 @@ impl Array {
     /// Reads the next elements into all of `bytes`.
     pub(crate) fn read(&mut self, bytes: &mut [u8]) -> io::Result<()> {
         self.data.read_exact(bytes).map_err(|error| match error.kind() {
-            ErrorKind::UnexpectedEof => bad("has less data than its shape says"),
+            io::ErrorKind::UnexpectedEof => bad("has less data than its shape says"),
             _ => error,
         })
     }

@@ -1,6 +1,6 @@
-//! How the way from bytes to features and trigger grows: with the frame, with taxels in it, with frames.
+//! Measures how the cost from bytes to the trigger grows with the frame size, the taxel size and the number of frames.
 
-use wstac_core::error::Error;
+use wstac_core::error::{ConfigError, Error};
 use wstac_core::features::Floor;
 use wstac_core::green::gray::Gray;
 use wstac_core::layout::{FrameSize, Layout};
@@ -17,7 +17,7 @@ const FLOOR: Floor = match Floor::new(0.5, 255) {
     Err(_) => panic!("half a level of 255"),
 };
 
-/// Instructions of `count` frames, bytes to trigger.
+/// Returns the instructions of `count` frames, from bytes to the trigger.
 fn frames(clock: &Clock, stripe: &[u8; STRIPE], layout: Layout, count: u32) -> Result<f64, Error> {
     let mut pipeline = Pipeline::builder(FrameGeometry::new(Gray, layout, FrameRate::NOMINAL)?).floor(FLOOR).build()?;
     let (width, height) = (usize::from(layout.frame().width()), usize::from(layout.frame().height()));
@@ -33,14 +33,14 @@ fn frames(clock: &Clock, stripe: &[u8; STRIPE], layout: Layout, count: u32) -> R
     Ok(clock.instructions(all) as f64)
 }
 
-/// Square taxels of a side, a fifth of the frame's apart.
-fn layout(frame: u16, side: u16) -> Result<Layout, Error> {
+/// Returns a layout of square taxels with this side. Their distance is a fifth of the frame.
+fn layout(frame: u16, side: u16) -> Result<Layout, ConfigError> {
     let place = |k: usize| (k as u16) * (frame / COLUMNS as u16);
     let corners: [[u16; 2]; TAXELS] = core::array::from_fn(|k| [place(k % COLUMNS), place(k / COLUMNS)]);
     Layout::new(FrameSize::new(frame.into(), frame.into())?, [side, side], corners)
 }
 
-/// Measures; `of` is by how much something grew.
+/// Measures and prints all series. `of` is the factor by which the size or number has grown.
 pub fn measure(clock: &Clock, stripe: &[u8; STRIPE]) -> Result<(), Error> {
     for grown in [1_u16, 2, 4, 8] {
         let of = ["1", "4", "16", "64"][grown.ilog2() as usize];

@@ -1,4 +1,4 @@
-//! Natural logarithms of the same integers by every kernel there is, in units of 2^-26.
+//! Measures natural logarithms of the same integers with every kernel, in units of 2^-26.
 
 use wstac_core::ln::fixed::Fixed;
 use wstac_core::ln::libm::Libm;
@@ -7,18 +7,18 @@ use wstac_core::ln::{LN_FRACTION_BITS, Ln};
 use wstac_fw::emulated::clock::Clock;
 use wstac_fw::emulated::host::File;
 
-/// Integers at a time: a board has little RAM.
+/// The number of integers per block. It is small because a board has little RAM.
 const BLOCK: usize = 256;
-/// How many times so many.
+/// The number of blocks.
 const BLOCKS: u32 = 16;
 
 type Numbers = [u32; BLOCK];
 type Logs = [i32; BLOCK];
 
 unsafe extern "C" {
-    /// newlib's logf.
+    /// Computes logarithms with newlib's `logf`.
     fn peer_logf(numbers: *const u32, logs: *mut i32, count: u32);
-    /// CMSIS-DSP's vector logarithms; 0 where they are not linked.
+    /// Computes logarithms with CMSIS-DSP's vector functions. Returns 0 if they are not linked.
     fn peer_vlog_f32(numbers: *const u32, logs: *mut i32, count: u32) -> u32;
     fn peer_vlog_q31(numbers: *const u32, logs: *mut i32, count: u32) -> u32;
 }
@@ -68,7 +68,7 @@ const KERNELS: [(&str, Kernel); 8] = [
     ("CMSIS-DSP, arm_vlog_q31", vlog_q31),
 ];
 
-/// Measures every kernel; the file `ln` gets the integers, then every kernel's logarithms of them.
+/// Measures every kernel. Writes the integers and then each kernel's logarithms to the file `ln`.
 pub fn measure(clock: &Clock) {
     let file = File::create(b"ln\0");
     let mut logs = [0; BLOCK];
@@ -86,7 +86,7 @@ pub fn measure(clock: &Clock) {
     }
 }
 
-/// Integers below 2^31, as many of each length in bits.
+/// Returns integers below 2^31. Each length in bits is equally likely.
 fn numbers(block: u32) -> Numbers {
     let mut seed = block;
     [(); BLOCK].map(|()| {

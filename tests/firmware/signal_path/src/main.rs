@@ -1,5 +1,6 @@
-//! What parts of the signal path take on a board that QEMU emulates, beside what else could do the same: a line of JSON each to the
-//! console, logarithms into the file `ln` (tests/firmware/signal_path.py).
+//! Measures parts of the signal path on a board that QEMU emulates, next to other software for the same task. Prints
+//! one JSON object per line on the console, and writes logarithms to the file `ln`. `tests/firmware/signal_path.py`
+//! reads both.
 #![no_std]
 #![no_main]
 
@@ -14,11 +15,11 @@ use wstac_core::error::Error;
 use wstac_fw::emulated::clock::Clock;
 use wstac_fw::emulated::host::{self, Console};
 
-/// Rows that come at a time.
+/// The number of rows per stripe.
 const ROWS: usize = 8;
-/// The widest frame.
+/// The width of the widest frame.
 const WIDEST: usize = 800;
-/// Bytes of a stripe of the widest frame.
+/// The bytes of a stripe of the widest frame.
 const STRIPE: usize = ROWS * WIDEST;
 
 #[entry]
@@ -32,7 +33,7 @@ fn main() -> ! {
 fn run() -> Result<(), Error> {
     let Some(clock) = Clock::start() else { return Ok(()) };
     let Some(stripe) = cortex_m::singleton!(: [u8; STRIPE] = [0; STRIPE]) else { return Ok(()) };
-    // Bytes by chance: nothing depends on them.
+    // The bytes are arbitrary, because the cost does not depend on them.
     let mut seed = 1_u32;
     for byte in stripe.iter_mut() {
         seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -43,7 +44,7 @@ fn run() -> Result<(), Error> {
     frames::measure(&clock, stripe)
 }
 
-/// Says how many instructions something took.
+/// Prints how many instructions something took.
 fn say(what: &str, of: &str, instructions: f64) {
     let _ = writeln!(Console, "{{\"what\":\"{what}\",\"of\":\"{of}\",\"instructions\":{instructions}}}");
 }

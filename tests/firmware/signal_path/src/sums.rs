@@ -1,11 +1,12 @@
-//! Taxel sums of a frame of 400 × 400 GREY in stripes, by the core and by plain loops over the taxels' bytes.
+//! Measures the taxel sums of a 400 × 400 GREY frame in stripes, by the core and by plain loops over the bytes of the
+//! taxels.
 
 use wstac_core::error::Error;
 use wstac_core::green::gray::Gray;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
-use wstac_core::taxels::{TaxelSums, FrameGeometry};
+use wstac_core::taxels::{FrameGeometry, TaxelSums};
 use wstac_fw::emulated::clock::Clock;
 use wstac_fw::emulated::host;
 
@@ -14,7 +15,7 @@ use crate::{ROWS, STRIPE};
 const SIDE: usize = 400;
 
 unsafe extern "C" {
-    /// The plain loop in C.
+    /// Sums with a plain loop in C.
     fn peer_sums(
         stripe: *const u8,
         first: u32,
@@ -26,7 +27,7 @@ unsafe extern "C" {
     );
 }
 
-/// Adds the bytes of a stripe, whose first row is the frame's `first`, to the taxels that they are of.
+/// Adds the bytes of a stripe to the sums of their taxels. The stripe starts at row `first` of the frame.
 #[inline(never)]
 fn plain(stripe: &[u8], first: usize, layout: &Layout, sums: &mut [u32; TAXELS]) {
     let [width, height] = layout.taxel().map(usize::from);
@@ -40,7 +41,7 @@ fn plain(stripe: &[u8], first: usize, layout: &Layout, sums: &mut [u32; TAXELS])
     }
 }
 
-/// Measures the core and both loops on the same stripes; their sums must be equal.
+/// Measures the core and both loops on the same stripes. Their sums must be equal.
 pub fn measure(clock: &Clock, stripe: &[u8; STRIPE]) -> Result<(), Error> {
     let layout = Layout::paper(FrameSize::new(SIDE as u32, SIDE as u32)?)?;
     let mut accumulators = TaxelSums::new(FrameGeometry::new(Gray, layout, FrameRate::NOMINAL)?);
@@ -49,7 +50,7 @@ pub fn measure(clock: &Clock, stripe: &[u8; STRIPE]) -> Result<(), Error> {
     let corners = *layout.corners();
     let taxel = layout.taxel();
     for first in (0..SIDE).step_by(ROWS) {
-        // Another part of the bytes for every stripe.
+        // Every stripe gets another part of the bytes.
         let stripe = &stripe[first..first + ROWS * SIDE];
         let (took, done) = clock.ticks(|| accumulators.push_stripe(stripe));
         ticks[0] += u64::from(took);

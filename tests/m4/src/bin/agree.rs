@@ -1,5 +1,6 @@
-//! Answers of models and samples by chance, of every kind and at the limits, are those of a host: the number that
-//! `tests/random_models` says, which a test of the core compares to the plain way.
+//! Checks that random models and samples of every kind, extremes included, get the same answers as on a host. All
+//! answers together are one number in `tests/random_models`, which a unit test of the core compares with a plain
+//! implementation.
 #![no_std]
 #![no_main]
 

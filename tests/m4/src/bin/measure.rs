@@ -1,5 +1,6 @@
-//! Answers every sample of `samples` (int16, 700 each) and writes to `answers`, for each of them, four 32-bit numbers: the
-//! class; how often it was answered in turn; and the ticks of that, first with `classify`, then with a call of nothing.
+//! Classifies every sample of the file `samples` (700 int16 each) and writes four 32-bit numbers for each to `answers`:
+//! the class, the number of repetitions, the ticks of these repetitions with `classify`, and their ticks with an empty
+//! function.
 #![no_std]
 #![no_main]
 
@@ -11,9 +12,9 @@ use wstac_m4::{done, fail};
 
 include!(concat!(env!("OUT_DIR"), "/answer.rs"));
 
-/// Answers to one sample: ten are timed to four instructions.
+/// The repetitions of a short classification: ten are timed to four instructions.
 const REPEATS: u32 = 10;
-/// Ticks from which one answer is timed well enough: to one part in 2,500.
+/// From this many ticks, a single classification is timed well enough: to one part in 2,500.
 const LONG: u32 = 2500;
 
 #[inline(never)]

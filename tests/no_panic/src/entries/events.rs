@@ -1,21 +1,21 @@
-//! From features to events, and from events to answers.
+//! Entry points from features to events, and from events to answers.
 
 use wstac_core::baseline::Baseline;
 use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::direction::{self, Direction, Heading, Unclear};
-use wstac_core::error::Error;
+use wstac_core::error::{ConfigError, FrameError};
 use wstac_core::features::Features;
 use wstac_core::green::gray::Gray;
 use wstac_core::ln::fixed::Fixed;
 use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
-use wstac_core::speed::{self, LitSpan, Law, NoSpeed, Speed, SpeedConfig, ThresholdOn};
+use wstac_core::speed::{self, Law, LitSpan, NoSpeed, Speed, SpeedConfig, ThresholdOn};
 use wstac_core::trigger::{Event, InterruptedSample, Rule, StreamEnd, Trigger, TriggerConfig};
 
 entries! {
     trigger:
-    new_config(window: u32, multiplier: f64, backtrack: u32, rule: Rule, margin: f64) -> Result<TriggerConfig, Error> {
+    new_config(window: u32, multiplier: f64, backtrack: u32, rule: Rule, margin: f64) -> Result<TriggerConfig, ConfigError> {
         TriggerConfig::new(window, multiplier, backtrack, rule, margin)
     }
     baseline_frames(config: &TriggerConfig) -> u16 { config.baseline_frames() }
@@ -41,7 +41,7 @@ entries! {
 
 entries! {
     following:
-    new_follow(windows: u32) -> Result<TrackingBaseline, Error> { TrackingBaseline::new(windows) }
+    new_follow(windows: u32) -> Result<TrackingBaseline, ConfigError> { TrackingBaseline::new(windows) }
     follow_windows(follow: &TrackingBaseline) -> u32 { follow.windows() }
     new_following(config: TriggerConfig, frame: u64, follow: TrackingBaseline) -> Trigger<TrackingBaseline> {
         Trigger::with(config, frame, follow)
@@ -50,7 +50,7 @@ entries! {
         trigger.push_then_lose(features, has_missing_frames, lost)
     }
     finish_following<'a>(trigger: &'a mut Trigger<TrackingBaseline>) -> Option<Event<'a>> { trigger.finish() }
-    push_frame<'a>(pipeline: &'a mut Pipeline<Gray, Fixed, TrackingBaseline>, bytes: &[u8]) -> Result<Update<'a>, Error> {
+    push_frame<'a>(pipeline: &'a mut Pipeline<Gray, Fixed, TrackingBaseline>, bytes: &[u8]) -> Result<Update<'a>, FrameError> {
         pipeline.push_frame(bytes)
     }
     rezero_following(pipeline: &mut Pipeline<Gray, Fixed, TrackingBaseline>) -> Option<InterruptedSample> { pipeline.rezero() }
@@ -72,10 +72,10 @@ entries! {
     duration_frames(duration: LitSpan) -> u8 { duration.frames() }
     duration_cut_off(duration: LitSpan) -> bool { duration.is_cut_off() }
     law_speed(law: Law, frames: f32) -> Option<f32> { law.speed(frames) }
-    new_speed_config(law: Law, threshold: f64, on: ThresholdOn, rate: FrameRate) -> Result<SpeedConfig, Error> {
+    new_speed_config(law: Law, threshold: f64, on: ThresholdOn, rate: FrameRate) -> Result<SpeedConfig, ConfigError> {
         SpeedConfig::new(law, threshold, on, rate)
     }
-    speed_fitted_on(config: SpeedConfig, slowest: f32, fastest: f32) -> Result<SpeedConfig, Error> {
+    speed_fitted_on(config: SpeedConfig, slowest: f32, fastest: f32) -> Result<SpeedConfig, ConfigError> {
         config.fitted_on(slowest, fastest)
     }
     speed_marked(config: &SpeedConfig, mm_s: f32) -> Speed { config.marked(mm_s) }

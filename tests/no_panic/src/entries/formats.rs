@@ -1,7 +1,7 @@
-//! Every pixel format: camera, sums, features and pipeline.
+//! Entry points of every pixel format: geometry, sums, features and pipeline.
 
 use wstac_core::baseline_policy::FixedBaseline;
-use wstac_core::error::Error;
+use wstac_core::error::{ConfigError, FrameError};
 use wstac_core::features::Floor;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
@@ -22,7 +22,7 @@ use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
 use wstac_core::taxels::{FrameGeometry, TaxelSums};
 use wstac_core::trigger::{InterruptedSample, StreamEnd, TriggerConfig};
 
-/// The entry points of one pixel format.
+/// Declares the entry points of one pixel format.
 macro_rules! format {
     ($group:ident, $green:ty, $kernel:ty) => {
         mod $group {
@@ -32,26 +32,26 @@ macro_rules! format {
 
             entries! {
                 $group:
-                new_camera(green: G, layout: Layout, rate: FrameRate) -> Result<FrameGeometry<G>, Error> { FrameGeometry::new(green, layout, rate) }
-                new_camera_with_stride(green: G, layout: Layout, rate: FrameRate, stride: Stride) -> Result<FrameGeometry<G>, Error> {
+                new_camera(green: G, layout: Layout, rate: FrameRate) -> Result<FrameGeometry<G>, ConfigError> { FrameGeometry::new(green, layout, rate) }
+                new_camera_with_stride(green: G, layout: Layout, rate: FrameRate, stride: Stride) -> Result<FrameGeometry<G>, ConfigError> {
                     FrameGeometry::with_stride(green, layout, rate, stride)
                 }
-                new_camera_with_bytes_per_row(camera: FrameGeometry<G>, bytes: u32) -> Result<FrameGeometry<G>, Error> { camera.with_bytes_per_row(bytes) }
+                new_camera_with_bytes_per_row(camera: FrameGeometry<G>, bytes: u32) -> Result<FrameGeometry<G>, ConfigError> { camera.with_bytes_per_row(bytes) }
                 camera_sizes(camera: &FrameGeometry<G>) -> (usize, usize, u32, u32) {
                     (camera.frame_bytes(), camera.bytes_per_row(), camera.pixels(), camera.full_scale())
                 }
                 new_sums(camera: FrameGeometry<G>) -> TaxelSums<G> { TaxelSums::new(camera) }
-                sums_push_frame(sums: &mut TaxelSums<G>, bytes: &[u8]) -> Result<[u32; 25], Error> { sums.push_frame(bytes) }
-                sums_push_stripe(sums: &mut TaxelSums<G>, bytes: &[u8]) -> Result<Option<[u32; 25]>, Error> { sums.push_stripe(bytes) }
+                sums_push_frame(sums: &mut TaxelSums<G>, bytes: &[u8]) -> Result<[u32; 25], FrameError> { sums.push_frame(bytes) }
+                sums_push_stripe(sums: &mut TaxelSums<G>, bytes: &[u8]) -> Result<Option<[u32; 25]>, FrameError> { sums.push_stripe(bytes) }
                 sums_abandon(sums: &mut TaxelSums<G>) -> () { sums.abandon_frame(); }
-                new_stream(camera: FrameGeometry<G>, floor: f64) -> Result<FeatureStream<G, L>, Error> { FeatureStream::new(camera, floor) }
-                new_stream_with_floor(camera: FrameGeometry<G>, floor: Floor) -> Result<FeatureStream<G, L>, Error> {
+                new_stream(camera: FrameGeometry<G>, floor: f64) -> Result<FeatureStream<G, L>, ConfigError> { FeatureStream::new(camera, floor) }
+                new_stream_with_floor(camera: FrameGeometry<G>, floor: Floor) -> Result<FeatureStream<G, L>, ConfigError> {
                     FeatureStream::with_floor(camera, floor)
                 }
-                stream_push_frame(stream: &mut FeatureStream<G, L>, bytes: &[u8]) -> Result<Option<FeatureFrame>, Error> {
+                stream_push_frame(stream: &mut FeatureStream<G, L>, bytes: &[u8]) -> Result<Option<FeatureFrame>, FrameError> {
                     stream.push_frame(bytes)
                 }
-                stream_push_stripe(stream: &mut FeatureStream<G, L>, bytes: &[u8]) -> Result<Option<FeatureFrame>, Error> {
+                stream_push_stripe(stream: &mut FeatureStream<G, L>, bytes: &[u8]) -> Result<Option<FeatureFrame>, FrameError> {
                     stream.push_stripe(bytes)
                 }
                 stream_push_taxels(stream: &mut FeatureStream<G, L>, taxels: &[u32; 25]) -> Option<FeatureFrame> {
@@ -60,16 +60,16 @@ macro_rules! format {
                 stream_push_lost(stream: &mut FeatureStream<G, L>, frames: u64) -> Loss { stream.push_lost(frames) }
                 stream_abandon(stream: &mut FeatureStream<G, L>) -> Loss { stream.abandon_frame() }
                 stream_taxels(stream: &FeatureStream<G, L>) -> Option<[u32; 25]> { stream.taxels() }
-                new_pipeline(camera: FrameGeometry<G>, floor: f64, trigger: TriggerConfig) -> Result<Pipeline<G, L>, Error> {
+                new_pipeline(camera: FrameGeometry<G>, floor: f64, trigger: TriggerConfig) -> Result<Pipeline<G, L>, ConfigError> {
                     Pipeline::builder(camera).ln(L::default()).floor_levels(floor).trigger(trigger).build()
                 }
-                new_pipeline_with_floor(camera: FrameGeometry<G>, floor: Floor, frame: u64) -> Result<Pipeline<G, L>, Error> {
+                new_pipeline_with_floor(camera: FrameGeometry<G>, floor: Floor, frame: u64) -> Result<Pipeline<G, L>, ConfigError> {
                     Pipeline::builder(camera).ln(L::default()).floor(floor).starting_at(frame).build()
                 }
-                push_frame<'a>(pipeline: &'a mut Pipeline<G, L>, bytes: &[u8]) -> Result<Update<'a>, Error> {
+                push_frame<'a>(pipeline: &'a mut Pipeline<G, L>, bytes: &[u8]) -> Result<Update<'a>, FrameError> {
                     pipeline.push_frame(bytes)
                 }
-                push_stripe<'a>(pipeline: &'a mut Pipeline<G, L>, bytes: &[u8]) -> Result<Update<'a>, Error> {
+                push_stripe<'a>(pipeline: &'a mut Pipeline<G, L>, bytes: &[u8]) -> Result<Update<'a>, FrameError> {
                     pipeline.push_stripe(bytes)
                 }
                 push_taxels<'a>(pipeline: &'a mut Pipeline<G, L>, taxels: &[u32; 25]) -> Update<'a> { pipeline.push_taxels(taxels) }
@@ -81,7 +81,7 @@ macro_rules! format {
                 set_trigger(pipeline: &mut Pipeline<G, L>, trigger: TriggerConfig) -> Option<InterruptedSample> {
                     pipeline.set_trigger(trigger, FixedBaseline)
                 }
-                set_floor(pipeline: &mut Pipeline<G, L>, floor: Floor) -> Result<(), Error> { pipeline.set_floor(floor) }
+                set_floor(pipeline: &mut Pipeline<G, L>, floor: Floor) -> Result<(), ConfigError> { pipeline.set_floor(floor) }
                 taxels(pipeline: &Pipeline<G, L>) -> Option<[u32; 25]> { pipeline.taxels() }
                 next_frame(pipeline: &Pipeline<G, L>) -> u64 { pipeline.next_frame() }
                 recent<'a>(pipeline: &'a Pipeline<G, L>) -> (u64, Sample<'a>) { pipeline.recent() }

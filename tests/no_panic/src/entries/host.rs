@@ -1,4 +1,4 @@
-//! What only a host asks for.
+//! Entry points that only a host uses.
 
 entries! {
     host:

@@ -1,10 +1,10 @@
-//! Features by every logarithm kernel.
+//! Entry points for features with every logarithm kernel.
 
-use wstac_core::error::Error;
+use wstac_core::error::ConfigError;
 use wstac_core::features::{FeatureScale, Features, Floor};
 use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
 
-/// The features of one kernel.
+/// Declares the entry points of one kernel.
 macro_rules! kernel {
     ($group:ident, $kernel:ty) => {
         mod $group {
@@ -12,7 +12,7 @@ macro_rules! kernel {
 
             entries! {
                 $group:
-                new_scale(pixels: u32, full_scale: u32, frames: u32, floor: Floor) -> Result<FeatureScale<$kernel>, Error> {
+                new_scale(pixels: u32, full_scale: u32, frames: u32, floor: Floor) -> Result<FeatureScale<$kernel>, ConfigError> {
                     FeatureScale::new(pixels, full_scale, frames, floor)
                 }
                 feature(scale: &FeatureScale<$kernel>, sum: u32) -> i16 { scale.feature(sum).max(scale.floor()) }

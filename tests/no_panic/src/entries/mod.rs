@@ -1,9 +1,12 @@
-//! Every entry point of `wstac-core`, with arguments that the compiler knows nothing about, and a panic handler that cannot be linked.
+//! Every entry point of `wstac-core`, with arguments that are unknown to the compiler, and a panic handler that cannot
+//! be linked.
 //!
-//! If any panic is left after optimisation, the handler is there, and calls a function that does not exist. What arguments hold is
-//! not even required to be what a constructor would have made of them: every bit pattern of every field is covered, but of models,
-//! which kernels rely on. Only `Display` of errors is left out: it is `core::fmt`, which has panics of its own, and nothing on the
-//! way from bytes to events formats text.
+//! If a panic is left after optimization, the handler is linked and calls a function that does not exist. Arguments
+//! need not come from a constructor: every bit pattern of every field is covered. Models are the exception, because
+//! kernels rely on their checks.
+//!
+//! Only `Display` of errors is left out. It uses `core::fmt`, which has panics of its own, and no code from bytes to
+//! events formats text.
 
 unsafe extern "C" {
     fn a_panic_is_reachable() -> !;
@@ -15,13 +18,14 @@ fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
     unsafe { a_panic_is_reachable() }
 }
 
-/// Where a function is. `probe.x` keeps what these point to.
+/// The address of a function. `probe.x` keeps the functions that these point to.
 pub struct Kept(#[allow(dead_code)] pub *const ());
 
 // SAFETY: nobody reads through the pointer.
 unsafe impl Sync for Kept {}
 
-/// Entry points: a group's functions, named `group.function` in the library or program, that stay in it though nobody calls them.
+/// Declares the entry points of a group. Each function is named `group.function`, and is kept although nothing calls
+/// it.
 macro_rules! entries {
     ($group:ident: $($name:ident $(<$life:lifetime>)? ($($argument:ident: $type:ty),*) -> $result:ty $body:block)*) => {
         $(

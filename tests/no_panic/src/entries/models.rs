@@ -1,4 +1,4 @@
-//! Texture models: read, asked, and their labels.
+//! Entry points for texture models: reading them, classifying, and labels.
 
 use wstac_core::model::Model;
 use wstac_core::model::boosted::Boosted;
@@ -25,6 +25,7 @@ entries! {
     texture_of_model(sample: &[i16; 700], model: &Model<'static>) -> u8 { texture::texture(sample, model).class }
     task(model: &Model<'_>) -> Task { model.task() }
     crc(words: &[u32]) -> u32 { file::crc(words) }
+    crc_of_bytes(bytes: &[u8]) -> u32 { wstac_core::crc::crc32(bytes.iter().copied()) }
     labels(labels: Labels<'_>) -> usize { if labels.is_empty() { 0 } else { labels.len() } }
     frames(model: &Model<'_>) -> u8 { model.frames() }
     label<'a>(labels: Labels<'a>, class: usize) -> Option<Label<'a>> { labels.get(class) }

@@ -1,4 +1,4 @@
-//! Samples, and the beginnings of such.
+//! Entry points for samples and their prefixes.
 
 use wstac_core::early::{SamplePrefix, EarlySampler};
 use wstac_core::features::Features;

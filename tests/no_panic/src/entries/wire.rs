@@ -1,4 +1,4 @@
-//! Messages between a board and a host.
+//! Entry points for messages between a board and a host.
 
 use wstac_core::model::Model;
 use wstac_core::sample::Sample;

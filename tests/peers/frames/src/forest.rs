@@ -1,4 +1,4 @@
-//! A forest of as many full trees as one likes, to see what a tree more costs.
+//! A forest with any number of full trees, to measure the cost of one more tree.
 
 use std::hint::black_box;
 
@@ -6,10 +6,11 @@ use wstac_core::model::file::{INPUTS, crc};
 use wstac_core::model::forest::Forest;
 use wstac_core::texture::TextureModel;
 
-/// Splits from the root to a leaf.
+/// The number of splits from the root to a leaf.
 const DEPTH: u32 = 7;
 
-/// Lets a forest of `trees` trees of seven splits a way answer `count` samples; a number that needs all answers. 0 where it could not be made.
+/// Classifies `count` samples with a forest of `trees` trees that are seven splits deep. Returns a number that depends
+/// on all answers, or 0 if the forest could not be built.
 #[unsafe(no_mangle)]
 pub extern "C" fn wstac_forest(trees: u16, count: usize) -> u32 {
     let words = file(trees);
@@ -20,7 +21,7 @@ pub extern "C" fn wstac_forest(trees: u16, count: usize) -> u32 {
     (0..count).fold(1, |all, index| all + u32::from(forest.class(black_box(&samples[index % 16]))))
 }
 
-/// The model file: two classes, trees one behind the other.
+/// Returns the model file: two classes, and one tree after another.
 fn file(trees: u16) -> Vec<u32> {
     let mut halves = vec![0_u16; 20];
     // A vote of 1 counts 1, and there is no table of leaves.
@@ -52,7 +53,7 @@ fn node(halves: &mut Vec<u16>, depth: u32, chance: u32) {
     let (at, input, threshold) = (halves.len(), (next >> 8) % 700, (next >> 16) as u16);
     halves.extend([input as u16, threshold, 0]);
     if depth == 0 {
-        // Two leaves, as bytes of one half.
+        // Two leaves, which are the bytes of one half-word.
         halves[at] |= 0b111 << 13;
         halves[at + 2] = 1 << (8 * (next & 1));
         return;

@@ -1,5 +1,8 @@
-//! What `signal.py` calls: frames to features as the `wstac` command does it, a plain read of the same bytes, and a forest. Each call does a number of
-//! things in turn, so that what a call from Python costs is small beside them. All names start with `wstac_`: `open` and `read` are the C library's.
+//! The library that `signal.py` calls: frames to features as in the `wstac` command, a plain read of the same bytes,
+//! and a forest.
+//!
+//! Each call repeats its work, so that the cost of a call from Python is small beside it. All names start with
+//! `wstac_`, because `open` and `read` are functions of the C library.
 
 mod forest;
 mod read;
@@ -18,7 +21,7 @@ use wstac_core::taxels::FrameGeometry;
 /// A stream of one format and layout.
 pub struct Stream(FeatureStream<Any, Fixed>);
 
-/// The formats by number; `signal.py` has their names in the same order.
+/// The formats by number. `signal.py` has their names in the same order.
 const FORMATS: [(PixelFormat, YcbcrMethod); 12] = [
     (PixelFormat::Gray, YcbcrMethod::Exact),
     (PixelFormat::Yuyv, YcbcrMethod::Linear),
@@ -34,7 +37,7 @@ const FORMATS: [(PixelFormat, YcbcrMethod); 12] = [
     (PixelFormat::Bayer8(BayerOrder::Rggb), YcbcrMethod::Exact),
 ];
 
-/// The instruction set that frames are summed with, as a C string.
+/// Returns the instruction set that sums frames, as a C string.
 #[unsafe(no_mangle)]
 pub extern "C" fn wstac_instruction_set() -> *const c_char {
     let name = match wstac_core::green::instruction_set() {
@@ -46,9 +49,11 @@ pub extern "C" fn wstac_instruction_set() -> *const c_char {
     name.as_ptr()
 }
 
-/// A stream of frames of this format and size; `layout` is a taxel's width and height and 25 corners. Null where there is no such stream.
+/// Creates a stream of frames of this format and size. `layout` is the width and height of a taxel, and 25 corners.
+/// Returns null if the format or layout is invalid.
 ///
 /// # Safety
+///
 /// `layout` points to 52 numbers.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_open(format: u32, width: u32, height: u32, layout: *const u16) -> *mut Stream {
@@ -63,9 +68,10 @@ pub unsafe extern "C" fn wstac_open(format: u32, width: u32, height: u32, layout
     stream().map_or(std::ptr::null_mut(), |stream| Box::into_raw(Box::new(Stream(stream))))
 }
 
-/// Bytes of a frame.
+/// Returns the bytes of a frame.
 ///
 /// # Safety
+///
 /// `stream` is of [`wstac_open`].
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_frame_bytes(stream: *const Stream) -> usize {
@@ -73,9 +79,11 @@ pub unsafe extern "C" fn wstac_frame_bytes(stream: *const Stream) -> usize {
     unsafe { &*stream }.0.camera().frame_bytes()
 }
 
-/// Frames to features: `count` frames one after the other, of `frames` that lie one behind the other; ten features of the last.
+/// Turns `count` frames into features, and writes the ten features of the last one. The frames are taken in turn from
+/// `frames` frames, which are stored one after another.
 ///
 /// # Safety
+///
 /// `stream` is of [`wstac_open`], there are `frames` frames, and room for ten features.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_features(
@@ -97,10 +105,12 @@ pub unsafe extern "C" fn wstac_features(
     }
 }
 
-/// Reads the bytes under taxels, of as many frames: a number that all of them make. `ahead`: cache lines are asked for eight rows before.
+/// Reads the bytes under the taxels of `count` frames, and returns a number that depends on all of them. With `ahead`,
+/// cache lines are prefetched eight rows early.
 ///
 /// # Safety
-/// `stream` is of [`wstac_open`], of a packed format of `pixel` bytes a pixel, and there are `frames` frames.
+///
+/// `stream` is of [`wstac_open`], of a packed format of `pixel` bytes per pixel, and there are `frames` frames.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_read(
     stream: *const Stream,

@@ -1,17 +1,18 @@
-//! The physical limit: every byte under the taxels is read where it lies, 32 at a time, and nothing is made of them but a number that needs them all.
+//! The physical limit: every byte under the taxels is read in place, 32 at a time. The only result is a number that
+//! depends on all of them.
 
 use wstac_core::layout::Layout;
 
-/// Bytes that are read at a time.
+/// The number of bytes that are read at once.
 #[cfg(target_arch = "x86_64")]
 const VECTOR: usize = 32;
-/// Bytes of a cache line, and rows ahead of the one that is read whose lines may be asked for, as wstac does.
+/// The bytes of a cache line. The next constant is the number of rows ahead whose lines are prefetched, as in wstac.
 #[cfg(target_arch = "x86_64")]
 const LINE: usize = 64;
 #[cfg(target_arch = "x86_64")]
 const AHEAD: usize = 8;
 
-/// A number that all bytes under the taxels make.
+/// Returns a number that depends on all bytes under the taxels.
 pub fn taxels(frame: &[u8], bytes_per_row: usize, layout: &Layout, pixel: usize, ahead: bool) -> u64 {
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx2") {
@@ -24,7 +25,8 @@ pub fn taxels(frame: &[u8], bytes_per_row: usize, layout: &Layout, pixel: usize,
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 fn with_avx2(frame: &[u8], bytes_per_row: usize, layout: &Layout, pixel: usize, ahead: bool) -> u64 {
-    // A taxel's row of the paper's layout in 1280 × 720 has so many bytes: the compiler knows where it ends.
+    // These are the row lengths of the paper's layout in 1280 × 720. As constants, they let the compiler unroll the
+    // loop.
     match (usize::from(layout.taxel()[0]) * pixel, ahead) {
         (90, false) => rows::<90, 0>(frame, bytes_per_row, layout, pixel),
         (90, true) => rows::<90, AHEAD>(frame, bytes_per_row, layout, pixel),
@@ -45,7 +47,7 @@ fn rows<const BYTES: usize, const AHEAD: usize>(
     use std::arch::x86_64::{
         _MM_HINT_T0, _mm_prefetch, _mm256_add_epi64, _mm256_loadu_si256, _mm256_setzero_si256, _mm256_storeu_si256,
     };
-    // Four sums that do not wait for each other.
+    // Four sums that do not depend on each other.
     let mut sums = [_mm256_setzero_si256(); 4];
     let height = usize::from(layout.taxel()[1]);
     for [x, y] in layout.corners().map(|corner| corner.map(usize::from)) {
@@ -76,7 +78,7 @@ fn rows<const BYTES: usize, const AHEAD: usize>(
     words.as_flattened().iter().fold(0, |all, word| all.wrapping_add(*word))
 }
 
-/// Where the machine or the width is another: whatever the compiler makes of it.
+/// Reads on other machines or with other widths, in a loop that the compiler vectorizes as it likes.
 fn any(frame: &[u8], bytes_per_row: usize, layout: &Layout, pixel: usize) -> u64 {
     let [width, height] = layout.taxel().map(usize::from);
     let starts = layout.corners().map(|[x, y]| usize::from(y) * bytes_per_row + usize::from(x) * pixel);

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 /// A line on a terminal that is overwritten.
 pub(super) struct Progress {
-    /// What is counted: slides or recordings.
+    /// The counted things: slides or recordings.
     what: &'static str,
     /// The count at the start, and the final count.
     there: u32,

@@ -8,7 +8,7 @@ use super::progress::Progress;
 use super::{Arguments, check_new, note, signals, write_all};
 use crate::commands::output::Stop;
 use wstac_host::config::Config;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 use wstac_train::dataset::recorded_arrays;
 use wstac_train::dataset::recordings::{Recording, comparable, find, for_tests, read};
@@ -17,6 +17,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let config = arguments.config.as_deref().map(Config::read).transpose()?;
     if let Some(sweep) = arguments.sources.iter().find(|source| source.extension().is_some_and(|end| end == "toml")) {
         return Err(Error::new(
+            ErrorKind::Usage,
             sweep.display(),
             "is a sweep among other sources, expected a single sweep, or recordings",
         )
@@ -27,7 +28,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let signal = signals()?;
     let threads = arguments.threads.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|error| Error::new("--threads", error))?;
+    let pool = pool.map_err(|error| Error::with_cause(ErrorKind::Usage, "--threads", error))?;
     let progress = std::sync::Mutex::new((Progress::new("recordings", 0, files.len() as u32), 0));
     let recordings = pool.install(|| {
         let each = files.par_iter().with_max_len(1).map(|file| {
@@ -59,7 +60,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let samples = recordings.iter().map(|recording| recording.samples.len()).sum::<usize>();
     if samples == 0 {
         let message = "none of the recordings has an event, expected at least 1";
-        return Err(Error::new(arguments.output.display(), message).into());
+        return Err(Error::new(ErrorKind::Data, arguments.output.display(), message).into());
     }
     let facts = || recordings.iter().flat_map(|recording| &recording.samples).map(|(.., facts)| facts);
     let unreliable = facts().filter(|facts| !facts.reliable).count();

@@ -10,7 +10,6 @@ use wstac_core::model::file::Task;
 
 use super::super::output::{Stop, check_new, note};
 use wstac_host::atomic_write::atomic_write;
-use wstac_host::texture::task_name;
 use wstac_train::model::trained::Kind;
 use wstac_train::model::write::{self, Options};
 use wstac_train::model::{Import, import, import_inline};
@@ -31,10 +30,10 @@ pub(super) struct Arguments {
     #[arg(short, long, value_name = "OUT.wsm")]
     output: PathBuf,
 
-    /// What to write; by default, the ending of the output says it
+    /// Output to write; by default, the ending of its name decides
     ///
-    /// A table is the model file and the smallest. Inline is Rust code that answers in fewer instructions and takes
-    /// more bytes; there is none of linear models.
+    /// A table is a model file, which is smallest. Inline is Rust code, which takes fewer instructions and more bytes.
+    /// Only trees can be inline.
     #[arg(long, value_enum)]
     backend: Option<Backend>,
 
@@ -44,7 +43,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "A,B,…", value_delimiter = ',')]
     labels: Option<Vec<String>>,
 
-    /// What the classes are; by default, their names decide
+    /// Kind of the classes; by default, their names decide
     #[arg(long, value_enum)]
     task: Option<Classes>,
 
@@ -124,14 +123,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     };
     check_options(arguments, &model.kind, backend).unwrap_or_else(|idle| idle.exit());
     atomic_write(output, &bytes)?;
-    let (path, classes, task) = (output.display(), model.labels.len(), task_name(model.task));
+    let (path, classes, task) = (output.display(), model.labels.len(), model.task.name());
     let what = if backend == Backend::Inline { "bytes of Rust" } else { "bytes" };
     let classes = if classes == 1 { "1 class".to_owned() } else { format!("{classes} classes") };
     note(format_args!("{path}: {} {what}, {classes}, task {task}; {}", bytes.len(), exactness));
     Ok(())
 }
 
-/// Returns what to write, by the option or by the name of the output. They must not contradict each other.
+/// Returns the kind of output, by the option or by the name of the output. They must not contradict each other.
 fn backend(asked: Option<Backend>, output: &Path) -> Result<Backend, clap::Error> {
     let named = match output.extension().and_then(OsStr::to_str) {
         Some("rs") => Some((Backend::Inline, "Rust", "inline")),

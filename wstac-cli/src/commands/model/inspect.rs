@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use super::super::output::Stop;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_train::model::inspect::inspect;
 
@@ -28,7 +28,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let found = inspect(&model, file.words());
     let mut out = std::io::stdout().lock();
     if arguments.json {
-        let json = serde_json::to_string(&found).map_err(|error| Error::new("standard output", error))?;
+        let json = serde_json::to_string(&found)
+            .map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;
         return Ok(writeln!(out, "{json}")?);
     }
     writeln!(out, "kind      {}, {}", found.kind, found.numbers)?;

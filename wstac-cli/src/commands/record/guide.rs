@@ -12,7 +12,7 @@ use super::{Arguments, Shown, labels, signals};
 use crate::commands::output::{Form, Records, Stop, note, text_of};
 use crate::commands::source_arguments::doubts_of_textures;
 use wstac_host::config::Config;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::plural::counted;
@@ -69,7 +69,12 @@ pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
     let planned = slides.first().map(|slide| &slide.labels);
     if let Some((name, value)) = labels.iter().find(|(name, _)| planned.is_some_and(|own| own.contains_key(*name))) {
         let plan = plan_file.display();
-        return Err(Error::new("--label", format_args!("{name} is {value:?}, expected none: {plan} gives it")).into());
+        return Err(Error::new(
+            ErrorKind::Usage,
+            "--label",
+            format_args!("{name} is {value:?}, expected none: {plan} gives it"),
+        )
+        .into());
     }
     let (source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
@@ -79,9 +84,14 @@ pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
     drop(Processor::new(&info, &config, OutputOptions::default())?.with_textures(Textures::new(&models)?));
     About::new(&info, &config, labels.clone(), Vec::new())?;
     if folder.exists() && !folder.is_dir() {
-        return Err(Error::new(folder.display(), "is a file, expected a folder for the recordings of --guide").into());
+        return Err(Error::new(
+            ErrorKind::Usage,
+            folder.display(),
+            "is a file, expected a folder for the recordings of --guide",
+        )
+        .into());
     }
-    fs::create_dir_all(folder).map_err(|error| Error::new(folder.display(), error))?;
+    fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
     note(&info.about);
     let form = if arguments.json { Form::Json } else { Form::Text };
     let shown = Shown { records: Some(Records::new(form)), events: 0 };
@@ -199,7 +209,7 @@ impl Session<'_> {
             let ended = self.attempt(slide, &part);
             match ended {
                 Ok(Some(Outcome::Recorded)) => {
-                    fs::rename(&part, path).map_err(|error| Error::new(path.display(), error))?;
+                    fs::rename(&part, path).map_err(|error| Error::io(path.display(), error))?;
                     note(format_args!("wrote {}", path.display()));
                     return Ok(Outcome::Recorded);
                 }
@@ -223,7 +233,7 @@ impl Session<'_> {
         labels.extend(slide.labels.clone());
         let models = self.models.iter().map(|file| file.about().to_owned()).collect();
         let about = About::new(&self.info, &self.config, labels, models)?;
-        let file = File::create(part).map_err(|error| Error::new(part.display(), error))?;
+        let file = File::create(part).map_err(|error| Error::io(part.display(), error))?;
         let mut recorder = Recorder::new(file, part, &about, &processor)?;
         let outcome = self.watch(slide, &mut processor, &mut recorder);
         // Even if the source failed, the file of what came before is complete.
@@ -289,7 +299,7 @@ impl Session<'_> {
 }
 
 fn remove(path: &Path) -> Result<(), Error> {
-    fs::remove_file(path).map_err(|error| Error::new(path.display(), error))
+    fs::remove_file(path).map_err(|error| Error::io(path.display(), error))
 }
 
 #[cfg(test)]
@@ -316,7 +326,7 @@ mod tests {
         }
 
         fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
-            self.left = self.left.checked_sub(1).ok_or_else(|| Error::new("camera", "unplugged"))?;
+            self.left = self.left.checked_sub(1).ok_or_else(|| Error::new(ErrorKind::Device, "camera", "unplugged"))?;
             Ok(SourceEvent::Frame(Frame::new(&self.bytes)))
         }
     }

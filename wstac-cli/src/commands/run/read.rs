@@ -1,7 +1,7 @@
 //! Reads the sources of one run, each to its end in its own thread.
 
 use std::fs::File;
-use std::io::{ErrorKind, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Barrier;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,7 +11,7 @@ use super::super::output::{Form, LossReport, Records, Stop, note};
 use super::super::source_arguments::doubts_of_textures;
 use super::Arguments;
 use super::sensors::Sensor;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::plural::counted;
@@ -61,9 +61,12 @@ impl<'a> Run<'a> {
             records.note(format_args!("{} camera frames are added up to one feature frame", info.rate.frames_added()));
         }
         if info.taxels_only && arguments.save_raw.is_some() {
-            return Err(
-                Error::new(&info.about, "has no frames for --save-raw, expected fidelity = \"rendered\"").into()
-            );
+            return Err(Error::new(
+                ErrorKind::Unsupported,
+                &info.about,
+                "has no frames for --save-raw, expected fidelity = \"rendered\"",
+            )
+            .into());
         }
         let raw = arguments.save_raw.as_deref().map(RawFile::create).transpose()?;
         Ok(Opened { session, records, raw, limit: arguments.frames, interrupted })
@@ -107,7 +110,7 @@ impl<'a> Run<'a> {
         if failures == 0 {
             return Ok(());
         }
-        Err(Error::new(format_args!("{failures} of {} sensors", sensors.len()), "failed").into())
+        Err(Error::new(ErrorKind::Data, format_args!("{failures} of {} sensors", sensors.len()), "failed").into())
     }
 }
 
@@ -197,13 +200,16 @@ impl RawFile {
     /// Creates the file, and never overwrites another.
     fn create(path: &Path) -> Result<Self, Error> {
         let file = File::create_new(path).map_err(|error| match error.kind() {
-            ErrorKind::AlreadyExists => Error::new(path.display(), "exists already, expected a new file"),
-            _ => Error::new(path.display(), error),
+            io::ErrorKind::AlreadyExists => {
+                Error::new(ErrorKind::AlreadyExists, path.display(), "exists already, expected a new file")
+                    .caused_by(error)
+            }
+            _ => Error::io(path.display(), error),
         })?;
         Ok(Self { file, path: path.to_owned() })
     }
 
     fn write(&mut self, bytes: &[u8]) -> Result<(), Error> {
-        self.file.write_all(bytes).map_err(|error| Error::new(self.path.display(), error))
+        self.file.write_all(bytes).map_err(|error| Error::io(self.path.display(), error))
     }
 }

@@ -1,6 +1,6 @@
 //! Parses sources with names: `cam:left=/dev/video0`.
 
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 
 /// A source with the name that its records have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,7 +45,7 @@ fn sensor(text: &str) -> Result<Sensor<'_>, Error> {
 }
 
 fn refused(source: &str, message: impl std::fmt::Display) -> Error {
-    Error::new(format_args!("SOURCE is {source:?}"), message)
+    Error::new(ErrorKind::Usage, format_args!("SOURCE is {source:?}"), message)
 }
 
 #[cfg(test)]

@@ -27,25 +27,26 @@ enum Command {
 }
 
 /// Every key of a scene file with its default.
-pub(super) const KEYS: &str = r#"A scene's file (scene:FILE.toml), every key but the first two optional;
-these are the defaults:
+pub(super) const KEYS: &str = r#"A scene's file (scene:FILE.toml). Every key but the first two is
+optional; these are the defaults:
 
-  specimen = "Saw3"      # Fla0, or Sin, Saw or Tri with 2, 3 or 4 mm of
-                         # depth, or Sphere
+  specimen = "Saw3"      # Fla0, Sphere, or Sin, Saw or Tri with a depth
+                         # of 2, 3 or 4 mm
   speed = 150            # mm/s, 1 to 1000
   direction = 0          # degrees: 0 is right, 90 up, 180 left,
                          # 270 down
-  depth = 3              # of the texture in mm, instead of the name's
-  period = 6             # of the texture in mm; twice the depth unless
-                         # it is given
-  length = 104.5         # of the block in mm: fitted to the paper's
-                         # speed law
+  depth = 3              # depth of the texture in mm, instead of
+                         # the name's
+  period = 6             # period of the texture in mm; by default
+                         # twice the depth
+  length = 104.5         # length of the block in mm, fitted to the
+                         # paper's speed law
   edge = 72              # slope of the block's ends in degrees;
                          # 90 is upright
-  #radius = 0.5          # of a Sphere in mm, instead of depth, period,
-                         # length and edge
-  seed = 0               # of all random numbers: the same seed gives
-                         # the same bytes on every machine
+  #radius = 0.5          # radius of a Sphere in mm, instead of depth,
+                         # period, length and edge
+  seed = 0               # seed of all random numbers: the same seed
+                         # gives the same bytes on every machine
   noise = 0.8            # scale of all random deviations
                          # (fluctuation, run_deviation, noise of
                          # pixels), fitted to one published number
@@ -55,34 +56,37 @@ these are the defaults:
   fidelity = "rendered"  # or "taxel": taxel sums from their
                          # distribution, without pixels
   [whisker]
-  beam = "elastica"      # or "linear": how whiskers bend
+  beam = "elastica"      # law of bending; or "linear"
   length_mm = 5
   diameter_mm = 1
   pitch_mm = 4
-  dome_degrees = 30      # the cap that carries the whiskers; 0 for
-                         # a plane
-  overlap_mm = 3         # how far the crests overlap the middle
+  dome_degrees = 30      # angle of the cap that carries the whiskers;
+                         # 0 for a plane
+  overlap_mm = 3         # overlap of the crests with the middle
                          # whisker; at most the radius of a Sphere
-  relaxation_ms = 2      # of a whisker that is let go; 0 for at once
+  relaxation_ms = 2      # time in which a released whisker springs
+                         # back; 0 if it is immediate
   present = "all"        # or "middle": one whisker
-  [light]                # in full scales of the camera, as the mean of
-                         # a taxel
+  [light]                # a full scale is the light of a taxel whose
+                         # pixels are all at full scale
   flash_ms = 11          # light of bending by a strain of 1, in full
                          # scales · ms
-  rubbing_ms = 0.01      # light of rubbing (friction) over a mm under a
+  rubbing_ms = 0.01      # light of rubbing (friction) over 1 mm under a
                          # load P L²/EI of 1; 0 for none
   fluctuation = 0.5      # deviation of the rubbing, as a fraction
   fluctuation_mm = 1     # correlation length of the fluctuation
-  afterglow_ms = 44.5    # fades to 1/e in this time: fitted to the
-                         # paper's speed law; 0 for none
-  gain_deviation = 0.05  # of the whiskers, as a fraction
-  unit = 0               # number of the sensor: each has own gains
-  run_deviation = 0.1    # of the gain from slide to slide, as a
-                         # fraction of it
+  afterglow_ms = 44.5    # time in which light fades to 1/e, fitted to
+                         # the paper's speed law; 0 for none
+  gain_deviation = 0.05  # deviation of the whiskers' gains, as a
+                         # fraction of the gain
+  unit = 0               # number of the sensor: each sensor has its
+                         # own gains
+  run_deviation = 0.1    # deviation of the gain from slide to slide,
+                         # as a fraction of the gain
   leak = 0               # ambient light, as a fraction of full scale
   leak_per_minute = 0    # growth of the leak per minute
-  drift_per_minute = 0   # growth of the light per minute, as a
-                         # fraction of it
+  drift_per_minute = 0   # growth of all light per minute, as a
+                         # fraction of the light
   dead = []              # whiskers without light, as [row, column],
                          # each 1 to 5
   [sensor]
@@ -90,9 +94,9 @@ these are the defaults:
   fps = 30
   format = "GREY"        # or another four-character code, such as YUYV,
                          # NV12, RGB3, BG10, MJPG
-  matrix = "bt601"       # or "bt709": of YCbCr
-  range = "limited"      # or "full": of YCbCr
-  quality = 85           # of MJPG, 1 to 100
+  matrix = "bt601"       # matrix of YCbCr; or "bt709"
+  range = "limited"      # range of YCbCr; or "full"
+  quality = 85           # quality of MJPG, 1 to 100
   exposure = 1.0         # fraction of the frame time during which
                          # the shutter is open
   full_well = 25500      # electrons at full scale, at a gain of 1
@@ -106,15 +110,18 @@ these are the defaults:
                          # quarter of its rate
   #[sensor.pose]         # a camera that does not look straight on;
                          # every pixel of a frame is computed then
-  #rotation_degrees = 0  # of the picture, counter-clockwise
-  #tilt_degrees = [0, 0] # right side, lower side further away
-  #curvature = 0         # of the lens: below 0 barrel, above
-                         # pincushion, -0.15 to 0.15
-  #shift = [0, 0]        # right, down, in shorter sides of the picture
-  #scale = 1
-  #uneven = 1            # brightness of the brightest side, in
-                         # units of the darkest side's
-  #uneven_degrees = 0    # where the brightest side is: 0 right, 90 up
+  #rotation_degrees = 0  # rotation of the picture, counterclockwise
+  #tilt_degrees = [0, 0] # tilt of the camera: right side further away,
+                         # then lower side further away
+  #curvature = 0         # distortion by the lens: below 0 barrel,
+                         # above 0 pincushion, -0.15 to 0.15
+  #shift = [0, 0]        # shift right and down, in fractions of the
+                         # picture's shorter side
+  #scale = 1             # scale of the picture
+  #uneven = 1            # brightness of the brightest side, divided by
+                         # that of the darkest side
+  #uneven_degrees = 0    # direction of the brightest side: 0 is right,
+                         # 90 is up
 
 Several slides: any number of [[slide]] tables with the keys from
 specimen to radius.

@@ -8,7 +8,7 @@ use std::sync::atomic::Ordering;
 use super::super::output::{Stop, check_new, note};
 use super::super::run::interruptions;
 use super::named;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 use wstac_host::source::open::OpenOptions;
 use wstac_host::source::y4m::header_of;
@@ -44,14 +44,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let path = arguments.output.as_path();
     let info = source.info().clone();
     if info.taxels_only {
-        return Err(Error::new(&info.about, "has no frames, expected fidelity = \"rendered\"").into());
+        return Err(
+            Error::new(ErrorKind::Unsupported, &info.about, "has no frames, expected fidelity = \"rendered\"").into()
+        );
     }
     let raw = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("raw"));
     let y4m = path == Path::new("-") || path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("y4m"));
     if !raw && !y4m {
-        return Err(Error::new(path.display(), "expected a name that ends in .y4m or .raw, or -").into());
+        return Err(
+            Error::new(ErrorKind::Usage, path.display(), "expected a name that ends in .y4m or .raw, or -").into()
+        );
     }
-    let header = if raw { None } else { Some(header_of(&info).map_err(|message| Error::new(&info.about, message))?) };
+    let header = if raw {
+        None
+    } else {
+        Some(header_of(&info).map_err(|message| Error::new(ErrorKind::Unsupported, &info.about, message))?)
+    };
     note(&info.about);
     let mut out = Output::create(path, arguments.force)?;
     if let Some(header) = &header {
@@ -109,7 +117,7 @@ impl Output {
             return Ok(Self::Standard(BufWriter::new(std::io::stdout())));
         }
         check_new(path, force)?;
-        let file = File::create(path).map_err(|error| Error::new(path.display(), error))?;
+        let file = File::create(path).map_err(|error| Error::io(path.display(), error))?;
         Ok(Self::File(NewFile { file: BufWriter::new(file), path: path.to_owned(), whole: false }))
     }
 
@@ -117,7 +125,7 @@ impl Output {
         match self {
             Self::Standard(out) => Ok(out.write_all(bytes)?),
             Self::File(NewFile { file, path, .. }) => {
-                file.write_all(bytes).map_err(|error| Error::new(path.display(), error).into())
+                file.write_all(bytes).map_err(|error| Error::io(path.display(), error).into())
             }
         }
     }
@@ -126,7 +134,7 @@ impl Output {
         match self {
             Self::Standard(mut out) => Ok(out.flush()?),
             Self::File(mut new) => {
-                new.file.flush().map_err(|error| Error::new(new.path.display(), error))?;
+                new.file.flush().map_err(|error| Error::io(new.path.display(), error))?;
                 new.whole = true;
                 Ok(())
             }

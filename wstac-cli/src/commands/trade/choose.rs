@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::{Arguments, base, check_new_all, prices, print, read};
 use crate::commands::output::Stop;
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_tradeoff::budget::{Budget, best};
 use wstac_tradeoff::candidate::Candidate;
 use wstac_tradeoff::chosen::{self, CLAIM, Chosen, FILES};
@@ -25,7 +25,7 @@ pub(super) fn choose(arguments: &Arguments, budget: &Budget) -> Result<(), Stop>
     }
     let prices = prices(arguments)?;
     let choice = best(&rows, budget, arguments.by, &prices, arguments.core);
-    let choice = choice.map_err(|nothing| Error::new("--budget", nothing))?;
+    let choice = choice.map_err(|nothing| Error::new(ErrorKind::Data, "--budget", nothing))?;
     let row = choice.best;
     let model = row.model.as_ref().map(|name| Candidate::named(Path::new(name))).transpose()?;
     let cores = budget.cores(arguments.core);
@@ -37,7 +37,7 @@ pub(super) fn choose(arguments: &Arguments, budget: &Budget) -> Result<(), Stop>
     if let Some(folder) = &arguments.output {
         check_new_all(arguments, &FILES)?;
         let (name, base) = base(arguments)?;
-        let config = chosen::config(&row.setting, &base).map_err(|error| Error::new(name, error))?;
+        let config = chosen::config(&row.setting, &base).map_err(|error| Error::new(ErrorKind::Config, name, error))?;
         let commands = chosen::write(folder, row, model.as_ref(), &prices, &cores, &config)?;
         // Writing to a string does not fail.
         let _ = write!(text, "\nIn {} (build.txt):\n{commands}", folder.display());
@@ -52,7 +52,7 @@ pub(super) fn verify(folder: &Path) -> Result<(), Stop> {
     print(&format!("claimed {claim}\nfound   {found}\n"))?;
     if found != claim {
         let message = format!("claims {}, expected the same", map::differences(&chosen.claim, &again));
-        return Err(Error::new(folder.join(CLAIM).display(), message).into());
+        return Err(Error::new(ErrorKind::Data, folder.join(CLAIM).display(), message).into());
     }
     let fresh = chosen.fresh()?;
     let right = |accuracy: [Option<wstac_tradeoff::statistics::Interval>; 3]| {

@@ -30,7 +30,7 @@ pub(super) fn fade(arguments: &Arguments, config: &Config) -> Result<(), Stop> {
     }
     let text = fade::tables(&all);
     if let Some(folder) = &arguments.output {
-        std::fs::create_dir_all(folder).map_err(|error| Error::new(folder.display(), error))?;
+        std::fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
         write(folder, "fade.csv", &fade::csv(&all))?;
         write(folder, "fade.md", &text)?;
     }

@@ -2,7 +2,7 @@
 
 use ratatui::style::Color;
 
-/// How many colors a terminal has.
+/// The number of colors of a terminal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in super::super) enum Colors {
     /// No colors, because the terminal has none or the user wants none: shades are characters.

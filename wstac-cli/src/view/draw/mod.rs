@@ -114,7 +114,7 @@ fn list(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
     }
 }
 
-/// Draws the line that says what the keys do.
+/// Draws the line that explains the keys.
 fn keys(state: &State, colors: Colors, row: Rect, buffer: &mut Buffer) {
     let pause = if state.paused { "space resume" } else { "space pause" };
     let record = if state.rec.is_some() { "r end recording" } else { "r record" };

@@ -10,7 +10,7 @@ pub struct Cells<'a> {
     /// Rows of luma, of all pixels of the cells. If chroma lies between luma, rows of both.
     pub(in crate::green) luma: Block<'a>,
     pub(in crate::green) chroma: Chroma<'a>,
-    /// How many pixels of the first cell of a row, and of the last, are outside the block: 0 or 1.
+    /// The number of pixels outside the block in the first cell of a row, and in the last: 0 or 1.
     pub(in crate::green) outside: [usize; 2],
 }
 

@@ -15,9 +15,9 @@ pub(in crate::green) struct Factors {
     pub(in crate::green) scale: [i8; 2],
     /// The factors of the results, with 16 fraction bits.
     pub(in crate::green) high: [i16; 2],
-    /// What is missing in the factors, with 32 fraction bits.
+    /// The remainders of the factors, with 32 fraction bits.
     pub(in crate::green) low: [i16; 2],
-    /// What Cb = Cr = 0 makes, with 16 fraction bits.
+    /// The result for Cb = Cr = 0, with 16 fraction bits.
     pub(in crate::green) offset: i32,
 }
 

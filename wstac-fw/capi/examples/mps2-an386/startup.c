@@ -1,4 +1,4 @@
-/* From reset to main on QEMU's mps2-an386, with newlib's semihosting: arguments, files and the exit code are the host's. */
+/* Starts main after a reset of QEMU's mps2-an386. With newlib's semihosting, arguments, files and the exit code are the host's. */
 #include <stdint.h>
 #include <stdlib.h>
 
@@ -7,7 +7,7 @@ extern void initialise_monitor_handles(void);
 extern void __libc_init_array(void);
 int main(int argc, char **argv);
 void reset(void);
-/* What newlib runs before and after a program beside its tables: nothing here. */
+/* The functions that newlib calls before and after a program besides its tables. They do nothing here. */
 void _init(void);
 void _fini(void);
 
@@ -17,7 +17,7 @@ void _fini(void) {}
 static char line[512];
 static char *arguments[16];
 
-/* The command line, by the semihosting call SYS_GET_CMDLINE, cut at its spaces. */
+/* Reads the command line with the semihosting call SYS_GET_CMDLINE, and splits it at its spaces. */
 static int read_arguments(void)
 {
     struct {
@@ -43,7 +43,7 @@ static int read_arguments(void)
 
 void reset(void)
 {
-    /* The floating-point unit, before anything may use it. */
+    /* Enables the floating-point unit before any code uses it. */
     *(volatile uint32_t *)0xE000ED88 |= 0xFu << 20;
     __asm__ volatile("dsb\n isb");
     initialise_monitor_handles();

@@ -74,7 +74,7 @@ impl Headers {
 
     /// Returns the facts for a walk through the data; `None` for codings that cameras do not use.
     ///
-    /// Those of cameras are sequential, with all components in one scan.
+    /// The pictures of cameras are sequential, with all components in one scan.
     pub(super) fn scan(&self) -> Option<Scan<'_>> {
         let count = self.components.len();
         if !self.sequential || count == 0 || count > COMPONENTS || self.scanned.len() != count {

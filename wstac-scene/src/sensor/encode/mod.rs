@@ -93,10 +93,10 @@ pub(super) trait Encoder: Debug + Send + Sync {
     fn encode(&self, block: &Block<'_>, frame: &mut Frame);
 }
 
-/// Returns the encoder of a format; JPEG pictures are made from R G B.
-pub(super) fn encoder(format: SensorFormat, color: YcbcrEncoding) -> Arc<dyn Encoder> {
+/// Returns the encoder of a format, or `None` if there is none; JPEG pictures are made from R G B.
+pub(super) fn encoder(format: SensorFormat, color: YcbcrEncoding) -> Option<Arc<dyn Encoder>> {
     let conversion = Conversion::new(color);
-    match format.pixels() {
+    Some(match format.pixels() {
         PixelFormat::Gray | PixelFormat::Bayer8(_) => Arc::new(Bytes),
         PixelFormat::Y10 | PixelFormat::Y12 | PixelFormat::Y16 | PixelFormat::Bayer10(_) | PixelFormat::Bayer12(_) => {
             Arc::new(Words)
@@ -111,7 +111,8 @@ pub(super) fn encoder(format: SensorFormat, color: YcbcrEncoding) -> Arc<dyn Enc
         PixelFormat::Yu12 => Arc::new(Planar { conversion, chroma: Chroma::Quarter }),
         PixelFormat::Yuv422p => Arc::new(Planar { conversion, chroma: Chroma::Half }),
         PixelFormat::Yuv444p => Arc::new(Planar { conversion, chroma: Chroma::Full }),
-    }
+        _ => return None,
+    })
 }
 
 #[cfg(test)]

@@ -5,7 +5,8 @@ use super::*;
 /// Encodes 2 × 2 pixels of red, green and blue, one row after the other if a cell has one.
 fn bytes(format: &str, pixels: [[u16; 3]; 4], frame_bytes: usize) -> Vec<u8> {
     let format: SensorFormat = format.parse().unwrap();
-    let encoder = encoder(format, YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Full });
+    let encoder =
+        encoder(format, YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Full }).unwrap();
     let mut frame = Frame { bytes: vec![0; frame_bytes], bytes_per_row: 0, height: 2 };
     frame.bytes_per_row = match format.pixels() {
         // These are the bytes of luma.

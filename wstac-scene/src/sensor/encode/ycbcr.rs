@@ -1,6 +1,6 @@
 //! Converts R, G, B of 0..=255 into Y, Cb, Cr as a camera's own processor does: rounded to nearest.
 
-use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding};
 
 /// Constant that rounds: added to a number of 0..=255, it leaves the nearest integer in the low bits of a
 /// single-precision number.
@@ -20,10 +20,7 @@ pub(super) struct Conversion {
 impl Conversion {
     /// Creates the conversion of a YCbCr encoding.
     pub(super) fn new(color: YcbcrEncoding) -> Self {
-        let (red, blue) = match color.matrix {
-            YcbcrMatrix::Bt601 => (0.299, 0.114),
-            YcbcrMatrix::Bt709 => (0.2126, 0.0722),
-        };
+        let (red, blue) = color.matrix.red_and_blue();
         let (black, luma_span, chroma_span) = match color.range {
             QuantizationRange::Limited => (16.0, 219.0 / 255.0, 224.0 / 255.0),
             QuantizationRange::Full => (0.0, 1.0, 1.0),
@@ -71,6 +68,8 @@ fn level(chroma: f32) -> u8 {
 
 #[cfg(test)]
 mod tests {
+    use wstac_core::green::ycbcr::YcbcrMatrix;
+
     use super::*;
 
     /// Computes from the definition: Y' = Kr R + Kg G + Kb B, Cb = (B − Y') / 2 (1 − Kb), and Cr accordingly.

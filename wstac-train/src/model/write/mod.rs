@@ -8,7 +8,7 @@ mod linear;
 mod tests;
 
 use wstac_core::model::Model;
-use wstac_core::model::file::{HEADER_HALVES, MAGIC, MOST_CLASSES, Task, crc};
+use wstac_core::model::file::{HEADER_HALVES, MAGIC, MOST_CLASSES, crc};
 use wstac_core::model::labels::LONGEST_LABEL;
 
 use super::integers;
@@ -82,12 +82,7 @@ pub fn write(model: &Trained, facts: &str, options: Options) -> Result<Written, 
     };
     let mut halves = vec![0; HEADER_HALVES];
     halves[..2].copy_from_slice(&MAGIC);
-    let task = match model.task {
-        Task::Other => 0,
-        Task::Specimen => 1,
-        Task::Pattern => 2,
-        Task::Depth => 3,
-    };
+    let task = model.task.number();
     halves[6..12].copy_from_slice(&[body.kind, body.number, classes as u16, task, frames as u16, body.trees]);
     halves[14] = u16::from(body.shift);
     halves.extend(body.halves);

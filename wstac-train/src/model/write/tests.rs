@@ -1,4 +1,4 @@
-use wstac_core::model::file::INPUTS;
+use wstac_core::model::file::{INPUTS, Task};
 use wstac_core::model::trees::NARROW;
 use wstac_scene::rng::SplitMix64;
 

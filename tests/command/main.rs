@@ -1,0 +1,12 @@
+//! Tests of the `wstac` command as a program of its own: what it prints, writes and refuses, and how it ends.
+
+mod calibrate;
+mod dataset;
+mod hostile;
+mod inline;
+mod model;
+mod monitor;
+mod program;
+mod recording;
+mod scene;
+mod texture;

@@ -1,0 +1,343 @@
+//! Tests `wstac model`: from a trainer's file to answers, and what it refuses.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use wstac_tests::command::wstac;
+use wstac_tests::folder::Folder;
+use wstac_tests::npz::{header, npz, zip64};
+use wstac_tests::trained::XGBOOST;
+
+fn model(arguments: &[&str]) -> Output {
+    Command::new(wstac()).arg("model").args(arguments).output().unwrap()
+}
+
+fn good(arguments: &[&str]) -> String {
+    let done = model(arguments);
+    assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
+    String::from_utf8(done.stdout).unwrap()
+}
+
+fn bad(arguments: &[&str], parts: &[&str]) {
+    let done = model(arguments);
+    let said = String::from_utf8_lossy(&done.stderr).into_owned();
+    assert_eq!(done.status.code(), Some(1), "{said}");
+    for part in parts {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+#[test]
+fn from_a_trainers_file_to_answers() {
+    let folder = Folder::new("whole");
+    let (file, out) = (folder.file("trained", XGBOOST.as_bytes()), folder.0.join("out.wsm"));
+    let (file, out) = (text(&file), text(&out));
+    good(&["import", file, "-o", out, "--labels", "Fla,Saw"]);
+    bad(&["import", file, "-o", out], &["out.wsm", "exists already", "--force"]);
+    let first = fs::read(out).unwrap();
+    good(&["import", file, "-o", out, "--labels", "Fla,Saw", "--force"]);
+    assert_eq!(fs::read(out).unwrap(), first);
+    let found: serde_json::Value = serde_json::from_str(&good(&["inspect", out, "--json"])).unwrap();
+    assert_eq!((&found["task"], &found["trees"]["splits"]), (&"pattern".into(), &1.into()));
+    assert_eq!(found["training"], r#"{"file":"trained","trainer":"XGBoost 3.2.0"}"#);
+    assert!(good(&["inspect", out]).contains("Fla, Saw"));
+    let mut samples = vec![[0_i16; 700]; 4];
+    for (sample, x) in samples.iter_mut().zip([-3073, -3072, -32_768, 5]) {
+        sample[69] = x;
+    }
+    let samples: Vec<u8> = samples.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+    let truth: Vec<u8> = "FlaSawSawSaw".chars().flat_map(|letter| u32::from(letter).to_le_bytes()).collect();
+    let x = ("X", header("<i2", "(4, 10, 70)"), samples);
+    let data = npz(&[("X", &x.1, x.2.clone()), ("y_pattern", &header("<U3", "(4,)"), truth.clone())]);
+    let data = folder.file("data.npz", &data);
+    let all = good(&["eval", out, text(&data), "--json"]);
+    let found: serde_json::Value = serde_json::from_str(&all).unwrap();
+    assert_eq!(found, serde_json::json!({"n": 4, "accuracy": 0.75, "predictions": ["Fla", "Saw", "Fla", "Saw"]}));
+    assert!(good(&["eval", out, text(&data)]).contains("75.00 % right: 3 of 4 samples, by y_pattern"));
+    let large = zip64(&[("X", &x.1, x.2.clone()), ("y_pattern", &header("<U3", "(4,)"), truth.clone())]);
+    assert_eq!(good(&["eval", out, text(&folder.file("large.npz", &large)), "--json"]), all);
+    for at in 0..large.len() {
+        // Damage is an error, or changes numbers and names only. It never panics.
+        if !(150..large.len() - 350).contains(&at) {
+            let mut damaged = large.clone();
+            damaged[at] ^= 0x41;
+            let done = model(&["eval", out, text(&folder.file("damaged.npz", &damaged))]);
+            assert!(matches!(done.status.code(), Some(0 | 1)), "{at}: {}", String::from_utf8_lossy(&done.stderr));
+        }
+    }
+    let data = folder.file("no-truth.npz", npz(&[("X", &x.1, x.2.clone())]));
+    let found: serde_json::Value = serde_json::from_str(&good(&["eval", out, text(&data), "--json"])).unwrap();
+    assert!(found["accuracy"].is_null());
+    for (name, bytes, parts) in [
+        ("zip", b"no archive".to_vec(), &["no zip archive"][..]),
+        ("empty", npz(&[]), &["array X", "is missing"]),
+        ("type", npz(&[("X", &header("<f4", "(4, 700)"), vec![])]), &["array X", "<f4", "<i2"]),
+        ("shape", npz(&[("X", &header("<i2", "(4, 70, 10)"), vec![])]), &["array X", "[4, 70, 10]", "(n, 10, 70)"]),
+        ("many", npz(&[("X", &header("<i2", "(99999999999, 700)"), vec![])]), &["array X", "99999999999"]),
+        ("short", npz(&[("X", &header("<i2", "(5, 10, 70)"), x.2.clone())]), &["array X", "less data"]),
+        ("header", npz(&[("X", "{}", vec![])]), &["array X", "descr"]),
+        ("y", npz(&[("X", &x.1, x.2.clone()), ("y", &header("<i8", "(3,)"), vec![0; 24])]), &["array y", "[3]"]),
+        ("kind", npz(&[("X", &x.1, x.2.clone()), ("y", &header("|O", "(4,)"), vec![])]), &["array y", "|O"]),
+    ] {
+        let data = folder.file(name, &bytes);
+        bad(&["eval", out, text(&data)], parts);
+    }
+    for length in [0, 1, 2, 31, first.len() - 2] {
+        let cut = folder.file("cut.wsm", &first[..length]);
+        bad(&["inspect", text(&cut)], &["cut.wsm"]);
+        bad(&["eval", text(&cut), text(&data)], &["cut.wsm"]);
+    }
+    // Errors have the name of the file, what was found, and what was expected.
+    let words = first.len() / 4;
+    let mut longer = first.clone();
+    longer.extend([0; 8]);
+    let changed = |at: usize, byte: u8| {
+        let mut changed = first.clone();
+        changed[at] = byte;
+        changed
+    };
+    for (bytes, says) in [
+        (changed(3, b'2'), "another version, expected WSM1: import the model again (byte 3 is 50)".to_owned()),
+        (changed(2, b'X'), "does not start with WSM1".to_owned()),
+        (longer, format!("({} words, expected {words})", words + 2)),
+        (changed(first.len() - 6, 0xFF), "its checksum is wrong: it is damaged (".to_owned()),
+    ] {
+        bad(&["inspect", text(&folder.file("changed.wsm", &bytes))], &["changed.wsm: ", &says]);
+    }
+}
+
+#[test]
+fn truth_of_other_labels_is_said() {
+    let folder = Folder::new("others");
+    let (file, out) = (folder.file("trained", XGBOOST.as_bytes()), folder.0.join("out.wsm"));
+    let out = text(&out);
+    good(&["import", text(&file), "-o", out, "--labels", "Fla,Saw"]);
+    let said = |truth: [i64; 2], labels: &str| {
+        let letters: Vec<u8> = labels.chars().flat_map(|letter| u32::from(letter).to_le_bytes()).collect();
+        let numbers: Vec<u8> = truth.iter().flat_map(|number| number.to_le_bytes()).collect();
+        let truth = if labels.is_empty() { ("<i8", numbers) } else { ("<U3", letters) };
+        let arrays =
+            [("X", &header("<i2", "(2, 700)")[..], vec![0; 2 * 2 * 700]), ("y", &header(truth.0, "(2,)"), truth.1)];
+        let done = model(&["eval", out, text(&folder.file("data.npz", npz(&arrays))), "--json"]);
+        assert_eq!(done.status.code(), Some(0));
+        String::from_utf8(done.stderr).unwrap()
+    };
+    let numbers = said([0, 1], "");
+    assert!(
+        numbers.contains("out.wsm names Fla, Saw; y of ") && numbers.contains("data.npz has 0, 1: no label is in both")
+    );
+    assert!(said([0, 0], "TriSin").contains(" has Tri, Sin: "));
+    assert_eq!(said([0, 0], "TriSaw"), "");
+}
+
+#[test]
+fn options_of_other_models_are_refused() {
+    let folder = Folder::new("options");
+    let boosted = folder.file("boosted.json", XGBOOST.as_bytes());
+    let forest = folder.file("forest.onnx", include_bytes!("../fuzz/seeds/model_import/forest.onnx"));
+    let out = folder.0.join("out");
+    for (file, option, output, parts) in [
+        (
+            &boosted,
+            ["--weights", "int16"],
+            "wsm",
+            ["--weights is for linear models", "boosted.json holds boosted trees"],
+        ),
+        (&boosted, ["--note", "a"], "rs", ["--note is for model files", "expected no --note"]),
+        (&forest, ["--leaves", "auto"], "wsm", ["--leaves is for boosted trees", "forest.onnx holds a forest"]),
+        (&forest, ["--weights", "int8"], "rs", ["--weights is for linear models", "forest.onnx holds a forest"]),
+    ] {
+        let out = out.with_extension(output);
+        let done = model(&["import", text(file), "-o", text(&out), option[0], option[1]]);
+        let said = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert_eq!(done.status.code(), Some(2), "{said}");
+        assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+        assert!(!out.exists());
+        good(&["import", text(file), "-o", text(&out)]);
+        fs::remove_file(out).unwrap();
+    }
+}
+
+#[test]
+fn what_is_no_model_is_refused_by_field() {
+    let folder = Folder::new("refused");
+    let out = folder.0.join("out.wsm");
+    for (from, to, parts) in [
+        ("[1, -1, -1]", "[0, -1, -1]", &["tree 0 of score 0", "node 0 is reached twice"][..]),
+        ("[1, -1, -1]", "[2, -1, -1]", &["node 2 is reached twice"]),
+        ("[1, -1, -1]", "[9, -1, -1]", &["node 9 is a child, expected one of 3"]),
+        ("[1, -1, -1]", "[-1, -1, -1]", &["trees[0].left_children[0] is -1"]),
+        ("[1, -1, -1]", "[1, -1]", &["trees[0].right_children has 3 numbers, expected 2"]),
+        ("[69, 0, 0]", "[700, 0, 0]", &["node 0: input 700"]),
+        ("[-1.5, -1, 1]", "[1e60, -1, 1]", &["trees[0].split_conditions[0] is inf"]),
+        ("[-1.5, -1, 1]", "[-1.5, 1e30, 1]", &["leaf 1", "below 2^96"]),
+        ("[0, 0, 0]", "[0, 1, 0]", &["split_type[1] is categorical"]),
+        ("binary:logistic", "rank:ndcg", &["objective.name is \"rank:ndcg\"", "multi:softprob"]),
+        ("\"num_feature\": \"700\"", "\"num_feature\": \"701\"", &["701 inputs"]),
+        ("[5E-1]", "[5E-1,1]", &["base_score is \"[5E-1,1]\""]),
+        ("[5E-1]", "[1]", &["base_score is 1", "probability"]),
+        ("\"tree_info\": [0]", "\"tree_info\": [1]", &["tree_info[0] is 1"]),
+        ("gbtree\"", "dart\"", &["\"dart\", expected \"gbtree\""]),
+        // A value that is no number in JSON is known by its key only.
+        ("[-1.5, -1, 1]", "[-1.5, NaN, 1]", &["JSON", "in split_conditions"]),
+        ("[-1.5, -1, 1]", "[-Infinity, -1, 1]", &["JSON", "in split_conditions"]),
+        ("[5E-1]", "[NaN]", &["base_score is \"[NaN]\""]),
+        ("[5E-1]", "[1E-42]", &["base_score is 0.000", "almost 0"]),
+        ("\"learner\"", "\"teacher\"", &["JSON: missing field `learner`"]),
+    ] {
+        let file = folder.file("trained.json", XGBOOST.replacen(from, to, 1).as_bytes());
+        bad(&["import", text(&file), "-o", text(&out)], &[&["trained.json"], parts].concat());
+    }
+    for (bytes, parts) in [
+        (&b""[..], &["is empty"][..]),
+        (b"{", &["JSON"]),
+        (b"{L\0", &["UBJSON", "the file ends"]),
+        (b"WSM1", &["is a model file already"]),
+        (b"something else", &["as ONNX it"]),
+        (&b"[".repeat(1 << 20), &["as ONNX it"]),
+        (&b"{\"a\":".repeat(1 << 20), &["JSON: EOF"]),
+    ] {
+        let file = folder.file("trained", bytes);
+        bad(&["import", text(&file), "-o", text(&out)], parts);
+    }
+    let file = folder.file("trained", XGBOOST.as_bytes());
+    bad(&["import", text(&file), "-o", text(&out), "--labels", "a,b,c"], &["has 2 classes, and --labels names 3"]);
+    assert!(!out.exists());
+}
+
+#[test]
+fn a_model_of_the_first_frames_looks_at_no_others() {
+    let folder = Folder::new("early");
+    let out = folder.0.join("out.wsm");
+    let out = text(&out);
+    // Ten features of two frames; input 3 is feature 1 of frame 1.
+    let early = XGBOOST.replacen("[69, 0, 0]", "[3, 0, 0]", 1).replacen("\"700\"", "\"20\"", 1);
+    good(&["import", text(&folder.file("trained", early.as_bytes())), "-o", out]);
+    let found: serde_json::Value = serde_json::from_str(&good(&["inspect", out, "--json"])).unwrap();
+    assert_eq!(found["frames"], 2);
+    let mut samples = vec![[0_i16; 700]; 2];
+    // In a data set all frames of a feature follow each other.
+    samples[0][70 + 1] = -3073;
+    samples[1].fill(-3073);
+    samples[1][70 + 1] = -3072;
+    let samples: Vec<u8> = samples.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+    let data = folder.file("data.npz", npz(&[("X", &header("<i2", "(2, 10, 70)"), samples)]));
+    let found: serde_json::Value = serde_json::from_str(&good(&["eval", out, text(&data), "--json"])).unwrap();
+    assert_eq!(found["predictions"], serde_json::json!(["0", "1"]));
+    for inputs in ["0", "15", "710"] {
+        let file = XGBOOST.replacen("[69, 0, 0]", "[3, 0, 0]", 1).replacen("\"700\"", &format!("\"{inputs}\""), 1);
+        let file = folder.file("refused", file.as_bytes());
+        bad(
+            &["import", text(&file), "-o", text(&folder.0.join("no.wsm"))],
+            &[&format!("{inputs} inputs, expected 700")],
+        );
+    }
+}
+
+#[test]
+fn leaves_are_int16_where_that_is_proven() {
+    let folder = Folder::new("leaves");
+    let out = folder.0.join("out.wsm");
+    let out = text(&out);
+    let kept = |leaves: &str, option: &[&str]| {
+        let trained = XGBOOST.replacen("[-1.5, -1, 1]", &format!("[-1.5, {leaves}]"), 1);
+        let file = folder.file("trained", trained.as_bytes());
+        let done = model(&[&["import", text(&file), "-o", out, "--force"], option].concat());
+        let said = String::from_utf8(done.stderr).unwrap();
+        assert_eq!(done.status.code(), Some(0), "{said}");
+        let found: serde_json::Value = serde_json::from_str(&good(&["inspect", out, "--json"])).unwrap();
+        (found["numbers"].as_str().unwrap().to_owned(), said)
+    };
+    // Thresholds in units of samples instead of features.
+    let (_, said) = kept("-1, 1", &[]);
+    assert!(!said.contains("beyond all features"), "{said}");
+    let file = folder.file("units", XGBOOST.replacen("[-1.5, ", "[-3072, ", 1).as_bytes());
+    let done = model(&["import", text(&file), "-o", out, "--force"]);
+    let said = String::from_utf8(done.stderr).unwrap();
+    assert!(said.contains("1 of 1 thresholds are beyond all features: was it trained on X times its scale?"), "{said}");
+    for (leaves, option, numbers, says) in [
+        ("-1, 1", &[][..], "int16", "proven to be those of float32"),
+        ("-0.9765625E-3, 31.9990234375", &[], "int16", "proven"),
+        ("-0.9765625E-3, 32.5", &[], "float32", "order of their sums are exact"),
+        ("-1, 0.1", &[], "float32", "order of their sums are exact"),
+        ("-1, 0.1", &["--leaves", "int16"], "int16", "a score is off by"),
+        ("-1, 1", &["--leaves", "float32"], "float32", "order of their sums are exact"),
+        ("-1, 1", &["--leaves", "auto"], "int16", "proven"),
+    ] {
+        let (found, said) = kept(leaves, option);
+        assert!(found.contains(numbers) && said.contains(says), "{leaves} {option:?}: {found}; {said}");
+    }
+}
+
+#[test]
+fn one_class_is_the_answer_whatever_its_score() {
+    let folder = Folder::new("one-class");
+    let one = XGBOOST.replacen("binary:logistic", "multi:softprob", 1).replacen(
+        "\"num_class\": \"0\"",
+        "\"num_class\": \"1\"",
+        1,
+    );
+    let (file, out) = (folder.file("one.json", one.as_bytes()), folder.0.join("one.wsm"));
+    good(&["import", text(&file), "-o", text(&out), "--labels", "Saw3"]);
+    let samples = vec![0; 2 * 2 * 700];
+    let truth: Vec<u8> = "Saw3Saw3".chars().flat_map(|letter| u32::from(letter).to_le_bytes()).collect();
+    let arrays = [("X", &header("<i2", "(2, 700)")[..], samples), ("y", &header("<U4", "(2,)")[..], truth)];
+    let data = folder.file("data.npz", npz(&arrays));
+    let found: serde_json::Value = serde_json::from_str(&good(&["eval", text(&out), text(&data), "--json"])).unwrap();
+    assert_eq!(found, serde_json::json!({"n": 2, "accuracy": 1.0, "predictions": ["Saw3", "Saw3"]}));
+}
+
+#[test]
+fn trees_that_are_left_out_are_said() {
+    let folder = Folder::new("best-iteration");
+    // A second tree, after the best iteration.
+    let (before, tree) = XGBOOST.split_once("\"trees\": [").unwrap();
+    let (tree, after) = tree.split_once("]}},").unwrap();
+    let two = format!("{before}\"trees\": [{tree}, {tree}]}}}},{after}")
+        .replacen("\"attributes\": {}", "\"attributes\": {\"best_iteration\": \"0\"}", 1)
+        .replacen("\"tree_info\": [0]", "\"tree_info\": [0, 0]", 1);
+    let (file, out) = (folder.file("two.json", two.as_bytes()), folder.0.join("two.wsm"));
+    let done = model(&["import", text(&file), "-o", text(&out)]);
+    let said = String::from_utf8_lossy(&done.stderr).into_owned();
+    assert!(done.status.success() && said.contains("1 of 2 trees are used"), "{said}");
+}
+
+#[test]
+fn the_demo_compares_what_the_model_tells_apart() {
+    let folder = Folder::new("demo");
+    let (file, out) = (folder.file("trained", XGBOOST.as_bytes()), folder.0.join("out.wsm"));
+    for (labels, title, says) in [
+        ("Fla,Saw", "pattern", "of 12 patterns right"),
+        ("0,3", "depth", "of 12 depths right"),
+        ("one,two", "class", "the truth of the model's classes is not known"),
+    ] {
+        good(&["import", text(&file), "-o", text(&out), "--labels", labels, "--force"]);
+        let done = Command::new(wstac()).args(["demo", "--model", text(&out)]).output().unwrap();
+        let said = String::from_utf8(done.stdout).unwrap();
+        assert!(done.status.success(), "{said}");
+        let (rows, last) = (said.lines().skip(2).take(12), said.lines().last().unwrap());
+        assert!(
+            said.lines().nth(1).unwrap().contains(&format!("direction    {title} ")) && last.ends_with(says),
+            "{said}"
+        );
+        let names: Vec<String> = labels
+            .split(',')
+            .map(|label| if title == "depth" { format!("{label} mm") } else { label.into() })
+            .collect();
+        let mut right = 0;
+        for row in rows {
+            let (specimen, answer) = (&row[..4], row.split('°').nth(1).unwrap().trim_start());
+            let name = names.iter().find(|name| answer.starts_with(name.as_str())).unwrap_or_else(|| panic!("{said}"));
+            right += usize::from(
+                title == "pattern" && specimen.starts_with(name.as_str())
+                    || title == "depth" && specimen[3..] == name[..1],
+            );
+        }
+        assert!(title == "class" || right > 0 && last.contains(&format!("; {right} of 12")), "{said}");
+    }
+}

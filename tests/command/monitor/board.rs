@@ -1,0 +1,128 @@
+//! A simulated board: it runs a scene through the core and sends messages as firmware does.
+
+use wstac_core::green::any::{Any, YcbcrMethod};
+use wstac_core::layout::Layout;
+use wstac_core::model::Model;
+use wstac_core::pipeline::{Finished, Pipeline, Update};
+use wstac_core::speed::SpeedConfig;
+use wstac_core::taxels::FrameGeometry;
+use wstac_core::texture::texture;
+use wstac_core::trigger::{Event, TriggerConfig};
+use wstac_core::wire::{Answers, Hello, LONGEST, Message, ModelFacts, Text, encode, sample_parts};
+use wstac_host::model_file::ModelFile;
+use wstac_host::source::open::{OpenOptions, open};
+use wstac_host::source::{Frame, SourceEvent, StreamInfo};
+use wstac_scene::source::Scenes;
+
+/// The messages that a board has sent, one encoded frame of the link each.
+pub(crate) struct Sent {
+    pub(crate) frames: Vec<Vec<u8>>,
+}
+
+impl Sent {
+    pub(crate) fn push(&mut self, message: &Message) {
+        let sequence = self.frames.len() as u16;
+        self.frames.push(encode(message, sequence, &mut [0; LONGEST]).to_vec());
+    }
+}
+
+struct Board<'m> {
+    speed: SpeedConfig,
+    models: Vec<Model<'m>>,
+    dropped: u64,
+    /// Whether features and samples are sent, too.
+    all: bool,
+    sent: Sent,
+}
+
+/// Returns everything that a board sends for a scene, from its hello to its end. With `all`, that includes features and
+/// samples.
+pub(crate) fn sent(scene: &str, models: &[ModelFile], all: bool) -> Sent {
+    let mut source = open(scene, &OpenOptions::default(), &[&Scenes]).unwrap();
+    let info = source.info().clone();
+    let green = Any::new(info.format, info.color, YcbcrMethod::Exact);
+    let camera = FrameGeometry::new(green, Layout::paper(info.size).unwrap(), info.rate).unwrap();
+    let mut pipeline = Pipeline::builder(camera).build().unwrap();
+    let mut board = Board {
+        speed: SpeedConfig::published(info.rate),
+        models: models.iter().map(|file| file.model().unwrap()).collect(),
+        dropped: 0,
+        all,
+        sent: Sent { frames: Vec::new() },
+    };
+    board.hello(&info, pipeline.trigger_config());
+    loop {
+        let update = match source.next_event().unwrap() {
+            SourceEvent::Frame(Frame { bytes, .. }) => pipeline.push_frame(bytes).unwrap(),
+            SourceEvent::Taxels(sums) => pipeline.push_taxels(&sums),
+            SourceEvent::Lost { frames, .. } => {
+                board.dropped += frames;
+                board.sent.push(&Message::Lost { frames });
+                pipeline.push_lost(frames)
+            }
+            SourceEvent::End => break,
+            _ => continue,
+        };
+        board.take(&update);
+        if update.is_frame() && pipeline.next_frame().is_multiple_of(30) {
+            board.sent.push(&Message::Status { stream: pipeline.end(), dropped: board.dropped });
+        }
+    }
+    board.finish(&pipeline.finish())
+}
+
+impl Board<'_> {
+    fn hello(&mut self, info: &StreamInfo, trigger: &TriggerConfig) {
+        let mut models = [None; 3];
+        for (place, model) in models.iter_mut().zip(&self.models) {
+            let classes = model.labels().len() as u8;
+            *place = Some(ModelFacts::new(model.task(), classes, model.frames()));
+        }
+        let (firmware, version) = (Text::new("test-board"), Text::new("1.2.3"));
+        let mut hello = Hello::new(firmware, version, info.size, info.format, info.rate, *trigger);
+        hello.models = models;
+        self.sent.push(&Message::Hello(hello));
+    }
+
+    fn take(&mut self, update: &Update<'_>) {
+        if self.all
+            && let Some(frame) = update.frame()
+        {
+            self.sent.push(&Message::Features { frame: frame.number, features: frame.features });
+        }
+        if let Some(sample) = update.interrupted() {
+            self.sent.push(&Message::InterruptedSample(sample));
+        }
+        if let Some(event) = update.event() {
+            self.event(&event);
+        }
+        for model in &self.models {
+            if let Some(prefix) = update.prefix(model.frames()) {
+                let texture = texture(&prefix.flat(), model).into();
+                self.sent.push(&Message::Texture { frame: prefix.frame, frames: model.frames(), texture });
+            }
+        }
+    }
+
+    fn event(&mut self, event: &Event<'_>) {
+        let mut answers = Answers::new(event, &self.speed);
+        for model in &self.models {
+            answers = answers.with_texture(texture(&event.sample.flat(), model));
+        }
+        if self.all {
+            sample_parts(event.frame, event.sample).for_each(|part| self.sent.push(&part));
+        }
+        self.sent.push(&Message::Event(answers));
+    }
+
+    fn finish(mut self, finished: &Finished<'_>) -> Sent {
+        if let Some(event) = finished.event() {
+            self.event(&event);
+        }
+        if let Some(sample) = finished.interrupted() {
+            self.sent.push(&Message::InterruptedSample(sample));
+        }
+        self.sent.push(&Message::End { stream: finished.end(), dropped: self.dropped });
+        self.sent
+    }
+}

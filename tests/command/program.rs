@@ -1,0 +1,300 @@
+//! Tests the `wstac` command as people use it: its exact records, and its end after signals.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::process::{Child, Command, Stdio};
+
+use wstac_tests::command::wstac;
+
+fn start(arguments: &[&str]) -> Child {
+    let mut command = Command::new(wstac());
+    command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command.spawn().unwrap()
+}
+
+fn output(arguments: &[&str]) -> Vec<String> {
+    let output = Command::new(wstac()).args(arguments).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap().lines().map(str::to_owned).collect()
+}
+
+#[test]
+fn records_are_as_documented_to_the_letter() {
+    let lines = output(&["run", "scene:Saw3@150,90deg", "--json", "--features"]);
+    assert_eq!(lines.len(), 140 + 2);
+    assert!(lines[0].starts_with(r#"{"kind":"features","frame":0,"f":[-"#), "{}", lines[0]);
+    assert_eq!(lines[0].matches(',').count(), 2 + 9);
+    let event = concat!(
+        r#"{"kind":"event","frame":35,"frames":70,"duration_frames":27,"#,
+        r#""speed":{"mm_s":159.9,"extrapolated":false},"direction":{"deg":90,"confidence":0.9831},"#,
+        r#""texture":null,"frames_filled":0,"reliable":true,"why":{"texture":"no model was given"}}"#
+    );
+    assert_eq!(lines.iter().filter(|line| *line == event).count(), 1, "{lines:#?}");
+    let end = r#"{"kind":"end","frames":140,"dropped":0,"baseline":"complete","incomplete":null}"#;
+    assert_eq!(lines.last().unwrap(), end);
+}
+
+#[test]
+fn a_cut_off_event_has_a_bound_and_says_why() {
+    let lines = output(&["run", "scene:Saw3@50", "--json"]);
+    let speed = r#""speed":null,"speed_at_most":{"mm_s":"#;
+    assert!(lines[0].contains(speed) && lines[0].contains(r#""why":{"speed":"cut off: "#), "{}", lines[0]);
+}
+
+#[test]
+fn a_stream_that_ends_inside_an_event_says_how_far_it_got() {
+    let lines = output(&["run", "scene:Saw3@150", "--json", "--frames", "80"]);
+    let end = r#"{"kind":"end","frames":80,"dropped":0,"baseline":"complete","incomplete":{"frame":35,"frames":45}}"#;
+    assert_eq!(lines, [end]);
+}
+
+#[test]
+fn samples_are_ten_lists_of_seventy() {
+    let lines = output(&["run", "scene:Saw3@150", "--json", "--samples"]);
+    let event: serde_json::Value = serde_json::from_str(&lines[0]).unwrap();
+    let sample = event["sample"].as_array().unwrap();
+    assert_eq!(sample.len(), 10);
+    assert!(sample.iter().all(|feature| feature.as_array().unwrap().len() == 70));
+}
+
+#[test]
+fn a_signal_ends_a_pipe_that_goes_on_with_the_end_record() {
+    for signal in [libc::SIGINT, libc::SIGTERM] {
+        let mut child = start(&["run", "-", "--json", "--features"]);
+        let mut stdin = child.stdin.take().unwrap();
+        stdin.write_all(b"YUV4MPEG2 W40 H40 F30:1 Cmono\nFRAME\n").unwrap();
+        stdin.write_all(&[3; 1600]).unwrap();
+        // Another half frame, and the pipe stays open.
+        stdin.write_all(b"FRAME\nhalf").unwrap();
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        assert!(lines.next().unwrap().unwrap().contains(r#""frame":0"#));
+        // SAFETY: sends a signal to the child, which has not been waited for.
+        assert_eq!(unsafe { libc::kill(child.id() as i32, signal) }, 0);
+        let end = r#"{"kind":"end","frames":1,"dropped":0,"baseline":"incomplete","incomplete":null}"#;
+        assert_eq!(lines.next().unwrap().unwrap(), end);
+        assert_eq!(child.wait().unwrap().code(), Some(0));
+        drop(stdin);
+    }
+}
+
+#[test]
+fn a_source_error_is_told_even_if_nobody_reads_the_output() {
+    let mut child = start(&["run", "-", "--json"]);
+    drop(child.stdout.take());
+    let mut stdin = child.stdin.take().unwrap();
+    stdin.write_all(b"YUV4MPEG2 W40 H40 F30:1 Cmono\nFRAME\nshort").unwrap();
+    drop(stdin);
+    let mut stderr = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(1));
+    assert!(stderr.contains("truncated"), "{stderr}");
+}
+
+#[test]
+fn a_raw_file_that_cannot_be_written_still_lets_the_stream_end() {
+    // A limit on the size of the file acts like a full disk: 100 000 bytes are less than a frame.
+    let path = std::env::temp_dir().join(format!("wstac-limited-{}", std::process::id()));
+    let script =
+        format!("trap '' XFSZ; ulimit -f 100; exec \"$0\" run scene:Saw3@150 --json --save-raw {}", path.display());
+    let output = Command::new("bash").args(["-c", &script]).arg(wstac()).output().unwrap();
+    let _ = std::fs::remove_file(&path);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stdout).contains(r#""kind":"end""#));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("wstac-limited"));
+}
+
+#[test]
+fn a_budget_chooses_a_configuration_that_runs() {
+    let folder = std::env::temp_dir().join(format!("wstac-budget-{}", std::process::id()));
+    let path = folder.to_str().unwrap();
+    let said = output(&["trade", "--budget", "M4F<90k,flash<128K", "-o", path]).join("\n");
+    for part in ["specimen", "% right, 95 % interval", "WSTAC_CONFIG=\"$OLDPWD/wstac.toml\"", "wstac run"] {
+        assert!(said.contains(part), "{said}");
+    }
+    let [config, model] = ["wstac.toml", "model.wsm"].map(|name| folder.join(name).to_str().unwrap().to_owned());
+    let lines = output(&["run", "scene:Saw3@150", "--json", "--config", &config, "--model", &model]);
+    assert!(lines.iter().any(|line| line.contains(r#""texture":{"specimen":"#)), "{lines:?}");
+    // The second time there is a file to overwrite.
+    let again = |more: &[&str]| {
+        let arguments = [&["trade", "--budget", "ram<16K,model=none", "--by", "direction", "-o", path], more].concat();
+        Command::new(wstac()).args(arguments).output().unwrap()
+    };
+    let refused = again(&[]);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("wstac.toml: exists already"));
+    assert_eq!(again(&["--force"]).status.code(), Some(0));
+    // A choice without a model removes the model of an earlier one.
+    assert!(!folder.join("model.wsm").exists());
+    assert!(std::fs::read_to_string(folder.join("build.txt")).unwrap().contains("WSTAC_PIXELS="));
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn the_budgets_of_help_and_pages_choose_something() {
+    let help = output(&["trade", "--help"]).join("\n");
+    let pages = [
+        ("help", &*help, 3),
+        ("README", include_str!("../../README.md"), 1),
+        ("TRADE", include_str!("../../docs/TRADE.md"), 1),
+    ];
+    for (page, text, least) in pages {
+        let mut budgets = 0;
+        for example in text.split("--budget '").skip(1) {
+            let (budget, rest) = example.split_once('\'').unwrap();
+            let rest = rest.lines().next().unwrap();
+            let by = rest.split_once("--by ").map_or("specimen", |(_, by)| by.split([' ', '`']).next().unwrap());
+            let said = output(&["trade", "--budget", budget, "--by", by]).join("\n");
+            let expected = if by == "specimen" { "% right" } else { "wrong or missing" };
+            assert!(said.contains(expected), "{page}: {budget} gave {said}");
+            budgets += 1;
+        }
+        assert!(budgets >= least, "{page}: {budgets} examples");
+    }
+}
+
+#[test]
+fn a_build_is_for_the_core_that_was_asked_about() {
+    let folder = std::env::temp_dir().join(format!("wstac-core-{}", std::process::id()));
+    let path = folder.to_str().unwrap();
+    for (arguments, has, lacks) in [
+        (&["M0<200k,M3<100k"][..], &["--target thumbv6m-none-eabi)", "--target thumbv7m-none-eabi)"][..], "h743"),
+        (&["flash<64K,format=GREY", "--core", "M7"], &["--bin h743)"], "emulated"),
+        (&["M7<60k,format=BAYER8"], &["--target thumbv7em-none-eabihf)", "Another board"], "h743"),
+        (&["format=GREY"], &["--target thumbv7em-none-eabihf)"], "h743"),
+    ] {
+        output(&[&["trade", "-o", path, "--force", "--budget"], arguments].concat());
+        let build = std::fs::read_to_string(folder.join("build.txt")).unwrap();
+        assert!(has.iter().all(|part| build.contains(part)) && !build.contains(lacks), "{arguments:?} gave {build}");
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn a_model_without_a_price_keeps_what_is_known() {
+    let folder = std::env::temp_dir().join(format!("wstac-own-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let [map, model] = ["map.csv", "own.wsm"].map(|name| folder.join(name).to_str().unwrap().to_owned());
+    std::fs::copy(concat!(env!("CARGO_MANIFEST_DIR"), "/../wstac-host/models/tradeoff/svm-20f.wsm"), &model).unwrap();
+    let kept = include_str!("../../wstac-tradeoff/data/map.csv").lines();
+    let own = kept.filter(|line| !line.contains("builtin:") || line.contains("builtin:svm-20f,"));
+    std::fs::write(&map, own.map(|line| line.replace("builtin:svm-20f", &model) + "\n").collect::<String>()).unwrap();
+    std::fs::write(folder.join("base.toml"), "").unwrap();
+    let says = "own.wsm has no price on boards: ci/prices --keep ";
+    let table = output(&["trade", "--map", &map]).join("\n");
+    assert!(table.contains(says) && table.contains("| 49,717 | – | – | – |"), "{table}");
+    let chosen = output(&["trade", "--map", &map, "--budget", "M4F<60k"]).join("\n");
+    assert!(chosen.contains(says) && chosen.contains("49,717 instructions per frame, – per event"), "{chosen}");
+    let flash = Command::new(wstac()).args(["trade", "--map", &map, "--budget", "flash<64K"]).output().unwrap();
+    assert!(String::from_utf8_lossy(&flash.stderr).contains("bytes of flash not known"));
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn a_maps_own_configuration_and_models_are_chosen() {
+    let folder = std::env::temp_dir().join(format!("wstac-map-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let [map, chosen] = ["map.csv", "chosen"].map(|name| folder.join(name).to_str().unwrap().to_owned());
+    std::fs::write(&map, include_str!("../../wstac-tradeoff/data/map.csv")).unwrap();
+    let arguments = ["trade", "--budget", "M4F<60k", "--map", &map, "-o", &chosen];
+    let ended = Command::new(wstac()).args(arguments).output().unwrap();
+    assert_eq!(ended.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&ended.stderr).contains("base.toml"));
+    std::fs::write(folder.join("base.toml"), "[features]\nfloor_levels = 3.5\n").unwrap();
+    output(&arguments);
+    let config = std::fs::read_to_string(folder.join("chosen/wstac.toml")).unwrap();
+    assert!(config.contains("floor_levels = 3.5") && config.contains("stride = "), "{config}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn a_budget_that_cannot_be_read_or_met_says_so() {
+    for (budget, code, parts) in [
+        ("M5<3", 2, ["term \"M5<3\"", "expected M0, M3"]),
+        ("M4F<fast", 2, ["\"fast\"", "a number above 0"]),
+        ("M4F<60,000", 2, ["\"000\"", "60k"]),
+        ("M4F<10", 1, ["the nearest is", "expected M4F<10"]),
+        ("model=nosuch", 2, ["\"nosuch\"", "expected one of none, svm"]),
+        ("model=none", 1, ["tells what --by is about", "--by speed"]),
+        ("ln=fixed,ln=libm", 2, ["ln=libm", "a second time"]),
+    ] {
+        let ended = Command::new(wstac()).args(["trade", "--budget", budget]).output().unwrap();
+        let told = String::from_utf8_lossy(&ended.stderr).into_owned();
+        assert_eq!(ended.status.code(), Some(code), "{told}");
+        assert!(parts.iter().all(|part| told.contains(part)), "{told}");
+    }
+}
+
+#[test]
+fn a_figure_s_file_is_what_its_name_says() {
+    let folder = std::env::temp_dir().join(format!("wstac-figures-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    for (name, start) in [("a.svg", &b"<svg "[..]), ("a.png", b"\x89PNG\r\n"), ("a.pdf", b"%PDF-1.")] {
+        for arguments in [&["plot", "scene:Saw3@150"][..], &["trade", "--map", "kept"]] {
+            let path = folder.join(format!("{}-{name}", arguments[0])).to_str().unwrap().to_owned();
+            output(&[arguments, &["-o", &path]].concat());
+            let bytes = std::fs::read(&path).unwrap();
+            assert!(bytes.starts_with(start) && bytes.len() > 5000, "{path}: {} bytes", bytes.len());
+            // There is a file to overwrite.
+            let again = Command::new(wstac()).args([arguments, &["-o", &path]].concat()).output().unwrap();
+            assert!(String::from_utf8_lossy(&again.stderr).contains("exists already"));
+        }
+    }
+    for (arguments, name, says) in [
+        (&["plot", "scene:Saw3@150"][..], "b.jpg", "(found .jpg, expected one of .svg, .png, .pdf)"),
+        (&["trade", "--budget", "M4F<60k"], "b.svg", "only the figure of a map is a file"),
+        (&["trade", "--slides", "1"], "b.pdf", "only the figure of a map is a file"),
+    ] {
+        let path = folder.join(name);
+        let refused = Command::new(wstac()).args(arguments).arg("-o").arg(&path).output().unwrap();
+        let told = String::from_utf8_lossy(&refused.stderr);
+        assert!(refused.status.code() == Some(1) && told.contains(says) && !path.exists(), "{told}");
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn several_sensors_give_what_each_gives_alone_under_its_name() {
+    let scenes = [("left", "scene:Saw3@150,90deg"), ("right", "scene:Fla0@120")];
+    let sources = scenes.map(|(name, scene)| format!("cam:{name}={scene}"));
+    let both = output(&["run", &sources[0], &sources[1], "--json", "--features"]);
+    for (name, scene) in scenes {
+        let start = format!(r#"{{"sensor":"{name}","#);
+        let of_it: Vec<String> =
+            both.iter().filter_map(|line| Some(format!("{{{}", line.strip_prefix(&start)?))).collect();
+        assert_eq!(of_it, output(&["run", scene, "--json", "--features"]), "{name}");
+    }
+    let text = output(&["run", &sources[0], &sources[1]]);
+    assert!(text.iter().any(|line| line.starts_with("left: event at frame")), "{text:?}");
+    assert_eq!(text.iter().filter(|line| line.contains(": end after ")).count(), 2);
+}
+
+#[test]
+fn a_sensor_that_fails_leaves_the_others_to_their_ends() {
+    let path = std::env::temp_dir().join(format!("wstac-sensor-{}.y4m", std::process::id()));
+    std::fs::write(&path, b"YUV4MPEG2 W40 H40 F30:1 Cmono\nFRAME\nshort").unwrap();
+    let run = |sources: &[&str]| Command::new(wstac()).arg("run").arg("--json").args(sources).output().unwrap();
+    let broken = format!("cam:broken={}", path.display());
+    let both = run(&[&broken, "cam:sound=scene:Saw3@150"]);
+    std::fs::remove_file(&path).unwrap();
+    assert_eq!(both.status.code(), Some(1));
+    let (out, said) = (String::from_utf8_lossy(&both.stdout), String::from_utf8_lossy(&both.stderr));
+    assert!(out.contains(r#"{"sensor":"broken","kind":"end","frames":0"#), "{out}");
+    assert!(out.contains(r#"{"sensor":"sound","kind":"end","frames":140"#), "{out}");
+    assert!(
+        said.contains("wstac: broken: ") && said.contains("truncated") && said.contains("1 of 2 sensors"),
+        "{said}"
+    );
+    // Nothing starts before all sources are open.
+    let none = run(&["cam:there=scene:Saw3@150", "cam:gone=nothing"]);
+    assert_eq!((none.status.code(), none.stdout.len()), (Some(1), 0));
+    for (sources, code) in [
+        (&["scene:Saw3@150", "scene:Saw3@150"][..], 2),
+        (&["cam:a=scene:Saw3@150", "scene:Saw3@150"], 2),
+        (&["cam:a=scene:Saw3@150", "cam:b=scene:Saw3@150", "scene:Saw3@150"], 2),
+        (&["cam:a=scene:Saw3@150", "cam:b=scene:Saw3@150", "--save-raw", "never-made"], 2),
+        (&["cam:a=scene:Saw3@150", "cam:a=scene:Saw3@150"], 1),
+        (&["cam:a b=scene:Saw3@150"], 1),
+    ] {
+        let refused = run(sources);
+        assert_eq!((refused.status.code(), refused.stdout.len()), (Some(code), 0), "{sources:?}");
+    }
+}

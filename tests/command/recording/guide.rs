@@ -1,0 +1,87 @@
+//! Tests a guided session: a plan, keys on standard input, and one file per slide. Also makes a training set of the
+//! files.
+
+use std::fs;
+use std::io::Write;
+use std::process::{Command, Output, Stdio};
+
+use wstac_tests::command::wstac;
+use wstac_tests::folder::Folder;
+
+use super::{run, said};
+
+#[test]
+fn what_the_plan_gives_is_no_label() {
+    let folder = folder("recording-guide-labels");
+    let plan = folder.0.join("plan.toml").display().to_string();
+    let files = folder.0.join("files");
+    for label in ["specimen=Fla0", "speed=100"] {
+        let files = files.to_str().unwrap();
+        let done = run(&["record", "scene:Saw3@150", "--guide", &plan, "-o", files, "--label", label]);
+        assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+        assert!(said(&done).contains("expected none: "), "{}", said(&done));
+    }
+    assert!(!files.exists());
+}
+
+/// Runs a session with these lines as keys. Standard input ends after them.
+fn guided(folder: &Folder, keys: &str) -> Output {
+    let path = |name: &str| folder.0.join(name).display().to_string();
+    let scene = format!("scene:{}", path("s.toml"));
+    let (plan, files) = (path("plan.toml"), path("files"));
+    let mut command = Command::new(wstac());
+    command.args(["record", &scene, "--guide", &plan, "-o", &files, "--label", "person=me"]);
+    let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    // The session may end before it has read everything.
+    let _ = child.stdin.take().unwrap().write_all(keys.as_bytes());
+    child.wait_with_output().unwrap()
+}
+
+fn folder(name: &str) -> Folder {
+    let folder = Folder::new(name);
+    let slides = "[[slide]]\nspecimen = \"Saw3\"\nspeed = 150\n".repeat(3);
+    fs::write(folder.0.join("s.toml"), format!("gap = 140\n{slides}[sensor]\nsize = [240, 180]\n")).unwrap();
+    fs::write(folder.0.join("plan.toml"), "specimens = [\"Saw3\"]\nspeeds = [150]\ncount = 4\n").unwrap();
+    folder
+}
+
+#[test]
+fn a_person_is_led_through_a_plan() {
+    let folder = folder("recording-guide");
+    let done = guided(&folder, "what\ns\n\n\nq\n");
+    let text = said(&done);
+    assert_eq!(done.status.code(), Some(0), "{text}");
+    for part in [
+        "slide 1 of 4: Saw3, 150 mm/s, 1 of 4",
+        "\"what\" is no key, expected Enter, r, s or q",
+        "slide now: Saw3, 150 mm/s, 2 of 4",
+        "2 slides recorded now, 2 of 4 in total; the same command continues",
+    ] {
+        assert!(text.contains(part), "{text}, expected {part}");
+    }
+    let names = || -> Vec<String> {
+        let files = fs::read_dir(folder.0.join("files")).unwrap();
+        let mut names: Vec<_> = files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    };
+    assert_eq!(names(), ["Saw3-150mm_s-2.mcap", "Saw3-150mm_s-3.mcap"]);
+    for name in names() {
+        let file = folder.0.join("files").join(name).display().to_string();
+        let replayed = run(&["run", &file, "--json"]);
+        assert_eq!(String::from_utf8_lossy(&replayed.stdout).matches(r#""kind":"event""#).count(), 1);
+        assert!(said(&replayed).contains("person=me, specimen=Saw3, speed=150"), "{}", said(&replayed));
+    }
+    // The same command continues the plan. To record the last slide again replaces its file alone. The scene has three
+    // slides.
+    let kept = fs::read(folder.0.join("files/Saw3-150mm_s-2.mcap")).unwrap();
+    let text = said(&guided(&folder, "\nr\n\n\n"));
+    assert!(text.contains("slide 1 of 4") && text.contains("slide 4 of 4"), "{text}");
+    assert!(text.contains("3 slides recorded now, 4 of 4 in total"), "{text}");
+    assert_eq!(fs::read(folder.0.join("files/Saw3-150mm_s-2.mcap")).unwrap(), kept);
+    // Each recording of the training set is on one side: training or test.
+    let (files, set) = (folder.0.join("files").display().to_string(), folder.0.join("set.npz").display().to_string());
+    let made = run(&["dataset", &files, "-o", &set, "--test", "0.25"]);
+    assert_eq!(made.status.code(), Some(0), "{}", said(&made));
+    assert!(said(&made).contains("4 samples of 4 recordings, 1 of them for tests"), "{}", said(&made));
+}

@@ -1,0 +1,251 @@
+//! Tests `wstac record`, `wstac recover` and recordings as sources. A recording replays the same stream, whatever
+//! happens to the file.
+
+mod cuts;
+mod guide;
+mod stream;
+
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::process::{Child, ChildStdin, Command, Output, Stdio};
+
+use rustix::process::{Pid, Signal, kill_process};
+use wstac_tests::command::wstac;
+use wstac_tests::folder::Folder;
+
+pub(crate) fn run(arguments: &[&str]) -> Output {
+    Command::new(wstac()).args(arguments).output().unwrap()
+}
+
+/// Returns the standard output of a command that must succeed.
+fn good(arguments: &[&str]) -> String {
+    let done = run(arguments);
+    assert_eq!(done.status.code(), Some(0), "{arguments:?}: {}", said(&done));
+    String::from_utf8(done.stdout).unwrap()
+}
+
+pub(crate) fn said(done: &Output) -> String {
+    String::from_utf8_lossy(&done.stderr).into_owned()
+}
+
+/// Writes a scene of a slide that loses frames, in this format, and returns its name for `wstac`.
+fn scene(folder: &Folder, format: &str) -> String {
+    let path = folder.0.join(format!("{format}.toml"));
+    let text = format!(
+        "specimen = \"Saw3\"\nspeed = 150\nseed = 5\n[sensor]\nsize = [240, 180]\nformat = \"{format}\"\ndropped = 0.03\n"
+    );
+    fs::write(&path, text).unwrap();
+    format!("scene:{}", path.display())
+}
+
+/// `wstac run` prints the same for a recording as it prints without one, byte for byte. While recording, the same
+/// events are printed.
+#[test]
+fn every_kind_of_format_replays_to_the_byte() {
+    let folder = Folder::new("recording-formats");
+    for format in ["GREY", "YUYV", "NV12", "Y10", "Y16", "RGGB", "RGBP", "MJPG"] {
+        let (scene, file) = (scene(&folder, format), folder.0.join(format!("{format}.mcap")));
+        let file = file.to_str().unwrap();
+        let model = ["--model", "builtin:svm", "--json"];
+        let live = good(&[&["run", &scene, "--features"], &model[..]].concat());
+        let recorded = good(&[&["record", &scene, "-o", file, "--label", "specimen=Saw3"], &model[..]].concat());
+        let replayed = good(&[&["run", file, "--features"], &model[..]].concat());
+        assert!(live.contains(r#""kind":"event""#) && !live.contains(r#""dropped":0,"#), "{format}: {live}");
+        assert!(live == replayed, "{format}: the replay differs from the run");
+        let events =
+            |lines: &str| lines.lines().filter(|line| !line.contains("features")).collect::<Vec<_>>().join("\n");
+        assert_eq!(events(&live), events(&recorded), "{format}");
+        if !["GREY", "MJPG"].contains(&format) {
+            continue;
+        }
+        // A recording of a recording is equal to it.
+        let again = folder.0.join("again.mcap");
+        let again = again.to_str().unwrap();
+        assert_eq!(good(&[&["record", file, "-o", again, "--force"], &model[..]].concat()), recorded, "{format}");
+        assert!(live == good(&[&["run", again, "--features"], &model[..]].concat()), "{format}: again");
+    }
+}
+
+#[test]
+fn the_configuration_is_the_recordings_own_unless_another_is_given() {
+    let folder = Folder::new("recording-configuration");
+    let (scene, file) = (scene(&folder, "GREY"), folder.0.join("a.mcap"));
+    let (file, config) = (file.to_str().unwrap(), folder.0.join("c.toml"));
+    fs::write(&config, "[trigger]\nwindow = 8\nbacktrack = 12\n[features]\nln = \"libm\"\n").unwrap();
+    let config = config.to_str().unwrap();
+    good(&["record", &scene, "-o", file, "--config", config]);
+    let live = |more: &[&str]| good(&[&["run", &scene, "--json", "--features"], more].concat());
+    assert_eq!(good(&["run", file, "--json", "--features"]), live(&["--config", config]));
+    fs::write(config, "").unwrap();
+    assert_eq!(good(&["run", file, "--json", "--features", "--config", config]), live(&[]));
+    assert_ne!(live(&[]), good(&["run", file, "--json", "--features"]));
+}
+
+#[test]
+fn nothing_is_written_over_and_nothing_useless_is_written() {
+    let folder = Folder::new("recording-new");
+    let (file, scene) = (folder.0.join("a.mcap"), "scene:Saw3@150");
+    let name = file.to_str().unwrap();
+    let bad = |arguments: &[&str], part: &str| {
+        let done = run(arguments);
+        assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+        assert!(said(&done).contains(part), "{}", said(&done));
+    };
+    let twice = ["--label", "speed=1", "--label", "speed=2"];
+    bad(&[&["record", scene, "-o", name][..], &twice].concat(), "speed is \"1\" and \"2\"");
+    // Labels that a data set would refuse are refused before anything is recorded.
+    bad(&["record", scene, "-o", name, "--label", "speed=fast"], "--label: label speed is \"fast\", expected mm/s");
+    bad(&["record", scene, "-o", name, "--label", "direction=45"], "expected 0, 90, 180 or 270");
+    let taxels = folder.0.join("t.toml");
+    fs::write(&taxels, "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"\n").unwrap();
+    let taxels = format!("scene:{}", taxels.display());
+    bad(&["record", &taxels, "-o", name], "expected fidelity = \"rendered\"");
+    bad(&["record", "scene:None@1", "-o", name], "None");
+    assert!(!file.exists());
+    fs::write(&file, "mine").unwrap();
+    bad(&["record", scene, "-o", name], "exists already");
+    assert_eq!(fs::read(&file).unwrap(), b"mine");
+    assert_eq!(run(&["record", scene, "-o", name, "--label", "speed"]).status.code(), Some(2));
+    good(&["record", scene, "-o", name, "--force", "--frames", "10"]);
+    assert!(good(&["run", name, "--json"]).contains(r#""frames":10,"#));
+    // The source is not overwritten either, whatever its name is.
+    let before = fs::read(&file).unwrap();
+    let link = folder.0.join("link.mcap");
+    fs::hard_link(&file, &link).unwrap();
+    let clip = folder.0.join("clip.y4m");
+    fs::write(&clip, [&b"YUV4MPEG2 W100 H80 F30:1 Cmono\nFRAME\n"[..], &[7; 8000]].concat()).unwrap();
+    let pictures = Folder::new("recording-new-pictures");
+    let picture = pictures.0.join("1.png");
+    fs::write(&picture, "a picture").unwrap();
+    let (link, clip, picture) = (link.to_str().unwrap(), clip.to_str().unwrap(), picture.to_str().unwrap());
+    for (source, new) in [(name, name), (name, link), (clip, clip), (pictures.0.to_str().unwrap(), picture)] {
+        bad(&["record", source, "-o", new, "--force"], "is the source itself");
+    }
+    assert_eq!(fs::read(&file).unwrap(), before);
+    assert_eq!((fs::read(clip).unwrap().len(), fs::read(picture).unwrap().len()), (8037, 9));
+    bad(&["recover", name, "-o", name, "--force"], "is the recording itself");
+}
+
+/// Textures need the models again, so the message names them.
+#[test]
+fn models_of_a_recording_are_named_where_none_is_given() {
+    let folder = Folder::new("recording-models");
+    let file = folder.0.join("a.mcap");
+    let name = file.to_str().unwrap();
+    good(&["record", "scene:Saw3@150", "-o", name, "--model", "builtin:svm"]);
+    let without = run(&["run", name, "--json"]);
+    assert!(said(&without).contains("recorded with model "), "{}", said(&without));
+    assert!(said(&without).contains(": --model gives its textures"), "{}", said(&without));
+    assert!(!String::from_utf8_lossy(&without.stdout).contains("Saw"));
+    let with = run(&["run", name, "--json", "--model", "builtin:svm"]);
+    assert!(!said(&with).contains("recorded with model"), "{}", said(&with));
+    assert!(String::from_utf8_lossy(&with.stdout).contains("Saw"));
+}
+
+#[test]
+fn limits_end_a_recording() {
+    let folder = Folder::new("recording-limits");
+    let file = folder.0.join("a.mcap");
+    let name = file.to_str().unwrap();
+    let with = |more: &[&str]| good(&[&["record", "scene:Saw3@150", "-o", name, "--force", "--json"], more].concat());
+    assert!(with(&["--duration", "1.5"]).contains(r#""frames":45,"#));
+    let one = with(&["--events", "1"]);
+    assert_eq!(one.matches(r#""kind":"event""#).count(), 1);
+    assert!(!one.contains(r#""frames":140,"#), "{one}");
+    assert!(good(&["run", name, "--json"]) == one);
+}
+
+/// The recording continues to its end even if nobody reads its output.
+#[test]
+fn a_closed_output_does_not_end_a_recording() {
+    let folder = Folder::new("recording-closed");
+    let file = folder.0.join("a.mcap");
+    let mut command = Command::new(wstac());
+    command.args(["record", "scene:Saw3@150", "--json", "-o"]).arg(&file).stdout(Stdio::piped());
+    let mut child = command.stderr(Stdio::null()).spawn().unwrap();
+    drop(child.stdout.take());
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    assert!(good(&["run", file.to_str().unwrap(), "--json"]).contains(r#""frames":140,"#));
+}
+
+/// Starts to record a pipe, and waits until these frames are in the file. The pipe stays open.
+fn piped(file: &Path, frames: usize) -> (Child, ChildStdin) {
+    let mut command = Command::new(wstac());
+    command.args(["record", "-", "-o"]).arg(file).stdin(Stdio::piped());
+    let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    stdin.write_all(b"YUV4MPEG2 W100 H80 F30:1 Cmono\n").unwrap();
+    for frame in 0..frames {
+        stdin.write_all(b"FRAME\n").unwrap();
+        stdin.write_all(&vec![frame as u8; 8000]).unwrap();
+    }
+    stdin.write_all(b"FRAME\nhalf").unwrap();
+    // Frames are written as they come, so they are in the file before it has an end.
+    let last = vec![frames as u8 - 1; 8000];
+    while !fs::read(file).is_ok_and(|bytes| bytes.windows(last.len()).any(|window| window == last)) {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+        assert!(child.try_wait().unwrap().is_none(), "it ended");
+    }
+    (child, stdin)
+}
+
+#[test]
+fn a_killed_recording_comes_back_and_a_stopped_one_is_whole() {
+    let folder = Folder::new("recording-killed");
+    let (file, whole) = (folder.0.join("a.mcap"), folder.0.join("whole.mcap"));
+    let (name, new) = (file.to_str().unwrap(), whole.to_str().unwrap());
+    let (mut child, _open) = piped(&file, 40);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let done = run(&["run", name]);
+    assert_eq!(done.status.code(), Some(1));
+    assert!(said(&done).contains("was not finished: wstac recover"), "{}", said(&done));
+    let done = run(&["recover", name, "-o", new]);
+    assert_eq!(done.status.code(), Some(0), "{}", said(&done));
+    assert!(said(&done).contains("whole.mcap: 40 frames, 0 events"), "{}", said(&done));
+    assert!(good(&["run", new, "--json"]).contains(r#"{"kind":"end","frames":40,"dropped":0,"#));
+    for signal in [Signal::INT, Signal::TERM, Signal::HUP] {
+        fs::remove_file(&file).unwrap();
+        let (mut child, _open) = piped(&file, 3);
+        kill_process(Pid::from_child(&child), signal).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(0));
+        assert!(good(&["run", name, "--json"]).contains(r#"{"kind":"end","frames":3,"#));
+    }
+}
+
+/// The file's size is limited, which acts like a full disk. The file is finished within the limit.
+#[test]
+fn a_full_disk_ends_a_recording_properly() {
+    let folder = Folder::new("recording-full");
+    let file = folder.0.join("a.mcap");
+    let script = format!("ulimit -f 2000; exec \"$0\" record scene:Saw3@150 --size 200x200 -o {}", file.display());
+    let done = Command::new("bash").args(["-c", &script]).arg(wstac()).output().unwrap();
+    assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+    let (_, after) = said(&done).split_once("the recording ends after ").map(|(a, b)| (a.len(), b.to_owned())).unwrap();
+    let frames: u64 = after.split(' ').next().unwrap().parse().unwrap();
+    assert!((10..60).contains(&frames), "{after}");
+    let replayed = good(&["run", file.to_str().unwrap(), "--json", "--features"]);
+    assert_eq!(replayed.matches(r#""kind":"features""#).count() as u64, frames);
+}
+
+#[test]
+fn what_is_no_recording_is_said() {
+    let folder = Folder::new("recording-foreign");
+    let file = folder.0.join("a.mcap");
+    let refused = |bytes: &[u8], part: &str| {
+        fs::write(&file, bytes).unwrap();
+        let done = run(&["run", file.to_str().unwrap()]);
+        assert_eq!(done.status.code(), Some(1));
+        assert!(said(&done).contains(part), "{} expected {part}", said(&done));
+    };
+    refused(b"", "expected an MCAP file");
+    refused(b"YUV4MPEG2 ", "expected an MCAP file");
+    refused(b"\x89MCAP0\r\n", "was not finished");
+    // A complete file of another program: header, data end, footer.
+    let mut foreign = b"\x89MCAP0\r\n\x01\x08\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0".to_vec();
+    foreign.extend(b"\x0F\x04\0\0\0\0\0\0\0\0\0\0\0\x02\x14\0\0\0\0\0\0\0");
+    foreign.extend([0; 20]);
+    foreign.extend(b"\x89MCAP0\r\n");
+    refused(&foreign, "without the metadata of a recording");
+}

@@ -1,0 +1,260 @@
+//! A case of the golden vectors, as the manifest and the files of `tests/golden` describe it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use wstac_core::baseline_policy::TrackingBaseline;
+use wstac_core::features::Features;
+use wstac_core::frame::Stride;
+use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
+use wstac_core::green::bayer::BayerOrder;
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
+use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::rate::FrameRate;
+use wstac_core::speed::{Law, SpeedConfig, ThresholdOn};
+use wstac_core::taxels::FrameGeometry;
+use wstac_core::trigger::{InterruptedSample, Rule, TriggerConfig};
+
+#[derive(Deserialize)]
+pub(super) struct Manifest {
+    pub(super) version: u32,
+    pub(super) cases: Vec<Case>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Case {
+    pub(super) name: String,
+    #[serde(rename = "about")]
+    pub(super) _about: String,
+    pub(super) format: String,
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) bytes_per_line: u32,
+    pub(super) frame_bytes: usize,
+    pub(super) fps: (u32, u32),
+    pub(super) matrix: String,
+    pub(super) range: String,
+    pub(super) yuv: String,
+    pub(super) stride: u32,
+    pub(super) layout: LayoutOf,
+    pub(super) floor_levels: f64,
+    pub(super) trigger: TriggerOf,
+    pub(super) speed: SpeedOf,
+    pub(super) frames: usize,
+    pub(super) lost: Vec<(usize, u64)>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+pub(super) enum LayoutOf {
+    Preset { preset: String },
+    Corners { taxel: [u16; 2], corners: Vec<[u16; 2]> },
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TriggerOf {
+    pub(super) window: u32,
+    pub(super) multiplier: f64,
+    pub(super) backtrack: u32,
+    pub(super) rule: Rule,
+    pub(super) margin: f64,
+    follow: Option<u32>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SpeedOf {
+    pub(super) law: String,
+    pub(super) threshold: f64,
+    pub(super) threshold_on: ThresholdOn,
+    pub(super) length_mm: f32,
+    pub(super) afterglow_frames: f32,
+    range_mm_s: Option<[f32; 2]>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Expected {
+    pub(super) pixels: u32,
+    pub(super) full_scale: u32,
+    pub(super) added: u32,
+    pub(super) sums: Option<Vec<Vec<u32>>>,
+    pub(super) features: Vec<Features>,
+    pub(super) feature_frames: Option<Vec<u64>>,
+    pub(super) partial_frames: Option<Vec<u64>>,
+    pub(super) trigger: Option<Thresholds>,
+    pub(super) events: Vec<EventOf>,
+    pub(super) incomplete_samples: Vec<IncompleteOf>,
+    pub(super) end: End,
+    pub(super) robust: bool,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Thresholds {
+    pub(super) baseline_sum: [i32; 10],
+    pub(super) eta: [f64; 10],
+    pub(super) threshold_floor: [i32; 10],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct EventOf {
+    pub(super) frame: u64,
+    pub(super) frames_filled: u8,
+    pub(super) reliable: bool,
+    pub(super) duration_frames: Option<u8>,
+    pub(super) first_valid: Option<u8>,
+    pub(super) last_valid: Option<u8>,
+    pub(super) speed: SpeedAnswer,
+    pub(super) direction: DirectionAnswer,
+    pub(super) sample: Option<Vec<Vec<i16>>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SpeedAnswer {
+    pub(super) mm_s: Option<f64>,
+    pub(super) extrapolated: bool,
+    pub(super) why: Option<String>,
+    pub(super) bound_mm_s: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct DirectionAnswer {
+    pub(super) deg: Option<u16>,
+    pub(super) confidence: f64,
+    pub(super) row_slope: f64,
+    pub(super) column_slope: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct IncompleteOf {
+    pub(super) frame: u64,
+    pub(super) frames: u8,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct End {
+    pub(super) frames: u64,
+    pub(super) dropped: u64,
+    pub(super) baseline: String,
+    pub(super) quiet: Option<bool>,
+    pub(super) incomplete: Option<IncompleteOf>,
+}
+
+impl From<IncompleteOf> for InterruptedSample {
+    fn from(other: IncompleteOf) -> Self {
+        Self::new(other.frame, other.frames)
+    }
+}
+
+pub(super) fn directory() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("golden")
+}
+
+/// Panics with the file's name if it cannot be used. A missing vector is a failure.
+pub(super) fn read<T: for<'a> Deserialize<'a>>(path: &Path) -> T {
+    let text = fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    serde_json::from_slice(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+impl Case {
+    pub(super) fn pixel_format(&self) -> PixelFormat {
+        use PixelFormat as F;
+        match self.format.as_str() {
+            "GREY" => F::Gray,
+            "Y10" => F::Y10,
+            "Y12" => F::Y12,
+            "Y16" => F::Y16,
+            "RGB24" => F::Rgb24,
+            "BGR24" => F::Bgr24,
+            "RGBX32" | "BGRX32" => F::Rgbx32,
+            "XRGB32" | "XBGR32" => F::Xrgb32,
+            "RGB565" => F::Rgb565,
+            "YUYV" => F::Yuyv,
+            "UYVY" => F::Uyvy,
+            "NV12" => F::Nv12,
+            "YU12" => F::Yu12,
+            "YUV422P" => F::Yuv422p,
+            "YUV444P" => F::Yuv444p,
+            bayer => {
+                let (order, bits) = bayer.split_at(4);
+                let order = match order {
+                    "RGGB" => BayerOrder::Rggb,
+                    "GRBG" => BayerOrder::Grbg,
+                    "GBRG" => BayerOrder::Gbrg,
+                    "BGGR" => BayerOrder::Bggr,
+                    _ => panic!("{}: pixel format {bayer}", self.name),
+                };
+                match bits {
+                    "8" => F::Bayer8(order),
+                    "10" => F::Bayer10(order),
+                    "12" => F::Bayer12(order),
+                    _ => panic!("{}: pixel format {bayer}", self.name),
+                }
+            }
+        }
+    }
+
+    pub(super) fn camera(&self) -> FrameGeometry<Any> {
+        let matrix = match self.matrix.as_str() {
+            "bt601" => YcbcrMatrix::Bt601,
+            "bt709" => YcbcrMatrix::Bt709,
+            other => panic!("matrix {other}"),
+        };
+        let range = match self.range.as_str() {
+            "limited" => QuantizationRange::Limited,
+            "full" => QuantizationRange::Full,
+            other => panic!("range {other}"),
+        };
+        let method = match self.yuv.as_str() {
+            "exact" => YcbcrMethod::Exact,
+            "linear" => YcbcrMethod::Linear,
+            other => panic!("yuv {other}"),
+        };
+        let size = FrameSize::new(self.width, self.height).unwrap();
+        let layout = match &self.layout {
+            LayoutOf::Preset { preset } => {
+                assert_eq!(preset, "paper");
+                Layout::paper(size).unwrap()
+            }
+            LayoutOf::Corners { taxel, corners } => {
+                Layout::new(size, *taxel, corners.as_slice().try_into().unwrap()).unwrap()
+            }
+        };
+        let green = Any::new(self.pixel_format(), YcbcrEncoding { matrix, range }, method);
+        FrameGeometry::with_stride(green, layout, self.rate(), Stride::try_from(self.stride).unwrap())
+            .and_then(|camera| camera.with_bytes_per_row(self.bytes_per_line))
+            .unwrap()
+    }
+
+    pub(super) fn rate(&self) -> FrameRate {
+        FrameRate::new(self.fps.0, self.fps.1).unwrap()
+    }
+
+    pub(super) fn trigger(&self) -> TriggerConfig {
+        let t = &self.trigger;
+        TriggerConfig::new(t.window, t.multiplier, t.backtrack, t.rule, t.margin).unwrap()
+    }
+
+    pub(super) fn following(&self) -> Option<TrackingBaseline> {
+        self.trigger.follow.map(|windows| TrackingBaseline::new(windows).unwrap())
+    }
+
+    pub(super) fn speed(&self) -> SpeedConfig {
+        let law = match self.speed.law.as_str() {
+            "paper" | "published" => Law::PUBLISHED,
+            "physical" => Law::Physical { track: self.speed.length_mm, afterglow: self.speed.afterglow_frames },
+            other => panic!("law {other}"),
+        };
+        let config = SpeedConfig::new(law, self.speed.threshold, self.speed.threshold_on, self.rate()).unwrap();
+        self.speed.range_mm_s.map_or(config, |[slowest, fastest]| config.fitted_on(slowest, fastest).unwrap())
+    }
+}

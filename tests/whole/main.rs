@@ -1,0 +1,13 @@
+//! Tests of several crates together, without the command: golden vectors, properties, extremes, error bounds.
+
+mod drift;
+mod early;
+mod error_bounds;
+mod extremes;
+mod extremes_in_time;
+mod extremes_of_answers;
+mod extremes_page;
+mod golden_vectors;
+mod ln;
+mod properties;
+mod serialized;

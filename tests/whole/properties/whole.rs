@@ -1,0 +1,236 @@
+//! Properties of the whole pipeline, from bytes to events and answers.
+
+use proptest::prelude::*;
+use wstac_core::direction;
+use wstac_core::frame::Stride;
+use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
+use wstac_core::green::gray::Gray;
+use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
+use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::ln::{fixed::Fixed, libm::Libm, micromath::Micromath};
+use wstac_core::pipeline::{CompletedFrame, Pipeline, Update};
+use wstac_core::rate::FrameRate;
+use wstac_core::speed::{self, Law, SpeedConfig, ThresholdOn};
+use wstac_core::taxels::FrameGeometry;
+use wstac_core::trigger::{Event, InterruptedSample, TriggerConfig};
+use wstac_tests::OwnedEvent;
+use wstac_tests::random::Random;
+
+use super::choice::{any_of, any_picture, any_trigger_config, config, layout_of, lively_trigger_config};
+use super::sums::in_format;
+
+/// An action on a pipeline.
+#[derive(Clone, Debug)]
+enum Step {
+    Frame(u64),
+    Dark,
+    ShortFrame(usize),
+    Stripe(usize),
+    Lost(u64),
+    Abandon,
+    Finish,
+}
+
+fn any_step() -> impl Strategy<Value = Step> {
+    prop_oneof![
+        10 => any::<u64>().prop_map(Step::Frame),
+        10 => Just(Step::Dark),
+        1 => (0_usize..5000).prop_map(Step::ShortFrame),
+        5 => (0_usize..5000).prop_map(Step::Stripe),
+        1 => prop_oneof![0_u64..=10, any::<u64>()].prop_map(Step::Lost),
+        1 => Just(Step::Abandon),
+        1 => Just(Step::Finish),
+    ]
+}
+
+fn any_rate() -> impl Strategy<Value = FrameRate> {
+    let fraction = prop_oneof![
+        (1_u32..=1000).prop_map(|fps| (fps, 1)),
+        (1_u32..=240_000).prop_map(|fps| (fps, 1001)),
+        (1..=u32::MAX, 1..=u32::MAX),
+    ];
+    fraction.prop_map(|(numerator, denominator)| FrameRate::new(numerator, denominator).unwrap())
+}
+
+fn any_law() -> impl Strategy<Value = Law> {
+    let number = || any::<u32>().prop_map(f32::from_bits);
+    prop_oneof![
+        Just(Law::PUBLISHED),
+        Just(Law::PHYSICAL),
+        (number(), number()).prop_map(|(intercept, slope)| Law::Published { intercept, slope }),
+        (number(), number()).prop_map(|(track, afterglow)| Law::Physical { track, afterglow }),
+    ]
+}
+
+fn any_speed_config() -> impl Strategy<Value = SpeedConfig> {
+    let threshold = prop_oneof![Just(0.0475), 0.0..5.5, any::<u64>().prop_map(f64::from_bits)];
+    let on = prop_oneof![Just(ThresholdOn::Absolute), Just(ThresholdOn::AboveBaseline)];
+    (any_law(), threshold, on, any_rate()).prop_map(|(law, threshold, on, rate)| {
+        SpeedConfig::new(law, threshold, on, rate).unwrap_or_else(|_| SpeedConfig::published(rate))
+    })
+}
+
+/// Checks that every answer to an event is one that its documentation allows.
+fn check_answers(event: &Event<'_>, config: &SpeedConfig) {
+    let direction = direction::direction(event);
+    assert!(direction.confidence <= 32_768, "{direction:?}");
+    let duration = speed::duration(event, config);
+    assert!(duration.is_none_or(|duration| duration.first <= duration.last && duration.last < 70));
+    if let Ok(speed) = speed::speed(event, config) {
+        assert!(speed.mm_s.is_finite() && speed.mm_s >= 0.0, "{speed:?}");
+    }
+}
+
+/// Collects everything that updates brought.
+#[derive(Debug, Default, PartialEq)]
+struct Brought {
+    frames: Vec<CompletedFrame>,
+    events: Vec<OwnedEvent>,
+    interrupted: Vec<InterruptedSample>,
+}
+
+impl Brought {
+    fn take(&mut self, update: &Update<'_>) {
+        self.frames.extend(update.frame());
+        self.events.extend(update.event().map(OwnedEvent::from));
+        self.interrupted.extend(update.interrupted());
+    }
+}
+
+proptest! {
+    #![proptest_config(config(400))]
+
+    #[test]
+    fn nothing_panics_for_any_bytes_and_any_configuration(
+        picture in any_picture(), rate in any_rate(), trigger in prop_oneof![any_trigger_config(), lively_trigger_config()],
+        floor in prop_oneof![Just(0.5), Just(0.0), any::<u64>().prop_map(f64::from_bits)],
+        speed in any_speed_config(), kernel in 0..3, steps in prop::collection::vec(any_step(), 0..400),
+    ) {
+        fn run<L: wstac_core::ln::Ln>(
+            camera: FrameGeometry<Any>, floor: f64, trigger: TriggerConfig, speed: &SpeedConfig, steps: &[Step],
+        ) {
+            let builder = Pipeline::builder(camera).floor_levels(floor).ln(L::default()).trigger(trigger);
+            let Ok(mut pipeline) = builder.build() else { return };
+            let mut buffer = vec![0; camera.frame_bytes()];
+            for step in steps {
+                let update = match *step {
+                    Step::Frame(seed) => {
+                        let mut random = Random::new(seed);
+                        let most = 1 + random.below(255);
+                        buffer.fill_with(|| random.below(most) as u8);
+                        pipeline.push_frame(&buffer).ok()
+                    }
+                    Step::Dark => {
+                        buffer.fill(3);
+                        pipeline.push_frame(&buffer).ok()
+                    }
+                    Step::ShortFrame(bytes) => pipeline.push_frame(&buffer[..bytes.min(buffer.len())]).ok(),
+                    Step::Stripe(bytes) => pipeline.push_stripe(&buffer[..bytes.min(buffer.len())]).ok(),
+                    Step::Lost(frames) => Some(pipeline.push_lost(frames)),
+                    Step::Abandon => Some(pipeline.abandon_frame()),
+                    Step::Finish => {
+                        if let Some(event) = pipeline.finish().event() {
+                            check_answers(&event, speed);
+                        }
+                        None
+                    }
+                };
+                if let Some(event) = update.and_then(|update| update.event()) {
+                    check_answers(&event, speed);
+                }
+                pipeline.end();
+            }
+        }
+        let stride = Stride::try_from(picture.stride as u32).unwrap();
+        let camera = FrameGeometry::with_stride(any_of(&picture), layout_of(&picture), rate, stride)
+            .and_then(|camera| camera.with_bytes_per_row(picture.bytes_per_row as u32));
+        // The rate may be too high for 32 bits.
+        let Ok(camera) = camera else { return Ok(()) };
+        match kernel {
+            0 => run::<Fixed>(camera, floor, trigger, &speed, &steps),
+            1 => run::<Libm>(camera, floor, trigger, &speed, &steps),
+            _ => run::<Micromath>(camera, floor, trigger, &speed, &steps),
+        }
+    }
+
+    #[test]
+    fn any_split_into_stripes_gives_the_events_of_whole_frames(
+        config in lively_trigger_config(), fps in prop_oneof![Just(30_u32), 1_u32..200], seed in any::<u64>(),
+    ) {
+        let mut random = Random::new(seed);
+        let layout = Layout::paper(FrameSize::new(10, 8).unwrap()).unwrap();
+        let rate = FrameRate::new(fps, 1).unwrap();
+        let camera = FrameGeometry::new(Gray, layout, rate).unwrap().with_bytes_per_row(13).unwrap();
+        let mut whole = Pipeline::builder(camera).trigger(config).build().unwrap();
+        let mut striped = whole.clone();
+        let mut events = 0;
+        for frame in 0..400 * rate.frames_added() {
+            let level = if frame / 120 % 2 == 1 { 150 } else { 10 };
+            let bytes: Vec<u8> = (0..8 * 13).map(|_| level + random.below(20) as u8).collect();
+            let expected = whole.push_frame(&bytes).unwrap().event().map(OwnedEvent::from);
+            let mut found = None;
+            let mut left = &bytes[..];
+            while !left.is_empty() {
+                let (stripe, rest) = left.split_at((13 * (1 + random.below(8) as usize)).min(left.len()));
+                prop_assert!(found.is_none());
+                found = striped.push_stripe(stripe).unwrap().event().map(OwnedEvent::from);
+                left = rest;
+            }
+            events += usize::from(found.is_some());
+            prop_assert_eq!(found, expected);
+        }
+        prop_assert!(events > 0);
+    }
+
+    #[test]
+    fn losses_add_up(
+        config in lively_trigger_config(), fps in prop_oneof![Just(30_u32), 1_u32..400], seed in any::<u64>(),
+    ) {
+        let mut random = Random::new(seed);
+        let rate = FrameRate::new(fps, 1).unwrap();
+        let layout = Layout::paper(FrameSize::new(5, 5).unwrap()).unwrap();
+        let camera = FrameGeometry::new(Gray, layout, rate).unwrap();
+        let mut once = Pipeline::builder(camera).trigger(config).build().unwrap();
+        let mut twice = once.clone();
+        let (mut first, mut second) = (Brought::default(), Brought::default());
+        for frame in 0..300 * rate.frames_added() {
+            let bytes = [if frame / 90 % 2 == 1 { 150 } else { 10 } + random.below(9) as u8; 25];
+            first.take(&once.push_frame(&bytes).unwrap());
+            second.take(&twice.push_frame(&bytes).unwrap());
+            if random.below(20) == 0 {
+                let most = [3, 12, 300][random.below(3) as usize];
+                let (a, b) = (random.below(most), random.below(most));
+                first.take(&once.push_lost(a + b));
+                second.take(&twice.push_lost(a));
+                second.take(&twice.push_lost(b));
+            }
+            prop_assert_eq!(once.end().frames, twice.end().frames);
+            prop_assert_eq!(&first.interrupted, &second.interrupted);
+        }
+        let (end_of_once, end_of_twice) = (once.finish(), twice.finish());
+        first.events.extend(end_of_once.event().map(OwnedEvent::from));
+        second.events.extend(end_of_twice.event().map(OwnedEvent::from));
+        prop_assert_eq!(first, second);
+        prop_assert_eq!(end_of_once.interrupted(), end_of_twice.interrupted());
+        prop_assert_eq!(end_of_once.end(), end_of_twice.end());
+    }
+
+    #[test]
+    fn eight_and_sixteen_bits_of_one_picture_have_the_same_features(seed in any::<u64>(), matrix in any::<bool>()) {
+        // 65535 = 257 · 255, so the fractions of full scale are equal. The kernel may round them apart by a unit.
+        let mut random = Random::new(seed);
+        let levels = random.bytes(25 * 20);
+        let layout = Layout::paper(FrameSize::new(25, 20).unwrap()).unwrap();
+        let matrix = if matrix { YcbcrMatrix::Bt601 } else { YcbcrMatrix::Bt709 };
+        let color = YcbcrEncoding { matrix, range: QuantizationRange::Full };
+        let [eight, sixteen] = [PixelFormat::Gray, PixelFormat::Y16].map(|format| {
+            let green = Any::new(format, color, YcbcrMethod::Exact);
+            let camera = FrameGeometry::new(green, layout, FrameRate::NOMINAL).unwrap();
+            let mut stream = wstac_core::stream::FeatureStream::<Any, Fixed>::new(camera, 0.0).unwrap();
+            stream.push_frame(&in_format(format, &levels, 25, &mut random)).unwrap().unwrap().features
+        });
+        for (a, b) in eight.into_iter().zip(sixteen) {
+            prop_assert!((a - b).abs() <= 1, "{} {}", a, b);
+        }
+    }
+}

@@ -1,0 +1,437 @@
+//! Checks that a camera keeps the rate that was agreed on.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use wstac_core::params::TAXELS;
+use wstac_core::rate::FrameRate;
+
+use crate::error::Error;
+use crate::source::{Fault, FaultKind, Frame, Lag, LossReason, Source, SourceEvent, StreamInfo};
+
+/// The shortest span of a measurement, in time and in frames.
+const SPAN: Duration = Duration::from_secs(2);
+const FRAMES: u32 = 5;
+/// Longest span, and largest step of the sequence number. Beyond these it is a wrap or a reset: nothing is measured
+/// across it.
+const LONGEST: Duration = Duration::from_mins(10);
+const MOST_FRAMES: u32 = 1 << 16;
+/// Fractions of the agreed rate: below the first the camera is slow, and from the second on it is no longer slow.
+const SLOW: f64 = 0.9;
+const IN_TIME: f64 = 0.95;
+
+/// Reports a fault if a source's frames come at another rate than agreed on, and once more if they come in time again.
+///
+/// It uses the driver's sequence numbers and timestamps alone, over at least two seconds and five frames. Frames that
+/// were dropped count as taken, so a slow program or a full bus is no slow camera. While the camera is slow, frames that
+/// it did not take count as [`LossReason::NeverTaken`] instead of [`LossReason::Dropped`].
+///
+/// The fault comes before the frame that shows it, and before the losses ahead of that frame. So losses are held back
+/// until the next event of the source; [`SourceEvent::Waiting`] stands in their place.
+///
+/// ```no_run
+/// # fn watched(camera: impl wstac_host::source::Source + 'static) -> Result<(), Box<dyn std::error::Error>> {
+/// use wstac_host::output::Output;
+/// use wstac_host::session::Session;
+/// use wstac_host::source::FaultKind;
+/// use wstac_host::source::decorate::RateWatch;
+///
+/// for output in Session::builder(RateWatch::new(camera)).build()? {
+///     if let Output::Fault(report) = output?
+///         && report.fault.kind == FaultKind::Slow
+///     {
+///         println!("{}", report.fault);
+///     }
+/// }
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct RateWatch<S> {
+    source: S,
+    pace: Pace,
+    /// Losses ahead of the next event.
+    losses: VecDeque<(u64, LossReason)>,
+    /// Events to hand out before the source is asked again.
+    ready: VecDeque<Ready>,
+    copy: FrameCopy,
+}
+
+/// An event that borrows nothing of the source.
+#[derive(Debug)]
+enum Ready {
+    Lost(u64, LossReason),
+    Fault(Fault),
+    /// The frame that was copied.
+    Frame,
+    Taxels([u32; TAXELS]),
+    Waiting,
+    End,
+    Error(Error),
+}
+
+/// A frame that outlives the source's next event.
+#[derive(Debug, Default)]
+struct FrameCopy {
+    bytes: Vec<u8>,
+    timestamp: Option<Duration>,
+    sequence: Option<u32>,
+    is_encoded: bool,
+    encoded: Vec<u8>,
+    lag: Lag,
+}
+
+impl FrameCopy {
+    fn set(&mut self, frame: &Frame<'_>) {
+        (self.timestamp, self.sequence, self.lag) = (frame.timestamp, frame.sequence, frame.lag);
+        self.bytes.clear();
+        self.bytes.extend_from_slice(frame.bytes);
+        self.is_encoded = frame.encoded.is_some();
+        self.encoded.clear();
+        self.encoded.extend_from_slice(frame.encoded.unwrap_or_default());
+    }
+
+    fn frame(&self) -> Frame<'_> {
+        let encoded = self.is_encoded.then_some(&self.encoded[..]);
+        Frame { bytes: &self.bytes, timestamp: self.timestamp, sequence: self.sequence, encoded, lag: self.lag }
+    }
+
+    fn event(&self, ready: Ready) -> Result<SourceEvent<'_>, Error> {
+        Ok(match ready {
+            Ready::Lost(frames, reason) => SourceEvent::Lost { frames, reason },
+            Ready::Fault(fault) => SourceEvent::Fault(fault),
+            Ready::Frame => SourceEvent::Frame(self.frame()),
+            Ready::Taxels(sums) => SourceEvent::Taxels(sums),
+            Ready::Waiting => SourceEvent::Waiting,
+            Ready::End => SourceEvent::End,
+            Ready::Error(error) => return Err(error),
+        })
+    }
+}
+
+impl<S: Source> RateWatch<S> {
+    /// Wraps a source. The rate that was agreed on is that of its [`StreamInfo`].
+    pub fn new(source: S) -> Self {
+        let pace = Pace::new(source.info().rate);
+        Self { source, pace, losses: VecDeque::new(), ready: VecDeque::new(), copy: FrameCopy::default() }
+    }
+}
+
+impl<S: Source> Source for RateWatch<S> {
+    fn info(&self) -> &StreamInfo {
+        self.source.info()
+    }
+
+    fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
+        if let Some(ready) = self.ready.pop_front() {
+            return self.copy.event(ready);
+        }
+        let event = match self.source.next_event() {
+            Ok(SourceEvent::Frame(frame)) => {
+                let fault = frame.sequence.and_then(|sequence| self.pace.arrive(sequence, frame.timestamp));
+                if fault.is_none() && self.losses.is_empty() {
+                    return Ok(SourceEvent::Frame(frame));
+                }
+                self.copy.set(&frame);
+                self.ready.extend(fault.map(Ready::Fault));
+                Ready::Frame
+            }
+            Ok(SourceEvent::Lost { frames, reason: reason @ (LossReason::Dropped | LossReason::Skipped) }) => {
+                self.losses.push_back((frames, reason));
+                return Ok(SourceEvent::Waiting);
+            }
+            Ok(SourceEvent::Lost { frames, reason }) => {
+                if matches!(reason, LossReason::Disconnected | LossReason::NoSignal) {
+                    self.pace.restart();
+                }
+                Ready::Lost(frames, reason)
+            }
+            Ok(SourceEvent::Fault(fault)) => {
+                if matches!(fault.kind, FaultKind::Disconnected | FaultKind::Reconnected) {
+                    self.pace.restart();
+                }
+                Ready::Fault(fault)
+            }
+            Ok(SourceEvent::Taxels(sums)) => Ready::Taxels(sums),
+            Ok(SourceEvent::Waiting) => Ready::Waiting,
+            Ok(SourceEvent::End) => Ready::End,
+            Err(error) => Ready::Error(error),
+        };
+        let is_slow = self.pace.is_slow();
+        self.ready.extend(self.losses.drain(..).map(|(frames, reason)| match reason {
+            LossReason::Dropped if is_slow => Ready::Lost(frames, LossReason::NeverTaken),
+            reason => Ready::Lost(frames, reason),
+        }));
+        self.ready.push_back(event);
+        self.ready.pop_front().map_or(Ok(SourceEvent::Waiting), |ready| self.copy.event(ready))
+    }
+}
+
+/// The pace of one stream.
+#[derive(Clone, Debug)]
+struct Pace {
+    /// Frames per second, as agreed.
+    rate: f64,
+    /// Sequence number and time of the first frame of the measurement.
+    start: Option<(u32, Duration)>,
+    /// Sequence number of the last frame.
+    last: u32,
+    slow: bool,
+}
+
+impl Pace {
+    fn new(rate: FrameRate) -> Self {
+        let rate = rate.per_second();
+        Self { rate, start: None, last: 0, slow: false }
+    }
+
+    /// Returns whether the camera was slow when it was measured last.
+    fn is_slow(&self) -> bool {
+        self.slow
+    }
+
+    /// Notes a buffer, and returns a fault if the pace has changed.
+    fn arrive(&mut self, sequence: u32, timestamp: Option<Duration>) -> Option<Fault> {
+        let step = sequence.wrapping_sub(std::mem::replace(&mut self.last, sequence));
+        let Some(now) = timestamp else {
+            self.start = None;
+            return None;
+        };
+        let goes_on = self.start.filter(|_| step <= MOST_FRAMES);
+        let span = goes_on.and_then(|(first, start)| Some((first, now.checked_sub(start)?)));
+        let Some((first, span)) = span.filter(|(_, span)| *span <= LONGEST) else {
+            self.start = Some((sequence, now));
+            return None;
+        };
+        let frames = sequence.wrapping_sub(first);
+        if span < SPAN || frames < FRAMES {
+            return None;
+        }
+        self.start = Some((sequence, now));
+        let measured = f64::from(frames) / span.as_secs_f64();
+        let share = measured / self.rate;
+        let slow = if self.slow { share < IN_TIME } else { share < SLOW };
+        if slow == self.slow {
+            return None;
+        }
+        self.slow = slow;
+        Some(self.fault(measured))
+    }
+
+    /// Starts again with the stream: nothing is measured across the break.
+    fn restart(&mut self) {
+        self.start = None;
+    }
+
+    fn fault(&self, measured: f64) -> Fault {
+        let rate = self.rate;
+        if self.slow {
+            let message = format!(
+                "the camera takes {measured:.1} frames per second, {rate:.1} were agreed on; those that are missing count as \
+                 lost; usual cause: automatic exposure in the dark, so lock the exposure or add light"
+            );
+            return Fault::new(FaultKind::Slow, message);
+        }
+        Fault::new(FaultKind::InTime, format!("the camera takes {measured:.1} of {rate:.1} frames per second again"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use wstac_core::green::any::PixelFormat;
+    use wstac_core::layout::FrameSize;
+
+    use super::*;
+    use crate::error::ErrorKind;
+
+    /// An event of a source that plays a list.
+    enum Played {
+        /// A frame with this sequence number, taken so many milliseconds after the start.
+        Frame(u32, u64),
+        Lost(u64, LossReason),
+        Fault(FaultKind),
+        Fail,
+    }
+
+    struct Player {
+        info: StreamInfo,
+        events: VecDeque<Played>,
+        bytes: [u8; 1],
+    }
+
+    impl Source for Player {
+        fn info(&self) -> &StreamInfo {
+            &self.info
+        }
+
+        fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
+            // What was lent before is gone.
+            self.bytes = [0];
+            Ok(match self.events.pop_front() {
+                Some(Played::Frame(sequence, time)) => {
+                    self.bytes = [sequence as u8];
+                    let timestamp = Some(Duration::from_millis(time));
+                    let (bytes, encoded) = (&self.bytes[..], Some(&b"jpeg"[..]));
+                    SourceEvent::Frame(Frame {
+                        bytes,
+                        timestamp,
+                        sequence: Some(sequence),
+                        encoded,
+                        lag: Lag::default(),
+                    })
+                }
+                Some(Played::Lost(frames, reason)) => SourceEvent::Lost { frames, reason },
+                Some(Played::Fault(kind)) => SourceEvent::Fault(Fault::new(kind, "a fault")),
+                Some(Played::Fail) => return Err(Error::new(ErrorKind::Device, "a player", "fails")),
+                None => SourceEvent::End,
+            })
+        }
+    }
+
+    /// Returns the events of a watched source up to its end, without waits: frames by their first byte.
+    fn watched(events: impl IntoIterator<Item = Played>) -> Vec<String> {
+        let size = FrameSize::new(1, 1).unwrap();
+        let info = StreamInfo::new("a player", size, PixelFormat::Gray, FrameRate::NOMINAL);
+        let mut source = RateWatch::new(Player { info, events: events.into_iter().collect(), bytes: [0] });
+        let mut found = Vec::new();
+        loop {
+            match source.next_event() {
+                Ok(SourceEvent::Frame(frame)) => {
+                    assert_eq!(frame.encoded, Some(&b"jpeg"[..]));
+                    found.push(format!("frame {}", frame.bytes[0]));
+                }
+                Ok(SourceEvent::Lost { frames, reason }) => found.push(format!("{frames} {reason:?}")),
+                Ok(SourceEvent::Fault(fault)) => found.push(format!("{:?}", fault.kind)),
+                Ok(SourceEvent::Waiting) => {}
+                Ok(SourceEvent::End) => return found,
+                Ok(other) => panic!("{other:?}"),
+                Err(error) => {
+                    found.push(error.to_string());
+                    return found;
+                }
+            }
+        }
+    }
+
+    /// Returns frames with a loss before each but the first: every second frame of a camera, from a number on.
+    fn half(numbers: std::ops::Range<u32>) -> impl Iterator<Item = Played> {
+        numbers.flat_map(|number| {
+            let lost = (number > 0).then_some(Played::Lost(1, LossReason::Dropped));
+            lost.into_iter().chain([Played::Frame(number, u64::from(number) * 67)])
+        })
+    }
+
+    #[test]
+    fn a_fault_comes_before_the_losses_and_the_frame_that_show_it() {
+        let found = watched(half(0..33));
+        let at = found.iter().position(|event| event == "Slow").unwrap();
+        assert_eq!(
+            found[at - 2..at + 5],
+            ["1 Dropped", "frame 29", "Slow", "1 NeverTaken", "frame 30", "1 NeverTaken", "frame 31"]
+        );
+        assert_eq!(found.len(), 33 + 32 + 1);
+    }
+
+    #[test]
+    fn losses_stay_ahead_of_what_followed_them() {
+        let lost = |reason| Played::Lost(2, reason);
+        let found = watched([
+            Played::Frame(0, 0),
+            lost(LossReason::Dropped),
+            lost(LossReason::Skipped),
+            Played::Frame(5, 170),
+            lost(LossReason::Dropped),
+            lost(LossReason::Damaged),
+            lost(LossReason::Dropped),
+            Played::Fault(FaultKind::Signal),
+            lost(LossReason::Dropped),
+            Played::Fail,
+        ]);
+        let expected = "frame 0, 2 Dropped, 2 Skipped, frame 5, 2 Dropped, 2 Damaged, 2 Dropped, Signal, 2 Dropped, a player: fails";
+        assert_eq!(found.join(", "), expected);
+        assert_eq!(watched([lost(LossReason::Dropped)]), ["2 Dropped"]);
+    }
+
+    #[test]
+    fn nothing_is_measured_across_a_break() {
+        let frames = |from: u64| (0..40).map(move |number| Played::Frame(number, from + u64::from(number) * 100 / 3));
+        let one = || frames(0).chain([Played::Fault(FaultKind::Disconnected)]).chain(frames(10_000));
+        assert!(!watched(one()).contains(&"Slow".to_owned()));
+        let away = frames(0).chain([Played::Lost(260, LossReason::NoSignal)]);
+        let later = (40..80).map(|number| Played::Frame(number, 8667 + u64::from(number) * 100 / 3));
+        assert!(!watched(away.chain(later)).contains(&"Slow".to_owned()));
+        let later = (40..80).map(|number| Played::Frame(number, 8667 + u64::from(number) * 100 / 3));
+        assert!(watched(frames(0).chain(later)).contains(&"Slow".to_owned()));
+    }
+
+    /// Returns the reports over `frames` at this rate from `start` on, by frame.
+    fn said(pace: &mut Pace, start: f64, rate: f64, numbers: impl Iterator<Item = u32>) -> Vec<(u32, FaultKind)> {
+        let time = |number| Some(Duration::from_secs_f64(start + f64::from(number) / rate));
+        numbers.filter_map(|number| Some((number, pace.arrive(number, time(number))?.kind))).collect()
+    }
+
+    #[test]
+    fn a_camera_in_time_is_not_mentioned() {
+        let mut pace = Pace::new(FrameRate::NOMINAL);
+        assert_eq!(said(&mut pace, 100.0, 30.0, 0..1000), []);
+        // Half of them are dropped, and the rate is a little off.
+        assert_eq!(said(&mut pace, 200.0, 28.0, (0..1000).step_by(2)), []);
+    }
+
+    #[test]
+    fn a_slow_camera_is_told_once_and_once_more_when_it_recovers() {
+        let mut pace = Pace::new(FrameRate::NOMINAL);
+        assert_eq!(said(&mut pace, 100.0, 15.0, 0..150), [(30, FaultKind::Slow)]);
+        assert!(pace.is_slow());
+        // The rate is back at 30 per second. The span that holds both rates may still be slow.
+        let told = said(&mut pace, 110.0 - 150.0 / 30.0, 30.0, 150..450);
+        assert!(matches!(told[..], [(210..=211, FaultKind::InTime)]), "{told:?}");
+        assert!(!pace.is_slow());
+    }
+
+    #[test]
+    fn both_rates_are_named() {
+        let mut pace = Pace::new(FrameRate::NOMINAL);
+        let time = |number: u32| Some(Duration::from_millis(u64::from(number) * 133));
+        let fault = (1..100).find_map(|number| pace.arrive(number, time(number))).unwrap();
+        assert!(fault.message.contains("7.5 frames per second, 30.0 were agreed on"), "{}", fault.message);
+        assert!(fault.message.contains("exposure"));
+    }
+
+    #[test]
+    fn a_short_delay_says_nothing() {
+        let mut pace = Pace::new(FrameRate::NOMINAL);
+        let time =
+            |number: u32| Duration::from_millis(1000 + u64::from(number) * 100 / 3 + 150 * u64::from(number > 20));
+        assert_eq!((0..600).find_map(|number| pace.arrive(number, Some(time(number)))), None);
+    }
+
+    #[test]
+    fn nothing_is_measured_across_a_reset_or_without_times() {
+        let mut pace = Pace::new(FrameRate::NOMINAL);
+        assert_eq!(said(&mut pace, 100.0, 30.0, 0..50), []);
+        // The sequence number starts again, then the time does.
+        assert_eq!(said(&mut pace, 102.0, 30.0, 0..50), []);
+        assert_eq!(said(&mut pace, 5.0, 30.0, 50..100), []);
+        assert_eq!(said(&mut pace, 1e9, 30.0, 100..150), []);
+        assert_eq!((0..1000).find_map(|number| pace.arrive(number, None)), None);
+        // The number wraps.
+        let numbers = (0..200_u32).map(|number| (u32::MAX - 100).wrapping_add(number));
+        let time = |index: usize| Some(Duration::from_secs_f64(index as f64 / 30.0));
+        assert_eq!(numbers.enumerate().find_map(|(index, number)| pace.arrive(number, time(index))), None);
+    }
+
+    #[test]
+    fn a_break_is_not_slowness() {
+        let mut pace = Pace::new(FrameRate::NOMINAL);
+        assert_eq!(said(&mut pace, 100.0, 30.0, 0..40), []);
+        pace.restart();
+        assert_eq!(said(&mut pace, 130.0, 30.0, 0..200), []);
+    }
+
+    #[test]
+    fn very_slow_cameras_are_measured_over_five_frames() {
+        let mut pace = Pace::new(FrameRate::new(1, 2).unwrap());
+        assert_eq!(said(&mut pace, 0.0, 0.25, 0..20), [(5, FaultKind::Slow)]);
+    }
+}
