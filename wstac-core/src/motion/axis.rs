@@ -1,7 +1,7 @@
 //! The slowness along one axis: five rows, or five columns.
 
-use super::edges;
-use super::shape::{LINES, Shapes};
+use super::edges::{self, LINES};
+use super::shape::Shapes;
 use super::shift;
 use crate::trigger::Event;
 
@@ -42,8 +42,10 @@ impl Axis {
 }
 
 /// Returns what coherence says about the lines `first..first + LINES`.
+#[inline(never)]
 pub(super) fn by_coherence(event: &Event<'_>, first: usize) -> Axis {
-    let shapes = Shapes::new(event, first);
+    let mut shapes = Shapes::DARK;
+    shapes.fill(event, first);
     if shapes.lit() < FEWEST_LIT {
         return Axis::unknown(shapes.lit());
     }

@@ -1,9 +1,11 @@
 //! Arrival times of rising edges, and the straight line through them.
 
-use super::shape::{LINES, widened};
 use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, exp_of_negative};
-use crate::params::SAMPLE_FRAMES;
+use crate::params::{FEATURE_FRACTION_BITS, SAMPLE_FRAMES};
 use crate::trigger::Event;
+
+/// Lines of an axis.
+pub(super) const LINES: usize = 5;
 
 /// Arrival times of the five lines of an axis.
 #[derive(Clone, Copy, Debug)]
@@ -67,6 +69,11 @@ pub(super) fn between(frame: i32, before: i32, value: i32, threshold: i32) -> i3
     }
     let share = ((i64::from(threshold - before)) << 16).checked_div(i64::from(value - before)).unwrap_or(0);
     ((frame - 1) << 16) + share.clamp(0, 1 << 16) as i32
+}
+
+/// Returns a feature in units of 2^-20.
+pub(super) fn widened(feature: i16) -> i32 {
+    i32::from(feature) << (EXP_FRACTION_BITS - FEATURE_FRACTION_BITS)
 }
 
 /// Returns the edges of the lines `first..first + LINES` of an event.

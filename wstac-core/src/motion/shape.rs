@@ -1,12 +1,10 @@
 //! The shapes of five lines' light over a sample: above the baseline, smoothed, and scaled to their peaks.
 
-use super::edges::Edges;
+use super::edges::{Edges, LINES, between, widened};
 use crate::exp::{EXP_FRACTION_BITS, exp_of_negative};
-use crate::params::{FEATURE_FRACTION_BITS, SAMPLE_FRAMES};
+use crate::params::SAMPLE_FRAMES;
 use crate::trigger::Event;
 
-/// Lines of an axis.
-pub(super) const LINES: usize = 5;
 /// Peak of a shape.
 pub(super) const PEAK: i32 = 1 << 13;
 /// A line is lit if its smoothed peak is at least this fraction, 2^-3, of the axis's brightest.
@@ -17,20 +15,25 @@ const SMOOTHED: u32 = 4;
 /// The shapes of an axis's lines.
 #[derive(Clone, Debug)]
 pub(super) struct Shapes {
-    /// Light of each line, at most [`PEAK`]; 0 for a line that is not lit.
+    /// Light of each line, at most [`PEAK`].
     pub lines: [[i16; SAMPLE_FRAMES]; LINES],
     /// Whether a line is lit.
     pub is_lit: [bool; LINES],
 }
 
 impl Shapes {
-    /// Computes the shapes of the lines `first..first + LINES` of an event.
-    pub(super) fn new(event: &Event<'_>, first: usize) -> Self {
+    /// Shapes of dark lines.
+    pub(super) const DARK: Self = Self { lines: [[0; SAMPLE_FRAMES]; LINES], is_lit: [false; LINES] };
+
+    /// Computes the shapes of the lines `first..first + LINES` of an event, in place of dark ones.
+    ///
+    /// A new value would be a second one on the stack.
+    #[inline(never)]
+    pub(super) fn fill(&mut self, event: &Event<'_>, first: usize) {
         let means = event.baseline.means(EXP_FRACTION_BITS);
-        let mut lines = [[0; SAMPLE_FRAMES]; LINES];
         let mut brightest = [i32::MIN; LINES];
         let mut peaks = [0_u32; LINES];
-        for (line, shape) in lines.iter_mut().enumerate() {
+        for (line, shape) in self.lines.iter_mut().enumerate() {
             let feature = first + line;
             let (Some(&mean), Some(most)) = (means.get(feature), event.sample.feature(feature).max()) else { continue };
             let most = widened(most);
@@ -55,13 +58,7 @@ impl Shapes {
             *peak = ((u64::from(*peak) * u64::from(relative)) >> 31) as u32;
         }
         let highest = peaks.into_iter().max().unwrap_or(0);
-        let is_lit = peaks.map(|peak| peak > highest >> LIT_SHIFT);
-        for (line, is_lit) in lines.iter_mut().zip(is_lit) {
-            if !is_lit {
-                *line = [0; SAMPLE_FRAMES];
-            }
-        }
-        Self { lines, is_lit }
+        self.is_lit = peaks.map(|peak| peak > highest >> LIT_SHIFT);
     }
 
     /// Returns the number of lit lines.
@@ -77,9 +74,9 @@ impl Shapes {
                 return None;
             }
             let mut before = 0;
-            for (frame, value) in (0..).zip(line.map(i32::from)) {
+            for (frame, value) in (0..).zip(line.iter().map(|&value| i32::from(value))) {
                 if value > threshold {
-                    return Some(super::edges::between(frame, before, value, threshold));
+                    return Some(between(frame, before, value, threshold));
                 }
                 before = value;
             }
@@ -91,11 +88,6 @@ impl Shapes {
         }
         Edges { frames: edges }
     }
-}
-
-/// Returns a feature in units of 2^-20.
-pub(super) fn widened(feature: i16) -> i32 {
-    i32::from(feature) << (EXP_FRACTION_BITS - FEATURE_FRACTION_BITS)
 }
 
 /// Smooths in place; the first and last values stand for those beyond them.

@@ -1,6 +1,7 @@
 //! A Gauss-Newton step towards the slowness at which an axis's lines are most alike.
 
-use super::shape::{LINES, Shapes};
+use super::edges::LINES;
+use super::shape::Shapes;
 use crate::params::SAMPLE_FRAMES;
 
 /// One step, and how alike the lines were before it.
@@ -25,6 +26,7 @@ const FEWEST_FRAMES: usize = 10;
 const LARGEST_STEP: f32 = 1.5;
 /// Returns the step from a slowness in units of 2^-16 frames per pitch; `None` if too few frames are left at it, or if the
 /// lines have no shape.
+#[inline(never)]
 pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
     // All lines are shifted by at most two pitches. Interpolation needs a frame more before, and two after.
     let reach = (2 * slowness.unsigned_abs()).div_ceil(1 << 16) as usize + 2;
