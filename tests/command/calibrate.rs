@@ -1,47 +1,28 @@
 //! Tests `wstac calibrate` as a user runs it: a camera that does not look straight on, its configuration, and slides.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
 
 use serde_json::Value;
-use wstac_tests::command::wstac;
+use wstac_tests::command::{good, refusal, run, said};
+use wstac_tests::folder::Folder;
 
 /// A camera that is turned, tilted, curved, shifted and uneven, with a little ambient light.
 const CAMERA: &str = "lead_in = 45\n[light]\nleak = 0.02\n[sensor]\nsize = [400, 400]\n[sensor.pose]\nrotation_degrees = 15\n\
                       tilt_degrees = [8, -6]\ncurvature = -0.05\nscale = 0.7\nshift = [0.08, -0.06]\nuneven = 3\n";
 
-fn folder(name: &str) -> PathBuf {
-    let folder = std::env::temp_dir().join(format!("wstac-calibrate-{}-{name}", std::process::id()));
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
-}
-
 /// Writes a scene file and returns its name for `wstac`.
-fn scene(folder: &Path, name: &str, text: &str) -> String {
-    let path = folder.join(name);
-    std::fs::write(&path, text).unwrap();
-    format!("scene:{}", path.display())
-}
-
-fn run(arguments: &[&str]) -> Output {
-    Command::new(wstac()).args(arguments).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
+fn scene(folder: &Folder, name: &str, text: &str) -> String {
+    format!("scene:{}", folder.file(name, text).display())
 }
 
 /// Returns the number of wrong directions, and the errors of speeds, of five slides with a configuration.
-fn answers(folder: &Path, config: &str) -> (usize, Vec<f64>) {
+fn answers(folder: &Folder, config: &str) -> (usize, Vec<f64>) {
     let slides = [(0_u16, 100.0), (90, 120.0), (180, 150.0), (270, 180.0), (0, 200.0)];
     let (mut wrong, mut errors) = (0, Vec::new());
     for (seed, (degrees, speed)) in slides.into_iter().enumerate() {
         let slide = format!("specimen = \"Saw3\"\nspeed = {speed}\ndirection = {degrees}\nseed = {seed}\n{CAMERA}");
         let source = scene(folder, "slide.toml", &slide);
-        let output = run(&["run", &source, "--json", "--config", config]);
-        assert!(output.status.success(), "{}", text(&output.stderr));
-        let records = text(&output.stdout);
+        let records = good(&["run", &source, "--json", "--config", config]);
         let event = records
             .lines()
             .map(|line| serde_json::from_str::<Value>(line).unwrap())
@@ -55,21 +36,18 @@ fn answers(folder: &Path, config: &str) -> (usize, Vec<f64>) {
 
 #[test]
 fn a_calibrated_camera_tells_directions_and_speeds() {
-    let folder = folder("answers");
-    let config = folder.join("wstac.toml");
+    let folder = Folder::new("calibrate-answers");
+    let config = folder.0.join("wstac.toml");
     let config = config.to_str().unwrap();
     let source = scene(&folder, "press.toml", &format!("specimen = \"Fla0\"\nspeed = 150\n{CAMERA}"));
-    let output = run(&["calibrate", &source, "-o", config, "--json"]);
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    let record: Value = serde_json::from_str(&text(&output.stdout)).unwrap();
+    let record: Value = serde_json::from_str(&good(&["calibrate", &source, "-o", config, "--json"])).unwrap();
     assert_eq!((&record["kind"], &record["found"], &record["dead"]), (&"calibration".into(), &25.into(), &Value::Null));
     assert_eq!(record["centres"].as_array().unwrap().len(), 25);
     assert!((record["rotation_degrees"].as_f64().unwrap() - 15.0).abs() < 2.0, "{record}");
-    assert!(std::fs::read(folder.join("wstac.png")).unwrap().starts_with(b"\x89PNG"));
+    assert!(std::fs::read(folder.0.join("wstac.png")).unwrap().starts_with(b"\x89PNG"));
     // Everything in the configuration except the layout.
     let written = std::fs::read_to_string(config).unwrap();
-    let published = folder.join("published.toml");
-    std::fs::write(&published, &written[written.find("[features]").unwrap()..]).unwrap();
+    let published = folder.file("published.toml", &written[written.find("[features]").unwrap()..]);
     let (wrong, errors) = answers(&folder, config);
     let (wrong_as_published, as_published) = answers(&folder, published.to_str().unwrap());
     println!(
@@ -83,20 +61,17 @@ fn a_calibrated_camera_tells_directions_and_speeds() {
         "other.toml",
         &format!("specimen = \"Fla0\"\nspeed = 150\n{CAMERA}").replace("400, 400", "500, 500"),
     );
-    let refused = run(&["run", &other, "--config", config]);
-    let message = text(&refused.stderr);
-    assert_eq!(refused.status.code(), Some(1), "{message}");
+    let message = refusal(&["run", &other, "--config", config]);
     assert!(message.contains("wstac.toml: [layout] frame is [400, 400], but frames are 500 x 500 pixels"), "{message}");
     assert!(wrong_as_published >= 2, "the paper's layout would do");
     let mean = |errors: &[f64]| errors.iter().sum::<f64>() / errors.len() as f64;
     assert!(mean(&errors) < 0.08 && mean(&as_published) > 1.5 * mean(&errors), "{errors:?} {as_published:?}");
-    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]
 fn a_refusal_leaves_a_picture_and_no_configuration() {
-    let folder = folder("refusal");
-    let (config, picture) = (folder.join("wstac.toml"), folder.join("seen.png"));
+    let folder = Folder::new("calibrate-refusal");
+    let (config, picture) = (folder.0.join("wstac.toml"), folder.0.join("seen.png"));
     let [config, picture] = [&config, &picture].map(|path| path.to_str().unwrap());
     let press = format!(
         "specimen = \"Fla0\"\nspeed = 150\n{}",
@@ -105,7 +80,7 @@ fn a_refusal_leaves_a_picture_and_no_configuration() {
     let source = scene(&folder, "press.toml", &press);
     let arguments = ["calibrate", &source, "-o", config, "--overlay", picture];
     let output = run(&arguments);
-    let message = text(&output.stderr);
+    let message = said(&output);
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(
         message.contains("found 22 spots of light, expected 25 whiskers") && message.contains("seen.png shows"),
@@ -115,23 +90,22 @@ fn a_refusal_leaves_a_picture_and_no_configuration() {
     assert!(std::fs::read(picture).unwrap().starts_with(b"\x89PNG"));
     // Nothing is overwritten without --force, except the default picture of a refusal.
     for _ in 0..2 {
-        let unnamed = run(&["calibrate", &source, "-o", config]);
-        assert!(text(&unnamed.stderr).contains("found 22") && folder.join("wstac.refused.png").exists());
+        let unnamed = refusal(&["calibrate", &source, "-o", config]);
+        assert!(unnamed.contains("found 22") && folder.0.join("wstac.refused.png").exists());
     }
-    let again = text(&run(&arguments).stderr);
+    let again = refusal(&arguments);
     assert!(again.contains("seen.png: exists already"), "{again}");
-    assert!(text(&run(&[&arguments[..], &["--force"]].concat()).stderr).contains("found 22"));
-    std::fs::remove_dir_all(&folder).unwrap();
+    assert!(refusal(&[&arguments[..], &["--force"]].concat()).contains("found 22"));
 }
 
 #[test]
 fn what_cannot_be_calibrated_is_said() {
-    let folder = folder("wrong");
-    let config = folder.join("wstac.toml");
+    let folder = Folder::new("calibrate-wrong");
+    let config = folder.0.join("wstac.toml");
     let config = config.to_str().unwrap();
     let refused = |arguments: &[&str], code: i32, expected: &str| {
         let output = run(&[&["calibrate"], arguments].concat());
-        let message = text(&output.stderr);
+        let message = said(&output);
         assert_eq!(output.status.code(), Some(code), "{arguments:?}: {message}");
         assert!(message.contains(expected), "{arguments:?}: {message}");
     };
@@ -142,5 +116,4 @@ fn what_cannot_be_calibrated_is_said() {
     refused(&["scene:Saw3@150", "-o", config, "--frames", "40"], 1, "nothing glowed");
     let sums = scene(&folder, "sums.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"");
     refused(&[&sums, "-o", config, "--force"], 1, "taxel sums, expected frames");
-    std::fs::remove_dir_all(&folder).unwrap();
 }

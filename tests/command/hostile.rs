@@ -5,7 +5,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use wstac_tests::command::wstac;
+use wstac_tests::command::{refusal, said, start, wstac};
+use wstac_tests::folder::Folder;
 
 /// The input of a run, and the expected result.
 struct Case {
@@ -167,16 +168,14 @@ fn cases(dir: &Path) -> Vec<Case> {
 
 #[test]
 fn hostile_inputs_get_a_clear_message_and_the_right_exit_code() {
-    let dir = std::env::temp_dir().join(format!("wstac-hostile-{}", std::process::id()));
-    let _ = fs::remove_dir_all(&dir);
-    fs::create_dir(&dir).unwrap();
+    let folder = Folder::new("hostile");
     let mut wrong = Vec::new();
-    let cases = cases(&dir);
+    let cases = cases(&folder.0);
     assert!(cases.len() >= 40);
     for case in &cases {
         let mut child = Command::new(wstac())
             .args(&case.arguments)
-            .current_dir(&dir)
+            .current_dir(&folder.0)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -204,33 +203,25 @@ fn hostile_inputs_get_a_clear_message_and_the_right_exit_code() {
             wrong.push(format!("{}: {}\n  said: {stderr}", case.name, faults.join("; ")));
         }
     }
-    fs::remove_dir_all(&dir).unwrap();
     assert!(wrong.is_empty(), "{} of {} wrong:\n{}", wrong.len(), cases.len(), wrong.join("\n"));
     println!("{} hostile inputs", cases.len());
 }
 
 #[test]
 fn a_file_that_is_there_is_never_written_over() {
-    let path = std::env::temp_dir().join(format!("wstac-kept-{}", std::process::id()));
-    fs::write(&path, "kept").unwrap();
-    let status =
-        Command::new(wstac()).args(["run", "scene:Saw3@150", "--save-raw"]).arg(&path).output().unwrap().status;
-    assert_eq!((status.code(), fs::read_to_string(&path).unwrap().as_str()), (Some(1), "kept"));
-    fs::remove_file(&path).unwrap();
+    let folder = Folder::new("kept");
+    let path = folder.file("kept", "kept");
+    refusal(&["run", "scene:Saw3@150", "--save-raw", path.to_str().unwrap()]);
+    assert_eq!(fs::read_to_string(&path).unwrap(), "kept");
 }
 
 #[test]
 fn a_closed_output_ends_the_program_quietly() {
-    let mut child = Command::new(wstac())
-        .args(["run", "scene:Saw3@150", "--json", "--features"])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut child = start(&["run", "scene:Saw3@150", "--json", "--features"]);
     drop(child.stdout.take());
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(0));
-    assert!(!String::from_utf8_lossy(&output.stderr).contains("panicked"));
+    assert!(!said(&output).contains("panicked"));
 }
 
 #[test]
@@ -238,5 +229,5 @@ fn a_full_disk_is_an_error_that_names_the_output() {
     let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
     let output = Command::new(wstac()).args(["run", "scene:Saw3@150", "--json"]).stdout(full).output().unwrap();
     assert_eq!(output.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("standard output"));
+    assert!(said(&output).contains("standard output"));
 }

@@ -2,27 +2,23 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
-use wstac_tests::command::wstac;
+use wstac_tests::command::{printed, refusal, run};
 use wstac_tests::folder::Folder;
 use wstac_tests::npz::{header, npz, zip64};
 use wstac_tests::trained::XGBOOST;
 
 fn model(arguments: &[&str]) -> Output {
-    Command::new(wstac()).arg("model").args(arguments).output().unwrap()
+    run(&[&["model"], arguments].concat())
 }
 
 fn good(arguments: &[&str]) -> String {
-    let done = model(arguments);
-    assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
-    String::from_utf8(done.stdout).unwrap()
+    printed(&model(arguments))
 }
 
 fn bad(arguments: &[&str], parts: &[&str]) {
-    let done = model(arguments);
-    let said = String::from_utf8_lossy(&done.stderr).into_owned();
-    assert_eq!(done.status.code(), Some(1), "{said}");
+    let said = refusal(&[&["model"], arguments].concat());
     for part in parts {
         assert!(said.contains(part), "{part}: {said}");
     }
@@ -317,7 +313,7 @@ fn the_demo_compares_what_the_model_tells_apart() {
         ("one,two", "class", "the truth of the model's classes is not known"),
     ] {
         good(&["import", text(&file), "-o", text(&out), "--labels", labels, "--force"]);
-        let done = Command::new(wstac()).args(["demo", "--model", text(&out)]).output().unwrap();
+        let done = run(&["demo", "--model", text(&out)]);
         let said = String::from_utf8(done.stdout).unwrap();
         assert!(done.status.success(), "{said}");
         let (rows, last) = (said.lines().skip(2).take(12), said.lines().last().unwrap());

@@ -1,20 +1,13 @@
 //! Tests the `wstac` command as people use it: its exact records, and its end after signals.
 
 use std::io::{BufRead, BufReader, Read, Write};
-use std::process::{Child, Command, Stdio};
+use std::process::Command;
 
-use wstac_tests::command::wstac;
-
-fn start(arguments: &[&str]) -> Child {
-    let mut command = Command::new(wstac());
-    command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    command.spawn().unwrap()
-}
+use wstac_tests::command::{good, refusal, run, said, start, wstac};
+use wstac_tests::folder::Folder;
 
 fn output(arguments: &[&str]) -> Vec<String> {
-    let output = Command::new(wstac()).args(arguments).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap().lines().map(str::to_owned).collect()
+    good(arguments).lines().map(str::to_owned).collect()
 }
 
 #[test]
@@ -104,28 +97,26 @@ fn a_raw_file_that_cannot_be_written_still_lets_the_stream_end() {
 
 #[test]
 fn a_budget_chooses_a_configuration_that_runs() {
-    let folder = std::env::temp_dir().join(format!("wstac-budget-{}", std::process::id()));
-    let path = folder.to_str().unwrap();
-    let said = output(&["trade", "--budget", "M4F<90k,flash<128K", "-o", path]).join("\n");
+    let folder = Folder::new("budget");
+    let path = folder.0.to_str().unwrap();
+    let told = output(&["trade", "--budget", "M4F<90k,flash<128K", "-o", path]).join("\n");
     for part in ["specimen", "% right, 95 % interval", "WSTAC_CONFIG=\"$OLDPWD/wstac.toml\"", "wstac run"] {
-        assert!(said.contains(part), "{said}");
+        assert!(told.contains(part), "{told}");
     }
-    let [config, model] = ["wstac.toml", "model.wsm"].map(|name| folder.join(name).to_str().unwrap().to_owned());
+    let [config, model] = ["wstac.toml", "model.wsm"].map(|name| folder.0.join(name).to_str().unwrap().to_owned());
     let lines = output(&["run", "scene:Saw3@150", "--json", "--config", &config, "--model", &model]);
     assert!(lines.iter().any(|line| line.contains(r#""texture":{"specimen":"#)), "{lines:?}");
     // The second time there is a file to overwrite.
     let again = |more: &[&str]| {
-        let arguments = [&["trade", "--budget", "ram<16K,model=none", "--by", "direction", "-o", path], more].concat();
-        Command::new(wstac()).args(arguments).output().unwrap()
+        run(&[&["trade", "--budget", "ram<16K,model=none", "--by", "direction", "-o", path], more].concat())
     };
     let refused = again(&[]);
     assert_eq!(refused.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&refused.stderr).contains("wstac.toml: exists already"));
+    assert!(said(&refused).contains("wstac.toml: exists already"));
     assert_eq!(again(&["--force"]).status.code(), Some(0));
     // A choice without a model removes the model of an earlier one.
-    assert!(!folder.join("model.wsm").exists());
-    assert!(std::fs::read_to_string(folder.join("build.txt")).unwrap().contains("WSTAC_PIXELS="));
-    std::fs::remove_dir_all(&folder).unwrap();
+    assert!(!folder.0.join("model.wsm").exists());
+    assert!(std::fs::read_to_string(folder.0.join("build.txt")).unwrap().contains("WSTAC_PIXELS="));
 }
 
 #[test]
@@ -153,8 +144,8 @@ fn the_budgets_of_help_and_pages_choose_something() {
 
 #[test]
 fn a_build_is_for_the_core_that_was_asked_about() {
-    let folder = std::env::temp_dir().join(format!("wstac-core-{}", std::process::id()));
-    let path = folder.to_str().unwrap();
+    let folder = Folder::new("core");
+    let path = folder.0.to_str().unwrap();
     for (arguments, has, lacks) in [
         (&["M0<200k,M3<100k"][..], &["--target thumbv6m-none-eabi)", "--target thumbv7m-none-eabi)"][..], "h743"),
         (&["flash<64K,format=GREY", "--core", "M7"], &["--bin h743)"], "emulated"),
@@ -162,47 +153,39 @@ fn a_build_is_for_the_core_that_was_asked_about() {
         (&["format=GREY"], &["--target thumbv7em-none-eabihf)"], "h743"),
     ] {
         output(&[&["trade", "-o", path, "--force", "--budget"], arguments].concat());
-        let build = std::fs::read_to_string(folder.join("build.txt")).unwrap();
+        let build = std::fs::read_to_string(folder.0.join("build.txt")).unwrap();
         assert!(has.iter().all(|part| build.contains(part)) && !build.contains(lacks), "{arguments:?} gave {build}");
     }
-    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]
 fn a_model_without_a_price_keeps_what_is_known() {
-    let folder = std::env::temp_dir().join(format!("wstac-own-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    let [map, model] = ["map.csv", "own.wsm"].map(|name| folder.join(name).to_str().unwrap().to_owned());
+    let folder = Folder::new("own");
+    let [map, model] = ["map.csv", "own.wsm"].map(|name| folder.0.join(name).to_str().unwrap().to_owned());
     std::fs::copy(concat!(env!("CARGO_MANIFEST_DIR"), "/../wstac-host/models/tradeoff/svm-20f.wsm"), &model).unwrap();
     let kept = include_str!("../../wstac-tradeoff/data/map.csv").lines();
     let own = kept.filter(|line| !line.contains("builtin:") || line.contains("builtin:svm-20f,"));
     std::fs::write(&map, own.map(|line| line.replace("builtin:svm-20f", &model) + "\n").collect::<String>()).unwrap();
-    std::fs::write(folder.join("base.toml"), "").unwrap();
+    folder.file("base.toml", "");
     let says = "own.wsm has no price on boards: ci/prices --keep ";
     let table = output(&["trade", "--map", &map]).join("\n");
     assert!(table.contains(says) && table.contains("| 49,717 | – | – | – |"), "{table}");
     let chosen = output(&["trade", "--map", &map, "--budget", "M4F<60k"]).join("\n");
     assert!(chosen.contains(says) && chosen.contains("49,717 instructions per frame, – per event"), "{chosen}");
-    let flash = Command::new(wstac()).args(["trade", "--map", &map, "--budget", "flash<64K"]).output().unwrap();
-    assert!(String::from_utf8_lossy(&flash.stderr).contains("bytes of flash not known"));
-    std::fs::remove_dir_all(&folder).unwrap();
+    assert!(refusal(&["trade", "--map", &map, "--budget", "flash<64K"]).contains("bytes of flash not known"));
 }
 
 #[test]
 fn a_maps_own_configuration_and_models_are_chosen() {
-    let folder = std::env::temp_dir().join(format!("wstac-map-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    let [map, chosen] = ["map.csv", "chosen"].map(|name| folder.join(name).to_str().unwrap().to_owned());
+    let folder = Folder::new("map");
+    let [map, chosen] = ["map.csv", "chosen"].map(|name| folder.0.join(name).to_str().unwrap().to_owned());
     std::fs::write(&map, include_str!("../../wstac-tradeoff/data/map.csv")).unwrap();
     let arguments = ["trade", "--budget", "M4F<60k", "--map", &map, "-o", &chosen];
-    let ended = Command::new(wstac()).args(arguments).output().unwrap();
-    assert_eq!(ended.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&ended.stderr).contains("base.toml"));
-    std::fs::write(folder.join("base.toml"), "[features]\nfloor_levels = 3.5\n").unwrap();
+    assert!(refusal(&arguments).contains("base.toml"));
+    folder.file("base.toml", "[features]\nfloor_levels = 3.5\n");
     output(&arguments);
-    let config = std::fs::read_to_string(folder.join("chosen/wstac.toml")).unwrap();
+    let config = std::fs::read_to_string(folder.0.join("chosen/wstac.toml")).unwrap();
     assert!(config.contains("floor_levels = 3.5") && config.contains("stride = "), "{config}");
-    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]
@@ -216,8 +199,8 @@ fn a_budget_that_cannot_be_read_or_met_says_so() {
         ("model=none", 1, ["tells what --by is about", "--by speed"]),
         ("ln=fixed,ln=libm", 2, ["ln=libm", "a second time"]),
     ] {
-        let ended = Command::new(wstac()).args(["trade", "--budget", budget]).output().unwrap();
-        let told = String::from_utf8_lossy(&ended.stderr).into_owned();
+        let ended = run(&["trade", "--budget", budget]);
+        let told = said(&ended);
         assert_eq!(ended.status.code(), Some(code), "{told}");
         assert!(parts.iter().all(|part| told.contains(part)), "{told}");
     }
@@ -225,17 +208,15 @@ fn a_budget_that_cannot_be_read_or_met_says_so() {
 
 #[test]
 fn a_figure_s_file_is_what_its_name_says() {
-    let folder = std::env::temp_dir().join(format!("wstac-figures-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = Folder::new("figures");
     for (name, start) in [("a.svg", &b"<svg "[..]), ("a.png", b"\x89PNG\r\n"), ("a.pdf", b"%PDF-1.")] {
         for arguments in [&["plot", "scene:Saw3@150"][..], &["trade", "--map", "kept"]] {
-            let path = folder.join(format!("{}-{name}", arguments[0])).to_str().unwrap().to_owned();
+            let path = folder.0.join(format!("{}-{name}", arguments[0])).to_str().unwrap().to_owned();
             output(&[arguments, &["-o", &path]].concat());
             let bytes = std::fs::read(&path).unwrap();
             assert!(bytes.starts_with(start) && bytes.len() > 5000, "{path}: {} bytes", bytes.len());
             // There is a file to overwrite.
-            let again = Command::new(wstac()).args([arguments, &["-o", &path]].concat()).output().unwrap();
-            assert!(String::from_utf8_lossy(&again.stderr).contains("exists already"));
+            assert!(refusal(&[arguments, &["-o", &path]].concat()).contains("exists already"));
         }
     }
     for (arguments, name, says) in [
@@ -243,12 +224,11 @@ fn a_figure_s_file_is_what_its_name_says() {
         (&["trade", "--budget", "M4F<60k"], "b.svg", "only the figure of a map is a file"),
         (&["trade", "--slides", "1"], "b.pdf", "only the figure of a map is a file"),
     ] {
-        let path = folder.join(name);
+        let path = folder.0.join(name);
         let refused = Command::new(wstac()).args(arguments).arg("-o").arg(&path).output().unwrap();
         let told = String::from_utf8_lossy(&refused.stderr);
         assert!(refused.status.code() == Some(1) && told.contains(says) && !path.exists(), "{told}");
     }
-    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]

@@ -1,25 +1,8 @@
 //! Tests the simulated sensor through the command: every specimen, direction and speed, and `wstac scene`.
 
 use std::path::PathBuf;
-use std::process::{Command, Output};
 
-use wstac_tests::command::wstac;
-
-fn run(arguments: &[&str]) -> Output {
-    let output = Command::new(wstac()).args(arguments).output().unwrap();
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    output
-}
-
-fn text(arguments: &[&str]) -> String {
-    String::from_utf8(run(arguments).stdout).unwrap()
-}
-
-fn refusal(arguments: &[&str]) -> String {
-    let output = Command::new(wstac()).args(arguments).output().unwrap();
-    assert_eq!(output.status.code(), Some(1), "{arguments:?}");
-    String::from_utf8(output.stderr).unwrap()
-}
+use wstac_tests::command::{good, refusal, run};
 
 /// Writes a file in a folder of its own.
 fn file(name: &str, content: &str) -> PathBuf {
@@ -43,7 +26,7 @@ fn every_direction_is_right() {
         let mut wrong = Vec::new();
         for (seed, &(specimen, speed, degrees)) in slides.iter().enumerate() {
             let source = format!("scene:{specimen}@{speed},{degrees}deg,seed={seed}");
-            let events = text(&["run", &source, "--json", "--size", "320x240"]);
+            let events = good(&["run", &source, "--json", "--size", "320x240"]);
             let right = format!("\"direction\":{{\"deg\":{degrees},");
             if events.lines().count() != 2 || !events.contains(&right) {
                 wrong.push((source, events));
@@ -85,8 +68,8 @@ fn a_rendered_file_gives_the_events_of_its_scene() {
     let y4m = y4m.to_str().unwrap();
     assert!(refusal(&["scene", "render", scene, "-o", y4m]).contains("exists already"));
     run(&["scene", "render", scene, "-o", y4m, "--force"]);
-    let live = text(&["run", &format!("scene:{scene}"), "--json", "--features"]);
-    assert_eq!(text(&["run", y4m, "--json", "--features"]), live);
+    let live = good(&["run", &format!("scene:{scene}"), "--json", "--features"]);
+    assert_eq!(good(&["run", y4m, "--json", "--features"]), live);
     assert!(live.contains("\"deg\":180"));
     let taxel = file("t.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"");
     assert!(
@@ -102,7 +85,7 @@ fn a_rendered_file_gives_the_events_of_its_scene() {
 fn taxel_sums_need_the_papers_layout() {
     let scene = file("c.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"");
     let scene = format!("scene:{}", scene.to_str().unwrap());
-    assert!(text(&["run", &scene, "--json"]).contains("\"deg\":0"));
+    assert!(good(&["run", &scene, "--json"]).contains("\"deg\":0"));
     let config = file("c2.toml", "[green]\nstride = 2");
     let error = refusal(&["run", &scene, "--config", config.to_str().unwrap()]);
     assert!(error.contains("expected no other layout or stride"), "{error}");
@@ -116,18 +99,18 @@ fn strain_of_a_single_whisker_is_printed_and_peaks_at_the_base() {
     let whisker = "[whisker]\npresent = \"middle\"\noverlap_mm = 0.4";
     let scene = file("2c.toml", &format!("specimen = \"Sphere\"\nspeed = 100\n{whisker}"));
     let scene = scene.to_str().unwrap();
-    let printed = text(&["scene", "strain", scene]);
+    let printed = good(&["scene", "strain", scene]);
     assert!(printed.ends_with("at 0.00 mm, the base, after 5.00 ms\n"), "{printed}");
-    let csv = text(&["scene", "strain", scene, "--csv", "--moments", "4", "--parts", "3"]);
+    let csv = good(&["scene", "strain", scene, "--csv", "--moments", "4", "--parts", "3"]);
     let lines: Vec<&str> = csv.lines().collect();
     assert_eq!((lines.len(), lines[0]), (6, "time_ms,overlap_mm,aside_mm,0.00_mm,1.67_mm,3.33_mm,5.00_mm"));
     // One whisker is a stream like any other. The trigger decides whether it is an event.
-    assert!(text(&["run", &format!("scene:{scene}"), "--json"]).contains("\"kind\":\"end\""));
+    assert!(good(&["run", &format!("scene:{scene}"), "--json"]).contains("\"kind\":\"end\""));
 }
 
 #[test]
 fn a_scene_explains_itself() {
-    let explained = text(&["scene", "explain", "Saw3@150", "--no-cost"]);
+    let explained = good(&["scene", "explain", "Saw3@150", "--no-cost"]);
     for part in ["Saw3 at 150 mm/s", "Modeled:", "afterglow", "without cost", "MJPEG", "Never modeled"] {
         assert!(explained.contains(part), "{part}: {explained}");
     }
@@ -135,8 +118,8 @@ fn a_scene_explains_itself() {
     let off = explained.find("without cost").unwrap();
     assert!(explained.find("  rubbing").unwrap() < off && explained.find("  leak").unwrap() > off);
     let dark = file("d.toml", "specimen = \"Saw3\"\nspeed = 150\n[light]\nleak = 0.1\nrubbing_ms = 0");
-    let explained = text(&["scene", "explain", dark.to_str().unwrap(), "--no-cost"]);
+    let explained = good(&["scene", "explain", dark.to_str().unwrap(), "--no-cost"]);
     let off = explained.find("without cost").unwrap();
     assert!(explained.find("  rubbing").unwrap() > off && explained.find("  leak").unwrap() < off);
-    assert!(text(&["scene", "explain", "Fla0@200"]).contains("ns per frame"));
+    assert!(good(&["scene", "explain", "Fla0@200"]).contains("ns per frame"));
 }

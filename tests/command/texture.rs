@@ -1,21 +1,14 @@
 //! Tests `wstac run --model`: textures in events, and before them.
 
 use std::fs;
-use std::process::{Command, Output};
 
 use serde_json::Value;
-use wstac_tests::command::wstac;
+use wstac_tests::command::{good, run};
 use wstac_tests::folder::Folder;
 use wstac_tests::trained::model;
 
-fn run(arguments: &[&str]) -> Output {
-    Command::new(wstac()).args(arguments).output().unwrap()
-}
-
 fn records(arguments: &[&str]) -> Vec<Value> {
-    let done = run(arguments);
-    assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
-    String::from_utf8(done.stdout).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    good(arguments).lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
 const SCENE: &str = "scene:Saw3@150";

@@ -1,7 +1,7 @@
 //! The `wstac` command as a separate program.
 
 use std::path::PathBuf;
-use std::process::Command;
+use std::process::{Child, Command, Output, Stdio};
 use std::sync::OnceLock;
 
 /// Returns the path of the `wstac` command: that of the variable `WSTAC`, or one that is built now.
@@ -11,6 +11,56 @@ use std::sync::OnceLock;
 pub fn wstac() -> &'static PathBuf {
     static PATH: OnceLock<PathBuf> = OnceLock::new();
     PATH.get_or_init(|| std::env::var_os("WSTAC").map_or_else(build, PathBuf::from))
+}
+
+/// Runs `wstac` to its end.
+///
+/// # Panics
+/// If it cannot be run.
+pub fn run(arguments: &[&str]) -> Output {
+    Command::new(wstac()).args(arguments).output().unwrap()
+}
+
+/// Starts `wstac`. Its input and outputs are pipes.
+///
+/// # Panics
+/// If it cannot be started.
+pub fn start(arguments: &[&str]) -> Child {
+    let mut command = Command::new(wstac());
+    command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command.spawn().unwrap()
+}
+
+/// Runs `wstac`, which must succeed, and returns its output.
+///
+/// # Panics
+/// If it fails.
+pub fn good(arguments: &[&str]) -> String {
+    printed(&run(arguments))
+}
+
+/// Returns the output of a run, which must have succeeded.
+///
+/// # Panics
+/// If it failed.
+pub fn printed(done: &Output) -> String {
+    assert_eq!(done.status.code(), Some(0), "{}", said(done));
+    String::from_utf8(done.stdout.clone()).unwrap()
+}
+
+/// Returns the messages of a run.
+pub fn said(done: &Output) -> String {
+    String::from_utf8_lossy(&done.stderr).into_owned()
+}
+
+/// Runs `wstac`, which must fail with exit code 1, and returns its messages.
+///
+/// # Panics
+/// If it ends in another way.
+pub fn refusal(arguments: &[&str]) -> String {
+    let done = run(arguments);
+    assert_eq!(done.status.code(), Some(1), "{arguments:?}: {}", said(&done));
+    said(&done)
 }
 
 fn build() -> PathBuf {

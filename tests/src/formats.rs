@@ -56,100 +56,39 @@ macro_rules! with_green_type {
         use wstac_core::green::any::{PixelFormat as F, YcbcrMethod as M};
         use wstac_core::green::{bayer, gray, packed_rgb, packed_ycbcr, planar_ycbcr, rgb565, words, ycbcr};
         let (exact, linear) = (ycbcr::Exact::new($color), ycbcr::Linear::new($color));
-        match ($format, $method) {
-            (F::Gray, _) => {
-                let $green = gray::Gray;
-                $body
-            }
-            (F::Y10, _) => {
-                let $green = words::Y10::default();
-                $body
-            }
-            (F::Y12, _) => {
-                let $green = words::Y12::default();
-                $body
-            }
-            (F::Y16, _) => {
-                let $green = words::Y16::default();
-                $body
-            }
-            (F::Rgb24 | F::Bgr24, _) => {
-                let $green = packed_rgb::Rgb24::default();
-                $body
-            }
-            (F::Rgbx32, _) => {
-                let $green = packed_rgb::Rgbx32::default();
-                $body
-            }
-            (F::Xrgb32, _) => {
-                let $green = packed_rgb::Xrgb32::default();
-                $body
-            }
-            (F::Rgb565, _) => {
-                let $green = rgb565::Rgb565;
-                $body
-            }
-            (F::Bayer8(order), _) => {
-                let $green = bayer::Bayer::<8>::new(order);
-                $body
-            }
-            (F::Bayer10(order), _) => {
-                let $green = bayer::Bayer::<10>::new(order);
-                $body
-            }
-            (F::Bayer12(order), _) => {
-                let $green = bayer::Bayer::<12>::new(order);
-                $body
-            }
-            (F::Yuyv, M::Exact) => {
-                let $green = packed_ycbcr::Yuyv::new(exact);
-                $body
-            }
-            (F::Yuyv, M::Linear) => {
-                let $green = packed_ycbcr::Yuyv::new(linear);
-                $body
-            }
-            (F::Uyvy, M::Exact) => {
-                let $green = packed_ycbcr::Uyvy::new(exact);
-                $body
-            }
-            (F::Uyvy, M::Linear) => {
-                let $green = packed_ycbcr::Uyvy::new(linear);
-                $body
-            }
-            (F::Nv12, M::Exact) => {
-                let $green = planar_ycbcr::Nv12::new(exact);
-                $body
-            }
-            (F::Nv12, M::Linear) => {
-                let $green = planar_ycbcr::Nv12::new(linear);
-                $body
-            }
-            (F::Yu12, M::Exact) => {
-                let $green = planar_ycbcr::Yu12::new(exact);
-                $body
-            }
-            (F::Yu12, M::Linear) => {
-                let $green = planar_ycbcr::Yu12::new(linear);
-                $body
-            }
-            (F::Yuv422p, M::Exact) => {
-                let $green = planar_ycbcr::Yuv422p::new(exact);
-                $body
-            }
-            (F::Yuv422p, M::Linear) => {
-                let $green = planar_ycbcr::Yuv422p::new(linear);
-                $body
-            }
-            (F::Yuv444p, M::Exact) => {
-                let $green = planar_ycbcr::Yuv444p::new(exact);
-                $body
-            }
-            (F::Yuv444p, M::Linear) => {
-                let $green = planar_ycbcr::Yuv444p::new(linear);
-                $body
-            }
-            (format, method) => panic!("{format:?} with {method:?} has no type, expected one of every format"),
-        }
+        $crate::with_green_type!(@match ($format, $method), $green => $body;
+            (F::Gray, _) => gray::Gray,
+            (F::Y10, _) => words::Y10::default(),
+            (F::Y12, _) => words::Y12::default(),
+            (F::Y16, _) => words::Y16::default(),
+            (F::Rgb24 | F::Bgr24, _) => packed_rgb::Rgb24::default(),
+            (F::Rgbx32, _) => packed_rgb::Rgbx32::default(),
+            (F::Xrgb32, _) => packed_rgb::Xrgb32::default(),
+            (F::Rgb565, _) => rgb565::Rgb565,
+            (F::Bayer8(order), _) => bayer::Bayer::<8>::new(order),
+            (F::Bayer10(order), _) => bayer::Bayer::<10>::new(order),
+            (F::Bayer12(order), _) => bayer::Bayer::<12>::new(order),
+            (F::Yuyv, M::Exact) => packed_ycbcr::Yuyv::new(exact),
+            (F::Yuyv, M::Linear) => packed_ycbcr::Yuyv::new(linear),
+            (F::Uyvy, M::Exact) => packed_ycbcr::Uyvy::new(exact),
+            (F::Uyvy, M::Linear) => packed_ycbcr::Uyvy::new(linear),
+            (F::Nv12, M::Exact) => planar_ycbcr::Nv12::new(exact),
+            (F::Nv12, M::Linear) => planar_ycbcr::Nv12::new(linear),
+            (F::Yu12, M::Exact) => planar_ycbcr::Yu12::new(exact),
+            (F::Yu12, M::Linear) => planar_ycbcr::Yu12::new(linear),
+            (F::Yuv422p, M::Exact) => planar_ycbcr::Yuv422p::new(exact),
+            (F::Yuv422p, M::Linear) => planar_ycbcr::Yuv422p::new(linear),
+            (F::Yuv444p, M::Exact) => planar_ycbcr::Yuv444p::new(exact),
+            (F::Yuv444p, M::Linear) => planar_ycbcr::Yuv444p::new(linear),
+        )
     }};
+    (@match $what:expr, $green:ident => $body:expr; $($pattern:pat => $type:expr,)*) => {
+        match $what {
+            $($pattern => {
+                let $green = $type;
+                $body
+            })*
+            what => panic!("{what:?} has no type, expected one of every format and method"),
+        }
+    };
 }

@@ -5,11 +5,10 @@ use std::fmt::Write;
 use wstac_core::baseline_policy::{FixedBaseline, TrackingBaseline};
 use wstac_core::trigger::{Rule, Trigger, TriggerConfig};
 use wstac_host::config::Config;
-use wstac_host::output::{Output, OutputOptions, TactileEvent};
-use wstac_host::session::{Processor, run};
-use wstac_host::source::Source;
+use wstac_host::output::{Output, TactileEvent};
+use wstac_host::session::Session;
 use wstac_scene::source::SceneSource;
-use wstac_scene::{SceneConfig, Truth};
+use wstac_scene::{Scene, SceneConfig, Truth};
 
 /// The number of slides in the hour.
 const SLIDES: u32 = 30;
@@ -30,20 +29,16 @@ fn hour(leak_per_minute: f64) -> SceneConfig {
 
 /// Returns the truth of a scene, its events, and its number of frames.
 fn read(script: &SceneConfig, config: &str) -> (Vec<Truth>, Vec<TactileEvent>, u64) {
-    let mut source = SceneSource::new(script).unwrap();
-    let config = Config::parse(config).unwrap();
-    let mut reading = Processor::new(source.info(), &config, OutputOptions::default()).unwrap();
+    let session = Session::builder(SceneSource::new(script).unwrap()).config(Config::parse(config).unwrap());
     let (mut events, mut frames) = (Vec::new(), 0);
-    let result = run::<wstac_host::error::Error>(&mut source, &mut reading, |record| {
-        match record {
+    for output in session.build().unwrap() {
+        match output.unwrap() {
             Output::Event(event) => events.push(*event),
             Output::End(end) => frames = end.frames,
             _ => {}
         }
-        Ok(())
-    });
-    result.unwrap();
-    (source.truth().to_vec(), events, frames)
+    }
+    (Scene::new(script).unwrap().truth().to_vec(), events, frames)
 }
 
 /// Finds the event of each slide: the first window that sees it fires, and its sample starts at most 15 frames before

@@ -3,8 +3,10 @@
 use std::ffi::{CString, c_char};
 use std::ptr;
 
+use wstac_core::direction::Unclear;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
-use wstac_host::json::{confidence, no_speed, rounded, unclear};
+use wstac_core::speed::NoSpeed;
+use wstac_host::json::{confidence, rounded};
 use wstac_host::output::{FaultReport, FrameFeatures, Output, SampleFrames, TactileEvent};
 use wstac_host::texture::Texture;
 
@@ -224,8 +226,8 @@ impl Given {
             direction_confidence: confidence(direction),
             frames_filled: u32::from(event.frames_filled),
             reliable: event.reliable,
-            why_no_speed: self.keep_any(event.speed.err().map(no_speed)),
-            why_no_direction: self.keep_any(direction.heading.err().map(unclear)),
+            why_no_speed: self.keep_any(event.speed.err().map(NoSpeed::as_str)),
+            why_no_direction: self.keep_any(direction.heading.err().map(Unclear::as_str)),
             sample: self.sample.as_ref().map_or(ptr::null(), |sample| sample.as_ptr()),
         }
     }

@@ -133,8 +133,3 @@ impl<L: Ln> FeatureScale<L> {
         lines.map(|sum| self.feature(sum))
     }
 }
-
-/// Returns a feature as a real number: an exact multiple of 1/2048.
-pub fn to_f32(feature: i16) -> f32 {
-    f32::from(feature) / FEATURE_ONE as f32
-}

@@ -300,12 +300,6 @@ impl<B: BaselinePolicy> Trigger<B> {
         self.state.end()
     }
 
-    /// Returns the sample that is being captured, as far as it has arrived; `None` outside an event.
-    pub(crate) fn captured(&self) -> Option<(InterruptedSample, Sample<'_>)> {
-        let so_far = self.state.under_way()?;
-        Some((so_far, self.state.last(so_far.frames)))
-    }
-
     /// Takes the frames that wait behind a returned event. They cannot hold a second event: the next is 70 frames away.
     fn clear_backlog(&mut self) {
         if let Some((fills, features, has_missing_frames)) = self.state.backlog.take() {

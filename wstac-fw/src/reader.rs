@@ -127,18 +127,18 @@ impl Reader {
 
     /// Sends the description of the board.
     pub fn hello(&self, out: &mut impl Outlet) {
-        let mut hello = Hello::new(
-            Text::new(env!("CARGO_PKG_NAME")),
-            Text::new(env!("CARGO_PKG_VERSION")),
-            self.size,
-            setup::PIXELS,
-            self.pipeline.geometry().rate(),
-            setup::TRIGGER,
-        );
-        hello.models[0] =
-            setup::MODEL.map(|model| ModelFacts::new(model.task(), model.labels().len() as u8, model.frames()));
-        hello.frame = self.pipeline.next_frame();
-        out.send(&Message::Hello(hello));
+        let mut models = [None; 3];
+        models[0] = setup::MODEL.map(|model| ModelFacts::new(model.task(), model.labels().len() as u8, model.frames()));
+        out.send(&Message::Hello(Hello {
+            firmware: Text::new(env!("CARGO_PKG_NAME")),
+            version: Text::new(env!("CARGO_PKG_VERSION")),
+            size: self.size,
+            format: setup::PIXELS,
+            rate: self.pipeline.geometry().rate(),
+            trigger: setup::TRIGGER,
+            models,
+            frame: self.pipeline.next_frame(),
+        }));
     }
 
     /// Sends the next part of a sample that is wanted, or the event after its last part. Returns false if there was

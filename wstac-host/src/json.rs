@@ -33,7 +33,7 @@ pub enum JsonLine<'a> {
         texture: &'a Texture,
     },
     /// A sample that a long gap interrupted.
-    Incomplete(IncompleteLine),
+    Incomplete(InterruptedSample),
     /// A fault of the source.
     Fault {
         /// The number of the feature frame that comes next.
@@ -52,7 +52,7 @@ pub enum JsonLine<'a> {
         /// `complete` or `incomplete`.
         baseline: &'static str,
         /// The sample that was being captured.
-        incomplete: Option<IncompleteLine>,
+        incomplete: Option<InterruptedSample>,
     },
 }
 
@@ -65,7 +65,7 @@ impl<'a> JsonLine<'a> {
             Output::EarlyTexture(early) => {
                 Self::Texture { frame: early.frame, frames: early.frames, texture: &early.texture }
             }
-            Output::Interrupted(sample) => Self::Incomplete((*sample).into()),
+            Output::Interrupted(sample) => Self::Incomplete(*sample),
             Output::Fault(report) => {
                 Self::Fault { frame: report.frame, fault: report.fault.kind.name(), message: report.fault.to_string() }
             }
@@ -73,7 +73,7 @@ impl<'a> JsonLine<'a> {
                 frames: end.frames,
                 dropped: end.dropped,
                 baseline: baseline(end),
-                incomplete: end.incomplete.map(IncompleteLine::from),
+                incomplete: end.incomplete,
             },
             Output::Lost(_) | Output::BaselineDisturbed { .. } => return None,
         })
@@ -116,8 +116,8 @@ impl<'a> EventLine<'a> {
             frames_filled: event.frames_filled,
             reliable: event.reliable,
             why: WhyField {
-                speed: event.speed.err().map(no_speed),
-                direction: direction.heading.err().map(unclear),
+                speed: event.speed.err().map(NoSpeed::as_str),
+                direction: direction.heading.err().map(Unclear::as_str),
                 texture: event.texture.is_none().then_some(NO_MODEL),
             },
             sample: event.sample.as_deref().map(over_time),
@@ -157,29 +157,6 @@ impl WhyField {
     fn is_empty(&self) -> bool {
         *self == Self::default()
     }
-}
-
-/// A sample that ended before it was complete, as a line or a field.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct IncompleteLine {
-    frame: u64,
-    frames: u8,
-}
-
-impl From<InterruptedSample> for IncompleteLine {
-    fn from(sample: InterruptedSample) -> Self {
-        Self { frame: sample.frame, frames: sample.frames }
-    }
-}
-
-/// Returns the words for a person about a missing speed.
-pub fn no_speed(reason: NoSpeed) -> &'static str {
-    reason.as_str()
-}
-
-/// Returns the words for a person about a missing direction.
-pub fn unclear(reason: Unclear) -> &'static str {
-    reason.as_str()
 }
 
 /// The words for a person about a missing texture.

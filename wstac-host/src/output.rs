@@ -190,7 +190,7 @@ pub struct FaultReport {
 }
 
 /// The state of a stream at its end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StreamSummary {
     /// Feature frames on the time line, lost ones included.
     pub frames: u64,

@@ -96,17 +96,10 @@ impl CameraSource {
             Coding::Jpeg => (PixelFormat::Rgb24, Some(Decoder::new(negotiated.size))),
         };
         let (size, rate) = (negotiated.size, negotiated.rate);
-        let info = StreamInfo {
-            size,
-            format,
-            color: negotiated.color,
-            bytes_per_row: negotiated.bytes_per_row,
-            rate,
-            taxels_only: false,
-            about: about(&camera),
-            camera: Some(Box::new(camera.state.clone())),
-            recorded: None,
-        };
+        let mut info = StreamInfo::new(about(&camera), size, format, rate);
+        info.color = negotiated.color;
+        info.bytes_per_row = negotiated.bytes_per_row;
+        info.camera = Some(Box::new(camera.state.clone()));
         // A camera that was unplugged comes back with its values of power-on, so the values before are set again.
         let held = if request.keep_controls { Vec::new() } else { camera.state.settings() };
         let request = CameraRequest {

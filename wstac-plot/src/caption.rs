@@ -4,7 +4,7 @@ use wstac_core::speed::{Law, ThresholdOn};
 
 use super::event::Found;
 use wstac_core::params::SAMPLE_FRAMES;
-use wstac_host::json::{confidence, no_speed, rounded, unclear};
+use wstac_host::json::{confidence, rounded};
 use wstac_host::output::TactileEvent;
 use wstac_host::texture::Texture;
 
@@ -41,8 +41,8 @@ fn speed(record: &TactileEvent, law: Law) -> String {
             let doubt = if speed.extrapolated { ", extrapolated" } else { "" };
             format!("Speed {} mm/s ({law}{doubt})", rounded(speed.mm_s))
         }
-        (Err(why), Some(most)) => format!("Speed at most {} mm/s ({})", rounded(most.mm_s), no_speed(why)),
-        (Err(why), None) => format!("No speed ({})", no_speed(why)),
+        (Err(why), Some(most)) => format!("Speed at most {} mm/s ({})", rounded(most.mm_s), why.as_str()),
+        (Err(why), None) => format!("No speed ({})", why.as_str()),
     }
 }
 
@@ -51,7 +51,7 @@ fn direction(record: &TactileEvent) -> String {
         Ok(heading) => {
             format!("direction {}\u{b0} (confidence {})", heading.degrees(), confidence(record.direction))
         }
-        Err(why) => format!("no direction ({})", unclear(why)),
+        Err(why) => format!("no direction ({})", why.as_str()),
     }
 }
 

@@ -5,12 +5,12 @@ use pyo3::call::PyCallArgs;
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyModule};
-use wstac_core::direction::Heading;
+use wstac_core::direction::{Heading, Unclear};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
-use wstac_core::speed::Speed;
+use wstac_core::speed::{NoSpeed, Speed};
 use wstac_core::trigger::InterruptedSample;
 use wstac_host::error::Error;
-use wstac_host::json::{NO_MODEL, baseline, confidence, no_speed, rounded, unclear};
+use wstac_host::json::{NO_MODEL, baseline, confidence, rounded};
 use wstac_host::output::{Output, SampleFrames, TactileEvent};
 use wstac_host::session::{Observer, Poll, Processor, Session};
 use wstac_host::source::SourceEvent;
@@ -200,8 +200,8 @@ impl<'py> Classes<'py> {
         let why = PyDict::new(py);
         let direction = event.direction;
         let missing = [
-            ("speed", event.speed.err().map(no_speed)),
-            ("direction", direction.heading.err().map(unclear)),
+            ("speed", event.speed.err().map(NoSpeed::as_str)),
+            ("direction", direction.heading.err().map(Unclear::as_str)),
             ("texture", event.texture.is_none().then_some(NO_MODEL)),
         ];
         for (answer, reason) in missing {

@@ -38,6 +38,19 @@ fn positive(value: f64, unit: &str) -> Option<String> {
     (value > 0.0).then(|| format!("{}{unit}", (value * 1e6).round() / 1e6))
 }
 
+/// Makes the effect of a number of the scene that is above 0: its value with a unit, and its usual strength.
+macro_rules! amount {
+    ($name:literal: $what:literal, $($field:ident).+ $(* $noise:ident)?, $unit:literal, usually $usual:expr) => {
+        Effect {
+            name: $name,
+            what: $what,
+            value: |script| positive(script.$($field).+ $(* script.$noise)?, $unit),
+            remove: |script| script.$($field).+ = 0.0,
+            add: |script| script.$($field).+ = $usual,
+        }
+    };
+}
+
 /// All effects, in the order in which light passes through them.
 pub const EFFECTS: [Effect; 21] = [
     Effect {
@@ -47,26 +60,17 @@ pub const EFFECTS: [Effect; 21] = [
         remove: |script| script.whisker.beam = Beam::Linear,
         add: |script| script.whisker.beam = Beam::Elastica,
     },
-    Effect {
-        name: "dome",
-        what: "lowers the outer whiskers' tips (paper: 30°)",
-        value: |script| positive(script.whisker.dome_degrees, "°"),
-        remove: |script| script.whisker.dome_degrees = 0.0,
-        add: |script| script.whisker.dome_degrees = WhiskerConfig::default().dome_degrees,
+    amount! {
+        "dome": "lowers the outer whiskers' tips (paper: 30°)",
+        whisker.dome_degrees, "°", usually WhiskerConfig::default().dome_degrees
     },
-    Effect {
-        name: "springing back",
-        what: "a released whisker springs back in a finite time (a guess)",
-        value: |script| positive(script.whisker.relaxation_ms, " ms"),
-        remove: |script| script.whisker.relaxation_ms = 0.0,
-        add: |script| script.whisker.relaxation_ms = WhiskerConfig::default().relaxation_ms,
+    amount! {
+        "springing back": "a released whisker springs back in a finite time (a guess)",
+        whisker.relaxation_ms, " ms", usually WhiskerConfig::default().relaxation_ms
     },
-    Effect {
-        name: "rubbing",
-        what: "light of friction × speed × load (a guess)",
-        value: |script| positive(script.light.rubbing_ms, " ms a mm"),
-        remove: |script| script.light.rubbing_ms = 0.0,
-        add: |script| script.light.rubbing_ms = LightConfig::default().rubbing_ms,
+    amount! {
+        "rubbing": "light of friction × speed × load (a guess)",
+        light.rubbing_ms, " ms a mm", usually LightConfig::default().rubbing_ms
     },
     Effect {
         name: "uneven rubbing",
@@ -81,26 +85,17 @@ pub const EFFECTS: [Effect; 21] = [
             script.light.rubbing_ms = LightConfig::default().rubbing_ms;
         },
     },
-    Effect {
-        name: "afterglow",
-        what: "light fades exponentially (fitted to the paper's speed law)",
-        value: |script| positive(script.light.afterglow_ms, " ms"),
-        remove: |script| script.light.afterglow_ms = 0.0,
-        add: |script| script.light.afterglow_ms = LightConfig::default().afterglow_ms,
+    amount! {
+        "afterglow": "light fades exponentially (fitted to the paper's speed law)",
+        light.afterglow_ms, " ms", usually LightConfig::default().afterglow_ms
     },
-    Effect {
-        name: "unlike whiskers",
-        what: "each has its own gain, that of its sensor (a guess)",
-        value: |script| positive(script.light.gain_deviation, ""),
-        remove: |script| script.light.gain_deviation = 0.0,
-        add: |script| script.light.gain_deviation = LightConfig::default().gain_deviation,
+    amount! {
+        "unlike whiskers": "each has its own gain, that of its sensor (a guess)",
+        light.gain_deviation, "", usually LightConfig::default().gain_deviation
     },
-    Effect {
-        name: "unlike runs",
-        what: "each slide has its own gain (a guess; all noise scaled to fit one cell of table 2)",
-        value: |script| positive(script.light.run_deviation * script.noise, ""),
-        remove: |script| script.light.run_deviation = 0.0,
-        add: |script| script.light.run_deviation = LightConfig::default().run_deviation,
+    amount! {
+        "unlike runs": "each slide has its own gain (a guess; all noise scaled to fit one cell of table 2)",
+        light.run_deviation * noise, "", usually LightConfig::default().run_deviation
     },
     Effect {
         name: "dead whiskers",
@@ -116,19 +111,13 @@ pub const EFFECTS: [Effect; 21] = [
         remove: |script| script.light.weak = Weak::default(),
         add: |script| script.light.weak = Weak::try_from(vec![(3, 3, 0.5)]).unwrap_or_default(),
     },
-    Effect {
-        name: "leak",
-        what: "ambient light on every pixel",
-        value: |script| positive(script.light.leak, " of full scale"),
-        remove: |script| script.light.leak = 0.0,
-        add: |script| script.light.leak = 0.01,
+    amount! {
+        "leak": "ambient light on every pixel",
+        light.leak, " of full scale", usually 0.01
     },
-    Effect {
-        name: "growing leak",
-        what: "ambient light grows with time",
-        value: |script| positive(script.light.leak_per_minute, " of full scale per minute"),
-        remove: |script| script.light.leak_per_minute = 0.0,
-        add: |script| script.light.leak_per_minute = 0.01,
+    amount! {
+        "growing leak": "ambient light grows with time",
+        light.leak_per_minute, " of full scale per minute", usually 0.01
     },
     Effect {
         name: "drift",
@@ -158,19 +147,13 @@ pub const EFFECTS: [Effect; 21] = [
             script.sensor.pose = Some(Pose { rotation_degrees: 10.0, ..Pose::default() });
         },
     },
-    Effect {
-        name: "noise of pixels",
-        what: "shot and read noise in electrons (a guess; all noise scaled to fit one cell of table 2)",
-        value: |script| positive(script.sensor.noise * script.noise, " times"),
-        remove: |script| script.sensor.noise = 0.0,
-        add: |script| script.sensor.noise = SensorConfig::default().noise,
+    amount! {
+        "noise of pixels": "shot and read noise in electrons (a guess; all noise scaled to fit one cell of table 2)",
+        sensor.noise * noise, " times", usually SensorConfig::default().noise
     },
-    Effect {
-        name: "blur",
-        what: "Gaussian point spread",
-        value: |script| positive(script.sensor.blur, " px"),
-        remove: |script| script.sensor.blur = 0.0,
-        add: |script| script.sensor.blur = 3.0,
+    amount! {
+        "blur": "Gaussian point spread",
+        sensor.blur, " px", usually 3.0
     },
     Effect {
         name: "color",
@@ -189,12 +172,9 @@ pub const EFFECTS: [Effect; 21] = [
         remove: |script| script.sensor.format = SensorFormat::GREY,
         add: |script| set_format(script, "MJPG"),
     },
-    Effect {
-        name: "dropped frames",
-        what: "the driver loses frames at random",
-        value: |script| positive(script.sensor.dropped, " of them"),
-        remove: |script| script.sensor.dropped = 0.0,
-        add: |script| script.sensor.dropped = 0.05,
+    amount! {
+        "dropped frames": "the driver loses frames at random",
+        sensor.dropped, " of them", usually 0.05
     },
     Effect {
         name: "auto-exposure",

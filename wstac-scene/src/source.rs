@@ -35,17 +35,11 @@ impl SceneSource {
             Fidelity::Rendered => format!("frames of {width}x{height} {format}"),
             Fidelity::Taxel => format!("taxel sums of {width}x{height} {format}"),
         };
-        let info = StreamInfo {
-            size: script.sensor.size,
-            format: sensor.format(),
-            color: sensor.color(),
-            bytes_per_row: sensor.bytes_per_row() as u32,
-            rate: script.sensor.rate,
-            taxels_only: script.fidelity == Fidelity::Taxel,
-            about: format!("scene: {touches}, seed {seed}, {frames} {what}"),
-            camera: None,
-            recorded: None,
-        };
+        let about = format!("scene: {touches}, seed {seed}, {frames} {what}");
+        let mut info = StreamInfo::new(about, script.sensor.size, sensor.format(), script.sensor.rate);
+        info.color = sensor.color();
+        info.bytes_per_row = sensor.bytes_per_row() as u32;
+        info.taxels_only = script.fidelity == Fidelity::Taxel;
         Ok(Self { info, scene })
     }
 

@@ -78,10 +78,16 @@ impl Board<'_> {
             let classes = model.labels().len() as u8;
             *place = Some(ModelFacts::new(model.task(), classes, model.frames()));
         }
-        let (firmware, version) = (Text::new("test-board"), Text::new("1.2.3"));
-        let mut hello = Hello::new(firmware, version, info.size, info.format, info.rate, *trigger);
-        hello.models = models;
-        self.sent.push(&Message::Hello(hello));
+        self.sent.push(&Message::Hello(Hello {
+            firmware: Text::new("test-board"),
+            version: Text::new("1.2.3"),
+            size: info.size,
+            format: info.format,
+            rate: info.rate,
+            trigger: *trigger,
+            models,
+            frame: 0,
+        }));
     }
 
     fn take(&mut self, update: &Update<'_>) {

@@ -9,12 +9,11 @@ use std::net::TcpListener;
 use std::os::fd::AsRawFd;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
 
 use wstac_core::trigger::{InterruptedSample, StreamEnd};
 use wstac_core::wire::{Decoder, Fault, LONGEST, Message, Request, Text};
 use wstac_host::model_file::ModelFile;
-use wstac_tests::command::wstac;
+use wstac_tests::command::{good, printed, refusal, run, said, start};
 use wstac_tests::folder::Folder;
 use wstac_tests::trained::model;
 
@@ -32,26 +31,6 @@ specimen = \"Sin2\"
 speed = 60
 direction = 90
 ";
-
-fn start(arguments: &[&str]) -> Child {
-    let mut command = Command::new(wstac());
-    command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    command.spawn().unwrap()
-}
-
-fn done(arguments: &[&str]) -> Output {
-    start(arguments).wait_with_output().unwrap()
-}
-
-/// Returns the standard output of a command that must succeed.
-fn output(arguments: &[&str]) -> String {
-    text(&succeeded(done(arguments)).stdout)
-}
-
-fn succeeded(output: Output) -> Output {
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    output
-}
 
 fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
@@ -106,7 +85,7 @@ const ALL: [Request; 3] = [Request::Hello, Request::Features(true), Request::Sam
 /// Returns the lines of `wstac run`, and every message that a board sends for the same scene, with features and
 /// samples.
 fn both(scene: &str) -> (Vec<String>, Vec<Vec<u8>>) {
-    let lines = output(&["run", scene, "--json", "--features", "--samples"]);
+    let lines = good(&["run", scene, "--json", "--features", "--samples"]);
     (lines.lines().map(str::to_owned).collect(), board::sent(scene, &[], true).frames)
 }
 
@@ -120,12 +99,12 @@ fn every_line_is_that_of_run() {
     let with_models = ["--model", path(&late), "--model", path(&early)];
     for (files, models) in [(&[][..], &[][..]), (&files, &with_models)] {
         for (all, wanted) in [(false, &["--json"][..]), (true, &WANTED), (false, &[]), (true, &["--features"])] {
-            let expected = output(&[&["run", &scene], models, wanted].concat());
+            let expected = good(&[&["run", &scene], models, wanted].concat());
             let file = folder.file("board.bin", board::sent(&scene, files, all).frames.concat());
-            assert_eq!(output(&[&["monitor", path(&file)], wanted].concat()), expected);
+            assert_eq!(good(&[&["monitor", path(&file)], wanted].concat()), expected);
             // Output that was not requested is not printed, even if the board sends it.
             let file = folder.file("board.bin", board::sent(&scene, files, true).frames.concat());
-            assert_eq!(output(&[&["monitor", path(&file)], wanted].concat()), expected);
+            assert_eq!(good(&[&["monitor", path(&file)], wanted].concat()), expected);
             // The scene covers everything that could go wrong: events, lost frames and textures.
             let json = wanted.first() == Some(&"--json");
             assert!(expected.lines().count() > 2, "{expected}");
@@ -147,9 +126,9 @@ fn a_serial_line_is_asked_and_read() {
     wait_for(&mut board, &ALL);
     board.write_all(b"boot: \xFF\x01\x80 115200 8N1\r\n").unwrap();
     board.write_all(&frames.concat()).unwrap();
-    let done = succeeded(monitor.wait_with_output().unwrap());
-    assert_eq!(text(&done.stdout).lines().collect::<Vec<_>>(), lines);
-    let stderr = text(&done.stderr);
+    let done = monitor.wait_with_output().unwrap();
+    assert_eq!(printed(&done).lines().collect::<Vec<_>>(), lines);
+    let stderr = said(&done);
     assert!(
         stderr.contains("test-board 1.2.3: 100x100 Gray at 60 frames per second, baseline of 25 frames"),
         "{stderr}"
@@ -174,8 +153,8 @@ fn a_tcp_connection_is_asked_and_read_to_its_end() {
     // The host repeats its requests when a board starts. If they stayed unread, the connection would end as broken.
     wait_for(&mut board, &ALL[1..]);
     drop(board);
-    let done = succeeded(monitor.wait_with_output().unwrap());
-    let out = text(&done.stdout);
+    let done = monitor.wait_with_output().unwrap();
+    let out = printed(&done);
     let end = lines.pop().unwrap();
     let (events, own_end) = out.trim_end().rsplit_once('\n').unwrap();
     assert_eq!(events.lines().collect::<Vec<_>>(), lines);
@@ -207,9 +186,9 @@ fn garbage_and_damage_cost_what_they_hit_and_no_more() {
     lines
         .retain(|line| ![40, 42, 50].iter().any(|n| line.starts_with(&format!(r#"{{"kind":"features","frame":{n},"#))));
     let file = folder.file("board.bin", [&b"garbage\0\x01\0"[..], &frames.concat()].concat());
-    let done = succeeded(done(&[&["monitor", path(&file)], &WANTED[..]].concat()));
-    assert_eq!(text(&done.stdout).lines().collect::<Vec<_>>(), lines);
-    let stderr = text(&done.stderr);
+    let done = run(&[&["monitor", path(&file)], &WANTED[..]].concat());
+    assert_eq!(printed(&done).lines().collect::<Vec<_>>(), lines);
+    let stderr = said(&done);
     assert_eq!(stderr.matches("wstac: 1 damaged message, 1 message lost\n").count(), 2, "{stderr}");
     assert_eq!(stderr.matches("wstac: 1 message lost\n").count(), 1, "{stderr}");
     // Two damaged messages, and the garbage.
@@ -223,8 +202,8 @@ fn a_host_may_come_in_the_middle() {
     let bytes = frames.concat();
     for start in [1, 1000, bytes.len() / 2, bytes.len() - 900] {
         let file = folder.file("board.bin", &bytes[start..]);
-        let done = succeeded(done(&[&["monitor", path(&file)], &WANTED[..]].concat()));
-        let out = text(&done.stdout);
+        let done = run(&[&["monitor", path(&file)], &WANTED[..]].concat());
+        let out = printed(&done);
         let found: Vec<_> = out.lines().collect();
         // An event has no sample if the host connected after the sample's start.
         let whole = |line: &str| line.split(r#","sample":"#).next().unwrap().trim_end_matches('}').to_owned();
@@ -234,7 +213,7 @@ fn a_host_may_come_in_the_middle() {
             "{out}"
         );
         assert_eq!(found.last(), lines.last().map(String::as_str).as_ref());
-        assert!(!text(&done.stderr).contains("damaged"), "{}", text(&done.stderr));
+        assert!(!said(&done).contains("damaged"), "{}", said(&done));
     }
 }
 
@@ -281,19 +260,16 @@ fn a_device_that_is_gone_is_waited_for() {
 #[test]
 fn what_is_no_board_of_this_version_is_refused() {
     let folder = Folder::new("monitor-refused");
-    let refused = |bytes: &[u8], status: i32, expected: &str| {
-        let file = folder.file("board.bin", bytes);
-        let done = done(&["monitor", path(&file), "--json"]);
-        let stderr = text(&done.stderr);
+    let refused = |bytes: &[u8], expected: &str| {
+        let stderr = refusal(&["monitor", path(&folder.file("board.bin", bytes)), "--json"]);
         assert!(stderr.contains(expected), "{stderr}");
-        assert_eq!(done.status.code(), Some(status), "{stderr}");
     };
-    refused(&[], 1, "has no message");
-    refused(&[0x55; 100], 1, "has no message");
-    refused(b"\x05noise\0".repeat(30).as_slice(), 1, "is it the right port");
+    refused(&[], "has no message");
+    refused(&[0x55; 100], "has no message");
+    refused(b"\x05noise\0".repeat(30).as_slice(), "is it the right port");
     // A message of version 2 with arbitrary content and a correct CRC.
     let newer = [0, 8, 2, 5, 6, 0x0C, 0x5C, 0xD1, 0x68, 0];
-    refused(&newer, 1, "speaks version 2 of the link, expected 1: it is newer than this wstac");
+    refused(&newer, "speaks version 2 of the link, expected 1: it is newer than this wstac");
     for (arguments, status) in [
         (&["monitor"][..], 2),
         (&["monitor", "-", "--baud", "0"], 2),
@@ -303,6 +279,6 @@ fn what_is_no_board_of_this_version_is_refused() {
         (&["monitor", "/no/such/device"], 1),
         (&["monitor", "tcp:nowhere"], 1),
     ] {
-        assert_eq!(done(arguments).status.code(), Some(status), "{arguments:?}");
+        assert_eq!(run(arguments).status.code(), Some(status), "{arguments:?}");
     }
 }

@@ -5,10 +5,8 @@ use std::fs;
 use std::io::Write;
 use std::process::{Command, Output, Stdio};
 
-use wstac_tests::command::wstac;
+use wstac_tests::command::{run, said, wstac};
 use wstac_tests::folder::Folder;
-
-use super::{run, said};
 
 #[test]
 fn what_the_plan_gives_is_no_label() {

@@ -8,26 +8,11 @@ mod stream;
 use std::fs;
 use std::io::Write;
 use std::path::Path;
-use std::process::{Child, ChildStdin, Command, Output, Stdio};
+use std::process::{Child, ChildStdin, Command, Stdio};
 
 use rustix::process::{Pid, Signal, kill_process};
-use wstac_tests::command::wstac;
+use wstac_tests::command::{good, run, said, wstac};
 use wstac_tests::folder::Folder;
-
-pub(crate) fn run(arguments: &[&str]) -> Output {
-    Command::new(wstac()).args(arguments).output().unwrap()
-}
-
-/// Returns the standard output of a command that must succeed.
-fn good(arguments: &[&str]) -> String {
-    let done = run(arguments);
-    assert_eq!(done.status.code(), Some(0), "{arguments:?}: {}", said(&done));
-    String::from_utf8(done.stdout).unwrap()
-}
-
-pub(crate) fn said(done: &Output) -> String {
-    String::from_utf8_lossy(&done.stderr).into_owned()
-}
 
 /// Writes a scene of a slide that loses frames, in this format, and returns its name for `wstac`.
 fn scene(folder: &Folder, format: &str) -> String {

@@ -71,17 +71,11 @@ fn info(format: PixelFormat, bytes_per_row: u32) -> StreamInfo {
         format: "MJPG".into(),
         controls: vec![control("Exposure", true), control("Gain", false)],
     };
-    StreamInfo {
-        size: FrameSize::new(64, 48).unwrap(),
-        format,
-        color: wstac_core::green::ycbcr::YcbcrEncoding::default(),
-        bytes_per_row,
-        rate: FrameRate::new(30_000, 1001).unwrap(),
-        taxels_only: false,
-        about: "a camera".into(),
-        camera: Some(Box::new(camera)),
-        recorded: None,
-    }
+    let (size, rate) = (FrameSize::new(64, 48).unwrap(), FrameRate::new(30_000, 1001).unwrap());
+    let mut info = StreamInfo::new("a camera", size, format, rate);
+    info.bytes_per_row = bytes_per_row;
+    info.camera = Some(Box::new(camera));
+    info
 }
 
 /// Records these events. Returns the events that are read back, and the description of the recorded stream.

@@ -36,7 +36,7 @@ pub(super) struct Case {
     pub(super) fps: (u32, u32),
     pub(super) matrix: String,
     pub(super) range: String,
-    pub(super) yuv: String,
+    pub(super) yuv: YcbcrMethod,
     pub(super) stride: u32,
     pub(super) layout: LayoutOf,
     pub(super) floor_levels: f64,
@@ -214,11 +214,6 @@ impl Case {
             "full" => QuantizationRange::Full,
             other => panic!("range {other}"),
         };
-        let method = match self.yuv.as_str() {
-            "exact" => YcbcrMethod::Exact,
-            "linear" => YcbcrMethod::Linear,
-            other => panic!("yuv {other}"),
-        };
         let size = FrameSize::new(self.width, self.height).unwrap();
         let layout = match &self.layout {
             LayoutOf::Preset { preset } => {
@@ -229,7 +224,7 @@ impl Case {
                 Layout::new(size, *taxel, corners.as_slice().try_into().unwrap()).unwrap()
             }
         };
-        let green = Any::new(self.pixel_format(), YcbcrEncoding { matrix, range }, method);
+        let green = Any::new(self.pixel_format(), YcbcrEncoding { matrix, range }, self.yuv);
         FrameGeometry::with_stride(green, layout, self.rate(), Stride::try_from(self.stride).unwrap())
             .and_then(|camera| camera.with_bytes_per_row(self.bytes_per_line))
             .unwrap()

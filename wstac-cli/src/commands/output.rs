@@ -8,7 +8,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::json::{JsonLine, confidence, no_speed, real, rounded, unclear};
+use wstac_host::json::{JsonLine, confidence, real, rounded};
 use wstac_host::output::{DisturbedBaseline, Output, TactileEvent};
 use wstac_host::plural::counted;
 use wstac_host::source::LossReason;
@@ -218,16 +218,16 @@ fn text_of_event(line: &mut String, event: &TactileEvent) -> fmt::Result {
         }
         (Err(why), Some(most)) => {
             let extrapolated = if most.extrapolated { "extrapolated; " } else { "" };
-            write!(line, "speed at most {:.0} mm/s ({extrapolated}{})", rounded(most.mm_s), no_speed(why))?;
+            write!(line, "speed at most {:.0} mm/s ({extrapolated}{})", rounded(most.mm_s), why.as_str())?;
         }
-        (Err(why), None) => write!(line, "no speed ({})", no_speed(why))?,
+        (Err(why), None) => write!(line, "no speed ({})", why.as_str())?,
     }
     match event.direction.heading {
         Ok(heading) => {
             let (degrees, confidence) = (heading.degrees(), confidence(event.direction));
             write!(line, ", direction {degrees}° (confidence {confidence:.2})")?;
         }
-        Err(why) => write!(line, ", no direction ({})", unclear(why))?,
+        Err(why) => write!(line, ", no direction ({})", why.as_str())?,
     }
     if let Some(texture) = &event.texture {
         line.write_str(", texture ")?;

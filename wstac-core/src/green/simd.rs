@@ -51,6 +51,25 @@ pub(super) struct Places {
     pub(super) last: [u32; 4],
 }
 
+/// Vectors after which the bytes of any period repeat.
+pub(super) const MASKS: usize = 3;
+
+/// Selects the bytes at `PLACE` of every `PERIOD` in vectors of `N` bytes.
+pub(super) struct Selected<const N: usize, const PERIOD: usize, const PLACE: usize>;
+
+impl<const N: usize, const PERIOD: usize, const PLACE: usize> Selected<N, PERIOD, PLACE> {
+    /// Masks of the first three vectors of a row. Later vectors repeat them.
+    pub(super) const MASKS: [[u8; N]; MASKS] = {
+        let mut masks = [[0; N]; MASKS];
+        let mut at = PLACE;
+        while at < N * MASKS {
+            masks[at / N][at % N] = u8::MAX;
+            at += PERIOD;
+        }
+        masks
+    };
+}
+
 /// A block whose rows are at least one vector of `N` bytes wide.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Wide<'a, const N: usize>(Block<'a>);

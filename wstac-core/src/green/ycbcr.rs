@@ -337,10 +337,11 @@ mod vectors {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    const COLORS: [YcbcrEncoding; 4] = [
+    /// Every encoding.
+    pub(in crate::green) const COLORS: [YcbcrEncoding; 4] = [
         YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Limited },
         YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Full },
         YcbcrEncoding { matrix: YcbcrMatrix::Bt709, range: QuantizationRange::Limited },

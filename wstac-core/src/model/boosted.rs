@@ -87,30 +87,10 @@ impl<'a> Boosted<'a> {
         if all != header.trees as u32 {
             return Err(ModelError::Header { half: 11, found: header.trees });
         }
-        let mut at = trees;
-        while all > 0 {
-            let (start, end) = match trees::bounds(words, at, header.labels, header.shift) {
-                Ok(bounds) => bounds,
-                Err(error) => return Err(error),
-            };
-            if let Err(error) = trees::check(words, start, end, header.shift, header.inputs(), leaves) {
-                return Err(error);
-            }
-            at = end;
-            all -= 1;
-        }
-        if at != header.labels {
-            return Err(ModelError::Part(at as u32));
+        if let Err(error) = trees::check(words, trees, &header, leaves) {
+            return Err(error);
         }
         Ok(Self { words, labels: Labels::new(words, &header), header, scores: scores as u8, trees, floats })
-    }
-
-    /// Returns the class of a sample; if several have the highest score, the lowest of them.
-    ///
-    /// A sample is 700 features in units of 2^-11, frame by frame ([`crate::sample::Sample::flat`]).
-    #[inline(always)]
-    pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
-        self.decide::<true>(sample)
     }
 
     /// Returns the class of a sample, either by the fast kernel or by plain code.

@@ -65,31 +65,10 @@ impl<'a> Forest<'a> {
         }
         let trees = table + length;
         let leaves = Leaves::Votes { classes: header.classes as u16, words, table, end: trees, unit };
-        let mut at = trees;
-        let mut tree = 0;
-        while tree < header.trees {
-            let (start, end) = match trees::bounds(words, at, header.labels, header.shift) {
-                Ok(bounds) => bounds,
-                Err(error) => return Err(error),
-            };
-            if let Err(error) = trees::check(words, start, end, header.shift, header.inputs(), leaves) {
-                return Err(error);
-            }
-            at = end;
-            tree += 1;
-        }
-        if at != header.labels {
-            return Err(ModelError::Part(at as u32));
+        if let Err(error) = trees::check(words, trees, &header, leaves) {
+            return Err(error);
         }
         Ok(Self { words, labels: Labels::new(words, &header), header, unit, table, trees })
-    }
-
-    /// Returns the class of a sample; if several have most votes, the lowest of them.
-    ///
-    /// A sample is 700 features in units of 2^-11, frame by frame ([`crate::sample::Sample::flat`]).
-    #[inline(always)]
-    pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
-        self.decide::<true>(sample)
     }
 
     /// Returns the class of a sample, either by the fast kernel or by plain code.

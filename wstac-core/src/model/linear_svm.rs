@@ -92,14 +92,6 @@ impl<'a> LinearSvm<'a> {
         Ok(Self { labels: Labels::new(words, &header), header, biases, weights, fits_32_bits })
     }
 
-    /// Returns the class of a sample: 0 to the number of [`labels`](Self::labels) less one.
-    ///
-    /// A sample is 700 features in units of 2^-11, frame by frame ([`crate::sample::Sample::flat`]).
-    #[inline(always)]
-    pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
-        self.decide::<true>(sample)
-    }
-
     /// Returns the class of a sample, either by packed instructions or by plain code.
     #[inline(always)]
     pub(super) fn decide<const FAST: bool>(&self, sample: &[i16; INPUTS]) -> u8 {

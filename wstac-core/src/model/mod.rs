@@ -36,6 +36,15 @@ macro_rules! common {
                 Self::from_words(bytes::words(bytes)?)
             }
 
+            /// Returns the class of a sample: 0 to the number of [`labels`](Self::labels) less one. If several are
+            /// equally good, it is the lowest of them.
+            ///
+            /// A sample is 700 features in units of 2^-11, frame by frame ([`crate::sample::Sample::flat`]).
+            #[inline(always)]
+            pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
+                self.decide::<true>(sample)
+            }
+
             /// Returns the names of the classes.
             pub const fn labels(&self) -> Labels<'a> {
                 self.labels

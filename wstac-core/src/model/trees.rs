@@ -17,7 +17,7 @@
 //! no offset follows its parent. Offsets count from their node in units of 2^shift halves. A right child follows the
 //! left subtree, with less than a unit of padding, and so does the next tree. Leaves are one half, or two (float32).
 
-use super::file::{ModelError, half, long};
+use super::file::{Header, ModelError, half, long};
 
 /// The left child is a leaf.
 pub const LEFT_LEAF: u16 = 1 << 15;
@@ -68,9 +68,26 @@ pub(super) enum Leaves<'a> {
     },
 }
 
+/// Checks all trees of a file, from the half `at` to the labels.
+pub(super) const fn check(words: &[u32], mut at: usize, header: &Header, leaves: Leaves<'_>) -> Result<(), ModelError> {
+    let mut tree = 0;
+    while tree < header.trees {
+        let (start, end) = match bounds(words, at, header.labels, header.shift) {
+            Ok(bounds) => bounds,
+            Err(error) => return Err(error),
+        };
+        if let Err(error) = check_tree(words, start, end, header.shift, header.inputs(), leaves) {
+            return Err(error);
+        }
+        at = end;
+        tree += 1;
+    }
+    if at == header.labels { Ok(()) } else { Err(ModelError::Part(at as u32)) }
+}
+
 /// Checks a tree whose nodes are the halves `start..end`. Every node is reached once, every child is a node or a leaf,
 /// features are below `inputs`, and leaves are as `leaves` says.
-pub(super) const fn check(
+const fn check_tree(
     words: &[u32],
     start: usize,
     end: usize,

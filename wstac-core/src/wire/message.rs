@@ -90,7 +90,7 @@ pub enum Message<'a> {
 
 /// The description of a board.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
+// It is exhaustive: another field would be another version of the link.
 pub struct Hello<'a> {
     /// The name of the firmware.
     #[serde(borrow)]
@@ -111,21 +111,6 @@ pub struct Hello<'a> {
     /// The number of the next frame: 0 if the board has just started.
     #[serde(serialize_with = "super::numbers::long")]
     pub frame: u64,
-}
-
-impl<'a> Hello<'a> {
-    /// Creates the description of a board that has just started and has no texture models.
-    #[inline(always)]
-    pub const fn new(
-        firmware: Text<'a, 31>,
-        version: Text<'a, 31>,
-        size: FrameSize,
-        format: PixelFormat,
-        rate: FrameRate,
-        trigger: TriggerConfig,
-    ) -> Self {
-        Self { firmware, version, size, format, rate, trigger, models: [None; 3], frame: 0 }
-    }
 }
 
 /// A texture model of a board.

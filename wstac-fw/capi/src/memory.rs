@@ -118,6 +118,24 @@ pub(crate) unsafe fn borrowed<'a, T>(from: *const T) -> Result<&'a T, WstacFwSta
     Ok(unsafe { &*from })
 }
 
+/// Returns the bytes that a caller provides.
+///
+/// # Errors
+/// Returns a status if the address is null, or if no memory holds so many bytes.
+///
+/// # Safety
+/// `bytes` is null, or `length` bytes that no code changes meanwhile.
+pub(crate) unsafe fn bytes<'a>(bytes: *const u8, length: usize) -> Result<&'a [u8], WstacFwStatus> {
+    if bytes.is_null() {
+        return Err(WstacFwStatus::Null);
+    }
+    if isize::try_from(length).is_err() {
+        return Err(WstacFwStatus::Memory);
+    }
+    // SAFETY: it is not null, and `length` bytes (the caller), which are at most half of all addresses.
+    Ok(unsafe { core::slice::from_raw_parts(bytes, length) })
+}
+
 /// Checks that there is a place for a `T`.
 ///
 /// # Errors

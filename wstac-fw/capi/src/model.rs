@@ -1,14 +1,13 @@
 //! Texture models, from the bytes of their files.
 
 use core::ffi::c_char;
-use core::slice;
 
 use wstac_core::model::Model;
 use wstac_core::model::file::{INPUTS, Task};
 use wstac_core::model::labels::LONGEST_LABEL;
 use wstac_core::texture::texture;
 
-use crate::memory::{Memory, borrowed, fits, give, place, set_up, value};
+use crate::memory::{Memory, borrowed, bytes, fits, give, place, set_up, value};
 use crate::status::{WstacFwStatus, status};
 
 /// The number of bytes of a model.
@@ -76,14 +75,8 @@ pub unsafe extern "C" fn wstac_fw_model_init(
     length: usize,
 ) -> WstacFwStatus {
     let make = || {
-        if bytes.is_null() {
-            return Err(WstacFwStatus::Null);
-        }
-        if isize::try_from(length).is_err() {
-            return Err(WstacFwStatus::Memory);
-        }
-        // SAFETY: there are `length` bytes that stay (the caller), and the address is not null.
-        let bytes = unsafe { slice::from_raw_parts(bytes, length) };
+        // SAFETY: there are `length` bytes that stay (the caller).
+        let bytes = unsafe { self::bytes(bytes, length) }?;
         Ok(Model::from_bytes(bytes)?)
     };
     // SAFETY: the caller guarantees it.

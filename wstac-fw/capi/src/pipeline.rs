@@ -1,7 +1,5 @@
 //! A pipeline in the caller's memory, which takes frames or stripes.
 
-use core::slice;
-
 use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::error::FrameError;
 use wstac_core::features::Features;
@@ -17,7 +15,7 @@ use wstac_core::taxels::FrameGeometry;
 use wstac_core::trigger::{Event, InterruptedSample};
 
 use crate::format::{Chosen, WstacFwFormat};
-use crate::memory::{Memory, borrowed, fits, set_up, value_mut};
+use crate::memory::{Memory, borrowed, bytes, fits, set_up, value_mut};
 use crate::status::{WstacFwStatus, status};
 
 /// Bytes of a pipeline.
@@ -218,19 +216,17 @@ pub unsafe extern "C" fn wstac_fw_init(
     status(unsafe { set_up(pipeline, size, make) })
 }
 
-/// Returns the bytes that a caller provides.
+/// Runs a call on a pipeline.
 ///
 /// # Safety
-/// `bytes` is null, or `length` bytes that no code changes meanwhile.
-unsafe fn bytes<'a>(bytes: *const u8, length: usize) -> Result<&'a [u8], WstacFwStatus> {
-    if bytes.is_null() {
-        return Err(WstacFwStatus::Null);
-    }
-    if isize::try_from(length).is_err() {
-        return Err(WstacFwStatus::Memory);
-    }
-    // SAFETY: it is not null, and `length` bytes (the caller), which are at most half of all addresses.
-    Ok(unsafe { slice::from_raw_parts(bytes, length) })
+/// `pipeline` is null or a pipeline's memory.
+#[inline]
+pub(crate) unsafe fn with(
+    pipeline: *mut WstacFwPipeline,
+    call: impl FnOnce(&mut State) -> Result<WstacFwStatus, WstacFwStatus>,
+) -> WstacFwStatus {
+    // SAFETY: the caller guarantees it.
+    status(unsafe { value_mut(pipeline) }.and_then(call))
 }
 
 /// Takes a whole frame. Returns WSTAC_FW_STATUS_EVENT if it completes an event.
@@ -245,14 +241,13 @@ pub unsafe extern "C" fn wstac_fw_push_frame(
     frame: *const u8,
     length: usize,
 ) -> WstacFwStatus {
-    let push = || {
-        // SAFETY: the caller guarantees it.
-        let state = unsafe { value_mut(pipeline) }?;
+    let push = |state: &mut State| {
         // SAFETY: the caller guarantees it.
         let frame = unsafe { bytes(frame, length) }?;
         state.push(|pipeline| pipeline.push_frame(frame))
     };
-    status(push())
+    // SAFETY: the caller guarantees it.
+    unsafe { with(pipeline, push) }
 }
 
 /// Takes the next rows of a frame, as a DMA delivers them. Returns WSTAC_FW_STATUS_EVENT if they complete an event.
@@ -267,14 +262,13 @@ pub unsafe extern "C" fn wstac_fw_push_stripe(
     rows: *const u8,
     length: usize,
 ) -> WstacFwStatus {
-    let push = || {
-        // SAFETY: the caller guarantees it.
-        let state = unsafe { value_mut(pipeline) }?;
+    let push = |state: &mut State| {
         // SAFETY: the caller guarantees it.
         let rows = unsafe { bytes(rows, length) }?;
         state.push(|pipeline| pipeline.push_stripe(rows))
     };
-    status(push())
+    // SAFETY: the caller guarantees it.
+    unsafe { with(pipeline, push) }
 }
 
 /// Forgets the rows of a frame whose rest will not arrive, and counts it as lost.
@@ -285,12 +279,8 @@ pub unsafe extern "C" fn wstac_fw_push_stripe(
 /// `pipeline` is null or a pipeline's memory.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_fw_abandon_frame(pipeline: *mut WstacFwPipeline) -> WstacFwStatus {
-    let abandon = || {
-        // SAFETY: the caller guarantees it.
-        let state = unsafe { value_mut(pipeline) }?;
-        state.push(|pipeline| Ok(pipeline.abandon_frame()))
-    };
-    status(abandon())
+    // SAFETY: the caller guarantees it.
+    unsafe { with(pipeline, |state| state.push(|pipeline| Ok(pipeline.abandon_frame()))) }
 }
 
 /// Keeps the place of lost camera frames in time.
@@ -302,12 +292,8 @@ pub unsafe extern "C" fn wstac_fw_abandon_frame(pipeline: *mut WstacFwPipeline) 
 /// `pipeline` is null or a pipeline's memory.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_fw_push_lost(pipeline: *mut WstacFwPipeline, frames: u64) -> WstacFwStatus {
-    let lose = || {
-        // SAFETY: the caller guarantees it.
-        let state = unsafe { value_mut(pipeline) }?;
-        state.push(|pipeline| Ok(pipeline.push_lost(frames)))
-    };
-    status(lose())
+    // SAFETY: the caller guarantees it.
+    unsafe { with(pipeline, |state| state.push(|pipeline| Ok(pipeline.push_lost(frames)))) }
 }
 
 /// Ends the stream. Returns WSTAC_FW_STATUS_EVENT if frames that were lost at its very end complete an event.
@@ -318,10 +304,6 @@ pub unsafe extern "C" fn wstac_fw_push_lost(pipeline: *mut WstacFwPipeline, fram
 /// `pipeline` is null or a pipeline's memory.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_fw_finish(pipeline: *mut WstacFwPipeline) -> WstacFwStatus {
-    let finish = || {
-        // SAFETY: the caller guarantees it.
-        let state = unsafe { value_mut(pipeline) }?;
-        state.finish()
-    };
-    status(finish())
+    // SAFETY: the caller guarantees it.
+    unsafe { with(pipeline, State::finish) }
 }

@@ -6,7 +6,6 @@
 #![no_main]
 
 use cortex_m_rt::entry;
-use wstac_core::error::Error;
 use wstac_core::rate::FrameRate;
 use wstac_core::wire::{self, Decoder, Message, Received, Request};
 use wstac_fw::emulated::bench::{LAYOUT, SPEED};
@@ -38,14 +37,15 @@ impl Outlet for Link {
 #[entry]
 fn main() -> ! {
     match run() {
-        Ok(()) => host::done(),
-        Err(_) => host::fail("the configuration does not fit frames of 400 x 400\n"),
+        Some(()) => host::done(),
+        None => host::fail("the configuration does not fit frames of 400 x 400\n"),
     }
 }
 
-fn run() -> Result<(), Error> {
+/// Answers until the frames end; `None` if the configuration does not fit them.
+fn run() -> Option<()> {
     let frames = File::open(b"frames\0");
-    let mut reader = Reader::new(LAYOUT, LAYOUT.frame(), FrameRate::NOMINAL, SPEED)?;
+    let mut reader = Reader::new(LAYOUT, LAYOUT.frame(), FrameRate::NOMINAL, SPEED).ok()?;
     Clock::tick();
     let mut link = Link { uart: Uart::start(), sequence: 0 };
     let mut decoder = Decoder::<16>::new();
@@ -57,11 +57,11 @@ fn run() -> Result<(), Error> {
                 reader.answer(message, &mut link);
             }
         }
-        reader.rows(&stripe, &mut link)?;
+        reader.rows(&stripe, &mut link).ok()?;
         while reader.send_held(&mut link) {}
     }
     reader.finish(&mut link);
     let stack = (stack::deepest() - size_of_val(&stripe)) as u32;
     File::create(b"stack\0").write(&[stack as i16, (stack >> 16) as i16]);
-    Ok(())
+    Some(())
 }

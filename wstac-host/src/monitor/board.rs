@@ -8,8 +8,9 @@ use wstac_core::trigger::{InterruptedSample, StreamEnd};
 use wstac_core::wire::{Answers, Fault, Hello, Message, ModelFacts, SAMPLE_PART, TextureAnswer};
 
 use super::Report;
-use super::progress::Progress;
-use crate::output::{DisturbedBaseline, EarlyTexture, FrameFeatures, Output, OutputOptions, TactileEvent};
+use crate::output::{
+    DisturbedBaseline, EarlyTexture, FrameFeatures, Output, OutputOptions, StreamSummary, TactileEvent,
+};
 use crate::plural::counted;
 use crate::texture::Texture;
 
@@ -18,7 +19,8 @@ use crate::texture::Texture;
 pub(super) struct Board {
     wanted: OutputOptions,
     sample: Parts,
-    progress: Progress,
+    /// The stream's state as the messages show it. It serves an end that the board does not report.
+    progress: StreamSummary,
     /// Whether it has described itself.
     known: bool,
     baseline_said: bool,
@@ -27,7 +29,7 @@ pub(super) struct Board {
 
 impl Board {
     pub(super) fn new(wanted: OutputOptions) -> Self {
-        let (sample, progress) = (Parts::default(), Progress::default());
+        let (sample, progress) = (Parts::default(), StreamSummary::default());
         Self { wanted, sample, progress, known: false, baseline_said: false, ended: false }
     }
 
@@ -38,7 +40,20 @@ impl Board {
 
     /// Returns the end record for a board that gives none.
     pub(super) fn finish(&self) -> Output {
-        Output::End(self.progress.end())
+        Output::End(self.progress)
+    }
+
+    /// Notes that this many frames have passed.
+    fn reach(&mut self, frames: u64) {
+        self.progress.frames = self.progress.frames.max(frames);
+    }
+
+    /// Notes a sample that was being captured until this many frames had passed, or that begins there. The baseline is
+    /// complete then.
+    fn contact(&mut self, frames: u64, incomplete: Option<InterruptedSample>) {
+        self.reach(frames);
+        self.progress.baseline_complete = true;
+        self.progress.incomplete = incomplete;
     }
 
     /// Takes a message and hands everything that follows from it to `give`.
@@ -53,7 +68,7 @@ impl Board {
         match message {
             Message::Hello(hello) => self.hello(hello, first, give),
             Message::Features { frame, features } => {
-                self.progress.reach(frame.saturating_add(1));
+                self.reach(frame.saturating_add(1));
                 let record = Output::Features(FrameFeatures { frame: *frame, features: *features });
                 if self.wanted.features { give(Report::Output(record)) } else { Ok(()) }
             }
@@ -64,17 +79,17 @@ impl Board {
             Message::Event(answers) => self.event(answers, give),
             Message::Texture { frame, frames, texture } => {
                 let so_far = InterruptedSample::new(*frame, *frames);
-                self.progress.contact(frame.saturating_add(u64::from(*frames)), Some(so_far));
+                self.contact(frame.saturating_add(u64::from(*frames)), Some(so_far));
                 let texture = Texture::of(texture.task, texture.label.to_string());
                 let (frame, frames) = (*frame, *frames);
                 give(Report::Output(Output::EarlyTexture(EarlyTexture { frame, frames, texture })))
             }
             Message::InterruptedSample(sample) => {
-                self.progress.contact(sample.frame.saturating_add(u64::from(sample.frames)), None);
+                self.contact(sample.frame.saturating_add(u64::from(sample.frames)), None);
                 give(Report::Output(Output::Interrupted(*sample)))
             }
             Message::Lost { frames } => {
-                self.progress.drop(*frames);
+                self.progress.dropped = self.progress.dropped.saturating_add(*frames);
                 give(Report::Note(format!("{} lost by the board", counted(*frames, "frame"))))
             }
             Message::Fault(fault) => give(Report::Note(format!("the board: {}", fault_in_words(fault)))),
@@ -99,7 +114,7 @@ impl Board {
         if hello.frame == 0 {
             // At frame 0, a board that was asked sends the same as one that starts. If frames were seen before, they
             // are gone: that proves a start whose first message was lost.
-            let back = self.progress.any();
+            let back = self.progress.frames > 0;
             if first || back {
                 *self = Self { known: true, ..Self::new(self.wanted) };
             }
@@ -109,12 +124,12 @@ impl Board {
             // It does no harm to send the request once too often.
             give(Report::Started)?;
         }
-        self.progress.reach(hello.frame);
+        self.reach(hello.frame);
         if again { Ok(()) } else { give(Report::Note(hello_in_words(hello))) }
     }
 
     fn event<E>(&mut self, answers: &Answers<'_>, give: &mut impl FnMut(Report) -> Result<(), E>) -> Result<(), E> {
-        self.progress.contact(answers.frame.saturating_add(SAMPLE_FRAMES as u64), None);
+        self.contact(answers.frame.saturating_add(SAMPLE_FRAMES as u64), None);
         let in_words = |answer: &TextureAnswer<'_>| (answer.task, answer.label.to_string());
         let texture = Texture::of_all(answers.textures.iter().flatten().map(in_words).collect());
         let sample = self.sample.of(answers.frame).filter(|_| self.wanted.samples);
@@ -130,7 +145,7 @@ impl Board {
         dropped: u64,
         give: &mut impl FnMut(Report) -> Result<(), E>,
     ) -> Result<(), E> {
-        self.progress.set(stream, dropped);
+        self.progress = StreamSummary::new(*stream, dropped);
         if !stream.baseline_complete || stream.baseline_quiet || std::mem::replace(&mut self.baseline_said, true) {
             return Ok(());
         }

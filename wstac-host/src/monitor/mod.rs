@@ -2,7 +2,6 @@
 
 mod board;
 pub mod port;
-mod progress;
 
 use wstac_core::wire::{DecodeError, Decoder, Message, VERSION};
 

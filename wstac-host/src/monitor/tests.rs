@@ -15,12 +15,16 @@ use super::*;
 use crate::output::StreamSummary;
 
 fn hello(frame: u64) -> Message<'static> {
-    let size = FrameSize::new(320, 240).unwrap();
-    let rate = FrameRate::new(30_000, 1001).unwrap();
-    let (firmware, version) = (Text::new("board"), Text::new("1"));
-    let mut hello = Hello::new(firmware, version, size, PixelFormat::Gray, rate, TriggerConfig::default());
-    hello.frame = frame;
-    Message::Hello(hello)
+    Message::Hello(Hello {
+        firmware: Text::new("board"),
+        version: Text::new("1"),
+        size: FrameSize::new(320, 240).unwrap(),
+        format: PixelFormat::Gray,
+        rate: FrameRate::new(30_000, 1001).unwrap(),
+        trigger: TriggerConfig::default(),
+        models: [None; 3],
+        frame,
+    })
 }
 
 fn event(frame: u64) -> Message<'static> {

@@ -118,15 +118,10 @@ impl About {
         let camera: Option<CameraState> =
             text(CAMERA, JSON).map(|camera| serde_json::from_str(camera)).transpose().map_err(in_record(CAMERA))?;
         let info = StreamInfo {
-            size: stream.size,
-            format: stream.format,
             color: stream.color,
             bytes_per_row: stream.bytes_per_row,
-            rate: stream.rate,
-            taxels_only: false,
-            about: stream.about,
             camera: camera.map(Box::new),
-            recorded: None,
+            ..StreamInfo::new(stream.about, stream.size, stream.format, stream.rate)
         };
         Ok(Some(Self {
             info,

@@ -63,22 +63,12 @@ fn is_blue_first(info: &StreamInfo) -> bool {
 mod tests {
     use super::*;
     use wstac_core::green::bayer::BayerOrder;
-    use wstac_core::green::ycbcr::YcbcrEncoding;
     use wstac_core::layout::FrameSize;
     use wstac_core::rate::FrameRate;
 
     fn of(format: PixelFormat, bytes_per_row: u32) -> (Shape, usize) {
-        let info = StreamInfo {
-            size: FrameSize::new(40, 40).unwrap(),
-            format,
-            color: YcbcrEncoding::default(),
-            bytes_per_row,
-            rate: FrameRate::NOMINAL,
-            taxels_only: false,
-            about: String::new(),
-            camera: None,
-            recorded: None,
-        };
+        let size = FrameSize::new(40, 40).unwrap();
+        let info = StreamInfo { bytes_per_row, ..StreamInfo::new("", size, format, FrameRate::NOMINAL) };
         (shape(&info), frame_bytes(&info))
     }
 

@@ -348,27 +348,3 @@ impl SessionBuilder {
         Ok(Session { source, processor, waiting, error: None, is_over: false, lag })
     }
 }
-
-/// Reads a source to its end or to its first error, and always emits the summary.
-///
-/// # Errors
-/// The source fails or `emit` returns an error. If the source fails, the summary is emitted first.
-pub fn run<E: From<Error>>(
-    source: &mut dyn Source,
-    processor: &mut Processor,
-    mut emit: impl FnMut(Output) -> Result<(), E>,
-) -> Result<(), E> {
-    loop {
-        match source.next_event() {
-            Ok(event) => {
-                if !processor.process(&event, &mut emit)? {
-                    return Ok(());
-                }
-            }
-            Err(error) => {
-                processor.finish(&mut emit)?;
-                return Err(error.into());
-            }
-        }
-    }
-}

@@ -8,7 +8,6 @@ mod picture;
 
 use std::path::{Path, PathBuf};
 
-use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::rate::FrameRate;
 
 use self::picture::{Picture, Problem, Shape};
@@ -52,15 +51,8 @@ impl PngFolder {
             if fps.is_none() { " (assumed: state another with --fps)" } else { "" }
         );
         let info = StreamInfo {
-            size: shape.size,
-            format: shape.format(),
-            color: YcbcrEncoding::default(),
             bytes_per_row: shape.bytes_per_row(),
-            rate,
-            taxels_only: false,
-            about,
-            camera: None,
-            recorded: None,
+            ..StreamInfo::new(about, shape.size, shape.format(), rate)
         };
         let model = first.file_name().unwrap_or_default().display().to_string();
         Ok(Self { info, shape, model, files: files.into_iter(), decoded: Vec::new(), frame: Vec::new() })

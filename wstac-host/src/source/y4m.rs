@@ -134,15 +134,9 @@ impl Y4m {
             if header.is_range_assumed { "; no range is stated: limited, unless --range says full" } else { "" }
         );
         let info = StreamInfo {
-            size: header.size,
-            format: header.format,
             color: header.color,
             bytes_per_row: bytes_per_row as u32,
-            rate: header.rate,
-            taxels_only: false,
-            about,
-            camera: None,
-            recorded: None,
+            ..StreamInfo::new(about, header.size, header.format, header.rate)
         };
         Ok(Self { info, reader, frame_bytes, frame: 0, ended: false })
     }

@@ -4,7 +4,6 @@ use std::sync::atomic::AtomicUsize;
 use std::time::Duration;
 
 use wstac_core::green::any::PixelFormat;
-use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::layout::FrameSize;
 use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
@@ -146,17 +145,9 @@ enum Shown {
 }
 
 fn played(format: PixelFormat, items: Vec<Shown>, camera: bool) -> Played {
-    let info = StreamInfo {
-        size: FrameSize::new(400, 400).unwrap(),
-        format,
-        color: YcbcrEncoding::default(),
-        bytes_per_row: if format == PixelFormat::Y16 { 800 } else { 400 },
-        rate: FrameRate::NOMINAL,
-        taxels_only: matches!(items.first(), Some(Shown::Sums(_))),
-        about: "played".into(),
-        camera: camera.then(Box::<CameraState>::default),
-        recorded: None,
-    };
+    let mut info = StreamInfo::new("played", FrameSize::new(400, 400).unwrap(), format, FrameRate::NOMINAL);
+    info.taxels_only = matches!(items.first(), Some(Shown::Sums(_)));
+    info.camera = camera.then(Box::<CameraState>::default);
     Played {
         info,
         items: items.into_iter(),

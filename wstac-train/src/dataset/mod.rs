@@ -15,8 +15,8 @@ use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::output::{Output, OutputOptions, SampleFrames};
-use wstac_host::session::Processor;
+use wstac_host::output::{Output, OutputOptions, SampleFrames, TactileEvent};
+use wstac_host::session::Session;
 use wstac_host::source::Source;
 use wstac_scene::SceneConfig;
 use wstac_scene::source::SceneSource;
@@ -38,6 +38,12 @@ pub struct Facts {
     pub duration: Option<u8>,
 }
 
+impl Facts {
+    fn of(event: &TactileEvent) -> Self {
+        Self { reliable: event.reliable, duration: event.lit_frames.filter(|_| !event.is_cut_off()) }
+    }
+}
+
 /// The result of a slide.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {
@@ -56,29 +62,20 @@ pub enum Outcome {
 /// # Errors
 /// The scene cannot be created, or does not fit the configuration.
 pub fn sample(script: &SceneConfig, config: &Config) -> Result<Outcome, Error> {
-    let (mut source, mut processor) = stream(script, config)?;
-    let mut first = None;
-    // The rest of the scene after the first event does not matter.
-    while first.is_none() {
-        let goes_on = processor.process(&source.next_event()?, |output| {
-            let outcome = match output {
-                Output::Event(event) => {
-                    let duration = event.lit_frames.filter(|_| !event.is_cut_off());
-                    let facts = Facts { reliable: event.reliable, duration };
-                    event.sample.as_deref().map(by_feature).map(|sample| Outcome::Sample(sample, facts))
+    for output in session(SceneSource::new(script)?, config)? {
+        // The rest of the scene after the first event does not matter.
+        match output? {
+            Output::Event(event) => {
+                if let Some(sample) = event.sample.as_deref() {
+                    return Ok(Outcome::Sample(by_feature(sample), Facts::of(&event)));
                 }
-                Output::Interrupted(_) => Some(Outcome::Incomplete),
-                Output::End(end) => end.incomplete.map(|_| Outcome::Incomplete),
-                _ => None,
-            };
-            first = first.take().or(outcome);
-            Ok::<(), Error>(())
-        })?;
-        if !goes_on {
-            break;
+            }
+            Output::Interrupted(_) => return Ok(Outcome::Incomplete),
+            Output::End(end) if end.incomplete.is_some() => return Ok(Outcome::Incomplete),
+            _ => {}
         }
     }
-    Ok(first.unwrap_or(Outcome::NoEvent))
+    Ok(Outcome::NoEvent)
 }
 
 /// Checks that a scene can be created and fits the configuration, without computing its frames.
@@ -86,13 +83,13 @@ pub fn sample(script: &SceneConfig, config: &Config) -> Result<Outcome, Error> {
 /// # Errors
 /// [`sample`] would fail.
 pub fn check(script: &SceneConfig, config: &Config) -> Result<(), Error> {
-    stream(script, config).map(drop)
+    session(SceneSource::new(script)?, config).map(drop)
 }
 
-fn stream(script: &SceneConfig, config: &Config) -> Result<(SceneSource, Processor), Error> {
-    let source = SceneSource::new(script)?;
-    let processor = Processor::new(source.info(), config, OutputOptions { samples: true, features: false })?;
-    Ok((source, processor))
+/// Returns a session that gives the samples of a source's events.
+fn session(source: impl Source + 'static, config: &Config) -> Result<Session, Error> {
+    let wanted = OutputOptions { samples: true, features: false };
+    Session::builder(source).config(config.clone()).outputs(wanted).build()
 }
 
 /// Returns a sample feature by feature instead of frame by frame.

@@ -6,15 +6,13 @@ use std::path::{Path, PathBuf};
 
 use wstac_core::rate::FrameRate;
 
-use super::{Facts, Sample, by_feature};
+use super::{Facts, Sample, by_feature, session};
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::output::{Output, OutputOptions};
+use wstac_host::output::Output;
 use wstac_host::plural::counted;
 use wstac_host::record::about::About;
-use wstac_host::session::Processor;
 use wstac_host::source::Labels;
-use wstac_host::source::Source;
 use wstac_host::source::mcap::McapSource;
 use wstac_host::texture::pattern_and_depth;
 
@@ -92,34 +90,25 @@ pub fn find(sources: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
 /// # Errors
 /// The recording cannot be read, its labels cannot be used, or the configuration does not fit it.
 pub fn read(path: &Path, config: Option<&Config>) -> Result<Recording, Error> {
-    let mut source = McapSource::open(path, None)?;
+    let source = McapSource::open(path, None)?;
     let about = source.about().clone();
     let name = path.display().to_string();
     let own = || Config::parse(&about.configuration).map_err(|error| error.about(&name));
     let config = config.cloned().map_or_else(own, Ok)?;
     let recording = labeled(&name, &about.labels, &about, config);
     let mut recording = recording.map_err(|message| Error::new(ErrorKind::Data, &name, message))?;
-    let wanted = OutputOptions { samples: true, features: false };
-    let mut processor = Processor::new(source.info(), &recording.config, wanted)?;
-    let (samples, incomplete) = (&mut recording.samples, &mut recording.incomplete);
-    loop {
-        let goes_on = processor.process(&source.next_event()?, |output| {
-            match output {
-                Output::Event(event) => {
-                    let duration = event.lit_frames.filter(|_| !event.is_cut_off());
-                    let facts = Facts { reliable: event.reliable, duration };
-                    samples.extend(event.sample.as_deref().map(|sample| (event.frame, by_feature(sample), facts)));
-                }
-                Output::Interrupted(_) => *incomplete += 1,
-                Output::End(end) => *incomplete += u64::from(end.incomplete.is_some()),
-                _ => {}
+    for output in session(source, &recording.config)? {
+        match output? {
+            Output::Event(event) => {
+                let sample = event.sample.as_deref().map(by_feature);
+                recording.samples.extend(sample.map(|sample| (event.frame, sample, Facts::of(&event))));
             }
-            Ok::<(), Error>(())
-        })?;
-        if !goes_on {
-            return Ok(recording);
+            Output::Interrupted(_) => recording.incomplete += 1,
+            Output::End(end) => recording.incomplete += u64::from(end.incomplete.is_some()),
+            _ => {}
         }
     }
+    Ok(recording)
 }
 
 /// Names of the labels that a data set uses.
@@ -247,6 +236,7 @@ pub fn for_tests(recordings: &[Recording], share: f64) -> Vec<bool> {
 mod tests {
     use super::*;
     use wstac_host::camera::{CameraState, LockedControl};
+    use wstac_host::source::Source;
     use wstac_scene::source::SceneSource;
 
     fn recording(name: &str, specimen: &str, configuration: &str, change: impl Fn(&mut About)) -> Recording {

@@ -103,20 +103,17 @@ fn a_sweep_gives_the_same_samples_everywhere() {
 #[test]
 fn a_sample_is_that_of_the_first_event() {
     let script = SceneConfig::from_toml("s", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"").unwrap();
-    let mut source = SceneSource::new(&script).unwrap();
     let config = Config::default();
     let wanted = OutputOptions { features: true, samples: false };
-    let mut processor = Processor::new(source.info(), &config, wanted).unwrap();
+    let session = Session::builder(SceneSource::new(&script).unwrap()).config(config.clone()).outputs(wanted);
     let (mut features, mut event) = (Vec::new(), None);
-    wstac_host::session::run(&mut source, &mut processor, |output| {
-        match output {
+    for output in session.build().unwrap() {
+        match output.unwrap() {
             Output::Features(frame) => features.push(frame.features),
             Output::Event(first) => event = Some(first.frame as usize),
             _ => {}
         }
-        Ok::<(), Error>(())
-    })
-    .unwrap();
+    }
     let Outcome::Sample(found, facts) = sample(&script, &config).unwrap() else { panic!() };
     assert!(facts.reliable && facts.duration.is_some_and(|frames| (20..40).contains(&frames)), "{facts:?}");
     let from = event.unwrap();

@@ -1,7 +1,7 @@
 //! Entry points for frames, rates, formats, and arithmetic on sums.
 
 use wstac_core::error::ConfigError;
-use wstac_core::features::{Floor, line_sums, to_f32};
+use wstac_core::features::{Floor, line_sums};
 use wstac_core::fixed::Q16;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
@@ -29,7 +29,6 @@ entries! {
     linear(color: YcbcrEncoding) -> Linear { Linear::new(color) }
     mosaic(order: BayerOrder) -> Bayer<10> { Bayer::new(order) }
     sums_of_lines(taxels: &[u32; 25]) -> [u32; 10] { line_sums(taxels) }
-    real_feature(feature: i16) -> f32 { to_f32(feature) }
     constant_ln(x: f64) -> f64 { constant::ln(x) }
     constant_exp(x: f64) -> f64 { constant::exp(x) }
 }

@@ -14,7 +14,7 @@ use wstac_core::green::rgb565::Rgb565;
 use wstac_core::green::words::{Y10, Y12, Y16};
 use wstac_core::green::ycbcr::{Exact, Linear};
 use wstac_core::layout::Layout;
-use wstac_core::ln::{Ln, any::AnyLn, fixed::Fixed, libm::Libm, micromath::Micromath};
+use wstac_core::ln::{any::AnyLn, fixed::Fixed, libm::Libm, micromath::Micromath};
 use wstac_core::pipeline::{Finished, Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;

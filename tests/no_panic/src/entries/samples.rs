@@ -1,10 +1,9 @@
 //! Entry points for samples and their prefixes.
 
-use wstac_core::early::{SamplePrefix, EarlySampler};
+use wstac_core::early::SamplePrefix;
 use wstac_core::features::Features;
 use wstac_core::pipeline::Update;
 use wstac_core::sample::Sample;
-use wstac_core::trigger::Trigger;
 
 entries! {
     sample:
@@ -13,8 +12,6 @@ entries! {
     flat(sample: Sample<'_>) -> [i16; 700] { sample.flat() }
     copy_to(sample: Sample<'_>, flat: &mut [i16; 700]) -> () { sample.copy_to(flat) }
     frames(sample: Sample<'_>) -> usize { sample.frames().count() }
-    new_early(frames: u8) -> EarlySampler { EarlySampler::new(frames) }
-    early_take<'a>(early: &mut EarlySampler, trigger: &'a Trigger) -> Option<SamplePrefix<'a>> { early.take(trigger) }
     prefix<'a>(update: &Update<'a>, frames: u8) -> Option<SamplePrefix<'a>> { update.prefix(frames) }
     beginning_flat(beginning: &SamplePrefix<'_>) -> [i16; 700] { beginning.flat() }
     beginning_copy_to(beginning: &SamplePrefix<'_>, flat: &mut [i16; 700]) -> () { beginning.copy_to(flat) }

@@ -305,7 +305,6 @@ fn remove(path: &Path) -> Result<(), Error> {
 #[cfg(test)]
 mod tests {
     use wstac_core::green::any::PixelFormat;
-    use wstac_core::green::ycbcr::YcbcrEncoding;
     use wstac_core::layout::FrameSize;
     use wstac_core::rate::FrameRate;
 
@@ -333,17 +332,8 @@ mod tests {
 
     /// Returns a session whose camera gives three frames and fails, and whose standard input is empty.
     fn session() -> Session<'static> {
-        let info = StreamInfo {
-            size: FrameSize::new(100, 100).unwrap(),
-            format: PixelFormat::Gray,
-            color: YcbcrEncoding::default(),
-            bytes_per_row: 100,
-            rate: FrameRate::NOMINAL,
-            taxels_only: false,
-            about: "a camera".into(),
-            camera: None,
-            recorded: None,
-        };
+        let size = FrameSize::new(100, 100).unwrap();
+        let info = StreamInfo::new("a camera", size, PixelFormat::Gray, FrameRate::NOMINAL);
         let source = Box::new(Failing { info: info.clone(), left: 3, bytes: vec![9; 10_000] });
         let (config, labels, interrupted) = Default::default();
         let shown = Shown { records: None, events: 0 };

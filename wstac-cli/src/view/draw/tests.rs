@@ -16,28 +16,34 @@ use wstac_host::config::Config;
 use wstac_host::output::OutputOptions;
 use wstac_host::record;
 use wstac_host::session::Processor;
-use wstac_host::source::StreamInfo;
 use wstac_host::source::open::OpenOptions;
 
 /// Returns the state after this many items of a scene with small frames.
 fn after(scene: &str, items: u32) -> State {
     let options = OpenOptions { size: Some((320, 180)), ..OpenOptions::default() };
-    let mut source = open(scene, &options).unwrap();
-    let info = source.info().clone();
-    let wanted = OutputOptions { features: true, samples: false };
-    let mut reading = Processor::new(&info, &Config::default(), wanted).unwrap();
-    let mut recordings = recordings(&info, None);
-    let (mut player, state) = Player::new(source.as_mut(), &info, &mut reading, &mut recordings, false);
-    let state = Mutex::new(state);
-    for _ in 0..items {
-        player.step(&state, true).unwrap();
-    }
-    locked(&state).clone()
+    let state = play(scene, &options, None, |player, state| {
+        (0..items).for_each(|_| assert!(player.step(state, true).is_ok()));
+    });
+    state.into_inner().unwrap()
 }
 
-fn recordings(info: &StreamInfo, named: Option<PathBuf>) -> Recordings {
-    let about = record::about::About::new(info, &Config::default(), wstac_host::source::Labels::default(), Vec::new());
-    Recordings::new(about, named, |record| format!("{record:?}"))
+/// Opens a source, hands its player and the state to `with`, and returns the state. `named` is the first recording.
+fn play(
+    source: &str,
+    options: &OpenOptions,
+    named: Option<PathBuf>,
+    with: impl FnOnce(&mut Player<'_>, &Mutex<State>),
+) -> Mutex<State> {
+    let mut source = open(source, options).unwrap();
+    let (info, config) = (source.info().clone(), Config::default());
+    let wanted = OutputOptions { features: true, samples: false };
+    let mut reading = Processor::new(&info, &config, wanted).unwrap();
+    let about = record::about::About::new(&info, &config, wstac_host::source::Labels::default(), Vec::new());
+    let mut recordings = Recordings::new(about, named, |record| format!("{record:?}"));
+    let (mut player, state) = Player::new(source.as_mut(), &info, &mut reading, &mut recordings, false);
+    let state = Mutex::new(state);
+    with(&mut player, &state);
+    state
 }
 
 /// Returns what a terminal of this size shows, one string per row.
@@ -166,24 +172,18 @@ fn help_and_faults_can_be_read() {
 
 #[test]
 fn re_zero_gathers_a_new_baseline() {
-    let mut source = open("scene:Saw3@150", &OpenOptions::default()).unwrap();
-    let info = source.info().clone();
-    let wanted = OutputOptions { features: true, samples: false };
-    let mut reading = Processor::new(&info, &Config::default(), wanted).unwrap();
-    let mut recordings = recordings(&info, None);
-    let (mut player, state) = Player::new(source.as_mut(), &info, &mut reading, &mut recordings, false);
-    let state = Mutex::new(state);
-    (0..50).for_each(|_| assert_eq!(player.step(&state, false).unwrap(), 1));
-    assert!(matches!(locked(&state).phase, Phase::Capturing(_)));
-    player.rezero(&state);
-    {
-        let state = locked(&state);
-        assert_eq!((&state.phase, state.frame, state.thresholds), (&Phase::Baseline(0, 25), 50, None));
-        assert!(
-            state.entries[0].text.contains("50  re-zero") && state.entries[1].text.contains("35  given up after 15")
-        );
-    }
-    (0..25).for_each(|_| assert_eq!(player.step(&state, false).unwrap(), 1));
+    let state = play("scene:Saw3@150", &OpenOptions::default(), None, |player, state| {
+        (0..50).for_each(|_| assert_eq!(player.step(state, false).unwrap(), 1));
+        assert!(matches!(locked(state).phase, Phase::Capturing(_)));
+        player.rezero(state);
+        {
+            let state = locked(state);
+            assert_eq!((&state.phase, state.frame, state.thresholds), (&Phase::Baseline(0, 25), 50, None));
+            let [zero, sample] = [0, 1].map(|entry| &state.entries[entry].text);
+            assert!(zero.contains("50  re-zero") && sample.contains("35  given up after 15"), "{zero} {sample}");
+        }
+        (0..25).for_each(|_| assert_eq!(player.step(state, false).unwrap(), 1));
+    });
     // The specimen was on the sensor, and a note says so.
     let state = locked(&state);
     assert_eq!(state.phase, Phase::Watching);
@@ -194,38 +194,28 @@ fn re_zero_gathers_a_new_baseline() {
 fn a_recording_starts_afresh_and_gives_the_same_events_again() {
     let path = std::env::temp_dir().join(format!("wstac-view-{}.mcap", std::process::id()));
     let options = OpenOptions { size: Some((320, 180)), ..OpenOptions::default() };
-    let wanted = OutputOptions { features: true, samples: false };
-    let mut source = open("scene:Saw3@150,90deg", &options).unwrap();
-    let info = source.info().clone();
-    let mut reading = Processor::new(&info, &Config::default(), wanted).unwrap();
-    let mut made = recordings(&info, Some(path.clone()));
-    let (mut player, state) = Player::new(source.as_mut(), &info, &mut reading, &mut made, false);
-    let state = Mutex::new(state);
-    (0..5).for_each(|_| assert_eq!(player.step(&state, false).unwrap(), 1));
-    player.record(&state);
-    (0..120).for_each(|_| assert_eq!(player.step(&state, false).unwrap(), 1));
-    {
-        let state = locked(&state);
-        assert_eq!(state.rec.as_ref().map(|rec| rec.frames), Some(120));
-        let (lines, _) = screen(&state, Colors::True, false, [200, 24]);
-        assert!(lines[0].starts_with("● REC ") && lines[0].contains(".mcap, 120 frames, "), "{lines:#?}");
-        assert_eq!(count(&lines, "r end recording"), 1, "{lines:#?}");
-    }
-    player.rezero(&state);
-    assert!(locked(&state).entries[0].text.starts_with("no re-zero in a recording"));
-    player.record(&state);
-    assert_eq!(locked(&state).rec, None);
-    assert!(locked(&state).entries[0].text.contains(": 120 frames recorded, "), "{:?}", locked(&state).entries);
-
-    let mut again = open(path.to_str().unwrap(), &OpenOptions::default()).unwrap();
-    let info = again.info().clone();
-    let mut reading = Processor::new(&info, &Config::default(), wanted).unwrap();
-    let mut none = recordings(&info, None);
-    let (mut player, replay) = Player::new(again.as_mut(), &info, &mut reading, &mut none, false);
-    let replay = Mutex::new(replay);
-    while player.goes_on() {
-        player.step(&replay, false).unwrap();
-    }
+    let state = play("scene:Saw3@150,90deg", &options, Some(path.clone()), |player, state| {
+        (0..5).for_each(|_| assert_eq!(player.step(state, false).unwrap(), 1));
+        player.record(state);
+        (0..120).for_each(|_| assert_eq!(player.step(state, false).unwrap(), 1));
+        {
+            let state = locked(state);
+            assert_eq!(state.rec.as_ref().map(|rec| rec.frames), Some(120));
+            let (lines, _) = screen(&state, Colors::True, false, [200, 24]);
+            assert!(lines[0].starts_with("● REC ") && lines[0].contains(".mcap, 120 frames, "), "{lines:#?}");
+            assert_eq!(count(&lines, "r end recording"), 1, "{lines:#?}");
+        }
+        player.rezero(state);
+        assert!(locked(state).entries[0].text.starts_with("no re-zero in a recording"));
+        player.record(state);
+        assert_eq!(locked(state).rec, None);
+        assert!(locked(state).entries[0].text.contains(": 120 frames recorded, "), "{:?}", locked(state).entries);
+    });
+    let replay = play(path.to_str().unwrap(), &OpenOptions::default(), None, |player, state| {
+        while player.goes_on() {
+            player.step(state, false).unwrap();
+        }
+    });
     std::fs::remove_file(&path).unwrap();
     let event = |state: &Mutex<State>, zero: u64| {
         let entries = locked(state).entries.clone();
@@ -242,17 +232,11 @@ fn a_recording_starts_afresh_and_gives_the_same_events_again() {
 fn taxels_alone_are_not_recorded() {
     let path = std::env::temp_dir().join(format!("wstac-view-{}.toml", std::process::id()));
     std::fs::write(&path, "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"\n").unwrap();
-    let source = open(&format!("scene:{}", path.display()), &OpenOptions::default());
+    let state = play(&format!("scene:{}", path.display()), &OpenOptions::default(), None, |player, state| {
+        player.record(state);
+        player.step(state, false).unwrap();
+    });
     std::fs::remove_file(&path).unwrap();
-    let mut source = source.unwrap();
-    let info = source.info().clone();
-    assert!(info.taxels_only);
-    let mut reading = Processor::new(&info, &Config::default(), OutputOptions::default()).unwrap();
-    let mut made = recordings(&info, None);
-    let (mut player, state) = Player::new(source.as_mut(), &info, &mut reading, &mut made, false);
-    let state = Mutex::new(state);
-    player.record(&state);
-    player.step(&state, false).unwrap();
     let state = locked(&state);
     assert_eq!(state.rec, None);
     assert!(state.entries[0].text.contains("a recording is of frames"), "{:?}", state.entries);

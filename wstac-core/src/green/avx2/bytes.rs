@@ -7,28 +7,10 @@
 use core::arch::x86_64::{__m256i, _mm256_add_epi64, _mm256_and_si256, _mm256_sad_epu8, _mm256_setzero_si256};
 
 use super::{VECTOR, numbers, vector};
-use crate::green::simd::Wide;
+use crate::green::simd::{MASKS, Selected, Wide};
 
 /// Rows that are summed at the same time, so that one row's cache lines arrive while another row is summed.
 const ROWS: usize = 4;
-/// Vectors after which any period repeats.
-const MASKS: usize = 3;
-
-/// Selects the bytes at `PLACE` of every `PERIOD`.
-struct Selected<const PERIOD: usize, const PLACE: usize>;
-
-impl<const PERIOD: usize, const PLACE: usize> Selected<PERIOD, PLACE> {
-    /// Masks of vectors that start at byte 0, 32 and 64 of a row. Later vectors repeat them.
-    const MASKS: [[u8; VECTOR]; MASKS] = {
-        let mut masks = [[0; VECTOR]; MASKS];
-        let mut at = PLACE;
-        while at < VECTOR * MASKS {
-            masks[at / VECTOR][at % VECTOR] = u8::MAX;
-            at += PERIOD;
-        }
-        masks
-    };
-}
 
 /// Sums the bytes at `PLACE` of every `PERIOD` bytes of rows.
 #[target_feature(enable = "avx2")]
@@ -48,7 +30,7 @@ pub(super) fn sum<const PERIOD: usize, const PLACE: usize>(wide: Wide<'_, VECTOR
 #[inline]
 #[target_feature(enable = "avx2")]
 fn of_vectors<const PERIOD: usize, const PLACE: usize, const BEFORE: usize>(wide: Wide<'_, VECTOR>) -> u32 {
-    let [first, second, third] = const { &Selected::<PERIOD, PLACE>::MASKS };
+    let [first, second, third] = const { &Selected::<VECTOR, PERIOD, PLACE>::MASKS };
     let masks = [vector(first), vector(second), vector(third)];
     // A row ends at a multiple of the period, so its last vector starts as if at byte -32, which repeats byte 64.
     let tail = _mm256_and_si256(vector(&wide.tail()), masks[MASKS - 1]);

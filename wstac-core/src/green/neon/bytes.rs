@@ -7,33 +7,15 @@ use core::arch::aarch64::{
 };
 
 use super::{VECTOR, vector};
-use crate::green::simd::Wide;
+use crate::green::simd::{MASKS, Selected, Wide};
 
-/// Vectors after which any period repeats.
-const MASKS: usize = 3;
 /// Vectors whose sums of two bytes fit 16 bits.
 const PART: usize = 128;
-
-/// Selects the bytes at `PLACE` of every `PERIOD`.
-struct Selected<const PERIOD: usize, const PLACE: usize>;
-
-impl<const PERIOD: usize, const PLACE: usize> Selected<PERIOD, PLACE> {
-    /// Masks of vectors that start at byte 0, 16 and 32 of a row. Later vectors repeat them.
-    const MASKS: [[u8; VECTOR]; MASKS] = {
-        let mut masks = [[0; VECTOR]; MASKS];
-        let mut at = PLACE;
-        while at < VECTOR * MASKS {
-            masks[at / VECTOR][at % VECTOR] = u8::MAX;
-            at += PERIOD;
-        }
-        masks
-    };
-}
 
 /// Sums the bytes at `PLACE` of every `PERIOD` bytes of rows.
 #[target_feature(enable = "neon")]
 pub(super) fn sum<const PERIOD: usize, const PLACE: usize>(wide: Wide<'_, VECTOR>) -> u32 {
-    let [first, second, third] = const { &Selected::<PERIOD, PLACE>::MASKS };
+    let [first, second, third] = const { &Selected::<VECTOR, PERIOD, PLACE>::MASKS };
     let masks = [vector(first), vector(second), vector(third)];
     // A row ends at a multiple of the period, so its last vector starts as if at byte -16, which repeats byte 32.
     let tail = vandq_u8(vector(&wide.tail()), masks[MASKS - 1]);

@@ -6,17 +6,11 @@ use std::vec;
 use std::vec::Vec;
 
 use super::*;
-use crate::green::ycbcr::{Conversion, Exact, QuantizationRange, Vectors, YcbcrEncoding, YcbcrMatrix};
+use crate::green::ycbcr::tests::COLORS;
+use crate::green::ycbcr::{Conversion, Exact, Vectors};
 
 /// Bytes of the widest vector of kernels that sum bytes.
 const WIDEST: usize = 32;
-
-const COLORS: [YcbcrEncoding; 4] = [
-    YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Limited },
-    YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: QuantizationRange::Full },
-    YcbcrEncoding { matrix: YcbcrMatrix::Bt709, range: QuantizationRange::Limited },
-    YcbcrEncoding { matrix: YcbcrMatrix::Bt709, range: QuantizationRange::Full },
-];
 
 std::thread_local! {
     /// Whether this thread does without AVX-512.
