@@ -169,7 +169,7 @@ impl Given {
     pub(super) fn record(&mut self, output: Output) -> Option<WstacRecord> {
         *self = Self::default();
         Some(match output {
-            Output::Features(FrameFeatures { frame, features }) => {
+            Output::Features(FrameFeatures { frame, features, .. }) => {
                 WstacRecord { kind: WstacKind::Features, frame, features, ..EMPTY }
             }
             Output::Event(event) => WstacRecord {
@@ -192,7 +192,7 @@ impl Given {
                 frames: u32::from(sample.frames),
                 ..EMPTY
             },
-            Output::Fault(FaultReport { frame, fault }) => WstacRecord {
+            Output::Fault(FaultReport { frame, fault, .. }) => WstacRecord {
                 kind: WstacKind::Fault,
                 frame,
                 fault: self.keep(fault.kind.name()),

@@ -146,7 +146,8 @@ pub struct CompletedFrame {
     pub number: u64,
     /// The ten features, five rows, then five columns, in units of 2^-11.
     pub features: Features,
-    /// Whether some, but not all, of its camera frames were lost. The sums of the others were scaled up to replace them.
+    /// Whether some, but not all, of its camera frames were lost. The sums of the others were scaled up to replace
+    /// them.
     pub has_missing_frames: bool,
 }
 

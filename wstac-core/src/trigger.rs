@@ -263,7 +263,8 @@ impl<B: BaselinePolicy> Trigger<B> {
         Some(self.state.event(first))
     }
 
-    /// Fills or ends a gap of lost frames at the end of a stream. Returns the first frame of the sample that it completes.
+    /// Fills or ends a gap of lost frames at the end of a stream. Returns the first frame of the sample that it
+    /// completes.
     pub(crate) fn settle(&mut self) -> Option<u64> {
         self.clear_backlog();
         let lost = core::mem::take(&mut self.state.lost);

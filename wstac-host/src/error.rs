@@ -181,7 +181,7 @@ impl From<io::ErrorKind> for ErrorKind {
         match kind {
             io::ErrorKind::NotFound => Self::NotFound,
             io::ErrorKind::AlreadyExists => Self::AlreadyExists,
-            io::ErrorKind::ResourceBusy | io::ErrorKind::WouldBlock => Self::Busy,
+            io::ErrorKind::ResourceBusy => Self::Busy,
             io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => Self::Format,
             io::ErrorKind::Unsupported => Self::Unsupported,
             _ => Self::Io,

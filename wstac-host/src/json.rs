@@ -13,6 +13,7 @@ use crate::texture::Texture;
 /// A line of JSON. [`JsonLine::new`] makes it from an output.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum JsonLine<'a> {
     /// The features of a frame.
     Features {
@@ -82,6 +83,7 @@ impl<'a> JsonLine<'a> {
 
 /// An event as a line.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct EventLine<'a> {
     frame: u64,
     frames: usize,

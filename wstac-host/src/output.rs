@@ -74,6 +74,7 @@ impl Output {
 
 /// The features of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct FrameFeatures {
     /// The number of the feature frame.
     pub frame: u64,
@@ -83,6 +84,7 @@ pub struct FrameFeatures {
 
 /// A tactile event and its answers.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct TactileEvent {
     /// The number of the first frame of the sample.
     pub frame: u64,
@@ -160,6 +162,7 @@ fn bound(speed: Result<Speed, NoSpeed>, mark: impl FnOnce(f32) -> Speed) -> Opti
 
 /// A texture that is known before its event.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct EarlyTexture {
     /// The number of the first frame of the sample: the frame of the event to come.
     pub frame: u64,
@@ -171,6 +174,7 @@ pub struct EarlyTexture {
 
 /// Camera frames that were lost.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct LostFrames {
     /// The number of the feature frame that comes next.
     pub frame: u64,
@@ -182,6 +186,7 @@ pub struct LostFrames {
 
 /// A fault of a source that goes on.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct FaultReport {
     /// The number of the feature frame that comes next.
     pub frame: u64,
@@ -191,6 +196,7 @@ pub struct FaultReport {
 
 /// The state of a stream at its end.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct StreamSummary {
     /// Feature frames on the time line, lost ones included.
     pub frames: u64,

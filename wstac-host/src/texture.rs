@@ -108,7 +108,7 @@ impl Textures {
                     other.about(),
                     task.name()
                 );
-                return Err(Error::new(ErrorKind::Format, file.about(), message));
+                return Err(Error::new(ErrorKind::Usage, file.about(), message));
             }
             models.push((model, file));
         }

@@ -83,7 +83,7 @@ fn described(
             // something out.
             let stated = granted.bytes_per_row;
             if stated != 0 && stated < least {
-                notes.push(format!("the driver states {stated} bytes a row, fewer than a row has; read as {least}"));
+                notes.push(format!("the driver states {stated} bytes per row, fewer than a row has; read as {least}"));
             }
             let bytes_per_row = stated.max(least);
             (bytes_per_row, green.least_frame_bytes(size, bytes_per_row as usize))

@@ -115,7 +115,11 @@ impl Pipeline {
         let about = &self.about;
         let result = self.locked(py, |(session, gathered)| {
             if session.is_over() {
-                return Err(Error::new(ErrorKind::Usage, about, "the pipeline is finished, expected a new one for more frames"));
+                return Err(Error::new(
+                    ErrorKind::Usage,
+                    about,
+                    "the pipeline is finished, expected a new one for more frames",
+                ));
             }
             events.try_for_each(|event| gathered.push(session, &event))?;
             Ok(gathered.take_all())

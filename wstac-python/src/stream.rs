@@ -29,8 +29,10 @@ pub(crate) fn info(
     let pixels = pixels(format)?;
     let size = FrameSize::new(size.0, size.1).map_err(in_frames)?;
     let rate = FrameRate::new(rate.0, rate.1).map_err(in_frames)?;
-    let info = StreamInfo::new(about.clone(), size, pixels, rate);
-    Ok(StreamInfo { color, bytes_per_row: bytes_per_row.unwrap_or(info.bytes_per_row), ..info })
+    let mut info = StreamInfo::new(about.clone(), size, pixels, rate);
+    info.color = color;
+    info.bytes_per_row = bytes_per_row.unwrap_or(info.bytes_per_row);
+    Ok(info)
 }
 
 /// Returns the bytes of a row of pixels; for a planar format those of its luma.

@@ -70,7 +70,7 @@ pub const EFFECTS: [Effect; 21] = [
     },
     amount! {
         "rubbing": "light of friction × speed × load (a guess)",
-        light.rubbing_ms, " ms a mm", usually LightConfig::default().rubbing_ms
+        light.rubbing_ms, " ms per mm", usually LightConfig::default().rubbing_ms
     },
     Effect {
         name: "uneven rubbing",

@@ -133,7 +133,7 @@ def shapes() -> list[Case]:
                      (black,), floor_levels=0.0),
         picture_case("floor-two", "floor_levels 2", "GREY", (20, 20), dim, floor_levels=2.0),
         picture_case("floor-y16", "half a level of 16 bits", "Y16", (20, 20), dim),
-        picture_case("bin-dark", "60 a second in the dark: full scale doubles, the floor does not", "GREY", (20, 20),
+        picture_case("bin-dark", "60 frames per second in the dark: full scale doubles, the floor does not", "GREY", (20, 20),
                      dim * 2, fps=(60, 1)),
     ]  # fmt: skip
 

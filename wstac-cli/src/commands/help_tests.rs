@@ -39,8 +39,8 @@ fn indented(line: &str) -> (usize, &str) {
 
 /// Returns whether a line is the single left-over word of a wrapped paragraph, comment or table cell.
 ///
-/// The line before it has text at the same column: at its start, after a gap of two spaces, or after the dash of a list.
-/// A single word with a line below it that is indented further is the heading of a list item.
+/// The line before it has text at the same column: at its start, after a gap of two spaces, or after the dash of a
+/// list. A single word with a line below it that is indented further is the heading of a list item.
 fn is_left_over(before: &str, line: &str, after: &str) -> bool {
     let (column, text) = indented(line);
     let word = text.strip_prefix("# ").unwrap_or(text);

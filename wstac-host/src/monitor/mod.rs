@@ -14,6 +14,7 @@ use crate::plural::counted;
 const ONLY_NOISE: u64 = 20;
 
 /// The result of bytes of a link.
+// It is exhaustive: whoever drives it must handle every case.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Report {
     /// An output as `wstac run` gives it.

@@ -75,6 +75,7 @@ pub trait Observer {
 }
 
 /// The state of a session after a step.
+// It is exhaustive: whoever drives it must handle every case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     /// The session goes on.
@@ -251,6 +252,7 @@ impl Source for Pushed {
 }
 
 /// The result of [`Session::poll`].
+// It is exhaustive: whoever drives it must handle every case.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Poll {
     /// An output.

@@ -31,6 +31,7 @@ pub type Labels = BTreeMap<String, String>;
 
 /// The properties that all frames of a stream have in common.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct StreamInfo {
     /// Width and height.
     pub size: FrameSize,
@@ -54,6 +55,7 @@ pub struct StreamInfo {
 
 /// The parts of a recording besides frames.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Recorded {
     /// The configuration, as TOML. It holds unless the user gives another.
     pub configuration: String,
@@ -75,6 +77,7 @@ pub enum FramePolicy {
 
 /// The lag of the program behind a live source; all 0 for files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Lag {
     /// Frames that waited behind the one handed out last.
     pub frames: u32,
@@ -150,6 +153,7 @@ impl fmt::Display for Fault {
 }
 
 /// A frame of a source.
+// It is exhaustive: sources of others build it with `..Frame::new(bytes)`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Frame<'a> {
     /// Its bytes, laid out as the stream's information says.

@@ -80,6 +80,10 @@ impl Source for PngFolder {
                 let bytes = if converted { &self.frame } else { &self.decoded };
                 Ok(SourceEvent::Frame(Frame::new(bytes)))
             }
+            Err(Problem::Io(error)) => {
+                self.files = Vec::new().into_iter();
+                Err(Error::io(file.display(), error))
+            }
             Err(Problem::Corrupt(_)) => Ok(SourceEvent::Lost { frames: 1, reason: LossReason::CorruptPicture }),
             Err(Problem::Refused(message)) => {
                 self.files = Vec::new().into_iter();
@@ -112,6 +116,7 @@ fn first_picture(folder: &Path, files: &[PathBuf]) -> Result<(PathBuf, Shape), E
         match Picture::open(file) {
             Ok(picture) => return Ok((file.clone(), picture.shape())),
             Err(Problem::Refused(message)) => return Err(Error::new(ErrorKind::Format, file.display(), message)),
+            Err(Problem::Io(error)) => return Err(Error::io(file.display(), error)),
             Err(Problem::Corrupt(message)) if why.is_empty() => {
                 why = format!("{}: {message}", file.file_name().unwrap_or_default().display());
             }

@@ -121,7 +121,7 @@ fn difference(before: &Negotiated, now: &Negotiated) -> Option<String> {
         && same(before.rate, now.rate);
     let words = |negotiated: &Negotiated| {
         let color = negotiated.color;
-        format!("{} ({} bytes a row, {:?})", stream(negotiated), negotiated.bytes_per_row, color)
+        format!("{} ({} bytes per row, {:?})", stream(negotiated), negotiated.bytes_per_row, color)
     };
     (!is_same).then(|| format!("the camera came back with {}, expected {} as before", words(now), words(before)))
 }

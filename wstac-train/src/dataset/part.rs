@@ -105,13 +105,13 @@ impl Part {
         } else if anew || header.starts_with(&found) {
             part.file.set_len(0).and_then(|()| part.file.write_all_at(&header, 0)).map_err(failed)?;
         } else {
-            let what = if found.starts_with(&MAGIC) {
-                "is of another sweep, configuration or version of this program"
+            let (kind, what) = if found.starts_with(&MAGIC) {
+                (ErrorKind::Config, "is of another sweep, configuration or version of this program")
             } else {
-                "is no unfinished data set"
+                (ErrorKind::Format, "is no unfinished data set")
             };
             let expected = "expected the same, or --force to start anew";
-            return Err(Error::new(ErrorKind::Config, path.display(), format_args!("{what}, {expected}")));
+            return Err(Error::new(kind, path.display(), format_args!("{what}, {expected}")));
         }
         Ok(part)
     }
