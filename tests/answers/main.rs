@@ -107,17 +107,18 @@ fn kinds(page: &mut String) {
         (Kind::Poke, "poke", Contact::Poke),
         (Kind::Hold, "hold", Contact::Press),
     ];
-    let _ = writeln!(page, "| touch | seen | slide | press | poke | unclear | right, % of seen |");
-    let _ = writeln!(page, "| --- | --- | --- | --- | --- | --- | --- |");
+    let _ = writeln!(page, "| touch | seen | events | slide | press | poke | unclear | right, % of seen |");
+    let _ = writeln!(page, "| --- | --- | --- | --- | --- | --- | --- | --- |");
     for (kind, name, right) in expected {
         let answered = answers(kind, OTHERS);
         let contacts: Vec<Contact> = answered.iter().filter_map(|one| one.motions).map(|[by, _]| by.contact).collect();
         let count = |contact| contacts.iter().filter(|found| **found == contact).count();
         let _ = writeln!(
             page,
-            "| {name} | {} of {} | {} | {} | {} | {} | {:.1} |",
+            "| {name} | {} of {} | {} | {} | {} | {} | {} | {:.1} |",
             contacts.len(),
             answered.len(),
+            answered.iter().map(|one| one.events).sum::<usize>(),
             count(Contact::Slide),
             count(Contact::Press),
             count(Contact::Poke),
