@@ -20,8 +20,8 @@ LARGEST_STEP = 1.5
 FARTHEST_START = 14.0
 FEWEST_FRAMES = 10
 BINOMIAL = np.array([1, 8, 28, 56, 70, 56, 28, 8, 1]) / 256
-FACTORS = ((5.0, 0.56), (10.0, 0.2))
-ACROSS = 0.9
+FACTORS = ((0.2, 0.95), (0.27, 0.6), (4.0, 0.6), (8.0, 0.25))
+ACROSS = ((1.5, 0.92), (3.0, 0.8))
 
 
 @dataclass(frozen=True)
@@ -177,7 +177,8 @@ def measure_motion(
     right_sd = factor * math.hypot(columns.scatter, 2 * columns.fit_sd) / slowness
     up_sd = factor * math.hypot(rows.scatter, 2 * rows.fit_sd) / slowness
     mm_s_sd = mm_s * math.hypot(right * right_sd, up * up_sd)
-    deg_sd = ACROSS * math.degrees(math.hypot(up * right_sd, right * up_sd))
+    across = float(np.interp(slowness, *zip(*ACROSS, strict=True)))
+    deg_sd = across * math.degrees(math.hypot(up * right_sd, right * up_sd))
     farthest = max(rows.farthest, columns.farthest)
     sure = farthest <= 0.16 * slowness + 0.01 and coherence >= 0.97 and mm_s_sd < 0.06 * mm_s
     deg = math.degrees(math.atan2(up, right)) % 360

@@ -104,8 +104,8 @@ pub(super) fn by_edges(event: &Event<'_>, first: usize) -> Axis {
     if lit < FEWEST_LIT {
         return Axis::unknown(lit);
     }
-    let (slowness, scatter, coherence) = edges.fit();
-    Axis { slowness, sd: 0.0, scatter, farthest: 0.0, coherence, lit }
+    let (slowness, scatter, farthest, coherence) = edges.fit();
+    Axis { slowness, sd: 0.0, scatter, farthest, coherence, lit }
 }
 
 const _: () = assert!(LINES == crate::params::ROWS && LINES == crate::params::COLUMNS);

@@ -31,23 +31,24 @@ impl Edges {
         (n * xy - x * y).checked_div(n * xx - x * x).unwrap_or(0) as i32
     }
 
-    /// Returns the slope in frames per line, its standard deviation, and how well the line explains the arrival times,
-    /// 0 to 1.
-    pub(super) fn fit(&self) -> (f32, f32, f32) {
+    /// Returns the slope in frames per line, its standard deviation, the largest distance of an edge from the straight
+    /// line in frames, and how well the line explains the edges, 0 to 1.
+    pub(super) fn fit(&self) -> (f32, f32, f32, f32) {
         let slope = self.slope();
         let (n, x, y, xx, _) = self.sums();
         let spread = (n * xx - x * x) as f32 / n as f32;
-        let mut rest = 0.0;
+        let (mut rest, mut farthest) = (0.0, 0.0_f32);
         for (k, edge) in (0..).zip(self.frames) {
             if let Some(edge) = edge {
                 let off = (i64::from(edge) * n - y - i64::from(slope) * (k * n - x)) as f32 / n as f32 / 65_536.0;
                 rest += off * off;
+                farthest = farthest.max(off.abs());
             }
         }
         let slope = slope as f32 / 65_536.0;
         let sd = libm::sqrtf(rest / ((n - 2) as f32 * spread));
         let unit = 1.0 + slope.abs();
-        (slope, sd, 1.0 - (rest / (n as f32 * unit * unit)).min(1.0))
+        (slope, sd, farthest, 1.0 - (rest / (n as f32 * unit * unit)).min(1.0))
     }
 
     /// Returns the sums Σ1, Σx, Σy, Σx², Σxy over the edges, with x the line's number.

@@ -119,11 +119,12 @@ struct Deviations {
 }
 
 /// Deviations of [`by_coherence`].
-const BY_COHERENCE: Deviations = Deviations { factors: &[[5.0, 0.56], [10.0, 0.2]], least: 0.0, most: 0.06 };
+const BY_COHERENCE: Deviations =
+    Deviations { factors: &[[0.2, 0.95], [0.27, 0.6], [4.0, 0.6], [8.0, 0.25]], least: 0.0, most: 0.06 };
 /// Deviations of [`by_edges`].
 const BY_EDGES: Deviations = Deviations { factors: &[[5.0, 0.62], [10.0, 0.5]], least: 0.008, most: 0.03 };
-/// How much smaller the deviation across the motion is than along it.
-const ACROSS: f32 = 0.9;
+/// Points of slowness in frames per pitch, and how much smaller the deviation across the motion is than along it.
+const ACROSS: [[f32; 2]; 2] = [[1.5, 0.92], [3.0, 0.8]];
 /// Largest distance of a line's arrival time from the straight line of a reliable velocity: as a fraction of the slowness,
 /// and in frames. A dead whisker moves its row or column by up to half the slowness.
 const FARTHEST: [f32; 2] = [0.16, 0.01];
@@ -187,19 +188,17 @@ pub fn by_edges(event: &Event<'_>, config: MotionConfig) -> Motion {
     motion(axis::by_edges(event, 0), axis::by_edges(event, ROWS), event, config, &BY_EDGES)
 }
 
-impl Deviations {
-    /// Returns the factor at a slowness: straight lines between the points, even beyond them.
-    fn factor(&self, slowness: f32) -> f32 {
-        let Some(&[mut before, mut factor]) = self.factors.first() else { return 1.0 };
-        for &[at, then] in self.factors {
-            if slowness <= at {
-                let share = if at > before { (slowness - before) / (at - before) } else { 1.0 };
-                return factor + (then - factor) * share;
-            }
-            (before, factor) = (at, then);
+/// Returns the factor at a slowness: on straight lines between the points, and even beyond them.
+fn between(points: &[[f32; 2]], slowness: f32) -> f32 {
+    let Some(&[mut before, mut factor]) = points.first() else { return 1.0 };
+    for &[at, then] in points {
+        if slowness <= at {
+            let share = if at > before { (slowness - before) / (at - before) } else { 1.0 };
+            return factor + (then - factor) * share;
         }
-        factor
+        (before, factor) = (at, then);
     }
+    factor
 }
 
 /// Puts both axes together.
@@ -231,7 +230,7 @@ fn motion(rows: Axis, columns: Axis, event: &Event<'_>, config: MotionConfig, de
 fn velocity(rows: Axis, columns: Axis, slowness: f32, config: MotionConfig, deviations: &Deviations) -> Velocity {
     let (right, up) = (columns.slowness / slowness, -rows.slowness / slowness);
     let length = |a: f32, b: f32| libm::sqrtf(a * a + b * b);
-    let factor = deviations.factor(slowness);
+    let factor = between(deviations.factors, slowness);
     let sd = |axis: Axis| length(factor * length(axis.scatter, 2.0 * axis.sd), deviations.least) / slowness;
     let (right_sd, up_sd) = (sd(columns), sd(rows));
     let mm_s = config.pitch_per_frame / slowness;
@@ -242,7 +241,7 @@ fn velocity(rows: Axis, columns: Axis, slowness: f32, config: MotionConfig, devi
         mm_s_sd: mm_s * length(right * right_sd, up * up_sd),
         // A tiny negative angle rounds to a whole turn.
         degrees: if turned >= 360.0 { 0.0 } else { turned },
-        degrees_sd: length(up * right_sd, right * up_sd) * (ACROSS * 180.0 / core::f32::consts::PI),
+        degrees_sd: length(up * right_sd, right * up_sd) * between(&ACROSS, slowness) * (180.0 / core::f32::consts::PI),
     }
 }
 
