@@ -77,18 +77,24 @@ pub(super) fn widened(feature: i16) -> i32 {
     i32::from(feature) << (EXP_FRACTION_BITS - FEATURE_FRACTION_BITS)
 }
 
+/// Returns the highest feature of each of the lines `first..first + LINES`, in units of 2^-20.
+pub(super) fn brightest(event: &Event<'_>, first: usize) -> [i32; LINES] {
+    let mut brightest = [i16::MIN; LINES];
+    for frame in event.sample.frames() {
+        for (most, &value) in brightest.iter_mut().zip(frame.iter().skip(first)) {
+            *most = (*most).max(value);
+        }
+    }
+    brightest.map(widened)
+}
+
 /// Returns the edges of the lines `first..first + LINES` of an event.
 ///
 /// A line's level is found in its features, so that only few of them must be turned into light.
 pub(super) fn of_event(event: &Event<'_>, first: usize) -> Edges {
     let means = event.baseline.means(EXP_FRACTION_BITS);
     let mut frames = [None; LINES];
-    let mut brightest = [i32::MIN; LINES];
-    for (line, most) in brightest.iter_mut().enumerate() {
-        if let Some(value) = event.sample.feature(first + line).max() {
-            *most = widened(value);
-        }
-    }
+    let brightest = brightest(event, first);
     let top = brightest.into_iter().max().unwrap_or(0);
     for ((line, place), most) in frames.iter_mut().enumerate().zip(brightest) {
         let Some(&mean) = means.get(first + line) else { continue };

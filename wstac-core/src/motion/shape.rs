@@ -1,6 +1,6 @@
 //! The shapes of five lines' light over a sample: above the baseline, smoothed, and scaled to their peaks.
 
-use super::edges::{Edges, LINES, between, widened};
+use super::edges::{Edges, LINES, between, brightest, widened};
 use crate::exp::{EXP_FRACTION_BITS, exp_of_negative};
 use crate::params::SAMPLE_FRAMES;
 use crate::trigger::Event;
@@ -31,24 +31,26 @@ impl Shapes {
     #[inline(never)]
     pub(super) fn fill(&mut self, event: &Event<'_>, first: usize) {
         let means = event.baseline.means(EXP_FRACTION_BITS);
-        let mut brightest = [i32::MIN; LINES];
+        let brightest = brightest(event, first);
         let mut peaks = [0_u32; LINES];
         for (line, shape) in self.lines.iter_mut().enumerate() {
             let feature = first + line;
-            let (Some(&mean), Some(most)) = (means.get(feature), event.sample.feature(feature).max()) else { continue };
-            let most = widened(most);
+            let (Some(&mean), Some(&most)) = (means.get(feature), brightest.get(line)) else { continue };
             let mut light = [0_i32; SAMPLE_FRAMES];
             let base = exp_of_negative((most - mean).max(0) as u32);
             for (light, value) in light.iter_mut().zip(event.sample.feature(feature)) {
-                let above = exp_of_negative((most - widened(value)).max(0) as u32).saturating_sub(base);
-                // 28 bits, so that a smoothing step fits.
-                *light = (above >> 3) as i32;
+                let value = widened(value);
+                // Most frames are dark.
+                if value > mean {
+                    // 28 bits, so that a smoothing step fits.
+                    *light = (exp_of_negative((most - value).max(0) as u32).saturating_sub(base) >> 3) as i32;
+                }
             }
             smooth(&mut light);
             let peak = light.iter().copied().max().unwrap_or(0).max(0) as u32;
             scale(&light, peak, shape);
-            if let (Some(place), Some(highest)) = (peaks.get_mut(line), brightest.get_mut(line)) {
-                (*place, *highest) = (peak, most);
+            if let Some(place) = peaks.get_mut(line) {
+                *place = peak;
             }
         }
         // Peaks in a common unit: the light of the brightest feature of all lines.
@@ -114,6 +116,7 @@ fn scale(light: &[i32; SAMPLE_FRAMES], peak: u32, shape: &mut [i16; SAMPLE_FRAME
     let Some(factor) = ((PEAK as u32) << 16).checked_div(peak >> shift) else { return };
     for (shape, &light) in shape.iter_mut().zip(light) {
         let light = (light.max(0) as u32) >> shift;
-        *shape = ((u64::from(light) * u64::from(factor) + (1 << 15)) >> 16).min(PEAK as u64) as i16;
+        // At most the peak times the factor: 2^29, or 2^30 where a shift rounds.
+        *shape = ((light * factor + (1 << 15)) >> 16).min(PEAK as u32) as i16;
     }
 }
