@@ -16,10 +16,10 @@ const SPEEDS: (f64, f64) = (10.0, 600.0);
 /// Lengths of specimens, in mm.
 const LENGTHS: (f64, f64) = (20.0, 160.0);
 /// First number of the sensor units. No other part of the project uses them.
-const FIRST_UNIT: u32 = 71_000;
-const SENSORS: f64 = 40.0;
+const FIRST_UNIT: u32 = 80_000;
+const SENSORS: f64 = 1000.0;
 /// Seed of all touches: none was used while the estimators were built.
-const SEED: u64 = 0x51DE_5EED;
+const SEED: u64 = 0x0DDB_A115;
 
 /// A kind of touches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -19,6 +19,8 @@ STEPS = 5
 LARGEST_STEP = 1.5
 FARTHEST_START = 14.0
 FEWEST_FRAMES = 10
+BRIGHT = 1 / 64
+MARGIN = 5
 BINOMIAL = np.array([1, 8, 28, 56, 70, 56, 28, 8, 1]) / 256
 FACTORS = ((0.2, 0.95), (0.27, 0.6), (4.0, 0.6), (8.0, 0.25))
 ACROSS = ((1.5, 0.92), (3.0, 0.8))
@@ -97,11 +99,13 @@ def shifted(line: np.ndarray, places: np.ndarray) -> np.ndarray:
 def step(lines: np.ndarray, lit: np.ndarray, slowness: float) -> tuple[float, Axis] | None:
     """The Gauss-Newton step at a slowness, and what is known of the axis there."""
     reach = math.ceil(2 * abs(slowness)) + 2
-    frames = SAMPLE_FRAMES - 2 * reach
+    bright = np.flatnonzero((lines > BRIGHT).any(axis=0))
+    start = max(reach, bright[0] - MARGIN)
+    frames = min(SAMPLE_FRAMES - reach, bright[-1] + MARGIN + 1) - start
     if frames < FEWEST_FRAMES:
         return None
     k = np.flatnonzero(lit) - 2.0
-    t = np.arange(reach, reach + frames, dtype=float)
+    t = np.arange(start, start + frames, dtype=float)
     y = np.array([shifted(line, t + each * slowness) for line, each in zip(lines[lit], k, strict=True)])
     shape = y.mean(axis=0)
     derivative = (shape[2:] - shape[:-2]) / 2

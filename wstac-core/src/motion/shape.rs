@@ -9,6 +9,10 @@ use crate::trigger::Event;
 pub(super) const PEAK: i32 = 1 << 13;
 /// A line is lit if its smoothed peak is at least this fraction, 2^-3, of the axis's brightest.
 const LIT_SHIFT: u32 = 3;
+/// A frame of a shape is bright above this light: a 64th of the peak.
+const BRIGHT: u32 = PEAK as u32 / 64;
+/// The span of a shape without bright frames.
+const NO_SPAN: [u8; 2] = [SAMPLE_FRAMES as u8, 0];
 /// Iterations of the filter [1 2 1] / 4. Together they are a binomial filter of nine taps.
 const SMOOTHED: u32 = 4;
 
@@ -19,11 +23,13 @@ pub(super) struct Shapes {
     pub lines: [[i16; SAMPLE_FRAMES]; LINES],
     /// Whether a line is lit.
     pub is_lit: [bool; LINES],
+    /// The first and last frames in which a lit line is bright.
+    pub span: [u8; 2],
 }
 
 impl Shapes {
     /// Shapes of dark lines.
-    pub(super) const DARK: Self = Self { lines: [[0; SAMPLE_FRAMES]; LINES], is_lit: [false; LINES] };
+    pub(super) const DARK: Self = Self { lines: [[0; SAMPLE_FRAMES]; LINES], is_lit: [false; LINES], span: NO_SPAN };
 
     /// Computes the shapes of the lines `first..first + LINES` of an event, in place of dark ones.
     ///
@@ -32,7 +38,7 @@ impl Shapes {
     pub(super) fn fill(&mut self, event: &Event<'_>, first: usize) {
         let means = event.baseline.means(EXP_FRACTION_BITS);
         let brightest = brightest(event, first);
-        let mut peaks = [0_u32; LINES];
+        let (mut peaks, mut spans) = ([0_u32; LINES], [NO_SPAN; LINES]);
         for (line, shape) in self.lines.iter_mut().enumerate() {
             let feature = first + line;
             let (Some(&mean), Some(&most)) = (means.get(feature), brightest.get(line)) else { continue };
@@ -46,11 +52,10 @@ impl Shapes {
                     *light = (exp_of_negative((most - value).max(0) as u32).saturating_sub(base) >> 3) as i32;
                 }
             }
-            smooth(&mut light);
-            let peak = light.iter().copied().max().unwrap_or(0).max(0) as u32;
-            scale(&light, peak, shape);
-            if let Some(place) = peaks.get_mut(line) {
-                *place = peak;
+            let peak = smooth(&mut light);
+            let span = scale(&light, peak, shape);
+            if let (Some(place), Some(of)) = (peaks.get_mut(line), spans.get_mut(line)) {
+                (*place, *of) = (peak, span);
             }
         }
         // Peaks in a common unit: the light of the brightest feature of all lines.
@@ -61,6 +66,11 @@ impl Shapes {
         }
         let highest = peaks.into_iter().max().unwrap_or(0);
         self.is_lit = peaks.map(|peak| peak > highest >> LIT_SHIFT);
+        for ([first, last], is_lit) in spans.into_iter().zip(self.is_lit) {
+            if is_lit {
+                self.span = [self.span[0].min(first), self.span[1].max(last)];
+            }
+        }
     }
 
     /// Returns the number of lit lines.
@@ -92,31 +102,46 @@ impl Shapes {
     }
 }
 
-/// Smooths in place; the first and last values stand for those beyond them.
-fn smooth(light: &mut [i32; SAMPLE_FRAMES]) {
-    for _ in 0..SMOOTHED {
-        let mut before = light[0];
-        let mut here = light[0];
-        for t in 1..SAMPLE_FRAMES {
+/// Smooths in place, and returns the peak. The first and last values stand for those beyond them.
+///
+/// A pass filters twice, which halves the loads and stores.
+fn smooth(light: &mut [i32; SAMPLE_FRAMES]) -> u32 {
+    let filtered = |before: i32, here: i32, after: i32| (before + 2 * here + after + 2) >> 2;
+    let mut peak = 0;
+    for _ in 0..SMOOTHED / 2 {
+        peak = 0;
+        let [mut before, mut here] = [light[0], light[1]];
+        let mut once = filtered(before, before, here);
+        let mut once_before = once;
+        for t in 2..SAMPLE_FRAMES {
             let after = light[t];
-            light[t - 1] = (before + 2 * here + after + 2) >> 2;
-            (before, here) = (here, after);
+            let once_after = filtered(before, here, after);
+            let twice = filtered(once_before, once, once_after);
+            light[t - 2] = twice;
+            peak = peak.max(twice);
+            (before, here, once_before, once) = (here, after, once, once_after);
         }
-        light[SAMPLE_FRAMES - 1] = (before + 3 * here + 2) >> 2;
+        let last = filtered(before, here, here);
+        light[SAMPLE_FRAMES - 2] = filtered(once_before, once, last);
+        light[SAMPLE_FRAMES - 1] = filtered(once, last, last);
+        peak = peak.max(light[SAMPLE_FRAMES - 2]).max(light[SAMPLE_FRAMES - 1]);
     }
+    peak as u32
 }
 
-/// Scales light of up to 29 bits so that `peak` becomes [`PEAK`].
-fn scale(light: &[i32; SAMPLE_FRAMES], peak: u32, shape: &mut [i16; SAMPLE_FRAMES]) {
-    if peak == 0 {
-        return;
-    }
+/// Scales light of up to 29 bits so that `peak` becomes [`PEAK`]. Returns its first and last bright frames.
+fn scale(light: &[i32; SAMPLE_FRAMES], peak: u32, shape: &mut [i16; SAMPLE_FRAMES]) -> [u8; 2] {
     // The peak gets 16 bits: 2^15 ≤ peak < 2^16, or fewer if it has fewer.
     let shift = 16_u32.saturating_sub(peak.leading_zeros());
-    let Some(factor) = ((PEAK as u32) << 16).checked_div(peak >> shift) else { return };
-    for (shape, &light) in shape.iter_mut().zip(light) {
-        let light = (light.max(0) as u32) >> shift;
-        // At most the peak times the factor: 2^29, or 2^30 where a shift rounds.
-        *shape = ((light * factor + (1 << 15)) >> 16).min(PEAK as u32) as i16;
+    let factor = ((PEAK as u32) << 16).checked_div(peak >> shift).unwrap_or(0);
+    let mut span = NO_SPAN;
+    for (frame, (shape, &light)) in (0..).zip(shape.iter_mut().zip(light)) {
+        // At most 2^29, since the factor is 2^29 divided by the peak.
+        let scaled = ((light as u32 >> shift) * factor + (1 << 15)) >> 16;
+        *shape = scaled as i16;
+        if scaled > BRIGHT {
+            span = [span[0].min(frame), frame];
+        }
     }
+    span
 }

@@ -22,6 +22,8 @@ pub(super) struct Step {
 
 /// Fewest frames that all shifted lines must share.
 const FEWEST_FRAMES: usize = 10;
+/// Dark frames that are read before the first bright one, and after the last.
+const MARGIN: usize = 5;
 /// Largest step, in frames per pitch.
 const LARGEST_STEP: f32 = 1.5;
 /// Returns the step from a slowness in units of 2^-16 frames per pitch; `None` if too few frames are left at it, or if the
@@ -30,10 +32,14 @@ const LARGEST_STEP: f32 = 1.5;
 pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
     // All lines are shifted by at most two pitches. Interpolation needs a frame more before, and two after.
     let reach = (2 * slowness.unsigned_abs()).div_ceil(1 << 16) as usize + 2;
-    let frames = SAMPLE_FRAMES.checked_sub(2 * reach).filter(|&frames| frames >= FEWEST_FRAMES)?;
+    // Frames that are dark in all lines say nothing.
+    let [first, last] = shapes.span.map(usize::from);
+    let from = reach.max(first.saturating_sub(MARGIN));
+    let to = (last + MARGIN + 1).min(SAMPLE_FRAMES.saturating_sub(reach));
+    let frames = to.checked_sub(from).filter(|&frames| frames >= FEWEST_FRAMES)?;
     let mut sum = [0_i32; SAMPLE_FRAMES];
     for (k, line) in shapes.lit_lines() {
-        let shifted = Shifted::new(line, k * slowness, reach)?;
+        let shifted = Shifted::new(line, k * slowness, from)?;
         for (sum, value) in sum.iter_mut().zip(shifted.values().take(frames)) {
             *sum += value;
         }
@@ -53,7 +59,7 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
     let mut lines = [[0.0_f32; 4]; LINES];
     let (mut weight, mut moment) = (0.0, 0.0);
     for ((k, line), place) in shapes.lit_lines().zip(&mut lines) {
-        let shifted = Shifted::new(line, k * slowness, reach)?;
+        let shifted = Shifted::new(line, k * slowness, from)?;
         let (mut ym, mut yd, mut yy) = (0_i64, 0_i64, 0_i64);
         for ([before, here, after], y) in sum.array_windows().zip(shifted.values().skip(1)) {
             ym += i64::from(y * here);
