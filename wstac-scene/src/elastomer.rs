@@ -141,13 +141,12 @@ impl Elastomer {
             let (speed_mm_s, rubbing) = match &current.touch {
                 Touch::Slide(slide) => {
                     let share = slide.normal_share();
-                    let mean = match slide.profile {
-                        None => slide.speed_mm_s,
-                        Some(_) => {
-                            let since = (from - current.start).max(0.0);
-                            let until = (from + length - current.start).max(0.0);
-                            ((slide.moved_mm(until) - slide.moved_mm(since)) / (until - since)).max(f64::MIN_POSITIVE)
-                        }
+                    let mean = if slide.profile.is_some() {
+                        let since = (from - current.start).max(0.0);
+                        let until = (from + length - current.start).max(0.0);
+                        ((slide.moved_mm(until) - slide.moved_mm(since)) / (until - since)).max(f64::MIN_POSITIVE)
+                    } else {
+                        slide.speed_mm_s
                     };
                     (mean * share, self.light.rubbing_ms * 1e-3 * gain / share)
                 }

@@ -8,8 +8,8 @@ use wstac_core::rate::FrameRate;
 use super::npz::{Dtype, Npz};
 use super::part::Part;
 use super::sweep::Sweep;
-use wstac_scene::{Slide, Touch};
 use wstac_scene::specimen::{Pattern, Specimen};
+use wstac_scene::{Slide, Touch};
 
 /// Writes all samples with their labels, in the order of their slides.
 ///
