@@ -340,6 +340,7 @@ mod tests {
             ("specimen = \"Saw3\"\nspeed = 9\nperiod = nan", ["period is NaN", "0.1 to 1000"]),
             ("specimen = \"Saw3\"\nspeed = 9\n[light]\nleak = 2", ["[light] leak is 2", "0 to 1"]),
             ("specimen = \"Saw3\"\nspeed = 9\n[whisker]\noverlap_mm = 5", ["[whisker] overlap_mm is 5", "0 to 4.75"]),
+            ("specimen = \"Saw3\"\nspeed = 9\n[whisker]\nrelaxation_ms = 1e-9", ["relaxation_ms is", "1000, or 0"]),
             ("specimen = \"Saw3\"\nspeed = 9\n[whisker]\nbeam = \"stiff\"", ["stiff", "elastica"]),
         ] {
             let message = SceneConfig::from_toml("s.toml", text).unwrap_err().to_string();

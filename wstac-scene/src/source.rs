@@ -89,7 +89,7 @@ impl SourceKind for Scenes {
 pub fn script(scene: &str, options: &OpenOptions) -> Result<SceneConfig, Error> {
     let is_file = Path::new(scene).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
     let mut script = if is_file {
-        let text = std::fs::read_to_string(scene).map_err(|error| Error::io(scene, error))?;
+        let text = wstac_host::text_file::file_text(Path::new(scene))?;
         SceneConfig::from_toml(scene, &text)?
     } else {
         SceneConfig::parse_short(scene)?

@@ -68,7 +68,11 @@ impl Keys for WhiskerConfig {
         within("pitch_mm", self.pitch_mm, 0.1, 100.0)?;
         within("dome_degrees", self.dome_degrees, 0.0, 170.0)?;
         within("overlap_mm", self.overlap_mm, 0.0, 0.95 * self.length_mm)?;
-        within("relaxation_ms", self.relaxation_ms, 0.0, 1000.0)
+        if self.relaxation_ms != 0.0 {
+            // A slide has as many pieces as relaxation times fit into it.
+            within("relaxation_ms", self.relaxation_ms, 0.01, 1000.0).map_err(|message| format!("{message}, or 0"))?;
+        }
+        Ok(())
     }
 }
 

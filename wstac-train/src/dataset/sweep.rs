@@ -75,7 +75,7 @@ impl Sweep {
     /// # Errors
     /// The file is not valid; the message names the file, the key, the value found and the values expected.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let text = std::fs::read_to_string(path).map_err(|error| Error::io(path.display(), error))?;
+        let text = wstac_host::text_file::file_text(path)?;
         Self::parse(&path.display().to_string(), &text)
     }
 

@@ -54,7 +54,7 @@ fn what_is_wrong_with_a_sweep_is_named() {
         ("speed = [1]", vec!["unknown field `speed`", "speeds"]),
         ("specimens = [\"Saw3\", \"Saw7\"]", vec!["specimens[1]: specimen is \"Saw7\"", "Fla0"]),
         ("specimens = []", vec!["specimens is empty", "at least one"]),
-        ("speeds = [100, 0]", vec!["speeds[1]: speed is \"0\"", "1 to 1000"]),
+        ("speeds = [100, 0]", vec!["speeds[1]: speed is 0", "1 to 1000"]),
         ("speeds = 100", vec!["speeds", "sequence"]),
         ("directions = [1e9]", vec!["directions[0]", "direction is 1000000000", "-3600 to 3600"]),
         ("slides = 0", vec!["slides is 0", "1 to 100000"]),

@@ -29,7 +29,7 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let script = script(named(&arguments.scene), &OpenOptions::default())?;
     let scene = Scene::new(&script).map_err(|error| error.about(&arguments.scene))?;
-    let mut out = std::io::stdout().lock();
+    let mut out = super::super::output::stdout();
     let (width, height) = script.sensor.size.into();
     let rate = script.sensor.rate.per_second();
     writeln!(
