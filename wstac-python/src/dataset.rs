@@ -9,6 +9,7 @@ use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::rate::FrameRate;
 use wstac_host::config::Config as Parsed;
 use wstac_host::error::Error;
+use wstac_scene::Touch;
 use wstac_scene::specimen::{Pattern, Specimen};
 use wstac_train::dataset::sweep::Sweep;
 use wstac_train::dataset::{Outcome, each_sample};

@@ -56,7 +56,7 @@ fn what_is_wrong_with_a_sweep_is_named() {
         ("specimens = []", vec!["specimens is empty", "at least one"]),
         ("speeds = [100, 0]", vec!["speeds[1]: speed is 0", "1 to 1000"]),
         ("speeds = 100", vec!["speeds", "sequence"]),
-        ("directions = [1e9]", vec!["directions[0]", "direction is 1000000000", "-3600 to 3600"]),
+        ("directions = [0, 1e9]", vec!["directions[1]", "direction is 1000000000", "-3600 to 3600"]),
         ("slides = 0", vec!["slides is 0", "1 to 100000"]),
         ("slides = 100001", vec!["slides is 100001", "1000000"]),
         ("seed = -1", vec!["seed is -1", "expected 0"]),
