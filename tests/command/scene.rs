@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use wstac_tests::command::{good, refusal, run};
+use rustix::process::{Pid, Signal, kill_process};
+use wstac_tests::command::{good, refusal, run, start};
+use wstac_tests::folder::Folder;
 
 /// Writes a file in a folder of its own.
 fn file(name: &str, content: &str) -> PathBuf {
@@ -79,6 +81,24 @@ fn a_rendered_file_gives_the_events_of_its_scene() {
     assert!(refusal(&["scene", "render", scene, "-o", "x.avi"]).contains(".y4m or .raw"));
     let yuyv = file("y.toml", "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nformat = \"YUYV\"");
     assert!(refusal(&["scene", "render", yuyv.to_str().unwrap(), "-o", "x.y4m"]).contains("expected GREY, Y10"));
+}
+
+/// An interrupted command leaves what was there, and nothing else.
+#[test]
+fn an_interrupted_rendering_keeps_the_old_file() {
+    let folder = Folder::new("scene-interrupted");
+    let path = folder.file("a.y4m", "mine");
+    let arguments = ["scene", "render", "Saw3@1", "-o", path.to_str().unwrap(), "--force"];
+    let mut child = start(&arguments);
+    while folder.names().len() < 2 {
+        assert!(child.try_wait().unwrap().is_none(), "it ended");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    // The signal is handled from the first frame on.
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert_eq!((folder.names(), std::fs::read(&path).unwrap()), (vec!["a.y4m".to_owned()], b"mine".to_vec()));
 }
 
 #[test]

@@ -13,10 +13,12 @@ MODELS = {"linear_svm": ("linear_svm", "dot"), "forest": ("forest",), "boosted":
 TREES = ("trees", "descent", "walk")
 # Files of wstac-core, or a crate, that an image must not contain.
 ABSENT = {
-    "features": ("trigger", "baseline_policy", "baseline", "sample", "speed", "direction", "exp", "texture", "early", "model/", "wire/", "libm"),
+    "features": ("trigger", "baseline_policy", "baseline", "sample", "speed", "direction", "motion/", "exp", "texture", "early", "model/", "wire/", "libm"),
     "trigger": ("baseline_policy", "speed", "direction", "exp", "texture", "early", "model/", "wire/", "libm"),
     "speed": ("baseline_policy", "direction", "texture", "early", "model/", "wire/"),
-    "direction": ("baseline_policy", "texture", "early", "model/", "wire/"),
+    "direction": ("baseline_policy", "texture", "early", "model/", "wire/", "motion/"),
+    "edges": ("baseline_policy", "speed", "direction", "texture", "early", "model/", "wire/", "motion/shape", "motion/shift"),
+    "motion": ("baseline_policy", "speed", "direction", "texture", "early", "model/", "wire/"),
 } | {
     name: ("baseline_policy", "speed", "direction", "exp", "early", "wire/", "libm")
     + tuple(f"model/{part}" for other, parts in MODELS.items() if other != name for part in parts)
@@ -24,7 +26,7 @@ ABSENT = {
     for name in MODELS
 }
 # Files that it must contain, so that an absence has a meaning.
-PRESENT = {"features": "taxels", "trigger": "trigger", "speed": "speed", "direction": "direction"} | {
+PRESENT = {"features": "taxels", "trigger": "trigger", "speed": "speed", "direction": "direction", "edges": "motion/edges", "motion": "motion/shift"} | {
     name: f"model/{name}" for name in MODELS
 }
 

@@ -122,9 +122,9 @@ fn a_day_has_the_events_of_its_slides_and_no_others() {
         let slide = &truth[found.len()];
         let offset = event.event.frame as i64 - slide.start_frame() as i64;
         assert!((-14..=-6).contains(&offset), "event {} of a slide from {}", event.event.frame, slide.start);
-        assert_eq!(event.direction.heading, Ok(slide.slide.heading), "slide from {}", slide.start);
+        assert_eq!(event.direction.heading.ok(), slide.touch.slide().unwrap().heading(), "slide from {}", slide.start);
         let speed = f64::from(event.speed.unwrap().mm_s);
-        found.push((offset, (speed / slide.slide.speed_mm_s - 1.0).abs()));
+        found.push((offset, (speed / slide.touch.slide().unwrap().speed_mm_s - 1.0).abs()));
     }
     assert_eq!(found.len() as u64, slides);
     assert!(frame >= slides * GAP);

@@ -87,6 +87,8 @@ pub enum ConfigError {
     },
     /// The speed threshold is not a number above 0 and at most 5.
     SpeedThreshold(f64),
+    /// The distance between whiskers is not a number above 0 and at most 1000 mm.
+    Pitch(f32),
     /// The speeds that a law was fitted on are not a range of finite numbers above 0, slowest first.
     FittedRange {
         /// Slowest found, in mm/s.
@@ -247,6 +249,7 @@ impl fmt::Display for ConfigError {
             Self::SpeedThreshold(found) => {
                 write!(f, "speed threshold is {found}, expected above 0 and at most 5")
             }
+            Self::Pitch(found) => write!(f, "pitch_mm is {found}, expected above 0 and at most 1000"),
             Self::FittedRange { slowest, fastest } => {
                 write!(f, "range_mm_s is [{slowest}, {fastest}], expected the slowest speed, above 0, then the fastest")
             }

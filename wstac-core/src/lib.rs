@@ -74,6 +74,7 @@ pub mod green;
 pub mod layout;
 pub mod ln;
 pub mod model;
+pub mod motion;
 pub mod params;
 pub mod pipeline;
 pub mod rate;

@@ -29,6 +29,9 @@ pub const PAPER_PITCH: u32 = 80;
 /// Distance of the first corner from the image's edges, in pixels (decided).
 pub const PAPER_FIRST_CORNER: u32 = 15;
 
+/// Distance between neighboring whiskers in mm (decided).
+pub const PITCH_MM: f32 = 4.0;
+
 /// Frame rate that the sample length and the speed law are stated for, in frames per second (paper).
 pub const NOMINAL_FRAME_RATE: u32 = 30;
 /// Above this rate, in frames per second, consecutive frames are added up (decided).

@@ -148,7 +148,7 @@ impl Config {
     /// The file cannot be read, or a key is wrong. The error names the file, the key, what was found and what was
     /// expected.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let text = std::fs::read_to_string(path).map_err(|error| Error::io(path.display(), error))?;
+        let text = crate::text_file::file_text(path)?;
         let config = Self::parse(&text).map_err(|error| error.about(path.display()))?;
         Ok(Self { origin: Some(path.display().to_string()), ..config })
     }

@@ -10,6 +10,7 @@
 //! | `record` | recordings: written, planned and recovered (feature `mcap`) |
 //! | `monitor` | the messages of a board (feature `board`) |
 //! | [`camera`] | facts about cameras: formats, modes, controls |
+//! | [`text_file`] | configurations and other files of text, read up to a limit |
 //! | [`error`] | errors for a person |
 //! | [`plural`] | counts with their nouns |
 
@@ -31,5 +32,6 @@ pub mod record;
 pub mod session;
 pub mod source;
 pub mod statistics;
+pub mod text_file;
 pub mod texture;
 mod words;

@@ -9,6 +9,7 @@ use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::rate::FrameRate;
 use wstac_host::config::Config as Parsed;
 use wstac_host::error::Error;
+use wstac_scene::Touch;
 use wstac_scene::specimen::{Pattern, Specimen};
 use wstac_train::dataset::sweep::Sweep;
 use wstac_train::dataset::{Outcome, each_sample};
@@ -82,16 +83,17 @@ fn arrays<'py>(py: Python<'py>, sweep: &Sweep, outcomes: &[(u32, Outcome)]) -> P
     all.set_item("y_depth", PyArray1::from_iter(py, slides().map(|(slide, _)| slide.specimen.depth_mm)))?;
     all.set_item("whole_depths", sweep.specimens().iter().all(|specimen| specimen.depth_mm.fract() == 0.0))?;
     all.set_item("speed", PyArray1::from_iter(py, slides().map(|(slide, _)| slide.speed_mm_s)))?;
-    let degrees = slides().map(|(slide, _)| i64::from(slide.heading.degrees()));
-    all.set_item("direction", PyArray1::from_iter(py, degrees))?;
+    let degrees = || slides().map(|(slide, _)| slide.direction_deg);
+    if sweep.directions_deg().iter().all(|degrees| degrees.fract() == 0.0) {
+        all.set_item("direction", PyArray1::from_iter(py, degrees().map(|degrees| degrees as i64)))?;
+    } else {
+        all.set_item("direction", PyArray1::from_iter(py, degrees()))?;
+    }
     all.set_item("seed", PyArray1::from_iter(py, slides().map(|(_, seed)| seed)))?;
     all.set_item("reliable", PyArray1::from_iter(py, samples.iter().map(|(.., facts)| facts.reliable)))?;
     let durations = samples.iter().map(|(.., facts)| facts.duration.map_or(-1, i64::from));
     all.set_item("duration", PyArray1::from_iter(py, durations))?;
-    let source = slides().map(|(slide, seed)| {
-        let degrees = slide.heading.degrees();
-        format!("scene: {} at {} mm/s, {degrees} degrees, seed {seed}", slide.specimen, slide.speed_mm_s)
-    });
+    let source = slides().map(|(slide, seed)| format!("scene: {}, seed {seed}", Touch::Slide(*slide)));
     all.set_item("source", source.collect::<Vec<_>>())?;
     let rate: FrameRate = sweep.rate();
     all.set_item("rate", (rate.numerator(), rate.denominator()))?;

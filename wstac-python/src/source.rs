@@ -94,8 +94,8 @@ pub(crate) fn open_source(py: Python<'_>, spec: &str, options: SourceOptions, fe
     Source::new(source, &options, features)
 }
 
-/// A slide of a scene as it truly is: the fields of `wstac.Truth`.
-type Truth = (String, f64, u16, u64, f64, f64);
+/// A touch of a scene as it truly is: the fields of `wstac.Truth`.
+type Truth = (&'static str, Option<String>, Option<f64>, Option<f64>, u64, f64, f64);
 
 /// Opens a scene: its short form or file, or a table in JSON. Returns also what truly happens in it.
 #[pyfunction]
@@ -107,9 +107,10 @@ pub(crate) fn open_scene(scene: &str, is_table: bool, options: SourceOptions) ->
     };
     let source = SceneSource::new(&script.map_err(refused)?).map_err(refused)?;
     let truth = source.truth().iter().map(|truth| {
-        let slide = &truth.slide;
-        let degrees = slide.heading.degrees();
-        (name(&slide.specimen), slide.speed_mm_s, degrees, truth.start_frame(), truth.start_s, truth.end_s)
+        let slide = truth.touch.slide();
+        let specimen = slide.map(|slide| name(&slide.specimen));
+        let (speed, degrees) = (slide.map(|slide| slide.speed_mm_s), slide.map(|slide| slide.direction_deg));
+        (truth.touch.kind(), specimen, speed, degrees, truth.start_frame(), truth.start_s, truth.end_s)
     });
     let truth = truth.collect();
     Ok((Source::new(Box::new(source), &options, true)?, truth))

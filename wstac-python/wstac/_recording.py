@@ -20,14 +20,16 @@ from ._wstac import Error
 
 @dataclass(frozen=True)
 class Truth:
-    """The true properties of a slide of a simulated scene. The extension gives the fields in this order."""
+    """The true properties of a touch of a simulated scene. The extension gives the fields in this order."""
 
-    specimen: str
-    """Such as "Saw3"."""
-    speed: float
-    """Speed in mm/s."""
-    direction: int
-    """Direction in degrees, counterclockwise in the picture."""
+    kind: str
+    """ "slide", "press", "poke" or "hold"."""
+    specimen: str | None
+    """Such as "Saw3"; None unless it slides."""
+    speed: float | None
+    """Speed at the first touch in mm/s; None unless it slides."""
+    direction: float | None
+    """Direction in degrees, counterclockwise in the picture; None unless it slides."""
     start_frame: int
     """Camera frame of the first touch."""
     start_s: float

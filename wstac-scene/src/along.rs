@@ -4,6 +4,7 @@ use wstac_core::params::TAXELS;
 
 use super::script::SceneConfig;
 use super::surface::Surface;
+use super::touch::Touch;
 
 /// The state of a whisker at one moment.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,7 +24,7 @@ pub struct Moment {
 /// Each state holds the strain at `parts` + 1 places. The whisker is bent as the surface requires: the spring-back is
 /// left out.
 pub fn strain_along(script: &SceneConfig, moments: usize, parts: usize) -> Vec<Moment> {
-    let Some(slide) = script.slides.first() else { return Vec::new() };
+    let Some(slide) = script.touches.iter().find_map(Touch::slide) else { return Vec::new() };
     let whisker = &script.whisker;
     let Some(middle) = whisker.whiskers()[TAXELS / 2] else { return Vec::new() };
     let surface = Surface::new(&slide.specimen, whisker.overlap_mm);
@@ -37,7 +38,7 @@ pub fn strain_along(script: &SceneConfig, moments: usize, parts: usize) -> Vec<M
         let bend = whisker.beam.shortened((overlap_mm / whisker.length_mm).min(whisker.beam.most_shortening()));
         let strain_of = whisker.diameter_mm / 2.0 / whisker.length_mm;
         Moment {
-            time_s: passed / slide.speed_mm_s,
+            time_s: slide.time_s(passed / slide.normal_share()),
             overlap_mm,
             deflection_mm: bend.deflection * whisker.length_mm,
             strain: whisker.beam.curvature_along(&bend, parts).iter().map(|k| k * strain_of).collect(),

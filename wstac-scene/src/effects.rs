@@ -1,7 +1,7 @@
 //! The modeled effects of a scene. Each can be left out, and then costs no time.
 
 use super::beam::Beam;
-use super::light::{Dead, LightConfig};
+use super::light::{Dead, LightConfig, Weak};
 use super::script::SceneConfig;
 use super::sensor::{Fidelity, Pose, SensorConfig, SensorFormat};
 use super::whisker::WhiskerConfig;
@@ -52,7 +52,7 @@ macro_rules! amount {
 }
 
 /// All effects, in the order in which light passes through them.
-pub const EFFECTS: [Effect; 20] = [
+pub const EFFECTS: [Effect; 21] = [
     Effect {
         name: "large bends",
         what: "the elastica (Bisshopp and Drucker 1945) instead of the linear beam",
@@ -103,6 +103,13 @@ pub const EFFECTS: [Effect; 20] = [
         value: |script| (script.light.dead != Dead::default()).then(|| format!("{}", script.light.dead.count())),
         remove: |script| script.light.dead = Dead::default(),
         add: |script| script.light.dead = Dead::try_from(vec![[3, 3]]).unwrap_or_default(),
+    },
+    Effect {
+        name: "weak whiskers",
+        what: "give less light",
+        value: |script| (script.light.weak != Weak::default()).then(|| format!("{}", script.light.weak.count())),
+        remove: |script| script.light.weak = Weak::default(),
+        add: |script| script.light.weak = Weak::try_from(vec![(3, 3, 0.5)]).unwrap_or_default(),
     },
     amount! {
         "leak": "ambient light on every pixel",

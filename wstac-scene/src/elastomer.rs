@@ -1,4 +1,4 @@
-//! The elastomer with its whiskers: it turns slides into the light of 25 bases over time.
+//! The elastomer with its whiskers: it turns touches into the light of 25 bases over time.
 
 use wstac_core::params::TAXELS;
 
@@ -6,14 +6,18 @@ use super::Truth;
 use super::contact::{Passage, Tip, spring_back};
 use super::light::{Exposure, Fluctuation, LightConfig, gain};
 use super::rng::Rng;
-use super::script::{SceneConfig, Slide};
+use super::script::SceneConfig;
 use super::surface::Surface;
+use super::touch::Touch;
 use super::whisker::{Bending, Bent, Whisker, WhiskerConfig};
 
 /// Number of pieces of time in the afterglow's time constant and in the crossing of a period.
 ///
 /// Halving the pieces changes no feature by more than 1 unit of 2^-11 (tested).
 const FINENESS: f64 = 32.0;
+
+/// Largest time in which a changing speed counts as even, in s: at the steepest profile it changes by about 1 %.
+const EVEN_S: f64 = 1e-3;
 
 /// Change of the overlap that is divided this way, as a fraction of a whisker's length.
 const WIDEST_STEP: f64 = 0.8;
@@ -33,10 +37,10 @@ struct Site {
     brightness: f64,
 }
 
-/// The slide that is next or in progress.
+/// The touch that is next or in progress.
 #[derive(Clone, Debug)]
 struct Current {
-    slide: Slide,
+    touch: Touch,
     surface: Surface,
     /// First and last touch, in s.
     start: f64,
@@ -52,7 +56,7 @@ pub(crate) struct Elastomer {
     bending: Bending,
     sites: [Option<Site>; TAXELS],
     current: Option<Current>,
-    /// Index of the slide that comes after the current one.
+    /// Index of the touch that comes after the current one.
     next: usize,
     seed: u64,
     noise: f64,
@@ -74,10 +78,11 @@ impl Elastomer {
             // Each taxel draws its gain even if it is absent, so that its gain does not depend on which other taxels
             // are present.
             let gain = gain(light.gain_deviation, &mut gains);
-            let gain = if taxel.next().is_some_and(|taxel| light.dead.has(taxel)) { 0.0 } else { gain };
+            let taxel: usize = taxel.next()?;
+            let gain = if light.dead.has(taxel) { 0.0 } else { gain * light.weak.gain(taxel) };
             let whisker = there?;
-            let overlap_mm = whisker_overlap(&script.whisker, &whisker);
-            let tip = Tip { overlap_mm, bent: Bent::default(), loose: false, fluctuation: Fluctuation::new(0) };
+            // Each touch sets its own overlap.
+            let tip = Tip { overlap_mm: 0.0, bent: Bent::default(), loose: false, fluctuation: Fluctuation::new(0) };
             Some(Site { whisker, tip, gain, brightness: 0.0 })
         });
         Self {
@@ -107,37 +112,67 @@ impl Elastomer {
         light.map(|light| light * drifted)
     }
 
-    /// Advances by `length` s.
+    /// Advances by `length` s. A stretch in which the speed changes is divided into shorter ones.
     fn pass(&mut self, from: f64, length: f64) -> [f64; TAXELS] {
+        let profile = |current: &Current| current.touch.slide().is_some_and(|slide| slide.profile.is_some());
+        if !self.current.as_ref().is_some_and(profile) {
+            return self.pass_evenly(from, length);
+        }
+        let parts = libm::ceil(length / EVEN_S).max(1.0) as u32;
+        let part = length / f64::from(parts);
+        let mut light = [0.0; TAXELS];
+        for number in 0..parts {
+            let more = self.pass_evenly(from + f64::from(number) * part, part);
+            light.iter_mut().zip(more).for_each(|(light, more)| *light += more);
+        }
+        light
+    }
+
+    /// Advances by `length` s in which the speed does not change.
+    fn pass_evenly(&mut self, from: f64, length: f64) -> [f64; TAXELS] {
         let afterglow = self.light.afterglow_ms * 1e-3;
         let relaxation_s = self.whisker.relaxation_ms * 1e-3;
-        let half_span = self.whisker.span_mm() / 2.0;
-        // Light that still glows keeps its brightness, whatever gain the next slide has.
+        // Light that still glows keeps its brightness, whatever gain the next touch has.
         let gain = self.current.as_ref().map_or(1.0, |current| current.gain);
         let flash = self.light.flash_ms * 1e-3 * gain;
         let under_way = |current: &&Current| current.start < from + length && current.end > from;
         let current = self.current.as_ref().filter(under_way);
-        let passage = current.map(|current| Passage {
-            surface: &current.surface,
-            bending: &self.bending,
-            speed_mm_s: current.slide.speed_mm_s,
-            relaxation_s,
-            step_s: fastest_s(&self.whisker, &self.light, &current.slide) / self.fineness,
-            step_mm: WIDEST_STEP * self.whisker.length_mm / self.fineness,
-            flash,
-            rubbing: self.light.rubbing_ms * 1e-3 * gain,
-            fluctuation: self.light.fluctuation * self.noise,
-            fluctuation_mm: self.light.fluctuation_mm,
+        let passage = current.map(|current| {
+            let (speed_mm_s, rubbing) = match &current.touch {
+                Touch::Slide(slide) => {
+                    let share = slide.normal_share();
+                    let mean = if slide.profile.is_some() {
+                        let since = (from - current.start).max(0.0);
+                        let until = (from + length - current.start).max(0.0);
+                        ((slide.moved_mm(until) - slide.moved_mm(since)) / (until - since)).max(f64::MIN_POSITIVE)
+                    } else {
+                        slide.speed_mm_s
+                    };
+                    (mean * share, self.light.rubbing_ms * 1e-3 * gain / share)
+                }
+                // The surface of a press is a path in time.
+                Touch::Press(_) => (1.0, 0.0),
+            };
+            Passage {
+                surface: &current.surface,
+                bending: &self.bending,
+                speed_mm_s,
+                relaxation_s,
+                step_s: fastest_s(&self.whisker, &self.light, &current.touch) / self.fineness,
+                step_mm: WIDEST_STEP * self.whisker.length_mm / self.fineness,
+                flash,
+                rubbing,
+                fluctuation: self.light.fluctuation * self.noise,
+                fluctuation_mm: self.light.fluctuation_mm,
+            }
         });
         let mut light = [0.0; TAXELS];
-        for (light, site) in light.iter_mut().zip(&mut self.sites) {
+        for (taxel, (light, site)) in light.iter_mut().zip(&mut self.sites).enumerate() {
             let Some(site) = site else { continue };
             let mut exposure = Exposure::new(afterglow, length);
             match (&passage, current) {
-                (Some(passage), Some(current)) => {
-                    // The leading end starts at the first whiskers.
-                    let behind = half_span + site.whisker.along(current.slide.heading);
-                    let passed = current.slide.speed_mm_s * (from - current.start) - behind;
+                (Some(passage), Some(current)) if meets(&current.touch, taxel, &site.whisker) => {
+                    let passed = passed(current, &site.whisker, &self.whisker, from);
                     passage.advance(&mut site.tip, passed, length, &mut exposure);
                 }
                 _ if site.tip.bent.strain > 0.0 => {
@@ -152,7 +187,7 @@ impl Elastomer {
         light
     }
 
-    /// Makes the first slide current that is not over at `from` s, if it starts before `to` s.
+    /// Makes the first touch current that is not over at `from` s, if it starts before `to` s.
     fn turn_to(&mut self, truth: &[Truth], from: f64, to: f64) {
         if self.current.as_ref().is_some_and(|current| current.end > from) {
             return;
@@ -169,16 +204,20 @@ impl Elastomer {
             let seed = seeds.bits();
             if let Some(site) = site {
                 site.tip.fluctuation = Fluctuation::new(seed);
+                site.tip.overlap_mm = overlap_mm(&self.whisker, &site.whisker, &truth.touch);
             }
         }
-        let surface = Surface::new(&truth.slide.specimen, self.whisker.overlap_mm);
-        self.current = Some(Current { slide: truth.slide, surface, start: truth.start_s, end: truth.end_s, gain });
+        let surface = match &truth.touch {
+            Touch::Slide(slide) => Surface::new(&slide.specimen, self.whisker.overlap_mm),
+            Touch::Press(press) => Surface::plate(press.overlap_mm, press.approach_s(), press.hold_s),
+        };
+        self.current = Some(Current { touch: truth.touch, surface, start: truth.start_s, end: truth.end_s, gain });
     }
 }
 
-/// Returns the shortest time scale of a slide, in s: of texture, afterglow, spring-back or rubbing.
-fn fastest_s(whisker: &WhiskerConfig, light: &LightConfig, slide: &Slide) -> f64 {
-    let mut fastest = slide.specimen.finest_mm() / slide.speed_mm_s;
+/// Returns the shortest time scale of a touch, in s: of texture, afterglow, spring-back or rubbing.
+fn fastest_s(whisker: &WhiskerConfig, light: &LightConfig, touch: &Touch) -> f64 {
+    let mut fastest = touch.slide().map_or(f64::INFINITY, |slide| slide.specimen.finest_mm() / slide.fastest_mm_s());
     if light.afterglow_ms > 0.0 {
         fastest = fastest.min(light.afterglow_ms * 1e-3);
     }
@@ -186,13 +225,37 @@ fn fastest_s(whisker: &WhiskerConfig, light: &LightConfig, slide: &Slide) -> f64
         // The spring-back itself is exact; only the moments of release and contact depend on pieces.
         fastest = fastest.min(16.0 * whisker.relaxation_ms * 1e-3);
     }
-    if light.rubbing_ms > 0.0 && light.fluctuation > 0.0 {
-        fastest = fastest.min(3.0 * light.fluctuation_mm / slide.speed_mm_s);
+    if let Some(slide) = touch.slide().filter(|_| light.rubbing_ms > 0.0 && light.fluctuation > 0.0) {
+        fastest = fastest.min(3.0 * light.fluctuation_mm / slide.fastest_mm_s());
     }
     fastest
 }
 
-/// Returns the overlap of the crests with a whisker, in mm.
-fn whisker_overlap(config: &WhiskerConfig, whisker: &Whisker) -> f64 {
-    config.overlap_mm - whisker.lowered
+/// Returns whether a touch reaches a whisker.
+fn meets(touch: &Touch, taxel: usize, whisker: &Whisker) -> bool {
+    match touch {
+        Touch::Slide(slide) => slide.meets(whisker),
+        Touch::Press(press) => press.meets(taxel),
+    }
+}
+
+/// Returns how far the surface has passed a whisker at `from` s: in mm for a slide, in s for a press.
+fn passed(current: &Current, whisker: &Whisker, config: &WhiskerConfig, from: f64) -> f64 {
+    let since = from - current.start;
+    match &current.touch {
+        // The leading end starts at the first whiskers.
+        Touch::Slide(slide) => {
+            let moved = if since < 0.0 { slide.speed_mm_s * since } else { slide.moved_mm(since) };
+            moved * slide.normal_share() - slide.behind(whisker, config)
+        }
+        Touch::Press(_) => since,
+    }
+}
+
+/// Returns the overlap of a touch's crests, or of its plate at its lowest, with a whisker, in mm.
+fn overlap_mm(config: &WhiskerConfig, whisker: &Whisker, touch: &Touch) -> f64 {
+    match touch {
+        Touch::Slide(_) => config.overlap_mm - whisker.lowered,
+        Touch::Press(press) => press.overlap_mm - whisker.lowered - press.higher_mm(whisker, config),
+    }
 }

@@ -6,6 +6,7 @@
 //! | module | content |
 //! | --- | --- |
 //! | [`script`] | the contents of a scene's file |
+//! | [`touch`] | the touches: slides, presses, pokes and holds |
 //! | [`specimen`] | the specimens that slide over the sensor |
 //! | [`sensor`] | the camera: noise, pixels and formats |
 //! | [`source`] | scenes as sources of `wstac-host` |
@@ -27,17 +28,20 @@ pub mod sensor;
 pub mod source;
 pub mod specimen;
 mod surface;
+pub mod touch;
+mod touch_table;
 mod whisker;
 
 use wstac_core::params::TAXELS;
 
 pub use self::beam::Beam;
 use self::elastomer::Elastomer;
-pub use self::light::{Dead, LightConfig};
+pub use self::light::{Dead, LightConfig, Weak};
 use self::rng::Rng;
-pub use self::script::{SceneConfig, Slide};
+pub use self::script::SceneConfig;
 use self::sensor::auto_exposure::{AutoExposure, Interval};
 use self::sensor::{Fidelity, Sensor, SensorConfig};
+pub use self::touch::{Press, PressKind, Slide, SpeedProfile, Touch};
 pub use self::whisker::{Present, WhiskerConfig};
 use wstac_host::error::Error;
 use wstac_host::source::LossReason;
@@ -48,11 +52,11 @@ const NOISE: u64 = 3;
 const DROPS: u64 = 6;
 const LONG_NOISE: u64 = 7;
 
-/// A slide, and when it touches the first and last whiskers.
+/// A touch, and when it reaches the first and leaves the last whiskers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Truth {
-    /// The specimen, its speed and its direction.
-    pub slide: Slide,
+    /// The touch.
+    pub touch: Touch,
     /// First touch, in frames from the scene's start; its fraction is random.
     pub start: f64,
     /// First touch in s.
@@ -146,7 +150,7 @@ impl Scene {
         camera(script, &sensor_config(script), 1.0, NOISE)
     }
 
-    /// Returns the ground truth: the slides in the order of time.
+    /// Returns the ground truth: the touches in the order of time.
     pub fn truth(&self) -> &[Truth] {
         &self.truth
     }
@@ -234,17 +238,16 @@ fn camera(script: &SceneConfig, config: &SensorConfig, intervals: f64, purpose: 
     Sensor::new(config, script.fidelity, leak, Rng::new(script.seed, purpose))
 }
 
-/// Draws the times of the slides, and returns them with the number of frames in the scene.
+/// Draws the times of the touches, and returns them with the number of frames in the scene.
 fn schedule(script: &SceneConfig, frame_s: f64) -> (Vec<Truth>, u64) {
     let mut phases = Rng::new(script.seed, PHASES);
     let camera_frames = |dark: u32| f64::from(dark) * f64::from(script.sensor.rate.frames_added());
-    let span_mm = script.whisker.span_mm();
     let mut free = camera_frames(script.lead_in);
-    let truth = script.slides.iter().map(|&slide| {
+    let truth = script.touches.iter().map(|&touch| {
         let start = free + phases.uniform();
-        let lasts_s = (slide.specimen.length_mm + span_mm) / slide.speed_mm_s;
+        let lasts_s = touch.lasts_s(&script.whisker);
         free = libm::ceil(start + lasts_s / frame_s) + camera_frames(script.gap);
-        Truth { slide, start, start_s: start * frame_s, end_s: start * frame_s + lasts_s }
+        Truth { touch, start, start_s: start * frame_s, end_s: start * frame_s + lasts_s }
     });
     let truth = truth.collect();
     (truth, free as u64)

@@ -6,7 +6,7 @@
 
 use libm::{exp, fabs};
 use serde::Deserialize;
-use wstac_core::params::{COLUMNS, ROWS};
+use wstac_core::params::{COLUMNS, ROWS, TAXELS};
 
 use super::keys::{Keys, within};
 use super::rng::Rng;
@@ -47,6 +47,57 @@ pub struct LightConfig {
     pub drift_per_minute: f64,
     /// Whiskers that give no light.
     pub dead: Dead,
+    /// Whiskers that give less light than the others.
+    pub weak: Weak,
+}
+
+/// Whiskers that give less light, read from a list of row, column (each 1 to 5) and gain (0 to 1).
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "Vec<(i64, i64, f64)>")]
+pub struct Weak([f32; TAXELS]);
+
+impl Default for Weak {
+    fn default() -> Self {
+        Self([1.0; TAXELS])
+    }
+}
+
+impl Weak {
+    /// Returns the gain of the whisker of this taxel, 1 for a whisker that is not weak.
+    pub fn gain(&self, taxel: usize) -> f64 {
+        self.0.get(taxel).map_or(1.0, |&gain| f64::from(gain))
+    }
+
+    /// Returns the number of whiskers that are weak.
+    pub fn count(&self) -> usize {
+        self.0.iter().filter(|gain| **gain < 1.0).count()
+    }
+}
+
+impl TryFrom<Vec<(i64, i64, f64)>> for Weak {
+    type Error = String;
+
+    /// Reads the list; an error names the key, the value found and the values expected.
+    fn try_from(places: Vec<(i64, i64, f64)>) -> Result<Self, String> {
+        let mut gains = Self::default();
+        for (row, column, gain) in places {
+            let taxel = taxel_of("weak", row, column)?;
+            within("gain of weak", gain, 0.0, 1.0)?;
+            if let Some(of) = gains.0.get_mut(taxel) {
+                *of = gain as f32;
+            }
+        }
+        Ok(gains)
+    }
+}
+
+/// Returns the taxel of a row and a column; an error names the key, the values found and the values expected.
+pub(crate) fn taxel_of(key: &str, row: i64, column: i64) -> Result<usize, String> {
+    let (rows, columns) = (ROWS as i64, COLUMNS as i64);
+    if !(1..=rows).contains(&row) || !(1..=columns).contains(&column) {
+        return Err(format!("{key} has [{row}, {column}], expected a row and a column of 1 to {rows}"));
+    }
+    Ok(((row - 1) * columns + column - 1) as usize)
 }
 
 /// The set of whiskers that give no light, read from a list of rows and columns, each 1 to 5.
@@ -71,13 +122,9 @@ impl TryFrom<Vec<[i64; 2]>> for Dead {
 
     /// Reads the list; an error names the key, the value found and the values expected.
     fn try_from(places: Vec<[i64; 2]>) -> Result<Self, String> {
-        places.into_iter().try_fold(Self(0), |Self(dead), [row, column]| {
-            let (rows, columns) = (ROWS as i64, COLUMNS as i64);
-            if !(1..=rows).contains(&row) || !(1..=columns).contains(&column) {
-                return Err(format!("dead has [{row}, {column}], expected a row and a column of 1 to {rows}"));
-            }
-            Ok(Self(dead | 1 << ((row - 1) * columns + column - 1)))
-        })
+        places
+            .into_iter()
+            .try_fold(Self(0), |Self(dead), [row, column]| Ok(Self(dead | 1 << taxel_of("dead", row, column)?)))
     }
 }
 
@@ -96,6 +143,7 @@ impl Default for LightConfig {
             leak_per_minute: 0.0,
             drift_per_minute: 0.0,
             dead: Dead::default(),
+            weak: Weak::default(),
         }
     }
 }

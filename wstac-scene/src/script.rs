@@ -1,43 +1,63 @@
-//! The file of a scene: one slide or several, the sensor under it, and the seed of all random numbers.
+//! The file of a scene: its touches, the sensor that they meet, and the seed of all random numbers.
 //!
 //! ```toml
 //! specimen = "Saw3"      # Fla0, Sphere, or Sin, Saw or Tri with a depth of 2, 3 or 4 mm
-//! speed = 150            # mm/s
-//! direction = 90         # degrees: 0, 90, 180 or 270; default 0
+//! speed = 150            # mm/s; or [[0, 80], [40, 200]]: mm of path, mm/s there
+//! direction = 90         # degrees, any; default 0
 //! depth = 3.5            # depth of the texture in mm, instead of the name's; the period is then 7
 //! period = 5             # period of the texture in mm, instead of twice the depth
 //! length = 104.5         # length of the block in mm
+//! width = 12             # width of the block across its motion in mm; default: wider than the sensor
+//! offset = 3             # distance of the block's middle to the left of its path, in mm
+//! skew = 20              # angle of the block's edges and texture against its motion, in degrees
 //! edge = 72              # slope of the block's ends in degrees, up to 90
 //! radius = 0.5           # radius of a Sphere in mm
 //! seed = 7               # of all random numbers; default 0
 //! noise = 0.8            # scale of all random deviations; 0 for none
-//! lead_in = 45           # dark frames before the first slide
-//! gap = 70               # dark frames between slides, and after the last one
+//! lead_in = 45           # dark frames before the first touch
+//! gap = 70               # dark frames between touches, and after the last one
 //! fidelity = "rendered"  # or "taxel": taxel sums from their distribution, without pixels
 //! ```
 //!
-//! Any number of `[[slide]]` tables may hold the keys of a slide instead. The tables `[whisker]`,
-//! `[light]` and `[sensor]` are [`WhiskerConfig`], [`LightConfig`] and the camera's.
+//! or, instead of the keys of a slide, any number of `[[slide]]` tables that hold them, or of `[[touch]]` tables:
+//!
+//! ```toml
+//! [[touch]]
+//! kind = "slide"         # with the keys of a slide
+//! specimen = "Saw3"
+//! speed = 150
+//! [[touch]]
+//! kind = "press"         # or "hold", a long one, or "poke", on one whisker
+//! overlap = 3            # of the plate at its lowest, with the middle whisker, in mm
+//! approach = 400         # its vertical speed in mm/s
+//! hold = 0.2             # time at its lowest in s; of a "hold" 5
+//! tilt = 2               # of the plate in degrees; it is higher in `direction`
+//! direction = 90
+//! [[touch]]
+//! kind = "poke"
+//! whisker = [3, 2]       # its row and column
+//! ```
+//!
+//! The tables `[whisker]`, `[light]` and `[sensor]` are [`WhiskerConfig`], [`LightConfig`] and the camera's.
 
 use serde::Deserialize;
-use wstac_core::direction::Heading;
 use wstac_core::params::{BASELINE_WINDOWS, DEFAULT_BACKTRACK, DEFAULT_WINDOW, SAMPLE_FRAMES};
 
 use super::keys::{Keys, within};
 use super::light::LightConfig;
 use super::sensor::{Fidelity, SensorConfig};
 use super::specimen::{Pattern, Specimen};
+use super::touch::{Slide, Touch};
+use super::touch_table::{FileSlide, FileSpeed, FileTouch, parsed_direction, parsed_speed};
 use super::whisker::WhiskerConfig;
 use wstac_host::error::{Error, ErrorKind};
 
 /// Scale of all noise: fitted to one number of the paper's table 2, a linear SVM's specimen accuracy of 83 % (SPEC §8).
 pub const NOISE: f64 = 0.8;
-/// Speeds of the slowest and fastest slide, in mm/s.
-const SPEEDS: (f64, f64) = (1.0, 1000.0);
 /// Largest number of dark frames that a key may request.
 const MOST_DARK: u32 = 100_000;
-/// Largest number of slides in a scene.
-const MOST_SLIDES: usize = 10_000;
+/// Largest number of touches in a scene.
+const MOST_TOUCHES: usize = 10_000;
 /// Default number of dark frames before the first slide.
 ///
 /// It covers the default trigger's baseline, its backtrack, and two windows to spare.
@@ -45,29 +65,18 @@ const DEFAULT_LEAD_IN: u32 = BASELINE_WINDOWS * DEFAULT_WINDOW as u32 + DEFAULT_
 /// Default number of dark frames between slides: the length of a sample.
 const DEFAULT_GAP: u32 = SAMPLE_FRAMES as u32;
 
-/// One slide of a specimen over the sensor.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Slide {
-    /// The specimen.
-    pub specimen: Specimen,
-    /// Its speed, in mm/s.
-    pub speed_mm_s: f64,
-    /// Its direction.
-    pub heading: Heading,
-}
-
 /// A checked scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneConfig {
-    /// The slides in the order of time, at least one.
-    pub slides: Vec<Slide>,
+    /// The touches in the order of time, at least one.
+    pub touches: Vec<Touch>,
     /// Seed of all random numbers.
     pub seed: u64,
     /// Scale of all random deviations from run to run: gain, rubbing, the sensor's noise; 0 for none.
     pub noise: f64,
-    /// Dark frames before the first slide.
+    /// Dark frames before the first touch.
     pub lead_in: u32,
-    /// Dark frames after each slide.
+    /// Dark frames after each touch.
     pub gap: u32,
     /// The `[whisker]` table.
     pub whisker: WhiskerConfig,
@@ -84,13 +93,16 @@ pub struct SceneConfig {
 #[serde(deny_unknown_fields)]
 struct File {
     specimen: Option<String>,
-    speed: Option<f64>,
-    direction: Option<i64>,
+    speed: Option<FileSpeed>,
+    direction: Option<f64>,
     depth: Option<f64>,
     period: Option<f64>,
     length: Option<f64>,
+    width: Option<f64>,
     edge: Option<f64>,
     radius: Option<f64>,
+    skew: Option<f64>,
+    offset: Option<f64>,
     seed: Option<i64>,
     noise: Option<f64>,
     lead_in: Option<i64>,
@@ -105,27 +117,15 @@ struct File {
     fidelity: Fidelity,
     #[serde(default)]
     slide: Vec<FileSlide>,
-}
-
-/// A `[[slide]]` before it is checked.
-#[derive(Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
-struct FileSlide {
-    specimen: Option<String>,
-    speed: Option<f64>,
-    direction: Option<i64>,
-    depth: Option<f64>,
-    period: Option<f64>,
-    length: Option<f64>,
-    edge: Option<f64>,
-    radius: Option<f64>,
+    #[serde(default)]
+    touch: Vec<FileTouch>,
 }
 
 impl SceneConfig {
-    /// Creates the default scene with these slides.
-    fn new(slides: Vec<Slide>) -> Self {
+    /// Creates the default scene with these touches.
+    pub fn new(touches: Vec<Touch>) -> Self {
         Self {
-            slides,
+            touches,
             seed: 0,
             lead_in: DEFAULT_LEAD_IN,
             gap: DEFAULT_GAP,
@@ -139,7 +139,7 @@ impl SceneConfig {
 
     /// Reads the short form.
     ///
-    /// It is `Saw3@150`, then `,90deg` and `,seed=7` in any order, each at most once.
+    /// It is `Saw3@150`, then `,90deg` (any angle) and `,seed=7` in any order, each at most once.
     ///
     /// # Errors
     /// The text is not in the short form; the message names the part, the value found and the values expected.
@@ -174,55 +174,65 @@ fn parse_short(text: &str) -> Result<SceneConfig, String> {
     };
     // A sphere needs keys that the short form does not have.
     let specimen: Specimen = specimen.parse().map_err(|error: String| error.replace(", or Sphere", ""))?;
-    let speed = checked_speed(speed)?;
+    let speed = parsed_speed(speed)?;
     if specimen.pattern == Pattern::Sphere {
         return Err("specimen is \"Sphere\", expected it in a FILE.toml, with overlap_mm under [whisker]".into());
     }
-    let (mut heading, mut seed) = (None, None);
+    let (mut direction, mut seed) = (None, None);
     for part in parts {
         let twice = if let Some(degrees) = part.strip_suffix("deg") {
-            heading.replace(checked_direction(degrees)?).map(|_| "direction")
+            direction.replace(parsed_direction(degrees)?).map(|_| "direction")
         } else if let Some(found) = part.strip_prefix("seed=") {
             let expected = |_| format!("seed is {found:?}, expected an integer from 0 to {}", u64::MAX);
             seed.replace(found.parse().map_err(expected)?).map(|_| "seed")
         } else {
-            return Err(format!("option is {part:?}, expected 0deg, 90deg, 180deg, 270deg or seed=NUMBER"));
+            return Err(format!("option is {part:?}, expected ANGLEdeg as in 90deg, or seed=NUMBER"));
         };
         if let Some(name) = twice {
             return Err(format!("{name} is given twice, expected once"));
         }
     }
-    let heading = heading.unwrap_or(Heading::Right);
-    let slide = Slide { specimen, speed_mm_s: speed, heading };
+    let slide = Touch::Slide(Slide::new(specimen, speed, direction.unwrap_or(0.0)));
     Ok(SceneConfig { seed: seed.unwrap_or(0), ..SceneConfig::new(vec![slide]) })
 }
 
 fn check(file: File) -> Result<SceneConfig, String> {
-    let File { specimen, speed, direction, depth, period, length, edge, radius, .. } = file;
-    let one = FileSlide { specimen, speed, direction, depth, period, length, edge, radius };
-    let slides = if file.slide.is_empty() {
-        vec![check_slide(&one)?]
-    } else if one == FileSlide::NONE {
-        let numbered = (1..).zip(file.slide);
-        let checked = numbered.map(|(n, slide)| check_slide(&slide).map_err(|e| format!("[[slide]] {n}: {e}")));
-        checked.collect::<Result<_, _>>()?
-    } else {
-        return Err("a slide's key stands beside [[slide]], expected one or the other".into());
+    let File { specimen, speed, direction, depth, period, length, width, edge, radius, skew, offset, .. } = file;
+    let one = FileSlide { specimen, speed, direction, depth, period, length, width, edge, radius, skew, offset };
+    let numbered = |name: &str, n: usize, message: String| format!("[[{name}]] {n}: {message}");
+    let touches = match (&file.slide[..], &file.touch[..]) {
+        ([], []) => vec![one.check().map(Touch::Slide)?],
+        _ if one != FileSlide::default() => {
+            let name = if file.touch.is_empty() { "slide" } else { "touch" };
+            return Err(format!("a slide's key stands beside [[{name}]], expected one or the other"));
+        }
+        (slides, []) => {
+            let check = |(n, slide): (usize, &FileSlide)| slide.check().map_err(|e| numbered("slide", n, e));
+            (1..).zip(slides).map(check).map(|slide| slide.map(Touch::Slide)).collect::<Result<_, _>>()?
+        }
+        ([], touches) => {
+            let check =
+                |(n, touch): (usize, &FileTouch)| touch.check(&file.whisker).map_err(|e| numbered("touch", n, e));
+            (1..).zip(touches).map(check).collect::<Result<Vec<_>, _>>()?
+        }
+        _ => return Err("[[slide]] stands beside [[touch]], expected one or the other".into()),
     };
-    if slides.len() > MOST_SLIDES {
-        return Err(format!("[[slide]] is there {} times, expected at most {MOST_SLIDES}", slides.len()));
+    if touches.len() > MOST_TOUCHES {
+        let name = if file.touch.is_empty() { "slide" } else { "touch" };
+        return Err(format!("[[{name}]] is there {} times, expected at most {MOST_TOUCHES}", touches.len()));
     }
     file.whisker.check_table()?;
     file.light.check_table()?;
     let File { whisker, light, sensor, fidelity, .. } = file;
-    let spheres = slides.iter().filter(|slide| slide.specimen.pattern == Pattern::Sphere);
+    let slides = touches.iter().filter_map(Touch::slide);
+    let spheres = slides.filter(|slide| slide.specimen.pattern == Pattern::Sphere);
     for radius in spheres.map(|slide| slide.specimen.depth_mm) {
         if whisker.overlap_mm > radius {
             let found = whisker.overlap_mm;
             return Err(format!("[whisker] overlap_mm is {found}, expected 0 to a Sphere's radius, {radius}"));
         }
     }
-    let script = SceneConfig { whisker, light, sensor, fidelity, ..SceneConfig::new(slides) };
+    let script = SceneConfig { whisker, light, sensor, fidelity, ..SceneConfig::new(touches) };
     let seed = file.seed.unwrap_or(0);
     let seed = u64::try_from(seed).map_err(|_| format!("seed is {seed}, expected 0 to {}", i64::MAX))?;
     let noise = file.noise.unwrap_or(script.noise);
@@ -231,78 +241,6 @@ fn check(file: File) -> Result<SceneConfig, String> {
     let lead_in = checked_frames("lead_in", file.lead_in, 0, script.lead_in)?;
     let gap = checked_frames("gap", file.gap, DEFAULT_GAP, script.gap)?;
     Ok(SceneConfig { seed, noise, lead_in, gap, ..script })
-}
-
-impl FileSlide {
-    /// A slide without any key.
-    const NONE: Self = Self {
-        specimen: None,
-        speed: None,
-        direction: None,
-        depth: None,
-        period: None,
-        length: None,
-        edge: None,
-        radius: None,
-    };
-}
-
-fn check_slide(slide: &FileSlide) -> Result<Slide, String> {
-    let specimen = slide.specimen.as_ref().ok_or("specimen is missing, expected one as in \"Saw3\"")?;
-    let specimen = check_specimen(specimen.parse()?, slide)?;
-    let speed = slide.speed.ok_or("speed is missing, expected one in mm/s")?;
-    Ok(Slide {
-        specimen,
-        speed_mm_s: checked_speed(&speed.to_string())?,
-        heading: checked_direction(&slide.direction.unwrap_or(0).to_string())?,
-    })
-}
-
-/// Checks a slide's own values, and returns the specimen with them.
-fn check_specimen(named: Specimen, slide: &FileSlide) -> Result<Specimen, String> {
-    let of_others = |key: &str, found: Option<f64>, others: &str| match found {
-        Some(found) => Err(format!("{key} is {found}, expected only with {others}")),
-        None => Ok(()),
-    };
-    if named.pattern == Pattern::Sphere {
-        for (key, found) in [("depth", slide.depth), ("length", slide.length), ("edge", slide.edge)] {
-            of_others(key, found, "a block")?;
-        }
-        of_others("period", slide.period, "Sin, Saw or Tri")?;
-        let radius = slide.radius.unwrap_or(named.depth_mm);
-        within("radius", radius, 0.01, 100.0)?;
-        return Ok(Specimen::sphere(radius));
-    }
-    of_others("radius", slide.radius, "Sphere")?;
-    let mut specimen = named;
-    if named.is_textured() {
-        specimen = Specimen::block(named.pattern, slide.depth.unwrap_or(named.depth_mm));
-        specimen.period_mm = slide.period.unwrap_or(specimen.period_mm);
-        within("depth", specimen.depth_mm, 0.001, 100.0)?;
-        within("period", specimen.period_mm, 0.1, 1000.0)?;
-    } else {
-        of_others("depth", slide.depth, "Sin, Saw or Tri")?;
-        of_others("period", slide.period, "Sin, Saw or Tri")?;
-    }
-    specimen.length_mm = slide.length.unwrap_or(named.length_mm);
-    specimen.edge_degrees = slide.edge.unwrap_or(named.edge_degrees);
-    within("length", specimen.length_mm, 0.1, 1000.0)?;
-    within("edge", specimen.edge_degrees, 1.0, 90.0)?;
-    Ok(specimen)
-}
-
-fn checked_speed(found: &str) -> Result<f64, String> {
-    let (slowest, fastest) = SPEEDS;
-    match found.parse() {
-        Ok(speed) if (slowest..=fastest).contains(&speed) => Ok(speed),
-        _ => Err(format!("speed is {found:?}, expected {slowest} to {fastest} mm/s")),
-    }
-}
-
-fn checked_direction(found: &str) -> Result<Heading, String> {
-    let headings = [Heading::Right, Heading::Up, Heading::Left, Heading::Down];
-    let heading = headings.into_iter().find(|heading| heading.degrees().to_string() == found);
-    heading.ok_or_else(|| format!("direction is {found:?}, expected 0, 90, 180 or 270 degrees"))
 }
 
 fn checked_frames(name: &str, found: Option<i64>, least: u32, default: u32) -> Result<u32, String> {
@@ -326,8 +264,37 @@ mod tests {
         assert_eq!(short, SceneConfig::from_toml("a", &format!("seed = 7\n[[slide]]\n{keys}")).unwrap());
         let two = format!("gap = 71\nlead_in = 3\n[[slide]]\n{keys}\n[[slide]]\nspecimen = \"Fla0\"\nspeed = 99");
         let two = SceneConfig::from_toml("a", &two).unwrap();
-        assert_eq!((two.slides.len(), two.gap, two.lead_in, two.seed), (2, 71, 3, 0));
-        assert_eq!(two.slides[1].heading, Heading::Right);
+        assert_eq!((two.touches.len(), two.gap, two.lead_in, two.seed), (2, 71, 3, 0));
+        let slide = two.touches[1].slide().unwrap();
+        assert!((slide.direction_deg, slide.speed_mm_s) == (0.0, 99.0));
+        let texts = ["specimen = \"Fla0\"\nspeed = 99", "specimen = \"Fla0\"\nspeed = [[0, 99]]\ndirection = -360"];
+        let [even, profile] = texts.map(|text| SceneConfig::from_toml("a", text).unwrap().touches[0]);
+        let (even, profile) = (*even.slide().unwrap(), *profile.slide().unwrap());
+        assert_eq!(Slide { profile: None, ..profile }, even);
+        assert_eq!(profile.profile.unwrap().points(), [[0.0, 99.0]]);
+    }
+
+    #[test]
+    fn touches_that_are_not_slides() {
+        let text =
+            "[[touch]]\nkind = \"press\"\n[[touch]]\nkind = \"poke\"\nwhisker = [5, 1]\n[[touch]]\nkind = \"hold\"";
+        let script = SceneConfig::from_toml("a", text).unwrap();
+        assert_eq!(script.touches.iter().map(Touch::kind).collect::<Vec<_>>(), ["press", "poke", "hold"]);
+        for (text, part) in [
+            ("[[touch]]", "kind"),
+            ("[[touch]]\nkind = \"rub\"", "kind is \"rub\", expected slide, press, poke or hold"),
+            ("[[touch]]\nkind = \"poke\"", "[[touch]] 1: whisker is missing"),
+            ("[[touch]]\nkind = \"poke\"\nwhisker = [0, 1]", "[0, 1]"),
+            ("[[touch]]\nkind = \"press\"\nwhisker = [1, 1]", "whisker is [1, 1], expected only with kind = \"poke\""),
+            ("[[touch]]\nkind = \"press\"\nspeed = 9", "speed is there, expected only with kind = \"slide\""),
+            ("[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\nhold = 1", "hold is 1, expected only with"),
+            ("[[touch]]\nkind = \"press\"\noverlap = 9", "overlap is 9, expected 0.01 to 4.75"),
+            ("speed = 9\n[[touch]]\nkind = \"hold\"", "beside [[touch]]"),
+            ("[[slide]]\nspecimen = \"Fla0\"\nspeed = 9\n[[touch]]\nkind = \"hold\"", "beside [[touch]]"),
+        ] {
+            let message = SceneConfig::from_toml("s.toml", text).unwrap_err().to_string();
+            assert!(message.contains(part), "{text:?} gave {message:?}, expected {part:?}");
+        }
     }
 
     #[test]
@@ -340,7 +307,8 @@ mod tests {
             ("Saw3@fast", ["speed is \"fast\"", "1 to 1000 mm/s"]),
             ("Saw3@nan", ["speed is \"nan\"", "1 to 1000 mm/s"]),
             ("Saw3@0", ["speed is \"0\"", "1 to 1000 mm/s"]),
-            ("Saw3@150,45deg", ["direction is \"45\"", "0, 90, 180 or 270"]),
+            ("Saw3@150,updeg", ["direction is \"up\"", "an angle in degrees"]),
+            ("Saw3@150,infdeg", ["direction is \"inf\"", "an angle in degrees"]),
             ("Saw3@150,seed=-1", ["seed is \"-1\"", "expected an integer"]),
             ("Saw3@150,left", ["option is \"left\"", "seed=NUMBER"]),
             ("Saw3@150,0deg,0deg", ["direction is given twice", "once"]),
@@ -355,7 +323,11 @@ mod tests {
             ("specimen = \"Saw3\"", ["speed is missing", "mm/s"]),
             ("specimen = 3", ["specimen", "string"]),
             ("specimen = \"Saw3\"\nspeed = \"fast\"", ["speed", "fast"]),
-            ("specimen = \"Saw3\"\nspeed = inf", ["speed is \"inf\"", "1000"]),
+            ("specimen = \"Saw3\"\nspeed = inf", ["speed is inf", "1000"]),
+            ("specimen = \"Saw3\"\nspeed = [[0, 9], [0, 10]]", ["speed is [[0.0, 9.0], [0.0, 10.0]]", "rising"]),
+            ("specimen = \"Saw3\"\nspeed = 9\nwidth = 0", ["width is 0", "0.1 to 1000"]),
+            ("specimen = \"Saw3\"\nspeed = 9\nskew = 90", ["skew is 90", "-60 to 60"]),
+            ("specimen = \"Saw3\"\nspeed = 9\n[light]\nweak = [[1, 6, 0.5]]", ["weak has [1, 6]", "1 to 5"]),
             ("specimen = \"Saw3\"\nspeed = 9\ncolor = 1", ["color", "lead_in"]),
             ("specimen = \"Saw3\"\nspeed = 9\nseed = -1", ["seed is -1", "expected 0"]),
             ("specimen = \"Saw3\"\nspeed = 9\ngap = 69", ["gap is 69", "70 to 100000"]),
@@ -370,6 +342,7 @@ mod tests {
             ("specimen = \"Saw3\"\nspeed = 9\nperiod = nan", ["period is NaN", "0.1 to 1000"]),
             ("specimen = \"Saw3\"\nspeed = 9\n[light]\nleak = 2", ["[light] leak is 2", "0 to 1"]),
             ("specimen = \"Saw3\"\nspeed = 9\n[whisker]\noverlap_mm = 5", ["[whisker] overlap_mm is 5", "0 to 4.75"]),
+            ("specimen = \"Saw3\"\nspeed = 9\n[whisker]\nrelaxation_ms = 1e-9", ["relaxation_ms is", "1000, or 0"]),
             ("specimen = \"Saw3\"\nspeed = 9\n[whisker]\nbeam = \"stiff\"", ["stiff", "elastica"]),
         ] {
             let message = SceneConfig::from_toml("s.toml", text).unwrap_err().to_string();

@@ -23,9 +23,10 @@ impl SceneSource {
     /// [`Scene::new`] fails.
     pub fn new(script: &SceneConfig) -> Result<Self, Error> {
         let scene = Scene::new(script)?;
-        let slides = match &script.slides[..] {
-            [one] => format!("{} at {} mm/s, {} degrees", one.specimen, one.speed_mm_s, one.heading.degrees()),
-            slides => format!("{} slides", slides.len()),
+        let touches = match &script.touches[..] {
+            [one] => one.to_string(),
+            all if all.iter().all(|touch| touch.slide().is_some()) => format!("{} slides", all.len()),
+            all => format!("{} touches", all.len()),
         };
         let (width, height) = script.sensor.size.into();
         let sensor = scene.sensor();
@@ -34,7 +35,7 @@ impl SceneSource {
             Fidelity::Rendered => format!("frames of {width}x{height} {format}"),
             Fidelity::Taxel => format!("taxel sums of {width}x{height} {format}"),
         };
-        let about = format!("scene: {slides}, seed {seed}, {frames} {what}");
+        let about = format!("scene: {touches}, seed {seed}, {frames} {what}");
         let mut info = StreamInfo::new(about, script.sensor.size, sensor.format(), script.sensor.rate);
         info.color = sensor.color();
         info.bytes_per_row = sensor.bytes_per_row() as u32;
@@ -108,7 +109,7 @@ impl SourceKind for Scenes {
 pub fn script(scene: &str, options: &OpenOptions) -> Result<SceneConfig, Error> {
     let is_file = Path::new(scene).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
     let mut script = if is_file {
-        let text = std::fs::read_to_string(scene).map_err(|error| Error::io(scene, error))?;
+        let text = wstac_host::text_file::file_text(Path::new(scene))?;
         SceneConfig::from_toml(scene, &text)?
     } else {
         SceneConfig::parse_short(scene)?

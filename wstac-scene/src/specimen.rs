@@ -51,18 +51,34 @@ pub struct Specimen {
     pub length_mm: f64,
     /// Slope of its ends in degrees, above 0 and at most 90.
     pub edge_degrees: f64,
+    /// Its width across its motion, in mm; infinite for a block that is wider than the sensor.
+    pub width_mm: f64,
 }
 
 impl Specimen {
     /// Creates a block with a depth in mm and the paper's period, twice the depth.
     pub const fn block(pattern: Pattern, depth_mm: f64) -> Self {
-        Self { pattern, depth_mm, period_mm: 2.0 * depth_mm, length_mm: LENGTH_MM, edge_degrees: EDGE_DEGREES }
+        Self {
+            pattern,
+            depth_mm,
+            period_mm: 2.0 * depth_mm,
+            length_mm: LENGTH_MM,
+            edge_degrees: EDGE_DEGREES,
+            width_mm: f64::INFINITY,
+        }
     }
 
     /// Creates a sphere of this radius in mm.
     pub const fn sphere(radius_mm: f64) -> Self {
         let pattern = Pattern::Sphere;
-        Self { pattern, depth_mm: radius_mm, period_mm: 0.0, length_mm: 2.0 * radius_mm, edge_degrees: 90.0 }
+        Self {
+            pattern,
+            depth_mm: radius_mm,
+            period_mm: 0.0,
+            length_mm: 2.0 * radius_mm,
+            edge_degrees: 90.0,
+            width_mm: f64::INFINITY,
+        }
     }
 
     /// The ten specimens of the paper, in its order.
@@ -113,6 +129,9 @@ impl fmt::Display for Specimen {
         }
         if differs(self.edge_degrees, usual.edge_degrees) {
             write!(f, ", edge {}°", self.edge_degrees)?;
+        }
+        if self.width_mm.is_finite() {
+            write!(f, ", width {} mm", self.width_mm)?;
         }
         Ok(())
     }

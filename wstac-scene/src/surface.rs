@@ -84,6 +84,22 @@ impl Surface {
         Self { segments }
     }
 
+    /// Creates the path of a plate in time: down by `overlap_mm` in `approach_s`, level for `hold_s`, and up again. All
+    /// places are in s after the start.
+    ///
+    /// A whisker that the plate reaches later, because of the dome, meets a later part of the path.
+    pub(crate) fn plate(overlap_mm: f64, approach_s: f64, hold_s: f64) -> Self {
+        let slope = overlap_mm / approach_s;
+        let line = |from, to, drop, slope| Segment { from, to, shape: Shape::Line { from, drop, slope } };
+        let (down, up) = (approach_s, approach_s + hold_s);
+        let mut segments = vec![line(0.0, down, overlap_mm, -slope)];
+        if hold_s > 0.0 {
+            segments.push(line(down, up, 0.0, 0.0));
+        }
+        segments.push(line(up, up + approach_s, 0.0, slope));
+        Self { segments }
+    }
+
     /// Returns its segments in order; beyond them the block is not near a whisker.
     pub(crate) fn segments(&self) -> &[Segment] {
         &self.segments

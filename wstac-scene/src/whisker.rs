@@ -2,7 +2,6 @@
 
 use libm::{asin, cos, sin, sqrt};
 use serde::Deserialize;
-use wstac_core::direction::Heading;
 use wstac_core::params::{COLUMNS, ROWS, TAXELS};
 
 use super::beam::{Beam, BendTable};
@@ -69,7 +68,11 @@ impl Keys for WhiskerConfig {
         within("pitch_mm", self.pitch_mm, 0.1, 100.0)?;
         within("dome_degrees", self.dome_degrees, 0.0, 170.0)?;
         within("overlap_mm", self.overlap_mm, 0.0, 0.95 * self.length_mm)?;
-        within("relaxation_ms", self.relaxation_ms, 0.0, 1000.0)
+        if self.relaxation_ms != 0.0 {
+            // A slide has as many pieces as relaxation times fit into it.
+            within("relaxation_ms", self.relaxation_ms, 0.01, 1000.0).map_err(|message| format!("{message}, or 0"))?;
+        }
+        Ok(())
     }
 }
 
@@ -112,14 +115,9 @@ pub struct Whisker {
 }
 
 impl Whisker {
-    /// Returns the position along a slide's path, in mm from the middle.
-    pub fn along(&self, heading: Heading) -> f64 {
-        match heading {
-            Heading::Right => self.x,
-            Heading::Up => self.y,
-            Heading::Left => -self.x,
-            Heading::Down => -self.y,
-        }
+    /// Returns the position along a direction, given by the components of its unit vector, in mm from the middle.
+    pub fn along(&self, right: f64, up: f64) -> f64 {
+        self.x * right + self.y * up
     }
 }
 

@@ -112,6 +112,42 @@ fn nothing_is_written_over_and_nothing_useless_is_written() {
     bad(&["recover", name, "-o", name, "--force"], "is the recording itself");
 }
 
+/// A second writer is refused before it empties the file of the first.
+#[test]
+fn two_programs_do_not_write_one_recording() {
+    let folder = Folder::new("recording-two");
+    let [part, whole, other] = ["a.mcap.part", "a.mcap", "b.mcap"].map(|name| folder.0.join(name));
+    let [part_name, whole_name, other] = [&part, &whole, &other].map(|path| path.to_str().unwrap());
+    good(&["record", "scene:Saw3@150", "-o", other, "--frames", "10"]);
+    let (mut child, _open) = piped(&part, 40);
+    // A recovery writes NEW.mcap.part first.
+    for arguments in [["record", "scene:Saw3@150", "-o", part_name], ["recover", other, "-o", whole_name]] {
+        let done = run(&[&arguments[..], &["--force"]].concat());
+        assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+        assert!(said(&done).contains("a.mcap.part: another wstac is writing it"), "{}", said(&done));
+    }
+    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    fs::rename(&part, &whole).unwrap();
+    assert!(good(&["run", whole_name, "--json"]).contains(r#"{"kind":"end","frames":40,"dropped":0,"#));
+}
+
+/// A recovery of damaged metadata is readable as MCAP, but not as a recording, and the program says so.
+#[test]
+fn a_recovery_without_a_description_is_said() {
+    let folder = Folder::new("recording-description");
+    let (file, new) = (folder.0.join("a.mcap"), folder.0.join("new.mcap"));
+    let (name, new) = (file.to_str().unwrap(), new.to_str().unwrap());
+    good(&["record", "scene:Saw3@150", "-o", name, "--frames", "10"]);
+    let mut bytes = fs::read(&file).unwrap();
+    let at = bytes.windows(12).position(|window| window == b"wstac.stream").unwrap();
+    bytes[at] = b'x';
+    fs::write(&file, bytes).unwrap();
+    let done = run(&["recover", name, "-o", new]);
+    assert_eq!(done.status.code(), Some(0), "{}", said(&done));
+    assert!(said(&done).contains("wstac run cannot use the new file: "), "{}", said(&done));
+}
+
 /// Textures need the models again, so the message names them.
 #[test]
 fn models_of_a_recording_are_named_where_none_is_given() {

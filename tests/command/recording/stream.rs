@@ -15,6 +15,7 @@ use wstac_host::record::about::About;
 use wstac_host::session::Processor;
 use wstac_host::source::mcap::McapSource;
 use wstac_host::source::{Fault, Frame, LossReason, Source, SourceEvent, StreamInfo};
+use wstac_tests::command::run;
 use wstac_tests::folder::Folder;
 
 /// A source event that does not borrow its source.
@@ -143,6 +144,49 @@ fn a_camera_comes_again_with_its_times_gaps_and_faults() {
     let mut same = said;
     (same.about, same.recorded) = (info.about.clone(), None);
     assert_eq!(same, info);
+}
+
+/// Nothing that a recording says moves the cursor of a terminal or ends the program.
+#[test]
+fn words_and_counts_of_a_recording_are_harmless() {
+    let folder = Folder::new("recording-harmless");
+    let evil = "\u{1b}[31m\u{7}\u{9b}2J";
+    let mut items = Vec::new();
+    for frame in 0..40_u8 {
+        items.push(Owned::Frame(vec![frame % 2; 64 * 48], None, None, None));
+        if frame == 20 {
+            items.extend([Owned::Lost(1, LossReason::from(evil)), fault(evil, evil)]);
+        }
+    }
+    items.push(Owned::Lost(u64::MAX, LossReason::Dropped));
+    items.extend([items[0].clone(), Owned::Lost(1, LossReason::Dropped), Owned::End]);
+    let path = folder.0.join("a.mcap");
+    assert!(again(&folder, &info(PixelFormat::Gray, 64), &items).0.len() == items.len());
+    let named = folder.0.join(format!("{evil}.mcap"));
+    std::fs::rename(&path, &named).unwrap();
+    let (named, new) = (named.to_str().unwrap(), folder.0.join("new"));
+    let new = new.to_str().unwrap();
+    let shows = |c: char| c.is_control() && c != '\n';
+    for (arguments, code) in [
+        (&["run", named][..], 0),
+        (&["run", named, "--json"], 0),
+        (&["run", "none", named], 2),
+        (&["run", named, "--config", named], 1),
+        (&["run", named, evil], 2),
+        (&["run", &format!("--{evil}")], 2),
+        (&["doctor", named], 0),
+        (&["doctor", named, "--json"], 0),
+        (&["record", named, "-o", new], 0),
+        (&["recover", named, "-o", new, "--force"], 0),
+        (&["dataset", named, "-o", new], 1),
+        (&["calibrate", named, "-o", new, "--force"], 1),
+        (&["model", "inspect", named], 1),
+    ] {
+        let done = run(arguments);
+        let all = String::from_utf8([done.stdout, done.stderr].concat()).unwrap();
+        assert_eq!(done.status.code(), Some(code), "{arguments:?}: {all}");
+        assert!(!all.contains(shows), "{arguments:?}: {all:?}");
+    }
 }
 
 /// The exact bytes of the camera's JPEG are read back, and decode to the same picture.

@@ -162,7 +162,7 @@ fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64) -> Result<(), St
                 frames += 1;
                 progress.say(watch, frames);
             }
-            SourceEvent::Lost { frames: more, .. } => lost += more,
+            SourceEvent::Lost { frames: more, .. } => lost = more.saturating_add(lost),
             SourceEvent::Fault(fault) => note(format_args!("{}: {fault}", fault.kind)),
             SourceEvent::End => break,
             _ => {}
@@ -209,7 +209,7 @@ impl Drop for Progress {
 fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
     let dead = calibration.dead.map(|taxel| [taxel / 5 + 1, taxel % 5 + 1]);
     let rounded = |value: f64| (value * 1000.0).round() / 1000.0;
-    let mut out = std::io::stdout().lock();
+    let mut out = super::output::stdout();
     if json {
         let centers = calibration.centers.map(|center| center.map(rounded));
         let record = Record {

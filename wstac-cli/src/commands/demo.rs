@@ -53,7 +53,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let files = [ModelFile::open(&arguments.model)?];
     let (textures, task) = (Textures::new(&files)?, files[0].model()?.task());
     let title = if task == Task::Other { "class" } else { task.name() };
-    let mut out = std::io::stdout().lock();
+    let mut out = super::output::stdout();
     writeln!(out, "truth                          answer")?;
     writeln!(out, "specimen    mm/s  direction    {title:8}    mm/s  direction  confidence")?;
     let (mut errors, mut right, mut named) = (Vec::new(), 0, 0);

@@ -15,7 +15,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let devices = wstac_linux::devices();
-    let mut out = std::io::stdout().lock();
+    let mut out = super::output::stdout();
     if arguments.json {
         let json = serde_json::to_string(&devices)
             .map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;

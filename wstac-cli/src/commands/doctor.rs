@@ -172,7 +172,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let known = Known { asked_fps, black: arguments.black_level };
     let (camera, controls) = camera.map_or((None, Vec::new()), |(camera, controls)| (Some(camera), controls));
     let report = examine(&info, &config, &measured, known, (camera, controls), mjpeg)?;
-    let mut out = std::io::stdout().lock();
+    let mut out = super::output::stdout();
     if arguments.json {
         let json = serde_json::to_string(&report)
             .map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;

@@ -156,7 +156,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             ));
         }
     }
-    let mut out = std::io::stdout().lock();
+    let mut out = super::output::stdout();
     if !arguments.json {
         writeln!(out, "{}", in_words(&slides))?;
     }

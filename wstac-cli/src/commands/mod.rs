@@ -20,11 +20,12 @@ mod source_arguments;
 mod trade;
 mod view;
 
+use std::borrow::Cow;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use output::Stop;
+use output::{Stop, note, visible};
 use wstac_host::error::Error;
 
 /// Print tactile events of a WSTac sensor: sliding speed, direction and texture
@@ -110,7 +111,11 @@ enum Command {
 /// Runs the command line of this process. The exit code is 2 for wrong arguments, 1 if a source, file or configuration
 /// cannot be used, and otherwise 0.
 pub(crate) fn main() -> ExitCode {
-    let result = match Arguments::parse().command {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => return refuse(&error),
+    };
+    let result = match arguments.command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Record(arguments) => record::run(&arguments),
         Command::Recover(arguments) => recover::run(&arguments),
@@ -137,9 +142,22 @@ pub(crate) fn main() -> ExitCode {
     }
 }
 
+/// Prints help, or what is wrong with the arguments: in color, unless they would control the terminal themselves.
+fn refuse(error: &clap::Error) -> ExitCode {
+    let (plain, code) = (error.render().to_string(), u8::try_from(error.exit_code()).unwrap_or(2));
+    // Nobody may read it; the exit code still reports the failure.
+    let _ = match visible(&plain) {
+        Cow::Borrowed(_) if !std::env::args_os().any(|given| given.to_string_lossy().contains(char::is_control)) => {
+            error.print()
+        }
+        text => std::io::Write::write_all(&mut std::io::stderr(), text.as_bytes()),
+    };
+    ExitCode::from(code)
+}
+
 fn fail(error: &Error) -> ExitCode {
     // Standard error may be closed; the exit code still reports the failure.
-    let _ = std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("wstac: {error}\n"));
+    note(error);
     ExitCode::FAILURE
 }
 

@@ -1,7 +1,8 @@
 //! Standard output and standard error, which may be closed, full or a terminal.
 
+use std::borrow::Cow;
 use std::fmt::{self, Write as _};
-use std::io::{self, Stdout, Write};
+use std::io::{self, StdoutLock, Write};
 
 use std::path::Path;
 
@@ -37,6 +38,47 @@ impl From<io::Error> for Stop {
             io::ErrorKind::BrokenPipe => Self::OutputClosed,
             _ => Self::Failed(Error::io("standard output", error)),
         }
+    }
+}
+
+/// Returns a text in which no character controls a terminal: those of file names and of damaged files become `\u001b`.
+///
+/// Inside of JSON this means the same character. Line feeds and tabs stay.
+pub(super) fn visible(text: &str) -> Cow<'_, str> {
+    let controls = |c: char| c.is_control() && c != '\n' && c != '\t';
+    if !text.contains(controls) {
+        return text.into();
+    }
+    let mut clean = String::with_capacity(text.len() + 8);
+    for c in text.chars() {
+        if controls(c) {
+            // Writing to a string does not fail.
+            let _ = write!(clean, "\\u{:04x}", u32::from(c));
+        } else {
+            clean.push(c);
+        }
+    }
+    clean.into()
+}
+
+/// Standard output for text or JSON, without characters that control a terminal.
+///
+/// Whoever writes must not divide a character between two writes: `write!` never does.
+pub(super) struct Visible<W>(W);
+
+/// Returns standard output for text or JSON.
+pub(super) fn stdout() -> Visible<StdoutLock<'static>> {
+    Visible(io::stdout().lock())
+}
+
+impl<W: Write> Write for Visible<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.write_all(visible(&String::from_utf8_lossy(bytes)).as_bytes())?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
     }
 }
 
@@ -91,7 +133,6 @@ pub(super) enum Form {
 
 /// Writes records to standard output, each as a whole line at once, whoever else writes there.
 pub(super) struct Records {
-    out: Stdout,
     form: Form,
     /// The name of their sensor, if it has one.
     sensor: Option<String>,
@@ -109,7 +150,7 @@ struct OfSensor<'a> {
 
 impl Records {
     pub(super) fn new(form: Form) -> Self {
-        Self { out: io::stdout(), form, sensor: None, line: String::new() }
+        Self { form, sensor: None, line: String::new() }
     }
 
     /// Names each record by its sensor.
@@ -142,7 +183,7 @@ impl Records {
         }
         self.line.push('\n');
         // One lock for the line and its flush.
-        let mut out = self.out.lock();
+        let mut out = stdout();
         out.write_all(self.line.as_bytes())?;
         Ok(out.flush()?)
     }
@@ -159,7 +200,7 @@ impl Records {
 /// Writes a note to standard error, which may be closed.
 pub(super) fn note(message: impl fmt::Display) {
     // A single write, because several threads may write notes.
-    let _ = io::stderr().write_all(format!("wstac: {message}\n").as_bytes());
+    let _ = io::stderr().write_all(visible(&format!("wstac: {message}\n")).as_bytes());
 }
 
 /// Returns a record as one line of text.

@@ -2,7 +2,7 @@
 
 mod guide;
 
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -224,9 +224,9 @@ impl Observer for Recording {
 
     fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Error> {
         match event {
-            SourceEvent::Frame(_) => self.frames += 1,
+            SourceEvent::Frame(_) => self.frames = self.frames.saturating_add(1),
             SourceEvent::Lost { frames, reason } => {
-                self.frames += frames;
+                self.frames = self.frames.saturating_add(*frames);
                 self.losses.add(*frames, reason);
             }
             _ => {}
@@ -338,8 +338,18 @@ pub(super) fn is_same(one: &Path, other: &Path) -> bool {
 /// Creates the new file.
 pub(super) fn create(path: &Path, force: bool) -> Result<File, Error> {
     check_new(path, force)?;
-    let file = if force { File::create(path) } else { File::create_new(path) };
-    file.map_err(|error| Error::io(path.display(), error))
+    let mut options = File::options();
+    // A file that is there keeps its content until it is certain that nobody else writes it.
+    let options = if force { options.create(true).truncate(false) } else { options.create_new(true) };
+    let failed = |error| Error::io(path.display(), error);
+    let file = options.write(true).open(path).map_err(failed)?;
+    // On a system without locks the file is not locked.
+    if let Err(TryLockError::WouldBlock) = file.try_lock() {
+        let message = "another wstac is writing it, expected to be the only one";
+        return Err(Error::new(ErrorKind::Busy, path.display(), message));
+    }
+    file.set_len(0).map_err(failed)?;
+    Ok(file)
 }
 
 /// Returns a flag that a signal sets. A closed terminal ends a recording like Ctrl-C.

@@ -8,6 +8,7 @@ use super::record::{create, is_same};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 use wstac_host::record::{Recovered, Unread, recover};
+use wstac_host::source::mcap::McapSource;
 
 /// Make a whole recording of a damaged or interrupted one
 ///
@@ -86,6 +87,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if doubtful > 0 {
         let doubtful = counted(doubtful, "message");
         note(format_args!("{doubtful} with a name that may be wrong: it stands in a damaged part"));
+    }
+    // The description of a recording has no checksum of its own, so damage in it shows only when it is read.
+    if let Err(error) = McapSource::open(new, None) {
+        note(format_args!("wstac run cannot use the new file: {error}"));
     }
     if let Some(Unread { at, bytes, damaged }) = unread {
         if damaged {

@@ -296,13 +296,13 @@ fn read(path: &Path) -> Result<Vec<Row>, Error> {
     if path == Path::new("kept") {
         return map::kept();
     }
-    let text = std::fs::read_to_string(path).map_err(|error| Error::io(path.display(), error))?;
+    let text = wstac_host::text_file::file_text(path)?;
     map::read(&path.display().to_string(), &text)
 }
 
 fn prices(arguments: &Arguments) -> Result<Prices, Error> {
     let Some(path) = &arguments.prices else { return Prices::kept() };
-    let text = std::fs::read_to_string(path).map_err(|error| Error::io(path.display(), error))?;
+    let text = wstac_host::text_file::file_text(path)?;
     Prices::read(&path.display().to_string(), &text)
 }
 
@@ -315,7 +315,7 @@ fn write(folder: &Path, name: &str, text: &str) -> Result<(), Error> {
 }
 
 fn print(text: &str) -> Result<(), Stop> {
-    Ok(std::io::Write::write_all(&mut std::io::stdout(), text.as_bytes())?)
+    Ok(std::io::Write::write_all(&mut super::output::stdout(), text.as_bytes())?)
 }
 
 /// Parses a level of light.

@@ -13,6 +13,7 @@ use wstac_core::direction;
 use wstac_core::error::{Error, FrameError};
 use wstac_core::layout::FrameSize;
 use wstac_core::model::file::INPUTS;
+use wstac_core::motion::{self, MotionConfig};
 use wstac_core::rate::FrameRate;
 use wstac_core::speed;
 use wstac_core::stream::FeatureStream;
@@ -67,8 +68,10 @@ fn run() -> Result<(), Error> {
     // The pipeline's own work cannot be timed separately.
     let mut trigger = Trigger::with(setup::TRIGGER, 0, setup::FOLLOWING);
     let speed = setup::speed(FrameRate::NOMINAL)?;
+    let motion = MotionConfig::published(FrameRate::NOMINAL);
     let [mut to_features, mut to_trigger, mut to_speed, mut to_direction, mut to_texture] =
         [const { Cost { times: 0, ticks: 0 } }; 5];
+    let [mut to_edges, mut to_motion] = [const { Cost { times: 0, ticks: 0 } }; 2];
     let mut stripe = [0; ROWS * SIDE * setup::PIXEL_BYTES];
     let mut frame_ticks = 0;
     while frames.read(&mut stripe) {
@@ -83,6 +86,8 @@ fn run() -> Result<(), Error> {
         if let Some(event) = update.event() {
             to_speed.add(clock.ticks(|| speed::speed(&event, &speed)).0);
             to_direction.add(clock.ticks(|| direction::direction(&event)).0);
+            to_edges.add(clock.ticks(|| motion::by_edges(&event, motion)).0);
+            to_motion.add(clock.ticks(|| motion::by_coherence(&event, motion)).0);
             if let Some(model) = setup::MODEL {
                 to_texture.add(clock.ticks(|| texture::texture(&event.sample.flat(), model)).0);
             }
@@ -93,13 +98,15 @@ fn run() -> Result<(), Error> {
     let whole = whole_frames(&clock, FeatureStream::with_floor(camera, setup::FLOOR)?)?;
     let _ = writeln!(
         Console,
-        "{{\"frames\":{},\"events\":{},\"whole\":{whole},\"stripes\":{},\"trigger\":{},\"speed\":{},\"direction\":{},\"texture\":{},\"answer\":{answer},\"stack\":{}}}",
+        "{{\"frames\":{},\"events\":{},\"whole\":{whole},\"stripes\":{},\"trigger\":{},\"speed\":{},\"direction\":{},\"edges\":{},\"motion\":{},\"texture\":{},\"answer\":{answer},\"stack\":{}}}",
         to_features.times,
         to_speed.times,
         to_features.mean(&clock),
         to_trigger.mean(&clock),
         to_speed.mean(&clock),
         to_direction.mean(&clock),
+        to_edges.mean(&clock),
+        to_motion.mean(&clock),
         to_texture.mean(&clock),
         stack,
     );

@@ -6,6 +6,7 @@ use core::hint::black_box;
 
 use wstac_core::error::{ConfigError, Error};
 use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::motion::MotionConfig;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::SpeedConfig;
 use wstac_core::taxels::FrameGeometry;
@@ -31,6 +32,9 @@ pub const SPEED: SpeedConfig = match setup::speed(FrameRate::NOMINAL) {
     Ok(speed) => speed,
     Err(_) => panic!("checked by the build script"),
 };
+
+/// The parameters of motion for the paper's sensor.
+pub const MOTION: MotionConfig = MotionConfig::published(FrameRate::NOMINAL);
 
 /// The message if the configuration does not fit the frames.
 pub const DOES_NOT_FIT: &str = "the configuration does not fit the camera\n";

@@ -49,7 +49,7 @@ pub struct PlannedSlide {
 /// # Errors
 /// The file cannot be read, or a key is wrong. The error names the file, the key, what was found and what was expected.
 pub fn read(path: &Path) -> Result<Vec<PlannedSlide>, Error> {
-    let text = std::fs::read_to_string(path).map_err(|error| Error::io(path.display(), error))?;
+    let text = crate::text_file::file_text(path)?;
     parse(&text).map_err(|message| Error::new(ErrorKind::Config, path.display(), message))
 }
 

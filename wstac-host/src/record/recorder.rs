@@ -69,7 +69,7 @@ impl TimeLine {
         let taken = of_driver.unwrap_or(counted);
         // If a driver's clock goes back, messages must still keep their order.
         let time = self.now.map_or(taken, |now| now.max(taken));
-        self.frames += 1;
+        self.frames = self.frames.saturating_add(1);
         self.now = Some(time);
         (time, taken)
     }

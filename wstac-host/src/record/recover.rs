@@ -166,7 +166,7 @@ impl Recovery<'_> {
         if frames == 0 {
             return Ok(());
         }
-        self.found.damaged += frames;
+        self.found.damaged = self.found.damaged.saturating_add(frames);
         let data = format!(r#"{{"kind":"lost","frames":{frames},"why":"damaged in the recording"}}"#).into_bytes();
         let (time, taken) = (self.time, self.time);
         self.out.write(&Message { topic: Topic::FaultsJson, time, taken, sequence: 0, data })

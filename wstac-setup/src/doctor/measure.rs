@@ -123,7 +123,8 @@ pub fn measure(
         match &item {
             SourceEvent::End => break,
             SourceEvent::Lost { frames, reason } => {
-                *measured.lost.entry(reason.clone()).or_default() += frames;
+                let lost = measured.lost.entry(reason.clone()).or_default();
+                *lost = frames.saturating_add(*lost);
                 steps = steps.saturating_add(*frames);
                 follows = false;
                 // If only damaged frames come, no timestamp ever ends the measurement.

@@ -52,7 +52,7 @@ fn rate(f: &mut fmt::Formatter<'_>, rate: &RateReport) -> fmt::Result {
     if let Some(asked) = rate.asked {
         write!(f, ", asked {asked:.2}")?;
     }
-    writeln!(f, "; {} lost", rate.lost.values().sum::<u64>())
+    writeln!(f, "; {} lost", rate.lost.values().fold(0, |all: u64, frames| all.saturating_add(*frames)))
 }
 
 fn levels(f: &mut fmt::Formatter<'_>, levels: &LevelsReport) -> fmt::Result {

@@ -124,10 +124,10 @@ fn rate(findings: &mut Findings, report: &Report, info: &StreamInfo) {
             "leave the machine and the USB bus to the camera: a slide's speed is measured in frames",
         );
     }
-    let lost: u64 = rate.lost.values().sum();
+    let lost = rate.lost.values().fold(0, |all: u64, frames| all.saturating_add(*frames));
     if lost > 0 {
         let reasons: Vec<_> = rate.lost.iter().map(|(why, frames)| format!("{frames} {why}")).collect();
-        let share = 100.0 * lost as f64 / (lost + rate.frames) as f64;
+        let share = 100.0 * lost as f64 / lost.saturating_add(rate.frames) as f64;
         let found = format!("{share:.1} % of frames were lost: {}", reasons.join(", "));
         let advice = if rate.lost.keys().all(|reason| *reason == LossReason::SimulatedExposure) {
             "lock the exposure"

@@ -8,8 +8,8 @@ use wstac_core::rate::FrameRate;
 use super::npz::{Dtype, Npz};
 use super::part::Part;
 use super::sweep::Sweep;
-use wstac_scene::Slide;
 use wstac_scene::specimen::{Pattern, Specimen};
+use wstac_scene::{Slide, Touch};
 
 /// Writes all samples with their labels, in the order of their slides.
 ///
@@ -37,8 +37,12 @@ pub fn write(file: impl Write + Seek, sweep: &Sweep, part: &Part) -> io::Result<
         numbers_of(&mut npz, "y_depth", Dtype::Float64, depths.map(f64::to_le_bytes))?;
     }
     numbers_of(&mut npz, "speed", Dtype::Float64, slides().map(|(slide, _)| slide.speed_mm_s.to_le_bytes()))?;
-    let degrees = |slide: Slide| i64::from(slide.heading.degrees());
-    numbers_of(&mut npz, "direction", Dtype::Int64, slides().map(|(slide, _)| degrees(slide).to_le_bytes()))?;
+    let degrees = || slides().map(|(slide, _)| slide.direction_deg);
+    if sweep.directions_deg().iter().all(|degrees| degrees.fract() == 0.0) {
+        numbers_of(&mut npz, "direction", Dtype::Int64, degrees().map(|degrees| (degrees as i64).to_le_bytes()))?;
+    } else {
+        numbers_of(&mut npz, "direction", Dtype::Float64, degrees().map(f64::to_le_bytes))?;
+    }
     numbers_of(&mut npz, "seed", Dtype::Uint64, slides().map(|(_, seed)| seed.to_le_bytes()))?;
     let facts = || numbers.iter().filter_map(|&number| part.facts(number));
     npz.array("reliable", Dtype::Bool, &[n], |out| {
@@ -79,6 +83,5 @@ fn name(specimen: &Specimen) -> String {
 
 /// Describes the origin of a sample for a person.
 fn source(slide: &Slide, seed: u64) -> String {
-    let Slide { specimen, speed_mm_s, heading } = slide;
-    format!("scene: {specimen} at {speed_mm_s} mm/s, {} degrees, seed {seed}", heading.degrees())
+    format!("scene: {}, seed {seed}", Touch::Slide(*slide))
 }

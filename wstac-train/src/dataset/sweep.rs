@@ -3,7 +3,7 @@
 //! ```toml
 //! specimens = ["Fla0", "Saw3"]  # default: the ten of the paper
 //! speeds = [100, 110]           # mm/s; default [150]
-//! directions = [0, 90]          # degrees; default [0]
+//! directions = [0, 90]          # degrees, any; default [0]
 //! slides = 100                  # of every specimen; default 100
 //! seed = 1                      # of the first slide; default 1
 //! [scene]                       # any other key and table of a scene's file; fidelity is "taxel" by default
@@ -14,12 +14,11 @@ use std::path::Path;
 
 use serde::Deserialize;
 use toml::{Table, Value};
-use wstac_core::direction::Heading;
 use wstac_core::rate::FrameRate;
 
 use wstac_host::error::{Error, ErrorKind};
 use wstac_scene::specimen::Specimen;
-use wstac_scene::{SceneConfig, Slide};
+use wstac_scene::{SceneConfig, Slide, Touch};
 
 /// Largest number of slides in a data set: the file stays below the 4 GiB that a plain zip archive can hold.
 const MOST_SLIDES: u64 = 1_000_000;
@@ -30,7 +29,7 @@ const MOST_SLIDES: u64 = 1_000_000;
 struct File {
     specimens: Vec<String>,
     speeds: Vec<f64>,
-    directions: Vec<i64>,
+    directions: Vec<f64>,
     slides: i64,
     seed: i64,
     scene: Table,
@@ -41,7 +40,7 @@ impl Default for File {
         Self {
             specimens: Specimen::ALL.iter().map(ToString::to_string).collect(),
             speeds: vec![150.0],
-            directions: vec![0],
+            directions: vec![0.0],
             slides: 100,
             seed: 1,
             scene: Table::new(),
@@ -65,7 +64,7 @@ pub struct Sweep {
     base: SceneConfig,
     specimens: Vec<Specimen>,
     speeds_mm_s: Vec<f64>,
-    headings: Vec<Heading>,
+    directions_deg: Vec<f64>,
     /// Number of slides of every specimen.
     slides: u32,
 }
@@ -76,7 +75,7 @@ impl Sweep {
     /// # Errors
     /// The file is not valid; the message names the file, the key, the value found and the values expected.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let text = std::fs::read_to_string(path).map_err(|error| Error::io(path.display(), error))?;
+        let text = wstac_host::text_file::file_text(path)?;
         Self::parse(&path.display().to_string(), &text)
     }
 
@@ -108,7 +107,7 @@ impl Sweep {
                 let mut scene = scene.clone();
                 scene.insert(key.into(), value.clone());
                 // A scene of one slide has exactly one slide.
-                let slide = |script: SceneConfig| script.slides.into_iter().next();
+                let slide = |script: SceneConfig| script.touches.first().and_then(Touch::slide).copied();
                 let script = SceneConfig::from_table(&format!("{subject}: {key}s[{index}]"), scene);
                 script.map(slide).transpose()
             });
@@ -117,7 +116,7 @@ impl Sweep {
         Ok(Self {
             specimens: each("specimen", &specimens)?.into_iter().map(|slide| slide.specimen).collect(),
             speeds_mm_s: each("speed", &speeds)?.into_iter().map(|slide| slide.speed_mm_s).collect(),
-            headings: each("direction", &directions)?.into_iter().map(|slide| slide.heading).collect(),
+            directions_deg: each("direction", &directions)?.into_iter().map(|slide| slide.direction_deg).collect(),
             base,
             slides,
         })
@@ -126,6 +125,11 @@ impl Sweep {
     /// Returns the specimens.
     pub fn specimens(&self) -> &[Specimen] {
         &self.specimens
+    }
+
+    /// Returns the directions, in degrees.
+    pub fn directions_deg(&self) -> &[f64] {
+        &self.directions_deg
     }
 
     /// Returns the frames per second of their camera.
@@ -144,19 +148,19 @@ impl Sweep {
     /// The k-th slide of a specimen takes speed k mod n and direction (k / n) mod m, so that all combinations occur.
     pub fn slide(&self, number: u32) -> (Slide, u64) {
         let (specimen, k) = ((number / self.slides) as usize, (number % self.slides) as usize);
-        let (speeds, headings) = (self.speeds_mm_s.len(), self.headings.len());
-        let slide = Slide {
-            specimen: self.specimens[specimen % self.specimens.len()],
-            speed_mm_s: self.speeds_mm_s[k % speeds],
-            heading: self.headings[(k / speeds) % headings],
-        };
+        let (speeds, directions) = (self.speeds_mm_s.len(), self.directions_deg.len());
+        let specimen = self.specimens[specimen % self.specimens.len()];
+        let direction_deg = self.directions_deg[(k / speeds) % directions];
+        let base = self.base.touches.first().and_then(Touch::slide);
+        let slide = Slide::new(specimen, self.speeds_mm_s[k % speeds], direction_deg);
+        let slide = base.map_or(slide, |base| Slide { skew_deg: base.skew_deg, offset_mm: base.offset_mm, ..slide });
         (slide, self.base.seed.wrapping_add(u64::from(number)))
     }
 
     /// Returns the scene of a slide; the number is that of [`slide`](Self::slide).
     pub fn script(&self, number: u32) -> SceneConfig {
         let (slide, seed) = self.slide(number);
-        SceneConfig { slides: vec![slide], seed, ..self.base.clone() }
+        SceneConfig { touches: vec![Touch::Slide(slide)], seed, ..self.base.clone() }
     }
 }
 

@@ -3,6 +3,7 @@
 use wstac_core::baseline::Baseline;
 use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::direction::{self, Direction, Heading, Unclear};
+use wstac_core::motion::{self, Contact, Motion, MotionConfig};
 use wstac_core::error::{ConfigError, FrameError};
 use wstac_core::features::Features;
 use wstac_core::green::gray::Gray;
@@ -79,5 +80,14 @@ entries! {
         config.fitted_on(slowest, fastest)
     }
     speed_marked(config: &SpeedConfig, mm_s: f32) -> Speed { config.marked(mm_s) }
+    new_motion_config(pitch_mm: f32, rate: FrameRate) -> Result<MotionConfig, ConfigError> { MotionConfig::new(pitch_mm, rate) }
+    new_published_motion(rate: FrameRate) -> MotionConfig { MotionConfig::published(rate) }
+    contact_name(contact: Contact) -> &'static str { contact.as_str() }
     new_paper_speed(rate: FrameRate) -> SpeedConfig { SpeedConfig::published(rate) }
+}
+
+entries! {
+    motion:
+    by_edges(event: &Event<'_>, config: MotionConfig) -> Motion { motion::by_edges(event, config) }
+    by_coherence(event: &Event<'_>, config: MotionConfig) -> Motion { motion::by_coherence(event, config) }
 }

@@ -44,7 +44,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             "{model} names {known}; {from} of {data} has {found}: no label is in both, so none is right"
         ));
     }
-    let mut out = std::io::BufWriter::new(std::io::stdout().lock());
+    let mut out = std::io::BufWriter::new(super::super::output::stdout());
     if arguments.json {
         let label = |class: &u8| answers.labels.get(usize::from(*class)).map_or("", String::as_str);
         let predictions: Vec<&str> = answers.predictions.iter().map(label).collect();

@@ -26,7 +26,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let file = ModelFile::open(&arguments.model)?;
     let model = file.model()?;
     let found = inspect(&model, file.words());
-    let mut out = std::io::stdout().lock();
+    let mut out = super::super::output::stdout();
     if arguments.json {
         let json = serde_json::to_string(&found)
             .map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;

@@ -1,6 +1,6 @@
 //! `wstac record --guide` guides a person through a plan, one file per slide.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, channel};
 use std::time::Duration;
 
-use super::{Arguments, Shown, labels, signals};
+use super::{Arguments, Shown, create, labels, signals};
 use crate::commands::output::{Form, Records, Stop, note, text_of};
 use crate::commands::source_arguments::doubts_of_textures;
 use wstac_host::config::Config;
@@ -233,7 +233,7 @@ impl Session<'_> {
         labels.extend(slide.labels.clone());
         let models = self.models.iter().map(|file| file.about().to_owned()).collect();
         let about = About::new(&self.info, &self.config, labels, models)?;
-        let file = File::create(part).map_err(|error| Error::io(part.display(), error))?;
+        let file = create(part, true)?;
         let mut recorder = Recorder::new(file, part, &about, &processor)?;
         let outcome = self.watch(slide, &mut processor, &mut recorder);
         // Even if the source failed, the file of what came before is complete.

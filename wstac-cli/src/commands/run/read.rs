@@ -159,12 +159,12 @@ impl Observer for Printer {
     fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Stop> {
         match event {
             SourceEvent::Frame(frame) => {
-                self.passed += 1;
+                self.passed = self.passed.saturating_add(1);
                 if let Some(raw) = &mut self.raw {
                     raw.write(frame.bytes)?;
                 }
             }
-            SourceEvent::Taxels(_) => self.passed += 1,
+            SourceEvent::Taxels(_) => self.passed = self.passed.saturating_add(1),
             SourceEvent::Lost { frames, reason } => {
                 self.passed = self.passed.saturating_add(*frames);
                 self.losses.add(*frames, reason);

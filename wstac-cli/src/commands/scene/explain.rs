@@ -29,7 +29,7 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let script = script(named(&arguments.scene), &OpenOptions::default())?;
     let scene = Scene::new(&script).map_err(|error| error.about(&arguments.scene))?;
-    let mut out = std::io::stdout().lock();
+    let mut out = super::super::output::stdout();
     let (width, height) = script.sensor.size.into();
     let rate = script.sensor.rate.per_second();
     writeln!(
@@ -39,10 +39,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         described(script.fidelity)
     )?;
     for truth in scene.truth() {
-        let slide = &truth.slide;
         let (from, to) = (truth.start_s * rate, truth.end_s * rate);
-        let degrees = slide.heading.degrees();
-        writeln!(out, "  {} at {} mm/s, {degrees}°: frames {from:.1} to {to:.1}", slide.specimen, slide.speed_mm_s)?;
+        writeln!(out, "  {}: frames {from:.1} to {to:.1}", truth.touch)?;
     }
     let has = |effect: &&Effect| (effect.value)(&script).is_some();
     let mut costs = if arguments.no_cost { Vec::new() } else { costs(&script)? }.into_iter();

@@ -32,9 +32,10 @@ optional; these are the defaults:
 
   specimen = "Saw3"      # Fla0, Sphere, or Sin, Saw or Tri with a depth
                          # of 2, 3 or 4 mm
-  speed = 150            # mm/s, 1 to 1000
-  direction = 0          # degrees: 0 is right, 90 up, 180 left,
-                         # 270 down
+  speed = 150            # mm/s, 1 to 1000; or up to 8 points of the
+                         # path: [[0, 80], [40, 200]] for 80 mm/s
+                         # at 0 mm and 200 mm/s at 40 mm
+  direction = 0          # degrees, any: 0 is right, 90 up
   depth = 3              # depth of the texture in mm, instead of
                          # the name's
   period = 6             # period of the texture in mm; by default
@@ -43,6 +44,12 @@ optional; these are the defaults:
                          # paper's speed law
   edge = 72              # slope of the block's ends in degrees;
                          # 90 is upright
+  #width = 12            # width of the block across its motion in mm;
+                         # by default wider than the sensor
+  offset = 0             # distance of the block's middle to the left
+                         # of its path in mm
+  skew = 0               # angle of edges and texture against the
+                         # motion in degrees, -60 to 60
   #radius = 0.5          # radius of a Sphere in mm, instead of depth,
                          # period, length and edge
   seed = 0               # seed of all random numbers: the same seed
@@ -51,8 +58,8 @@ optional; these are the defaults:
                          # (fluctuation, run_deviation, noise of
                          # pixels), fitted to one published number
                          # (table 2); 0 for none
-  lead_in = 45           # dark frames before the first slide
-  gap = 70               # dark frames after each slide
+  lead_in = 45           # dark frames before the first touch
+  gap = 70               # dark frames after each touch
   fidelity = "rendered"  # or "taxel": taxel sums from their
                          # distribution, without pixels
   [whisker]
@@ -65,7 +72,7 @@ optional; these are the defaults:
   overlap_mm = 3         # overlap of the crests with the middle
                          # whisker; at most the radius of a Sphere
   relaxation_ms = 2      # time in which a released whisker springs
-                         # back; 0 if it is immediate
+                         # back, from 0.01; 0 if it is immediate
   present = "all"        # or "middle": one whisker
   [light]                # a full scale is the light of a taxel whose
                          # pixels are all at full scale
@@ -89,6 +96,8 @@ optional; these are the defaults:
                          # fraction of the light
   dead = []              # whiskers without light, as [row, column],
                          # each 1 to 5
+  weak = []              # weak whiskers, as [row, column, gain], the
+                         # gain from 0 to 1
   [sensor]
   size = [1280, 720]
   fps = 30
@@ -124,7 +133,25 @@ optional; these are the defaults:
                          # 90 is up
 
 Several slides: any number of [[slide]] tables with the keys from
-specimen to radius.
+specimen to radius. Other touches: any number of [[touch]] tables.
+
+  [[touch]]
+  kind = "slide"         # with the keys of a slide
+  specimen = "Saw3"
+  speed = 150
+  [[touch]]
+  kind = "press"         # a plate on all whiskers
+  overlap = 3            # its overlap with the middle whisker at its
+                         # lowest in mm; by default overlap_mm
+  approach = 400         # its vertical speed in mm/s
+  hold = 0.2             # time at its lowest in s
+  tilt = 0               # its angle in degrees; it is higher in
+  direction = 0          # this direction
+  [[touch]]
+  kind = "hold"          # a press whose hold is 5 by default
+  [[touch]]
+  kind = "poke"          # a tip on one whisker
+  whisker = [3, 2]       # its row and column
 "#;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
@@ -161,6 +188,17 @@ mod tests {
         let expected = SceneConfig::parse_short("Saw3@150").unwrap();
         assert_eq!(SceneConfig::from_toml("help", &text).unwrap(), expected);
         // The test counts the keys, because a missing key would have its default and go unnoticed.
-        assert_eq!(text.lines().filter(|line| line.contains(" = ")).count(), 12 + 1 + 8 + 12 + 15 + 7);
+        assert_eq!(text.lines().filter(|line| line.contains(" = ")).count(), 14 + 2 + 8 + 13 + 15 + 7);
+    }
+
+    #[test]
+    fn the_touches_in_the_help_are_read() {
+        let text: String = KEYS
+            .lines()
+            .skip_while(|line| !line.starts_with("  [[touch]]"))
+            .fold(String::new(), |text, line| text + line + "\n");
+        let scene = SceneConfig::from_toml("help", &text).unwrap();
+        let kinds: Vec<_> = scene.touches.iter().map(wstac_scene::Touch::kind).collect();
+        assert_eq!(kinds, ["slide", "press", "hold", "poke"]);
     }
 }

@@ -1,6 +1,5 @@
 //! `wstac scene render` writes a scene's frames to a file.
 
-use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -8,6 +7,7 @@ use std::sync::atomic::Ordering;
 use super::super::output::{Stop, check_new, note};
 use super::super::run::interruptions;
 use super::named;
+use wstac_host::atomic_write::AtomicFile;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 use wstac_host::source::open::OpenOptions;
@@ -77,7 +77,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
                 }
                 out.write(bytes)?;
             }
-            SourceEvent::Lost { frames, .. } => lost += frames,
+            SourceEvent::Lost { frames, .. } => lost = frames.saturating_add(lost),
             SourceEvent::End => break,
             _ => {}
         }
@@ -92,23 +92,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 /// A new file, or standard output.
 enum Output {
     Standard(BufWriter<std::io::Stdout>),
-    File(NewFile),
-}
-
-/// A file that is removed unless it becomes complete.
-struct NewFile {
-    file: BufWriter<File>,
-    path: PathBuf,
-    whole: bool,
-}
-
-impl Drop for NewFile {
-    fn drop(&mut self) {
-        if !self.whole {
-            // The first error is already reported; another one about the removal would not help.
-            let _ = fs::remove_file(&self.path);
-        }
-    }
+    /// A file that takes its name only when it is complete.
+    File(AtomicFile, PathBuf, bool),
 }
 
 impl Output {
@@ -117,26 +102,22 @@ impl Output {
             return Ok(Self::Standard(BufWriter::new(std::io::stdout())));
         }
         check_new(path, force)?;
-        let file = File::create(path).map_err(|error| Error::io(path.display(), error))?;
-        Ok(Self::File(NewFile { file: BufWriter::new(file), path: path.to_owned(), whole: false }))
+        Ok(Self::File(AtomicFile::create(path)?, path.to_owned(), force))
     }
 
     fn write(&mut self, bytes: &[u8]) -> Result<(), Stop> {
         match self {
             Self::Standard(out) => Ok(out.write_all(bytes)?),
-            Self::File(NewFile { file, path, .. }) => {
-                file.write_all(bytes).map_err(|error| Error::io(path.display(), error).into())
-            }
+            Self::File(file, path, _) => file.write_all(bytes).map_err(|error| Error::io(path.display(), error).into()),
         }
     }
 
     fn finish(self) -> Result<(), Stop> {
         match self {
             Self::Standard(mut out) => Ok(out.flush()?),
-            Self::File(mut new) => {
-                new.file.flush().map_err(|error| Error::io(new.path.display(), error))?;
-                new.whole = true;
-                Ok(())
+            Self::File(file, path, force) => {
+                check_new(&path, force)?;
+                Ok(file.commit()?)
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use super::super::output::Stop;
+use super::super::output::{Stop, Visible, stdout};
 use super::named;
 use wstac_host::source::open::OpenOptions;
 use wstac_scene::along::strain_along;
@@ -34,8 +34,8 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let script = script(named(&arguments.scene), &OpenOptions::default())?;
     let (moments, parts) = (usize::from(arguments.moments), usize::from(arguments.parts));
-    let mut out = std::io::stdout().lock();
-    let row = |out: &mut std::io::StdoutLock<'_>, cells: Vec<String>| {
+    let mut out = stdout();
+    let row = |out: &mut Visible<std::io::StdoutLock<'_>>, cells: Vec<String>| {
         if arguments.csv {
             return writeln!(out, "{}", cells.join(","));
         }

@@ -1,0 +1,189 @@
+"""Motion of a touch from arrival times (SPEC section 9): slowness along both axes, and the kind of the touch."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .constants import NOMINAL_FPS, ROWS, SAMPLE_FRAMES, UNIT
+
+PITCH_MM = 4.0
+LIT = 1 / 8
+"""A line is lit above this fraction of the axis's highest smoothed peak."""
+LEVELS = (38 / 128, 19 / 128, 64 / 128)
+SAME_START = 0.25
+ENOUGH = 0.98
+STEPS = 5
+LARGEST_STEP = 1.5
+FARTHEST_START = 14.0
+FEWEST_FRAMES = 10
+BRIGHT = 1 / 64
+MARGIN = 5
+BINOMIAL = np.array([1, 8, 28, 56, 70, 56, 28, 8, 1]) / 256
+FACTORS = ((0.2, 0.95), (0.27, 0.6), (4.0, 0.6), (8.0, 0.25))
+ACROSS = ((1.5, 0.92), (3.0, 0.8))
+
+
+@dataclass(frozen=True)
+class Axis:
+    """What is known of five lines; slowness in frames per pitch."""
+
+    lit: int
+    slowness: float = 0.0
+    fit_sd: float = 0.0
+    scatter: float = 0.0
+    farthest: float = 0.0
+    coherence: float = 0.0
+
+
+@dataclass(frozen=True)
+class MotionAnswer:
+    """`mm_s` and the rest are None unless it slides."""
+
+    contact: str
+    mm_s: float | None
+    mm_s_sd: float | None
+    deg: float | None
+    deg_sd: float | None
+    coherence: float
+    reliable: bool
+
+
+def shapes(features: np.ndarray, totals: np.ndarray, frames: int) -> tuple[np.ndarray, np.ndarray]:
+    """Smoothed light above baseline of five lines, scaled to peaks of 1, and which are lit.
+
+    `features` has a row a line, in units of 2^-11; `totals` are the baseline's sums over `frames` frames.
+    """
+    light = np.exp(features / UNIT) - np.exp(totals / frames / UNIT)[:, None]
+    padded = np.pad(np.maximum(light, 0.0), ((0, 0), (4, 4)), mode="edge")
+    # The filter [1 2 1] / 4 four times. Each time, the first and last values stand for those beyond them.
+    smooth = np.maximum(light, 0.0)
+    for _ in range(4):
+        wide = np.pad(smooth, ((0, 0), (1, 1)), mode="edge")
+        smooth = (wide[:, :-2] + 2 * wide[:, 1:-1] + wide[:, 2:]) / 4
+    inside = np.array([np.convolve(row, BINOMIAL, mode="valid") for row in padded])
+    assert np.allclose(inside[:, 4:-4], smooth[:, 4:-4])
+    peaks = smooth.max(axis=1)
+    lit = peaks > LIT * peaks.max()
+    scaled = np.zeros_like(smooth)
+    scaled[lit] = smooth[lit] / peaks[lit, None]
+    return scaled, lit
+
+
+def edge_slope(lines: np.ndarray, lit: np.ndarray, level: float) -> float:
+    """Slope of a straight line through the lit lines' first crossings of a level."""
+    times = []
+    for line in lines[lit]:
+        above = int(np.argmax(line > level))
+        at = float(above)
+        if above > 0:
+            at = above - 1 + (level - line[above - 1]) / (line[above] - line[above - 1])
+        times.append(at)
+    return float(np.polyfit(np.flatnonzero(lit), times, 1)[0])
+
+
+def shifted(line: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """A line at fractional places, by cubic convolution (Keys 1981, a = -1/2)."""
+    first = np.floor(places).astype(int)
+    total = np.zeros(len(places))
+    for tap in (-1, 0, 1, 2):
+        x = np.abs(places - (first + tap))
+        near = 1.5 * x**3 - 2.5 * x**2 + 1
+        far = -0.5 * x**3 + 2.5 * x**2 - 4 * x + 2
+        total += line[first + tap] * np.where(x <= 1, near, np.where(x < 2, far, 0.0))
+    return total
+
+
+def step(lines: np.ndarray, lit: np.ndarray, slowness: float) -> tuple[float, Axis] | None:
+    """The Gauss-Newton step at a slowness, and what is known of the axis there."""
+    reach = math.ceil(2 * abs(slowness)) + 2
+    bright = np.flatnonzero((lines > BRIGHT).any(axis=0))
+    start = max(reach, bright[0] - MARGIN)
+    frames = min(SAMPLE_FRAMES - reach, bright[-1] + MARGIN + 1) - start
+    if frames < FEWEST_FRAMES:
+        return None
+    k = np.flatnonzero(lit) - 2.0
+    t = np.arange(start, start + frames, dtype=float)
+    y = np.array([shifted(line, t + each * slowness) for line, each in zip(lines[lit], k, strict=True)])
+    shape = y.mean(axis=0)
+    derivative = (shape[2:] - shape[:-2]) / 2
+    y, shape = y[:, 1:-1], shape[1:-1]
+    derivative = derivative - shape * (derivative @ shape) / (shape @ shape)
+    gains = y @ shape / (shape @ shape)
+    around = k - (k * gains**2).sum() / (gains**2).sum()
+    along = y @ derivative
+    numerator = (around * gains * along).sum()
+    spread = (around**2 * gains**2).sum()
+    denominator = spread * (derivative @ derivative)
+    if denominator <= 0:
+        return None
+    unlike = (y * y).sum() - (gains**2).sum() * (shape @ shape)
+    rest = max(unlike - numerator**2 / denominator, 0.0)
+    free = max((len(k) - 1) * (frames - 2) - len(k), 1)
+    excess = numerator / denominator
+    off = along / (gains * (derivative @ derivative)) - around * excess
+    scatter = math.sqrt((gains**2 * off**2).sum() / (max(len(k) - 2, 1) * spread))
+    found = Axis(
+        len(k), slowness, math.sqrt(rest / free / denominator), scatter, float(np.abs(off).max()), 1 - rest / (y * y).sum()
+    )
+    return float(np.clip(excess, -LARGEST_STEP, LARGEST_STEP)), found
+
+
+def axis(features: np.ndarray, totals: np.ndarray, frames: int) -> Axis:
+    """The slowness at which five lines are most alike."""
+    lines, lit = shapes(features, totals, frames)
+    best: Axis | None = None
+    starts: list[float] = []
+    if lit.sum() < 3:
+        return Axis(int(lit.sum()))
+    for level in LEVELS:
+        slowness = float(np.clip(edge_slope(lines, lit, level), -FARTHEST_START, FARTHEST_START))
+        if any(abs(slowness - start) < SAME_START for start in starts):
+            continue
+        starts.append(slowness)
+        last = None
+        for _ in range(STEPS):
+            taken = step(lines, lit, slowness)
+            if taken is None:
+                break
+            slowness -= taken[0]
+            last = taken[1]
+            if abs(taken[0]) < max(abs(slowness) / 100, 0.002):
+                break
+        if last is not None and (best is None or last.coherence > best.coherence):
+            best = Axis(last.lit, slowness, last.fit_sd, last.scatter, last.farthest, last.coherence)
+        if best is not None and best.coherence > ENOUGH:
+            break
+    return best or Axis(int(lit.sum()))
+
+
+def measure_motion(
+    features: np.ndarray, totals: np.ndarray, frames: int, fps: float = NOMINAL_FPS, reliable: bool = True
+) -> MotionAnswer:
+    """The motion of a sample: `features` has ten rows of 70, `totals` the baseline's ten sums over `frames` frames."""
+    rows = axis(features[:ROWS], totals[:ROWS], frames)
+    columns = axis(features[ROWS:], totals[ROWS:], frames)
+    coherence = min(rows.coherence, columns.coherence)
+    slowness = math.hypot(rows.slowness, columns.slowness)
+    if max(rows.lit, columns.lit) < 3:
+        contact = "poke" if min(rows.lit, columns.lit) > 0 else "unclear"
+    elif coherence < 0.9 or slowness > 13:
+        contact = "unclear"
+    else:
+        contact = "press" if slowness < 0.1 else "unclear" if slowness < 0.17 else "slide"
+    if contact != "slide":
+        return MotionAnswer(contact, None, None, None, None, coherence, False)
+    mm_s = PITCH_MM * fps / slowness
+    right, up = columns.slowness / slowness, -rows.slowness / slowness
+    factor = float(np.interp(slowness, *zip(*FACTORS, strict=True)))
+    right_sd = factor * math.hypot(columns.scatter, 2 * columns.fit_sd) / slowness
+    up_sd = factor * math.hypot(rows.scatter, 2 * rows.fit_sd) / slowness
+    mm_s_sd = mm_s * math.hypot(right * right_sd, up * up_sd)
+    across = float(np.interp(slowness, *zip(*ACROSS, strict=True)))
+    deg_sd = across * math.degrees(math.hypot(up * right_sd, right * up_sd))
+    farthest = max(rows.farthest, columns.farthest)
+    sure = farthest <= 0.16 * slowness + 0.01 and coherence >= 0.97 and mm_s_sd < 0.06 * mm_s
+    deg = math.degrees(math.atan2(up, right)) % 360
+    return MotionAnswer(contact, mm_s, mm_s_sd, deg, deg_sd, coherence, reliable and sure)

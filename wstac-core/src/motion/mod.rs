@@ -1,0 +1,249 @@
+//! Speed and direction of anything that slides, from arrival times, and the kind of a touch (SPEC §9).
+//!
+//! Whiskers stand a pitch apart. The same light passes the five rows, and the five columns, one after the other. The
+//! slowness, in frames per pitch along either axis, gives speed and direction: no specimen length and no fitted law.
+//! Two estimators differ in cost and accuracy. [`by_coherence`] finds the slowness at which the five signals of an axis,
+//! shifted back, are most alike. [`by_edges`] fits a straight line through five rising edges.
+//!
+//! A straight edge that is not at right angles to its motion gives only the motion across the edge.
+
+mod axis;
+mod edges;
+mod shape;
+mod shift;
+
+use core::fmt;
+
+use crate::error::ConfigError;
+use crate::params::{NOMINAL_FRAME_RATE, PITCH_MM, ROWS};
+use crate::rate::FrameRate;
+use crate::trigger::Event;
+use axis::Axis;
+
+/// The kind of a touch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
+pub enum Contact {
+    /// Something slides: it arrives at one side and leaves at the other.
+    Slide,
+    /// Something is pressed on all whiskers at once, or leaves them at once.
+    Press,
+    /// One or two whiskers of a row and of a column are touched.
+    Poke,
+    /// None of these, or none for certain.
+    Unclear,
+}
+
+impl Contact {
+    /// Returns its name. JSON output and `Display` use this name.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Slide => "slide",
+            Self::Press => "press",
+            Self::Poke => "poke",
+            Self::Unclear => "unclear",
+        }
+    }
+}
+
+impl fmt::Display for Contact {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// A speed and a direction, each with its standard deviation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct Velocity {
+    /// Speed in mm/s.
+    pub mm_s: f32,
+    /// Standard deviation of the speed, in mm/s.
+    pub mm_s_sd: f32,
+    /// Direction in degrees, counterclockwise from the right of the picture: 0 ≤ degrees < 360.
+    pub degrees: f32,
+    /// Standard deviation of the direction, in degrees.
+    pub degrees_sd: f32,
+}
+
+/// The motion of a touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct Motion {
+    /// The kind of the touch.
+    pub contact: Contact,
+    /// Speed and direction; `None` unless it slides.
+    pub velocity: Option<Velocity>,
+    /// How well one shape and one slowness explain the lines of the worse axis, 0 to 1. 0 if fewer than three lines of an
+    /// axis are lit.
+    ///
+    /// By coherence it is the explained part of the lines' energy. By edges it is 1 less the mean square deviation of the
+    /// arrival times from their straight line, in units of (1 + |slowness|)² frames².
+    pub coherence: f32,
+    /// Whether speed and direction hold within their standard deviations.
+    pub reliable: bool,
+}
+
+/// The parameters of the motion estimators.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct MotionConfig {
+    /// Speed in mm/s of a slowness of one frame per pitch.
+    pitch_per_frame: f32,
+}
+
+/// Slowness in frames per pitch below which nothing slides: all whiskers are reached at once. It is 1,200 mm/s at a pitch
+/// of 4 mm and 30 frames per second.
+const LEAST_SLIDE: [f32; 2] = [0.1, 0.17];
+/// Slowness in frames per pitch above which a sample does not show all whiskers.
+const MOST_SLOWNESS: f32 = 13.0;
+/// Coherence from which a touch has one shape, and from which its velocity is reliable.
+const ALIKE: f32 = 0.9;
+const RELIABLE: f32 = 0.97;
+
+/// How standard deviations follow from what a fit leaves over, and how large they may be. Fitted on simulated slides.
+struct Deviations {
+    /// Points of slowness in frames per pitch and factor.
+    factors: &'static [[f32; 2]],
+    /// Deviation of the slowness that every slide has, in frames per pitch.
+    least: f32,
+    /// Largest deviation of a reliable speed, as a fraction of it.
+    most: f32,
+}
+
+/// Deviations of [`by_coherence`].
+const BY_COHERENCE: Deviations =
+    Deviations { factors: &[[0.2, 0.95], [0.27, 0.6], [4.0, 0.6], [8.0, 0.25]], least: 0.0, most: 0.06 };
+/// Deviations of [`by_edges`].
+const BY_EDGES: Deviations = Deviations { factors: &[[5.0, 0.62], [10.0, 0.5]], least: 0.008, most: 0.03 };
+/// Points of slowness in frames per pitch, and how much smaller the deviation across the motion is than along it.
+const ACROSS: [[f32; 2]; 2] = [[1.5, 0.92], [3.0, 0.8]];
+/// Largest distance of a line's arrival time from the straight line of a reliable velocity: as a fraction of the slowness,
+/// and in frames. A dead whisker moves its row or column by up to half the slowness.
+const FARTHEST: [f32; 2] = [0.16, 0.01];
+
+impl MotionConfig {
+    /// Creates the parameters from the distance between neighboring whiskers in mm and the camera's frame rate.
+    ///
+    /// # Errors
+    /// Returns [`ConfigError::Pitch`] unless the pitch is above 0 and at most 1000 mm.
+    pub const fn new(pitch_mm: f32, rate: FrameRate) -> Result<Self, ConfigError> {
+        if !(pitch_mm > 0.0 && pitch_mm <= 1000.0) {
+            return Err(ConfigError::Pitch(pitch_mm));
+        }
+        Ok(Self { pitch_per_frame: pitch_mm * NOMINAL_FRAME_RATE as f32 / rate.nominal_frames() })
+    }
+
+    /// Creates the parameters for the paper's sensor: a pitch of 4 mm.
+    pub const fn published(rate: FrameRate) -> Self {
+        match Self::new(PITCH_MM, rate) {
+            Ok(config) => config,
+            // Not reached: the pitch is in range.
+            Err(_) => Self { pitch_per_frame: PITCH_MM * NOMINAL_FRAME_RATE as f32 },
+        }
+    }
+}
+
+/// Returns the motion of an event's touch by the coherence of its lines' signals.
+///
+/// Each line's light above the baseline is smoothed by a binomial filter of nine taps and scaled to its peak. From the
+/// slowness of the rising edges, Gauss-Newton steps lead to the slowness at which the lines are most alike: they minimize
+/// Σ_k Σ_t (x_k(t + k s) − g_k m(t))², with the mean shape m and the gain g_k of each line.
+///
+/// All sums are integers. The few divisions at the end are IEEE operations in 32 bits, which every processor rounds alike.
+///
+/// ```
+/// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
+/// use wstac_core::{motion::{self, Contact, MotionConfig}, taxels::FrameGeometry};
+///
+/// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
+/// let mut pipeline = Pipeline::builder(geometry).build()?;
+/// let config = MotionConfig::published(FrameRate::NOMINAL);
+/// # let frames = (0..120).map(|t| vec![if t == 40 { 200 } else { 3_u8 }; 160_000]);
+/// for frame in frames {
+///     if let Some(event) = pipeline.push_frame(&frame)?.event() {
+///         let motion = motion::by_coherence(&event, config);
+///         // All taxels flashed at once.
+///         assert_eq!((motion.contact, motion.velocity), (Contact::Press, None));
+///     }
+/// }
+/// # Ok::<(), wstac_core::error::Error>(())
+/// ```
+pub fn by_coherence(event: &Event<'_>, config: MotionConfig) -> Motion {
+    motion(axis::by_coherence(event, 0), axis::by_coherence(event, ROWS), event, config, &BY_COHERENCE)
+}
+
+/// Returns the motion of an event's touch by the rising edges of its lines' signals.
+///
+/// An edge is where a line's light above the baseline first exceeds 30 % of its peak. A straight line through the edges of
+/// the lit lines gives the slowness. It costs a sixth of [`by_coherence`], and errs about four times as much.
+pub fn by_edges(event: &Event<'_>, config: MotionConfig) -> Motion {
+    motion(axis::by_edges(event, 0), axis::by_edges(event, ROWS), event, config, &BY_EDGES)
+}
+
+/// Returns the factor at a slowness: on straight lines between the points, and even beyond them.
+fn between(points: &[[f32; 2]], slowness: f32) -> f32 {
+    let Some(&[mut before, mut factor]) = points.first() else { return 1.0 };
+    for &[at, then] in points {
+        if slowness <= at {
+            let share = if at > before { (slowness - before) / (at - before) } else { 1.0 };
+            return factor + (then - factor) * share;
+        }
+        (before, factor) = (at, then);
+    }
+    factor
+}
+
+/// Puts both axes together.
+fn motion(rows: Axis, columns: Axis, event: &Event<'_>, config: MotionConfig, deviations: &Deviations) -> Motion {
+    let coherence = rows.coherence.min(columns.coherence);
+    let slowness = libm::sqrtf(rows.slowness * rows.slowness + columns.slowness * columns.slowness);
+    let contact = if rows.lit.max(columns.lit) < 3 {
+        if rows.lit.min(columns.lit) > 0 { Contact::Poke } else { Contact::Unclear }
+    } else if coherence < ALIKE || slowness > MOST_SLOWNESS {
+        Contact::Unclear
+    } else if slowness < LEAST_SLIDE[0] {
+        Contact::Press
+    } else if slowness < LEAST_SLIDE[1] {
+        Contact::Unclear
+    } else {
+        Contact::Slide
+    };
+    if contact != Contact::Slide {
+        return Motion { contact, velocity: None, coherence, reliable: false };
+    }
+    let velocity = velocity(rows, columns, slowness, config, deviations);
+    let farthest = rows.farthest.max(columns.farthest);
+    let in_line = farthest <= FARTHEST[0] * slowness + FARTHEST[1];
+    let sure = in_line && coherence >= RELIABLE && velocity.mm_s_sd < deviations.most * velocity.mm_s;
+    Motion { contact, velocity: Some(velocity), coherence, reliable: event.reliable && sure }
+}
+
+/// Returns speed and direction of a slowness above 0, in frames per pitch.
+fn velocity(rows: Axis, columns: Axis, slowness: f32, config: MotionConfig, deviations: &Deviations) -> Velocity {
+    let (right, up) = (columns.slowness / slowness, -rows.slowness / slowness);
+    let length = |a: f32, b: f32| libm::sqrtf(a * a + b * b);
+    let factor = between(deviations.factors, slowness);
+    let sd = |axis: Axis| length(factor * length(axis.scatter, 2.0 * axis.sd), deviations.least) / slowness;
+    let (right_sd, up_sd) = (sd(columns), sd(rows));
+    let mm_s = config.pitch_per_frame / slowness;
+    let degrees = libm::atan2f(up, right) * (180.0 / core::f32::consts::PI);
+    let turned = if degrees < 0.0 { degrees + 360.0 } else { degrees };
+    Velocity {
+        mm_s,
+        mm_s_sd: mm_s * length(right * right_sd, up * up_sd),
+        // A tiny negative angle rounds to a whole turn.
+        degrees: if turned >= 360.0 { 0.0 } else { turned },
+        degrees_sd: length(up * right_sd, right * up_sd) * between(&ACROSS, slowness) * (180.0 / core::f32::consts::PI),
+    }
+}
+
+#[cfg(test)]
+mod tests;

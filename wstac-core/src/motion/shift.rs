@@ -1,0 +1,143 @@
+//! A Gauss-Newton step towards the slowness at which an axis's lines are most alike.
+
+use super::edges::LINES;
+use super::shape::Shapes;
+use crate::params::SAMPLE_FRAMES;
+
+/// One step, and how alike the lines were before it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Step {
+    /// What the slowness is too large by, in units of 2^-16 frames per pitch: at most 1.5 frames.
+    pub excess: i32,
+    /// The part of the lines' energy that one shape explains, 0 to 1.
+    pub coherence: f32,
+    /// Standard deviation of the slowness, in frames per pitch, if errors of neighboring frames were independent.
+    pub sd: f32,
+    /// Standard deviation of the slowness, in frames per pitch, by how far the lines' arrival times are off their straight
+    /// line.
+    pub scatter: f32,
+    /// The largest of these distances, in frames.
+    pub farthest: f32,
+}
+
+/// Fewest frames that all shifted lines must share.
+const FEWEST_FRAMES: usize = 10;
+/// Dark frames that are read before the first bright one, and after the last.
+const MARGIN: usize = 5;
+/// Largest step, in frames per pitch.
+const LARGEST_STEP: f32 = 1.5;
+/// Returns the step from a slowness in units of 2^-16 frames per pitch; `None` if too few frames are left at it, or if the
+/// lines have no shape.
+#[inline(never)]
+pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
+    // All lines are shifted by at most two pitches. Interpolation needs a frame more before, and two after.
+    let reach = (2 * slowness.unsigned_abs()).div_ceil(1 << 16) as usize + 2;
+    // Frames that are dark in all lines say nothing.
+    let [first, last] = shapes.span.map(usize::from);
+    let from = reach.max(first.saturating_sub(MARGIN));
+    let to = (last + MARGIN + 1).min(SAMPLE_FRAMES.saturating_sub(reach));
+    let frames = to.checked_sub(from).filter(|&frames| frames >= FEWEST_FRAMES)?;
+    let mut sum = [0_i32; SAMPLE_FRAMES];
+    for (k, line) in shapes.lit_lines() {
+        let shifted = Shifted::new(line, k * slowness, from)?;
+        for (sum, value) in sum.iter_mut().zip(shifted.values().take(frames)) {
+            *sum += value;
+        }
+    }
+    let sum = sum.get(..frames)?;
+    let (mut mm, mut md, mut dd) = (0_i64, 0_i64, 0_i64);
+    for [before, here, after] in sum.array_windows() {
+        let (m, d) = (i64::from(*here), i64::from(after - before));
+        (mm, md, dd) = (mm + m * m, md + m * d, dd + d * d);
+    }
+    // Twice the derivative, without its part along the shape.
+    let along = md as f32 / mm as f32;
+    let dd = dd as f32 - along * md as f32;
+    if mm == 0 || dd <= 0.0 {
+        return None;
+    }
+    let mut lines = [[0.0_f32; 4]; LINES];
+    let (mut weight, mut moment) = (0.0, 0.0);
+    for ((k, line), place) in shapes.lit_lines().zip(&mut lines) {
+        let shifted = Shifted::new(line, k * slowness, from)?;
+        let (mut ym, mut yd, mut yy) = (0_i64, 0_i64, 0_i64);
+        for ([before, here, after], y) in sum.array_windows().zip(shifted.values().skip(1)) {
+            ym += i64::from(y * here);
+            yd += i64::from(y * (after - before));
+            yy += i64::from(y * y);
+        }
+        let gain = ym as f32 / mm as f32;
+        *place = [k as f32, gain, yd as f32 - gain * md as f32, yy as f32 - gain * ym as f32];
+        weight += gain * gain;
+        moment += k as f32 * gain * gain;
+    }
+    let middle = moment / weight;
+    let (mut numerator, mut spread, mut rest, mut energy, mut lit) = (0.0, 0.0, 0.0, 0.0, 0.0_f32);
+    for [k, gain, along_derivative, unlike] in lines {
+        if gain > 0.0 {
+            let k = k - middle;
+            numerator += k * gain * along_derivative;
+            spread += k * k * gain * gain;
+            rest += unlike;
+            energy += unlike + gain * gain * mm as f32;
+            lit += 1.0;
+        }
+    }
+    let denominator = spread * dd;
+    if denominator <= 0.0 || energy <= 0.0 {
+        return None;
+    }
+    let rest = (rest - numerator * numerator / denominator).max(0.0);
+    let step = (2.0 * numerator / denominator).clamp(-LARGEST_STEP, LARGEST_STEP);
+    let free = (lit - 1.0) * (frames - 2) as f32 - lit;
+    let sd = 2.0 * libm::sqrtf(rest / (free.max(1.0) * denominator));
+    // What is left of each line's arrival time.
+    let (mut squares, mut farthest) = (0.0, 0.0_f32);
+    for [k, gain, along_derivative, _] in lines {
+        if gain > 0.0 {
+            let off = 2.0 * (along_derivative / (gain * dd) - (k - middle) * numerator / denominator);
+            squares += gain * gain * off * off;
+            farthest = farthest.max(off.abs());
+        }
+    }
+    let scatter = libm::sqrtf(squares / ((lit - 2.0).max(1.0) * spread));
+    Some(Step { scatter, farthest, excess: (step * 65_536.0) as i32, coherence: 1.0 - rest / energy, sd })
+}
+
+impl Shapes {
+    /// Returns the lit lines with their numbers from the middle, −2 to 2.
+    fn lit_lines(&self) -> impl Iterator<Item = (i32, &[i16; SAMPLE_FRAMES])> + Clone {
+        let lines = (-(LINES as i32) / 2..).zip(self.lines.iter().zip(&self.is_lit));
+        lines.filter(|(_, (_, is_lit))| **is_lit).map(|(k, (line, _))| (k, line))
+    }
+}
+
+/// A line shifted by a number of frames, by cubic convolution (Keys 1981).
+struct Shifted<'a> {
+    values: &'a [i16],
+    /// In units of 2^-14.
+    taps: [i32; 4],
+}
+
+impl<'a> Shifted<'a> {
+    /// Shifts a line by `shift` in units of 2^-16 frames, and starts at frame `from` of the shape.
+    fn new(line: &'a [i16; SAMPLE_FRAMES], shift: i32, from: usize) -> Option<Self> {
+        let start = from as i32 + (shift >> 16) - 1;
+        let u = (shift & 0xFFFF) >> 2;
+        let square = (u * u) >> 14;
+        let cube = (square * u) >> 14;
+        let first = (2 * square - u - cube) >> 1;
+        let third = (u + 4 * square - 3 * cube) >> 1;
+        let last = (cube - square) >> 1;
+        let taps = [first, (1 << 14) - first - third - last, third, last];
+        Some(Self { values: line.get(usize::try_from(start).ok()?..)?, taps })
+    }
+
+    fn values(&self) -> impl Iterator<Item = i32> + use<'_> {
+        let [a, b, c, d] = self.taps;
+        self.values.array_windows().map(move |[p, q, r, s]| {
+            let [p, q, r, s] = [p, q, r, s].map(|&value| i32::from(value));
+            (a * p + b * q + c * r + d * s + (1 << 13)) >> 14
+        })
+    }
+}

@@ -1,0 +1,155 @@
+use std::vec::Vec;
+
+use super::*;
+use crate::baseline::Baseline;
+use crate::features::Features;
+use crate::params::{FEATURES, SAMPLE_FRAMES};
+use crate::sample::Sample;
+
+/// Light of a dark line.
+const DARK: f64 = 0.01;
+
+fn event_of<'a>(frames: &'a [Features; SAMPLE_FRAMES], baseline: &'a Baseline) -> Event<'a> {
+    Event { frame: 0, sample: Sample::from_frames(frames), baseline, frames_filled: 0, reliable: true }
+}
+
+fn baseline() -> Baseline {
+    Baseline::new([feature(DARK); FEATURES].map(|feature| 25 * i32::from(feature)), 25)
+}
+
+fn feature(light: f64) -> i16 {
+    (light.ln() * 2048.0).round() as i16
+}
+
+/// Light of a flash that rises in two frames and fades in eight, with a second one after it.
+fn flash(t: f64) -> f64 {
+    let one = |t: f64| if t < -20.0 { 0.0 } else { (-(t / 8.0).max(0.0)).exp() / (1.0 + (-t / 0.7).exp()) };
+    0.5 * one(t) + 0.3 * one(t - 9.0)
+}
+
+/// Returns a sample whose rows and columns see the flash after each other, with a gain each.
+fn sample(row: f64, column: f64, gains: [f64; 5]) -> [Features; SAMPLE_FRAMES] {
+    core::array::from_fn(|t| {
+        core::array::from_fn(|k| {
+            let (slowness, line) = if k < 5 { (row, k) } else { (column, k - 5) };
+            let at = t as f64 - 28.0 - slowness * (line as f64 - 2.0);
+            feature(DARK + gains[line] * flash(at))
+        })
+    })
+}
+
+#[test]
+fn a_velocity_is_that_of_the_light() {
+    let config = MotionConfig::published(FrameRate::NOMINAL);
+    let baseline = baseline();
+    for gains in [[1.0; 5], [0.7, 1.2, 1.0, 0.9, 1.3]] {
+        for (row, column) in [(0.8, 0.0), (-0.3, 0.4), (0.0, -2.0), (3.0, 4.0), (0.0, 0.25), (-6.5, 0.0)] {
+            let frames = sample(row, column, gains);
+            let motion = by_coherence(&event_of(&frames, &baseline), config);
+            let velocity = motion.velocity.unwrap();
+            let speed = 120.0 / f64::hypot(row, column);
+            let degrees = f64::atan2(-row, column).to_degrees().rem_euclid(360.0);
+            let off = (f64::from(velocity.degrees) - degrees + 180.0).rem_euclid(360.0) - 180.0;
+            assert_eq!(motion.contact, Contact::Slide);
+            assert!(motion.reliable && motion.coherence > 0.99, "{row} {column}: {motion:?}");
+            assert!((f64::from(velocity.mm_s) / speed - 1.0).abs() < 0.004, "{row} {column}: {motion:?}");
+            assert!(off.abs() < 0.3, "{row} {column}: {motion:?}");
+            // A gain moves the level of an edge, but not its time.
+            let edges = by_edges(&event_of(&frames, &baseline), config).velocity.unwrap();
+            assert!((f64::from(edges.mm_s) / speed - 1.0).abs() < 0.05, "{row} {column}: {edges:?}");
+        }
+    }
+}
+
+#[test]
+fn speeds_follow_pitch_and_frame_rate() {
+    let (frames, baseline) = (sample(0.0, 1.0, [1.0; 5]), baseline());
+    for (pitch, rate, expected) in [(4.0, 30, 120.0), (2.0, 30, 60.0), (4.0, 25, 100.0), (4.0, 120, 120.0)] {
+        let config = MotionConfig::new(pitch, FrameRate::new(rate, 1).unwrap()).unwrap();
+        let velocity = by_coherence(&event_of(&frames, &baseline), config).velocity.unwrap();
+        assert!((velocity.mm_s / expected - 1.0).abs() < 0.004, "{pitch} {rate}: {velocity:?}");
+    }
+    for pitch in [0.0, -1.0, f32::NAN, f32::INFINITY, 1001.0] {
+        assert!(matches!(MotionConfig::new(pitch, FrameRate::NOMINAL), Err(ConfigError::Pitch(_))));
+    }
+}
+
+#[test]
+fn touches_that_do_not_slide_have_no_velocity() {
+    let config = MotionConfig::published(FrameRate::NOMINAL);
+    let baseline = baseline();
+    let of = |frames: &[Features; SAMPLE_FRAMES]| {
+        let event = event_of(frames, &baseline);
+        [by_coherence(&event, config), by_edges(&event, config)]
+    };
+    for motion in of(&sample(0.0, 0.0, [1.0, 0.8, 1.1, 0.9, 1.0])) {
+        assert_eq!((motion.contact, motion.velocity, motion.reliable), (Contact::Press, None, false));
+    }
+    for motion in of(&sample(0.0, 0.0, [0.0, 0.0, 1.0, 0.0, 0.0])) {
+        assert_eq!((motion.contact, motion.velocity), (Contact::Poke, None));
+    }
+    // Faster than a slide and slower than a press.
+    for motion in of(&sample(0.0, 0.13, [1.0; 5])) {
+        assert_eq!((motion.contact, motion.velocity), (Contact::Unclear, None));
+    }
+    for motion in of(&[[feature(DARK); FEATURES]; SAMPLE_FRAMES]) {
+        assert_eq!((motion.contact, motion.velocity), (Contact::Unclear, None));
+    }
+}
+
+#[test]
+fn an_event_that_is_not_reliable_has_no_reliable_velocity() {
+    let config = MotionConfig::published(FrameRate::NOMINAL);
+    let (frames, baseline) = (sample(0.0, 1.0, [1.0; 5]), baseline());
+    let event = Event { reliable: false, ..event_of(&frames, &baseline) };
+    let motion = by_coherence(&event, config);
+    assert!(motion.velocity.is_some() && !motion.reliable);
+}
+
+/// Checks that a row whose whiskers are not where the others are is not trusted.
+#[test]
+fn a_line_out_of_order_is_not_reliable() {
+    let config = MotionConfig::published(FrameRate::NOMINAL);
+    let baseline = baseline();
+    let mut frames = sample(0.6, 0.8, [1.0; 5]);
+    for (t, frame) in frames.iter_mut().enumerate() {
+        frame[1] = feature(DARK + flash(t as f64 - 28.0 + 0.6 + 0.4));
+    }
+    let motion = by_coherence(&event_of(&frames, &baseline), config);
+    assert!(!motion.reliable, "{motion:?}");
+}
+
+/// Checks that whatever a sample and a baseline hold, numbers are finite and in range.
+#[test]
+fn any_sample_has_an_answer_in_range() {
+    let config = MotionConfig::published(FrameRate::NOMINAL);
+    let mut state = 1_u64;
+    let mut random = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as u32
+    };
+    for round in 0..4000 {
+        let kind = round % 5;
+        let frames: [Features; SAMPLE_FRAMES] = core::array::from_fn(|t| {
+            core::array::from_fn(|k| match kind {
+                0 => random() as i16,
+                1 => [i16::MIN, i16::MAX][random() as usize & 1],
+                2 => -((random() % 9000) as i16),
+                3 => i16::MIN + (random() % 3) as i16,
+                _ => feature(DARK + flash(t as f64 - 20.0 - k as f64 * f64::from(round % 7))) + (random() % 300) as i16,
+            })
+        });
+        let totals = core::array::from_fn(|_| if kind == 4 { 25 * i32::from(feature(DARK)) } else { random() as i32 });
+        let baseline = Baseline::new(totals, [25, 1, 350, 0][random() as usize & 3]);
+        let event = event_of(&frames, &baseline);
+        for motion in [by_coherence(&event, config), by_edges(&event, config)] {
+            assert!((0.0..=1.0).contains(&motion.coherence), "{motion:?}");
+            assert_eq!(motion.velocity.is_some(), motion.contact == Contact::Slide);
+            let Some(velocity) = motion.velocity else { continue };
+            let Velocity { mm_s, mm_s_sd, degrees, degrees_sd } = velocity;
+            assert!((0.0..360.0).contains(&degrees) && mm_s > 0.0, "{motion:?}");
+            let all: Vec<f32> = [mm_s, mm_s_sd, degrees_sd].into();
+            assert!(all.iter().all(|number| number.is_finite() && *number >= 0.0), "{motion:?}");
+        }
+    }
+}

@@ -1,0 +1,49 @@
+//! Files of text that a person or a program wrote for this one.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use crate::error::{Error, ErrorKind};
+
+/// Most bytes of a configuration, a scene, a plan, a sweep or a map. Parsing takes up to 20 times as much memory.
+const MOST_BYTES: u64 = 16 << 20;
+
+/// Returns the content of a configuration, a scene, a plan, a sweep or a map.
+///
+/// # Errors
+/// The file cannot be read, is no text, or is larger than 16 MB.
+pub fn file_text(path: &Path) -> Result<String, Error> {
+    let failed = |error: io::Error| Error::io(path.display(), error);
+    let mut bytes = Vec::new();
+    File::open(path).map_err(failed)?.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > MOST_BYTES {
+        let message = format_args!("is larger than {} MB, expected a file of text", MOST_BYTES >> 20);
+        return Err(Error::new(ErrorKind::Format, path.display(), message));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        Error::new(ErrorKind::Format, path.display(), format_args!("byte {at} is no text, expected UTF-8"))
+            .caused_by(error)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_is_read_and_what_is_none_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.toml");
+        std::fs::write(&path, "é").unwrap();
+        assert_eq!(file_text(&path).unwrap(), "é");
+        std::fs::write(&path, b"ab\xFF").unwrap();
+        let error = file_text(&path).unwrap_err();
+        assert!(error.is_format() && error.message().contains("byte 2 is no text"), "{error}");
+        assert!(file_text(&folder.path().join("none")).unwrap_err().is_not_found());
+        // A device that never ends takes no more memory than the largest file.
+        let error = file_text(Path::new("/dev/zero")).unwrap_err();
+        assert!(error.is_format() && error.message().contains("larger than 16 MB"), "{error}");
+    }
+}

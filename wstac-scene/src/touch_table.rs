@@ -1,0 +1,244 @@
+//! The tables `[[slide]]` and `[[touch]]` of a scene's file before they are checked.
+
+use serde::Deserialize;
+
+use super::keys::within;
+use super::light::taxel_of;
+use super::specimen::{Pattern, Specimen};
+use super::touch::{MOST_POINTS, Press, PressKind, Slide, SpeedProfile, Touch};
+use super::whisker::WhiskerConfig;
+
+/// Speeds of the slowest and fastest slide, in mm/s.
+const SPEEDS: (f64, f64) = (1.0, 1000.0);
+/// Largest angle of a block's edges against its motion, in degrees.
+const MOST_SKEW: f64 = 60.0;
+/// Defaults of a press: vertical speed in mm/s; time at its lowest in s, of a press or poke and of a hold.
+const APPROACH: f64 = 400.0;
+const PRESS_S: f64 = 0.2;
+const HOLD_S: f64 = 5.0;
+
+/// The speed of a slide: even, or points of its path.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(untagged, expecting = "expected a number in mm/s, or points [[mm, mm/s], …]")]
+pub(crate) enum FileSpeed {
+    Even(f64),
+    Points(Vec<[f64; 2]>),
+}
+
+/// The keys of a slide.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FileSlide {
+    pub specimen: Option<String>,
+    pub speed: Option<FileSpeed>,
+    pub direction: Option<f64>,
+    pub depth: Option<f64>,
+    pub period: Option<f64>,
+    pub length: Option<f64>,
+    pub width: Option<f64>,
+    pub edge: Option<f64>,
+    pub radius: Option<f64>,
+    pub skew: Option<f64>,
+    pub offset: Option<f64>,
+}
+
+/// The keys of any touch.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FileTouch {
+    kind: String,
+    specimen: Option<String>,
+    speed: Option<FileSpeed>,
+    direction: Option<f64>,
+    depth: Option<f64>,
+    period: Option<f64>,
+    length: Option<f64>,
+    width: Option<f64>,
+    edge: Option<f64>,
+    radius: Option<f64>,
+    skew: Option<f64>,
+    offset: Option<f64>,
+    overlap: Option<f64>,
+    approach: Option<f64>,
+    hold: Option<f64>,
+    tilt: Option<f64>,
+    whisker: Option<[i64; 2]>,
+}
+
+impl FileSlide {
+    /// Returns the slide; an error names the key, the value found and the values expected.
+    pub(crate) fn check(&self) -> Result<Slide, String> {
+        let specimen = self.specimen.as_ref().ok_or("specimen is missing, expected one as in \"Saw3\"")?;
+        let specimen = self.check_specimen(specimen.parse()?)?;
+        let (speed_mm_s, profile) = match self.speed.as_ref().ok_or("speed is missing, expected one in mm/s")? {
+            FileSpeed::Even(speed) => (checked_speed(*speed)?, None),
+            FileSpeed::Points(points) => {
+                let profile = SpeedProfile::new(points).ok_or_else(|| {
+                    format!("speed is {points:?}, expected 1 to {MOST_POINTS} points [mm, mm/s], places rising from 0")
+                })?;
+                for [_, speed] in points {
+                    checked_speed(*speed)?;
+                }
+                (profile.speed_at(0.0), Some(profile))
+            }
+        };
+        let (skew_deg, offset_mm) = (self.skew.unwrap_or(0.0), self.offset.unwrap_or(0.0));
+        within("skew", skew_deg, -MOST_SKEW, MOST_SKEW)?;
+        within("offset", offset_mm, -100.0, 100.0)?;
+        let slide = Slide::new(specimen, speed_mm_s, checked_direction(self.direction)?);
+        Ok(Slide { skew_deg, offset_mm, profile, ..slide })
+    }
+
+    /// Checks a slide's own values, and returns the specimen with them.
+    fn check_specimen(&self, named: Specimen) -> Result<Specimen, String> {
+        let of_others = |key: &str, found: Option<f64>, others: &str| match found {
+            Some(found) => Err(format!("{key} is {found}, expected only with {others}")),
+            None => Ok(()),
+        };
+        if named.pattern == Pattern::Sphere {
+            for (key, found) in
+                [("depth", self.depth), ("length", self.length), ("width", self.width), ("edge", self.edge)]
+            {
+                of_others(key, found, "a block")?;
+            }
+            of_others("period", self.period, "Sin, Saw or Tri")?;
+            let radius = self.radius.unwrap_or(named.depth_mm);
+            within("radius", radius, 0.01, 100.0)?;
+            return Ok(Specimen::sphere(radius));
+        }
+        of_others("radius", self.radius, "Sphere")?;
+        let mut specimen = named;
+        if named.is_textured() {
+            specimen = Specimen::block(named.pattern, self.depth.unwrap_or(named.depth_mm));
+            specimen.period_mm = self.period.unwrap_or(specimen.period_mm);
+            within("depth", specimen.depth_mm, 0.001, 100.0)?;
+            within("period", specimen.period_mm, 0.1, 1000.0)?;
+        } else {
+            of_others("depth", self.depth, "Sin, Saw or Tri")?;
+            of_others("period", self.period, "Sin, Saw or Tri")?;
+        }
+        specimen.length_mm = self.length.unwrap_or(named.length_mm);
+        specimen.edge_degrees = self.edge.unwrap_or(named.edge_degrees);
+        within("length", specimen.length_mm, 0.1, 1000.0)?;
+        within("edge", specimen.edge_degrees, 1.0, 90.0)?;
+        if let Some(width) = self.width {
+            within("width", width, 0.1, 1000.0)?;
+            specimen.width_mm = width;
+        }
+        Ok(specimen)
+    }
+}
+
+impl FileTouch {
+    /// Returns the touch; an error names the key, the value found and the values expected.
+    pub(crate) fn check(&self, whisker: &WhiskerConfig) -> Result<Touch, String> {
+        let (kind, hold_s) = match self.kind.as_str() {
+            "slide" => return self.check_slide().map(Touch::Slide),
+            "press" => (PressKind::Press, PRESS_S),
+            "poke" => (PressKind::Poke, PRESS_S),
+            "hold" => (PressKind::Hold, HOLD_S),
+            other => return Err(format!("kind is {other:?}, expected slide, press, poke or hold")),
+        };
+        self.refuse_slide_keys()?;
+        let whisker_of = match (self.whisker, kind) {
+            (Some([row, column]), PressKind::Poke) => {
+                taxel_of("whisker", row, column)?;
+                Some([row as u8, column as u8])
+            }
+            (None, PressKind::Poke) => return Err("whisker is missing, expected its row and column".into()),
+            (Some(found), _) => return Err(format!("whisker is {found:?}, expected only with kind = \"poke\"")),
+            (None, _) => None,
+        };
+        let press = Press {
+            kind,
+            overlap_mm: self.overlap.unwrap_or(whisker.overlap_mm),
+            approach_mm_s: self.approach.unwrap_or(APPROACH),
+            hold_s: self.hold.unwrap_or(hold_s),
+            tilt_deg: self.tilt.unwrap_or(0.0),
+            direction_deg: checked_direction(self.direction)?,
+            whisker: whisker_of,
+        };
+        within("overlap", press.overlap_mm, 0.01, 0.95 * whisker.length_mm)?;
+        within("approach", press.approach_mm_s, 1.0, 10_000.0)?;
+        within("hold", press.hold_s, 0.0, 3600.0)?;
+        within("tilt", press.tilt_deg, 0.0, 45.0)?;
+        Ok(Touch::Press(press))
+    }
+
+    fn check_slide(&self) -> Result<Slide, String> {
+        let numbers =
+            [("overlap", self.overlap), ("approach", self.approach), ("hold", self.hold), ("tilt", self.tilt)];
+        for (key, found) in numbers {
+            if let Some(found) = found {
+                return Err(format!("{key} is {found}, expected only with kind = \"press\", \"poke\" or \"hold\""));
+            }
+        }
+        if let Some(found) = self.whisker {
+            return Err(format!("whisker is {found:?}, expected only with kind = \"poke\""));
+        }
+        let slide = FileSlide {
+            specimen: self.specimen.clone(),
+            speed: self.speed.clone(),
+            direction: self.direction,
+            depth: self.depth,
+            period: self.period,
+            length: self.length,
+            width: self.width,
+            edge: self.edge,
+            radius: self.radius,
+            skew: self.skew,
+            offset: self.offset,
+        };
+        slide.check()
+    }
+
+    fn refuse_slide_keys(&self) -> Result<(), String> {
+        let there = [
+            ("specimen", self.specimen.is_some()),
+            ("speed", self.speed.is_some()),
+            ("depth", self.depth.is_some()),
+            ("period", self.period.is_some()),
+            ("length", self.length.is_some()),
+            ("width", self.width.is_some()),
+            ("edge", self.edge.is_some()),
+            ("radius", self.radius.is_some()),
+            ("skew", self.skew.is_some()),
+            ("offset", self.offset.is_some()),
+        ];
+        match there.iter().find(|(_, there)| *there) {
+            Some((key, _)) => Err(format!("{key} is there, expected only with kind = \"slide\"")),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Reads a speed of the short form.
+pub(crate) fn parsed_speed(found: &str) -> Result<f64, String> {
+    let (slowest, fastest) = SPEEDS;
+    let speed = found.parse().ok().and_then(|speed| checked_speed(speed).ok());
+    speed.ok_or_else(|| format!("speed is {found:?}, expected {slowest} to {fastest} mm/s"))
+}
+
+/// Reads a direction of the short form.
+pub(crate) fn parsed_direction(found: &str) -> Result<f64, String> {
+    let direction = found.parse().ok().and_then(|degrees| checked_direction(Some(degrees)).ok());
+    direction.ok_or_else(|| format!("direction is {found:?}, expected an angle in degrees"))
+}
+
+fn checked_speed(found: f64) -> Result<f64, String> {
+    let (slowest, fastest) = SPEEDS;
+    if (slowest..=fastest).contains(&found) {
+        return Ok(found);
+    }
+    Err(format!("speed is {found}, expected {slowest} to {fastest} mm/s"))
+}
+
+/// Checks a direction and turns it into 0 ≤ degrees < 360.
+fn checked_direction(found: Option<f64>) -> Result<f64, String> {
+    let found = found.unwrap_or(0.0);
+    within("direction", found, -3600.0, 3600.0)?;
+    let turned = libm::fmod(found, 360.0);
+    let positive = if turned < 0.0 { turned + 360.0 } else { turned };
+    // A tiny negative angle rounds to a whole turn.
+    Ok(if positive >= 360.0 { 0.0 } else { positive + 0.0 })
+}
