@@ -130,7 +130,7 @@ fn kinds(page: &mut String) {
 }
 
 fn main() {
-    let mut page = String::from(include_str!("head.md"));
+    let mut page = String::from(include_str!("head.txt"));
     let slides = answers(Kind::Slide, SLIDES);
     for (estimator, name) in ["By coherence", "By edges"].into_iter().enumerate() {
         let cases = cases(&slides, estimator);
@@ -165,9 +165,9 @@ fn main() {
         units.dedup();
         let _ = writeln!(page, "These slides are of {} sensors.\n", units.len());
     }
-    page.push_str(include_str!("kinds.md"));
+    page.push_str(include_str!("kinds.txt"));
     kinds(&mut page);
-    page.push_str(include_str!("limits.md"));
+    page.push_str(include_str!("limits.txt"));
     let _ = writeln!(page, "| condition | {HEAD}");
     for (kind, name) in [
         (Kind::Straight, "along rows and columns"),

@@ -28,7 +28,8 @@ pub fn file_text(path: &Path) -> Result<String, Error> {
     })
 }
 
-#[cfg(test)]
+// Temporary folders come with the feature.
+#[cfg(all(test, feature = "atomic-write"))]
 mod tests {
     use super::*;
 
