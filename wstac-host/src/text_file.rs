@@ -28,8 +28,7 @@ pub fn file_text(path: &Path) -> Result<String, Error> {
     })
 }
 
-// Temporary folders come with the feature.
-#[cfg(all(test, feature = "atomic-write"))]
+#[cfg(test)]
 mod tests {
     use super::*;
 
