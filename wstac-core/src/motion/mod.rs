@@ -99,8 +99,8 @@ pub struct MotionConfig {
     pitch_per_frame: f32,
 }
 
-/// Slowness in frames per pitch below which nothing slides: all whiskers are reached at once. It is 1,200 mm/s at a pitch
-/// of 4 mm and 30 frames per second.
+/// Slowness in frames per pitch below which a touch is a press: all whiskers are reached at once. From the second number
+/// on it is a slide. At a pitch of 4 mm and 30 frames per second they are 1,200 and 706 mm/s.
 const LEAST_SLIDE: [f32; 2] = [0.1, 0.17];
 /// Slowness in frames per pitch above which a sample does not show all whiskers.
 const MOST_SLOWNESS: f32 = 13.0;
@@ -157,7 +157,8 @@ impl MotionConfig {
 /// slowness of the rising edges, Gauss-Newton steps lead to the slowness at which the lines are most alike: they minimize
 /// Σ_k Σ_t (x_k(t + k s) − g_k m(t))², with the mean shape m and the gain g_k of each line.
 ///
-/// All sums are integers. The few divisions at the end are IEEE operations in 32 bits, which every processor rounds alike.
+/// All sums are integers. The few operations after them are IEEE operations in 32 bits, which every processor rounds
+/// alike.
 ///
 /// ```
 /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
@@ -183,7 +184,8 @@ pub fn by_coherence(event: &Event<'_>, config: MotionConfig) -> Motion {
 /// Returns the motion of an event's touch by the rising edges of its lines' signals.
 ///
 /// An edge is where a line's light above the baseline first exceeds 30 % of its peak. A straight line through the edges of
-/// the lit lines gives the slowness. It costs a sixth of [`by_coherence`], and errs about four times as much.
+/// the lit lines gives the slowness. It costs an eighth of [`by_coherence`] and errs about twice as much. Two thirds of
+/// slides are reliable (docs/ANSWERS.md).
 pub fn by_edges(event: &Event<'_>, config: MotionConfig) -> Motion {
     motion(axis::by_edges(event, 0), axis::by_edges(event, ROWS), event, config, &BY_EDGES)
 }
