@@ -70,7 +70,7 @@ impl Keys for WhiskerConfig {
         within("overlap_mm", self.overlap_mm, 0.0, 0.95 * self.length_mm)?;
         if self.relaxation_ms != 0.0 {
             // A slide has as many pieces as relaxation times fit into it.
-            within("relaxation_ms", self.relaxation_ms, 0.01, 1000.0).map_err(|message| format!("{message}, or 0"))?;
+            within("relaxation_ms", self.relaxation_ms, 0.001, 1000.0).map_err(|message| format!("{message}, or 0"))?;
         }
         Ok(())
     }
