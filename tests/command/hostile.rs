@@ -98,7 +98,7 @@ fn cases(dir: &Path) -> Vec<Case> {
         case("scene without a speed", &["run", "scene:Saw3"], 1, &["Saw3@150"]),
         case("scene at no speed", &["run", "scene:Saw3@0"], 1, &["0", "speed"]),
         case("scene at NaN", &["run", "scene:Saw3@nan"], 1, &["nan"]),
-        case("scene in an odd direction", &["run", "scene:Saw3@150,45deg"], 1, &["45", "90"]),
+        case("scene in an odd direction", &["run", "scene:Saw3@150,updeg"], 1, &["\"up\"", "an angle in degrees"]),
         case("scene with an unknown word", &["run", "scene:Saw3@150,loud"], 1, &["loud"]),
         case(
             "scene file with an unknown key",
