@@ -41,6 +41,10 @@ struct Site {
 #[derive(Clone, Debug)]
 struct Current {
     touch: Touch,
+    /// For each taxel, whether the touch reaches its whisker, and how far that is behind the first touched place in mm.
+    /// Both stay the same for the whole touch.
+    meets: [bool; TAXELS],
+    behind_mm: [f64; TAXELS],
     surface: Surface,
     /// First and last touch, in s.
     start: f64,
@@ -171,8 +175,8 @@ impl Elastomer {
             let Some(site) = site else { continue };
             let mut exposure = Exposure::new(afterglow, length);
             match (&passage, current) {
-                (Some(passage), Some(current)) if meets(&current.touch, taxel, &site.whisker) => {
-                    let passed = passed(current, &site.whisker, &self.whisker, from);
+                (Some(passage), Some(current)) if current.meets[taxel] => {
+                    let passed = passed(current, current.behind_mm[taxel], from);
                     passage.advance(&mut site.tip, passed, length, &mut exposure);
                 }
                 _ if site.tip.bent.strain > 0.0 => {
@@ -200,18 +204,29 @@ impl Elastomer {
         self.next += 1;
         let gain = gain(self.light.run_deviation * self.noise, &mut Rng::new(self.seed, RUNS + (number << 8)));
         let mut seeds = Rng::new(self.seed, FLUCTUATIONS + (number << 8));
-        for site in &mut self.sites {
+        let (mut meets, mut behind_mm) = ([false; TAXELS], [0.0; TAXELS]);
+        for (taxel, site) in self.sites.iter_mut().enumerate() {
             let seed = seeds.bits();
             if let Some(site) = site {
                 site.tip.fluctuation = Fluctuation::new(seed);
                 site.tip.overlap_mm = overlap_mm(&self.whisker, &site.whisker, &truth.touch);
+                meets[taxel] = is_met(&truth.touch, taxel, &site.whisker);
+                behind_mm[taxel] = truth.touch.slide().map_or(0.0, |slide| slide.behind(&site.whisker, &self.whisker));
             }
         }
         let surface = match &truth.touch {
             Touch::Slide(slide) => Surface::new(&slide.specimen, self.whisker.overlap_mm),
             Touch::Press(press) => Surface::plate(press.overlap_mm, press.approach_s(), press.hold_s),
         };
-        self.current = Some(Current { touch: truth.touch, surface, start: truth.start_s, end: truth.end_s, gain });
+        self.current = Some(Current {
+            touch: truth.touch,
+            meets,
+            behind_mm,
+            surface,
+            start: truth.start_s,
+            end: truth.end_s,
+            gain,
+        });
     }
 }
 
@@ -232,7 +247,7 @@ fn fastest_s(whisker: &WhiskerConfig, light: &LightConfig, touch: &Touch) -> f64
 }
 
 /// Returns whether a touch reaches a whisker.
-fn meets(touch: &Touch, taxel: usize, whisker: &Whisker) -> bool {
+fn is_met(touch: &Touch, taxel: usize, whisker: &Whisker) -> bool {
     match touch {
         Touch::Slide(slide) => slide.meets(whisker),
         Touch::Press(press) => press.meets(taxel),
@@ -240,13 +255,13 @@ fn meets(touch: &Touch, taxel: usize, whisker: &Whisker) -> bool {
 }
 
 /// Returns how far the surface has passed a whisker at `from` s: in mm for a slide, in s for a press.
-fn passed(current: &Current, whisker: &Whisker, config: &WhiskerConfig, from: f64) -> f64 {
+fn passed(current: &Current, behind_mm: f64, from: f64) -> f64 {
     let since = from - current.start;
     match &current.touch {
         // The leading end starts at the first whiskers.
         Touch::Slide(slide) => {
             let moved = if since < 0.0 { slide.speed_mm_s * since } else { slide.moved_mm(since) };
-            moved * slide.normal_share() - slide.behind(whisker, config)
+            moved * slide.normal_share() - behind_mm
         }
         Touch::Press(_) => since,
     }

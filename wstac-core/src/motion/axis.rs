@@ -5,7 +5,7 @@ use super::shape::Shapes;
 use super::shift;
 use crate::trigger::Event;
 
-/// What is known along an axis.
+/// The slowness along one axis, and how well it is known.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Axis {
     /// Frames per pitch; positive if the light moves from the first line to the last.

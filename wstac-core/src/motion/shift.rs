@@ -7,7 +7,7 @@ use crate::params::SAMPLE_FRAMES;
 /// One step, and how alike the lines were before it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
-    /// What the slowness is too large by, in units of 2^-16 frames per pitch: at most 1.5 frames.
+    /// The excess of the slowness, in units of 2^-16 frames per pitch: at most 1.5 frames.
     pub excess: i32,
     /// The part of the lines' energy that one shape explains, 0 to 1.
     pub coherence: f32,
@@ -91,7 +91,7 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
     let step = (2.0 * numerator / denominator).clamp(-LARGEST_STEP, LARGEST_STEP);
     let free = (lit - 1.0) * (frames - 2) as f32 - lit;
     let sd = 2.0 * libm::sqrtf(rest / (free.max(1.0) * denominator));
-    // What is left of each line's arrival time.
+    // The residual of each line's arrival time.
     let (mut squares, mut farthest) = (0.0, 0.0_f32);
     for [k, gain, along_derivative, _] in lines {
         if gain > 0.0 {
