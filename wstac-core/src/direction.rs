@@ -3,8 +3,8 @@
 
 use core::fmt;
 
-use crate::motion::Contact;
 use crate::exp::{EXP_FRACTION_BITS, exp_of_negative};
+use crate::motion::Contact;
 use crate::params::{COLUMNS, FEATURE_FRACTION_BITS, LEAST_CONFIDENCE, ROWS};
 use crate::trigger::Event;
 

@@ -8,8 +8,8 @@ use core::fmt;
 use crate::error::{ConfigError, LawParameter};
 use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, exp_of_negative};
 use crate::features::Features;
-use crate::motion::Contact;
 use crate::ln::constant;
+use crate::motion::Contact;
 use crate::params::{
     AFTERGLOW_FRAMES, FASTEST_FITTED, FEATURE_FRACTION_BITS, NOMINAL_FRAME_RATE, SAMPLE_FRAMES, SLOWEST_FITTED,
     SPEED_INTERCEPT, SPEED_SLOPE, TRACK_LENGTH, VALID_THRESHOLD,
