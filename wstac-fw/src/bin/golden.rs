@@ -6,7 +6,7 @@
 #![no_main]
 
 use cortex_m_rt::entry;
-use wstac_core::direction::{self, Heading};
+use wstac_core::direction;
 use wstac_core::error::Error;
 use wstac_core::frame::Stride;
 use wstac_core::green::GreenChannel;
@@ -184,7 +184,7 @@ fn give(results: &File, update: &Update<'_>, config: &SpeedConfig) {
 fn give_event(results: &File, event: Option<&Event<'_>>, config: &SpeedConfig) {
     let Some(event) = event else { return };
     let duration = speed::duration(event, config).map_or(-1, |duration: LitSpan| i16::from(duration.frames()));
-    let degrees = direction::direction(event).heading.map_or(-1, |heading: Heading| heading.degrees() as i16);
+    let degrees = direction::direction(event).heading().map_or(-1, |heading| heading.degrees() as i16);
     let speed = speed::speed(event, config).map_or(-1.0, |speed| speed.mm_s * 16.0);
     let reliable = i16::from(event.reliable);
     results.write(&[
