@@ -51,8 +51,8 @@ struct Held {
     answers: Answers<'static>,
     /// The frame of the sample that the next part starts with.
     next: u8,
-    /// The end of the event's touch, which is sent after the event.
-    end: Option<ContactEnd>,
+    /// The frame behind the event's touch if it has ended, which is sent after the event.
+    end: Option<u64>,
 }
 
 impl Reader {
@@ -206,21 +206,21 @@ impl Sender {
     /// Sends an event, or keeps it until its sample is sent. An event that is still kept is older: it is sent first,
     /// without the rest of its sample.
     fn event(&mut self, event: &Event<'_>, out: &mut impl Outlet) {
-        let answers = answers(event, &self.law);
         self.send_held_event(out);
-        if self.wants_samples {
-            self.held = Some(Held { answers, next: 0, end: None });
-        } else {
-            out.send(&Message::Event(answers));
+        self.held = Some(Held { answers: answers(event, &self.law), next: 0, end: None });
+        if !self.wants_samples {
+            self.send_held_event(out);
         }
     }
 
     /// Sends the kept event, and the end of its touch if that is known.
+    // It is not inlined, so that the message does not lie on the stack while answers are computed.
+    #[inline(never)]
     fn send_held_event(&mut self, out: &mut impl Outlet) {
         if let Some(held) = self.held.take() {
             out.send(&Message::Event(held.answers));
             if let Some(end) = held.end {
-                out.send(&Message::ContactEnd(end));
+                out.send(&Message::ContactEnd(ContactEnd::new(end, held.answers.frame)));
             }
         }
     }
@@ -228,7 +228,7 @@ impl Sender {
     /// Sends the end of a touch, or keeps it until its event is sent.
     fn contact_end(&mut self, end: ContactEnd, out: &mut impl Outlet) {
         match &mut self.held {
-            Some(held) if held.answers.frame == end.event_frame => held.end = Some(end),
+            Some(held) if held.answers.frame == end.event_frame => held.end = Some(end.frame),
             _ => out.send(&Message::ContactEnd(end)),
         }
     }
