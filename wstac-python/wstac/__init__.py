@@ -19,6 +19,7 @@ textures, and `Config` configures everything. What cannot be used raises `Error`
 from __future__ import annotations
 
 from ._answers import (
+    ContactEnd,
     Direction,
     EarlyTexture,
     End,
@@ -38,6 +39,7 @@ from ._wstac import Error
 
 __all__ = [
     "Config",
+    "ContactEnd",
     "Direction",
     "EarlyTexture",
     "End",
