@@ -132,7 +132,7 @@ def simulate(
     >>> import wstac
     >>> scene = wstac.simulate({"specimen": "Tri3", "speed": 120, "fidelity": "taxel", "sensor": {"size": [640, 480]}})
     >>> scene.truth[0].speed, scene.events[0].speed.mm_s, scene.frames is None
-    (120.0, 120.1, True)
+    (120.0, 120.0, True)
     """
     options = source_options(config, models, fps=fps, format=format, size=size)
     if isinstance(scene, Mapping):

@@ -85,6 +85,8 @@ class Stream(Recorded):
         ...         print(record.contact, "from frame", record.touch_frame)
         ...     elif isinstance(record, wstac.ContactEnd):
         ...         print("ended at frame", record.frame)
+        slide from frame 46
+        ended at frame 74
         """
         while self._waiting or self._read():
             yield self._waiting.pop(0)
@@ -139,7 +141,7 @@ def open(
     >>> with wstac.open("scene:Saw3@150,180deg", models="builtin:forest") as stream:
     ...     for event in stream:
     ...         print(event.direction.deg, event.texture.pattern)
-    180 Saw
+    180.5 Saw
     >>> wstac.open("nothing.mcap")
     Traceback (most recent call last):
     wstac.Error: SOURCE is "nothing.mcap": no such file; expected /dev/videoN, scene:…, a .y4m or .mcap file, a folder of PNGs or -
