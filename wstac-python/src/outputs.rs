@@ -184,9 +184,7 @@ impl<'py> Classes<'py> {
                 self.make("EarlyTexture", (early.frame, early.frames, self.texture(&early.texture)?))
             }
             Output::Interrupted(sample) => self.incomplete(sample),
-            Output::ContactEnd(end) => {
-                self.make("ContactEnd", (end.frame, end.event_frame, end.time_s.map(seconds)))
-            }
+            Output::ContactEnd(end) => self.make("ContactEnd", (end.frame, end.event_frame, end.time_s.map(seconds))),
             Output::Lost(lost) => self.make("Lost", (at, lost.frames, lost.reason.name())),
             Output::Fault(report) => {
                 self.make("Fault", (report.frame, report.fault.kind.name(), report.fault.to_string()))
