@@ -258,6 +258,16 @@ def check_host(programs, wstac):
     print(f"host library: {said}", end="")
 
 
+def check_page(programs):
+    """Checks that the program on the crate's page prints what the page says."""
+    page = (ROOT / "wstac-c/README.md").read_text()
+    program, printed = re.search(r"```c\n(.*?)```\n\nThis prints `(.*?)`", page, re.DOTALL).groups()
+    source = programs.folder / "page.c"
+    source.write_text("#include <stdio.h>\n#include <wstac.h>\nint main(void)\n{\n" + program + "return status != WSTAC_STATUS_OK;\n}\n")
+    _, sanitized = programs.build_host(source)
+    same(programs.run(sanitized), printed + "\n", "the program of wstac-c/README.md")
+
+
 def check_host_records(programs, wstac):
     """Checks every field of events and ends of contacts by both laws."""
     plain, sanitized = programs.build_host(TESTS / "records.c")
@@ -347,6 +357,7 @@ def main():
         check_headers(host)
         wstac.record()
         check_host(programs, wstac)
+        check_page(programs)
         check_host_records(programs, wstac)
         check_firmware_example(programs, wstac)
         check_firmware(programs, wstac)
