@@ -6,7 +6,7 @@ use pyo3::call::PyCallArgs;
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyModule};
-use wstac_core::direction::{Direction, Unclear};
+use wstac_core::direction::{Direction, Heading, Unclear};
 use wstac_core::motion::Contact;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::speed::{NoSpeed, Speed};
@@ -248,7 +248,7 @@ impl<'py> Classes<'py> {
         let py = self.0.py();
         let fields = if let Some(confidence) = confidence(direction) {
             // By centroids, one of four whole numbers.
-            let degrees = direction.degrees.ok().map(|degrees| degrees as u16);
+            let degrees = direction.heading().map(Heading::degrees);
             (degrees.into_bound_py_any(py)?, None, Some(confidence))
         } else {
             let (Ok(degrees), Some(sd)) = (direction.degrees, direction.sd) else { return Ok(None) };
