@@ -44,11 +44,24 @@ gap = 100
 size = [400, 400]
 """
 SLIDE = """
-[[slide]]
+[[touch]]
+kind = "slide"
 specimen = "{}"
 speed = {}
 direction = {}
 """
+# Not slides: they have neither speed nor direction.
+OTHERS = """
+[[touch]]
+kind = "press"
+[[touch]]
+kind = "poke"
+whisker = [3, 3]
+overlap = 4
+approach = 2000
+"""
+# The law of the firmware's library, which the default law of a host is not.
+PUBLISHED = "published.toml"
 
 
 def fail(message):
@@ -74,19 +87,47 @@ class Wstac:
         return [json.loads(line) for line in lines.splitlines()]
 
     def record(self):
-        """Records several slides, one of them too slow. Returns the recording, its frames and their size."""
-        slides = [("Saw3", 150, 90), ("Tri2", 45, 0), ("Fla0", 180, 270), ("Sin4", 120, 180)]
-        (self.folder / "slides.toml").write_text(SLIDES + "".join(SLIDE.format(*slide) for slide in slides))
+        """Records several slides, one of them too slow for the published law, a press and a poke. Saves the frames, too."""
+        slides = [("Saw3", 150, 90), ("Tri2", 45, 0), ("Fla0", 180, 270), ("Sin4", 120, 215)]
+        (self.folder / "slides.toml").write_text(SLIDES + "".join(SLIDE.format(*slide) for slide in slides) + OTHERS)
+        (self.folder / PUBLISHED).write_text('[speed]\nlaw = "published"\n')
         run([self.command, "record", "scene:slides.toml", "-o", "slides.mcap"], cwd=self.folder)
-        return self.run("slides.mcap", "--save-raw", "slides.raw")
+        self.run("slides.mcap", "--save-raw", "slides.raw")
 
 
 def line(event, speed_decimals=2):
     """Returns an event as the examples print it."""
-    speed, direction, texture = event["speed"], event["direction"]["deg"], event["texture"]
+    speed, direction, texture = event["speed"], (event["direction"] or {"deg": None})["deg"], event["texture"]
     speed = "-" if speed is None else f"{speed['mm_s']:.{speed_decimals}f}"
     direction = "-" if direction is None else f"{direction:.1f}"
     return f"frame={event['frame']} speed={speed} direction={direction} texture={texture['specimen'] if texture else '-'}"
+
+
+def record_of(line):
+    """Returns what tests/capi/records.c should print for an event or the end of a contact."""
+    if line["kind"] == "contact_end":
+        return line
+    speed, direction, texture = line["speed"] or {}, line["direction"] or {}, line["texture"] or {}
+    why, at_most = line.get("why", {}), line.get("speed_at_most", {})
+    signed = {name: -1 if line.get(name) is None else line[name] for name in ("duration_frames", "touch_frame", "end_frame")}
+    return {
+        **{name: line[name] for name in ("kind", "frame", "frames_filled", "reliable")},
+        **signed,
+        **{name: line.get(name) for name in ("contact", "completed_s", "stamp")},
+        "touch_s": line.get("time_s"),
+        "speed_mm_s": speed.get("mm_s"),
+        "speed_sd_mm_s": speed.get("sd"),
+        "speed_extrapolated": speed.get("extrapolated", False),
+        "speed_at_most_mm_s": at_most.get("mm_s"),
+        "direction_deg": direction.get("deg"),
+        "direction_sd_deg": direction.get("sd"),
+        "direction_confidence": direction.get("confidence"),
+        "why_no_speed": why.get("speed"),
+        "why_no_direction": why.get("direction"),
+        **{name: texture.get(name) for name in ("specimen", "pattern", "depth_mm")},
+        "other": texture.get("class"),
+        "sample": [units(line["sample"][feature][frame]) for frame in range(70) for feature in range(10)],
+    }
 
 
 def nearest(lines):
@@ -204,7 +245,8 @@ def check_symbols(host, elf):
     print(f"names: {len(given)} of the host library, {len(declared)} of the firmware's, and no panic with these")
 
 
-def check_host(programs, records):
+def check_host(programs, wstac):
+    records = wstac.run("slides.mcap")
     expected = "".join(line(record) + "\n" for record in records if record["kind"] == "event")
     plain, sanitized = programs.build_host(ROOT / "wstac-c/examples/events.c")
     for how in ([sanitized], [*VALGRIND, plain]):
@@ -216,7 +258,36 @@ def check_host(programs, records):
     print(f"host library: {said}", end="")
 
 
-def check_firmware_example(programs, records):
+def check_page(programs):
+    """Checks that the program on the crate's page prints what the page says."""
+    page = (ROOT / "wstac-c/README.md").read_text()
+    program, printed = re.search(r"```c\n(.*?)```\n\nThis prints `(.*?)`", page, re.DOTALL).groups()
+    source = programs.folder / "page.c"
+    source.write_text("#include <stdio.h>\n#include <wstac.h>\nint main(void)\n{\n" + program + "return status != WSTAC_STATUS_OK;\n}\n")
+    _, sanitized = programs.build_host(source)
+    same(programs.run(sanitized), printed + "\n", "the program of wstac-c/README.md")
+
+
+def check_host_records(programs, wstac):
+    """Checks every field of events and ends of contacts by both laws."""
+    plain, sanitized = programs.build_host(TESTS / "records.c")
+    for law, more in (("arrival times", []), ("the published law", [PUBLISHED])):
+        lines = wstac.run("slides.mcap", "--samples", *(["--config", *more] if more else []))
+        expected = [record_of(line) for line in lines if line["kind"] in ("event", "contact_end")]
+        for how in ([sanitized], [*VALGRIND, plain]):
+            found = [json.loads(text) for text in programs.run(*how, "slides.mcap", *more).splitlines()]
+            same(found, expected, f"records by {law}")
+        events = [record for record in expected if record["kind"] == "event"]
+        ends = [record["event_frame"] for record in expected if record["kind"] == "contact_end"]
+        kinds = sorted({str(event["contact"]) for event in events})
+        # All that a law gives is there to be compared.
+        same(kinds, ["None"] if more else ["poke", "press", "slide"], f"kinds of touch by {law}")
+        same(ends, [] if more else [event["frame"] for event in events], f"ends of contacts by {law}")
+        print(f"host library, {law}: every field of {len(events)} events and {len(ends)} ends of contacts")
+
+
+def check_firmware_example(programs, wstac):
+    records = wstac.run("slides.mcap", "--config", PUBLISHED)
     expected = "".join(line(record, 1) + "\n" for record in records if record["kind"] == "event")
     plain, sanitized, elf = programs.build_firmware(EXAMPLES / "events.c")
     arguments = ["slides.raw", 400, 400, MODEL]
@@ -232,12 +303,13 @@ def check_firmware(programs, wstac):
     """
     plain, sanitized, elf = programs.build_firmware(TESTS / "firmware.c")
     check_symbols(programs.host, elf)
-    (programs.folder / "linear.toml").write_text('[green]\nyuv = "linear"\n')
+    published = (programs.folder / PUBLISHED).read_text()
+    (programs.folder / "linear.toml").write_text(published + '[green]\nyuv = "linear"\n')
     width, height = SIZE
     for number, name in enumerate([*FORMATS, *(f"{name}-linear" for name in LINEAR)]):
         fourcc, _, linear = name.partition("-")
         raw = f"{name}.raw"
-        more = ["--config", "linear.toml"] if linear else []
+        more = ["--config", "linear.toml" if linear else PUBLISHED]
         asked = ["--format", fourcc, "--size", f"{width}x{height}", "--features", "--samples", "--save-raw", raw, *more]
         records = wstac.run("scene:Saw3@150,90deg", *asked)
         lines, speeds = firmware_lines(records)
@@ -283,9 +355,11 @@ def main():
         shutil.copy(MODEL_FILE, folder / MODEL)
         wstac, programs = Wstac(command, folder), Programs(folder, host, firmware, board)
         check_headers(host)
-        records = wstac.record()
-        check_host(programs, records)
-        check_firmware_example(programs, records)
+        wstac.record()
+        check_host(programs, wstac)
+        check_page(programs)
+        check_host_records(programs, wstac)
+        check_firmware_example(programs, wstac)
         check_firmware(programs, wstac)
         check_stack(programs)
 

@@ -251,7 +251,8 @@ fn motion(rows: Axis, columns: Axis, event: &Event<'_>, config: MotionConfig, de
 
 /// Returns speed and direction of a slowness above 0, in frames per pitch.
 fn velocity(rows: Axis, columns: Axis, slowness: f32, config: MotionConfig, deviations: &Deviations) -> Velocity {
-    let (right, up) = (columns.slowness / slowness, -rows.slowness / slowness);
+    // A difference, because the negative of 0 would give an angle of -0.
+    let (right, up) = (columns.slowness / slowness, 0.0 - rows.slowness / slowness);
     let factor = between(deviations.factors, slowness);
     let sd = |axis: Axis| length(factor * length(axis.scatter, 2.0 * axis.sd), deviations.least) / slowness;
     let (right_sd, up_sd) = (sd(columns), sd(rows));
