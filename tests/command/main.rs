@@ -6,6 +6,7 @@ mod hostile;
 mod inline;
 mod model;
 mod monitor;
+mod outputs;
 mod program;
 mod recording;
 mod scene;

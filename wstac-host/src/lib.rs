@@ -21,6 +21,7 @@ mod builtin_models;
 pub mod camera;
 pub mod config;
 pub mod error;
+pub mod files;
 pub mod json;
 pub mod model_file;
 #[cfg(feature = "board")]

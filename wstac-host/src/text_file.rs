@@ -1,10 +1,10 @@
 //! Files of text that a person or a program wrote for this one.
 
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::Path;
 
 use crate::error::{Error, ErrorKind};
+use crate::files;
 
 /// Most bytes of a configuration, a scene, a plan, a sweep or a map. Parsing takes up to 20 times as much memory.
 const MOST_BYTES: u64 = 16 << 20;
@@ -15,12 +15,10 @@ const MOST_BYTES: u64 = 16 << 20;
 /// The file cannot be read, is no text, or is larger than 16 MB.
 pub fn file_text(path: &Path) -> Result<String, Error> {
     let failed = |error: io::Error| Error::io(path.display(), error);
-    let mut bytes = Vec::new();
-    File::open(path).map_err(failed)?.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
-    if bytes.len() as u64 > MOST_BYTES {
+    let Some(bytes) = files::content(path, MOST_BYTES).map_err(failed)? else {
         let message = format_args!("is larger than {} MB, expected a file of text", MOST_BYTES >> 20);
         return Err(Error::new(ErrorKind::Format, path.display(), message));
-    }
+    };
     String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         Error::new(ErrorKind::Format, path.display(), format_args!("byte {at} is no text, expected UTF-8"))

@@ -6,6 +6,7 @@ mod dataset;
 mod demo;
 mod devices;
 mod doctor;
+mod files;
 mod fit_speed;
 mod man;
 mod model;

@@ -2,7 +2,7 @@
 
 mod guide;
 
-use std::fs::{self, File, TryLockError};
+use std::fs;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -10,7 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use signal_hook::consts::SIGHUP;
 
-use super::output::{Form, LossReport, Records, Stop, check_new, note, text_of};
+use super::files::Outputs;
+use super::output::{Form, LossReport, Records, Stop, note, text_of};
 use super::run::interruptions;
 use super::source_arguments::{SourceArguments, at_least, doubts_of_textures};
 use wstac_host::error::{Error, ErrorKind};
@@ -150,8 +151,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         return guide::run(arguments, plan);
     }
     let labels = labels(&arguments.labels)?;
-    check_new(&arguments.output, arguments.force)?;
-    refuse_own(&arguments.source, &arguments.output)?;
+    let outputs = Outputs::new(arguments.force).source(&arguments.source);
+    let outputs = outputs.reading(&arguments.config).reading(&arguments.models);
+    outputs.check([&arguments.output])?;
     let (source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
     let files = ModelFile::open_all(&arguments.models)?;
@@ -165,7 +167,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         note(doubt);
     }
     let interrupted = signals()?;
-    let file = create(&arguments.output, arguments.force)?;
+    let file = outputs.create_at_once(&arguments.output)?;
     let recorder = Recorder::new(file, &arguments.output, &about, session.processor())?;
     let form = if arguments.json { Form::Json } else { Form::Text };
     let shown = Shown { records: Some(Records::new(form)), events: 0 };
@@ -317,39 +319,10 @@ fn frame_limit(arguments: &Arguments, info: &StreamInfo) -> Option<u64> {
     arguments.frames.into_iter().chain(of_time).min()
 }
 
-/// Refuses to overwrite the source: a file by any of its names, standard input, a scene's file, a picture of a folder.
-fn refuse_own(source: &str, new: &Path) -> Result<(), Error> {
-    let refused = || Err(Error::new(ErrorKind::Usage, new.display(), "is the source itself, expected a new file"));
-    let source = Path::new(if source == "-" { "/dev/stdin" } else { source.strip_prefix("scene:").unwrap_or(source) });
-    if is_same(source, new) {
-        return refused();
-    }
-    let is_picture = new.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
-    let folder = new.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if is_picture && new.exists() && is_same(source, folder) { refused() } else { Ok(()) }
-}
-
 /// Returns whether two paths lead to the same file or folder.
 pub(super) fn is_same(one: &Path, other: &Path) -> bool {
     let of = |path: &Path| fs::metadata(path).ok().map(|metadata| (metadata.dev(), metadata.ino()));
     of(one).is_some_and(|one| of(other) == Some(one))
-}
-
-/// Creates the new file.
-pub(super) fn create(path: &Path, force: bool) -> Result<File, Error> {
-    check_new(path, force)?;
-    let mut options = File::options();
-    // A file that is there keeps its content until it is certain that nobody else writes it.
-    let options = if force { options.create(true).truncate(false) } else { options.create_new(true) };
-    let failed = |error| Error::io(path.display(), error);
-    let file = options.write(true).open(path).map_err(failed)?;
-    // On a system without locks the file is not locked.
-    if let Err(TryLockError::WouldBlock) = file.try_lock() {
-        let message = "another wstac is writing it, expected to be the only one";
-        return Err(Error::new(ErrorKind::Busy, path.display(), message));
-    }
-    file.set_len(0).map_err(failed)?;
-    Ok(file)
 }
 
 /// Returns a flag that a signal sets. A closed terminal ends a recording like Ctrl-C.

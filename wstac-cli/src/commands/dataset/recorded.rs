@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use rayon::prelude::*;
 
 use super::progress::Progress;
-use super::{Arguments, check_new, note, signals, write_all};
+use super::{Arguments, note, outputs, signals, write_all};
 use crate::commands::output::Stop;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
@@ -23,7 +23,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         )
         .into());
     }
-    check_new(&arguments.output, arguments.force)?;
+    let outputs = outputs(arguments);
+    outputs.check([&arguments.output])?;
     let files = find(&arguments.sources)?;
     let signal = signals()?;
     let threads = arguments.threads.map_or(0, usize::from);
@@ -75,7 +76,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         ));
     }
     let tests = for_tests(&recordings, arguments.test);
-    write_all(arguments, |file| recorded_arrays::write(file, &recordings, &tests))?;
+    write_all(&outputs, &arguments.output, |file| recorded_arrays::write(file, &recordings, &tests))?;
     let for_tests = tests.iter().filter(|test| **test).count();
     let (samples, count) = (counted(samples, "sample"), counted(recordings.len(), "recording"));
     note(format_args!("{}: {samples} of {count}, {for_tests} of them for tests", arguments.output.display()));

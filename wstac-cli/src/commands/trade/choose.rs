@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use super::{Arguments, base, check_new_all, prices, print, read};
+use super::{Arguments, base, check_new_all, outputs, prices, print, read};
 use crate::commands::output::Stop;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_tradeoff::budget::{Budget, best};
@@ -36,6 +36,9 @@ pub(super) fn choose(arguments: &Arguments, budget: &Budget) -> Result<(), Stop>
     text.push_str(BIAS);
     if let Some(folder) = &arguments.output {
         check_new_all(arguments, &FILES)?;
+        // The model of the choice is read, too.
+        let own = outputs(arguments).reading(row.model.as_ref());
+        own.check(FILES.iter().map(|name| folder.join(name)).filter(|path| path.exists()))?;
         let (name, base) = base(arguments)?;
         let config = chosen::config(&row.setting, &base).map_err(|error| Error::new(ErrorKind::Config, name, error))?;
         let commands = chosen::write(folder, row, model.as_ref(), &prices, &cores, &config)?;
