@@ -2,6 +2,7 @@
 
 mod calibrate;
 mod dataset;
+mod escapes;
 mod hostile;
 mod inline;
 mod model;

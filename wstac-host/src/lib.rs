@@ -35,4 +35,5 @@ pub mod source;
 pub mod statistics;
 pub mod text_file;
 pub mod texture;
+pub mod visible;
 mod words;

@@ -26,9 +26,31 @@ pub fn file_text(path: &Path) -> Result<String, Error> {
     })
 }
 
+/// Says in one line what is wrong with a TOML text, and where.
+pub fn toml_error(text: &str, error: &toml::de::Error) -> String {
+    let message = error.message().trim_end().replace('\n', ", ");
+    let Some(before) = error.span().and_then(|span| text.get(..span.start)) else { return message };
+    let line = before.matches('\n').count() + 1;
+    let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+    format!("line {line}, column {column}: {message}")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_wrong_with_toml_is_one_line() {
+        for (text, says) in [
+            ("a = 1\né = 1 x", "line 2, column 7: "),
+            ("[t]\n\"k\\u001b\\n\" = 1\n  = 2", "line 3, column 3: "),
+            ("a", "line 1, column "),
+        ] {
+            let error = toml::from_str::<toml::Table>(text).unwrap_err();
+            let said = toml_error(text, &error);
+            assert!(said.starts_with(says) && !said.contains('\n') && said.len() > says.len(), "{said}");
+        }
+    }
 
     #[test]
     fn text_is_read_and_what_is_none_is_named() {

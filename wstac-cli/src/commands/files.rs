@@ -84,9 +84,9 @@ impl Outputs {
         // On a system without locks the file is not locked.
         let _ = open.try_lock();
         if self.force {
-            file.commit()?
+            file.commit()?;
         } else {
-            file.commit_new()?
+            file.commit_new()?;
         }
         Ok(open)
     }

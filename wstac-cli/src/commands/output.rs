@@ -1,6 +1,5 @@
 //! Standard output and standard error, which may be closed, full or a terminal.
 
-use std::borrow::Cow;
 use std::fmt::{self, Write as _};
 use std::io::{self, StdoutLock, Write};
 
@@ -14,6 +13,7 @@ use wstac_host::output::{DisturbedBaseline, Output, TactileEvent};
 use wstac_host::plural::counted;
 use wstac_host::source::LossReason;
 use wstac_host::texture::{Texture, pattern_and_depth};
+use wstac_host::visible;
 
 /// Why a command ends early.
 #[derive(Debug)]
@@ -41,26 +41,6 @@ impl From<io::Error> for Stop {
     }
 }
 
-/// Returns a text in which no character controls a terminal: those of file names and of damaged files become `\u001b`.
-///
-/// Inside of JSON this means the same character. Line feeds and tabs stay.
-pub(super) fn visible(text: &str) -> Cow<'_, str> {
-    let controls = |c: char| c.is_control() && c != '\n' && c != '\t';
-    if !text.contains(controls) {
-        return text.into();
-    }
-    let mut clean = String::with_capacity(text.len() + 8);
-    for c in text.chars() {
-        if controls(c) {
-            // Writing to a string does not fail.
-            let _ = write!(clean, "\\u{:04x}", u32::from(c));
-        } else {
-            clean.push(c);
-        }
-    }
-    clean.into()
-}
-
 /// Standard output for text or JSON, without characters that control a terminal.
 ///
 /// Whoever writes must not divide a character between two writes: `write!` never does.
@@ -73,7 +53,7 @@ pub(super) fn stdout() -> Visible<StdoutLock<'static>> {
 
 impl<W: Write> Write for Visible<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.write_all(visible(&String::from_utf8_lossy(bytes)).as_bytes())?;
+        self.0.write_all(visible::lines(&String::from_utf8_lossy(bytes)).as_bytes())?;
         Ok(bytes.len())
     }
 
@@ -179,6 +159,7 @@ impl Records {
                     let _ = write!(self.line, "{sensor}: ");
                 }
                 let _ = text(&mut self.line, output);
+                self.line = visible::line(&self.line).into_owned();
             }
         }
         self.line.push('\n');
@@ -197,10 +178,10 @@ impl Records {
     }
 }
 
-/// Writes a note to standard error, which may be closed.
+/// Writes a note of one line to standard error, which may be closed.
 pub(super) fn note(message: impl fmt::Display) {
     // A single write, because several threads may write notes.
-    let _ = io::stderr().write_all(visible(&format!("wstac: {message}\n")).as_bytes());
+    let _ = io::stderr().write_all(format!("wstac: {}\n", visible::Line(message)).as_bytes());
 }
 
 /// Returns a record as one line of text.

@@ -201,7 +201,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 
 /// Ends the process because of arguments that contradict each other.
 fn conflict(message: &str) {
-    clap::Error::raw(ErrorKind::ArgumentConflict, format_args!("{message}\n")).exit();
+    super::wrong_arguments(ErrorKind::ArgumentConflict, message).exit();
 }
 
 /// Returns a flag that the first Ctrl-C or SIGTERM sets; a second one ends the process at once.

@@ -212,9 +212,9 @@ fn refuse_sweep(arguments: &Arguments) {
     };
     let message = format!(
         "{option} cannot be used with {with}, which runs nothing and reads a map: sweep first, \
-         wstac trade {option} … -o FOLDER, then wstac trade {then}\n"
+         wstac trade {option} … -o FOLDER, then wstac trade {then}"
     );
-    clap::Error::raw(clap::error::ErrorKind::ArgumentConflict, message).exit();
+    super::wrong_arguments(clap::error::ErrorKind::ArgumentConflict, message).exit();
 }
 
 /// Returns the file that the figure alone is written to, if the output is named like one.

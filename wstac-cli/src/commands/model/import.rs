@@ -10,6 +10,7 @@ use wstac_core::model::file::Task;
 
 use super::super::files::Outputs;
 use super::super::output::{Stop, note};
+use super::super::wrong_arguments;
 use wstac_train::model::trained::Kind;
 use wstac_train::model::write::{self, Options};
 use wstac_train::model::{Import, import, import_inline};
@@ -173,5 +174,5 @@ fn check_options(arguments: &Arguments, kind: &Kind, backend: Backend) -> Result
 }
 
 fn conflict(message: impl Display) -> clap::Error {
-    clap::Error::raw(ErrorKind::ArgumentConflict, format_args!("{message}\n"))
+    wrong_arguments(ErrorKind::ArgumentConflict, message)
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::{Arguments, base, check_new_all, outputs, prices, print, read};
 use crate::commands::output::Stop;
+use crate::commands::wrong_arguments;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_tradeoff::budget::{Budget, best};
 use wstac_tradeoff::candidate::Candidate;
@@ -21,7 +22,7 @@ pub(super) fn choose(arguments: &Arguments, budget: &Budget) -> Result<(), Stop>
     let rows = read(arguments.map.as_deref().unwrap_or(Path::new("kept")))?;
     if let Err(error) = budget.check_model(&rows) {
         // Reported like any other term that cannot be used.
-        clap::Error::raw(clap::error::ErrorKind::ValueValidation, format!("--budget: {error}\n")).exit();
+        wrong_arguments(clap::error::ErrorKind::ValueValidation, format_args!("--budget: {error}")).exit();
     }
     let prices = prices(arguments)?;
     let choice = best(&rows, budget, arguments.by, &prices, arguments.core);
