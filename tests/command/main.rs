@@ -11,4 +11,5 @@ mod outputs;
 mod program;
 mod recording;
 mod scene;
+mod signals;
 mod texture;

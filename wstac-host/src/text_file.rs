@@ -32,7 +32,9 @@ pub fn toml_error(text: &str, error: &toml::de::Error) -> String {
     let Some(before) = error.span().and_then(|span| text.get(..span.start)) else { return message };
     let line = before.matches('\n').count() + 1;
     let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
-    format!("line {line}, column {column}: {message}")
+    let there = crate::visible::shortened(text.lines().nth(line - 1).unwrap_or_default().trim(), 100).into_owned();
+    let there = if there.is_empty() { there } else { format!(" (in: {there})") };
+    format!("TOML line {line}, column {column}: {message}{there}")
 }
 
 #[cfg(test)]
@@ -42,13 +44,13 @@ mod tests {
     #[test]
     fn what_is_wrong_with_toml_is_one_line() {
         for (text, says) in [
-            ("a = 1\né = 1 x", "line 2, column 7: "),
-            ("[t]\n\"k\\u001b\\n\" = 1\n  = 2", "line 3, column 3: "),
-            ("a", "line 1, column "),
+            ("a = 1\né = 1 x", "TOML line 2, column 1: "),
+            ("[t]\n\"k\\u001b\\n\" = 1\n  = 2", "TOML line 3, column 3: "),
+            ("a", "TOML line 1, column "),
         ] {
             let error = toml::from_str::<toml::Table>(text).unwrap_err();
             let said = toml_error(text, &error);
-            assert!(said.starts_with(says) && !said.contains('\n') && said.len() > says.len(), "{said}");
+            assert!(said.starts_with(says) && !said.contains('\n') && said.contains(" (in: "), "{said}");
         }
     }
 

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::files::Outputs;
 use super::output::{Stop, note};
-use super::run::interruptions;
+use super::signals::{Ending, finishing};
 use super::source_arguments::{SourceArguments, at_least};
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
@@ -153,7 +153,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 
 /// Reads until the source ends, `limit` frames have passed or a signal asks for the end.
 fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64) -> Result<(), Stop> {
-    let interrupted = interruptions()?;
+    let interrupted = finishing(Ending::InTime);
     let mut progress = Progress { shown: std::io::stderr().is_terminal() };
     let (mut frames, mut lost) = (0_u64, 0);
     while frames < limit && !interrupted.load(Ordering::Relaxed) {

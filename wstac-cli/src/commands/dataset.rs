@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use self::progress::Progress;
 use super::files::Outputs;
 use super::output::{Stop, note};
-use super::run::signals;
+use super::signals::{Ending, finishing, number};
 use wstac_host::atomic_write::AtomicFile;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
@@ -148,7 +148,8 @@ fn simulated(arguments: &Arguments, sweep_file: &Path) -> Result<(), Stop> {
     let output = &arguments.output;
     let outputs = outputs(arguments);
     outputs.check([output])?;
-    let signal = signals()?;
+    finishing(Ending::InTime);
+    let signal = number();
     let path = beside(output, ".part");
     let mut part = Part::open(&path, fingerprint(&sweep, &config), sweep.count(), arguments.force)?;
     let (there, count) = (part.tally().done(), sweep.count());

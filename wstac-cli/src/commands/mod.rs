@@ -17,6 +17,7 @@ mod record;
 mod recover;
 mod run;
 mod scene;
+pub(crate) mod signals;
 mod source_arguments;
 mod trade;
 mod view;
@@ -116,6 +117,9 @@ enum Command {
 /// Runs the command line of this process. The exit code is 2 for wrong arguments, 1 if a source, file or configuration
 /// cannot be used, and otherwise 0.
 pub(crate) fn main() -> ExitCode {
+    if let Err(error) = signals::install() {
+        return fail(&Error::io("signals", error));
+    }
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) => return refuse(&error),

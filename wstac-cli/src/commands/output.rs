@@ -5,7 +5,10 @@ use std::io::{self, StdoutLock, Write};
 
 use std::path::Path;
 
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use serde::Serialize;
+
+use super::signals::is_readers_time_over;
 
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::json::{JsonLine, confidence, real, rounded};
@@ -53,12 +56,32 @@ pub(super) fn stdout() -> Visible<StdoutLock<'static>> {
 
 impl<W: Write> Write for Visible<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.write_all(visible::lines(&String::from_utf8_lossy(bytes)).as_bytes())?;
+        // A pipe that can be written takes this much at once, and what waits in the buffer.
+        for part in visible::lines(&String::from_utf8_lossy(bytes)).as_bytes().chunks(2048) {
+            wait_for_reader()?;
+            self.0.write_all(part)?;
+        }
         Ok(bytes.len())
     }
 
     fn flush(&mut self) -> io::Result<()> {
         self.0.flush()
+    }
+}
+
+/// Waits until standard output can be written. After a signal, a reader that takes nothing is waited for no longer.
+fn wait_for_reader() -> io::Result<()> {
+    let out = io::stdout();
+    let longest = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
+    loop {
+        match poll(&mut [PollFd::new(&out, PollFlags::OUT)], Some(&longest)) {
+            Ok(0) | Err(rustix::io::Errno::INTR) if is_readers_time_over() => {
+                return Err(io::ErrorKind::BrokenPipe.into());
+            }
+            Ok(0) | Err(rustix::io::Errno::INTR) => {}
+            // Writing says what is wrong.
+            Ok(_) | Err(_) => return Ok(()),
+        }
     }
 }
 

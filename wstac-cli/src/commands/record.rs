@@ -5,14 +5,11 @@ mod guide;
 use std::fs;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-use signal_hook::consts::SIGHUP;
 
 use super::files::Outputs;
 use super::output::{Form, LossReport, Records, Stop, note, text_of};
-use super::run::interruptions;
+use super::signals::{Ending, finishing};
 use super::source_arguments::{SourceArguments, at_least, doubts_of_textures};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
@@ -22,6 +19,7 @@ use wstac_host::record::about::About;
 use wstac_host::record::{Recorder, Written};
 use wstac_host::session::{Observer, Processor, Session, Step};
 use wstac_host::source::Labels;
+use wstac_host::source::decorate::Limited;
 use wstac_host::source::{FramePolicy, Lag, SourceEvent, StreamInfo};
 use wstac_host::texture::Textures;
 use wstac_train::dataset::recordings::{NAMES, check};
@@ -158,22 +156,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
     let files = ModelFile::open_all(&arguments.models)?;
     let wanted = OutputOptions { features: true, samples: false };
-    let session = Session::builder(source).info(info.clone()).config(config.clone()).outputs(wanted);
+    let session = Session::builder(Limited::new(source, frame_limit(arguments, &info)))
+        .info(info.clone())
+        .config(config.clone())
+        .outputs(wanted);
     let mut session = session.textures(Textures::new(&files)?).build()?;
     let models = files.iter().map(|file| file.about().to_owned()).collect();
     let about = About::new(&info, &config, labels, models)?;
+    let interrupted = finishing(Ending::Whole);
     note(&info.about);
     if let Some(doubt) = doubts_of_textures(&info, &files) {
         note(doubt);
     }
-    let interrupted = signals()?;
     let file = outputs.create_at_once(&arguments.output)?;
     let recorder = Recorder::new(file, &arguments.output, &about, session.processor())?;
     let form = if arguments.json { Form::Json } else { Form::Text };
     let shown = Shown { records: Some(Records::new(form)), events: 0 };
-    let limits = Limits { frames: frame_limit(arguments, &info), events: arguments.events };
-    let mut recording = Recording { recorder, shown, losses: LossReport::default(), frames: 0 };
-    let ended = read(&mut session, &mut recording, limits, &interrupted);
+    let mut recording = Recording { recorder, shown, losses: LossReport::default() };
+    let ended = read(&mut session, &mut recording, arguments.events, &interrupted);
     recording.losses.say(note);
     let events = recording.shown.events;
     let written = recording.recorder.finish();
@@ -184,13 +184,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     written?;
     Ok(ended?)
-}
-
-/// The limits at which a recording ends by itself.
-#[derive(Clone, Copy)]
-struct Limits {
-    frames: Option<u64>,
-    events: Option<u64>,
 }
 
 /// Records on standard output while somebody reads them. The recording continues without a reader.
@@ -217,21 +210,14 @@ struct Recording {
     recorder: Recorder,
     shown: Shown,
     losses: LossReport,
-    /// Frames that have passed, lost ones included.
-    frames: u64,
 }
 
 impl Observer for Recording {
     type Error = Error;
 
     fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Error> {
-        match event {
-            SourceEvent::Frame(_) => self.frames = self.frames.saturating_add(1),
-            SourceEvent::Lost { frames, reason } => {
-                self.frames = self.frames.saturating_add(*frames);
-                self.losses.add(*frames, reason);
-            }
-            _ => {}
+        if let SourceEvent::Lost { frames, reason } = event {
+            self.losses.add(*frames, reason);
         }
         self.recorder.source_event(event);
         Ok(())
@@ -252,12 +238,11 @@ impl Observer for Recording {
 fn read(
     session: &mut Session,
     recording: &mut Recording,
-    limits: Limits,
+    events: Option<u64>,
     interrupted: &AtomicBool,
 ) -> Result<(), Error> {
     loop {
-        let enough = limits.frames.is_some_and(|limit| recording.frames >= limit)
-            || limits.events.is_some_and(|limit| recording.shown.events >= limit);
+        let enough = events.is_some_and(|limit| recording.shown.events >= limit);
         if interrupted.load(Ordering::Relaxed) || enough {
             return session.finish(recording);
         }
@@ -323,11 +308,4 @@ fn frame_limit(arguments: &Arguments, info: &StreamInfo) -> Option<u64> {
 pub(super) fn is_same(one: &Path, other: &Path) -> bool {
     let of = |path: &Path| fs::metadata(path).ok().map(|metadata| (metadata.dev(), metadata.ino()));
     of(one).is_some_and(|one| of(other) == Some(one))
-}
-
-/// Returns a flag that a signal sets. A closed terminal ends a recording like Ctrl-C.
-fn signals() -> Result<Arc<AtomicBool>, Error> {
-    let flag = interruptions()?;
-    signal_hook::flag::register(SIGHUP, Arc::clone(&flag)).map_err(|error| Error::io("signals", error))?;
-    Ok(flag)
 }

@@ -101,7 +101,7 @@ impl Scan {
     /// The file cannot be read, or is no MCAP file.
     pub(crate) fn open(path: &Path) -> Result<Self, Error> {
         let failed = |error: io::Error| Error::io(path.display(), error);
-        let file = File::open(path).map_err(failed)?;
+        let file = crate::files::open(path).map_err(failed)?;
         let metadata = file.metadata().map_err(failed)?;
         if !metadata.is_file() {
             return Err(Error::new(
@@ -323,7 +323,7 @@ impl Scan {
 /// # Errors
 /// The file cannot be read.
 pub(crate) fn index(path: &Path) -> io::Result<Vec<(u8, Vec<u8>)>> {
-    let mut file = File::open(path)?;
+    let mut file = crate::files::open(path)?;
     let length = file.metadata()?.len();
     let Some(footer) = length.checked_sub(END) else { return Ok(Vec::new()) };
     file.seek(SeekFrom::Start(footer))?;

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use rayon::prelude::*;
 
 use super::progress::Progress;
-use super::{Arguments, note, outputs, signals, write_all};
+use super::{Arguments, Ending, finishing, note, number, outputs, write_all};
 use crate::commands::output::Stop;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
@@ -26,7 +26,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let outputs = outputs(arguments);
     outputs.check([&arguments.output])?;
     let files = find(&arguments.sources)?;
-    let signal = signals()?;
+    finishing(Ending::InTime);
+    let signal = number();
     let threads = arguments.threads.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|error| Error::with_cause(ErrorKind::Usage, "--threads", error))?;

@@ -8,9 +8,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, channel};
 use std::time::Duration;
 
-use super::{Arguments, Shown, labels, signals};
+use super::{Arguments, Shown, labels};
 use crate::commands::files::Outputs;
 use crate::commands::output::{Form, Records, Stop, note, text_of};
+use crate::commands::signals::{Ending, finishing};
 use crate::commands::source_arguments::doubts_of_textures;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
@@ -93,10 +94,11 @@ pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
         .into());
     }
     fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
+    let interrupted = finishing(Ending::Whole);
     note(&info.about);
     let form = if arguments.json { Form::Json } else { Form::Text };
     let shown = Shown { records: Some(Records::new(form)), events: 0 };
-    let (keys, interrupted) = (keys(), signals()?);
+    let keys = keys();
     if let Some(doubt) = doubts_of_textures(&info, &models) {
         note(doubt);
     }

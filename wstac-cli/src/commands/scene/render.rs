@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 
 use super::super::files::{NewFile, Outputs};
 use super::super::output::{Stop, note};
-use super::super::run::interruptions;
+use super::super::signals::{self, Ending, finishing};
 use super::named;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
@@ -66,10 +66,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if let Some(header) = &header {
         out.write(header.as_bytes())?;
     }
-    let (mut lost, interrupted) = (0, interruptions()?);
+    let (mut lost, interrupted) = (0, finishing(Ending::InTime));
     loop {
         if interrupted.load(Ordering::Relaxed) {
-            return Err(Stop::Interrupted(signal_hook::consts::SIGINT as u8));
+            return Err(Stop::Interrupted(signals::code()));
         }
         match source.next_event()? {
             SourceEvent::Frame(Frame { bytes, .. }) => {
