@@ -107,7 +107,7 @@ fn nothing_is_written_over_and_nothing_useless_is_written() {
     fs::write(&picture, "a picture").unwrap();
     let (link, clip, picture) = (link.to_str().unwrap(), clip.to_str().unwrap(), picture.to_str().unwrap());
     for (source, new) in [(name, name), (name, link), (clip, clip), (pictures.0.to_str().unwrap(), picture)] {
-        bad(&["record", source, "-o", new, "--force"], "is the source itself");
+        bad(&["record", source, "-o", new, "--force"], "is an input of the command");
     }
     assert_eq!(fs::read(&file).unwrap(), before);
     assert_eq!((fs::read(clip).unwrap().len(), fs::read(picture).unwrap().len()), (8037, 9));
@@ -122,8 +122,7 @@ fn two_programs_do_not_write_one_recording() {
     let [part_name, whole_name, other] = [&part, &whole, &other].map(|path| path.to_str().unwrap());
     good(&["record", "scene:Saw3@150", "-o", other, "--frames", "10"]);
     let (mut child, _open) = piped(&part, 40);
-    // A recovery writes NEW.mcap.part first.
-    for arguments in [["record", "scene:Saw3@150", "-o", part_name], ["recover", other, "-o", whole_name]] {
+    for arguments in [["record", "scene:Saw3@150", "-o", part_name], ["recover", other, "-o", part_name]] {
         let done = run(&[&arguments[..], &["--force"]].concat());
         assert_eq!(done.status.code(), Some(1), "{}", said(&done));
         assert!(said(&done).contains("a.mcap.part: another wstac is writing it"), "{}", said(&done));
@@ -201,7 +200,13 @@ fn a_closed_output_does_not_end_a_recording() {
 /// Starts to record a pipe, and waits until these frames are in the file. The pipe stays open.
 fn piped(file: &Path, frames: usize) -> (Child, ChildStdin) {
     let mut command = Command::new(wstac());
-    command.args(["record", "-", "-o"]).arg(file).stdin(Stdio::piped());
+    command.args(["record", "-", "-o"]).arg(file);
+    piped_to(command, file, frames)
+}
+
+/// Starts a recorder of standard input, and waits until these frames are in the file.
+fn piped_to(mut command: Command, file: &Path, frames: usize) -> (Child, ChildStdin) {
+    command.stdin(Stdio::piped());
     let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     let mut stdin = child.stdin.take().unwrap();
     stdin.write_all(b"YUV4MPEG2 W100 H80 F30:1 Cmono\n").unwrap();
@@ -241,6 +246,37 @@ fn a_killed_recording_comes_back_and_a_stopped_one_is_whole() {
         assert_eq!(child.wait().unwrap().code(), Some(0));
         assert!(good(&["run", name, "--json"]).contains(r#"{"kind":"end","frames":3,"#));
     }
+}
+
+/// An old recording stays until the new one is whole, and a new one that was killed can be recovered.
+#[test]
+fn force_replaces_a_recording_at_its_end() {
+    let folder = Folder::new("recording-force");
+    let [file, beside, new] = ["a.mcap", "a.mcap.new", "new.mcap"].map(|name| folder.0.join(name));
+    let [name, beside_name, new_name] = [&file, &beside, &new].map(|path| path.to_str().unwrap());
+    fs::write(&file, "old").unwrap();
+    let forced = |frames| {
+        let mut command = Command::new(wstac());
+        command.args(["record", "-", "--force", "-o", name]);
+        piped_to(command, &beside, frames)
+    };
+    let (mut child, _open) = forced(40);
+    assert_eq!(fs::read(&file).unwrap(), b"old");
+    // Another recorder does not destroy its work.
+    let done = run(&["record", "scene:Saw3@150", "--force", "-o", name, "--frames", "10"]);
+    assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+    assert!(said(&done).contains("a.mcap.new: exists already"), "{}", said(&done));
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert_eq!(fs::read(&file).unwrap(), b"old");
+    good(&["recover", beside_name, "-o", new_name]);
+    assert!(good(&["run", new_name, "--json"]).contains(r#"{"kind":"end","frames":40,"dropped":0,"#));
+    fs::remove_file(&beside).unwrap();
+    let (mut child, _open) = forced(30);
+    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    assert!(good(&["run", name, "--json"]).contains(r#"{"kind":"end","frames":30,"dropped":0,"#));
+    assert!(!beside.exists());
 }
 
 /// Returns the bytes that a file takes on the disk.

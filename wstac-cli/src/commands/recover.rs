@@ -1,10 +1,10 @@
 //! `wstac recover` makes a complete recording of one that was cut off.
 
-use std::fs;
 use std::path::PathBuf;
 
-use super::output::{Stop, check_new, note};
-use super::record::{create, is_same};
+use super::files::Outputs;
+use super::output::{Stop, note};
+use super::record::is_same;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 use wstac_host::record::{Unread, recover};
@@ -39,11 +39,10 @@ Recovered data:
   - Every frame has a checksum. Damaged frames become lost frames where
     they were. Later frames keep their place in time, and wstac run
     counts the lost ones as dropped.
-  - Recordings of version 0.2.0 and earlier have a checksum per second
-    (or 4 MiB) instead. If one is wrong, all frames of that second become
-    lost frames. Frames of the last second of a killed recording have no
-    checksum, and the program reports their number.
-  The new file is called NEW.mcap.part until it is whole. The recording
+  The new file takes its name when it is whole. The recording must not be
+  compressed (mcap decompress undoes that). Recordings of other programs
+  are recovered, too, but without their attachments, and the exit code
+  is 1.
   must not be compressed (mcap decompress undoes that). Recordings of
   other programs are recovered, too, but without their attachments, and
   the exit code is 1.
@@ -62,23 +61,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if is_same(old, new) {
         return Err(Error::new(ErrorKind::Usage, new.display(), "is the recording itself, expected a new file").into());
     }
-    check_new(new, arguments.force)?;
+    let outputs = Outputs::new(arguments.force).reading([old]);
     // An existing file of the new name stays until there is a better one.
-    let part = new.with_added_extension("part");
-    if is_same(old, &part) {
-        return Err(
-            Error::new(ErrorKind::Usage, part.display(), "is the recording itself, expected another new file").into()
-        );
-    }
-    let file = create(&part, arguments.force)?;
-    let found = recover(old, file, &part).and_then(|found| {
-        fs::rename(&part, new).map_err(|error| Error::io(new.display(), error))?;
-        Ok(found)
-    });
-    let found = found.inspect_err(|_| {
-        // The old file is still there, and an incomplete new one could be mistaken for a complete one.
-        let _ = fs::remove_file(&part);
-    })?;
+    let file = outputs.create(new)?;
+    let found = recover(old, file.file.file()?, new)?;
+    file.commit()?;
     let (frames, events) = (counted(found.frames, "frame"), counted(found.events, "event"));
     note(format_args!("{}: {frames}, {events}, {:.1} MB", new.display(), found.bytes as f64 / 1e6));
     if found.damaged > 0 {

@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io;
-use std::os::unix::fs::{FileExt, OpenOptionsExt};
+use std::os::unix::fs::FileExt;
 use std::path::Path;
 
 use crc32fast::Hasher;
@@ -30,7 +30,7 @@ impl FileBytes {
     pub(super) fn open(path: &Path) -> Result<Self, Error> {
         let failed = |error: io::Error| Error::io(path.display(), error);
         // Without this flag, a pipe would be opened only when somebody writes it.
-        let file = File::options().read(true).custom_flags(libc::O_NONBLOCK).open(path).map_err(failed)?;
+        let file = crate::files::open(path).map_err(failed)?;
         let metadata = file.metadata().map_err(failed)?;
         if !metadata.is_file() {
             let message = "is a folder, a device or a pipe, expected an MCAP file";
