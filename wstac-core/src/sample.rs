@@ -26,6 +26,15 @@ impl<'a> Sample<'a> {
         self.parts.0.iter().chain(self.parts.1)
     }
 
+    /// Returns the frame that is `back` frames before the newest.
+    pub(crate) fn back(&self, back: usize) -> Option<&'a Features> {
+        let (older, newer) = self.parts;
+        match newer.len().checked_sub(back + 1) {
+            Some(index) => newer.get(index),
+            None => older.get((older.len() + newer.len()).checked_sub(back + 1)?),
+        }
+    }
+
     /// Returns the numbers frame by frame, as texture models take them: feature k of frame t is number 10 t + k.
     pub fn flat(&self) -> [i16; FEATURES * SAMPLE_FRAMES] {
         let mut flat = [0; FEATURES * SAMPLE_FRAMES];
