@@ -27,12 +27,11 @@ impl<'a> Sample<'a> {
     }
 
     /// Returns the frame that is `back` frames before the newest.
+    #[inline(always)]
     pub(crate) fn back(&self, back: usize) -> Option<&'a Features> {
         let (older, newer) = self.parts;
-        match newer.len().checked_sub(back + 1) {
-            Some(index) => newer.get(index),
-            None => older.get((older.len() + newer.len()).checked_sub(back + 1)?),
-        }
+        let index = (older.len() + newer.len()).wrapping_sub(back + 1);
+        older.get(index).or_else(|| newer.get(index.wrapping_sub(older.len())))
     }
 
     /// Returns the numbers frame by frame, as texture models take them: feature k of frame t is number 10 t + k.

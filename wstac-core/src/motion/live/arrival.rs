@@ -8,10 +8,8 @@ use crate::sample::Sample;
 
 /// The level of an edge: 77 / 256, 30 % of the peak.
 const LEVEL: i32 = 77;
-/// Most frames after its first light in which a line's peak is sought.
-const LONGEST: u8 = 4;
 /// Frames before the middle line's edge at which the comparison of shapes begins, in units of 2^-16.
-const BEFORE: i32 = 2 << 16;
+const BEFORE: i32 = 1 << 16;
 /// Variance of a slowness that every straight line through edges has, in frames² per pitch².
 const LEAST_VARIANCE: f32 = 0.0009;
 /// Largest distance of an edge from the straight line that counts as chance: as a fraction of the slowness, and in frames.
@@ -30,7 +28,6 @@ pub(super) struct Arrival {
 /// All lines are read at the same age, since brighter light comes later to the last ones than to the first ones.
 #[inline(never)]
 pub(super) fn arrival(recent: Sample<'_>, ages: &[u8; FEATURES], base: &[i32; FEATURES]) -> Option<Arrival> {
-    let youngest = ages.iter().min()?.saturating_sub(1).min(LONGEST);
     let mut tracks = [Track::at(0.0, 1.0, 0); 2];
     let mut farthest = 0.0_f32;
     for ((track, ages), (axis, base)) in
@@ -40,7 +37,7 @@ pub(super) fn arrival(recent: Sample<'_>, ages: &[u8; FEATURES], base: &[i32; FE
         let mut edges = [0; LINES];
         for ((k, place), (&age, &base)) in (-2..).zip(&mut edges).zip(ages.iter().zip(base)) {
             let line = axis * LINES + (k + 2) as usize;
-            *place = edge(recent, line, age, youngest, base)?;
+            *place = edge(recent, line, usize::from(age.checked_sub(1)?), base)?;
             sum += *place;
             moment += k * *place;
         }
@@ -57,24 +54,22 @@ pub(super) fn arrival(recent: Sample<'_>, ages: &[u8; FEATURES], base: &[i32; FE
     Some(Arrival { tracks, excess: (farthest - (FARTHEST[0] * slowness + FARTHEST[1])).max(0.0) })
 }
 
-/// Returns where a line that was first lit `age` − 1 frames ago exceeds the level of its peak at that age, in units of
-/// 2^-16 frames before (below 0) the newest frame.
-fn edge(recent: Sample<'_>, line: usize, age: u8, youngest: u8, base: i32) -> Option<i32> {
-    let value = |back: u8| Some(light(*recent.back(usize::from(back))?.get(line)?) - base);
-    let first = age.checked_sub(1)?;
-    let mut peak = 1;
-    for back in first.saturating_sub(youngest)..=first {
-        peak = peak.max(value(back)?);
-    }
+/// Returns where a line that was first lit `first` frames ago exceeds the level of its peak in that frame and the next two,
+/// in units of 2^-16 frames before (below 0) the newest frame.
+#[inline(never)]
+fn edge(recent: Sample<'_>, line: usize, first: usize, base: i32) -> Option<i32> {
+    let value = |back: usize| Some(light(*recent.back(back)?.get(line)?) - base);
+    let [dark, values @ ..] =
+        [value(first + 1)?, value(first)?, value(first.wrapping_sub(1))?, value(first.wrapping_sub(2))?];
+    let peak = values[0].max(values[1]).max(values[2]).max(1);
     let level = (peak * LEVEL) >> 8;
-    let mut before = value(age)?;
-    for back in (0..=first).rev() {
-        let here = value(back)?;
+    let (mut before, mut at) = (dark, -((first as i32 + 1) << 16));
+    for here in values {
         if here > level {
             let share = (level - before).max(0) as f32 / (here - before).max(1) as f32;
-            return Some((share.min(1.0) * 65_536.0) as i32 - ((i32::from(back) + 1) << 16));
+            return Some((share.min(1.0) * 65_536.0) as i32 + at);
         }
-        before = here;
+        (before, at) = (here, at + (1 << 16));
     }
     None
 }

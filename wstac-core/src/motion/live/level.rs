@@ -13,7 +13,7 @@ const ONE: i32 = FEATURES as i32 * (1 << (FEATURE_FRACTION_BITS + EXTRA_BITS));
 /// The change of the mean feature that counts, and the one that counts while the speed changes.
 const CHANGES: [i32; 2] = [ONE / 10, ONE / 50];
 /// Frames after all lines are lit until all are bright.
-const LEAST_WAIT: f32 = 3.0;
+const LEAST_WAIT: f32 = 2.0;
 
 /// The light of ten lines, and that at which the slowness was known.
 #[derive(Clone, Copy, Debug)]
@@ -43,7 +43,7 @@ impl Change {
 impl Level {
     /// Creates the level of a touch whose ten lines are lit, by the slowness of rows and columns.
     pub(super) fn new([rows, columns]: [f32; 2], slowness: f32) -> Self {
-        let touched = (1.0 + 4.0 * rows.abs().min(columns.abs())).max(LEAST_WAIT);
+        let touched = (4.0 * rows.abs().min(columns.abs())).max(LEAST_WAIT);
         let waits = [touched as u8, (libm::ceilf(0.5 * slowness) as u8).saturating_sub(1)];
         Self { smoothed: [0; FEATURES], reference: [0; FEATURES], waits, is_changing: false }
     }

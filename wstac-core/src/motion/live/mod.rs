@@ -66,10 +66,14 @@ pub struct LiveMotion {
     config: MotionConfig,
     /// The number of the frame after the last that was taken.
     next_frame: u64,
+    /// Whether a line was lit.
+    is_touched: bool,
     /// Frames since each line was first lit, and one more; 0 for a line that was not.
     ages: [u8; FEATURES],
     /// Frames since a line was lit.
     dark: u8,
+    /// The feature of each line from which on it is lit.
+    limits: [i16; FEATURES],
     /// The light of each line before the touch, in units of 2^-16.
     base: [i32; FEATURES],
     /// How far all lit lines have faded since one of them last grew, in units of 2^-11: at most 0.
@@ -82,6 +86,8 @@ pub struct LiveMotion {
 struct Slide {
     /// Rows and columns.
     tracks: [Track; 2],
+    /// The slowness of both together, in frames per pitch.
+    slowness: f32,
     /// Standard deviation of both slownesses by edges that are not on a straight line.
     excess: f32,
     level: Level,
@@ -97,8 +103,6 @@ const AGE: u8 = 2;
 const POKE: u8 = 2;
 /// Dark frames after which a touch is over. Two times the slowness is added.
 const DARK: u8 = 2;
-/// Most comparisons of an axis per frame.
-const COMPARISONS: u8 = 3;
 /// Light fades if all lines lose this in a frame; nothing slides once they have lost that. In units of 2^-11.
 const FADES: [i16; 2] = [-41, -717];
 /// Deviation of a speed that follows the light, as a fraction of the change's logarithm: after it, and before it counts.
@@ -111,11 +115,22 @@ const MOST_DEVIATION: f32 = 0.06;
 impl LiveMotion {
     /// Creates a follower that has seen nothing.
     pub const fn new(config: MotionConfig) -> Self {
-        Self { config, next_frame: 0, ages: [0; FEATURES], dark: 0, base: [0; FEATURES], faded: 0, slide: None }
+        Self {
+            config,
+            next_frame: 0,
+            is_touched: false,
+            ages: [0; FEATURES],
+            dark: 0,
+            limits: [0; FEATURES],
+            base: [0; FEATURES],
+            faded: 0,
+            slide: None,
+        }
     }
 
     /// Forgets the touch.
     pub fn reset(&mut self) {
+        self.is_touched = false;
         self.ages = [0; FEATURES];
         self.dark = 0;
         self.faded = 0;
@@ -138,50 +153,42 @@ impl LiveMotion {
         // At most 8, or all is forgotten anyway.
         let frames = frames.min(8) as u8;
         let newest = recent.back(0)?;
-        let was_dark = self.ages == [0; FEATURES];
-        let lit = self.age(newest, baseline, frames);
-        let is_lit = lit != 0;
-        if is_lit {
-            self.dark = 0;
-            if was_dark {
-                self.base = baseline.means(FEATURE_FRACTION_BITS).map(|mean| light(mean as i16));
-            }
-        } else {
-            self.dark = self.dark.saturating_add(frames);
-            let wait = self.slide.as_ref().map_or(0.0, |slide| 2.0 * slowness(&slide.tracks));
-            if was_dark || self.dark > DARK.saturating_add(wait as u8) {
-                self.reset();
+        if !self.is_touched {
+            if !baseline.is_below(newest, LIT) {
                 return None;
             }
+            self.is_touched = true;
+            let means = baseline.means(FEATURE_FRACTION_BITS).map(|mean| mean as i16);
+            self.limits = means.map(|mean| mean.saturating_add(LIT));
+            self.base = means.map(light);
         }
-        self.faded = fading(recent, newest, lit, self.faded);
-        let slide = match &mut self.slide {
+        let lit = age(&mut self.ages, newest, &self.limits, frames);
+        let is_lit = lit != 0;
+        self.dark = if is_lit { 0 } else { self.dark.saturating_add(frames) };
+        let wait = self.slide.as_ref().map_or(0.0, |slide| 2.0 * slide.slowness);
+        if self.dark > DARK.saturating_add(wait as u8) {
+            self.reset();
+            return None;
+        }
+        self.faded = fading(recent.back(1)?, newest, lit, self.faded);
+        match &mut self.slide {
             Some(slide) => {
-                slide.tracks.iter_mut().for_each(|track| track.pass(frames));
-                slide
+                slide.follow(recent, newest, &self.base, frames);
+                if !slide.level.is_whole() {
+                    self.faded = 0;
+                }
             }
             None => match self.arrive(recent) {
-                Ok(slide) => self.slide.insert(slide),
+                Ok(slide) => {
+                    let contact = slide.contact();
+                    self.slide = Some(slide);
+                    return is_lit.then_some(LiveContact { contact, velocity: None });
+                }
                 Err(contact) => return is_lit.then_some(LiveContact { contact, velocity: None }),
             },
-        };
-        slide.follow(recent, newest, &self.base, frames);
-        if !slide.level.is_whole() {
-            self.faded = 0;
         }
-        is_lit.then(|| slide.answer(self.config, self.faded < FADES[1]))
-    }
-
-    /// Lets lines grow older, and notes those that are lit. Returns these, one bit each.
-    fn age(&mut self, newest: &Features, baseline: &Baseline, frames: u8) -> u16 {
-        let count = i64::from(baseline.frames());
-        let mut lit = 0;
-        for (line, ((age, &feature), &total)) in self.ages.iter_mut().zip(newest).zip(baseline.totals()).enumerate() {
-            let is_lit = (i64::from(feature) - i64::from(LIT)) * count > i64::from(total);
-            lit |= u16::from(is_lit) << line;
-            *age = if *age > 0 { age.saturating_add(frames) } else { u8::from(is_lit) };
-        }
-        lit
+        let slide = self.slide.as_ref().filter(|_| is_lit)?;
+        Some(slide.answer(self.config, self.faded < FADES[1]))
     }
 
     /// Returns what is known of a touch whose light has arrived, or the kind of one whose light has not.
@@ -198,75 +205,99 @@ impl LiveMotion {
             return Err(Contact::Unclear);
         }
         let arrival = arrival(recent, &self.ages, &self.base).ok_or(Contact::Unclear)?;
-        let level = Level::new(arrival.tracks.map(|track| track.slowness), slowness(&arrival.tracks));
-        Ok(Slide { tracks: arrival.tracks, excess: arrival.excess, level, off: 0.0 })
+        let slowness = slowness(&arrival.tracks);
+        let level = Level::new(arrival.tracks.map(|track| track.slowness), slowness);
+        Ok(Slide { tracks: arrival.tracks, slowness, excess: arrival.excess, level, off: 0.0 })
     }
 }
 
 impl Slide {
     /// Takes the newest frame.
     fn follow(&mut self, recent: Sample<'_>, newest: &Features, base: &[i32; FEATURES], frames: u8) {
-        let whole = slowness(&self.tracks);
-        let memory = Memory::of(whole);
-        let Change { number, large } = self.level.push(newest, whole, frames);
+        let memory = Memory::of(self.slowness);
+        let Change { number, large } = self.level.push(newest, self.slowness, frames);
         self.off = BY_LIGHT[1] * number;
-        if let Some(large) = large {
-            let factor = light(large.saturating_neg()) as f32 / light::ONE as f32;
-            for track in &mut self.tracks {
-                track.scale(factor, BY_LIGHT[0] * number.abs(), memory);
+        let factor = large.map(|large| light(large.saturating_neg()) as f32 / light::ONE as f32);
+        for ((track, base), first) in self.tracks.iter_mut().zip(base.chunks(LINES)).zip([0, ROWS]) {
+            track.pass(frames);
+            if let Some(factor) = factor {
+                track.scale(factor, BY_LIGHT[0] * number.abs());
             }
+            track.compare(recent, first, base, memory);
         }
-        for ((track, base), first) in self.tracks.iter_mut().zip(base.as_chunks::<LINES>().0).zip([0, ROWS]) {
-            for _ in 0..COMPARISONS {
-                if !track.compare(recent, first, base, memory) {
-                    break;
-                }
-            }
+        self.slowness = slowness(&self.tracks);
+    }
+
+    /// Returns the kind of the touch.
+    fn contact(&self) -> Contact {
+        if self.slowness < LEAST_SLIDE[0] {
+            Contact::Press
+        } else if self.slowness < LEAST_SLIDE[1] || self.slowness > MOST_SLOWNESS {
+            Contact::Unclear
+        } else {
+            Contact::Slide
         }
     }
 
     fn answer(&self, config: MotionConfig, has_faded: bool) -> LiveContact {
-        let whole = slowness(&self.tracks);
-        let contact = if whole < LEAST_SLIDE[0] {
-            Contact::Press
-        } else if whole < LEAST_SLIDE[1] || whole > MOST_SLOWNESS {
-            Contact::Unclear
-        } else {
-            Contact::Slide
-        };
+        let contact = self.contact();
         let is_sliding = contact == Contact::Slide && !has_faded;
-        LiveContact { contact, velocity: if is_sliding { self.velocity(whole, config) } else { None } }
+        LiveContact { contact, velocity: if is_sliding { self.velocity(self.slowness, config) } else { None } }
     }
 
     /// Returns the velocity of a slowness above 0, if it is known well enough.
     fn velocity(&self, whole: f32, config: MotionConfig) -> Option<Velocity> {
-        let memory = Memory::of(whole);
         let least = LEAST[0] + LEAST[1] * whole.min(LEAST[2]);
         let always = least * least + self.excess * self.excess;
-        let [up, right] = self.tracks.map(|track| track.slowness / whole);
-        let [up_sd, right_sd] = self.tracks.map(|track| libm::sqrtf(track.variance(memory) + always) / whole);
-        let length = |a: f32, b: f32| libm::sqrtf(a * a + b * b);
+        let [(up, up_variance), (right, right_variance)] =
+            [0, 1].map(|axis| (self.tracks[axis].slowness / whole, (self.tracks[axis].variance + always) / (whole * whole)));
+        let (upwards, rightwards) = (up * up, right * right);
         let mm_s = config.pitch_per_frame / whole;
-        let mm_s_sd = mm_s * length(length(right * right_sd, up * up_sd), self.off);
-        let is_known = mm_s_sd <= MOST_DEVIATION * mm_s;
+        let variance = rightwards * right_variance + upwards * up_variance + self.off * self.off;
+        let is_known = variance <= MOST_DEVIATION * MOST_DEVIATION;
         is_known.then(|| Velocity {
             mm_s,
-            mm_s_sd,
+            mm_s_sd: mm_s * root(variance),
             degrees: degrees(right, -up),
-            degrees_sd: length(up * right_sd, right * up_sd) * (180.0 / core::f32::consts::PI),
+            degrees_sd: root(upwards * right_variance + rightwards * up_variance)
+                * (180.0 / core::f32::consts::PI),
         })
     }
 }
 
+/// Lets lines grow older, and notes those above their limits. Returns these, one bit each.
+#[inline(never)]
+fn age(ages: &mut [u8], newest: &[i16], limits: &[i16], frames: u8) -> u16 {
+    let mut lit = 0;
+    for (line, ((age, feature), limit)) in ages.iter_mut().zip(newest).zip(limits).enumerate() {
+        let is_lit = feature > limit;
+        lit |= u16::from(is_lit) << line;
+        *age = if *age > 0 { age.saturating_add(frames) } else { u8::from(is_lit) };
+    }
+    lit
+}
+
 /// Returns how far all lit lines have faded by the newest frame, if it was `faded` before.
-fn fading(recent: Sample<'_>, newest: &Features, lit: u16, faded: i16) -> i16 {
-    let Some(before) = recent.back(1) else { return 0 };
-    let lines = newest.iter().zip(before).enumerate().filter(|(line, _)| lit >> line & 1 == 1);
-    let growth = lines.map(|(_, (&here, &before))| here.saturating_sub(before)).max().unwrap_or(i16::MIN);
+#[inline(never)]
+fn fading(before: &[i16], newest: &[i16], lit: u16, faded: i16) -> i16 {
+    let mut growth = i16::MIN;
+    for (line, (here, before)) in newest.iter().zip(before).enumerate() {
+        if lit >> line & 1 == 1 {
+            growth = growth.max(here.saturating_sub(*before));
+        }
+    }
     if growth < FADES[0] { faded.saturating_add(growth) } else { 0 }
+}
+
+/// Returns the square root of a number of at least 0. Two steps of Newton's method from a first guess within 3.5 % leave an
+/// error of a few units in the last place. Libm's takes ten times as long on a Cortex-M.
+fn root(x: f32) -> f32 {
+    let guess = f32::from_bits(0x1FBD_1DF5 + (x.to_bits() >> 1));
+    let better = 0.5 * (guess + x / guess);
+    0.5 * (better + x / better)
 }
 
 /// Returns the slowness of rows and columns together, in frames per pitch.
 fn slowness([rows, columns]: &[Track; 2]) -> f32 {
-    libm::sqrtf(rows.slowness * rows.slowness + columns.slowness * columns.slowness)
+    root(rows.slowness * rows.slowness + columns.slowness * columns.slowness)
 }

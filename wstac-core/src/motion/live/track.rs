@@ -1,7 +1,6 @@
 //! The slowness along one axis while something slides: a recursive Gauss-Newton method.
 
 use super::light::light;
-use crate::motion::edges::LINES;
 use crate::params::SAMPLE_FRAMES;
 use crate::sample::Sample;
 
@@ -13,6 +12,8 @@ const FEWEST: f32 = 1.5;
 const LEAST_DETERMINANT: f32 = 1e-6;
 /// Variances are kept between these, in frames² per pitch².
 const VARIANCES: [f32; 2] = [1e-9, 1.0];
+/// Most comparisons of an axis per frame.
+const COMPARISONS: usize = 3;
 /// Comparisons of usual quality that are added to those that were made.
 const PRIOR: f32 = 4.0;
 
@@ -24,6 +25,8 @@ const PRIOR: f32 = 4.0;
 pub(super) struct Track {
     /// Frames per pitch; positive if the light moves from the first line to the last.
     pub slowness: f32,
+    /// The variance of the slowness, in frames² per pitch².
+    pub variance: f32,
     /// The slowness that was known otherwise, and its variance.
     known: [f32; 2],
     /// Sums over shape², shape · derivative, derivative².
@@ -50,7 +53,7 @@ pub(super) struct Memory {
 impl Memory {
     /// Returns the memory for a slowness of both axes.
     pub(super) fn of(slowness: f32) -> Self {
-        let usual = 0.0075 + 0.02125 * slowness.min(2.0);
+        let usual = 0.0065 + 0.017 * slowness.min(2.0);
         Self { length: 3.0 + 1.5 * slowness, usual: usual * usual }
     }
 }
@@ -60,6 +63,7 @@ impl Track {
     pub(super) const fn at(slowness: f32, variance: f32, frame: i32) -> Self {
         Self {
             slowness,
+            variance,
             known: [slowness, variance],
             normal: [0.0; 3],
             moments: [0.0; 2],
@@ -74,52 +78,65 @@ impl Track {
         self.frame -= i32::from(frames);
     }
 
-    /// Replaces the slowness by `factor` times itself, with a standard deviation of `sd` more. Frames before now are not
-    /// compared any more.
-    pub(super) fn scale(&mut self, factor: f32, sd: f32, memory: Memory) {
+    /// Replaces the slowness by `factor` times itself, with a standard deviation of `sd` times itself more. Frames before
+    /// now are not compared any more.
+    pub(super) fn scale(&mut self, factor: f32, sd: f32) {
         let slowness = self.slowness * factor;
-        let sd = libm::sqrtf(self.variance(memory)) * factor + sd * slowness.abs();
+        let sd = super::root(self.variance) * factor + sd * slowness.abs();
         *self = Self::at(slowness, kept(sd * sd), 1 + (2.0 * slowness.abs()) as i32);
     }
 
-    /// Compares the next frame of the lines `first..first + LINES`. Returns `false` if it has not arrived in all of them.
+    /// Compares the next frames of the lines `first..first + LINES`, if they have arrived in all of them.
     #[inline(never)]
-    pub(super) fn compare(&mut self, recent: Sample<'_>, first: usize, base: &[i32; LINES], memory: Memory) -> bool {
+    pub(super) fn compare(&mut self, recent: Sample<'_>, first: usize, base: &[i32], memory: Memory) {
         let shift = (self.slowness * 65_536.0) as i32;
-        let reach = 2 * shift.abs();
+        let reach = (2 * shift.abs() + (1 << 15)) >> 16;
         // Frames that are gone are not compared.
-        self.frame = self.frame.max((reach >> 16) + 4 - SAMPLE_FRAMES as i32);
-        if ((self.frame << 16) + reach + (1 << 15)) >> 16 > -1 {
-            return false;
+        self.frame = self.frame.max(reach + 4 - SAMPLE_FRAMES as i32);
+        let frames = (-reach - self.frame).clamp(0, COMPARISONS as i32);
+        let mut sums = [[0; 3]; COMPARISONS];
+        let Some(sums) = sums.get_mut(..frames as usize) else { return };
+        if sums.is_empty() {
+            return;
         }
-        if let Some([shape, derivative, moment]) = shifted(recent, first, base, self.frame, shift) {
-            self.add(shape as f32, derivative as f32, moment as f32, memory);
-            self.solve(memory);
+        let mut is_whole = true;
+        for ((k, line), &base) in (-2..).zip(first..).zip(base) {
+            let at = k * shift + (1 << 15);
+            is_whole &= shifted(recent, line, base, -1 - self.frame - (at >> 16), at & 0xFFFF, k, sums).is_some();
         }
-        self.frame += 1;
-        true
+        self.frame += frames;
+        if is_whole {
+            let forgotten = self.add(sums, memory);
+            self.solve(forgotten, memory);
+        }
     }
 
-    /// Adds a comparison. The others are forgotten as far as this one tells something new.
-    fn add(&mut self, shape: f32, derivative: f32, moment: f32, memory: Memory) {
-        let told = derivative * derivative;
-        let new = if told * self.count < self.normal[2] { told * self.count / self.normal[2] } else { 1.0 };
-        let forgotten = new / memory.length;
+    /// Adds comparisons. The others are forgotten as far as these tell something new. Returns how far.
+    fn add(&mut self, sums: &[[i32; 3]], memory: Memory) -> f32 {
+        let (mut mm, mut md, mut dd, mut qm, mut qd, mut qq) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        for &[shape, derivative, moment] in sums {
+            let (shape, derivative, moment) = (shape as f32, derivative as f32, moment as f32);
+            mm += shape * shape;
+            md += shape * derivative;
+            dd += derivative * derivative;
+            qm += moment * shape;
+            qd += moment * derivative;
+            qq += moment * moment;
+        }
+        // At most as much as these comparisons are of those that are remembered.
+        let (told, number) = (dd * self.count, sums.len() as f32);
+        let new = if told < number * self.normal[2] { told / self.normal[2] } else { number };
+        let forgotten = (new / memory.length).min(1.0);
         let keep = 1.0 - forgotten;
-        let [mm, md, dd] = &mut self.normal;
-        (*mm, *md, *dd) = (keep * *mm + shape * shape, keep * *md + shape * derivative, keep * *dd + told);
-        let [qm, qd] = &mut self.moments;
-        (*qm, *qd) = (keep * *qm + moment * shape, keep * *qd + moment * derivative);
-        self.energy = keep * self.energy + moment * moment;
-        self.count = keep * self.count + 1.0;
-        let [_, variance] = &mut self.known;
-        let growth =
-            1.0 + *variance * forgotten * information(self.normal, self.moments, self.energy, self.count, memory);
-        *variance = kept(*variance * growth.min(2.0));
+        self.normal = [keep * self.normal[0] + mm, keep * self.normal[1] + md, keep * self.normal[2] + dd];
+        self.moments = [keep * self.moments[0] + qm, keep * self.moments[1] + qd];
+        self.energy = keep * self.energy + qq;
+        self.count = keep * self.count + number;
+        forgotten
     }
 
     /// Moves the slowness to where the moment has no part of the derivative.
-    fn solve(&mut self, memory: Memory) {
+    fn solve(&mut self, forgotten: f32, memory: Memory) {
         let [mm, md, dd] = self.normal;
         let [qm, qd] = self.moments;
         let determinant = mm * dd - md * md;
@@ -129,22 +146,17 @@ impl Track {
         let most = 0.1 + 0.1 * self.slowness.abs();
         // Twice the excess of the slowness: Σ k² over five lines is 10, and the derivative is a sum of five.
         let excess = ((mm * qd - md * qm) / determinant * 0.5).clamp(-most, most);
+        let rest = (self.energy - qm * qm / mm).max(0.0) + PRIOR * 0.4 * memory.usual * mm / self.count;
+        let told = 4.0 * determinant * ((self.count - 2.0).max(0.0) + PRIOR) / (mm * rest);
         let [known, variance] = self.known;
-        let (weight, told) = (1.0 / variance, self.information(memory));
-        let slowness = (known * weight + (self.slowness - excess) * told) / (weight + told);
+        let variance = kept(variance * (1.0 + variance * told * forgotten).min(2.0));
+        self.known = [known, variance];
+        self.variance = 1.0 / (1.0 / variance + told);
+        let slowness = (known / variance + (self.slowness - excess) * told) * self.variance;
         let moved = 2.0 * (self.slowness - slowness);
         self.slowness = slowness.clamp(-MOST, MOST);
         self.energy += moved * (moved * dd - 2.0 * qd);
         self.moments = [qm - moved * md, qd - moved * dd];
-    }
-
-    fn information(&self, memory: Memory) -> f32 {
-        information(self.normal, self.moments, self.energy, self.count, memory)
-    }
-
-    /// Returns the variance of the slowness, in frames² per pitch².
-    pub(super) fn variance(&self, memory: Memory) -> f32 {
-        1.0 / (1.0 / self.known[1] + self.information(memory))
     }
 }
 
@@ -153,35 +165,35 @@ fn kept(variance: f32) -> f32 {
     variance.clamp(VARIANCES[0], VARIANCES[1])
 }
 
-/// Returns what the sums tell of the slowness: the inverse of a variance.
-fn information([mm, md, dd]: [f32; 3], [qm, _]: [f32; 2], energy: f32, count: f32, memory: Memory) -> f32 {
-    let determinant = mm * dd - md * md;
-    if count < FEWEST || determinant <= LEAST_DETERMINANT * mm * dd {
-        return 0.0;
-    }
-    let rest = (energy - qm * qm / mm).max(0.0);
-    let expected = PRIOR * 0.4 * memory.usual * mm / count;
-    4.0 * determinant * ((count - 2.0).max(0.0) + PRIOR) / (mm * (rest + expected))
-}
-
-/// Returns shape, derivative and moment of five lines at a frame of the middle one, in units of 2^-16.
+/// Adds a line's light and its derivative to the sums of consecutive frames, and `k` times its light to their moments, in
+/// units of 2^-16.
 ///
-/// A line is read between its frames by a quadratic spline, which smooths every shift alike.
-fn shifted(recent: Sample<'_>, first: usize, base: &[i32; LINES], frame: i32, shift: i32) -> Option<[i32; 3]> {
-    let (mut shape, mut derivative, mut moment) = (0, 0, 0);
-    for ((k, line), &base) in (-2..).zip(first..).zip(base) {
-        let at = (frame << 16) + k * shift + (1 << 15);
-        // In units of 2^-12: the parts of a frame after and before the spline's middle.
-        let after = (at & 0xFFFF) >> 4;
-        let before = (1 << 12) - after;
-        let newest = usize::try_from(-1 - (at >> 16)).ok()?;
-        let value = |back: usize| Some(light(*recent.back(newest + back)?.get(line)?));
-        let [p, q, r] = [value(2)?, value(1)?, value(0)?];
-        let (first, last) = ((before * before) >> 13, (after * after) >> 13);
+/// The first of the frames is read around the one that is `back` + 1 before the newest, and `after` · 2^-16 frames after
+/// the start of that. A quadratic spline smooths every shift alike.
+fn shifted(
+    recent: Sample<'_>,
+    line: usize,
+    base: i32,
+    back: i32,
+    after: i32,
+    k: i32,
+    sums: &mut [[i32; 3]],
+) -> Option<()> {
+    // In units of 2^-12.
+    let after = after >> 4;
+    let before = (1 << 12) - after;
+    let (first, last) = ((before * before) >> 13, (after * after) >> 13);
+    let mut back = usize::try_from(back).ok()?;
+    let value = |back: usize| Some(light(*recent.back(back)?.get(line)?));
+    let [mut p, mut q] = [value(back + 2)?, value(back + 1)?];
+    for [shape, derivative, moment] in sums {
+        let r = value(back)?;
         let y = ((first * p + ((1 << 12) - first - last) * q + last * r) >> 12) - base;
-        shape += y;
-        moment += k * y;
-        derivative += (before * (q - p) + after * (r - q)) >> 12;
+        *shape += y;
+        *moment += k * y;
+        *derivative += (before * (q - p) + after * (r - q)) >> 12;
+        (p, q) = (q, r);
+        back = back.wrapping_sub(1);
     }
-    Some([shape, derivative, moment])
+    Some(())
 }
