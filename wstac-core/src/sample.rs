@@ -26,11 +26,15 @@ impl<'a> Sample<'a> {
         self.parts.0.iter().chain(self.parts.1)
     }
 
-    /// Returns the frame that is `back` frames before the newest.
+    /// Returns the number of frames: 70, or fewer at the start of a stream.
+    pub(crate) fn len(&self) -> usize {
+        self.parts.0.len() + self.parts.1.len()
+    }
+
+    /// Returns a frame by its number from the oldest.
     #[inline(always)]
-    pub(crate) fn back(&self, back: usize) -> Option<&'a Features> {
+    pub(crate) fn frame(&self, index: usize) -> Option<&'a Features> {
         let (older, newer) = self.parts;
-        let index = (older.len() + newer.len()).wrapping_sub(back + 1);
         older.get(index).or_else(|| newer.get(index.wrapping_sub(older.len())))
     }
 

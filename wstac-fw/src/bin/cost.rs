@@ -96,7 +96,7 @@ fn run() -> Result<(), Error> {
         }
         if let Some(baseline) = pipeline.baseline() {
             let (next_frame, recent) = pipeline.recent();
-            let (t, a) = clock.ticks(|| live.push(next_frame, recent, baseline)); longest_live = longest_live.max(t); let _ = writeln!(Console, "L {} {} {}", next_frame, clock.instructions(u64::from(t)), a.map_or("-", |a| if a.velocity.is_some() {"v"} else {a.contact.as_str()}));
+            longest_live = longest_live.max(clock.ticks(|| live.push(next_frame, recent, baseline)).0);
         }
     }
     let stack = stack::deepest() - size_of_val(&stripe);

@@ -26,7 +26,7 @@ pub(super) struct Arrival {
 /// frames that tell are gone.
 ///
 /// All lines are read at the same age, since brighter light comes later to the last ones than to the first ones.
-#[inline(never)]
+#[inline]
 pub(super) fn arrival(recent: Sample<'_>, ages: &[u8; FEATURES], base: &[i32; FEATURES]) -> Option<Arrival> {
     let mut tracks = [Track::at(0.0, 1.0, 0); 2];
     let mut farthest = 0.0_f32;
@@ -58,16 +58,16 @@ pub(super) fn arrival(recent: Sample<'_>, ages: &[u8; FEATURES], base: &[i32; FE
 /// in units of 2^-16 frames before (below 0) the newest frame.
 #[inline(never)]
 fn edge(recent: Sample<'_>, line: usize, first: usize, base: i32) -> Option<i32> {
-    let value = |back: usize| Some(light(*recent.back(back)?.get(line)?) - base);
-    let [dark, values @ ..] =
-        [value(first + 1)?, value(first)?, value(first.wrapping_sub(1))?, value(first.wrapping_sub(2))?];
+    let value = |index: usize| Some(light(*recent.frame(index)?.get(line)?) - base);
+    let dark = recent.len().checked_sub(first + 2)?;
+    let values = [value(dark + 1)?, value(dark + 2)?, value(dark + 3)?];
     let peak = values[0].max(values[1]).max(values[2]).max(1);
     let level = (peak * LEVEL) >> 8;
-    let (mut before, mut at) = (dark, -((first as i32 + 1) << 16));
+    let (mut before, mut at) = (value(dark)?, -((first as i32 + 1) << 16));
     for here in values {
         if here > level {
-            let share = (level - before).max(0) as f32 / (here - before).max(1) as f32;
-            return Some((share.min(1.0) * 65_536.0) as i32 + at);
+            let share = ((level - before).max(0) << 10).checked_div(here - before).unwrap_or(0);
+            return Some((share.min(1 << 10) << 6) + at);
         }
         (before, at) = (here, at + (1 << 16));
     }

@@ -152,7 +152,8 @@ impl LiveMotion {
         }
         // At most 8, or all is forgotten anyway.
         let frames = frames.min(8) as u8;
-        let newest = recent.back(0)?;
+        let last = recent.len().checked_sub(1)?;
+        let newest = recent.frame(last)?;
         if !self.is_touched {
             if !baseline.is_below(newest, LIT) {
                 return None;
@@ -170,7 +171,7 @@ impl LiveMotion {
             self.reset();
             return None;
         }
-        self.faded = fading(recent.back(1)?, newest, lit, self.faded);
+        self.faded = fading(recent.frame(last.checked_sub(1)?)?, newest, lit, self.faded);
         match &mut self.slide {
             Some(slide) => {
                 slide.follow(recent, newest, &self.base, frames);
@@ -249,8 +250,8 @@ impl Slide {
     fn velocity(&self, whole: f32, config: MotionConfig) -> Option<Velocity> {
         let least = LEAST[0] + LEAST[1] * whole.min(LEAST[2]);
         let always = least * least + self.excess * self.excess;
-        let [(up, up_variance), (right, right_variance)] =
-            [0, 1].map(|axis| (self.tracks[axis].slowness / whole, (self.tracks[axis].variance + always) / (whole * whole)));
+        let [(up, up_variance), (right, right_variance)] = [0, 1]
+            .map(|axis| (self.tracks[axis].slowness / whole, (self.tracks[axis].variance + always) / (whole * whole)));
         let (upwards, rightwards) = (up * up, right * right);
         let mm_s = config.pitch_per_frame / whole;
         let variance = rightwards * right_variance + upwards * up_variance + self.off * self.off;
@@ -259,8 +260,7 @@ impl Slide {
             mm_s,
             mm_s_sd: mm_s * root(variance),
             degrees: degrees(right, -up),
-            degrees_sd: root(upwards * right_variance + rightwards * up_variance)
-                * (180.0 / core::f32::consts::PI),
+            degrees_sd: root(upwards * right_variance + rightwards * up_variance) * (180.0 / core::f32::consts::PI),
         })
     }
 }

@@ -183,17 +183,17 @@ fn shifted(
     let after = after >> 4;
     let before = (1 << 12) - after;
     let (first, last) = ((before * before) >> 13, (after * after) >> 13);
-    let mut back = usize::try_from(back).ok()?;
-    let value = |back: usize| Some(light(*recent.back(back)?.get(line)?));
-    let [mut p, mut q] = [value(back + 2)?, value(back + 1)?];
+    let value = |index: usize| Some(light(*recent.frame(index)?.get(line)?));
+    let mut index = (recent.len() as i32 - 3 - back) as usize;
+    let [mut p, mut q] = [value(index)?, value(index + 1)?];
     for [shape, derivative, moment] in sums {
-        let r = value(back)?;
+        index += 1;
+        let r = value(index + 1)?;
         let y = ((first * p + ((1 << 12) - first - last) * q + last * r) >> 12) - base;
         *shape += y;
         *moment += k * y;
         *derivative += (before * (q - p) + after * (r - q)) >> 12;
         (p, q) = (q, r);
-        back = back.wrapping_sub(1);
     }
     Some(())
 }
