@@ -250,8 +250,8 @@ fn velocity(rows: Axis, columns: Axis, slowness: f32, config: MotionConfig, devi
 fn degrees(right: f32, up: f32) -> f32 {
     let degrees = libm::atan2f(up, right) * (180.0 / core::f32::consts::PI);
     let turned = if degrees < 0.0 { degrees + 360.0 } else { degrees };
-    // A tiny negative angle rounds to a whole turn.
-    if turned >= 360.0 { 0.0 } else { turned }
+    // A tiny negative angle rounds to a whole turn, and a negative zero is no angle.
+    if turned >= 360.0 { 0.0 } else { turned + 0.0 }
 }
 
 #[cfg(test)]

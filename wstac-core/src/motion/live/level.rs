@@ -12,6 +12,8 @@ const EXTRA_BITS: u32 = 4;
 const ONE: i32 = FEATURES as i32 * (1 << (FEATURE_FRACTION_BITS + EXTRA_BITS));
 /// The change of the mean feature that counts, and the one that counts while the speed changes.
 const CHANGES: [i32; 2] = [ONE / 10, ONE / 50];
+/// Frames until a change has passed the smoothing: this many, and so many times the slowness.
+const SMOOTHED: [f32; 2] = [4.0, 3.0];
 /// Frames after all lines are lit until all are bright.
 const LEAST_WAIT: f32 = 2.0;
 
@@ -24,7 +26,8 @@ pub(super) struct Level {
     reference: [i32; FEATURES],
     /// Frames until all whiskers are touched, then frames until the reference holds.
     waits: [u8; 2],
-    is_changing: bool,
+    /// Frames in which a further change counts sooner.
+    changing: u8,
 }
 
 /// A change of the mean feature that all lines share.
@@ -45,7 +48,7 @@ impl Level {
     pub(super) fn new([rows, columns]: [f32; 2], slowness: f32) -> Self {
         let touched = (4.0 * rows.abs().min(columns.abs())).max(LEAST_WAIT);
         let waits = [touched as u8, (libm::ceilf(0.5 * slowness) as u8).saturating_sub(1)];
-        Self { smoothed: [0; FEATURES], reference: [0; FEATURES], waits, is_changing: false }
+        Self { smoothed: [0; FEATURES], reference: [0; FEATURES], waits, changing: 0 }
     }
 
     /// Returns whether all whiskers are touched.
@@ -76,12 +79,12 @@ impl Level {
         // Every line has changed by at least half of the mean.
         let is_shared = if sum > 0 { 20 * lowest > sum } else { 20 * highest < sum };
         let number = if is_shared { sum as f32 / ONE as f32 } else { 0.0 };
-        if is_shared && sum.abs() > CHANGES[usize::from(self.is_changing)] {
-            self.is_changing = true;
+        self.changing = self.changing.saturating_sub(frames);
+        if is_shared && sum.abs() > CHANGES[usize::from(self.changing > 0)] {
+            self.changing = (SMOOTHED[0] + SMOOTHED[1] * slowness) as u8;
             self.reference = self.smoothed;
             return Change { number, large: Some((sum / (FEATURES as i32 * (1 << EXTRA_BITS))) as i16) };
         }
-        self.is_changing &= sum.abs() >= CHANGES[1];
         Change { number, large: None }
     }
 }

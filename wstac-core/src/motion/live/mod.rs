@@ -301,3 +301,6 @@ fn root(x: f32) -> f32 {
 fn slowness([rows, columns]: &[Track; 2]) -> f32 {
     root(rows.slowness * rows.slowness + columns.slowness * columns.slowness)
 }
+
+#[cfg(test)]
+mod tests;
