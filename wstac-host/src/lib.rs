@@ -21,6 +21,7 @@ mod builtin_models;
 pub mod camera;
 pub mod config;
 pub mod error;
+mod frame_clock;
 pub mod json;
 pub mod model_file;
 #[cfg(feature = "board")]

@@ -47,6 +47,17 @@ impl Contact {
             Self::Unclear => "unclear",
         }
     }
+
+    /// Returns why a touch of this kind has neither speed nor direction, as a sentence.
+    pub(crate) const fn why_no_slide(self) -> &'static str {
+        match self {
+            // Not reached: a slide has both.
+            Self::Slide => "the touch is a slide",
+            Self::Press => "the touch is a press, which does not slide",
+            Self::Poke => "the touch is a poke, which does not slide",
+            Self::Unclear => "unclear: the touch is not certain to be a slide",
+        }
+    }
 }
 
 impl fmt::Display for Contact {

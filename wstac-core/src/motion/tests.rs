@@ -10,7 +10,7 @@ use crate::sample::Sample;
 const DARK: f64 = 0.01;
 
 fn event_of<'a>(frames: &'a [Features; SAMPLE_FRAMES], baseline: &'a Baseline) -> Event<'a> {
-    Event { frame: 0, sample: Sample::from_frames(frames), baseline, frames_filled: 0, reliable: true }
+    Event::new(0, Sample::from_frames(frames), baseline)
 }
 
 fn baseline() -> Baseline {

@@ -9,7 +9,8 @@ use wstac_core::wire::{Answers, Fault, Hello, Message, ModelFacts, SAMPLE_PART, 
 
 use super::Report;
 use crate::output::{
-    DisturbedBaseline, EarlyTexture, FrameFeatures, Output, OutputOptions, StreamSummary, TactileEvent,
+    ContactEndReport, DisturbedBaseline, EarlyTexture, FrameFeatures, Output, OutputOptions, StreamSummary,
+    TactileEvent,
 };
 use crate::plural::counted;
 use crate::texture::Texture;
@@ -87,6 +88,10 @@ impl Board {
             Message::InterruptedSample(sample) => {
                 self.contact(sample.frame.saturating_add(u64::from(sample.frames)), None);
                 give(Report::Output(Output::Interrupted(*sample)))
+            }
+            Message::ContactEnd(end) => {
+                self.reach(end.frame);
+                give(Report::Output(Output::ContactEnd(ContactEndReport::new(*end, None))))
             }
             Message::Lost { frames } => {
                 self.progress.dropped = self.progress.dropped.saturating_add(*frames);
