@@ -348,15 +348,15 @@ follow = 0              # time constant with which the baseline
 [sensor]
 pitch_mm = 4            # distance between neighboring whiskers
 [speed]
-law = "arrival"         # arrival times: any length, speed and direction.
-                        # "published": the duration, as published, with
-                        # intercept = 151.06, slope = 56.29; "physical":
-                        # the duration, with track_mm = 113.4,
-                        # afterglow_frames = 5.36; both with
-                        # range_mm_s = [100, 200], outside of which
-                        # answers are marked as extrapolated
-estimator = "coherence" # of arrival times; or "edges": cheaper, less
-                        # accurate
+law = "arrival"         # arrival times: any speed, length, direction
+                        # "published": the duration, as published;
+                        # with intercept = 151.06, slope = 56.29
+                        # "physical": the duration; with
+                        # track_mm = 113.4, afterglow_frames = 5.36
+                        # laws of durations: range_mm_s = [100, 200];
+                        # answers outside are marked as extrapolated
+estimator = "coherence" # of arrival times; or "edges": cheaper, and
+                        # less accurate
 threshold = 0.0475      # of durations: a row or column is lit if its
                         # sum is above this fraction of full scale
 threshold_on = "absolute"  # or "above_baseline"

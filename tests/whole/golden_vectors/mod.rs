@@ -62,12 +62,12 @@ fn check_event(name: &str, event: &Event<'_>, expected: &EventOf, config: &Speed
     }
 
     let direction = direction::direction(event);
-    assert_eq!(direction.heading.ok().map(direction::Heading::degrees), expected.direction.deg, "{at}: {direction:?}");
+    assert_eq!(direction.heading().map(direction::Heading::degrees), expected.direction.deg, "{at}: {direction:?}");
     // The confidence may differ by a unit of 2^-15, because it is rounded down, and by the effect of slopes that are
     // off by 2e-5 frames per index.
     let slopes = expected.direction.row_slope.abs() + expected.direction.column_slope.abs();
     let allowed = 1.1 / 32_768.0 + if slopes > 0.0 { 2.0 * 2e-5 / slopes } else { 0.0 };
-    let (found, expected) = (f64::from(direction.confidence()), expected.direction.confidence);
+    let (found, expected) = (f64::from(direction.confidence().unwrap()), expected.direction.confidence);
     assert!((found - expected).abs() < allowed, "{at}: confidence {found}, expected {expected} within {allowed}");
 }
 
