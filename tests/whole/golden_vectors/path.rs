@@ -74,10 +74,8 @@ fn every_path_is_that_of_the_reference() {
         case.sums.iter().for_each(|sums| ring.push(sums));
         let sums = PathSample::of_sums(&event, &velocity, config, 70).unwrap();
         let taxels = PathSample::of_taxels(&ring, &velocity, config, 70).unwrap();
-        let found = [
-            worst(name, &sums, &case.path, Input::Path),
-            worst(name, &taxels, &case.taxel_path, Input::TaxelPath),
-        ];
+        let found =
+            [worst(name, &sums, &case.path, Input::Path), worst(name, &taxels, &case.taxel_path, Input::TaxelPath)];
         for (most, found) in most.as_flattened_mut().iter_mut().zip(found.as_flattened()) {
             *most = (*most).max(*found);
         }

@@ -1,4 +1,4 @@
-use wstac_core::model::file::{INPUTS, Task};
+use wstac_core::model::file::{INPUTS, Input, Task};
 use wstac_core::model::trees::NARROW;
 use wstac_scene::rng::SplitMix64;
 
@@ -84,7 +84,7 @@ fn to_file(sample: &[i16; INPUTS]) -> [i16; INPUTS] {
 
 fn model(classes: usize, kind: Kind) -> Trained {
     let labels = (0..classes).map(|class| format!("Klasse {class} µ𝛼")).collect();
-    Trained { labels, task: Task::Other, inputs: INPUTS, kind, remarks: Vec::new() }
+    Trained { labels, task: Task::Other, input: Input::Frames, inputs: INPUTS, kind, remarks: Vec::new() }
 }
 
 fn same_answers(
