@@ -81,7 +81,7 @@ def simulated(folder: Path, name: str, slides: int, seed: int, sensor: int) -> S
 
 def linear() -> LinearSVC:
     """Returns a linear model of one sum a class."""
-    return LinearSVC(C=10, random_state=0, max_iter=3000)
+    return LinearSVC(C=1, random_state=0, max_iter=3000)
 
 
 def forest() -> ExtraTreesClassifier:
@@ -90,7 +90,7 @@ def forest() -> ExtraTreesClassifier:
 
 
 CANDIDATES = (
-    Candidate("svm", "LinearSVC(C=10)", linear),
+    Candidate("svm", "LinearSVC(C=1)", linear),
     Candidate(
         "forest", "ExtraTreesClassifier(50, max_leaf_nodes=200, max_features=60), leaves of one class", forest
     ),

@@ -156,7 +156,7 @@ pub fn write(file: impl Write + Seek, slides: &[PathSlide]) -> io::Result<()> {
     let n = slides.len();
     let mut npz = Npz::new(file);
     let zeros = [0; INPUTS];
-    let mut samples = |npz: &mut Npz<_>, name: &str, of: &dyn Fn(&PathSlide) -> [i16; INPUTS]| {
+    let samples = |npz: &mut Npz<_>, name: &str, of: &dyn Fn(&PathSlide) -> [i16; INPUTS]| {
         npz.array(name, Dtype::Int16, &[n, FEATURES, SAMPLE_FRAMES], |out| {
             slides.iter().try_for_each(|slide| out.write_all(&by_feature(&of(slide))))
         })
@@ -188,4 +188,69 @@ pub fn write(file: impl Write + Seek, slides: &[PathSlide]) -> io::Result<()> {
 fn by_feature(numbers: &[i16; INPUTS]) -> Vec<u8> {
     let of = |k: usize| numbers.iter().skip(k).step_by(FEATURES).flat_map(|number| number.to_le_bytes());
     (0..FEATURES).flat_map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use wstac_core::model::Model;
+    use wstac_core::model::file::{Input, Task};
+
+    use super::*;
+    use crate::model::eval::answers;
+    use crate::model::trained::{Kind, Linear, Row, Trained};
+    use crate::model::write;
+
+    fn few() -> RandomSlides {
+        RandomSlides { slides: 12, seed: 5, ..RandomSlides::default() }
+    }
+
+    #[test]
+    fn random_slides_are_within_their_ranges_and_have_a_path() {
+        let slides = few().all().unwrap();
+        assert_eq!(slides.len(), 12);
+        for PathSlide { slide, sensor, path, taxel_path, measured, reliable, frames } in &slides {
+            assert!((50.0..=300.0).contains(&slide.speed_mm_s) && (60.0..=120.0).contains(&slide.specimen.length_mm));
+            assert!((0.0..360.0).contains(&slide.direction_deg) && *sensor < 1000);
+            let [mm_s, degrees] = measured.unwrap().map(f64::from);
+            let off = (degrees - slide.direction_deg + 180.0).rem_euclid(360.0) - 180.0;
+            assert!(*reliable && (mm_s / slide.speed_mm_s - 1.0).abs() < 0.05 && off.abs() < 3.0, "{slide:?}");
+            assert!(path.unwrap().covers(39) && taxel_path.unwrap().covers(28), "{slide:?}");
+            assert!(frames.iter().any(|&feature| feature != 0));
+        }
+        // Numbers, not threads, decide.
+        let again = RandomSlides { slides: 3, ..few() }.all().unwrap();
+        for (one, other) in again.iter().zip(&slides) {
+            assert_eq!((one.slide, one.path, one.taxel_path), (other.slide, other.path, other.taxel_path));
+        }
+        let other = RandomSlides { slides: 1, seed: 6, ..few() }.all().unwrap();
+        assert_ne!(other[0].slide, slides[0].slide);
+    }
+
+    /// A model whose answer is the sign of one number of a sample.
+    fn sign_of(input: Input, number: usize) -> Vec<u32> {
+        let mut weights = vec![0.0; INPUTS];
+        // Weights are in the order of data sets.
+        weights[number % FEATURES * SAMPLE_FRAMES + number / FEATURES] = 1.0;
+        let kind = Kind::Linear(Linear { pairs: false, rows: vec![Row { weights, bias: 0.0 }] });
+        let labels = vec!["no".into(), "yes".into()];
+        let trained = Trained { labels, task: Task::Other, input, inputs: INPUTS, kind, remarks: Vec::new() };
+        write::write(&trained, "", write::Options::default()).unwrap().words
+    }
+
+    #[test]
+    fn a_model_is_evaluated_on_the_sample_that_it_takes() {
+        let slides = few().all().unwrap();
+        let path = std::env::temp_dir().join(format!("wstac-path-{}.npz", std::process::id()));
+        write(std::fs::File::create(&path).unwrap(), &slides).unwrap();
+        // Number 0 along a path is that of the speed, and number 1 that of the direction.
+        for (input, number) in [(Input::Path, 0), (Input::TaxelPath, 0), (Input::TaxelPath, 1), (Input::Path, 500)] {
+            let words = sign_of(input, number);
+            let found = answers(&Model::from_words(&words).unwrap(), &path).unwrap().predictions;
+            let sample = |slide: &PathSlide| if input == Input::Path { slide.path } else { slide.taxel_path };
+            let expected: Vec<u8> =
+                slides.iter().map(|slide| u8::from(sample(slide).unwrap().numbers()[number] > 0)).collect();
+            assert_eq!(found, expected, "{input:?} {number}");
+        }
+        std::fs::remove_file(path).unwrap();
+    }
 }
