@@ -42,7 +42,8 @@ pub enum WstacKind {
     Fault = 5,
     /// The end of the stream. Has frame, the number of feature frames, and end.
     End = 6,
-    /// The end of the touch of an event: its light has left. Has frame, the first dark frame, and event_frame.
+    /// The end of the touch of an event: its light has left. Has frame, the first dark frame, event_frame and time_s.
+    /// A law of durations gives none.
     ContactEnd = 7,
 }
 
@@ -66,9 +67,9 @@ pub struct WstacTexture {
 pub struct WstacEvent {
     /// Sliding speed in mm/s: one decimal, or four significant digits if that is finer. NAN if there is none.
     pub speed_mm_s: f64,
-    /// The speed is outside the range that the speed law was fitted on.
+    /// The speed is outside the range that the law of durations was fitted on; false by arrival times.
     pub speed_extrapolated: bool,
-    /// Upper bound in mm/s of the speed of an event that is cut off; NAN otherwise.
+    /// Upper bound in mm/s of the speed of an event that is cut off, by a law of durations; NAN otherwise.
     pub speed_at_most_mm_s: f64,
     /// Lit frames from the first to the last, less one: 0 to 69; -1 if no frame is lit.
     pub duration_frames: i32,
@@ -143,6 +144,8 @@ pub struct WstacRecord {
     pub end: WstacEnd,
     /// Number of the first frame of the event whose touch has ended.
     pub event_frame: u64,
+    /// Time of a touch's end in seconds from the first frame; NAN if it is not known.
+    pub time_s: f64,
 }
 
 /// A record without content.
@@ -177,6 +180,7 @@ const EMPTY: WstacRecord = WstacRecord {
     message: ptr::null(),
     end: WstacEnd { dropped: 0, baseline_complete: false, incomplete_frame: 0, incomplete_frames: 0 },
     event_frame: 0,
+    time_s: f64::NAN,
 };
 
 const NO_TEXTURE: WstacTexture =
@@ -209,9 +213,13 @@ impl Given {
             Output::Features(FrameFeatures { frame, features, .. }) => {
                 WstacRecord { kind: WstacKind::Features, frame, features, ..EMPTY }
             }
-            Output::ContactEnd(end) => {
-                WstacRecord { kind: WstacKind::ContactEnd, frame: end.frame, event_frame: end.event_frame, ..EMPTY }
-            }
+            Output::ContactEnd(end) => WstacRecord {
+                kind: WstacKind::ContactEnd,
+                frame: end.frame,
+                event_frame: end.event_frame,
+                time_s: end.time_s.map_or(f64::NAN, seconds),
+                ..EMPTY
+            },
             Output::Event(event) => WstacRecord {
                 kind: WstacKind::Event,
                 frame: event.frame,

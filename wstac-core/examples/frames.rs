@@ -47,19 +47,19 @@ fn main() -> Result<(), Error> {
             Grabbed::End => break,
         };
         if let Some(event) = update.event() {
-            print(&event, &law);
+            print(&event, law);
         }
     }
     // The last frames may complete an event, too.
     let finished = pipeline.finish();
     if let Some(event) = finished.event() {
-        print(&event, &law);
+        print(&event, law);
     }
     println!("{} frames", finished.end().frames);
     Ok(())
 }
 
-fn print(event: &Event<'_>, law: &ByCoherence) {
+fn print(event: &Event<'_>, law: ByCoherence) {
     print!("event from frame {}", event.frame);
     let answer = law.answer(event);
     if let (Some(contact), Some(frame)) = (answer.contact, event.touch_frame) {

@@ -41,7 +41,7 @@
 //!             frame.chunks_mut(400).for_each(|row| row[12 * (t - 40)..][..12].fill(200));
 //!         }
 //!         if let Some(event) = pipeline.push_frame(&frame)?.event() {
-//!             // A slide at 10 mm/s to the right.
+//!             // A slide at 18 mm/s to the right.
 //!             println!("frame {}: {:?}", event.frame, law.answer(&event));
 //!         }
 //!     }

@@ -45,7 +45,8 @@ pub enum JsonLine<'a> {
         frame: u64,
         /// The number of the first frame of the event's sample.
         event_frame: u64,
-        /// The time of that dark frame in seconds from the first frame; `None` from a board.
+        /// The time of that dark frame in seconds from the first frame; `None` from a board that has not described
+        /// itself.
         time_s: Option<f64>,
     },
     /// A fault of the source.
@@ -212,8 +213,8 @@ impl DirectionField {
 
 /// Returns an angle in degrees for output, with one decimal: 0 ≤ angle < 360.
 pub fn angle(degrees: f32) -> f64 {
-    // 359.96 is rounded to a whole turn.
-    rounded_to(f64::from(degrees), 1) % 360.0
+    // 359.96 is rounded to a whole turn, and zero has no sign.
+    rounded_to(f64::from(degrees), 1) % 360.0 + 0.0
 }
 
 /// Returns the standard deviation of an angle in degrees for output, with two decimals.
@@ -323,6 +324,14 @@ mod tests {
         assert!(compared > 200_000, "{compared}");
         for mm_s in [9.9999_f32, 10.0, 0.1, 1.0, 99.94, 99.96, 99.951, 1e-3, 150.04, 0.0] {
             assert_eq!(rounded(mm_s).to_bits(), written(mm_s).to_bits(), "{mm_s}");
+        }
+    }
+
+    #[test]
+    fn angles_are_written_from_zero_to_below_a_turn() {
+        for (degrees, expected) in [(0.0, 0.0), (-0.0, 0.0), (0.04, 0.0), (359.94, 359.9), (359.96, 0.0), (90.25, 90.3)]
+        {
+            assert_eq!(angle(degrees).to_bits(), f64::to_bits(expected), "{degrees}");
         }
     }
 }

@@ -72,7 +72,8 @@ impl PathSample {
     /// ```
     pub fn of_sums(event: &Event<'_>, velocity: &Velocity, config: MotionConfig, frames: u8) -> Option<Self> {
         let way = Way::new(velocity, config)?;
-        let light = SumLight::new(event);
+        let mut light = SumLight::DARK;
+        light.fill(event);
         let by_rows = way.up.unsigned_abs() > way.right.unsigned_abs();
         let plan = if by_rows { &BY_ROWS } else { &BY_COLUMNS };
         let delays = core::array::from_fn(|line| {
@@ -182,15 +183,17 @@ impl Way {
 struct SumLight([[u16; FEATURES]; SAMPLE_FRAMES]);
 
 impl SumLight {
+    const DARK: Self = Self([[0; FEATURES]; SAMPLE_FRAMES]);
+
+    /// Computes the light of an event in place of darkness. A new value would be a second one on the stack.
     #[inline(never)]
-    fn new(event: &Event<'_>) -> Self {
+    fn fill(&mut self, event: &Event<'_>) {
         let means = event.baseline.means(EXP_FRACTION_BITS);
         let widened = |value: i16| i32::from(value) << (EXP_FRACTION_BITS - crate::params::FEATURE_FRACTION_BITS);
         let brightest = event.sample.frames().flatten().copied().max().map_or(0, widened);
         let of = |value: i32| exp_of_negative(brightest.saturating_sub(value).max(0) as u32);
         let dark = means.map(of);
-        let mut light = [[0; FEATURES]; SAMPLE_FRAMES];
-        for (place, frame) in light.iter_mut().zip(event.sample.frames()) {
+        for (place, frame) in self.0.iter_mut().zip(event.sample.frames()) {
             for (((place, &value), &mean), &dark) in place.iter_mut().zip(frame).zip(&means).zip(&dark) {
                 // Most frames are dark.
                 let value = widened(value);
@@ -199,7 +202,6 @@ impl SumLight {
                 }
             }
         }
-        Self(light)
     }
 }
 
