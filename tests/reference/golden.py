@@ -21,11 +21,8 @@ from vectors.event_cases import event_cases
 from vectors.follow_cases import follow_cases
 from vectors.format_cases import format_cases
 from vectors.motion_cases import motion_cases
-<<<<<<< HEAD
 from vectors.path_cases import path_cases
-=======
 from vectors.touch_cases import touch_cases
->>>>>>> main
 
 VERSION = 1
 SUFFIXES = (".json", ".raw")

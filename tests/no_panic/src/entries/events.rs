@@ -9,21 +9,13 @@ use wstac_core::features::Features;
 use wstac_core::green::gray::Gray;
 use wstac_core::law::{Answer, AnyLaw, ByCoherence, ByEdges, EventLaw};
 use wstac_core::ln::fixed::Fixed;
-<<<<<<< HEAD
-use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::path_sample::{PathSample, TaxelRing};
-use wstac_core::rate::FrameRate;
-use wstac_core::sample::Sample;
-use wstac_core::speed::{self, Law, LitSpan, NoSpeed, Speed, SpeedConfig, ThresholdOn};
-use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::{Event, InterruptedSample, Rule, StreamEnd, Trigger, TriggerConfig};
-=======
 use wstac_core::pipeline::{Finished, Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
 use wstac_core::speed::{self, Law, LitSpan, NoSpeed, Speed, SpeedConfig, ThresholdOn};
+use wstac_core::taxels::FrameGeometry;
 use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, Rule, StreamEnd, Trigger, TriggerConfig};
->>>>>>> main
 
 entries! {
     trigger:
@@ -82,8 +74,6 @@ entries! {
     direction(event: &Event<'_>) -> Direction { direction::direction(event) }
     degrees(heading: Heading) -> u16 { heading.degrees() }
     confidence(direction: &Direction) -> Option<f32> { direction.confidence() }
-<<<<<<< HEAD
-=======
     heading(direction: &Direction) -> Option<Heading> { direction.heading() }
     direction_by_centroids(heading: Result<Heading, Unclear>, confidence: u16) -> Direction { Direction::by_centroids(heading, confidence) }
     direction_by_arrival(angle: Result<[f32; 2], Unclear>) -> Direction { Direction::by_arrival(angle) }
@@ -96,7 +86,6 @@ entries! {
     has_texture(answer: &Answer) -> bool { answer.has_texture() }
     answer_by_duration(law: &SpeedConfig, event: &Event<'_>) -> Answer { law.answer(event) }
     is_law_per_touch(law: &AnyLaw) -> bool { law.is_per_touch() }
->>>>>>> main
     why_unclear(reason: Unclear) -> &'static str { reason.as_str() }
     why_no_speed(reason: NoSpeed) -> &'static str { reason.as_str() }
     duration(event: &Event<'_>, config: &SpeedConfig) -> Option<LitSpan> { speed::duration(event, config) }
@@ -124,7 +113,6 @@ entries! {
 }
 
 entries! {
-<<<<<<< HEAD
     path:
     new_ring(full_scale: u32) -> TaxelRing { TaxelRing::new(full_scale) }
     new_ring_of(geometry: &FrameGeometry<Gray>) -> TaxelRing { TaxelRing::of(geometry) }
@@ -137,10 +125,11 @@ entries! {
         PathSample::of_taxels(ring, velocity, config, frames)
     }
     covers(sample: &PathSample, frames: u8) -> bool { sample.covers(frames) }
-=======
+}
+
+entries! {
     law:
     answer_by_coherence(law: &ByCoherence, event: &Event<'_>) -> Answer { law.answer(event) }
     answer_by_edges(law: &ByEdges, event: &Event<'_>) -> Answer { law.answer(event) }
     answer_by_any(law: &AnyLaw, event: &Event<'_>) -> Answer { law.answer(event) }
->>>>>>> main
 }
