@@ -71,7 +71,7 @@ impl fmt::Display for Contact {
 }
 
 /// A speed and a direction, each with its standard deviation.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -110,6 +110,8 @@ pub struct Motion {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MotionConfig {
+    /// Distance between neighboring whiskers in mm.
+    pitch_mm: f32,
     /// Speed in mm/s of a slowness of one frame per pitch.
     pitch_per_frame: f32,
 }
@@ -153,7 +155,7 @@ impl MotionConfig {
         if !(pitch_mm > 0.0 && pitch_mm <= 1000.0) {
             return Err(ConfigError::Pitch(pitch_mm));
         }
-        Ok(Self { pitch_per_frame: pitch_mm * NOMINAL_FRAME_RATE as f32 / rate.nominal_frames() })
+        Ok(Self { pitch_mm, pitch_per_frame: pitch_mm * NOMINAL_FRAME_RATE as f32 / rate.nominal_frames() })
     }
 
     /// Creates the parameters for the paper's sensor: a pitch of 4 mm.
@@ -161,8 +163,18 @@ impl MotionConfig {
         match Self::new(PITCH_MM, rate) {
             Ok(config) => config,
             // Not reached: the pitch is in range.
-            Err(_) => Self { pitch_per_frame: PITCH_MM * NOMINAL_FRAME_RATE as f32 },
+            Err(_) => Self { pitch_mm: PITCH_MM, pitch_per_frame: PITCH_MM * NOMINAL_FRAME_RATE as f32 },
         }
+    }
+
+    /// Returns the distance between neighboring whiskers in mm.
+    pub(crate) const fn pitch_mm(self) -> f32 {
+        self.pitch_mm
+    }
+
+    /// Returns the speed in mm/s of a slowness of one frame per pitch.
+    pub(crate) const fn pitch_per_frame(self) -> f32 {
+        self.pitch_per_frame
     }
 }
 
