@@ -227,7 +227,7 @@ impl Given {
             Output::Event(event) => WstacRecord {
                 kind: WstacKind::Event,
                 frame: event.frame,
-                texture: self.texture(event.texture.as_ref()),
+                texture: self.texture(event.texture.as_ref().ok()),
                 event: self.event(*event),
                 ..EMPTY
             },

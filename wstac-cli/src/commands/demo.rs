@@ -66,7 +66,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             writeln!(out, "  no event")?;
             continue;
         };
-        let texture = event.texture.and_then(|texture| told(task, texture));
+        let texture = event.texture.ok().and_then(|texture| told(task, texture));
         named += usize::from(texture.is_some() && texture == truth(task, specimen));
         write!(out, "    {:8}", Line(texture.as_deref().unwrap_or("none")))?;
         match event.speed {
