@@ -20,6 +20,7 @@ from vectors.case import Case
 from vectors.event_cases import event_cases
 from vectors.follow_cases import follow_cases
 from vectors.format_cases import format_cases
+from vectors.live_cases import live_cases
 from vectors.motion_cases import motion_cases
 
 VERSION = 1
@@ -42,6 +43,7 @@ def made_files() -> dict[str, bytes]:
     cases: list[Case] = format_cases() + event_cases() + follow_cases()
     manifest = {"version": VERSION, "seed": SEED, "cases": [case.manifest() for case in cases]}
     files = {"manifest.json": lines_of(manifest).encode(), "motion.json": lines_of({"cases": motion_cases()}).encode()}
+    files["live.json"] = lines_of({"cases": live_cases()}).encode()
     for case in cases:
         assert f"{case.name}.raw" not in files, f"two cases are called {case.name}"
         files[f"{case.name}.raw"] = b"".join(case.data)

@@ -80,12 +80,15 @@ def live_cases() -> list[dict[str, Any]]:
         live = Live(np.full(FEATURES, BASELINE_FRAMES * dark), BASELINE_FRAMES)
         live.history = [np.full(FEATURES, dark / UNIT)] * SAMPLE_FRAMES
         said = [live.push(frame) for frame in features]
+        if not isinstance(how, range):
+            # What is left of the light after the last velocity is noise.
+            said = said[: 1 + max(t for t, one in enumerate(said) if one is not None and one.mm_s is not None)]
         made.append(
             {
                 "name": name,
                 "dark": dark,
                 "frames": BASELINE_FRAMES,
-                "features": features.tolist(),
+                "features": features[: len(said)].tolist(),
                 "said": [None if one is None else asdict(one) for one in said],
             }
         )

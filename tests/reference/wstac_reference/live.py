@@ -40,6 +40,7 @@ class Axis:
     moments: np.ndarray = field(default_factory=lambda: np.zeros(2))
     energy: float = 0.0
     count: float = 0.0
+    is_behind: bool = False
 
     def __post_init__(self) -> None:
         self.known = (self.slowness, self.variance)
@@ -89,8 +90,9 @@ class Live:
         if self.dark > 2 + (math.floor(2 * self.whole) if self.axes else 0):
             self.reset()
             return None
+        is_crossing = self.axes is not None and now <= self.level_from
         growth = (newest - self.history[now - 1])[lit].max() if lit.any() else -math.inf
-        self.faded = max(self.faded + growth, -16) if growth < -41 / UNIT else 0.0
+        self.faded = max(self.faded + growth, -16) if growth < -41 / UNIT and not is_crossing else 0.0
         if self.axes is None:
             answer = LiveAnswer(self.arrive(now))
         else:
@@ -145,9 +147,6 @@ class Live:
                 sd = math.sqrt(axis.variance) * math.exp(-change) + 0.06 * abs(change) * abs(slowness)
                 axis.__init__(slowness, min(sd * sd, 1.0), now + 1 + math.floor(2 * abs(slowness)))
             self.compare(axis, first, now, length, usual)
-        if now < self.level_from:
-            self.faded = 0.0
-
     def level(self, now: int, whole: float) -> float:
         """The natural logarithm of the factor by which all lines have grown, if they tell another speed."""
         self.off = 0.0
@@ -174,11 +173,11 @@ class Live:
         return mean
 
     def compare(self, axis: Axis, first: int, now: int, length: float, usual: float) -> None:
-        """Up to three comparisons of five lines, and the slowness that follows."""
+        """Up to four comparisons of five lines, and the slowness that follows."""
         s = axis.slowness
         axis.frame = max(axis.frame, now + math.floor(2 * abs(s) + 0.5) + 4 - RING)
         sums = []
-        while len(sums) < 3 and axis.frame + 2 * abs(s) + 0.5 < now:
+        while len(sums) < 4 and axis.frame + 2 * abs(s) + 0.5 < now:
             y, d = np.zeros(5), np.zeros(5)
             for i, k in enumerate(K):
                 at = axis.frame + k * s
@@ -188,6 +187,7 @@ class Live:
                 y[i], d[i] = values @ light, derivative @ light
             sums.append((np.array([y.sum(), d.sum()]), float(K @ y)))
             axis.frame += 1
+        axis.is_behind = axis.frame + 1 + 2 * abs(s) + 0.5 < now
         if not sums:
             return
         told = sum(part[1] ** 2 for part, _ in sums) * axis.count
@@ -223,7 +223,7 @@ class Live:
             (axis.slowness / whole, math.sqrt(axis.variance + always) / whole) for axis in self.axes
         )
         sd = math.sqrt((column * column_sd) ** 2 + (row * row_sd) ** 2 + self.off**2)
-        if sd > 0.06:
+        if sd > 0.06 or (whole < 0.6 and any(axis.is_behind for axis in self.axes)):
             return LiveAnswer(contact)
         mm_s = PITCH_MM * NOMINAL_FPS / whole
         turned = math.hypot(row * column_sd, column * row_sd)

@@ -171,14 +171,12 @@ impl LiveMotion {
             self.reset();
             return None;
         }
-        self.faded = fading(recent.frame(last.checked_sub(1)?)?, newest, lit, self.faded);
+        // An edge that crosses the sensor does not fade.
+        let is_crossing = self.slide.as_ref().is_some_and(|slide| !slide.level.is_whole());
+        self.faded =
+            if is_crossing { 0 } else { fading(recent.frame(last.checked_sub(1)?)?, newest, lit, self.faded) };
         match &mut self.slide {
-            Some(slide) => {
-                slide.follow(recent, newest, &self.base, frames);
-                if !slide.level.is_whole() {
-                    self.faded = 0;
-                }
-            }
+            Some(slide) => slide.follow(recent, newest, &self.base, frames),
             None => match self.arrive(recent) {
                 Ok(slide) => {
                     let contact = slide.contact();
@@ -255,7 +253,8 @@ impl Slide {
         let (upwards, rightwards) = (up * up, right * right);
         let mm_s = config.pitch_per_frame / whole;
         let variance = rightwards * right_variance + upwards * up_variance + self.off * self.off;
-        let is_known = variance <= MOST_DEVIATION * MOST_DEVIATION;
+        let is_behind = whole < 0.6 && self.tracks.iter().any(|track| track.is_behind);
+        let is_known = !is_behind && variance <= MOST_DEVIATION * MOST_DEVIATION;
         is_known.then(|| Velocity {
             mm_s,
             mm_s_sd: mm_s * root(variance),
