@@ -69,7 +69,8 @@ fn every_live_answer_is_that_of_the_reference() {
             worst = worst.max(off);
             assert!(off < 0.01, "{at}: {velocity:?}, expected {mm_s}");
             assert!(turned.abs() < 0.5, "{at}: {velocity:?}, expected {:?}", expected.deg);
-            let close = |found: f32, expected: f64, unit: f64| (f64::from(found) - expected).abs() < 0.1 * expected + unit;
+            let close =
+                |found: f32, expected: f64, unit: f64| (f64::from(found) - expected).abs() < 0.1 * expected + unit;
             assert!(close(velocity.mm_s_sd, expected.mm_s_sd.unwrap(), 2e-3 * mm_s), "{at}: {velocity:?}");
             assert!(close(velocity.degrees_sd, expected.deg_sd.unwrap(), 0.1), "{at}: {velocity:?}");
         }

@@ -173,8 +173,7 @@ impl LiveMotion {
         }
         // An edge that crosses the sensor does not fade.
         let is_crossing = self.slide.as_ref().is_some_and(|slide| !slide.level.is_whole());
-        self.faded =
-            if is_crossing { 0 } else { fading(recent.frame(last.checked_sub(1)?)?, newest, lit, self.faded) };
+        self.faded = if is_crossing { 0 } else { fading(recent.frame(last.checked_sub(1)?)?, newest, lit, self.faded) };
         match &mut self.slide {
             Some(slide) => slide.follow(recent, newest, &self.base, frames),
             None => match self.arrive(recent) {
@@ -248,8 +247,8 @@ impl Slide {
     fn velocity(&self, whole: f32, config: MotionConfig) -> Option<Velocity> {
         let least = LEAST[0] + LEAST[1] * whole.min(LEAST[2]);
         let always = least * least + self.excess * self.excess;
-        let [(up, up_variance), (right, right_variance)] = [0, 1]
-            .map(|axis| (self.tracks[axis].slowness / whole, (self.tracks[axis].variance + always) / (whole * whole)));
+        let part = |track: &Track| (track.slowness / whole, (track.variance + always) / (whole * whole));
+        let [(up, up_variance), (right, right_variance)] = self.tracks.each_ref().map(part);
         let (upwards, rightwards) = (up * up, right * right);
         let mm_s = config.pitch_per_frame / whole;
         let variance = rightwards * right_variance + upwards * up_variance + self.off * self.off;

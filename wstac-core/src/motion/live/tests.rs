@@ -42,7 +42,7 @@ fn frames(rows: f64, columns: f64, gains: [f64; 5], length: f64) -> Vec<Features
             feature(DARK + lit[line])
         })
     };
-    (0..240).map(|t| frame(t)).collect()
+    (0..240).map(frame).collect()
 }
 
 /// Returns what is said of each frame.

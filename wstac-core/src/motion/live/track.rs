@@ -149,7 +149,7 @@ impl Track {
         }
         let most = 0.1 + 0.1 * self.slowness.abs();
         // Twice the excess of the slowness: Σ k² over five lines is 10, and the derivative is a sum of five.
-        let excess = ((mm * qd - md * qm) / determinant * 0.5).clamp(-most, most);
+        let excess = ((mm * qd - md * qm) / determinant * 0.5).max(-most).min(most);
         let rest = (self.energy - qm * qm / mm).max(0.0) + PRIOR * 0.4 * memory.usual * mm / self.count;
         let told = 4.0 * determinant * ((self.count - 2.0).max(0.0) + PRIOR) / (mm * rest);
         let [known, variance] = self.known;
