@@ -21,6 +21,8 @@ mod builtin_models;
 pub mod camera;
 pub mod config;
 pub mod error;
+pub mod files;
+mod frame_clock;
 pub mod json;
 pub mod model_file;
 #[cfg(feature = "board")]
@@ -34,4 +36,5 @@ pub mod source;
 pub mod statistics;
 pub mod text_file;
 pub mod texture;
+pub mod visible;
 mod words;

@@ -1,19 +1,23 @@
 //! Standard output and standard error, which may be closed, full or a terminal.
 
-use std::borrow::Cow;
 use std::fmt::{self, Write as _};
 use std::io::{self, StdoutLock, Write};
 
 use std::path::Path;
 
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use serde::Serialize;
 
+use super::signals::is_readers_time_over;
+
+use wstac_core::motion::Velocity;
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::json::{JsonLine, confidence, real, rounded};
+use wstac_host::json::{JsonLine, angle, confidence, real, rounded};
 use wstac_host::output::{DisturbedBaseline, Output, TactileEvent};
 use wstac_host::plural::counted;
 use wstac_host::source::LossReason;
 use wstac_host::texture::{Texture, pattern_and_depth};
+use wstac_host::visible;
 
 /// Why a command ends early.
 #[derive(Debug)]
@@ -41,26 +45,6 @@ impl From<io::Error> for Stop {
     }
 }
 
-/// Returns a text in which no character controls a terminal: those of file names and of damaged files become `\u001b`.
-///
-/// Inside of JSON this means the same character. Line feeds and tabs stay.
-pub(super) fn visible(text: &str) -> Cow<'_, str> {
-    let controls = |c: char| c.is_control() && c != '\n' && c != '\t';
-    if !text.contains(controls) {
-        return text.into();
-    }
-    let mut clean = String::with_capacity(text.len() + 8);
-    for c in text.chars() {
-        if controls(c) {
-            // Writing to a string does not fail.
-            let _ = write!(clean, "\\u{:04x}", u32::from(c));
-        } else {
-            clean.push(c);
-        }
-    }
-    clean.into()
-}
-
 /// Standard output for text or JSON, without characters that control a terminal.
 ///
 /// Whoever writes must not divide a character between two writes: `write!` never does.
@@ -73,12 +57,32 @@ pub(super) fn stdout() -> Visible<StdoutLock<'static>> {
 
 impl<W: Write> Write for Visible<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.write_all(visible(&String::from_utf8_lossy(bytes)).as_bytes())?;
+        // A pipe that can be written takes this much at once, and what waits in the buffer.
+        for part in visible::lines(&String::from_utf8_lossy(bytes)).as_bytes().chunks(2048) {
+            wait_for_reader()?;
+            self.0.write_all(part)?;
+        }
         Ok(bytes.len())
     }
 
     fn flush(&mut self) -> io::Result<()> {
         self.0.flush()
+    }
+}
+
+/// Waits until standard output can be written. After a signal, a reader that takes nothing is waited for no longer.
+fn wait_for_reader() -> io::Result<()> {
+    let out = io::stdout();
+    let longest = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
+    loop {
+        match poll(&mut [PollFd::new(&out, PollFlags::OUT)], Some(&longest)) {
+            Ok(0) | Err(rustix::io::Errno::INTR) if is_readers_time_over() => {
+                return Err(io::ErrorKind::BrokenPipe.into());
+            }
+            Ok(0) | Err(rustix::io::Errno::INTR) => {}
+            // Writing says what is wrong.
+            Ok(_) | Err(_) => return Ok(()),
+        }
     }
 }
 
@@ -179,6 +183,7 @@ impl Records {
                     let _ = write!(self.line, "{sensor}: ");
                 }
                 let _ = text(&mut self.line, output);
+                self.line = visible::line(&self.line).into_owned();
             }
         }
         self.line.push('\n');
@@ -197,10 +202,10 @@ impl Records {
     }
 }
 
-/// Writes a note to standard error, which may be closed.
+/// Writes a note of one line to standard error, which may be closed.
 pub(super) fn note(message: impl fmt::Display) {
     // A single write, because several threads may write notes.
-    let _ = io::stderr().write_all(visible(&format!("wstac: {message}\n")).as_bytes());
+    let _ = io::stderr().write_all(format!("wstac: {}\n", visible::Line(message)).as_bytes());
 }
 
 /// Returns a record as one line of text.
@@ -217,6 +222,11 @@ fn text(line: &mut String, record: &Output) -> fmt::Result {
             write!(line, "frame {}  features", features.frame)?;
             features.features.iter().try_for_each(|feature| write!(line, " {:8.4}", real(*feature)))
         }
+        Output::Motion(motion) => {
+            let Velocity { mm_s, mm_s_sd, degrees, degrees_sd, .. } = motion.velocity;
+            write!(line, "frame {}  speed {:.0} ± {} mm/s", motion.frame, rounded(mm_s), short(mm_s_sd))?;
+            write!(line, ", direction {}° ± {}°", angle(degrees), short(degrees_sd))
+        }
         Output::Event(event) => text_of_event(line, event),
         Output::EarlyTexture(early) => {
             write!(line, "at frame {}: texture ", early.frame.saturating_add(early.frames.into()))?;
@@ -228,6 +238,9 @@ fn text(line: &mut String, record: &Output) -> fmt::Result {
             "incomplete event at frame {}: a gap ended it after {} of 70 frames",
             sample.frame, sample.frames
         ),
+        Output::ContactEnd(end) => {
+            write!(line, "end of contact at frame {}, of the event at frame {}", end.frame, end.event_frame)
+        }
         Output::Fault(report) => {
             write!(line, "at frame {}: {}: {}", report.frame, report.fault.kind, report.fault)
         }
@@ -250,25 +263,13 @@ fn text(line: &mut String, record: &Output) -> fmt::Result {
 
 fn text_of_event(line: &mut String, event: &TactileEvent) -> fmt::Result {
     write!(line, "event at frame {}: ", event.frame)?;
-    match (event.speed, event.speed_at_most) {
-        (Ok(speed), _) => {
-            write!(line, "speed {:.0} mm/s", rounded(speed.mm_s))?;
-            if speed.extrapolated {
-                line.write_str(" (extrapolated)")?;
-            }
+    match event.contact {
+        Some(contact) if event.speed.is_err() => write!(line, "{contact}")?,
+        Some(contact) => {
+            write!(line, "{contact}, ")?;
+            text_of_motion(line, event)?;
         }
-        (Err(why), Some(most)) => {
-            let extrapolated = if most.extrapolated { "extrapolated; " } else { "" };
-            write!(line, "speed at most {:.0} mm/s ({extrapolated}{})", rounded(most.mm_s), why.as_str())?;
-        }
-        (Err(why), None) => write!(line, "no speed ({})", why.as_str())?,
-    }
-    match event.direction.heading {
-        Ok(heading) => {
-            let (degrees, confidence) = (heading.degrees(), confidence(event.direction));
-            write!(line, ", direction {degrees}° (confidence {confidence:.2})")?;
-        }
-        Err(why) => write!(line, ", no direction ({})", why.as_str())?,
+        None => text_of_motion(line, event)?,
     }
     if let Some(texture) = &event.texture {
         line.write_str(", texture ")?;
@@ -281,6 +282,43 @@ fn text_of_event(line: &mut String, event: &TactileEvent) -> fmt::Result {
         line.write_str(", not reliable")?;
     }
     Ok(())
+}
+
+/// Writes speed and direction, or why there is none.
+fn text_of_motion(line: &mut String, event: &TactileEvent) -> fmt::Result {
+    match (event.speed, event.speed_at_most) {
+        (Ok(speed), _) => {
+            write!(line, "speed {:.0}", rounded(speed.mm_s))?;
+            if let Some(sd) = speed.sd {
+                write!(line, " ± {}", short(sd))?;
+            }
+            line.write_str(" mm/s")?;
+            if speed.extrapolated {
+                line.write_str(" (extrapolated)")?;
+            }
+        }
+        (Err(why), Some(most)) => {
+            let extrapolated = if most.extrapolated { "extrapolated; " } else { "" };
+            write!(line, "speed at most {:.0} mm/s ({extrapolated}{})", rounded(most.mm_s), why.as_str())?;
+        }
+        (Err(why), None) => write!(line, "no speed ({})", why.as_str())?,
+    }
+    match event.direction.degrees {
+        Ok(degrees) => {
+            write!(line, ", direction {}°", angle(degrees))?;
+            match (confidence(event.direction), event.direction.sd) {
+                (Some(confidence), _) => write!(line, " (confidence {confidence:.2})"),
+                (None, Some(sd)) => write!(line, " ± {}°", short(sd)),
+                (None, None) => Ok(()),
+            }
+        }
+        Err(why) => write!(line, ", no direction ({})", why.as_str()),
+    }
+}
+
+/// Returns a standard deviation with one decimal below 10, and without above.
+fn short(sd: f32) -> String {
+    if sd < 9.95 { format!("{sd:.1}") } else { format!("{sd:.0}") }
 }
 
 fn text_of_texture(line: &mut String, texture: &Texture) -> fmt::Result {

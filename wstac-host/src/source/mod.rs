@@ -11,7 +11,7 @@ pub mod y4m;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
@@ -160,6 +160,8 @@ pub struct Frame<'a> {
     pub bytes: &'a [u8],
     /// The time when it was taken, on the driver's monotonic clock; `None` for files that do not state it.
     pub timestamp: Option<Duration>,
+    /// The wall-clock time when it was taken; `None` where the source knows none.
+    pub stamp: Option<SystemTime>,
     /// The driver's frame counter; `None` for files that do not state it.
     pub sequence: Option<u32>,
     /// The picture as the camera sent it, if that was JPEG. `bytes` is the decoded picture.
@@ -276,11 +278,11 @@ impl<S: Source + ?Sized> Source for &mut S {
 impl StreamInfo {
     /// Describes frames without padding, of a source that states nothing else.
     ///
-    /// `about` is one line for a person.
+    /// `about` is one line for a person. What would control a terminal is escaped.
     pub fn new(about: impl Into<String>, size: FrameSize, format: PixelFormat, rate: FrameRate) -> Self {
         let color = YcbcrEncoding::default();
         let bytes_per_row = Any::new(format, color, YcbcrMethod::Exact).row_bytes(size.width()) as u32;
-        let about = about.into();
+        let about = crate::visible::line(&about.into()).into_owned();
         Self { size, format, color, bytes_per_row, rate, taxels_only: false, about, camera: None, recorded: None }
     }
 }

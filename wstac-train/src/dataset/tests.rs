@@ -107,7 +107,7 @@ fn a_sweep_gives_the_same_samples_everywhere() {
 fn a_sample_is_that_of_the_first_event() {
     let script = SceneConfig::from_toml("s", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"").unwrap();
     let config = Config::default();
-    let wanted = OutputOptions { features: true, samples: false };
+    let wanted = OutputOptions { features: true, ..OutputOptions::default() };
     let session = Session::builder(SceneSource::new(&script).unwrap()).config(config.clone()).outputs(wanted);
     let (mut features, mut event) = (Vec::new(), None);
     for output in session.build().unwrap() {
@@ -181,10 +181,14 @@ fn a_part_goes_on_where_it_stopped() {
         part.append(3, &Outcome::Incomplete).unwrap();
         assert_eq!(fs::read(&path).unwrap(), whole);
     }
-    for (bytes, parts) in [(&whole[..], "of another sweep"), (b"something else", "no unfinished data set")] {
+    for (bytes, parts, anew) in [
+        (&b"something else"[..], "no unfinished data set", false),
+        (b"something else", "no unfinished data set", true),
+        (&whole[..], "of another sweep", false),
+    ] {
         fs::write(&path, bytes).unwrap();
-        let message = Part::open(&path, 6, 4, false).unwrap_err().to_string();
-        assert!(message.contains(parts) && message.contains("--force"), "{message}");
+        let message = Part::open(&path, 6, 4, anew).unwrap_err().to_string();
+        assert!(message.contains(parts) && message.contains("--force") == bytes.starts_with(&whole), "{message}");
         assert_eq!(fs::read(&path).unwrap(), bytes, "untouched");
     }
     let part = Part::open(&path, 6, 4, true).unwrap();

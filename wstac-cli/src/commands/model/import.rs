@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use clap::error::ErrorKind;
-use wstac_core::model::file::Task;
+use wstac_core::model::file::{Input, Task};
 
-use super::super::output::{Stop, check_new, note};
-use wstac_host::atomic_write::atomic_write;
+use super::super::files::Outputs;
+use super::super::output::{Stop, note};
+use super::super::wrong_arguments;
 use wstac_train::model::trained::Kind;
 use wstac_train::model::write::{self, Options};
 use wstac_train::model::{Import, import, import_inline};
@@ -46,6 +47,13 @@ pub(super) struct Arguments {
     /// Kind of the classes; by default, their names decide
     #[arg(long, value_enum)]
     task: Option<Classes>,
+
+    /// The sample that the model was trained on: frames by default
+    ///
+    /// path and taxel-path are light along the path of a touch, of ten sums and of 25 taxels: the arrays X_path and
+    /// X_taxel_path of a data set.
+    #[arg(long, value_enum)]
+    input: Option<Sample>,
 
     /// Weights of a linear model: int16 by default
     ///
@@ -85,6 +93,13 @@ enum Classes {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Sample {
+    Frames,
+    Path,
+    TaxelPath,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Weights {
     Int16,
     Int8,
@@ -100,20 +115,26 @@ enum Leaves {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let output = &arguments.output;
     let backend = backend(arguments.backend, output).unwrap_or_else(|contradiction| contradiction.exit());
-    check_new(output, arguments.force)?;
+    let outputs = Outputs::new(arguments.force).reading([&arguments.file]);
+    outputs.check([output])?;
     let task = arguments.task.map(|task| match task {
         Classes::Specimen => Task::Specimen,
         Classes::Pattern => Task::Pattern,
         Classes::Depth => Task::Depth,
         Classes::Other => Task::Other,
     });
+    let input = match arguments.input {
+        None | Some(Sample::Frames) => Input::Frames,
+        Some(Sample::Path) => Input::Path,
+        Some(Sample::TaxelPath) => Input::TaxelPath,
+    };
     let leaves = match arguments.leaves {
         None | Some(Leaves::Auto) => write::Leaves::Auto,
         Some(Leaves::Int16) => write::Leaves::Int16,
         Some(Leaves::Float32) => write::Leaves::Float32,
     };
     let options = Options { narrow_weights: arguments.weights == Some(Weights::Int8), leaves };
-    let wanted = Import { labels: arguments.labels.clone(), task, note: arguments.note.clone(), options };
+    let wanted = Import { labels: arguments.labels.clone(), task, input, note: arguments.note.clone(), options };
     let (model, bytes, exactness) = if backend == Backend::Inline {
         let (model, source) = import_inline(&arguments.file, &wanted)?;
         (model, source.text.into_bytes(), source.exactness)
@@ -122,7 +143,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         (model, written.bytes(), written.exactness)
     };
     check_options(arguments, &model.kind, backend).unwrap_or_else(|idle| idle.exit());
-    atomic_write(output, &bytes)?;
+    outputs.write(output, &bytes)?;
     let (path, classes, task) = (output.display(), model.labels.len(), model.task.name());
     let what = if backend == Backend::Inline { "bytes of Rust" } else { "bytes" };
     let classes = if classes == 1 { "1 class".to_owned() } else { format!("{classes} classes") };
@@ -172,5 +193,5 @@ fn check_options(arguments: &Arguments, kind: &Kind, backend: Backend) -> Result
 }
 
 fn conflict(message: impl Display) -> clap::Error {
-    clap::Error::raw(ErrorKind::ArgumentConflict, format_args!("{message}\n"))
+    wrong_arguments(ErrorKind::ArgumentConflict, message)
 }

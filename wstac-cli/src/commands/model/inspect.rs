@@ -4,8 +4,10 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use super::super::output::Stop;
+use wstac_core::path_sample::FACTS;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
+use wstac_host::visible::Line;
 use wstac_train::model::inspect::inspect;
 
 /// Print the kind, classes, size and cost of a model
@@ -34,8 +36,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     writeln!(out, "kind      {}, {}", found.kind, found.numbers)?;
     writeln!(out, "task      {}", found.task)?;
-    writeln!(out, "classes   {}: {}", found.labels.len(), found.labels.join(", "))?;
-    writeln!(out, "frames    {} of a sample", found.frames)?;
+    writeln!(out, "classes   {}: {}", found.labels.len(), Line(found.labels.join(", ")))?;
+    match model.input().steps() {
+        None => writeln!(out, "frames    {} of a sample", found.frames)?,
+        Some((step_mm, numbers)) => {
+            let steps = (10 * usize::from(found.frames)).saturating_sub(FACTS).div_ceil(numbers);
+            writeln!(out, "steps     {steps} of {step_mm} mm, of a {}", found.input)?;
+        }
+    }
     writeln!(out, "size      {} bytes of flash", found.bytes)?;
     if let Some(rows) = found.rows {
         writeln!(out, "sums      {rows} of {} products", 10 * u32::from(found.frames))?;
@@ -48,5 +56,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             "visits    {mean:.0} splits per sample if all leaves of a tree are equally likely, at most {worst}"
         )?;
     }
-    Ok(writeln!(out, "training  {}", found.training)?)
+    Ok(writeln!(out, "training  {}", Line(&found.training))?)
 }

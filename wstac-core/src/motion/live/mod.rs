@@ -95,6 +95,10 @@ struct Slide {
     off: f32,
 }
 
+/// The most bytes of a follower.
+const MOST_BYTES: usize = 384;
+const _: () = assert!(size_of::<LiveMotion>() <= MOST_BYTES);
+
 /// A line is lit from this distance above the baseline's mean on: 0.2.
 const LIT: i16 = (1 << FEATURE_FRACTION_BITS) / 5;
 /// Frames in which all lines must be lit until their arrival is known.
