@@ -67,8 +67,9 @@ def cases(board):
     planar = {"NV12", "YU12", "YUV422P", "YUV444P"}
     # A planar frame is in RAM as a whole, and a single loss is a number of 32 bits.
     room = 6 * 1024 if board.core == "M0" else 32 * 1024
-    # A board's program is built for a fixed baseline, and does not read a fitted range.
-    plain = [case for case in every if "follow" not in case["trigger"] and "range_mm_s" not in case["speed"]]
+    # A board's program is built for a fixed baseline and the published trigger, and does not read a fitted range.
+    others = {"follow", "per_touch"}
+    plain = [case for case in every if not others & set(case["trigger"]) and "range_mm_s" not in case["speed"]]
     fits = [case for case in plain if case["format"] not in planar or case["frame_bytes"] <= room]
     return [case for case in fits if all(count < 2**32 for _, count in case["lost"])], len(every)
 

@@ -1,7 +1,7 @@
 //! Tests `wstac monitor`: it prints what a board sends exactly as `wstac run` prints the same frames. The board is
 //! behind a serial line, TCP, a pipe or a file.
 
-mod board;
+pub(crate) mod board;
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
