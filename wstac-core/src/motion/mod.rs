@@ -9,6 +9,7 @@
 
 mod axis;
 mod edges;
+mod live;
 mod shape;
 mod shift;
 mod sqrt;
@@ -20,6 +21,7 @@ use crate::params::{NOMINAL_FRAME_RATE, PITCH_MM, ROWS};
 use crate::rate::FrameRate;
 use crate::trigger::Event;
 use axis::Axis;
+pub use live::{LiveContact, LiveMotion};
 use sqrt::sqrt;
 
 /// The kind of a touch.
@@ -269,15 +271,20 @@ fn velocity(rows: Axis, columns: Axis, slowness: f32, config: MotionConfig, devi
     let sd = |axis: Axis| length(factor * length(axis.scatter, 2.0 * axis.sd), deviations.least) / slowness;
     let (right_sd, up_sd) = (sd(columns), sd(rows));
     let mm_s = config.pitch_per_frame / slowness;
-    let degrees = libm::atan2f(up, right) * (180.0 / core::f32::consts::PI);
-    let turned = if degrees < 0.0 { degrees + 360.0 } else { degrees };
     Velocity {
         mm_s,
         mm_s_sd: mm_s * length(right * right_sd, up * up_sd),
-        // A tiny negative angle rounds to a whole turn.
-        degrees: if turned >= 360.0 { 0.0 } else { turned },
+        degrees: degrees(right, up),
         degrees_sd: length(up * right_sd, right * up_sd) * between(&ACROSS, slowness) * (180.0 / core::f32::consts::PI),
     }
+}
+
+/// Returns the angle of a vector in degrees, counterclockwise from the right: 0 ≤ degrees < 360.
+fn degrees(right: f32, up: f32) -> f32 {
+    let degrees = libm::atan2f(up, right) * (180.0 / core::f32::consts::PI);
+    let turned = if degrees < 0.0 { degrees + 360.0 } else { degrees };
+    // A tiny negative angle rounds to a whole turn, and a negative zero is no angle.
+    if turned >= 360.0 { 0.0 } else { turned + 0.0 }
 }
 
 #[cfg(test)]

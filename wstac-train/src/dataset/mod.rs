@@ -91,7 +91,7 @@ pub fn check(script: &SceneConfig, config: &Config) -> Result<(), Error> {
 
 /// Returns a session that gives the samples of a source's events.
 fn session(source: impl Source + 'static, config: &Config) -> Result<Session, Error> {
-    let wanted = OutputOptions { samples: true, features: false };
+    let wanted = OutputOptions { samples: true, ..OutputOptions::default() };
     Session::builder(source).config(config.clone()).outputs(wanted).build()
 }
 
