@@ -2,11 +2,14 @@
 
 mod calibrate;
 mod dataset;
+mod escapes;
 mod hostile;
 mod inline;
 mod model;
 mod monitor;
+mod outputs;
 mod program;
 mod recording;
 mod scene;
+mod signals;
 mod texture;

@@ -127,7 +127,7 @@ fn layouts_that_leave_the_frame_are_refused() {
 fn trigger_parameters_that_cannot_be_are_refused() {
     let q16 = |x: f64| (x * 65_536.0) as u32;
     let read = |window: u8, backtrack: u8, rule: Rule, multiplier: f64| {
-        read_as::<TriggerConfig>((window, backtrack, rule, q16(multiplier), q16(0.2)))
+        read_as::<TriggerConfig>((window, backtrack, rule, q16(multiplier), q16(0.2), false))
     };
     assert_eq!(
         read(7, 9, Rule::Signed, 1.5),

@@ -1,12 +1,72 @@
 //! Files that are written completely or not at all.
 
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use tempfile::NamedTempFile;
 
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
+
+/// The random names of the files of this process that are not whole yet.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Removes every file of this process that is not whole yet.
+///
+/// A process that is about to end at once, because of a signal, leaves nothing half-written this way.
+pub fn remove_unfinished() {
+    for path in UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+        // It may have been removed already.
+        let _ = std::fs::remove_file(path);
+    }
+}
+
+/// Keeps the random name of a file in the list of unfinished ones.
+#[derive(Debug)]
+struct Unfinished(PathBuf);
+
+impl Unfinished {
+    fn new(path: &Path) -> Self {
+        UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).push(path.to_owned());
+        Self(path.to_owned())
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).retain(|path| *path != self.0);
+    }
+}
+
+/// Opens an existing file of this name and locks it, so that it can be replaced; `None` if there is none.
+///
+/// Recorders lock the file that they write. The lock is held until the returned file is dropped.
+///
+/// # Errors
+/// Another program is writing the file.
+fn lock_existing(path: &Path) -> Result<Option<File>, Error> {
+    use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
+    for _ in 0..100 {
+        // A link is not followed, and a pipe is not waited for.
+        let flags = libc::O_NOFOLLOW | libc::O_NONBLOCK | libc::O_NOCTTY;
+        // A file that cannot be opened has no recorder of this user.
+        let Ok(file) = File::options().read(true).custom_flags(flags).open(path) else { return Ok(None) };
+        // On a system without locks the file is not locked.
+        if let Err(TryLockError::WouldBlock) = file.try_lock() {
+            let message = "another wstac is writing it, expected to be the only one";
+            return Err(Error::new(ErrorKind::Busy, path.display(), message));
+        }
+        // The name may have gone to another file before the lock.
+        let identity = |metadata: std::fs::Metadata| (metadata.dev(), metadata.ino());
+        match (file.metadata().map(identity), path.symlink_metadata().map(identity)) {
+            (Ok(locked), Ok(named)) if locked == named => return Ok(Some(file)),
+            (Ok(_), Err(_)) => return Ok(None),
+            _ => {}
+        }
+    }
+    Err(Error::new(ErrorKind::Busy, path.display(), "other programs replace it again and again"))
+}
 
 /// A file that takes its name only when all of it is written.
 ///
@@ -33,6 +93,7 @@ use crate::error::Error;
 pub struct AtomicFile {
     file: BufWriter<NamedTempFile<File>>,
     path: PathBuf,
+    unfinished: Unfinished,
 }
 
 impl AtomicFile {
@@ -46,20 +107,50 @@ impl AtomicFile {
         let mut name = tempfile::Builder::new();
         let file = name.prefix(".wstac-").suffix(".part").make_in(folder, |path| File::create_new(path));
         let file = file.map_err(|error| Error::io(path.display(), error))?;
-        Ok(Self { file: BufWriter::new(file), path: path.to_owned() })
+        let unfinished = Unfinished::new(file.path());
+        Ok(Self { file: BufWriter::new(file), path: path.to_owned(), unfinished })
+    }
+
+    /// Returns the open file, for a writer of its own.
+    ///
+    /// # Errors
+    /// The system has no descriptor left.
+    pub fn file(&self) -> Result<File, Error> {
+        self.file.get_ref().as_file().try_clone().map_err(|error| Error::io(self.path.display(), error))
     }
 
     /// Gives the file its name, and replaces a file that has it.
     ///
     /// # Errors
-    /// The rest cannot be written, or the name is that of a folder. The error names the path.
+    /// The rest cannot be written, the name is that of a folder, or another program is recording to the file of that
+    /// name. The error names the path.
     pub fn commit(self) -> Result<(), Error> {
-        let Self { file, path } = self;
+        let _replaced = lock_existing(&self.path)?;
+        self.finish(|file, path| file.persist(path).map_err(|error| error.error))
+    }
+
+    /// Gives the file its name if nothing has it.
+    ///
+    /// # Errors
+    /// The rest cannot be written, or the name is taken. The error names the path.
+    pub fn commit_new(self) -> Result<(), Error> {
+        self.finish(|file, path| file.persist_noclobber(path).map_err(|error| error.error))
+    }
+
+    fn finish(self, give: impl FnOnce(NamedTempFile<File>, &Path) -> io::Result<File>) -> Result<(), Error> {
+        let Self { file, path, unfinished } = self;
         let file = file.into_inner().map_err(io::IntoInnerError::into_error);
         // Without `sync_all`, a power failure could leave a name without its content.
         let whole = file.and_then(|file| file.as_file().sync_all().map(|()| file));
-        let renamed = whole.and_then(|file| file.persist(&path).map_err(|error| error.error));
-        renamed.map(drop).map_err(|error| Error::io(path.display(), error))
+        let renamed = whole.and_then(|file| give(file, &path));
+        drop(unfinished);
+        renamed.map(drop).map_err(|error| match error.kind() {
+            io::ErrorKind::AlreadyExists => {
+                let message = "exists already: it was made in the meantime";
+                Error::new(ErrorKind::AlreadyExists, path.display(), message).caused_by(error)
+            }
+            _ => Error::io(path.display(), error),
+        })
     }
 }
 
@@ -134,6 +225,43 @@ mod tests {
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");
         drop(half);
         assert_eq!((names(folder.path()), fs::read_to_string(&path).unwrap()), (vec!["a.svg".into()], "old".into()));
+    }
+
+    #[test]
+    fn a_file_that_somebody_records_is_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.mcap");
+        let recorder = File::create(&path).unwrap();
+        recorder.lock().unwrap();
+        fs::write(&path, "half").unwrap();
+        let error = atomic_write(&path, "other").unwrap_err();
+        assert!(error.is_busy() && error.message().contains("another wstac is writing it"), "{error}");
+        assert_eq!((names(folder.path()).len(), fs::read_to_string(&path).unwrap().as_str()), (1, "half"));
+        drop(recorder);
+        atomic_write(&path, "other").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "other");
+    }
+
+    #[test]
+    fn a_name_that_is_taken_in_the_meantime_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.svg");
+        let file = AtomicFile::create(&path).unwrap();
+        fs::write(&path, "theirs").unwrap();
+        assert!(file.commit_new().unwrap_err().is_already_exists());
+        assert_eq!((names(folder.path()).len(), fs::read_to_string(&path).unwrap().as_str()), (1, "theirs"));
+    }
+
+    #[test]
+    fn a_process_that_ends_at_once_leaves_nothing_unfinished() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = AtomicFile::create(&folder.path().join("a.svg")).unwrap();
+        assert_eq!(names(folder.path()).len(), 1);
+        // Other tests of this process may have files, too: only this one's list is looked at.
+        let own = file.unfinished.0.clone();
+        assert!(UNFINISHED.lock().unwrap().contains(&own));
+        drop(file);
+        assert!(!UNFINISHED.lock().unwrap().contains(&own) && names(folder.path()).is_empty());
     }
 
     #[test]

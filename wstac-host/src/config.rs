@@ -20,6 +20,7 @@ use wstac_core::trigger::{Rule, TriggerConfig};
 
 pub use self::speed::{Estimator, SensorKeys, SpeedKeys};
 use crate::error::{Error, ErrorKind};
+use crate::text_file::toml_error;
 
 /// Everything that a configuration file can say.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
@@ -177,8 +178,7 @@ impl Config {
         const SUBJECT: &str = "configuration";
         let wrong = |message: String| Error::new(ErrorKind::Config, SUBJECT, message);
         let in_table = |table: &str, error: ConfigError| wrong(format!("{table} {error}")).caused_by(error);
-        let config: Self =
-            toml::from_str(text).map_err(|error| wrong(error.to_string().trim_end().to_owned()).caused_by(error))?;
+        let config: Self = toml::from_str(text).map_err(|error| wrong(toml_error(text, &error)).caused_by(error))?;
         config.layout.check().map_err(wrong)?;
         config.speed.check().map_err(wrong)?;
         config.trigger().map_err(|error| in_table("[trigger]", error))?;

@@ -20,6 +20,8 @@ use std::{fmt, io};
 
 use wstac_core::error::{ConfigError, FrameError};
 
+use crate::visible;
+
 /// A cause of an error, of any type.
 type Cause = Box<dyn StdError + Send + Sync>;
 
@@ -51,9 +53,18 @@ pub enum ErrorKind {
     Usage,
 }
 
+/// Most bytes of a subject and of a message: together with `: ` between them at most [`visible::LONGEST`].
+const LONGEST_SUBJECT: usize = 300;
+const LONGEST_MESSAGE: usize = visible::LONGEST - LONGEST_SUBJECT - 2;
+
+/// Returns a part of an error's text: one line that a terminal shows as it is, of at most `most` bytes.
+fn part(text: &impl fmt::Display, most: usize) -> String {
+    visible::shortened(&visible::line(&text.to_string()), most).into_owned()
+}
+
 /// An error that says why a source, a file or a configuration cannot be used.
 ///
-/// Its text is `SUBJECT: MESSAGE`. [`source`](StdError::source) returns the error that caused it, if there is one. Its
+/// Its text is `SUBJECT: MESSAGE`: one line of at most 1000 bytes, in which no character controls a terminal. [`source`](StdError::source) returns the error that caused it, if there is one. Its
 /// text is part of the message then.
 pub struct Error {
     kind: ErrorKind,
@@ -67,7 +78,7 @@ impl Error {
     ///
     /// `subject` names the file, device or option; `message` names the field, what was found and what was expected.
     pub fn new(kind: ErrorKind, subject: impl fmt::Display, message: impl fmt::Display) -> Self {
-        Self { kind, subject: subject.to_string(), message: message.to_string(), cause: None }
+        Self { kind, subject: part(&subject, LONGEST_SUBJECT), message: part(&message, LONGEST_MESSAGE), cause: None }
     }
 
     /// Creates an error whose message is the text of its cause.
@@ -100,7 +111,7 @@ impl Error {
     /// Returns the same error about another subject, which the caller knows better.
     #[must_use]
     pub fn about(self, subject: impl fmt::Display) -> Self {
-        Self { subject: subject.to_string(), ..self }
+        Self { subject: part(&subject, LONGEST_SUBJECT), ..self }
     }
 
     /// Returns the kind of the error.
@@ -211,6 +222,16 @@ impl StdError for Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn texts_from_outside_are_one_short_line() {
+        let error = Error::new(ErrorKind::Format, "a\x1b[2J\n.mcap", "key \"\x1b]0;x\x07\nevent at frame 1\"");
+        assert_eq!(error.to_string(), r#"a\u001b[2J\u000a.mcap: key "\u001b]0;x\u0007\u000aevent at frame 1""#);
+        assert_eq!(error.about("b\r").subject(), r"b\u000d");
+        let long = Error::new(ErrorKind::Format, "é".repeat(5000), "\x1b".repeat(5000));
+        assert!(long.to_string().len() <= 1000 && long.to_string().len() > 990, "{}", long.to_string().len());
+        assert!(long.about("ü".repeat(5000)).to_string().len() <= 1000);
+    }
 
     #[test]
     fn kinds_subjects_texts_and_causes_are_kept() {

@@ -45,7 +45,8 @@ pub enum JsonLine<'a> {
         frame: u64,
         /// The number of the first frame of the event's sample.
         event_frame: u64,
-        /// The time of that dark frame in seconds from the first frame; `None` from a board.
+        /// The time of that dark frame in seconds from the first frame; `None` from a board that has not described
+        /// itself.
         time_s: Option<f64>,
     },
     /// A fault of the source.

@@ -1,7 +1,6 @@
 //! Model files: those of a user, and those that come with the program.
 
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -13,6 +12,7 @@ use wstac_core::model::file::ModelError;
 #[cfg(feature = "builtin-models")]
 use crate::builtin_models::MODELS;
 use crate::error::{Error, ErrorKind};
+use crate::files;
 
 /// Size of the largest model file that is read, in bytes.
 pub const MOST_BYTES: u64 = 256 << 20;
@@ -150,14 +150,8 @@ impl ModelFile {
 /// The file cannot be read, or is larger than [`MOST_BYTES`].
 pub fn file_bytes(path: &Path) -> Result<Vec<u8>, Error> {
     let failed = |error: io::Error| Error::io(path.display(), error);
-    let mut bytes = Vec::new();
-    File::open(path).map_err(failed)?.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
-    if bytes.len() as u64 > MOST_BYTES {
-        return Err(Error::new(
-            ErrorKind::Format,
-            path.display(),
-            format_args!("is larger than {} MB, expected a model", MOST_BYTES >> 20),
-        ));
-    }
-    Ok(bytes)
+    files::content(path, MOST_BYTES).map_err(failed)?.ok_or_else(|| {
+        let message = format_args!("is larger than {} MB, expected a model", MOST_BYTES >> 20);
+        Error::new(ErrorKind::Format, path.display(), message)
+    })
 }

@@ -102,7 +102,7 @@ pub struct FrameFeatures {
 pub struct TactileEvent {
     /// The number of the first frame of the sample.
     pub frame: u64,
-    /// The times of the touch; `None` by a law of durations.
+    /// The times of the touch; `None` by a law of durations, or from a board that has not described itself.
     pub time: Option<TouchTime>,
     /// The kind of the touch; `None` by a law of durations, which takes every touch for a slide.
     pub contact: Option<Contact>,
@@ -144,11 +144,7 @@ impl TactileEvent {
         let texture = if answer.has_texture() { answering.textures.of_sample(&flat) } else { None };
         Self {
             frame: event.frame,
-            time: event.touch_frame.map(|touch| TouchTime {
-                touch_s: answering.clock.seconds(touch),
-                completed_s: answering.clock.seconds(event.frame.saturating_add(SAMPLE_FRAMES as u64 - 1)),
-                stamp: answering.clock.stamp(touch),
-            }),
+            time: event.touch_frame.map(|touch| TouchTime::new(touch, event.frame, answering.clock)),
             contact: answer.contact,
             touch_frame: event.touch_frame,
             end_frame: event.end_frame,
@@ -165,17 +161,18 @@ impl TactileEvent {
         }
     }
 
-    /// Creates an event from the answers of a board.
+    /// Creates an event from the answers of a board. `clock` is that of its frames, if its rate is known.
     #[cfg(feature = "board")]
     pub(crate) fn from_answers(
         answers: &wstac_core::wire::Answers<'_>,
         texture: Option<Texture>,
         sample: Option<&SampleFrames>,
+        clock: Option<&FrameClock>,
     ) -> Self {
+        let time = answers.touch_frame().zip(clock);
         Self {
             frame: answers.frame,
-            // A board has no clock that its host knows.
-            time: None,
+            time: time.map(|(touch, clock)| TouchTime::new(touch, answers.frame, clock)),
             contact: answers.contact,
             touch_frame: answers.touch_frame(),
             end_frame: answers.end_frame(),
@@ -210,6 +207,14 @@ pub struct TouchTime {
     pub stamp: Option<SystemTime>,
 }
 
+impl TouchTime {
+    /// Creates the times of a touch that begins at frame `touch`, with a sample that begins at `frame`.
+    fn new(touch: u64, frame: u64, clock: &FrameClock) -> Self {
+        let last = frame.saturating_add(SAMPLE_FRAMES as u64 - 1);
+        Self { touch_s: clock.seconds(touch), completed_s: clock.seconds(last), stamp: clock.stamp(touch) }
+    }
+}
+
 /// All that answers an event: the law, the textures and the clock.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Answering<'p> {
@@ -228,7 +233,8 @@ pub struct ContactEndReport {
     pub frame: u64,
     /// The number of the first frame of the event's sample.
     pub event_frame: u64,
-    /// The time of the first dark frame in seconds from the first frame of the stream; `None` from a board.
+    /// The time of the first dark frame in seconds from the first frame of the stream; `None` from a board that has
+    /// not described itself.
     pub time_s: Option<f64>,
 }
 

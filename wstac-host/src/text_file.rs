@@ -1,10 +1,10 @@
 //! Files of text that a person or a program wrote for this one.
 
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::Path;
 
 use crate::error::{Error, ErrorKind};
+use crate::files;
 
 /// Most bytes of a configuration, a scene, a plan, a sweep or a map. Parsing takes up to 20 times as much memory.
 const MOST_BYTES: u64 = 16 << 20;
@@ -15,12 +15,10 @@ const MOST_BYTES: u64 = 16 << 20;
 /// The file cannot be read, is no text, or is larger than 16 MB.
 pub fn file_text(path: &Path) -> Result<String, Error> {
     let failed = |error: io::Error| Error::io(path.display(), error);
-    let mut bytes = Vec::new();
-    File::open(path).map_err(failed)?.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
-    if bytes.len() as u64 > MOST_BYTES {
+    let Some(bytes) = files::content(path, MOST_BYTES).map_err(failed)? else {
         let message = format_args!("is larger than {} MB, expected a file of text", MOST_BYTES >> 20);
         return Err(Error::new(ErrorKind::Format, path.display(), message));
-    }
+    };
     String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         Error::new(ErrorKind::Format, path.display(), format_args!("byte {at} is no text, expected UTF-8"))
@@ -28,9 +26,33 @@ pub fn file_text(path: &Path) -> Result<String, Error> {
     })
 }
 
+/// Says in one line what is wrong with a TOML text, and where.
+pub fn toml_error(text: &str, error: &toml::de::Error) -> String {
+    let message = error.message().trim_end().replace('\n', ", ");
+    let Some(before) = error.span().and_then(|span| text.get(..span.start)) else { return message };
+    let line = before.matches('\n').count() + 1;
+    let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+    let there = crate::visible::shortened(text.lines().nth(line - 1).unwrap_or_default().trim(), 100).into_owned();
+    let there = if there.is_empty() { there } else { format!(" (in: {there})") };
+    format!("TOML line {line}, column {column}: {message}{there}")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_wrong_with_toml_is_one_line() {
+        for (text, says) in [
+            ("a = 1\né = 1 x", "TOML line 2, column 1: "),
+            ("[t]\n\"k\\u001b\\n\" = 1\n  = 2", "TOML line 3, column 3: "),
+            ("a", "TOML line 1, column "),
+        ] {
+            let error = toml::from_str::<toml::Table>(text).unwrap_err();
+            let said = toml_error(text, &error);
+            assert!(said.starts_with(says) && !said.contains('\n') && said.contains(" (in: "), "{said}");
+        }
+    }
 
     #[test]
     fn text_is_read_and_what_is_none_is_named() {

@@ -231,7 +231,7 @@ impl Elastomer {
 }
 
 /// Returns the shortest time scale of a touch, in s: of texture, afterglow, spring-back or rubbing.
-fn fastest_s(whisker: &WhiskerConfig, light: &LightConfig, touch: &Touch) -> f64 {
+pub(crate) fn fastest_s(whisker: &WhiskerConfig, light: &LightConfig, touch: &Touch) -> f64 {
     let mut fastest = touch.slide().map_or(f64::INFINITY, |slide| slide.specimen.finest_mm() / slide.fastest_mm_s());
     if light.afterglow_ms > 0.0 {
         fastest = fastest.min(light.afterglow_ms * 1e-3);

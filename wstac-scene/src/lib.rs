@@ -43,7 +43,7 @@ use self::sensor::auto_exposure::{AutoExposure, Interval};
 use self::sensor::{Fidelity, Sensor, SensorConfig};
 pub use self::touch::{Press, PressKind, Slide, SpeedProfile, Touch};
 pub use self::whisker::{Present, WhiskerConfig};
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::source::LossReason;
 
 /// Purposes of random numbers: each has a stream that is independent of the others and of the elastomer's.
@@ -112,7 +112,7 @@ impl Scene {
     /// Creates a scene at its start.
     ///
     /// # Errors
-    /// [`Sensor::new`] fails.
+    /// [`Sensor::new`] fails, or a touch changes more often within a frame than can be computed in time.
     pub fn new(script: &SceneConfig) -> Result<Self, Error> {
         let config = sensor_config(script);
         let (long, nominal) = (f64::from(Interval::Long.frames()), Self::camera(script)?);
@@ -120,6 +120,7 @@ impl Scene {
         let is_long = config.auto_exposure && script.light.leak > 0.0;
         let long = is_long.then(|| camera(script, &config, long, LONG_NOISE)).transpose()?;
         let frame_s = f64::from(config.rate.denominator()) / f64::from(config.rate.numerator());
+        check_work(script, &config, frame_s)?;
         let (truth, frames) = schedule(script, frame_s);
         Ok(Self {
             truth,
@@ -223,6 +224,27 @@ impl Scene {
         }
         Some((light, intervals))
     }
+}
+
+/// Most times that the shortest time scale of a touch fits into a camera frame.
+///
+/// The work for a frame grows with this number. At the limit, a frame takes about a tenth of a second.
+const MOST_PER_FRAME: f64 = 10_000.0;
+
+/// Refuses touches that change so often within a frame that a frame would take seconds.
+fn check_work(script: &SceneConfig, config: &SensorConfig, frame_s: f64) -> Result<(), Error> {
+    let longest_s = if config.auto_exposure { frame_s * f64::from(Interval::Long.frames()) } else { frame_s };
+    for (number, touch) in (1..).zip(&script.touches) {
+        let changes = longest_s / elastomer::fastest_s(&script.whisker, &script.light, touch);
+        if changes > MOST_PER_FRAME {
+            let message = format_args!(
+                "touch {number} changes {changes:.0} times in a frame, expected at most {MOST_PER_FRAME}: raise fps of \
+                 [sensor], relaxation_ms, afterglow_ms, fluctuation_mm or period, or lower the speed"
+            );
+            return Err(Error::new(ErrorKind::Config, "scene", message));
+        }
+    }
+    Ok(())
 }
 
 /// Returns the camera's configuration with the scene's noise scale applied.

@@ -429,3 +429,36 @@ fn an_even_profile_is_an_even_slide() {
         assert!((a - b).abs() < 2e-3 * most, "{a} {b}");
     }
 }
+
+/// Whatever the keys are, a frame costs a bounded number of steps, and what would cost more is refused.
+#[test]
+fn no_key_makes_a_frame_take_for_ever() {
+    let scene = |keys: &str| {
+        let text = format!("specimen = \"Saw3\"\nlead_in = 0\nfidelity = \"taxel\"\n{keys}");
+        Scene::new(&SceneConfig::from_toml("s.toml", &text).unwrap())
+    };
+    for keys in [
+        "speed = 1\n[whisker]\nrelaxation_ms = 0.001\n[sensor]\nfps = 1",
+        "speed = 1000\nperiod = 0.1\nlength = 1000\n[whisker]\nrelaxation_ms = 0.001\n[sensor]\nfps = 6",
+        "speed = 1\n[whisker]\nrelaxation_ms = 0.003\n[sensor]\nfps = 8\nauto_exposure = true",
+    ] {
+        let message = scene(keys).unwrap_err().to_string();
+        assert!(message.contains("expected at most 10000: raise fps"), "{keys}: {message}");
+    }
+    // The costliest scenes of each key that are taken.
+    for keys in [
+        "speed = 1\nlength = 1000\n[whisker]\nrelaxation_ms = 0.001\n[sensor]\nfps = 7",
+        "speed = 1000\nlength = 1000\nperiod = 0.1\n[sensor]\nfps = 1",
+        "speed = 1000\nlength = 1000\n[light]\nfluctuation_mm = 0.1\nrubbing_ms = 1\n[sensor]\nfps = 1",
+        "speed = [[0, 1000], [0.001, 1], [999, 1000]]\nlength = 1000\n[sensor]\nfps = 1",
+        "speed = 1\nlength = 1000\n[light]\nafterglow_ms = 0.1\n[sensor]\nfps = 1",
+    ] {
+        let mut scene = scene(keys).unwrap();
+        let started = std::time::Instant::now();
+        for _ in 0..5 {
+            scene.next_shot();
+        }
+        // An optimized program needs a tenth of it.
+        assert!(started.elapsed().as_secs() < 30, "{keys}: {:?}", started.elapsed());
+    }
+}

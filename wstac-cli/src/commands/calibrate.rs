@@ -6,10 +6,10 @@ use std::sync::atomic::Ordering;
 
 use serde::Serialize;
 
-use super::output::{Stop, check_new, note};
-use super::run::interruptions;
+use super::files::Outputs;
+use super::output::{Stop, note};
+use super::signals::{Ending, finishing};
 use super::source_arguments::{SourceArguments, at_least};
-use wstac_host::atomic_write::atomic_write;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
@@ -114,7 +114,8 @@ struct Record<'a> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
-    let (output, force) = (arguments.output.as_path(), arguments.force);
+    let output = arguments.output.as_path();
+    let outputs = Outputs::new(arguments.force).source(&arguments.source);
     let overlay = arguments.overlay.clone().unwrap_or_else(|| output.with_extension("png"));
     if overlay == output {
         return Err(Error::new(
@@ -124,8 +125,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         )
         .into());
     }
-    check_new(output, force)?;
-    check_new(&overlay, force)?;
+    outputs.check([output, &overlay])?;
     let (mut source, info) = arguments.options.open(&arguments.source, FramePolicy::Every)?;
     note(&info.about);
     let mut watch = Watch::new(&info)?;
@@ -135,24 +135,25 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         Ok(calibration) => calibration,
         Err(refusal) => {
             // The next try replaces this picture.
-            let picture = arguments.overlay.clone().unwrap_or_else(|| output.with_extension("refused.png"));
-            atomic_write(&picture, outcome.to_png())?;
+            let unnamed = || (output.with_extension("refused.png"), Outputs::new(true).source(&arguments.source));
+            let (picture, outputs) = arguments.overlay.clone().map_or_else(unnamed, |overlay| (overlay, outputs));
+            outputs.write(&picture, outcome.to_png())?;
             let seen = format_args!("{}; {} shows what was seen", refusal.message, picture.display());
             return Err(Error::new(ErrorKind::Data, &arguments.source, seen).into());
         }
     };
-    atomic_write(&overlay, outcome.to_png())?;
+    outputs.write(&overlay, outcome.to_png())?;
     let text = calibration.to_toml(&info.about);
     // A configuration that cannot be read again is not written.
     Config::parse(&text).map_err(|error| error.about(output.display()))?;
-    atomic_write(output, text)?;
+    outputs.write(output, text)?;
     note(format_args!("wrote {} and {}: look at the picture", output.display(), overlay.display()));
     print(calibration, arguments.json)
 }
 
 /// Reads until the source ends, `limit` frames have passed or a signal asks for the end.
 fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64) -> Result<(), Stop> {
-    let interrupted = interruptions()?;
+    let interrupted = finishing(Ending::InTime);
     let mut progress = Progress { shown: std::io::stderr().is_terminal() };
     let (mut frames, mut lost) = (0_u64, 0);
     while frames < limit && !interrupted.load(Ordering::Relaxed) {

@@ -8,8 +8,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use self::progress::Progress;
-use super::output::{Stop, check_new, note};
-use super::run::signals;
+use super::files::Outputs;
+use super::output::{Stop, note};
+use super::signals::{Ending, finishing, number};
 use wstac_host::atomic_write::AtomicFile;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
@@ -145,8 +146,10 @@ fn simulated(arguments: &Arguments, sweep_file: &Path) -> Result<(), Stop> {
     // All slides have the same camera.
     check(&sweep.script(0), &config).map_err(|error| Error::new(ErrorKind::Config, sweep_file.display(), error))?;
     let output = &arguments.output;
-    check_new(output, arguments.force)?;
-    let signal = signals()?;
+    let outputs = outputs(arguments);
+    outputs.check([output])?;
+    finishing(Ending::InTime);
+    let signal = number();
     let path = beside(output, ".part");
     let mut part = Part::open(&path, fingerprint(&sweep, &config), sweep.count(), arguments.force)?;
     let (there, count) = (part.tally().done(), sweep.count());
@@ -178,19 +181,26 @@ fn simulated(arguments: &Arguments, sweep_file: &Path) -> Result<(), Stop> {
         let message = format_args!("none of {count} slides became a sample, expected at least 1");
         return Err(Error::new(ErrorKind::Data, sweep_file.display(), message).into());
     }
-    write_all(arguments, |file| arrays::write(file, &sweep, &part))?;
+    write_all(&outputs, output, |file| arrays::write(file, &sweep, &part))?;
     part.remove()?;
     note(format_args!("{}: {}", output.display(), counted(tally.samples, "sample")));
     Ok(())
 }
 
+/// Returns what the command may write.
+fn outputs(arguments: &Arguments) -> Outputs {
+    Outputs::new(arguments.force).reading(&arguments.sources).reading(&arguments.config)
+}
+
 /// Writes the file completely or not at all.
-fn write_all(arguments: &Arguments, write: impl FnOnce(&mut AtomicFile) -> std::io::Result<()>) -> Result<(), Error> {
-    let output = &arguments.output;
-    let mut file = AtomicFile::create(output)?;
-    write(&mut file).map_err(|error| Error::io(output.display(), error))?;
-    check_new(output, arguments.force)?;
-    file.commit()
+fn write_all(
+    outputs: &Outputs,
+    output: &Path,
+    write: impl FnOnce(&mut AtomicFile) -> std::io::Result<()>,
+) -> Result<(), Error> {
+    let mut new = outputs.create(output)?;
+    write(&mut new.file).map_err(|error| Error::io(output.display(), error))?;
+    new.commit()
 }
 
 /// Reads a fraction of something, from 0 to below 1.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::output::{Stop, note};
-use super::run::signals;
+use super::signals::{Ending, finishing, number};
 use super::source_arguments::SourceArguments;
 use wstac_host::camera::{CameraState, ControlValue};
 use wstac_host::config::Config;
@@ -150,7 +150,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
     note(&info.about);
     note(format_args!("measuring for at most {} s: do not touch the sensor", arguments.seconds));
-    let signal = signals()?;
+    finishing(Ending::InTime);
+    let signal = number();
     let frames = arguments.options.frames_before_touch(&arguments.source)?;
     // A recording may name its camera, which need not be connected now.
     let live = is_camera(&arguments.source);

@@ -8,9 +8,9 @@ use serde_json::json;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::ThresholdOn;
 
-use super::output::{Stop, check_new, note};
+use super::files::Outputs;
+use super::output::{Stop, note};
 use super::source_arguments::frame_rate;
-use wstac_host::atomic_write::atomic_write;
 use wstac_host::config::Config;
 use wstac_host::plural::counted;
 use wstac_plot::{Format, SpeedFit, SpeedFits};
@@ -123,9 +123,8 @@ From a simulated sensor to its law (published protocol, 11 speeds):
 "#;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
-    for path in arguments.output.iter().chain(&arguments.plot) {
-        check_new(path, arguments.force)?;
-    }
+    let outputs = Outputs::new(arguments.force).reading(&arguments.data).reading(&arguments.config);
+    outputs.check(arguments.output.iter().chain(&arguments.plot))?;
     let format = arguments.plot.as_deref().map(Format::of).transpose()?;
     let config = arguments.config.as_deref().map(Config::read).transpose()?;
     let mut slides = Slides::default();
@@ -142,12 +141,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     };
     let fits = kinds.into_iter().map(|kind| Fit::new(kind, &slides, &names)).collect::<Result<Vec<_>, _>>()?;
     if let (Some(path), Some(format)) = (&arguments.plot, format) {
-        atomic_write(path, format.encode(&figure(&fits, &slides))?)?;
+        outputs.write(path, format.encode(&figure(&fits, &slides))?)?;
         note(format_args!("drawn to {}", path.display()));
     }
     let best = fits.iter().min_by(|a, b| a.line.deviation.total_cmp(&b.line.deviation));
     if let (Some(path), Some(best)) = (&arguments.output, best) {
-        atomic_write(path, table(best, &slides, &names, config.as_ref()))?;
+        outputs.write(path, table(best, &slides, &names, config.as_ref()))?;
         note(format_args!("law \"{}\" written to {}", best.kind.name(), path.display()));
         if config.is_none() {
             note(format_args!(

@@ -6,6 +6,7 @@ mod dataset;
 mod demo;
 mod devices;
 mod doctor;
+mod files;
 mod fit_speed;
 mod man;
 mod model;
@@ -16,17 +17,22 @@ mod record;
 mod recover;
 mod run;
 mod scene;
+pub(crate) mod signals;
 mod source_arguments;
 mod trade;
 mod view;
 
-use std::borrow::Cow;
+use std::ffi::OsString;
+use std::fmt::Display;
+use std::io::Write;
 use std::process::ExitCode;
 
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
-use output::{Stop, note, visible};
+use output::{Stop, note};
 use wstac_host::error::Error;
+use wstac_host::visible::{self, Line};
 
 /// Print tactile events of a WSTac sensor: sliding speed, direction and texture
 ///
@@ -111,6 +117,9 @@ enum Command {
 /// Runs the command line of this process. The exit code is 2 for wrong arguments, 1 if a source, file or configuration
 /// cannot be used, and otherwise 0.
 pub(crate) fn main() -> ExitCode {
+    if let Err(error) = signals::install() {
+        return fail(&Error::io("signals", error));
+    }
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) => return refuse(&error),
@@ -134,6 +143,8 @@ pub(crate) fn main() -> ExitCode {
         Command::Completions(arguments) => completions::run(&arguments),
         Command::Man(arguments) => man::run(&arguments),
     };
+    // What waits in the buffer of standard output is written, or it is said that it cannot be.
+    let result = result.and_then(|()| Ok(std::io::stdout().flush()?));
     match result {
         // The reader of the output has seen enough.
         Ok(()) | Err(Stop::OutputClosed) => ExitCode::SUCCESS,
@@ -142,18 +153,34 @@ pub(crate) fn main() -> ExitCode {
     }
 }
 
-/// Prints help, or what is wrong with the arguments: in color, unless they would control the terminal themselves.
+/// Prints help, or what is wrong with the arguments.
 fn refuse(error: &clap::Error) -> ExitCode {
-    let (plain, code) = (error.render().to_string(), u8::try_from(error.exit_code()).unwrap_or(2));
-    // Nobody may read it; the exit code still reports the failure.
-    let _ = match visible(&plain) {
-        Cow::Borrowed(_) if !std::env::args_os().any(|given| given.to_string_lossy().contains(char::is_control)) => {
-            error.print()
-        }
-        text => std::io::Write::write_all(&mut std::io::stderr(), text.as_bytes()),
+    if !error.use_stderr() {
+        // Help and the version were asked for, so that it matters whether they arrive.
+        return match error.print().and_then(|()| std::io::stdout().flush()).map_err(Stop::from) {
+            Err(Stop::Failed(error)) => fail(&error),
+            _ => ExitCode::SUCCESS,
+        };
+    }
+    // The message is about the arguments as they can be shown: without characters that control a terminal, and short.
+    let shown = |given: OsString| {
+        let given = given.to_string_lossy().into_owned();
+        visible::shortened(&visible::line(&given), LONGEST_ARGUMENT).into_owned()
     };
-    ExitCode::from(code)
+    let error = Arguments::try_parse_from(std::env::args_os().map(shown)).err().filter(clap::Error::use_stderr);
+    // Nobody may read it; the exit code still reports the failure.
+    let _ = error.map_or_else(|| Ok(note("wrong arguments, expected those of wstac --help")), |error| error.print());
+    ExitCode::from(2)
 }
+
+/// Returns an error about arguments: one line of at most 1000 bytes that a terminal shows as it is.
+fn wrong_arguments(kind: ErrorKind, message: impl Display) -> clap::Error {
+    let message = Line(message).to_string();
+    clap::Error::raw(kind, format_args!("{}\n", visible::shortened(&message, visible::LONGEST - "error: \n".len())))
+}
+
+/// Most bytes of an argument in a message about it, which may have it twice.
+const LONGEST_ARGUMENT: usize = 150;
 
 fn fail(error: &Error) -> ExitCode {
     // Standard error may be closed; the exit code still reports the failure.

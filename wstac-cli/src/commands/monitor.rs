@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use wstac_core::wire::{LONGEST, Request, encode};
 
 use super::output::{Form, Records, Stop, note};
-use super::run::interruptions;
+use super::signals::{Ending, finishing};
 use super::source_arguments::at_least;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::monitor::port::{self, Got, Port};
@@ -65,7 +65,7 @@ To record what a board sends:
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let wanted = OutputOptions { features: arguments.features, samples: arguments.samples };
     let mut line = Port::open(&arguments.port, arguments.baud)?;
-    let interrupted = interruptions()?;
+    let interrupted = finishing(Ending::InTime);
     let mut records = Records::new(if arguments.json { Form::Json } else { Form::Text });
     let mut monitor = Monitor::new(wanted);
     let mut requests = Requests::default();

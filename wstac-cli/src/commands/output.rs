@@ -1,12 +1,14 @@
 //! Standard output and standard error, which may be closed, full or a terminal.
 
-use std::borrow::Cow;
 use std::fmt::{self, Write as _};
 use std::io::{self, StdoutLock, Write};
 
 use std::path::Path;
 
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use serde::Serialize;
+
+use super::signals::is_readers_time_over;
 
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::json::{JsonLine, angle, confidence, real, rounded};
@@ -14,6 +16,7 @@ use wstac_host::output::{DisturbedBaseline, Output, TactileEvent};
 use wstac_host::plural::counted;
 use wstac_host::source::LossReason;
 use wstac_host::texture::{Texture, pattern_and_depth};
+use wstac_host::visible;
 
 /// Why a command ends early.
 #[derive(Debug)]
@@ -41,26 +44,6 @@ impl From<io::Error> for Stop {
     }
 }
 
-/// Returns a text in which no character controls a terminal: those of file names and of damaged files become `\u001b`.
-///
-/// Inside of JSON this means the same character. Line feeds and tabs stay.
-pub(super) fn visible(text: &str) -> Cow<'_, str> {
-    let controls = |c: char| c.is_control() && c != '\n' && c != '\t';
-    if !text.contains(controls) {
-        return text.into();
-    }
-    let mut clean = String::with_capacity(text.len() + 8);
-    for c in text.chars() {
-        if controls(c) {
-            // Writing to a string does not fail.
-            let _ = write!(clean, "\\u{:04x}", u32::from(c));
-        } else {
-            clean.push(c);
-        }
-    }
-    clean.into()
-}
-
 /// Standard output for text or JSON, without characters that control a terminal.
 ///
 /// Whoever writes must not divide a character between two writes: `write!` never does.
@@ -73,12 +56,32 @@ pub(super) fn stdout() -> Visible<StdoutLock<'static>> {
 
 impl<W: Write> Write for Visible<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.write_all(visible(&String::from_utf8_lossy(bytes)).as_bytes())?;
+        // A pipe that can be written takes this much at once, and what waits in the buffer.
+        for part in visible::lines(&String::from_utf8_lossy(bytes)).as_bytes().chunks(2048) {
+            wait_for_reader()?;
+            self.0.write_all(part)?;
+        }
         Ok(bytes.len())
     }
 
     fn flush(&mut self) -> io::Result<()> {
         self.0.flush()
+    }
+}
+
+/// Waits until standard output can be written. After a signal, a reader that takes nothing is waited for no longer.
+fn wait_for_reader() -> io::Result<()> {
+    let out = io::stdout();
+    let longest = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
+    loop {
+        match poll(&mut [PollFd::new(&out, PollFlags::OUT)], Some(&longest)) {
+            Ok(0) | Err(rustix::io::Errno::INTR) if is_readers_time_over() => {
+                return Err(io::ErrorKind::BrokenPipe.into());
+            }
+            Ok(0) | Err(rustix::io::Errno::INTR) => {}
+            // Writing says what is wrong.
+            Ok(_) | Err(_) => return Ok(()),
+        }
     }
 }
 
@@ -179,6 +182,7 @@ impl Records {
                     let _ = write!(self.line, "{sensor}: ");
                 }
                 let _ = text(&mut self.line, output);
+                self.line = visible::line(&self.line).into_owned();
             }
         }
         self.line.push('\n');
@@ -197,10 +201,10 @@ impl Records {
     }
 }
 
-/// Writes a note to standard error, which may be closed.
+/// Writes a note of one line to standard error, which may be closed.
 pub(super) fn note(message: impl fmt::Display) {
     // A single write, because several threads may write notes.
-    let _ = io::stderr().write_all(visible(&format!("wstac: {message}\n")).as_bytes());
+    let _ = io::stderr().write_all(format!("wstac: {}\n", visible::Line(message)).as_bytes());
 }
 
 /// Returns a record as one line of text.

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use super::output::{Stop, check_new, note};
+use super::files::Outputs;
+use super::output::{Stop, note};
 use super::source_arguments::{SourceArguments, at_least};
-use wstac_host::atomic_write::atomic_write;
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::OutputOptions;
 use wstac_host::session::Processor;
@@ -73,14 +73,16 @@ Examples:
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let format = Format::of(&arguments.output)?;
-    check_new(&arguments.output, arguments.force)?;
+    let outputs = Outputs::new(arguments.force).source(&arguments.source);
+    let outputs = outputs.reading(&arguments.config).reading(&arguments.models);
+    outputs.check([&arguments.output])?;
     let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
     let files = ModelFile::open_all(&arguments.models)?;
     let wanted = OutputOptions { features: false, samples: true };
     let mut reading = Processor::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
     let found = find(source.as_mut(), &info, &mut reading, &config, arguments.event)?;
-    atomic_write(&arguments.output, format.encode(&draw(&found))?)?;
+    outputs.write(&arguments.output, format.encode(&draw(&found))?)?;
     note(format_args!("{} has event {} of {}", arguments.output.display(), arguments.event, info.about));
     Ok(())
 }

@@ -2,16 +2,14 @@
 
 mod guide;
 
-use std::fs::{self, File, TryLockError};
+use std::fs;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use signal_hook::consts::SIGHUP;
-
-use super::output::{Form, LossReport, Records, Stop, check_new, note, text_of};
-use super::run::interruptions;
+use super::files::Outputs;
+use super::output::{Form, LossReport, Records, Stop, note, text_of};
+use super::signals::{Ending, finishing};
 use super::source_arguments::{SourceArguments, at_least, doubts_of_textures};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
@@ -21,6 +19,7 @@ use wstac_host::record::about::About;
 use wstac_host::record::{Recorder, Written};
 use wstac_host::session::{Observer, Processor, Session, Step};
 use wstac_host::source::Labels;
+use wstac_host::source::decorate::Limited;
 use wstac_host::source::{FramePolicy, Lag, SourceEvent, StreamInfo};
 use wstac_host::texture::Textures;
 use wstac_train::dataset::recordings::{NAMES, check};
@@ -80,6 +79,8 @@ pub(super) struct Arguments {
     events: Option<u64>,
 
     /// Overwrite FILE.mcap
+    ///
+    /// The recording is called FILE.mcap.new until it is whole.
     #[arg(long)]
     force: bool,
 }
@@ -150,45 +151,74 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         return guide::run(arguments, plan);
     }
     let labels = labels(&arguments.labels)?;
-    check_new(&arguments.output, arguments.force)?;
-    refuse_own(&arguments.source, &arguments.output)?;
+    let outputs = Outputs::new(arguments.force).source(&arguments.source);
+    let outputs = outputs.reading(&arguments.config).reading(&arguments.models);
+    outputs.check([&arguments.output])?;
     let (source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
     let files = ModelFile::open_all(&arguments.models)?;
     let wanted = OutputOptions { features: true, samples: false };
-    let session = Session::builder(source).info(info.clone()).config(config.clone()).outputs(wanted);
+    let session = Session::builder(Limited::new(source, frame_limit(arguments, &info)))
+        .info(info.clone())
+        .config(config.clone())
+        .outputs(wanted);
     let mut session = session.textures(Textures::new(&files)?).build()?;
     let models = files.iter().map(|file| file.about().to_owned()).collect();
     let about = About::new(&info, &config, labels, models)?;
+    let interrupted = finishing(Ending::Whole);
     note(&info.about);
     if let Some(doubt) = doubts_of_textures(&info, &files) {
         note(doubt);
     }
-    let interrupted = signals()?;
-    let file = create(&arguments.output, arguments.force)?;
-    let recorder = Recorder::new(file, &arguments.output, &about, session.processor())?;
+    let new = arguments.force.then(|| Replacement::of(&arguments.output)).flatten();
+    let file = match &new {
+        // The old recording stays until the new one is whole.
+        Some(new) => Outputs::new(false).create_at_once(&new.beside)?,
+        None => outputs.create_at_once(&arguments.output)?,
+    };
+    let path = new.as_ref().map_or(&arguments.output, |new| &new.beside);
+    let recorder = Recorder::new(file, path, &about, session.processor())?;
     let form = if arguments.json { Form::Json } else { Form::Text };
     let shown = Shown { records: Some(Records::new(form)), events: 0 };
-    let limits = Limits { frames: frame_limit(arguments, &info), events: arguments.events };
-    let mut recording = Recording { recorder, shown, losses: LossReport::default(), frames: 0 };
-    let ended = read(&mut session, &mut recording, limits, &interrupted);
+    let mut recording = Recording { recorder, shown, losses: LossReport::default() };
+    let ended = read(&mut session, &mut recording, arguments.events, &interrupted);
     recording.losses.say(note);
     let events = recording.shown.events;
     let written = recording.recorder.finish();
+    let replaced = new.map_or(Ok(()), |new| new.finish(written.is_ok(), &outputs));
     say(&arguments.output, written.as_ref().ok(), session.lag(), events);
     // Both errors matter, but an incomplete file matters more.
     if let (Err(error), Err(_)) = (&ended, &written) {
         note(error);
     }
     written?;
+    replaced?;
     Ok(ended?)
 }
 
-/// The limits at which a recording ends by itself.
-#[derive(Clone, Copy)]
-struct Limits {
-    frames: Option<u64>,
-    events: Option<u64>,
+/// A recording that takes the place of an older one when it is whole.
+struct Replacement {
+    beside: PathBuf,
+    path: PathBuf,
+}
+
+impl Replacement {
+    /// Returns the name of the new file, if there is an old one.
+    fn of(path: &Path) -> Option<Self> {
+        let beside = path.with_added_extension("new");
+        path.exists().then(|| Self { beside, path: path.to_owned() })
+    }
+
+    /// Replaces the old recording if the new one is whole.
+    fn finish(self, is_whole: bool, outputs: &Outputs) -> Result<(), Error> {
+        let Self { beside, path } = self;
+        if !is_whole {
+            note(format_args!("{} has what was recorded, {} is as it was", beside.display(), path.display()));
+            return Ok(());
+        }
+        outputs.check([&path])?;
+        fs::rename(&beside, &path).map_err(|error| Error::io(path.display(), error))
+    }
 }
 
 /// Records on standard output while somebody reads them. The recording continues without a reader.
@@ -215,21 +245,14 @@ struct Recording {
     recorder: Recorder,
     shown: Shown,
     losses: LossReport,
-    /// Frames that have passed, lost ones included.
-    frames: u64,
 }
 
 impl Observer for Recording {
     type Error = Error;
 
     fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Error> {
-        match event {
-            SourceEvent::Frame(_) => self.frames = self.frames.saturating_add(1),
-            SourceEvent::Lost { frames, reason } => {
-                self.frames = self.frames.saturating_add(*frames);
-                self.losses.add(*frames, reason);
-            }
-            _ => {}
+        if let SourceEvent::Lost { frames, reason } = event {
+            self.losses.add(*frames, reason);
         }
         self.recorder.source_event(event);
         Ok(())
@@ -250,12 +273,11 @@ impl Observer for Recording {
 fn read(
     session: &mut Session,
     recording: &mut Recording,
-    limits: Limits,
+    events: Option<u64>,
     interrupted: &AtomicBool,
 ) -> Result<(), Error> {
     loop {
-        let enough = limits.frames.is_some_and(|limit| recording.frames >= limit)
-            || limits.events.is_some_and(|limit| recording.shown.events >= limit);
+        let enough = events.is_some_and(|limit| recording.shown.events >= limit);
         if interrupted.load(Ordering::Relaxed) || enough {
             return session.finish(recording);
         }
@@ -317,44 +339,8 @@ fn frame_limit(arguments: &Arguments, info: &StreamInfo) -> Option<u64> {
     arguments.frames.into_iter().chain(of_time).min()
 }
 
-/// Refuses to overwrite the source: a file by any of its names, standard input, a scene's file, a picture of a folder.
-fn refuse_own(source: &str, new: &Path) -> Result<(), Error> {
-    let refused = || Err(Error::new(ErrorKind::Usage, new.display(), "is the source itself, expected a new file"));
-    let source = Path::new(if source == "-" { "/dev/stdin" } else { source.strip_prefix("scene:").unwrap_or(source) });
-    if is_same(source, new) {
-        return refused();
-    }
-    let is_picture = new.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
-    let folder = new.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if is_picture && new.exists() && is_same(source, folder) { refused() } else { Ok(()) }
-}
-
 /// Returns whether two paths lead to the same file or folder.
 pub(super) fn is_same(one: &Path, other: &Path) -> bool {
     let of = |path: &Path| fs::metadata(path).ok().map(|metadata| (metadata.dev(), metadata.ino()));
     of(one).is_some_and(|one| of(other) == Some(one))
-}
-
-/// Creates the new file.
-pub(super) fn create(path: &Path, force: bool) -> Result<File, Error> {
-    check_new(path, force)?;
-    let mut options = File::options();
-    // A file that is there keeps its content until it is certain that nobody else writes it.
-    let options = if force { options.create(true).truncate(false) } else { options.create_new(true) };
-    let failed = |error| Error::io(path.display(), error);
-    let file = options.write(true).open(path).map_err(failed)?;
-    // On a system without locks the file is not locked.
-    if let Err(TryLockError::WouldBlock) = file.try_lock() {
-        let message = "another wstac is writing it, expected to be the only one";
-        return Err(Error::new(ErrorKind::Busy, path.display(), message));
-    }
-    file.set_len(0).map_err(failed)?;
-    Ok(file)
-}
-
-/// Returns a flag that a signal sets. A closed terminal ends a recording like Ctrl-C.
-fn signals() -> Result<Arc<AtomicBool>, Error> {
-    let flag = interruptions()?;
-    signal_hook::flag::register(SIGHUP, Arc::clone(&flag)).map_err(|error| Error::io("signals", error))?;
-    Ok(flag)
 }

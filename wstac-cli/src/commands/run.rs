@@ -4,17 +4,14 @@ mod read;
 mod sensors;
 
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize};
 
 use clap::error::ErrorKind;
-use signal_hook::consts::{SIGINT, SIGTERM};
 
 use self::read::Run;
 use self::sensors::sensors;
 use super::output::Stop;
+use super::signals;
 use super::source_arguments::{SourceArguments, at_least};
-use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 
 /// Print the tactile events of a source
@@ -216,46 +213,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         conflict("--save-raw is for one source");
     }
     let files = ModelFile::open_all(&arguments.models)?;
-    let interrupted = Arc::new(AtomicBool::new(false));
+    let interrupted = signals::flag();
     let run = Run { arguments, files: &files, interrupted: &interrupted };
-    if let [only] = &sensors[..] {
-        let opened = run.open(only)?;
-        // Only after opening: the first Ctrl-C ends a wait for the writer of a pipe.
-        on_interruption(&interrupted)?;
-        return opened.read();
+    match &sensors[..] {
+        [only] => run.open(only)?.read(),
+        _ => run.all(&sensors),
     }
-    on_interruption(&interrupted)?;
-    run.all(&sensors)
 }
 
 /// Ends the process because of arguments that contradict each other.
 fn conflict(message: &str) {
-    clap::Error::raw(ErrorKind::ArgumentConflict, format_args!("{message}\n")).exit();
-}
-
-/// Returns a flag that the first Ctrl-C or SIGTERM sets; a second one ends the process at once.
-pub(super) fn interruptions() -> Result<Arc<AtomicBool>, Error> {
-    let flag = Arc::new(AtomicBool::new(false));
-    on_interruption(&flag)?;
-    Ok(flag)
-}
-
-/// Returns the number of the first SIGINT or SIGTERM, 0 before; a second one ends the process at once.
-pub(super) fn signals() -> Result<Arc<AtomicUsize>, Error> {
-    interruptions()?;
-    let number = Arc::new(AtomicUsize::new(0));
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register_usize(signal, Arc::clone(&number), signal as usize)
-            .map_err(|error| Error::io("signals", error))?;
-    }
-    Ok(number)
-}
-
-fn on_interruption(flag: &Arc<AtomicBool>) -> Result<(), Error> {
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(flag))
-            .and_then(|_| signal_hook::flag::register(signal, Arc::clone(flag)))
-            .map_err(|error| Error::io("signals", error))?;
-    }
-    Ok(())
+    super::wrong_arguments(ErrorKind::ArgumentConflict, message).exit();
 }

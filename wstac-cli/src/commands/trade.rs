@@ -5,8 +5,8 @@ mod fade;
 
 use std::path::{Path, PathBuf};
 
-use super::output::{Stop, check_new, note};
-use wstac_host::atomic_write::atomic_write;
+use super::files::Outputs;
+use super::output::{Stop, note};
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
@@ -163,7 +163,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         return fade::fade(arguments, &config);
     }
     match figure {
-        Some((path, _)) => check_new(path, arguments.force)?,
+        Some((path, _)) => outputs(arguments).check([path])?,
         None => check_new_all(arguments, &["trade.csv", "trade.md", "trade.svg", "map.csv", BASE])?,
     }
     let (prices, (_, base)) = (prices(arguments)?, base(arguments)?);
@@ -183,14 +183,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let text = format!("{pareto}\n{parameters}");
     let draw = || plot::draw(&rows, &models, &prices, arguments.core);
     if let Some((path, format)) = figure {
-        atomic_write(path, format.encode(&draw())?)?;
+        outputs(arguments).write(path, format.encode(&draw())?)?;
     } else if let Some(folder) = &arguments.output {
         std::fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
-        write(folder, "trade.csv", &map::write_all(&rows, &models, &prices))?;
-        write(folder, "trade.md", &text)?;
-        write(folder, "trade.svg", &draw())?;
-        write(folder, "map.csv", &map::write(&rows))?;
-        write(folder, BASE, &base)?;
+        let outputs = outputs(arguments);
+        write(&outputs, folder, "trade.csv", &map::write_all(&rows, &models, &prices))?;
+        write(&outputs, folder, "trade.md", &text)?;
+        write(&outputs, folder, "trade.svg", &draw())?;
+        write(&outputs, folder, "map.csv", &map::write(&rows))?;
+        write(&outputs, folder, BASE, &base)?;
     }
     print(&text)
 }
@@ -211,9 +212,9 @@ fn refuse_sweep(arguments: &Arguments) {
     };
     let message = format!(
         "{option} cannot be used with {with}, which runs nothing and reads a map: sweep first, \
-         wstac trade {option} … -o FOLDER, then wstac trade {then}\n"
+         wstac trade {option} … -o FOLDER, then wstac trade {then}"
     );
-    clap::Error::raw(clap::error::ErrorKind::ArgumentConflict, message).exit();
+    super::wrong_arguments(clap::error::ErrorKind::ArgumentConflict, message).exit();
 }
 
 /// Returns the file that the figure alone is written to, if the output is named like one.
@@ -247,7 +248,14 @@ fn check_new_all(arguments: &Arguments, names: &[&str]) -> Result<(), Error> {
     if !folder.exists() {
         return Ok(());
     }
-    names.iter().try_for_each(|name| check_new(&folder.join(name), arguments.force))
+    outputs(arguments).check(names.iter().map(|name| folder.join(name)))
+}
+
+/// Returns what the command may write: nothing that it reads.
+fn outputs(arguments: &Arguments) -> Outputs {
+    let base = arguments.map.as_ref().map(|map| map.with_file_name(BASE));
+    let outputs = Outputs::new(arguments.force).reading(&arguments.models).reading(&arguments.config);
+    outputs.reading(&arguments.map).reading(&base).reading(&arguments.prices)
 }
 
 /// Returns the name and the text of the configuration of a sweep: everything that the study does not vary.
@@ -310,8 +318,8 @@ fn models(named: &[PathBuf]) -> Result<Vec<Candidate>, Error> {
     if named.is_empty() { Candidate::all_built_in() } else { named.iter().map(|name| Candidate::named(name)).collect() }
 }
 
-fn write(folder: &Path, name: &str, text: &str) -> Result<(), Error> {
-    atomic_write(&folder.join(name), text)
+fn write(outputs: &Outputs, folder: &Path, name: &str, text: &str) -> Result<(), Error> {
+    outputs.write(&folder.join(name), text)
 }
 
 fn print(text: &str) -> Result<(), Stop> {

@@ -13,14 +13,11 @@ mod recording;
 mod screen;
 mod state;
 
-use std::sync::Arc;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
-
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use self::clock::Pace;
 use self::keys::Key;
@@ -28,6 +25,7 @@ use self::player::{Player, locked};
 pub(crate) use self::recording::Recordings;
 use self::screen::Screen;
 use self::state::State;
+use crate::commands::signals::{Ending as SignalEnding, finishing, number};
 use wstac_host::error::Error;
 use wstac_host::session::Processor;
 use wstac_host::source::{Source, StreamInfo};
@@ -95,11 +93,8 @@ pub(crate) fn run(
     recordings: &mut Recordings,
     options: Options,
 ) -> Result<Ending, Error> {
-    let signal = Arc::new(AtomicUsize::new(0));
-    for number in [SIGINT, SIGTERM, SIGHUP] {
-        signal_hook::flag::register_usize(number, Arc::clone(&signal), number as usize)
-            .map_err(|error| Error::io("signals", error))?;
-    }
+    finishing(SignalEnding::Restored);
+    let signal = number();
     let pace = (!options.live && !options.fast).then(|| Pace::new(info.rate));
     let (player, state) = Player::new(source, info, reading, recordings, options.live);
     let shared =

@@ -11,6 +11,7 @@ mod axis;
 mod edges;
 mod shape;
 mod shift;
+mod sqrt;
 
 use core::fmt;
 
@@ -19,6 +20,7 @@ use crate::params::{NOMINAL_FRAME_RATE, PITCH_MM, ROWS};
 use crate::rate::FrameRate;
 use crate::trigger::Event;
 use axis::Axis;
+use sqrt::sqrt;
 
 /// The kind of a touch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -201,7 +203,15 @@ pub fn by_edges(event: &Event<'_>, config: MotionConfig) -> Motion {
     motion(axis::by_edges(event, 0), axis::by_edges(event, ROWS), event, config, &BY_EDGES)
 }
 
+/// Returns the length of a vector.
+// Small code counts here: it runs once per event.
+#[inline(never)]
+fn length(a: f32, b: f32) -> f32 {
+    sqrt(a * a + b * b)
+}
+
 /// Returns the factor at a slowness: on straight lines between the points, and even beyond them.
+#[inline(never)]
 fn between(points: &[[f32; 2]], slowness: f32) -> f32 {
     let Some(&[mut before, mut factor]) = points.first() else { return 1.0 };
     for &[at, then] in points {
@@ -217,7 +227,7 @@ fn between(points: &[[f32; 2]], slowness: f32) -> f32 {
 /// Puts both axes together.
 fn motion(rows: Axis, columns: Axis, event: &Event<'_>, config: MotionConfig, deviations: &Deviations) -> Motion {
     let coherence = rows.coherence.min(columns.coherence);
-    let slowness = libm::sqrtf(rows.slowness * rows.slowness + columns.slowness * columns.slowness);
+    let slowness = length(rows.slowness, columns.slowness);
     let contact = if rows.lit.max(columns.lit) < 3 {
         if rows.lit.min(columns.lit) > 0 { Contact::Poke } else { Contact::Unclear }
     } else if coherence < ALIKE || slowness > MOST_SLOWNESS {
@@ -243,7 +253,6 @@ fn motion(rows: Axis, columns: Axis, event: &Event<'_>, config: MotionConfig, de
 fn velocity(rows: Axis, columns: Axis, slowness: f32, config: MotionConfig, deviations: &Deviations) -> Velocity {
     // A difference, because the negative of 0 would give an angle of -0.
     let (right, up) = (columns.slowness / slowness, 0.0 - rows.slowness / slowness);
-    let length = |a: f32, b: f32| libm::sqrtf(a * a + b * b);
     let factor = between(deviations.factors, slowness);
     let sd = |axis: Axis| length(factor * length(axis.scatter, 2.0 * axis.sd), deviations.least) / slowness;
     let (right_sd, up_sd) = (sd(columns), sd(rows));

@@ -79,7 +79,7 @@ impl Port {
             let device = if kind.is_char_device() { Some(open_device(name).map_err(about)?) } else { None };
             match device {
                 Some(device) if isatty(&device) => (device, true, true),
-                Some(_) | None => (File::open(name).map_err(about)?, false, false),
+                Some(_) | None => (crate::files::open(name.as_ref()).map_err(about)?, false, false),
             }
         };
         if !serial && baud.is_some() {

@@ -54,7 +54,7 @@ pub fn read(path: &Path) -> Result<Vec<PlannedSlide>, Error> {
 }
 
 fn parse(text: &str) -> Result<Vec<PlannedSlide>, String> {
-    let file: File = toml::from_str(text).map_err(|error| error.to_string().trim_end().to_owned())?;
+    let file: File = toml::from_str(text).map_err(|error| crate::text_file::toml_error(text, &error))?;
     let is_plain = |name: &String| {
         !name.is_empty() && name.chars().all(|letter| letter.is_alphanumeric() || ['_', '.'].contains(&letter))
     };

@@ -60,6 +60,47 @@ impl<S: Source, F: FnMut(&SourceEvent<'_>) + Send> Source for Tap<S, F> {
     }
 }
 
+/// Ends a source after a number of camera frames, lost ones included, and never gives one more.
+///
+/// A gap that reaches beyond the limit is cut there.
+#[derive(Clone, Debug)]
+pub struct Limited<S> {
+    source: S,
+    left: Option<u64>,
+}
+
+impl<S: Source> Limited<S> {
+    /// Wraps a source. Without a limit it gives all that the source has.
+    pub fn new(source: S, limit: Option<u64>) -> Self {
+        Self { source, left: limit }
+    }
+}
+
+impl<S: Source> Source for Limited<S> {
+    fn info(&self) -> &StreamInfo {
+        self.source.info()
+    }
+
+    fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
+        if self.left == Some(0) {
+            return Ok(SourceEvent::End);
+        }
+        let event = self.source.next_event()?;
+        let Some(left) = &mut self.left else { return Ok(event) };
+        Ok(match event {
+            SourceEvent::Lost { frames, reason } => {
+                let frames = frames.min(*left);
+                *left -= frames;
+                SourceEvent::Lost { frames, reason }
+            }
+            event => {
+                *left -= u64::from(matches!(event, SourceEvent::Frame(_) | SourceEvent::Taxels(_)));
+                event
+            }
+        })
+    }
+}
+
 /// The action of a [`FaultInjector`] on a frame.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Injection {
@@ -189,6 +230,37 @@ mod tests {
         assert_eq!(event_and_dropped(&outputs(short)), (Some((30, 1)), 1));
         let long = |number| if (50..90).contains(&number) { Injection::Drop } else { Injection::Keep };
         assert_eq!(event_and_dropped(&outputs(long)), (None, 40));
+    }
+
+    #[test]
+    fn a_limit_is_exact_and_cuts_a_gap() {
+        let size = FrameSize::new(100, 100).unwrap();
+        let info = StreamInfo::new("a stripe", size, PixelFormat::Gray, FrameRate::NOMINAL);
+        /// Gives frames, and a gap of any length after the 67th.
+        struct Gap(Stripe, u64);
+        impl Source for Gap {
+            fn info(&self) -> &StreamInfo {
+                self.0.info()
+            }
+
+            fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
+                if self.0.number == 67 && self.1 > 0 {
+                    return Ok(SourceEvent::Lost { frames: std::mem::take(&mut self.1), reason: LossReason::Dropped });
+                }
+                self.0.next_event()
+            }
+        }
+        for (limit, gap, frames) in
+            [(Some(70), 6, 70), (Some(70), u64::MAX, 70), (Some(66), 6, 66), (Some(300), 6, 126), (None, 6, 126)]
+        {
+            let stripe = Stripe { info: info.clone(), bytes: vec![0; 10_000], number: 0 };
+            let session = Session::builder(Limited::new(Gap(stripe, gap), limit)).build().unwrap();
+            let end = session.map(Result::unwrap).find_map(|output| match output {
+                Output::End(end) => Some(end),
+                _ => None,
+            });
+            assert_eq!(end.unwrap().frames, frames, "{limit:?} {gap}");
+        }
     }
 
     #[test]

@@ -278,11 +278,11 @@ impl<S: Source + ?Sized> Source for &mut S {
 impl StreamInfo {
     /// Describes frames without padding, of a source that states nothing else.
     ///
-    /// `about` is one line for a person.
+    /// `about` is one line for a person. What would control a terminal is escaped.
     pub fn new(about: impl Into<String>, size: FrameSize, format: PixelFormat, rate: FrameRate) -> Self {
         let color = YcbcrEncoding::default();
         let bytes_per_row = Any::new(format, color, YcbcrMethod::Exact).row_bytes(size.width()) as u32;
-        let about = about.into();
+        let about = crate::visible::line(&about.into()).into_owned();
         Self { size, format, color, bytes_per_row, rate, taxels_only: false, about, camera: None, recorded: None }
     }
 }

@@ -1,6 +1,5 @@
 //! Opens sources by the names that users give them.
 
-use std::fs::File;
 use std::io::Read;
 use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
@@ -183,7 +182,7 @@ pub fn without_controls(spec: &str, options: &OpenOptions) -> Result<(), Error> 
 /// Returns whether a file starts with these bytes.
 fn starts_with(path: &Path, magic: &[u8]) -> std::io::Result<bool> {
     let mut start = Vec::new();
-    File::open(path)?.take(magic.len() as u64).read_to_end(&mut start)?;
+    crate::files::open(path)?.take(magic.len() as u64).read_to_end(&mut start)?;
     Ok(start == magic)
 }
 

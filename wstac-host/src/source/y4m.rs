@@ -10,7 +10,6 @@
 mod header;
 mod input;
 
-use std::fs::File;
 use std::io::Read;
 use std::ops::Range;
 use std::os::fd::AsFd;
@@ -74,7 +73,7 @@ impl Y4m {
     /// what was found and what was expected.
     pub fn open(path: &Path, fps: Option<FrameRate>) -> Result<Self, Error> {
         let subject = path.display().to_string();
-        let file = File::open(path).map_err(|error| Error::io(&subject, error))?;
+        let file = crate::files::open(path).map_err(|error| Error::io(&subject, error))?;
         if file.metadata().is_ok_and(|metadata| metadata.is_dir()) {
             return Err(Error::new(ErrorKind::Format, &subject, "is a folder, expected a Y4M file"));
         }

@@ -4,7 +4,7 @@
 //! order in which they were ready. A record holds the slide's number, its status, its sample (zeros if there is none)
 //! and a CRC of these. All numbers are little-endian.
 
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{File, TryLockError};
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
@@ -15,6 +15,7 @@ use super::sweep::Sweep;
 use super::{DATA_VERSION, Facts, Outcome};
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
+use wstac_host::files::open_own;
 
 const MAGIC: [u8; 8] = *b"wstacpt1";
 const HEADER: usize = 16;
@@ -79,13 +80,13 @@ impl Part {
     /// Opens the file, or creates a new one, for `count` slides.
     ///
     /// A last record that is incomplete or damaged is dropped, with all that follows. If the file belongs to another
-    /// data set, `anew` makes it start empty.
+    /// data set, `anew` makes it start empty. A file of another kind stays as it is.
     ///
     /// # Errors
     /// The file cannot be used, another program writes it, or it has another fingerprint.
     pub fn open(path: &Path, fingerprint: u64, count: u32, anew: bool) -> Result<Self, Error> {
         let failed = |error: io::Error| Error::io(path.display(), error);
-        let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;
+        let file = open_own(path).map_err(failed)?;
         // On a system without locks the file is not locked.
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             return Err(Error::new(
@@ -102,16 +103,15 @@ impl Part {
         (&part.file).take(HEADER as u64).read_to_end(&mut found).map_err(failed)?;
         if found == header {
             part.read().map_err(failed)?;
-        } else if anew || header.starts_with(&found) {
+        } else if header.starts_with(&found) || (anew && found.starts_with(&MAGIC)) {
             part.file.set_len(0).and_then(|()| part.file.write_all_at(&header, 0)).map_err(failed)?;
+        } else if found.starts_with(&MAGIC) {
+            let message = "is of another sweep, configuration or version of this program, expected the same, or \
+                           --force to start anew";
+            return Err(Error::new(ErrorKind::Config, path.display(), message));
         } else {
-            let (kind, what) = if found.starts_with(&MAGIC) {
-                (ErrorKind::Config, "is of another sweep, configuration or version of this program")
-            } else {
-                (ErrorKind::Format, "is no unfinished data set")
-            };
-            let expected = "expected the same, or --force to start anew";
-            return Err(Error::new(kind, path.display(), format_args!("{what}, {expected}")));
+            let message = "is no unfinished data set, expected none of this name, or another name of the output";
+            return Err(Error::new(ErrorKind::Format, path.display(), message));
         }
         Ok(part)
     }

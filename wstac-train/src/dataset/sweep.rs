@@ -85,7 +85,7 @@ impl Sweep {
     /// The text is not valid; the message names the key, the value found and the values expected.
     pub fn parse(subject: &str, text: &str) -> Result<Self, Error> {
         let file: File = toml::from_str(text)
-            .map_err(|error| Error::new(ErrorKind::Config, subject, error.to_string().trim_end()))?;
+            .map_err(|error| Error::new(ErrorKind::Config, subject, wstac_host::text_file::toml_error(text, &error)))?;
         let slides = checked(&file).map_err(|message| Error::new(ErrorKind::Config, subject, message))?;
         let mut scene = file.scene;
         scene.entry("fidelity").or_insert_with(|| "taxel".into());

@@ -181,10 +181,14 @@ fn a_part_goes_on_where_it_stopped() {
         part.append(3, &Outcome::Incomplete).unwrap();
         assert_eq!(fs::read(&path).unwrap(), whole);
     }
-    for (bytes, parts) in [(&whole[..], "of another sweep"), (b"something else", "no unfinished data set")] {
+    for (bytes, parts, anew) in [
+        (&b"something else"[..], "no unfinished data set", false),
+        (b"something else", "no unfinished data set", true),
+        (&whole[..], "of another sweep", false),
+    ] {
         fs::write(&path, bytes).unwrap();
-        let message = Part::open(&path, 6, 4, false).unwrap_err().to_string();
-        assert!(message.contains(parts) && message.contains("--force"), "{message}");
+        let message = Part::open(&path, 6, 4, anew).unwrap_err().to_string();
+        assert!(message.contains(parts) && message.contains("--force") == bytes.starts_with(&whole), "{message}");
         assert_eq!(fs::read(&path).unwrap(), bytes, "untouched");
     }
     let part = Part::open(&path, 6, 4, true).unwrap();

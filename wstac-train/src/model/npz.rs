@@ -12,6 +12,7 @@ use std::path::Path;
 use flate2::read::DeflateDecoder;
 
 use wstac_host::error::{Error, ErrorKind};
+use wstac_host::files::open_seekable;
 
 /// Longest `.npy` header in bytes, and largest number of members in an archive.
 const MOST: usize = 65_536;
@@ -64,7 +65,7 @@ impl<'p> Npz<'p> {
     /// Opens an archive.
     pub(crate) fn open(path: &'p Path) -> Result<Self, Error> {
         let failed = |error: io::Error| Error::io(path.display(), error);
-        let mut file = File::open(path).map_err(failed)?;
+        let mut file = open_seekable(path).map_err(failed)?;
         let members = directory(&mut file).map_err(failed)?;
         Ok(Self { path, members })
     }
@@ -89,7 +90,7 @@ impl<'p> Npz<'p> {
             return Err(bad(format!("is missing, found {}", self.names().collect::<Vec<_>>().join(", "))));
         };
         // The file has a position of its own, because several arrays may be read at once.
-        let mut file = File::open(self.path)?;
+        let mut file = open_seekable(self.path)?;
         file.seek(SeekFrom::Start(member.at))?;
         let mut header = [0; 30];
         file.read_exact(&mut header)?;

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use rayon::prelude::*;
 
 use super::progress::Progress;
-use super::{Arguments, check_new, note, signals, write_all};
+use super::{Arguments, Ending, finishing, note, number, outputs, write_all};
 use crate::commands::output::Stop;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
@@ -23,9 +23,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         )
         .into());
     }
-    check_new(&arguments.output, arguments.force)?;
+    let outputs = outputs(arguments);
+    outputs.check([&arguments.output])?;
     let files = find(&arguments.sources)?;
-    let signal = signals()?;
+    finishing(Ending::InTime);
+    let signal = number();
     let threads = arguments.threads.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|error| Error::with_cause(ErrorKind::Usage, "--threads", error))?;
@@ -75,7 +77,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         ));
     }
     let tests = for_tests(&recordings, arguments.test);
-    write_all(arguments, |file| recorded_arrays::write(file, &recordings, &tests))?;
+    write_all(&outputs, &arguments.output, |file| recorded_arrays::write(file, &recordings, &tests))?;
     let for_tests = tests.iter().filter(|test| **test).count();
     let (samples, count) = (counted(samples, "sample"), counted(recordings.len(), "recording"));
     note(format_args!("{}: {samples} of {count}, {for_tests} of them for tests", arguments.output.display()));

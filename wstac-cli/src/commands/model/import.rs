@@ -8,8 +8,9 @@ use clap::ValueEnum;
 use clap::error::ErrorKind;
 use wstac_core::model::file::Task;
 
-use super::super::output::{Stop, check_new, note};
-use wstac_host::atomic_write::atomic_write;
+use super::super::files::Outputs;
+use super::super::output::{Stop, note};
+use super::super::wrong_arguments;
 use wstac_train::model::trained::Kind;
 use wstac_train::model::write::{self, Options};
 use wstac_train::model::{Import, import, import_inline};
@@ -100,7 +101,8 @@ enum Leaves {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let output = &arguments.output;
     let backend = backend(arguments.backend, output).unwrap_or_else(|contradiction| contradiction.exit());
-    check_new(output, arguments.force)?;
+    let outputs = Outputs::new(arguments.force).reading([&arguments.file]);
+    outputs.check([output])?;
     let task = arguments.task.map(|task| match task {
         Classes::Specimen => Task::Specimen,
         Classes::Pattern => Task::Pattern,
@@ -122,7 +124,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         (model, written.bytes(), written.exactness)
     };
     check_options(arguments, &model.kind, backend).unwrap_or_else(|idle| idle.exit());
-    atomic_write(output, &bytes)?;
+    outputs.write(output, &bytes)?;
     let (path, classes, task) = (output.display(), model.labels.len(), model.task.name());
     let what = if backend == Backend::Inline { "bytes of Rust" } else { "bytes" };
     let classes = if classes == 1 { "1 class".to_owned() } else { format!("{classes} classes") };
@@ -172,5 +174,5 @@ fn check_options(arguments: &Arguments, kind: &Kind, backend: Backend) -> Result
 }
 
 fn conflict(message: impl Display) -> clap::Error {
-    clap::Error::raw(ErrorKind::ArgumentConflict, format_args!("{message}\n"))
+    wrong_arguments(ErrorKind::ArgumentConflict, message)
 }

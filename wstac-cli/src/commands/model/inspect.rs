@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use super::super::output::Stop;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
+use wstac_host::visible::Line;
 use wstac_train::model::inspect::inspect;
 
 /// Print the kind, classes, size and cost of a model
@@ -34,7 +35,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     writeln!(out, "kind      {}, {}", found.kind, found.numbers)?;
     writeln!(out, "task      {}", found.task)?;
-    writeln!(out, "classes   {}: {}", found.labels.len(), found.labels.join(", "))?;
+    writeln!(out, "classes   {}: {}", found.labels.len(), Line(found.labels.join(", ")))?;
     writeln!(out, "frames    {} of a sample", found.frames)?;
     writeln!(out, "size      {} bytes of flash", found.bytes)?;
     if let Some(rows) = found.rows {
@@ -48,5 +49,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             "visits    {mean:.0} splits per sample if all leaves of a tree are equally likely, at most {worst}"
         )?;
     }
-    Ok(writeln!(out, "training  {}", found.training)?)
+    Ok(writeln!(out, "training  {}", Line(&found.training))?)
 }

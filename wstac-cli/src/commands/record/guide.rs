@@ -8,8 +8,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, channel};
 use std::time::Duration;
 
-use super::{Arguments, Shown, create, labels, signals};
+use super::{Arguments, Shown, labels};
+use crate::commands::files::Outputs;
 use crate::commands::output::{Form, Records, Stop, note, text_of};
+use crate::commands::signals::{Ending, finishing};
 use crate::commands::source_arguments::doubts_of_textures;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
@@ -92,10 +94,11 @@ pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
         .into());
     }
     fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
+    let interrupted = finishing(Ending::Whole);
     note(&info.about);
     let form = if arguments.json { Form::Json } else { Form::Text };
     let shown = Shown { records: Some(Records::new(form)), events: 0 };
-    let (keys, interrupted) = (keys(), signals()?);
+    let keys = keys();
     if let Some(doubt) = doubts_of_textures(&info, &models) {
         note(doubt);
     }
@@ -202,10 +205,11 @@ impl Session<'_> {
         }
     }
 
-    /// Records one slide: a quiet baseline, then one event. The file ends in `.part` until it is complete.
+    /// Records one slide: a quiet baseline, then one event. The file ends in `.part` until it is complete. That of a
+    /// session that was killed stays: what is in it can be recovered.
     fn slide(&mut self, slide: &PlannedSlide, path: &Path) -> Result<Outcome, Error> {
-        let part = path.with_added_extension("part");
         loop {
+            let part = new_part(path)?;
             let ended = self.attempt(slide, &part);
             match ended {
                 Ok(Some(Outcome::Recorded)) => {
@@ -213,7 +217,10 @@ impl Session<'_> {
                     note(format_args!("wrote {}", path.display()));
                     return Ok(Outcome::Recorded);
                 }
-                Ok(None) => note("the baseline was not quiet: do not touch the sensor; it is taken again"),
+                Ok(None) => {
+                    remove(&part)?;
+                    note("the baseline was not quiet: do not touch the sensor; it is taken again");
+                }
                 Ok(Some(outcome)) => {
                     remove(&part)?;
                     return Ok(outcome);
@@ -233,7 +240,7 @@ impl Session<'_> {
         labels.extend(slide.labels.clone());
         let models = self.models.iter().map(|file| file.about().to_owned()).collect();
         let about = About::new(&self.info, &self.config, labels, models)?;
-        let file = create(part, true)?;
+        let file = Outputs::default().create_at_once(part)?;
         let mut recorder = Recorder::new(file, part, &about, &processor)?;
         let outcome = self.watch(slide, &mut processor, &mut recorder);
         // Even if the source failed, the file of what came before is complete.
@@ -298,6 +305,23 @@ impl Session<'_> {
     }
 }
 
+/// Returns the name of a slide's unfinished file: one that no other session has used.
+fn new_part(path: &Path) -> Result<PathBuf, Error> {
+    for number in 1..1000_u32 {
+        let name = if number == 1 { "part".to_owned() } else { format!("{number}.part") };
+        let part = path.with_added_extension(name);
+        if part.symlink_metadata().is_err() {
+            return Ok(part);
+        }
+        let (old, whole) = (part.display(), path.with_added_extension(format!("{number}.recovered.mcap")));
+        note(format_args!(
+            "{old} is of a session that did not end properly: wstac recover {old} -o {} brings back what is in it",
+            whole.display()
+        ));
+    }
+    Err(Error::new(ErrorKind::AlreadyExists, path.display(), "has 999 unfinished files, expected fewer"))
+}
+
 fn remove(path: &Path) -> Result<(), Error> {
     fs::remove_file(path).map_err(|error| Error::io(path.display(), error))
 }
@@ -343,6 +367,7 @@ mod tests {
     #[test]
     fn where_a_camera_fails_what_came_before_is_in_a_whole_file() {
         let part = std::env::temp_dir().join(format!("wstac-guide-{}.mcap", std::process::id()));
+        let _ = fs::remove_file(&part);
         let slide = PlannedSlide { labels: Labels::new(), about: String::new(), name: String::new() };
         let failed = session().attempt(&slide, &part).err().unwrap();
         assert_eq!(failed.to_string(), "camera: unplugged");

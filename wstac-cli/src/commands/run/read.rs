@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use super::super::output::{Form, LossReport, Records, Stop, note};
+use super::super::signals::{Ending, finishing};
 use super::super::source_arguments::doubts_of_textures;
 use super::Arguments;
 use super::sensors::Sensor;
@@ -16,6 +17,7 @@ use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::plural::counted;
 use wstac_host::session::{Observer, Session, Step};
+use wstac_host::source::decorate::Limited;
 use wstac_host::source::{FramePolicy, Lag, SourceEvent};
 use wstac_host::texture::Textures;
 
@@ -33,7 +35,6 @@ pub(super) struct Opened<'a> {
     session: Session,
     records: Records,
     raw: Option<RawFile>,
-    limit: Option<u64>,
     interrupted: &'a AtomicBool,
 }
 
@@ -49,9 +50,14 @@ impl<'a> Run<'a> {
         let delivery = if arguments.save_raw.is_some() { FramePolicy::Every } else { FramePolicy::Newest };
         let (source, info, config) =
             arguments.options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
+        // Only after opening, which a signal ends at once, and before the first output.
+        finishing(Ending::InTime);
         let wanted = OutputOptions { features: arguments.features, samples: arguments.samples };
-        let session =
-            Session::builder(source).info(info.clone()).config(config).outputs(wanted).textures(Textures::new(files)?);
+        let session = Session::builder(Limited::new(source, arguments.frames))
+            .info(info.clone())
+            .config(config)
+            .outputs(wanted)
+            .textures(Textures::new(files)?);
         let session = session.build()?;
         records.note(&info.about);
         if let Some(doubt) = doubts_of_textures(&info, files) {
@@ -69,7 +75,7 @@ impl<'a> Run<'a> {
             .into());
         }
         let raw = arguments.save_raw.as_deref().map(RawFile::create).transpose()?;
-        Ok(Opened { session, records, raw, limit: arguments.frames, interrupted })
+        Ok(Opened { session, records, raw, interrupted })
     }
 
     /// Reads all sensors at once, after all of them were opened. Each continues to its own end if others fail.
@@ -115,16 +121,16 @@ impl<'a> Run<'a> {
 }
 
 impl Opened<'_> {
-    /// Reads until the source ends or fails, the limit of frames is reached, or a signal requests the end. The end
+    /// Reads until the source ends or fails, or a signal requests the end. The end
     /// record is always written.
     ///
     /// # Errors
     /// Returns the error of the source, or of writing.
     pub(super) fn read(self) -> Result<(), Stop> {
-        let Self { mut session, records, raw, limit, interrupted } = self;
-        let mut printer = Printer { records, raw, losses: LossReport::default(), passed: 0 };
+        let Self { mut session, records, raw, interrupted } = self;
+        let mut printer = Printer { records, raw, losses: LossReport::default() };
         let result = loop {
-            if interrupted.load(Ordering::Relaxed) || limit.is_some_and(|limit| printer.passed >= limit) {
+            if interrupted.load(Ordering::Relaxed) {
                 break session.finish(&mut printer);
             }
             match session.step(&mut printer) {
@@ -149,8 +155,6 @@ struct Printer {
     records: Records,
     raw: Option<RawFile>,
     losses: LossReport,
-    /// Camera frames so far, lost ones included.
-    passed: u64,
 }
 
 impl Observer for Printer {
@@ -159,16 +163,11 @@ impl Observer for Printer {
     fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Stop> {
         match event {
             SourceEvent::Frame(frame) => {
-                self.passed = self.passed.saturating_add(1);
                 if let Some(raw) = &mut self.raw {
                     raw.write(frame.bytes)?;
                 }
             }
-            SourceEvent::Taxels(_) => self.passed = self.passed.saturating_add(1),
-            SourceEvent::Lost { frames, reason } => {
-                self.passed = self.passed.saturating_add(*frames);
-                self.losses.add(*frames, reason);
-            }
+            SourceEvent::Lost { frames, reason } => self.losses.add(*frames, reason),
             _ => {}
         }
         Ok(())
@@ -194,6 +193,9 @@ fn say_lag(lag: Lag, records: &Records) {
 struct RawFile {
     file: File,
     path: PathBuf,
+    /// Bytes and whole frames that were written.
+    bytes: u64,
+    frames: u64,
 }
 
 impl RawFile {
@@ -206,10 +208,22 @@ impl RawFile {
             }
             _ => Error::io(path.display(), error),
         })?;
-        Ok(Self { file, path: path.to_owned() })
+        Ok(Self { file, path: path.to_owned(), bytes: 0, frames: 0 })
     }
 
+    /// Writes a frame. If that fails, the file keeps the whole frames before it, and is removed if there are none.
     fn write(&mut self, bytes: &[u8]) -> Result<(), Error> {
-        self.file.write_all(bytes).map_err(|error| Error::io(self.path.display(), error))
+        let Err(error) = self.file.write_all(bytes) else {
+            self.bytes += bytes.len() as u64;
+            self.frames += 1;
+            return Ok(());
+        };
+        let kept = if self.frames == 0 { std::fs::remove_file(&self.path) } else { self.file.set_len(self.bytes) };
+        let rest = match kept {
+            Ok(()) if self.frames == 0 => "no frame fits, so the file was removed".to_owned(),
+            Ok(()) => format!("the file has the first {}", counted(self.frames, "frame")),
+            Err(other) => format!("the file ends within a frame: {other}"),
+        };
+        Err(Error::new(error.kind().into(), self.path.display(), format_args!("{error}; {rest}")).caused_by(error))
     }
 }

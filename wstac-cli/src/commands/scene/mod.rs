@@ -72,7 +72,7 @@ optional; these are the defaults:
   overlap_mm = 3         # overlap of the crests with the middle
                          # whisker; at most the radius of a Sphere
   relaxation_ms = 2      # time in which a released whisker springs
-                         # back, from 0.01; 0 if it is immediate
+                         # back, from 0.001; 0 if it is immediate
   present = "all"        # or "middle": one whisker
   [light]                # a full scale is the light of a taxel whose
                          # pixels are all at full scale

@@ -4,10 +4,10 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
-use super::super::output::{Stop, check_new, note};
-use super::super::run::interruptions;
+use super::super::files::{NewFile, Outputs};
+use super::super::output::{Stop, note};
+use super::super::signals::{self, Ending, finishing};
 use super::named;
-use wstac_host::atomic_write::AtomicFile;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 use wstac_host::source::open::OpenOptions;
@@ -61,14 +61,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         Some(header_of(&info).map_err(|message| Error::new(ErrorKind::Unsupported, &info.about, message))?)
     };
     note(&info.about);
-    let mut out = Output::create(path, arguments.force)?;
+    let outputs = Outputs::new(arguments.force).reading([named(&arguments.scene)]);
+    let mut out = Output::create(path, &outputs)?;
     if let Some(header) = &header {
         out.write(header.as_bytes())?;
     }
-    let (mut lost, interrupted) = (0, interruptions()?);
+    let (mut lost, interrupted) = (0, finishing(Ending::InTime));
     loop {
         if interrupted.load(Ordering::Relaxed) {
-            return Err(Stop::Interrupted(signal_hook::consts::SIGINT as u8));
+            return Err(Stop::Interrupted(signals::code()));
         }
         match source.next_event()? {
             SourceEvent::Frame(Frame { bytes, .. }) => {
@@ -90,35 +91,31 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 }
 
 /// A new file, or standard output.
-enum Output {
+enum Output<'a> {
     Standard(BufWriter<std::io::Stdout>),
     /// A file that takes its name only when it is complete.
-    File(AtomicFile, PathBuf, bool),
+    File(NewFile<'a>, PathBuf),
 }
 
-impl Output {
-    fn create(path: &Path, force: bool) -> Result<Self, Error> {
+impl<'a> Output<'a> {
+    fn create(path: &Path, outputs: &'a Outputs) -> Result<Self, Error> {
         if path == Path::new("-") {
             return Ok(Self::Standard(BufWriter::new(std::io::stdout())));
         }
-        check_new(path, force)?;
-        Ok(Self::File(AtomicFile::create(path)?, path.to_owned(), force))
+        Ok(Self::File(outputs.create(path)?, path.to_owned()))
     }
 
     fn write(&mut self, bytes: &[u8]) -> Result<(), Stop> {
         match self {
             Self::Standard(out) => Ok(out.write_all(bytes)?),
-            Self::File(file, path, _) => file.write_all(bytes).map_err(|error| Error::io(path.display(), error).into()),
+            Self::File(new, path) => new.file.write_all(bytes).map_err(|error| Error::io(path.display(), error).into()),
         }
     }
 
     fn finish(self) -> Result<(), Stop> {
         match self {
             Self::Standard(mut out) => Ok(out.flush()?),
-            Self::File(file, path, force) => {
-                check_new(&path, force)?;
-                Ok(file.commit()?)
-            }
+            Self::File(new, _) => Ok(new.commit()?),
         }
     }
 }

@@ -3,8 +3,9 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use super::{Arguments, base, check_new_all, prices, print, read};
+use super::{Arguments, base, check_new_all, outputs, prices, print, read};
 use crate::commands::output::Stop;
+use crate::commands::wrong_arguments;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_tradeoff::budget::{Budget, best};
 use wstac_tradeoff::candidate::Candidate;
@@ -21,7 +22,7 @@ pub(super) fn choose(arguments: &Arguments, budget: &Budget) -> Result<(), Stop>
     let rows = read(arguments.map.as_deref().unwrap_or(Path::new("kept")))?;
     if let Err(error) = budget.check_model(&rows) {
         // Reported like any other term that cannot be used.
-        clap::Error::raw(clap::error::ErrorKind::ValueValidation, format!("--budget: {error}\n")).exit();
+        wrong_arguments(clap::error::ErrorKind::ValueValidation, format_args!("--budget: {error}")).exit();
     }
     let prices = prices(arguments)?;
     let choice = best(&rows, budget, arguments.by, &prices, arguments.core);
@@ -36,6 +37,9 @@ pub(super) fn choose(arguments: &Arguments, budget: &Budget) -> Result<(), Stop>
     text.push_str(BIAS);
     if let Some(folder) = &arguments.output {
         check_new_all(arguments, &FILES)?;
+        // The model of the choice is read, too.
+        let own = outputs(arguments).reading(row.model.as_ref());
+        own.check(FILES.iter().map(|name| folder.join(name)).filter(|path| path.exists()))?;
         let (name, base) = base(arguments)?;
         let config = chosen::config(&row.setting, &base).map_err(|error| Error::new(ErrorKind::Config, name, error))?;
         let commands = chosen::write(folder, row, model.as_ref(), &prices, &cores, &config)?;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{Arguments, check_new_all, models, print, write};
+use super::{Arguments, check_new_all, models, outputs, print, write};
 use crate::commands::output::{Stop, note};
 use wstac_host::config::Config;
 use wstac_host::error::Error;
@@ -31,8 +31,9 @@ pub(super) fn fade(arguments: &Arguments, config: &Config) -> Result<(), Stop> {
     let text = fade::tables(&all);
     if let Some(folder) = &arguments.output {
         std::fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
-        write(folder, "fade.csv", &fade::csv(&all))?;
-        write(folder, "fade.md", &text)?;
+        let outputs = outputs(arguments);
+        write(&outputs, folder, "fade.csv", &fade::csv(&all))?;
+        write(&outputs, folder, "fade.md", &text)?;
     }
     print(&text)
 }

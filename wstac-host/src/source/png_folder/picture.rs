@@ -97,7 +97,7 @@ pub(super) struct Picture {
 impl Picture {
     /// Reads a file's header, and checks its size before anything that large is allocated.
     pub(super) fn open(path: &Path) -> Result<Self, Problem> {
-        let file = File::open(path).map_err(Problem::Io)?;
+        let file = crate::files::open_seekable(path).map_err(Problem::Io)?;
         let mut decoder = Decoder::new_with_limits(BufReader::new(file), Limits { bytes: MOST_OVERHEAD });
         decoder.set_ignore_text_chunk(true);
         decoder.set_ignore_iccp_chunk(true);

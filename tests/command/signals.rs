@@ -1,0 +1,353 @@
+//! Tests that signals end every command in time, that nothing blocks before that, and that full disks are said.
+
+use std::fs::{self, File};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::os::unix::process::ExitStatusExt;
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
+
+use wstac_tests::command::{good, run, said, start, wstac};
+use wstac_tests::folder::Folder;
+
+const SIGNALS: [Signal; 3] = [Signal::INT, Signal::TERM, Signal::HUP];
+/// A frame of 40 × 40 pixels, and what comes before the first.
+const HEADER: &[u8] = b"YUV4MPEG2 W40 H40 F30:1 Cmono\n";
+
+fn frames(count: usize) -> Vec<u8> {
+    [&b"FRAME\n"[..], &[3; 1600]].concat().repeat(count)
+}
+
+fn send(child: &Child, signal: Signal) {
+    kill_process(Pid::from_child(child), signal).unwrap();
+}
+
+/// Sends a signal, and returns how the process ended. It must end within a second, and some room for a busy machine.
+fn end(child: &mut Child, signal: Signal) -> Result<ExitStatus, String> {
+    let started = Instant::now();
+    send(child, signal);
+    while started.elapsed() < Duration::from_millis(1500) {
+        if let Some(status) = child.try_wait().unwrap() {
+            return Ok(status);
+        }
+        thread::sleep(Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    Err(format!("still runs 1.5 s after {signal:?}"))
+}
+
+fn pipe(folder: &Folder, name: &str) -> String {
+    let path = folder.0.join(name);
+    assert!(Command::new("mkfifo").arg(&path).status().unwrap().success());
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn every_signal_ends_a_stream_with_its_end_record_from_the_first_byte_on() {
+    for signal in SIGNALS {
+        for (first_on_stdout, arguments) in
+            [(false, &["run", "-", "--json"][..]), (true, &["run", "-", "--json", "--features"])]
+        {
+            let mut child = start(arguments);
+            let mut stdin = child.stdin.take().unwrap();
+            stdin.write_all(HEADER).unwrap();
+            stdin.write_all(&frames(1)).unwrap();
+            let (out, err) = (child.stdout.take().unwrap(), child.stderr.take().unwrap());
+            let (mut out, mut err) = (BufReader::new(out), BufReader::new(err));
+            let mut first = [0];
+            if first_on_stdout { out.read_exact(&mut first) } else { err.read_exact(&mut first) }.unwrap();
+            let status = end(&mut child, signal).unwrap();
+            let mut text = String::new();
+            out.read_to_string(&mut text).unwrap();
+            assert_eq!(status.code(), Some(0), "{signal:?} {text}");
+            assert!(text.lines().last().unwrap().starts_with(r#"{"kind":"end","#), "{signal:?} {text}");
+        }
+    }
+}
+
+#[test]
+fn every_signal_ends_several_sensors_a_monitor_and_a_recording() {
+    let folder = Folder::new("signals-kinds");
+    let file = folder.0.join("a.mcap");
+    for signal in SIGNALS {
+        let slow = folder.file("slow.toml", "specimen = \"Saw3\"\nspeed = 1\nlead_in = 100000\n");
+        let slow = format!("=scene:{}", slow.display());
+        let (left, right) = (format!("cam:left{slow}"), format!("cam:right{slow}"));
+        let mut child = start(&["run", &left, &right, "--json"]);
+        let mut notes = BufReader::new(child.stderr.take().unwrap()).lines();
+        assert!(notes.by_ref().take(2).all(|note| note.is_ok()));
+        thread::sleep(Duration::from_millis(200));
+        let status = end(&mut child, signal).unwrap();
+        let mut text = String::new();
+        child.stdout.take().unwrap().read_to_string(&mut text).unwrap();
+        assert_eq!((status.code(), text.matches(r#""kind":"end""#).count()), (Some(0), 2), "{signal:?} {text}");
+
+        let mut child = start(&["monitor", "-"]);
+        thread::sleep(Duration::from_millis(300));
+        let status = end(&mut child, signal).unwrap();
+        let mut text = String::new();
+        child.stdout.take().unwrap().read_to_string(&mut text).unwrap();
+        assert_eq!(status.code(), Some(0));
+        assert!(text.starts_with("end after 0 frames"), "{text}");
+
+        let mut child = start(&["record", "-", "-o", file.to_str().unwrap(), "--force"]);
+        let mut stdin = child.stdin.take().unwrap();
+        stdin.write_all(HEADER).unwrap();
+        stdin.write_all(&frames(40)).unwrap();
+        let mut notes = BufReader::new(child.stderr.take().unwrap()).lines();
+        notes.next().unwrap().unwrap();
+        thread::sleep(Duration::from_millis(300));
+        assert_eq!(end(&mut child, signal).unwrap().code(), Some(0));
+        assert!(good(&["run", file.to_str().unwrap(), "--json"]).contains(r#""kind":"end","frames":40,"#));
+    }
+}
+
+/// Whoever reads the output may have stopped: a pipe that is full holds nobody up.
+#[test]
+fn a_reader_that_takes_nothing_holds_up_no_end() {
+    let folder = Folder::new("signals-reader");
+    let file = folder.0.join("a.mcap");
+    let slow = folder.file("slow.toml", "specimen = \"Saw3\"\nspeed = 150\nlead_in = 50000\nfidelity = \"taxel\"\n");
+    let mut child = start(&["run", &format!("scene:{}", slow.display()), "--json", "--features"]);
+    thread::sleep(Duration::from_millis(800));
+    end(&mut child, Signal::INT).unwrap();
+    // A recording whose records fill the pipe is whole.
+    let mut child = start(&["record", "-", "-o", file.to_str().unwrap(), "--json"]);
+    let mut stdin = child.stdin.take().unwrap();
+    stdin.write_all(HEADER).unwrap();
+    let dark_and_lit: Vec<u8> =
+        (0..60).flat_map(|number| [&b"FRAME\n"[..], &[if number < 40 { 3 } else { 240 }; 1600]].concat()).collect();
+    let writer = thread::spawn(move || {
+        // Each of these is an event, and each has a record. The end of the program closes the pipe.
+        while stdin.write_all(&dark_and_lit).is_ok() {}
+    });
+    thread::sleep(Duration::from_millis(2500));
+    assert_eq!(end(&mut child, Signal::INT).unwrap().code(), Some(0));
+    writer.join().unwrap();
+    assert!(good(&["run", file.to_str().unwrap(), "--json"]).contains(r#""kind":"end""#));
+    assert!(
+        said(&run(&["recover", file.to_str().unwrap(), "-o", folder.0.join("b.mcap").to_str().unwrap()]))
+            .contains("the recording was finished properly")
+    );
+}
+
+/// Commands without an end of their own end like programs without handlers, and leave nothing behind.
+#[test]
+fn every_other_command_ends_at_once_and_leaves_nothing() {
+    let folder = Folder::new("signals-others");
+    folder.file("slow.toml", "specimen = \"Saw3\"\nspeed = 1\nlead_in = 100000\n");
+    folder.file("sweep.toml", "specimens = [\"Saw3\"]\nslides = 100000\n[scene]\nfidelity = \"rendered\"\n");
+    let before = folder.names();
+    for (command, is_handled) in [
+        (&["trade", "--slides", "110", "-o", "new"][..], false),
+        (&["plot", "scene:slow.toml", "-o", "new.svg"], false),
+        (&["scene", "render", "slow.toml", "-o", "new.y4m"], true),
+        (&["calibrate", "scene:slow.toml", "-o", "new.toml"], true),
+        (&["dataset", "sweep.toml", "-o", "new.npz"], true),
+        (&["doctor", "scene:slow.toml", "--seconds", "600"], true),
+        (&["demo"], false),
+    ] {
+        for signal in SIGNALS {
+            let mut process = Command::new(wstac());
+            process.args(command).current_dir(&folder.0).stdout(Stdio::null()).stderr(Stdio::null());
+            let mut child = process.spawn().unwrap();
+            thread::sleep(Duration::from_millis(400));
+            let status = end(&mut child, signal).unwrap_or_else(|error| panic!("{command:?}: {error}"));
+            let number = signal.as_raw();
+            let ended = status.code() == Some(128 + number) || status.signal() == Some(number);
+            assert!(ended || is_handled, "{command:?} {status:?}");
+            for name in ["new.npz.part", "new.png", "new.toml", "new.refused.png"] {
+                let _ = fs::remove_file(folder.0.join(name));
+            }
+            assert_eq!(folder.names(), before, "{command:?} {signal:?}");
+        }
+    }
+}
+
+#[test]
+fn a_signal_that_the_parent_ignores_stays_ignored() {
+    let script = "trap '' HUP INT TERM; exec \"$0\" run - --json --features";
+    let mut process = Command::new("bash");
+    process.args(["-c", script]).arg(wstac()).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
+    let mut child = process.spawn().unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    stdin.write_all(HEADER).unwrap();
+    stdin.write_all(&frames(1)).unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    lines.next().unwrap().unwrap();
+    SIGNALS.iter().for_each(|signal| send(&child, *signal));
+    thread::sleep(Duration::from_millis(300));
+    assert!(child.try_wait().unwrap().is_none(), "it has ended");
+    stdin.write_all(&frames(1)).unwrap();
+    assert!(lines.next().unwrap().unwrap().contains(r#""frame":1"#));
+    drop(stdin);
+    assert!(lines.next().unwrap().unwrap().contains(r#""kind":"end""#));
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+}
+
+/// A pipe without a writer is waited for, and a signal ends the wait; what cannot be a stream is refused at once.
+#[test]
+fn opening_a_pipe_never_blocks_for_good() {
+    let folder = Folder::new("signals-pipes");
+    fs::create_dir(folder.0.join("pictures")).unwrap();
+    fs::copy(concat!(env!("CARGO_MANIFEST_DIR"), "/../wstac-host/models/svm.wsm"), folder.0.join("svm.wsm")).unwrap();
+    folder.file("base.toml", "");
+    let waiting =
+        ["pipe", "pipe.toml", "pipe.wsm", "pipe.onnx", "pipe.bin", "pipe.y4m"].map(|name| pipe(&folder, name));
+    let refused = ["pipe.mcap", "pipe.npz", "pictures/1.png"].map(|name| pipe(&folder, name));
+    let path = |name: &str| folder.0.join(name).to_str().unwrap().to_owned();
+    let [source, toml, wsm, onnx, bin, y4m] = &waiting;
+    for command in [
+        &["run", source][..],
+        &["run", y4m],
+        &["run", &format!("cam:a={source}"), "cam:b=scene:Saw3@150"],
+        &["record", source, "-o", &path("new.mcap")],
+        &["calibrate", source, "-o", &path("new.toml")],
+        &["doctor", source],
+        &["plot", source, "-o", &path("new.svg")],
+        &["monitor", bin],
+        &["run", "scene:Saw3@150", "--config", toml],
+        &["run", "scene:Saw3@150", "--model", wsm],
+        &["run", &format!("scene:{toml}")],
+        &["record", "scene:Saw3@150", "--guide", toml, "-o", &path("files")],
+        &["dataset", toml, "-o", &path("new.npz")],
+        &["model", "import", onnx, "-o", &path("new.wsm")],
+        &["model", "inspect", wsm],
+        &["trade", "--map", toml],
+        &["trade", "--map", "kept", "--prices", toml],
+        &["trade", "--config", toml, "--slides", "1"],
+    ] {
+        for signal in SIGNALS {
+            let mut child = start(command);
+            thread::sleep(Duration::from_millis(150));
+            assert!(child.try_wait().unwrap().is_none(), "{command:?} did not wait: {:?}", child.wait_with_output());
+            end(&mut child, signal).unwrap_or_else(|error| panic!("{command:?}: {error}"));
+        }
+    }
+    let [mcap, npz, _] = &refused;
+    let pictures = path("pictures");
+    for command in [
+        &["recover", mcap, "-o", &path("new.mcap")][..],
+        &["dataset", mcap, "-o", &path("new.npz")],
+        &["fit-speed", npz],
+        &["model", "eval", "builtin:svm", npz],
+        &["run", &pictures],
+    ] {
+        let mut child = start(command);
+        drop(child.stdin.take());
+        let started = Instant::now();
+        while child.try_wait().unwrap().is_none() && started.elapsed() < Duration::from_secs(3) {
+            thread::sleep(Duration::from_millis(10));
+        }
+        let ended = child.try_wait().unwrap();
+        let _ = child.kill();
+        assert_eq!(ended.and_then(|status| status.code()), Some(1), "{command:?}");
+    }
+    // With a writer, pipes are read.
+    let write = |pipe: &str, content: Vec<u8>| {
+        let pipe = pipe.to_owned();
+        thread::spawn(move || File::options().write(true).open(pipe).unwrap().write_all(&content).unwrap())
+    };
+    let config = write(toml, b"[trigger]\nwindow = 5\n".to_vec());
+    let model = write(wsm, fs::read(folder.0.join("svm.wsm")).unwrap());
+    let lines = good(&["run", "scene:Saw3@150", "--config", toml, "--model", wsm]);
+    assert!(lines.contains("texture Saw3"), "{lines}");
+    let stream = write(source, [HEADER, &frames(3)].concat());
+    assert!(good(&["run", source, "--json"]).contains(r#""frames":3,"#));
+    for thread in [config, model, stream] {
+        thread.join().unwrap();
+    }
+}
+
+/// A limit of the size of files acts like a full disk: whatever the signal does, no half of a file stays.
+#[test]
+fn a_file_that_cannot_be_written_leaves_nothing() {
+    let folder = Folder::new("signals-limit");
+    let path = |name: &str| folder.0.join(name).to_str().unwrap().to_owned();
+    folder.file("a.toml", "specimens = [\"Saw3\"]\nslides = 2\n");
+    let trained = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz/seeds/model_import/forest.onnx");
+    fs::copy(trained, folder.0.join("forest.onnx")).unwrap();
+    good(&["record", "scene:Saw3@150", "-o", &path("a.mcap"), "--label", "specimen=Saw3"]);
+    let before = folder.names();
+    for (command, blocks) in [
+        ("dataset a.mcap -o new.npz", 0),
+        ("dataset a.toml -o new.npz", 0),
+        ("model import forest.onnx -o new.wsm", 0),
+        ("plot a.mcap -o new.svg", 0),
+        ("scene render Saw3@150 -o new.y4m", 100),
+        ("recover a.mcap -o new.mcap", 100),
+        ("run a.mcap --save-raw new.raw", 100),
+        ("man new", 0),
+        ("trade --map kept -o new.svg", 0),
+    ] {
+        let script = format!("ulimit -f {blocks}; exec \"$0\" {command}");
+        let done = Command::new("bash").args(["-c", &script]).arg(wstac()).current_dir(&folder.0).output().unwrap();
+        assert_eq!(done.status.code(), Some(1), "{command}: {}", said(&done));
+        assert!(said(&done).contains("new"), "{command}: {}", said(&done));
+        let _ = fs::remove_dir(folder.0.join("new"));
+        // The unfinished part of a data set is kept on purpose.
+        let _ = fs::remove_file(folder.0.join("new.npz.part"));
+        assert_eq!(folder.names(), before, "{command}");
+    }
+    // Of raw frames, the whole ones are kept.
+    let script = "ulimit -f 2000; exec \"$0\" run a.mcap --save-raw new.raw";
+    let done = Command::new("bash").args(["-c", script]).arg(wstac()).current_dir(&folder.0).output().unwrap();
+    assert_eq!(done.status.code(), Some(1));
+    assert!(said(&done).contains("new.raw: ") && said(&done).contains("has the first 2 frames"), "{}", said(&done));
+    assert_eq!(fs::metadata(Path::new(&path("new.raw"))).unwrap().len(), 2 * 1280 * 720);
+}
+
+#[test]
+fn a_full_output_is_an_error_of_every_command() {
+    let folder = Folder::new("signals-full");
+    good(&["record", "scene:Saw3@150", "-o", folder.0.join("a.mcap").to_str().unwrap()]);
+    for arguments in [
+        &["--help"][..],
+        &["-h"],
+        &["--version"],
+        &["run", "--help"],
+        &["help", "model"],
+        &["completions", "bash"],
+        &["run", "a.mcap"],
+        &["run", "a.mcap", "--json"],
+        &["model", "inspect", "builtin:svm"],
+        &["scene", "explain", "Saw3@150", "--no-cost"],
+        &["scene", "strain", "Saw3@150"],
+        &["scene", "render", "Saw3@150", "-o", "-"],
+        &["trade", "--budget", "M4F<60k"],
+        &["doctor", "a.mcap"],
+        &["calibrate", "a.mcap", "-o", "new.toml", "--force"],
+        &["devices", "--json"],
+        &["demo"],
+    ] {
+        let full = File::options().write(true).open("/dev/full").unwrap();
+        let done = Command::new(wstac()).args(arguments).current_dir(&folder.0).stdout(full).output().unwrap();
+        assert_eq!(done.status.code(), Some(1), "{arguments:?}: {}", said(&done));
+        assert!(said(&done).contains("standard output: No space left"), "{arguments:?}: {}", said(&done));
+    }
+    // A reader that has seen enough is no error.
+    let mut child = start(&["--help"]);
+    drop(child.stdout.take());
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+}
+
+/// A limit of frames is exact, also if a gap reaches beyond it.
+#[test]
+fn a_limit_of_frames_is_exact() {
+    let folder = Folder::new("signals-frames");
+    let scene = folder.file("s.toml", "specimen = \"Saw3\"\nspeed = 150\nseed = 2\n[sensor]\ndropped = 0.5\n");
+    let scene = format!("scene:{}", scene.display());
+    let file = folder.0.join("a.mcap");
+    for limit in 60..80 {
+        let limit = limit.to_string();
+        let text = good(&["run", &scene, "--json", "--frames", &limit]);
+        assert!(text.contains(&format!(r#""kind":"end","frames":{limit},"#)), "{limit}: {text}");
+        good(&["record", &scene, "-o", file.to_str().unwrap(), "--force", "--frames", &limit]);
+        let text = good(&["run", file.to_str().unwrap(), "--json"]);
+        assert!(text.contains(&format!(r#""kind":"end","frames":{limit},"#)), "{limit}: {text}");
+    }
+}

@@ -1,0 +1,132 @@
+//! The files that a command writes: new, or replaced on request, and never one of those that it reads.
+
+use std::fs::{self, File, Metadata};
+use std::io::Write;
+use std::os::unix::fs::{DirEntryExt, MetadataExt};
+use std::path::{Path, PathBuf};
+
+use super::output::check_new;
+use wstac_host::atomic_write::AtomicFile;
+use wstac_host::error::{Error, ErrorKind};
+
+/// What a command may write: no file that it reads, and existing ones only with `--force`.
+#[derive(Debug, Default)]
+pub(super) struct Outputs {
+    inputs: Vec<PathBuf>,
+    force: bool,
+}
+
+impl Outputs {
+    /// Permits new files, and with `force` existing ones, too.
+    pub(super) fn new(force: bool) -> Self {
+        Self { inputs: Vec::new(), force }
+    }
+
+    /// Protects files and folders that the command reads. Names that are no files do not matter.
+    pub(super) fn reading<P: AsRef<Path>>(mut self, inputs: impl IntoIterator<Item = P>) -> Self {
+        self.inputs.extend(inputs.into_iter().map(|path| path.as_ref().to_owned()));
+        self
+    }
+
+    /// Protects the file of a source: also that of a scene, and that of standard input.
+    pub(super) fn source(self, name: &str) -> Self {
+        let name = if name == "-" { "/dev/stdin" } else { name.strip_prefix("scene:").unwrap_or(name) };
+        self.reading([name])
+    }
+
+    /// Refuses outputs that are inputs by any of their names, that exist, that are no files, or that are the same file.
+    pub(super) fn check<P: AsRef<Path>>(&self, outputs: impl IntoIterator<Item = P>) -> Result<(), Error> {
+        let mut seen = Vec::new();
+        for output in outputs {
+            let path = output.as_ref();
+            self.check_one(path)?;
+            let place = place(path);
+            if seen.contains(&place) {
+                let message = "is the name of two outputs, expected a name for each";
+                return Err(Error::new(ErrorKind::Usage, path.display(), message));
+            }
+            seen.push(place);
+        }
+        Ok(())
+    }
+
+    fn check_one(&self, path: &Path) -> Result<(), Error> {
+        if let Some(there) = path.metadata().ok().filter(|there| !there.is_dir()) {
+            let of_it = |input: &&PathBuf| is_or_has(input, &there);
+            if let Some(input) = self.inputs.iter().find(of_it) {
+                let message = format_args!("is an input of the command ({}), expected a new file", input.display());
+                return Err(Error::new(ErrorKind::Usage, path.display(), message));
+            }
+        }
+        check_new(path, self.force)
+    }
+
+    /// Creates a file that takes its name when it is whole.
+    pub(super) fn create(&self, path: &Path) -> Result<NewFile<'_>, Error> {
+        self.check_one(path)?;
+        Ok(NewFile { file: AtomicFile::create(path)?, path: path.to_owned(), outputs: self })
+    }
+
+    /// Writes a file completely or not at all.
+    pub(super) fn write(&self, path: &Path, bytes: impl AsRef<[u8]>) -> Result<(), Error> {
+        let mut new = self.create(path)?;
+        new.file.write_all(bytes.as_ref()).map_err(|error| Error::io(path.display(), error))?;
+        new.commit()
+    }
+
+    /// Creates a file that has its name from the start, so that what is in it can be recovered. It is locked.
+    ///
+    /// With `--force` it takes the place of a file that nobody is writing. That file's other names keep its content.
+    pub(super) fn create_at_once(&self, path: &Path) -> Result<File, Error> {
+        self.check_one(path)?;
+        let file = AtomicFile::create(path)?;
+        let open = file.file()?;
+        // On a system without locks the file is not locked.
+        let _ = open.try_lock();
+        if self.force {
+            file.commit()?;
+        } else {
+            file.commit_new()?;
+        }
+        Ok(open)
+    }
+}
+
+/// A file that takes its name when it is whole.
+#[derive(Debug)]
+pub(super) struct NewFile<'a> {
+    pub(super) file: AtomicFile,
+    path: PathBuf,
+    outputs: &'a Outputs,
+}
+
+impl NewFile<'_> {
+    /// Gives the file its name, unless another file has taken it in the meantime.
+    pub(super) fn commit(self) -> Result<(), Error> {
+        self.outputs.check_one(&self.path)?;
+        if self.outputs.force { self.file.commit() } else { self.file.commit_new() }
+    }
+}
+
+/// Returns the folder and the name of a path, however it is written.
+fn place(path: &Path) -> PathBuf {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+    folder.join(path.file_name().unwrap_or_default())
+}
+
+/// Returns whether an input is this file, or a folder that has it by any name.
+fn is_or_has(input: &Path, file: &Metadata) -> bool {
+    let Ok(found) = input.metadata() else { return false };
+    if !found.is_dir() {
+        return (found.dev(), found.ino()) == (file.dev(), file.ino());
+    }
+    let Ok(entries) = fs::read_dir(input) else { return false };
+    // A link in the folder has a number of its own.
+    let is_it = |entry: &fs::DirEntry| {
+        let is_link = entry.file_type().is_ok_and(|kind| kind.is_symlink());
+        (is_link || entry.ino() == file.ino())
+            && entry.path().metadata().is_ok_and(|found| (found.dev(), found.ino()) == (file.dev(), file.ino()))
+    };
+    entries.flatten().any(|entry| is_it(&entry))
+}

@@ -1,0 +1,154 @@
+//! Opens files without ever waiting: a named pipe without a writer, or a terminal without a carrier, blocks nobody.
+
+use std::fs::{File, OpenOptions};
+use std::io;
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::Path;
+
+/// Opens a file, a device or a named pipe for reading, at once.
+///
+/// Reads of a pipe do not wait either: poll it first, as [`Waiting`] does.
+///
+/// # Errors
+/// It does not exist, or may not be read.
+pub fn open(path: &Path) -> io::Result<File> {
+    File::options().read(true).custom_flags(libc::O_NONBLOCK | libc::O_NOCTTY).open(path)
+}
+
+/// Opens a file in which a program seeks, at once.
+///
+/// # Errors
+/// It does not exist, may not be read, or is no file.
+pub fn open_seekable(path: &Path) -> io::Result<File> {
+    let file = open(path)?;
+    let kind = file.metadata()?.file_type();
+    if kind.is_dir() {
+        return Err(io::Error::new(io::ErrorKind::IsADirectory, "is a folder, expected a file"));
+    }
+    if !kind.is_file() {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "is a device or a pipe, expected a file"));
+    }
+    Ok(file)
+}
+
+/// Opens a file for reading and writing, and creates it if it does not exist. A symbolic link is not followed.
+///
+/// # Errors
+/// It cannot be opened, is no file, or has several names, so that it belongs to somebody else, too.
+pub fn open_own(path: &Path) -> io::Result<File> {
+    use std::os::unix::fs::MetadataExt;
+    let refused = |message| io::Error::new(io::ErrorKind::InvalidInput, message);
+    let mut options = OpenOptions::new();
+    options.read(true).write(true).create(true).truncate(false).custom_flags(libc::O_NOFOLLOW | libc::O_NONBLOCK);
+    let file = options.open(path).map_err(|error| match error.raw_os_error() {
+        Some(libc::ELOOP | libc::ENXIO) => refused("is a link, a pipe or a device, expected a file"),
+        _ => error,
+    })?;
+    let there = file.metadata()?;
+    if !there.is_file() {
+        return Err(refused("is a link, a pipe or a device, expected a file"));
+    }
+    if there.nlink() > 1 {
+        return Err(refused("has several names, expected a file of its own"));
+    }
+    Ok(file)
+}
+
+/// Reads a file, or a pipe until its writers are gone, and waits for bytes without busy reading.
+#[derive(Debug)]
+pub struct Waiting(pub File);
+
+impl io::Read for Waiting {
+    fn read(&mut self, room: &mut [u8]) -> io::Result<usize> {
+        loop {
+            let mut descriptor =
+                libc::pollfd { fd: std::os::fd::AsRawFd::as_raw_fd(&self.0), events: libc::POLLIN, revents: 0 };
+            // SAFETY: `descriptor` is one valid pollfd, and its descriptor is open as long as `self` is.
+            if unsafe { libc::poll(&raw mut descriptor, 1, -1) } < 0 {
+                return Err(io::Error::last_os_error());
+            }
+            match self.0.read(room) {
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+                read => return read,
+            }
+        }
+    }
+}
+
+/// Returns the content of a file or of a pipe; `None` if it has more than `most` bytes.
+///
+/// # Errors
+/// It cannot be read.
+pub fn content(path: &Path, most: u64) -> io::Result<Option<Vec<u8>>> {
+    let file = open(path)?;
+    let mut bytes = Vec::new();
+    io::Read::read_to_end(&mut io::Read::take(Waiting(file), most.saturating_add(1)), &mut bytes)?;
+    Ok((bytes.len() as u64 <= most).then_some(bytes))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+    use std::os::unix::fs::symlink;
+    use std::time::{Duration, Instant};
+    use std::{fs, thread};
+
+    use super::*;
+
+    fn pipe(path: &Path) {
+        let name = std::ffi::CString::new(path.as_os_str().as_encoded_bytes()).unwrap();
+        // SAFETY: the name ends with a zero byte.
+        assert_eq!(unsafe { libc::mkfifo(name.as_ptr(), 0o600) }, 0);
+    }
+
+    #[test]
+    fn a_pipe_without_a_writer_blocks_no_opening() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("pipe");
+        pipe(&path);
+        let started = Instant::now();
+        drop(open(&path).unwrap());
+        let error = open_seekable(&path).unwrap_err().to_string();
+        assert!(error.contains("a pipe"), "{error}");
+        assert!(started.elapsed() < Duration::from_secs(1));
+    }
+
+    #[test]
+    fn a_pipe_is_read_to_its_end_even_if_the_writer_comes_later() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("pipe");
+        pipe(&path);
+        let writer = path.clone();
+        let writer = thread::spawn(move || {
+            thread::sleep(Duration::from_millis(100));
+            let mut pipe = File::options().write(true).open(writer).unwrap();
+            for _ in 0..3 {
+                pipe.write_all(b"abc").unwrap();
+                thread::sleep(Duration::from_millis(30));
+            }
+        });
+        assert_eq!(content(&path, 9).unwrap().unwrap(), b"abcabcabc");
+        writer.join().unwrap();
+        let file = folder.path().join("file");
+        fs::write(&file, "1234").unwrap();
+        assert_eq!(content(&file, 4).unwrap().unwrap(), b"1234");
+        assert_eq!(content(&file, 3).unwrap(), None);
+    }
+
+    #[test]
+    fn a_file_of_ones_own_is_no_link_and_has_one_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        fs::write(path("theirs"), "theirs").unwrap();
+        symlink(path("theirs"), path("link")).unwrap();
+        fs::hard_link(path("theirs"), path("hard")).unwrap();
+        pipe(&path("pipe"));
+        for name in ["link", "hard", "pipe"] {
+            let error = open_own(&path(name)).unwrap_err();
+            assert_eq!(error.kind(), io::ErrorKind::InvalidInput, "{name}: {error}");
+        }
+        open_own(&path("new")).unwrap().write_all(b"own").unwrap();
+        assert_eq!(fs::read(path("new")).unwrap(), b"own");
+        assert_eq!(fs::read(path("theirs")).unwrap(), b"theirs");
+    }
+}
