@@ -1,5 +1,5 @@
 """Runs the golden vectors of the independent reference on emulated boards: every pixel format, layout, rate, gap and
-rule.
+rule by the published algorithm, and every motion by arrival times.
 """
 
 import json
@@ -16,6 +16,8 @@ FORMATS = "GREY Y10 Y12 Y16 RGB24 BGR24 RGBX32 XRGB32 RGB565 YUYV UYVY NV12 YU12
 ALIKE = {"BGRX32": "RGBX32", "XBGR32": "XRGB32"}  # formats whose green is in the same place
 HEADER = 80  # words
 FEATURES, EVENT, END = 1, 2, 3
+# Every bit of every motion, by coherence and by edges. tests/whole checks that this machine's are the same.
+MOTIONS = Path(__file__).with_name("motions.txt")
 
 
 def packed(case):
@@ -65,17 +67,39 @@ def cases(board):
     planar = {"NV12", "YU12", "YUV422P", "YUV444P"}
     # A planar frame is in RAM as a whole, and a single loss is a number of 32 bits.
     room = 6 * 1024 if board.core == "M0" else 32 * 1024
-    # A board's program is built for a fixed baseline, and does not read a fitted range.
-    plain = [case for case in every if "follow" not in case["trigger"] and "range_mm_s" not in case["speed"]]
+    # A board's program is built for a fixed baseline and the published trigger, and does not read a fitted range.
+    others = {"follow", "per_touch"}
+    plain = [case for case in every if not others & set(case["trigger"]) and "range_mm_s" not in case["speed"]]
     fits = [case for case in plain if case["format"] not in planar or case["frame_bytes"] <= room]
     return [case for case in fits if all(count < 2**32 for _, count in case["lost"])], len(every)
+
+
+def write_touches(file):
+    """Writes the samples of the motions as the program `golden` reads them. Returns their names."""
+    every = json.loads((GOLDEN / "motion.json").read_text())["cases"]
+    packed = (struct.pack("<10iI700h", *case["totals"], case["frames"], *(f for frame in case["features"] for f in frame)) for case in every)
+    file.write_bytes(b"".join(packed))
+    return [case["name"] for case in every]
+
+
+def check_motions(board, names, found):
+    """Compares the bits of a board's motions with those of a host. Returns how many there were."""
+    expected = MOTIONS.read_text().splitlines()
+    each = len(found) // len(names) // 2
+    lines = [" ".join([name, *(found[at : at + each].hex() for at in (2 * k * each, (2 * k + 1) * each))]) for k, name in enumerate(names)]
+    for line, want in zip(lines, expected, strict=True):
+        if line != want:
+            sys.exit(f"{board.core}: motion {line}, expected {want}")
+    return len(lines)
 
 
 def check(board, programs, folder):
     """Runs the cases on a board and compares. Returns how many there were."""
     chosen, every = cases(board)
     (folder / "cases").write_bytes(b"".join(packed(case) for case in chosen))
+    names = write_touches(folder / "touches")
     boards.run(board, programs / "golden", folder)
+    motions = check_motions(board, names, (folder / "motions").read_bytes())
     found = list(results(memoryview((folder / "results").read_bytes()).cast("h").tolist()))
     if len(found) != len(chosen):
         sys.exit(f"{board.core}: results of {len(found)} golden cases, expected {len(chosen)}")
@@ -110,4 +134,4 @@ def check(board, programs, folder):
             if abs(event[5] - (-1 if mm_s is None else min(16 * mm_s, most))) > 1:
                 sys.exit(f"{at}: speed {event[5] / 16} mm/s, expected {mm_s}")
         events_seen += len(events)
-    return f"{len(chosen)} of {every} golden cases, {events_seen} events; {equal} of {numbers} features equal, the others off by 1"
+    return f"{len(chosen)} of {every} golden cases, {events_seen} events; {motions} motions to the bit; {equal} of {numbers} features equal, the others off by 1"

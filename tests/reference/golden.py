@@ -21,6 +21,7 @@ from vectors.event_cases import event_cases
 from vectors.follow_cases import follow_cases
 from vectors.format_cases import format_cases
 from vectors.motion_cases import motion_cases
+from vectors.touch_cases import touch_cases
 
 VERSION = 1
 SUFFIXES = (".json", ".raw")
@@ -39,7 +40,7 @@ def lines_of(value: dict[str, Any]) -> str:
 
 def made_files() -> dict[str, bytes]:
     """Returns the name and content of every file of the vectors."""
-    cases: list[Case] = format_cases() + event_cases() + follow_cases()
+    cases: list[Case] = format_cases() + event_cases() + follow_cases() + touch_cases()
     manifest = {"version": VERSION, "seed": SEED, "cases": [case.manifest() for case in cases]}
     files = {"manifest.json": lines_of(manifest).encode(), "motion.json": lines_of({"cases": motion_cases()}).encode()}
     for case in cases:

@@ -78,6 +78,9 @@ enum WstacKind
   WSTAC_KIND_FAULT = 5,
   // The end of the stream. Has frame, the number of feature frames, and end.
   WSTAC_KIND_END = 6,
+  // The end of the touch of an event: its light has left. Has frame, the first dark frame, event_frame and time_s.
+  // A law of durations gives none.
+  WSTAC_KIND_CONTACT_END = 7,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -140,19 +143,21 @@ typedef struct WstacFrames {
 typedef struct WstacEvent {
   // Sliding speed in mm/s: one decimal, or four significant digits if that is finer. NAN if there is none.
   double speed_mm_s;
-  // The speed is outside the range that the speed law was fitted on.
+  // The speed is outside the range that the law of durations was fitted on; false by arrival times.
   bool speed_extrapolated;
-  // Upper bound in mm/s of the speed of an event that is cut off; NAN otherwise.
+  // Upper bound in mm/s of the speed of an event that is cut off, by a law of durations; NAN otherwise.
   double speed_at_most_mm_s;
   // Lit frames from the first to the last, less one: 0 to 69; -1 if no frame is lit.
   int32_t duration_frames;
-  // Sliding direction in degrees: 0, 90, 180 or 270, counterclockwise from +x; NAN if it is unclear.
+  // Sliding direction in degrees, counterclockwise from +x: 0 to below 360, one decimal; NAN if there is none. By a law
+  // of durations it is 0, 90, 180 or 270.
   double direction_deg;
-  // Confidence of the direction: 0 to 1, four decimals.
+  // Confidence of the direction by a law of durations: 0 to 1, four decimals; NAN by arrival times.
   double direction_confidence;
   // Frames of the sample that were lost and filled: 0 to 70.
   uint32_t frames_filled;
-  // The baseline was quiet, and at most a tenth of the sample was filled.
+  // The baseline was quiet, and at most a tenth of the sample was filled. By arrival times also: speed and direction hold
+  // within their standard deviations, and the kind of the touch is clear.
   bool reliable;
   // Why there is no speed; null if there is one.
   const char *why_no_speed;
@@ -160,6 +165,22 @@ typedef struct WstacEvent {
   const char *why_no_direction;
   // The sample: 70 frames of ten features each, natural logarithms in units of 1/2048.
   const int16_t (*sample)[10];
+  // Kind of the touch: "slide", "press", "poke" or "unclear"; null by a law of durations.
+  const char *contact;
+  // Standard deviation of the speed in mm/s; NAN if there is none.
+  double speed_sd_mm_s;
+  // Standard deviation of the direction in degrees; NAN if there is none.
+  double direction_sd_deg;
+  // Number of the first lit frame of the touch; -1 by a law of durations.
+  int64_t touch_frame;
+  // Number of the first dark frame behind the touch; -1 if the light has not left, or by a law of durations.
+  int64_t end_frame;
+  // Time of the first lit frame in seconds from the first frame; NAN by a law of durations.
+  double touch_s;
+  // Time of the last frame of the sample in seconds from the first frame; NAN by a law of durations.
+  double completed_s;
+  // Wall-clock time of the first lit frame, as RFC 3339 in UTC; null where the source knows none.
+  const char *stamp;
 } WstacEvent;
 
 // Answer of the texture models. Strings are UTF-8, and null if no model tells.
@@ -206,6 +227,10 @@ typedef struct WstacRecord {
   const char *message;
   // Summary of a stream.
   struct WstacEnd end;
+  // Number of the first frame of the event whose touch has ended.
+  uint64_t event_frame;
+  // Time of a touch's end in seconds from the first frame; NAN if it is not known.
+  double time_s;
 } WstacRecord;
 
 #ifdef __cplusplus

@@ -4,9 +4,10 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use wstac_core::model::Model;
+use wstac_core::speed::Law;
 
 use crate::pixels::Pixels;
-use wstac_host::config::{Config, Kernel};
+use wstac_host::config::{Config, Estimator, Kernel};
 
 /// Returns the source. An error says what is wrong with a file or with the name of the pixel format. `sizes` are those of
 /// the frames of the boards that are built.
@@ -27,6 +28,7 @@ pub fn source(
         None => Config::default(),
     };
     let mut source = configuration(&config, pixels)?;
+    source += &laws(&config);
     source += &pixels.source(config.green.yuv)?;
     source += &match model {
         Some(file) => texture(&file)
@@ -75,7 +77,7 @@ fn configuration(config: &Config, pixels: &Pixels) -> Result<String, String> {
             ("TrackingBaseline", follow)
         }
     };
-    let [slowest, fastest] = config.speed.range();
+    let per_touch = if trigger.is_per_touch() { ".one_event_per_touch()" } else { "" };
     let real = |bits: u32| f64::from(bits) / 65_536.0;
     let layout = match config.layout.explicit() {
         Some((taxel, corners)) => format!("Layout::new(frame, {taxel:?}, {corners:?})"),
@@ -98,7 +100,7 @@ pub const FLOOR: Floor = match Floor::new({:?}, {}) {{
 }};
 /// The parameters of the trigger.
 pub const TRIGGER: TriggerConfig = match TriggerConfig::new({}, {:?}, {}, Rule::{:?}, {:?}) {{
-    Ok(trigger) => trigger,
+    Ok(trigger) => trigger{per_touch},
     Err(_) => panic!(\"checked by the build script\"),
 }};
 /// The type of the baseline policy: fixed or tracking.
@@ -112,16 +114,6 @@ pub const FOLLOWING: BaselinePolicy = {follow};
 pub const fn layout(frame: FrameSize) -> Result<Layout, ConfigError> {{
     {frame}{layout}
 }}
-/// Returns the configuration of the speed law for a camera of this rate.
-///
-/// # Errors
-/// Returns the errors of [`SpeedConfig::new`] and [`SpeedConfig::fitted_on`].
-pub const fn speed(rate: FrameRate) -> Result<SpeedConfig, ConfigError> {{
-    match SpeedConfig::new(Law::{:?}, {:?}, ThresholdOn::{:?}, rate) {{
-        Ok(speed) => speed.fitted_on({slowest:?}, {fastest:?}),
-        Err(error) => Err(error),
-    }}
-}}
 ",
         config.green.stride,
         config.features.floor_levels,
@@ -132,12 +124,61 @@ pub const fn speed(rate: FrameRate) -> Result<SpeedConfig, ConfigError> {{
         trigger.backtrack(),
         trigger.rule(),
         real(trigger.margin().bits()),
-        config.speed.law(),
-        config.speed.threshold,
-        config.speed.threshold_on,
     )
     .map_err(|error| error.to_string())?;
     Ok(source)
+}
+
+/// Returns the source of the law. It has the type of the one that is chosen, so no code of another one is linked.
+fn laws(config: &Config) -> String {
+    let [slowest, fastest] = config.speed.range();
+    let durations = config.speed.law().unwrap_or(Law::PUBLISHED);
+    let (law, value) = match config.speed.estimator() {
+        Some(estimator) => {
+            let law = match estimator {
+                Estimator::Coherence => "ByCoherence",
+                Estimator::Edges => "ByEdges",
+            };
+            let value = format!(
+                "match motion(rate) {{
+        Ok(motion) => Ok(wstac_core::law::{law}(motion)),
+        Err(error) => Err(error),
+    }}"
+            );
+            (format!("wstac_core::law::{law}"), value)
+        }
+        None => ("SpeedConfig".to_owned(), "durations(rate)".to_owned()),
+    };
+    format!(
+        "/// The type of the law from an event to its answers.
+pub type Law = {law};
+/// Returns the law from an event to its answers, for a camera of this rate.
+///
+/// # Errors
+/// Returns the errors of [`motion`] or [`durations`].
+pub const fn law(rate: FrameRate) -> Result<Law, ConfigError> {{
+    {value}
+}}
+/// Returns the parameters of arrival times for a camera of this rate.
+///
+/// # Errors
+/// Returns the errors of [`MotionConfig::new`].
+pub const fn motion(rate: FrameRate) -> Result<MotionConfig, ConfigError> {{
+    MotionConfig::new({:?}, rate)
+}}
+/// Returns the law of durations for a camera of this rate: the one in force, or else the published one.
+///
+/// # Errors
+/// Returns the errors of [`SpeedConfig::new`] and [`SpeedConfig::fitted_on`].
+pub const fn durations(rate: FrameRate) -> Result<SpeedConfig, ConfigError> {{
+    match SpeedConfig::new(wstac_core::speed::Law::{durations:?}, {:?}, ThresholdOn::{:?}, rate) {{
+        Ok(speed) => speed.fitted_on({slowest:?}, {fastest:?}),
+        Err(error) => Err(error),
+    }}
+}}
+",
+        config.sensor.pitch_mm, config.speed.threshold, config.speed.threshold_on,
+    )
 }
 
 /// Returns the source of the model's items. The model has the type of its own kind, so no code of another kind is linked.

@@ -9,10 +9,9 @@ use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
-use wstac_core::speed::SpeedConfig;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture;
-use wstac_core::trigger::Event;
+use wstac_core::trigger::{ContactEnd, Event};
 use wstac_core::wire::{Answers, Hello, Message, ModelFacts, Request, SAMPLE_PART, Text};
 
 use crate::setup;
@@ -40,7 +39,7 @@ pub struct Reader {
 /// Turns the results of frames into messages.
 #[derive(Clone, Debug)]
 struct Sender {
-    speed: SpeedConfig,
+    law: setup::Law,
     wants_features: bool,
     wants_samples: bool,
     held: Option<Held>,
@@ -52,24 +51,26 @@ struct Held {
     answers: Answers<'static>,
     /// The frame of the sample that the next part starts with.
     next: u8,
+    /// The frame behind the event's touch if it has ended, which is sent after the event.
+    end: Option<u64>,
 }
 
 impl Reader {
     /// Creates the reader for rows of [`setup::PIXELS`] with taxels at `layout`, at this rate.
     ///
-    /// `size` is that of the whole frames that the rows are from. `speed` is [`setup::speed`] of the rate, which a
-    /// `const` computes.
+    /// `size` is that of the whole frames that the rows are from. `law` is [`setup::law`] of the rate, which a `const`
+    /// computes.
     ///
     /// # Errors
     /// Returns the errors of [`FrameGeometry::with_stride`] and [`Pipeline::builder`] for the configuration.
     // It is not inlined: its parts would lie on the stack of a function that runs for ever.
     #[inline(never)]
-    pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, speed: SpeedConfig) -> Result<Self, ConfigError> {
+    pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, law: setup::Law) -> Result<Self, ConfigError> {
         let camera = FrameGeometry::with_stride(setup::GREEN, layout, rate, setup::STRIDE)?;
         let pipeline = setup::checked(camera)?;
         Ok(Self {
             pipeline: pipeline.build(),
-            sender: Sender { speed, wants_features: false, wants_samples: false, held: None },
+            sender: Sender { law, wants_features: false, wants_samples: false, held: None },
             size,
             dropped: 0,
             status_at: STATUS_EVERY,
@@ -156,11 +157,14 @@ impl Reader {
     pub fn finish(&mut self, out: &mut impl Outlet) {
         while self.send_held(out) {}
         let finished = self.pipeline.finish();
-        let (end, interrupted) = (finished.end(), finished.interrupted());
+        let (end, interrupted, contact_end) = (finished.end(), finished.interrupted(), finished.contact_end());
         if let Some(event) = finished.event() {
             self.sender.event(&event, out);
-            while self.send_held(out) {}
         }
+        if let Some(end) = contact_end {
+            self.sender.contact_end(end, out);
+        }
+        while self.send_held(out) {}
         if let Some(interrupted) = interrupted {
             out.send(&Message::InterruptedSample(interrupted));
         }
@@ -184,29 +188,48 @@ impl Sender {
         if let Some(interrupted) = update.interrupted() {
             out.send(&Message::InterruptedSample(interrupted));
         }
-        match update.event() {
-            Some(event) => self.event(&event, out),
-            None => {
-                if let Some(model) = setup::MODEL
-                    && let Some(prefix) = update.prefix(model.frames())
-                {
-                    early_texture(&prefix, model, out);
-                }
-            }
+        let event = update.event();
+        if let Some(event) = &event {
+            self.event(event, out);
+        }
+        if let Some(end) = update.contact_end() {
+            self.contact_end(end, out);
+        }
+        if event.is_none()
+            && let Some(model) = setup::MODEL
+            && let Some(prefix) = update.prefix(model.frames())
+        {
+            early_texture(&prefix, model, out);
         }
     }
 
     /// Sends an event, or keeps it until its sample is sent. An event that is still kept is older: it is sent first,
     /// without the rest of its sample.
     fn event(&mut self, event: &Event<'_>, out: &mut impl Outlet) {
-        let answers = answers(event, &self.speed);
-        if let Some(older) = self.held.take() {
-            out.send(&Message::Event(older.answers));
+        self.send_held_event(out);
+        self.held = Some(Held { answers: answers(event, &self.law), next: 0, end: None });
+        if !self.wants_samples {
+            self.send_held_event(out);
         }
-        if self.wants_samples {
-            self.held = Some(Held { answers, next: 0 });
-        } else {
-            out.send(&Message::Event(answers));
+    }
+
+    /// Sends the kept event, and the end of its touch if that is known.
+    // It is not inlined, so that the message does not lie on the stack while answers are computed.
+    #[inline(never)]
+    fn send_held_event(&mut self, out: &mut impl Outlet) {
+        if let Some(held) = self.held.take() {
+            out.send(&Message::Event(held.answers));
+            if let Some(end) = held.end {
+                out.send(&Message::ContactEnd(ContactEnd::new(end, held.answers.frame)));
+            }
+        }
+    }
+
+    /// Sends the end of a touch, or keeps it until its event is sent.
+    fn contact_end(&mut self, end: ContactEnd, out: &mut impl Outlet) {
+        match &mut self.held {
+            Some(held) if held.answers.frame == end.event_frame => held.end = Some(end.frame),
+            _ => out.send(&Message::ContactEnd(end)),
         }
     }
 
@@ -223,10 +246,7 @@ impl Sender {
                 out.send(&Message::SamplePart { frame: held.answers.frame, first: held.next, features });
                 held.next += SAMPLE_PART as u8;
             }
-            _ => {
-                out.send(&Message::Event(held.answers));
-                self.held = None;
-            }
+            _ => self.send_held_event(out),
         }
         true
     }
@@ -242,19 +262,24 @@ fn early_texture(prefix: &SamplePrefix<'_>, model: &setup::Kind, out: &mut impl 
     out.send(&Message::Texture { frame: prefix.frame, frames: model.frames(), texture });
 }
 
-/// Returns an event's answers, its texture included.
+/// Returns an event's answers, its texture included if it has one.
 // It is not inlined either, for the same reason.
 #[inline(never)]
-fn answers(event: &Event<'_>, speed: &SpeedConfig) -> Answers<'static> {
-    let answers = Answers::new(event, speed);
+fn answers(event: &Event<'_>, law: &setup::Law) -> Answers<'static> {
+    let answers = Answers::new(event, law);
     match setup::MODEL {
-        Some(model) => {
-            let mut numbers = [0; INPUTS];
-            event.sample.copy_to(&mut numbers);
-            answers.with_texture(texture::texture(&numbers, model))
-        }
-        None => answers,
+        Some(model) if answers.has_texture() => with_texture(answers, event, model),
+        _ => answers,
     }
+}
+
+/// Adds the texture of an event.
+// It is not inlined, so that its copy of the sample does not lie on the stack of the law.
+#[inline(never)]
+fn with_texture(answers: Answers<'static>, event: &Event<'_>, model: &'static setup::Kind) -> Answers<'static> {
+    let mut numbers = [0; INPUTS];
+    event.sample.copy_to(&mut numbers);
+    answers.with_texture(texture::texture(&numbers, model))
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use std::ffi::OsStr;
 use std::io;
 use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use rustix::time::{ClockId, clock_gettime};
 use wstac_core::green::any::PixelFormat;
@@ -310,12 +310,13 @@ impl Source for CameraSource {
         }
         self.lag.latency = timestamp.and_then(|timestamp| now().checked_sub(timestamp));
         let lag = self.lag;
+        let stamp = lag.latency.and_then(|latency| SystemTime::now().checked_sub(latency));
         let Some(decoder) = &mut self.decoder else {
-            return Ok(SourceEvent::Frame(Frame { bytes, timestamp, sequence, encoded: None, lag }));
+            return Ok(SourceEvent::Frame(Frame { bytes, timestamp, stamp, sequence, encoded: None, lag }));
         };
         Ok(match decoder.decode(bytes) {
             Some(decoded) => {
-                SourceEvent::Frame(Frame { bytes: decoded, timestamp, sequence, encoded: Some(bytes), lag })
+                SourceEvent::Frame(Frame { bytes: decoded, timestamp, stamp, sequence, encoded: Some(bytes), lag })
             }
             None => SourceEvent::Lost { frames: 1, reason: LossReason::CorruptJpeg },
         })

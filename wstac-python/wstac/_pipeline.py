@@ -74,10 +74,10 @@ class Pipeline(Recorded):
     ...     event = pipeline.push(frame)
     ...     if event:
     ...         print(event.frame, event.speed.mm_s, event.direction.deg)
-    35 153.5 90
+    35 150.0 89.5
     >>> pipeline.finish()
-    >>> pipeline.end.frames
-    141
+    >>> pipeline.contact_ends[0].frame, pipeline.end.frames
+    (75, 141)
     """
 
     def __init__(

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _frames, _wstac
-from ._answers import EarlyTexture, End, Event, Fault, Incomplete, Lost, Records
+from ._answers import ContactEnd, EarlyTexture, End, Event, Fault, Incomplete, Lost, Records
 from ._frames import Fps, Frames
 from ._models import Config, Configuration, Models, Path, as_json
 from ._stream import source_options
@@ -75,6 +75,8 @@ class Recording:
     """Answers of models that need fewer than 70 frames."""
     incomplete: list[Incomplete]
     """Samples that a gap of lost frames interrupted."""
+    contact_ends: list[ContactEnd]
+    """Ends of the touches of events; empty by a law of durations."""
     faults: list[Fault]
     """Faults of the source."""
     lost: list[Lost]
@@ -130,7 +132,7 @@ def simulate(
     >>> import wstac
     >>> scene = wstac.simulate({"specimen": "Tri3", "speed": 120, "fidelity": "taxel", "sensor": {"size": [640, 480]}})
     >>> scene.truth[0].speed, scene.events[0].speed.mm_s, scene.frames is None
-    (120.0, 120.1, True)
+    (120.0, 120.0, True)
     """
     options = source_options(config, models, fps=fps, format=format, size=size)
     if isinstance(scene, Mapping):
@@ -168,6 +170,7 @@ def _recording(native: _wstac.Source, with_frames: bool, truth: list[Truth]) -> 
         events=records.events,
         early_textures=records.early_textures,
         incomplete=records.incomplete,
+        contact_ends=records.contact_ends,
         faults=records.faults,
         lost=records.lost,
         end=records.end,

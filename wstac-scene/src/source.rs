@@ -80,7 +80,7 @@ impl Source for SceneSource {
 /// let source = open("scene:Saw3@150,90deg", &OpenOptions::default(), &[&Scenes])?;
 /// for output in Session::builder(source).build()? {
 ///     if let Output::Event(event) = output? {
-///         println!("{:?} {:?}", event.speed, event.direction.heading);
+///         println!("{:?} {:?}", event.speed, event.direction.degrees);
 ///     }
 /// }
 /// # Ok::<(), wstac_host::error::Error>(())

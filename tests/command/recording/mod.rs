@@ -2,11 +2,13 @@
 //! happens to the file.
 
 mod cuts;
+mod flips;
 mod guide;
 mod stream;
 
 use std::fs;
 use std::io::Write;
+use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
 
@@ -131,7 +133,8 @@ fn two_programs_do_not_write_one_recording() {
     assert!(good(&["run", whole_name, "--json"]).contains(r#"{"kind":"end","frames":40,"dropped":0,"#));
 }
 
-/// A recovery of damaged metadata is readable as MCAP, but not as a recording, and the program says so.
+/// A recovery without a description is readable as MCAP, but not as a recording, and the program says so. A description
+/// that is damaged in one place is still there.
 #[test]
 fn a_recovery_without_a_description_is_said() {
     let folder = Folder::new("recording-description");
@@ -139,12 +142,17 @@ fn a_recovery_without_a_description_is_said() {
     let (name, new) = (file.to_str().unwrap(), new.to_str().unwrap());
     good(&["record", "scene:Saw3@150", "-o", name, "--frames", "10"]);
     let mut bytes = fs::read(&file).unwrap();
-    let at = bytes.windows(12).position(|window| window == b"wstac.stream").unwrap();
-    bytes[at] = b'x';
-    fs::write(&file, bytes).unwrap();
-    let done = run(&["recover", name, "-o", new]);
-    assert_eq!(done.status.code(), Some(0), "{}", said(&done));
-    assert!(said(&done).contains("wstac run cannot use the new file: "), "{}", said(&done));
+    let places: Vec<usize> = (0..10_000).filter(|&at| bytes[at..].starts_with(b"\"size\":[")).collect();
+    assert_eq!(places.len(), 2, "it is there twice");
+    for (damaged, code) in [(1, 0), (2, 1)] {
+        bytes[places[damaged - 1] + 9] ^= 1;
+        fs::write(&file, &bytes).unwrap();
+        let done = run(&["recover", name, "-o", new, "--force"]);
+        assert_eq!(done.status.code(), Some(code), "{}", said(&done));
+        let replayed = run(&["run", new, "--json"]);
+        assert_eq!(replayed.status.code(), Some(code), "{}", said(&replayed));
+        assert_eq!(said(&done).contains("has a damaged description"), code == 1, "{}", said(&done));
+    }
 }
 
 /// Textures need the models again, so the message names them.
@@ -192,7 +200,13 @@ fn a_closed_output_does_not_end_a_recording() {
 /// Starts to record a pipe, and waits until these frames are in the file. The pipe stays open.
 fn piped(file: &Path, frames: usize) -> (Child, ChildStdin) {
     let mut command = Command::new(wstac());
-    command.args(["record", "-", "-o"]).arg(file).stdin(Stdio::piped());
+    command.args(["record", "-", "-o"]).arg(file);
+    piped_to(command, file, frames)
+}
+
+/// Starts a recorder of standard input, and waits until these frames are in the file.
+fn piped_to(mut command: Command, file: &Path, frames: usize) -> (Child, ChildStdin) {
+    command.stdin(Stdio::piped());
     let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     let mut stdin = child.stdin.take().unwrap();
     stdin.write_all(b"YUV4MPEG2 W100 H80 F30:1 Cmono\n").unwrap();
@@ -232,6 +246,68 @@ fn a_killed_recording_comes_back_and_a_stopped_one_is_whole() {
         assert_eq!(child.wait().unwrap().code(), Some(0));
         assert!(good(&["run", name, "--json"]).contains(r#"{"kind":"end","frames":3,"#));
     }
+}
+
+/// An old recording stays until the new one is whole, and a new one that was killed can be recovered.
+#[test]
+fn force_replaces_a_recording_at_its_end() {
+    let folder = Folder::new("recording-force");
+    let [file, beside, new] = ["a.mcap", "a.mcap.new", "new.mcap"].map(|name| folder.0.join(name));
+    let [name, beside_name, new_name] = [&file, &beside, &new].map(|path| path.to_str().unwrap());
+    fs::write(&file, "old").unwrap();
+    let forced = |frames| {
+        let mut command = Command::new(wstac());
+        command.args(["record", "-", "--force", "-o", name]);
+        piped_to(command, &beside, frames)
+    };
+    let (mut child, _open) = forced(40);
+    assert_eq!(fs::read(&file).unwrap(), b"old");
+    // Another recorder does not destroy its work.
+    let done = run(&["record", "scene:Saw3@150", "--force", "-o", name, "--frames", "10"]);
+    assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+    assert!(said(&done).contains("a.mcap.new: exists already"), "{}", said(&done));
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert_eq!(fs::read(&file).unwrap(), b"old");
+    good(&["recover", beside_name, "-o", new_name]);
+    assert!(good(&["run", new_name, "--json"]).contains(r#"{"kind":"end","frames":40,"dropped":0,"#));
+    fs::remove_file(&beside).unwrap();
+    let (mut child, _open) = forced(30);
+    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    assert!(good(&["run", name, "--json"]).contains(r#"{"kind":"end","frames":30,"dropped":0,"#));
+    assert!(!beside.exists());
+}
+
+/// Returns the bytes that a file takes on the disk.
+fn on_disk(path: &Path) -> u64 {
+    path.metadata().unwrap().blocks() * 512
+}
+
+/// Room that is reserved for a recording's end is given back: by every recording that ends, by a recovery for its new
+/// file, and by a recovery for the old one, whose program was killed.
+#[test]
+fn no_room_stays_reserved() {
+    let folder = Folder::new("recording-room");
+    let [whole, killed, new] = ["whole.mcap", "killed.mcap", "new.mcap"].map(|name| folder.0.join(name));
+    let [whole_name, killed_name, new_name] = [&whole, &killed, &new].map(|path| path.to_str().unwrap());
+    good(&["record", "scene:Saw3@150", "-o", whole_name, "--size", "100x100"]);
+    let (mut child, _open) = piped(&killed, 40);
+    // While it is recorded, nobody takes its room.
+    let reserved = on_disk(&killed);
+    assert!(run(&["recover", killed_name, "-o", new_name]).status.success());
+    assert_eq!(on_disk(&killed), reserved);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let before = fs::read(&killed).unwrap();
+    good(&["recover", killed_name, "-o", new_name, "--force"]);
+    assert!(fs::read(&killed).unwrap() == before, "the recording is as it was");
+    for path in [&whole, &killed, &new] {
+        let (size, used) = (path.metadata().unwrap().len(), on_disk(path));
+        assert!(size > 100_000 && used < size + (1 << 20), "{}: {size} bytes, {used} on the disk", path.display());
+    }
+    // The file system must be able to reserve room, or nothing was tested.
+    println!("{} bytes were reserved for a recording of {}", reserved, before.len());
 }
 
 /// The file's size is limited, which acts like a full disk. The file is finished within the limit.

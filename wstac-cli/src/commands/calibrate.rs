@@ -255,7 +255,7 @@ fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
     }
     if calibration.is_dim() {
         note(
-            "no row or column reached the threshold of the speed law, so there will be no speeds: use a longer \
+            "no row or column reached [speed] threshold, so law = \"published\" would give no speeds: use a longer \
              exposure or press harder",
         );
     }

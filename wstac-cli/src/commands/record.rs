@@ -80,6 +80,8 @@ pub(super) struct Arguments {
     events: Option<u64>,
 
     /// Overwrite FILE.mcap
+    ///
+    /// The recording is called FILE.mcap.new until it is whole.
     #[arg(long)]
     force: bool,
 }
@@ -169,8 +171,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if let Some(doubt) = doubts_of_textures(&info, &files) {
         note(doubt);
     }
-    let file = outputs.create_at_once(&arguments.output)?;
-    let recorder = Recorder::new(file, &arguments.output, &about, session.processor())?;
+    let new = arguments.force.then(|| Replacement::of(&arguments.output)).flatten();
+    let file = match &new {
+        // The old recording stays until the new one is whole.
+        Some(new) => Outputs::new(false).create_at_once(&new.beside)?,
+        None => outputs.create_at_once(&arguments.output)?,
+    };
+    let path = new.as_ref().map_or(&arguments.output, |new| &new.beside);
+    let recorder = Recorder::new(file, path, &about, session.processor())?;
     let form = if arguments.json { Form::Json } else { Form::Text };
     let shown = Shown { records: Some(Records::new(form)), events: 0 };
     let mut recording = Recording { recorder, shown, losses: LossReport::default() };
@@ -178,13 +186,40 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     recording.losses.say(note);
     let events = recording.shown.events;
     let written = recording.recorder.finish();
+    let replaced = new.map_or(Ok(()), |new| new.finish(written.is_ok(), &outputs));
     say(&arguments.output, written.as_ref().ok(), session.lag(), events);
     // Both errors matter, but an incomplete file matters more.
     if let (Err(error), Err(_)) = (&ended, &written) {
         note(error);
     }
     written?;
+    replaced?;
     Ok(ended?)
+}
+
+/// A recording that takes the place of an older one when it is whole.
+struct Replacement {
+    beside: PathBuf,
+    path: PathBuf,
+}
+
+impl Replacement {
+    /// Returns the name of the new file, if there is an old one.
+    fn of(path: &Path) -> Option<Self> {
+        let beside = path.with_added_extension("new");
+        path.exists().then(|| Self { beside, path: path.to_owned() })
+    }
+
+    /// Replaces the old recording if the new one is whole.
+    fn finish(self, is_whole: bool, outputs: &Outputs) -> Result<(), Error> {
+        let Self { beside, path } = self;
+        if !is_whole {
+            note(format_args!("{} has what was recorded, {} is as it was", beside.display(), path.display()));
+            return Ok(());
+        }
+        outputs.check([&path])?;
+        fs::rename(&beside, &path).map_err(|error| Error::io(path.display(), error))
+    }
 }
 
 /// Records on standard output while somebody reads them. The recording continues without a reader.

@@ -7,8 +7,7 @@ use super::output::{Stop, note};
 use super::record::is_same;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
-use wstac_host::record::{Recovered, Unread, recover};
-use wstac_host::source::mcap::McapSource;
+use wstac_host::record::{Unread, recover};
 
 /// Make a whole recording of a damaged or interrupted one
 ///
@@ -32,26 +31,28 @@ pub(super) struct Arguments {
 
 const HELP: &str = "\
 Recovered data:
-  - Every frame that was completely written, with all that belongs to it.
-    wstac record hands each frame to the system at once. After kill -9,
-    only the frames that waited in memory for a slow disk are missing;
-    wstac record prints at its end how many waited at most.
-  - If bytes are damaged, the frames of that second (or 4 MiB) become
-    lost frames. Later frames keep their place in time, and wstac run
+  - Every frame that was completely written and is not damaged, with all
+    that belongs to it. wstac record hands each frame to the system at
+    once. After kill -9, only the frames that waited in memory for a slow
+    disk are missing; wstac record prints at its end how many waited at
+    most.
+  - Every frame has a checksum. Damaged frames become lost frames where
+    they were. Later frames keep their place in time, and wstac run
     counts the lost ones as dropped.
-  - If a length is damaged, the position of what follows is unknown. The
-    program reports how many bytes it could not read, and from where on.
-    Frames in them are not counted. The new file has all the rest, and
-    the exit code is 1.
-  The new file takes its name when it is whole. The recording
+  The new file takes its name when it is whole. The recording must not be
+  compressed (mcap decompress undoes that). Recordings of other programs
+  are recovered, too, but without their attachments, and the exit code
+  is 1.
   must not be compressed (mcap decompress undoes that). Recordings of
-  other programs are recovered, too, but without their attachments.
+  other programs are recovered, too, but without their attachments, and
+  the exit code is 1.
 
 Exit code:
-  0   there is a new file, and only the incomplete end of the recording
-      is missing
-  1   a damaged part of the recording, or all of it, cannot be read, or
-      the new file cannot be written
+  0   there is a new file, wstac run can read it, and every frame that
+      was recorded is in it or is reported as lost; only the incomplete
+      end of the recording is missing
+  1   nothing can say how many frames are missing, wstac run cannot read
+      the new file, or there is none
   2   wrong arguments
 ";
 
@@ -60,38 +61,35 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if is_same(old, new) {
         return Err(Error::new(ErrorKind::Usage, new.display(), "is the recording itself, expected a new file").into());
     }
-    wstac_host::record::check_readable(old)?;
     let outputs = Outputs::new(arguments.force).reading([old]);
     // An existing file of the new name stays until there is a better one.
     let file = outputs.create(new)?;
     let found = recover(old, file.file.file()?, new)?;
     file.commit()?;
-    let Recovered { frames, events, damaged, whole, bytes, unread, doubtful } = found;
-    let (frames, events) = (counted(frames, "frame"), counted(events, "event"));
-    note(format_args!("{}: {frames}, {events}, {:.1} MB", new.display(), bytes as f64 / 1e6));
-    if damaged > 0 {
-        note(format_args!("{} damaged, recorded as lost", counted(damaged, "frame")));
+    let (frames, events) = (counted(found.frames, "frame"), counted(found.events, "event"));
+    note(format_args!("{}: {frames}, {events}, {:.1} MB", new.display(), found.bytes as f64 / 1e6));
+    if found.damaged > 0 {
+        note(format_args!("{} damaged, recorded as lost", counted(found.damaged, "frame")));
     }
-    if doubtful > 0 {
-        let doubtful = counted(doubtful, "message");
+    if found.unchecked > 0 {
+        note(format_args!("{} without a checksum: their pixels cannot be checked", counted(found.unchecked, "frame")));
+    }
+    if found.doubtful > 0 {
+        let doubtful = counted(found.doubtful, "message");
         note(format_args!("{doubtful} with a name that may be wrong: it stands in a damaged part"));
     }
-    // The description of a recording has no checksum of its own, so damage in it shows only when it is read.
-    if let Err(error) = McapSource::open(new, None) {
-        note(format_args!("wstac run cannot use the new file: {error}"));
-    }
-    if let Some(Unread { at, bytes, damaged }) = unread {
-        if damaged {
-            let message = format_args!(
-                "is damaged: {} from {at} on could not be read; {} has the rest",
-                counted(bytes, "byte"),
-                new.display()
-            );
-            return Err(Error::new(ErrorKind::Format, old.display(), message).into());
-        }
+    if let Some(Unread { at, bytes, damaged }) = found.unread {
         let bytes = counted(bytes, "byte");
-        note(format_args!("the end has an incomplete record: {bytes} from {at} on"));
+        note(if damaged {
+            format!("{bytes} from {at} on could not be read")
+        } else {
+            format!("the end has an incomplete record: {bytes} from {at} on")
+        });
     }
-    note(if whole { "the recording was finished properly" } else { "the recording was not finished" });
+    if let Some(problem) = found.problem {
+        let message = format_args!("{problem}; {} has what could be recovered", new.display());
+        return Err(Error::new(ErrorKind::Format, old.display(), message).into());
+    }
+    note(if found.whole { "the recording was finished properly" } else { "the recording was not finished" });
     Ok(())
 }

@@ -135,7 +135,11 @@ fn new_file(named: Option<&Path>) -> Result<(File, PathBuf), Error> {
             }
         };
         match File::create_new(&path) {
-            Ok(file) => return Ok((file, path)),
+            Ok(file) => {
+                // So a recovery leaves it alone. On a system without locks the file is not locked.
+                let _ = file.try_lock();
+                return Ok((file, path));
+            }
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
             Err(error) => return Err(Error::io(path.display(), error)),
         }

@@ -6,8 +6,7 @@ use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::params::{FEATURES, TAXELS};
 
 use super::picture::Picture;
-use wstac_core::direction::Heading;
-use wstac_host::json::{confidence, rounded};
+use wstac_host::json::{angle, confidence, rounded};
 use wstac_host::output::{DisturbedBaseline, Output, TactileEvent};
 use wstac_host::source::Lag;
 
@@ -181,6 +180,12 @@ impl State {
     }
 }
 
+/// Returns the arrow that is nearest to an angle in degrees.
+fn arrow(degrees: f32) -> char {
+    let eighths = (degrees / 45.0).round() as usize;
+    ['→', '↗', '↑', '↖', '←', '↙', '↓', '↘'][eighths % 8]
+}
+
 /// Returns an event in one line: frame, speed, direction, texture, duration and doubts.
 fn line(event: &TactileEvent) -> String {
     let speed = match (event.speed, event.speed_at_most) {
@@ -188,12 +193,15 @@ fn line(event: &TactileEvent) -> String {
         (Err(_), Some(most)) => format!("≤ {:.0} mm/s", rounded(most.mm_s)),
         (Err(_), None) => "no speed".to_owned(),
     };
-    let direction = match event.direction.heading {
-        Ok(Heading::Right) => "→   0°",
-        Ok(Heading::Up) => "↑  90°",
-        Ok(Heading::Left) => "← 180°",
-        Ok(Heading::Down) => "↓ 270°",
-        Err(_) => "unclear",
+    let direction = match (event.direction.degrees, event.contact) {
+        (Ok(degrees), _) => format!("{} {:>3.0}°", arrow(degrees), angle(degrees).round() % 360.0),
+        (Err(_), Some(contact)) => contact.to_string(),
+        (Err(_), None) => "unclear".to_owned(),
+    };
+    let trust = match (confidence(event.direction), event.direction.sd) {
+        (Some(confidence), _) => format!("{confidence:.2}"),
+        (None, Some(sd)) => format!("±{sd:.0}°"),
+        (None, None) => String::new(),
     };
     let texture = event.texture.iter().flat_map(|texture| {
         let depth = texture.depth_mm.map(|depth| format!("{depth} mm"));
@@ -206,10 +214,6 @@ fn line(event: &TactileEvent) -> String {
     let texture = texture.collect::<Vec<_>>().join(" ");
     let lit = event.lit_frames.map_or(String::new(), |frames| format!("lit {frames:>2}"));
     let doubt = if event.reliable { "" } else { "  not reliable" };
-    let text = format!(
-        "{:>7}  {speed:<10} {direction:<7} {:.2}  {lit:<6}  {texture}{doubt}",
-        event.frame,
-        confidence(event.direction)
-    );
+    let text = format!("{:>7}  {speed:<10} {direction:<7} {trust:<4}  {lit:<6}  {texture}{doubt}", event.frame,);
     text.trim_end().to_owned()
 }

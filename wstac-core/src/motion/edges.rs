@@ -1,5 +1,6 @@
 //! Arrival times of rising edges, and the straight line through them.
 
+use super::sqrt::sqrt;
 use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, exp_of_negative};
 use crate::params::{FEATURE_FRACTION_BITS, SAMPLE_FRAMES};
 use crate::trigger::Event;
@@ -46,7 +47,7 @@ impl Edges {
             }
         }
         let slope = slope as f32 / 65_536.0;
-        let sd = libm::sqrtf(rest / ((n - 2) as f32 * spread));
+        let sd = sqrt(rest / ((n - 2) as f32 * spread));
         let unit = 1.0 + slope.abs();
         (slope, sd, farthest, 1.0 - (rest / (n as f32 * unit * unit)).min(1.0))
     }

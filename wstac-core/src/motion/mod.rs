@@ -11,6 +11,7 @@ mod axis;
 mod edges;
 mod shape;
 mod shift;
+mod sqrt;
 
 use core::fmt;
 
@@ -19,6 +20,7 @@ use crate::params::{NOMINAL_FRAME_RATE, PITCH_MM, ROWS};
 use crate::rate::FrameRate;
 use crate::trigger::Event;
 use axis::Axis;
+use sqrt::sqrt;
 
 /// The kind of a touch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,6 +47,17 @@ impl Contact {
             Self::Press => "press",
             Self::Poke => "poke",
             Self::Unclear => "unclear",
+        }
+    }
+
+    /// Returns why a touch of this kind has neither speed nor direction, as a sentence.
+    pub(crate) const fn why_no_slide(self) -> &'static str {
+        match self {
+            // Not reached: a slide has both.
+            Self::Slide => "the touch is a slide",
+            Self::Press => "the touch is a press, which does not slide",
+            Self::Poke => "the touch is a poke, which does not slide",
+            Self::Unclear => "unclear: the touch is not certain to be a slide",
         }
     }
 }
@@ -190,7 +203,15 @@ pub fn by_edges(event: &Event<'_>, config: MotionConfig) -> Motion {
     motion(axis::by_edges(event, 0), axis::by_edges(event, ROWS), event, config, &BY_EDGES)
 }
 
+/// Returns the length of a vector.
+// Small code counts here: it runs once per event.
+#[inline(never)]
+fn length(a: f32, b: f32) -> f32 {
+    sqrt(a * a + b * b)
+}
+
 /// Returns the factor at a slowness: on straight lines between the points, and even beyond them.
+#[inline(never)]
 fn between(points: &[[f32; 2]], slowness: f32) -> f32 {
     let Some(&[mut before, mut factor]) = points.first() else { return 1.0 };
     for &[at, then] in points {
@@ -206,7 +227,7 @@ fn between(points: &[[f32; 2]], slowness: f32) -> f32 {
 /// Puts both axes together.
 fn motion(rows: Axis, columns: Axis, event: &Event<'_>, config: MotionConfig, deviations: &Deviations) -> Motion {
     let coherence = rows.coherence.min(columns.coherence);
-    let slowness = libm::sqrtf(rows.slowness * rows.slowness + columns.slowness * columns.slowness);
+    let slowness = length(rows.slowness, columns.slowness);
     let contact = if rows.lit.max(columns.lit) < 3 {
         if rows.lit.min(columns.lit) > 0 { Contact::Poke } else { Contact::Unclear }
     } else if coherence < ALIKE || slowness > MOST_SLOWNESS {
@@ -230,8 +251,8 @@ fn motion(rows: Axis, columns: Axis, event: &Event<'_>, config: MotionConfig, de
 
 /// Returns speed and direction of a slowness above 0, in frames per pitch.
 fn velocity(rows: Axis, columns: Axis, slowness: f32, config: MotionConfig, deviations: &Deviations) -> Velocity {
-    let (right, up) = (columns.slowness / slowness, -rows.slowness / slowness);
-    let length = |a: f32, b: f32| libm::sqrtf(a * a + b * b);
+    // A difference, because the negative of 0 would give an angle of -0.
+    let (right, up) = (columns.slowness / slowness, 0.0 - rows.slowness / slowness);
     let factor = between(deviations.factors, slowness);
     let sd = |axis: Axis| length(factor * length(axis.scatter, 2.0 * axis.sd), deviations.least) / slowness;
     let (right_sd, up_sd) = (sd(columns), sd(rows));

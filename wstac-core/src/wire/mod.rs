@@ -4,13 +4,13 @@
 //! works, too.
 //!
 //! ```
-//! use wstac_core::speed::SpeedConfig;
+//! use wstac_core::law::ByCoherence;
 //! use wstac_core::trigger::Event;
 //! use wstac_core::wire::{self, Answers, Message};
 //!
-//! fn send(event: &Event, config: &SpeedConfig, sequence: &mut u16, uart: &mut impl FnMut(&[u8])) {
+//! fn send(event: &Event, law: &ByCoherence, sequence: &mut u16, uart: &mut impl FnMut(&[u8])) {
 //!     let mut buffer = [0; wire::LONGEST];
-//!     uart(wire::encode(&Message::Event(Answers::new(event, config)), *sequence, &mut buffer));
+//!     uart(wire::encode(&Message::Event(Answers::new(event, law)), *sequence, &mut buffer));
 //!     *sequence = sequence.wrapping_add(1);
 //! }
 //! ```
@@ -58,7 +58,7 @@ pub use text::Text;
 use serde::{Deserialize, Serialize};
 
 /// The version of the bytes on the link, in the first byte of every frame.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 
 /// The number of bytes of the longest frame, its zeros included. Any message fits.
 pub const LONGEST: usize = 256;

@@ -13,7 +13,7 @@ use wstac_core::direction;
 use wstac_core::error::{Error, FrameError};
 use wstac_core::layout::FrameSize;
 use wstac_core::model::file::INPUTS;
-use wstac_core::motion::{self, MotionConfig};
+use wstac_core::motion;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed;
 use wstac_core::stream::FeatureStream;
@@ -67,8 +67,8 @@ fn run() -> Result<(), Error> {
     let mut pipeline = setup::pipeline(camera)?;
     // The pipeline's own work cannot be timed separately.
     let mut trigger = Trigger::with(setup::TRIGGER, 0, setup::FOLLOWING);
-    let speed = setup::speed(FrameRate::NOMINAL)?;
-    let motion = MotionConfig::published(FrameRate::NOMINAL);
+    let speed = setup::durations(FrameRate::NOMINAL)?;
+    let motion = setup::motion(FrameRate::NOMINAL)?;
     let [mut to_features, mut to_trigger, mut to_speed, mut to_direction, mut to_texture] =
         [const { Cost { times: 0, ticks: 0 } }; 5];
     let [mut to_edges, mut to_motion] = [const { Cost { times: 0, ticks: 0 } }; 2];

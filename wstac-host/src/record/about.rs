@@ -24,6 +24,11 @@ const LAYOUT: &str = "wstac.layout";
 const JSON: &str = "json";
 const TOML: &str = "toml";
 
+/// Returns whether a record of this name is a part of a recording's description.
+pub(super) fn is_description(name: &str) -> bool {
+    [STREAM, CONFIGURATION, LAYOUT, LABELS, CAMERA].contains(&name)
+}
+
 /// The stream, as its frames are stored.
 #[derive(Debug, Serialize, Deserialize)]
 struct Stream {

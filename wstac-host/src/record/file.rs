@@ -2,10 +2,12 @@
 //! complete.
 //!
 //! Messages are stored uncompressed, in chunks of about 1 s or 4 MiB. The written part of an unfinished chunk can be
-//! read message by message. So a program that is killed loses nothing that it has written ([`super::recover`]).
+//! read message by message. So a program that is killed loses nothing that it has written ([`super::recover`]). Every
+//! moment and the description have checksums ([`super::sums`]), and the numbers of channels are fixed, so that damage of
+//! one part leaves the others readable.
 
 use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -15,14 +17,23 @@ use mcap::records::{Channel, MessageHeader};
 use mcap::write::Metadata;
 use mcap::{McapError, Schema, WriteOptions, Writer};
 
-use super::foxglove;
+use super::recorder::lost_frames;
 use super::reserved::Reserved;
+use super::sums::{Counts, MomentSum};
+use super::{foxglove, sums};
 use crate::error::{Error, ErrorKind};
 
 /// Bytes after which a chunk ends.
 const CHUNK_BYTES: u64 = 4 << 20;
 /// Nanoseconds after which a chunk ends.
 const CHUNK_TIME: u64 = 1_000_000_000;
+/// Bytes before which time ends no chunk, and messages after which a chunk ends. They bound the memory of the index.
+const LEAST_CHUNK_BYTES: u64 = 16 << 10;
+const MOST_CHUNK_MESSAGES: u64 = 1 << 16;
+/// Bytes of a checksum's message with its header.
+const SUM_BYTES: u64 = 256;
+/// The first number of a channel that is not this program's own.
+const FIRST_FOREIGN: u16 = 256;
 /// Most bytes of the end of every file; then a chunk's share of it, and a message's bytes besides its data.
 const END_BYTES: u64 = 256 << 10;
 const CHUNK_SHARE: u64 = 512;
@@ -45,10 +56,50 @@ pub(super) enum Topic {
     /// Lost frames and what happened to the source, for a person and as JSON.
     Faults,
     FaultsJson,
+    /// Checksums of moments.
+    Sums,
 }
 
+/// The numbers of the channels of a recording. They stay for ever, so that damaged records of channels lose nothing.
+pub(super) const FIXED_CHANNELS: std::ops::RangeInclusive<u16> = 1..=9;
+
 impl Topic {
-    fn name_and_schema(self) -> (&'static str, foxglove::Schema) {
+    const ALL: [Self; 9] = [
+        Self::Raw,
+        Self::Jpeg,
+        Self::Taxels,
+        Self::Features,
+        Self::Events,
+        Self::EventsJson,
+        Self::Faults,
+        Self::FaultsJson,
+        Self::Sums,
+    ];
+
+    /// Returns the number of its channel in every recording that has checksums.
+    fn number(self) -> u16 {
+        self as u16 + *FIXED_CHANNELS.start()
+    }
+
+    /// Returns the topic whose channel has this number.
+    pub(super) fn of_number(number: u16) -> Option<Self> {
+        Self::ALL.into_iter().find(|topic| topic.number() == number)
+    }
+
+    /// Returns the topic of a channel that this program wrote, by its name and its schema's name.
+    pub(super) fn of_channel(name: &str, schema: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|topic| {
+            let (own, of_own) = topic.name_and_schema();
+            own == name && of_own.name() == schema
+        })
+    }
+
+    /// Returns whether its messages are frames.
+    pub(super) fn is_frame(self) -> bool {
+        matches!(self, Self::Raw | Self::Jpeg)
+    }
+
+    pub(super) fn name_and_schema(self) -> (&'static str, foxglove::Schema) {
         use foxglove::Schema;
         match self {
             Self::Raw => (super::CAMERA, Schema::RawImage),
@@ -59,6 +110,7 @@ impl Topic {
             Self::EventsJson => (super::EVENTS, Schema::Record),
             Self::Faults => ("/faults", Schema::Log),
             Self::FaultsJson => (super::FAULTS, Schema::Record),
+            Self::Sums => (sums::SUMS, Schema::Record),
         }
     }
 }
@@ -104,29 +156,62 @@ impl Seek for Shared {
 pub(super) struct RecordingFile {
     writer: Writer<Shared>,
     shared: Shared,
-    channels: BTreeMap<Topic, u16>,
+    /// Numbers of channels that are described in the file.
+    channels: BTreeSet<u16>,
+    /// The number of the next channel that is not this program's own.
+    next_foreign: u16,
     chunk_start: Option<u64>,
     /// Bytes and messages of the chunk that is open, and the number of chunks so far.
     chunk: (u64, u64),
     chunks: u64,
+    /// Whether it is a recording of this program, which has checksums.
+    is_own: bool,
+    /// The checksum of the moment that is being written, and its last time.
+    moment: MomentSum,
+    moment_time: Option<u64>,
+    counts: Counts,
 }
 
 impl RecordingFile {
-    /// Starts a recording in a file that is empty.
+    /// Starts a recording in a file that is empty. Without a description it is a file of another program.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(super) fn new(file: File, metadata: &[Metadata]) -> Result<Self, McapError> {
+    pub(super) fn new(file: File, description: &[Metadata]) -> Result<Self, McapError> {
         let shared = Shared(Rc::new(RefCell::new(BufWriter::new(Reserved::new(file)))));
         let library = concat!("wstac ", env!("CARGO_PKG_VERSION"));
         let options = WriteOptions::new().compression(None).chunk_size(None).library(library);
-        let writer = options.create(shared.clone())?;
-        let mut file = Self { writer, shared, channels: BTreeMap::new(), chunk_start: None, chunk: (0, 0), chunks: 0 };
-        for metadata in metadata {
-            file.writer.write_metadata(metadata)?;
+        let mut writer = options.create(shared.clone())?;
+        let is_own = !description.is_empty();
+        if is_own {
+            // A description that is damaged in one place is still there once.
+            for _ in 0..2 {
+                for metadata in description {
+                    writer.write_metadata(metadata)?;
+                }
+                writer.write_metadata(&sums::of_description(description))?;
+            }
         }
+        let mut file = Self {
+            writer,
+            shared,
+            channels: BTreeSet::new(),
+            next_foreign: FIRST_FOREIGN,
+            chunk_start: None,
+            chunk: (0, 0),
+            chunks: 0,
+            is_own,
+            moment: MomentSum::default(),
+            moment_time: None,
+            counts: Counts::default(),
+        };
         file.flush()?;
         Ok(file)
+    }
+
+    /// Returns what the recording has so far.
+    pub(super) fn counts(&self) -> Counts {
+        self.counts
     }
 
     /// Returns whether there is room for these messages, and to finish the file after them.
@@ -135,77 +220,132 @@ impl RecordingFile {
     /// The file cannot be used.
     pub(super) fn has_room(&mut self, messages: &[Message]) -> io::Result<bool> {
         let bytes: u64 = messages.iter().map(|message| message.data.len() as u64 + MESSAGE_SHARE).sum();
-        self.make_room(bytes)
-    }
-
-    fn make_room(&mut self, bytes: u64) -> io::Result<bool> {
         let end = END_BYTES + CHUNK_SHARE * (self.chunks + 1) + MESSAGE_SHARE * self.chunk.1;
         let mut file = self.shared.0.borrow_mut();
         let waiting = file.buffer().len() as u64;
-        file.get_mut().make_room(bytes + end + waiting)
+        file.get_mut().make_room(bytes + SUM_BYTES + end + waiting)
     }
 
-    /// Writes a message.
+    /// Writes the messages of one moment.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(super) fn write(&mut self, message: &Message) -> Result<(), McapError> {
-        let channel = self.channel(message.topic)?;
-        let (sequence, log_time, publish_time) = (message.sequence, message.time, message.taken);
-        self.write_header(&MessageHeader { channel_id: channel, sequence, log_time, publish_time }, &message.data)
+    pub(super) fn write(&mut self, messages: &[Message]) -> Result<(), McapError> {
+        // A moment's messages stand one behind the other, so its channels come first.
+        for message in messages {
+            self.add_own(message.topic)?;
+        }
+        for Message { topic, time, taken, sequence, data } in messages {
+            let (sequence, log_time, publish_time) = (*sequence, *time, *taken);
+            let header = MessageHeader { channel_id: topic.number(), sequence, log_time, publish_time };
+            self.write_message(Some(*topic), &header, data)?;
+        }
+        self.end_moment()
     }
 
-    fn write_header(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), McapError> {
-        let start = *self.chunk_start.get_or_insert(header.log_time);
-        if self.chunk.1 > 0 && (self.chunk.0 >= CHUNK_BYTES || header.log_time.saturating_sub(start) >= CHUNK_TIME) {
-            self.writer.flush()?;
-            (self.chunk_start, self.chunk) = (Some(header.log_time), (0, 0));
-            self.chunks += 1;
+    /// Writes a message of the moment that is open. All its channels must be there before its first message.
+    ///
+    /// # Errors
+    /// The errors of [`write`](Self::write).
+    pub(super) fn write_message(
+        &mut self,
+        topic: Option<Topic>,
+        header: &MessageHeader,
+        data: &[u8],
+    ) -> Result<(), McapError> {
+        match topic {
+            Some(topic) if topic.is_frame() => self.counts.add_frame(),
+            Some(Topic::FaultsJson) => self.counts.add_lost(lost_frames(data)),
+            _ => {}
         }
+        self.chunk_start.get_or_insert(header.log_time);
+        self.moment_time = Some(header.log_time);
+        self.moment.add(header, data);
+        self.append(header, data)
+    }
+
+    fn append(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), McapError> {
         self.chunk.0 += data.len() as u64;
         self.chunk.1 += 1;
         self.writer.write_to_known_channel(header, data)
     }
 
-    /// Writes a message of a channel that [`add_channel`](Self::add_channel) gave.
+    /// Ends a moment with its checksum, and the chunk if it is long enough.
     ///
     /// # Errors
     /// The errors of [`write`](Self::write).
-    pub(super) fn write_copy(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), McapError> {
-        self.write_header(header, data)
+    pub(super) fn end_moment(&mut self) -> Result<(), McapError> {
+        let moment = std::mem::take(&mut self.moment);
+        let Some(time) = self.moment_time.take() else { return Ok(()) };
+        if self.is_own {
+            let (sequence, log_time, publish_time) = (self.counts.frames as u32, time, time);
+            let header = MessageHeader { channel_id: Topic::Sums.number(), sequence, log_time, publish_time };
+            let data = moment.end(&header, self.counts);
+            self.append(&header, &data)?;
+        }
+        let lasted = time.saturating_sub(self.chunk_start.unwrap_or(time));
+        let (bytes, messages) = self.chunk;
+        let is_long = bytes >= LEAST_CHUNK_BYTES && lasted >= CHUNK_TIME;
+        if bytes >= CHUNK_BYTES || is_long || messages >= MOST_CHUNK_MESSAGES {
+            self.end_chunk()?;
+        }
+        Ok(())
+    }
+
+    fn end_chunk(&mut self) -> Result<(), McapError> {
+        (self.chunk_start, self.chunk) = (None, (0, 0));
+        self.chunks += 1;
+        self.writer.flush()
+    }
+
+    /// Adds a channel of this program's own.
+    ///
+    /// # Errors
+    /// The errors of [`write`](Self::write).
+    pub(super) fn add_own(&mut self, topic: Topic) -> Result<u16, McapError> {
+        let number = topic.number();
+        if !self.channels.contains(&number) {
+            // The first checksum comes after the first moment, whose messages must not be parted.
+            if topic != Topic::Sums {
+                self.add_own(Topic::Sums)?;
+            }
+            let (name, schema) = topic.name_and_schema();
+            let (schema_encoding, encoding) = schema.encodings();
+            let id = self.writer.add_schema_with_id(schema.number(), schema.name(), schema_encoding, schema.data())?;
+            self.writer.add_channel_with_id(number, id, name, encoding, &BTreeMap::new())?;
+            self.channels.insert(number);
+        }
+        Ok(number)
     }
 
     /// Adds a channel like another file's, with its schema if it has one, and returns its number here.
     ///
     /// # Errors
     /// The errors of [`write`](Self::write).
-    pub(super) fn add_channel(&mut self, channel: &Channel, schema: Option<&Schema<'_>>) -> Result<u16, McapError> {
+    pub(super) fn add_foreign(&mut self, channel: &Channel, schema: Option<&Schema<'_>>) -> Result<u16, McapError> {
+        if self.is_own {
+            self.add_own(Topic::Sums)?;
+        }
+        let number = self.next_foreign;
+        self.next_foreign = number.checked_add(1).ok_or(McapError::TooManyChannels)?;
         let schema = match schema {
-            Some(schema) => self.writer.add_schema(&schema.name, &schema.encoding, &schema.data)?,
+            // Each channel has its schema under its own number.
+            Some(Schema { name, encoding, data, .. }) => {
+                self.writer.add_schema_with_id(number, name, encoding, data)?
+            }
             None => 0,
         };
-        self.writer.add_channel(schema, &channel.topic, &channel.message_encoding, &channel.metadata)
+        let Channel { topic, message_encoding, metadata, .. } = channel;
+        self.writer.add_channel_with_id(number, schema, topic, message_encoding, metadata)
     }
 
-    /// Writes a record of metadata.
+    /// Writes a record of metadata that is no part of the description.
     ///
     /// # Errors
     /// The errors of [`write`](Self::write).
     pub(super) fn write_metadata(&mut self, metadata: &Metadata) -> Result<(), McapError> {
         (self.chunk_start, self.chunk) = (None, (0, 0));
         self.writer.write_metadata(metadata)
-    }
-
-    fn channel(&mut self, topic: Topic) -> Result<u16, McapError> {
-        if let Some(&channel) = self.channels.get(&topic) {
-            return Ok(channel);
-        }
-        let (name, schema) = topic.name_and_schema();
-        let (schema_encoding, encoding) = schema.encodings();
-        let id = self.writer.add_schema(schema.name(), schema_encoding, schema.data())?;
-        let channel = self.writer.add_channel(id, name, encoding, &BTreeMap::new())?;
-        self.channels.insert(topic, channel);
-        Ok(channel)
     }
 
     /// Hands everything that was written to the system, which keeps it even if this program is killed.
@@ -221,6 +361,9 @@ impl RecordingFile {
     /// # Errors
     /// The file cannot be written.
     pub(super) fn finish(mut self) -> Result<u64, McapError> {
+        if self.is_own {
+            self.writer.write_metadata(&sums::end_record(self.counts))?;
+        }
         self.writer.finish()?;
         drop(self.writer);
         self.shared.flush()?;

@@ -54,6 +54,11 @@ impl Schema {
         }
     }
 
+    /// Returns its number in every recording.
+    pub(crate) fn number(self) -> u16 {
+        self as u16 + 1
+    }
+
     /// Returns the encoding of the schema and that of its messages.
     pub(crate) fn encodings(self) -> (&'static str, &'static str) {
         match self {

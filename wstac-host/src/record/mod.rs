@@ -2,24 +2,32 @@
 //!
 //! [`Recorder`] turns events and outputs into messages, and `writer` takes them to the disk in a thread of its own.
 //! `file` and `reserved` write them so that neither a killed program nor a full disk loses what was written. [`about`]
-//! has a recording's description, and `scan` reads files, whole or not. [`recover`] makes whole recordings of those
-//! that are not. [`crate::source::mcap`] reads recordings as sources.
+//! has a recording's description, and `sums` the checksums of its parts. `walk` goes through files, whole or not.
+//! [`recover`] makes whole recordings of those that are not, and `reader` reads whole ones for
+//! [`crate::source::mcap`].
 
 pub mod about;
+mod bytes;
 mod file;
 pub(crate) mod foxglove;
+mod limits;
 pub(crate) mod parse;
 mod picture;
 pub mod plan;
+mod reader;
 mod recorder;
 mod recover;
 mod reserved;
-pub(crate) mod scan;
+mod summary;
+mod sums;
+mod walk;
 mod writer;
 
+pub(crate) use reader::{Item, Reader, damaged};
 pub use recorder::Recorder;
-pub use recover::{Recovered, check_readable, recover};
-pub use scan::Unread;
+pub use recover::{Recovered, recover};
+pub(crate) use sums::sound_metadata;
+pub use walk::Unread;
 pub use writer::Written;
 
 /// Topic of the frames.

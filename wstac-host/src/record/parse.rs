@@ -10,16 +10,21 @@ use mcap::{McapError, McapResult};
 /// # Errors
 /// The record is not of the kind that its code says.
 pub(crate) fn parse_record(op: u8, body: &[u8]) -> McapResult<Record<'_>> {
-    let fits = match op {
+    if !matches!(op, op::SCHEMA | op::CHANNEL | op::METADATA) || fits(op, body) {
+        return mcap::parse_record(op, body);
+    }
+    Err(McapError::UnexpectedEof)
+}
+
+/// Returns whether the lengths in a schema, a channel or metadata fit the record, with nothing behind them.
+pub(crate) fn fits(op: u8, body: &[u8]) -> bool {
+    let rest = match op {
         op::SCHEMA => body.get(2..).and_then(text).and_then(text).and_then(text),
         op::CHANNEL => body.get(4..).and_then(text).and_then(text).and_then(texts),
         op::METADATA => text(body).and_then(texts),
-        _ => Some(body),
+        _ => None,
     };
-    if fits.is_none() {
-        return Err(McapError::UnexpectedEof);
-    }
-    mcap::parse_record(op, body)
+    rest.is_some_and(<[u8]>::is_empty)
 }
 
 /// Returns the bytes behind a text, or behind bytes, whose length of 32 bits comes first.

@@ -36,6 +36,12 @@ pub(super) fn lost_frames(line: &[u8]) -> u64 {
     lost.and_then(|lost| lost["frames"].as_u64()).unwrap_or(0)
 }
 
+/// Returns lost frames as a line of JSON.
+pub(super) fn lost_line(frames: u64, why: &str) -> Vec<u8> {
+    // Numbers and words can always be JSON.
+    serde_json::to_vec(&Lost { frames, why }).unwrap_or_default()
+}
+
 /// Records a stream.
 pub struct Recorder {
     writer: Writer,
@@ -135,7 +141,11 @@ impl Recorder {
                 self.add(Topic::Features, data);
             }
             Output::Fault(_) => self.line([Topic::Faults, Topic::FaultsJson], Level::Warning, text, output),
-            Output::Event(_) | Output::EarlyTexture(_) | Output::Interrupted(_) | Output::End(_) => {
+            Output::Event(_)
+            | Output::ContactEnd(_)
+            | Output::EarlyTexture(_)
+            | Output::Interrupted(_)
+            | Output::End(_) => {
                 self.line([Topic::Events, Topic::EventsJson], Level::Info, text, output);
             }
             // Lost frames are recorded as events of the source.

@@ -1,33 +1,52 @@
-//! Recovers every completely written message of a recording that was cut off or is damaged.
+//! Recovers every sound moment of a recording that was cut off or is damaged.
 //!
-//! If a chunk's bytes are not those that were written, it is unknown which message is wrong. Its frames are entered as
-//! lost, with those that were lost before, so that those behind keep their place.
+//! A moment is sound if its checksum or that of its chunk is right. Frames of other moments are entered as lost where
+//! they were, so that those behind keep their place: checksums have the places of all frames. Recordings of before have
+//! none; there the numbers and times of frames give the places, and the index their count.
+//!
+//! A recovery is a success only if all frames are accounted for, and if the new file was read like any recording.
 //!
 //! The choice of messages, and of their new form, is this project's policy. No MCAP library has it.
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::path::Path;
+use std::io;
+use std::os::fd::AsRawFd;
+use std::path::{Path, PathBuf};
 
 use mcap::records::{Channel, MessageHeader, Record, op};
 use mcap::write::Metadata;
 use mcap::{McapError, Schema};
 
-use super::file::{Message, RecordingFile, Topic};
+use super::about::{About, is_description};
+use super::file::{RecordingFile, Topic};
+use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PENDING};
 use super::parse::parse_record;
-use super::scan::{MessageBody, Scan, Step, Unread, index};
-use super::{CAMERA, EVENTS, FAULTS};
+use super::recorder::{lost_frames, lost_line};
+use super::reserved::give_back_of_killed;
+use super::sums::{self, Counts, Sum, UNCOVERED};
+use super::walk::{Crc, MessageBody, Mode, Span, Step, Unread, Walk, outline};
 use crate::error::{Error, ErrorKind};
+use crate::source::mcap::McapSource;
+use crate::source::{Source, SourceEvent};
+
+/// Bytes of a message's record before its data.
+const MESSAGE_START: u64 = 31;
+/// Nanoseconds of a second.
+const SECOND: u128 = 1_000_000_000;
 
 /// The result of a recovery.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Recovered {
     /// Frames.
     pub frames: u64,
     /// Events that were found when it was recorded.
     pub events: u64,
-    /// Frames that are damaged and entered as lost.
+    /// Frames that are damaged or missing and entered as lost.
     pub damaged: u64,
+    /// Frames without any checksum, of recordings of before that were never finished.
+    pub unchecked: u64,
     /// Whether the file was finished properly.
     pub whole: bool,
     /// Bytes of the new file.
@@ -36,58 +55,131 @@ pub struct Recovered {
     pub unread: Option<Unread>,
     /// Messages of channels that only a damaged part describes. They may have a wrong name.
     pub doubtful: u64,
+    /// Why the new file may lack frames, or cannot be read as a recording; `None` if all frames are accounted for.
+    pub problem: Option<String>,
 }
 
 /// A file that is being recovered.
 struct Recovery<'a> {
+    walk: Walk,
     out: RecordingFile,
+    old: &'a Path,
     path: &'a Path,
+    /// What the recording says of itself; `None` if it is none of this program.
+    about: Option<About>,
+    has_sums: bool,
     /// The schemas by their numbers, each with whether it stands in undamaged bytes.
     schemas: BTreeMap<u16, (Schema<'static>, bool)>,
     channels: BTreeMap<u16, (Channel, bool)>,
-    /// Numbers of channels in the new file, by those in the old one.
+    /// Bytes of all schemas and channels.
+    definitions: u64,
+    /// Numbers of other programs' channels in the new file, by those in the old one.
     numbers: BTreeMap<u16, u16>,
+    /// Messages that wait for their checksum.
+    pending: Vec<Span>,
+    body: Vec<u8>,
+    /// Other programs' records of metadata so far.
+    metadata: usize,
     /// Time of the last message.
     time: u64,
-    /// Damaged frames in a row that are not yet entered as lost.
-    damaged: u64,
+    /// Frames that a recording of before must have lost here, at least, since its last sound frame.
+    suspects: u64,
+    is_suspect: bool,
+    /// When the last frame of a recording of before was taken.
+    taken: Option<u64>,
+    /// Why the number of lost frames is not certain.
+    doubt: Option<String>,
     found: Recovered,
 }
 
 /// Recovers everything that was completely written. `new` is an empty file at `path`.
 ///
+/// The new file is there even if the result names a problem.
+///
 /// # Errors
 /// The old file is no MCAP file or cannot be read, or the new one cannot be written.
 pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
-    let mut scan = Scan::open(old)?;
-    let out = RecordingFile::new(new, &[]).map_err(|error| not_written(path, error))?;
-    let (schemas, channels, numbers) = Default::default();
-    let found = Recovered::default();
-    let mut recovery = Recovery { out, path, schemas, channels, numbers, time: 0, damaged: 0, found };
-    // The index comes first, because chunks have each channel only once.
-    for (op, body) in index(old).map_err(|error| Error::io(old.display(), error))? {
-        if [op::SCHEMA, op::CHANNEL].contains(&op) {
-            recovery.record(op, &body, true).map_err(|error| not_written(path, error))?;
-        }
+    let failed = |error| Error::io(old.display(), error);
+    let mut survey = Walk::open(old, Mode::Salvage)?;
+    survey.set_own();
+    let all = outline(&mut survey).map_err(failed)?.metadata;
+    let is_sums = |metadata: &Metadata| metadata.name == sums::DESCRIPTION_SUMS;
+    let (sound, missing) = sums::sound_metadata(&all);
+    let about = About::from_metadata(&sound);
+    let description: Vec<Metadata> = sound.into_iter().filter(|metadata| is_description(&metadata.name)).collect();
+    let mut walk = Walk::open(old, Mode::Salvage)?;
+    if !walk.has_magic() && description.is_empty() && walk.summary().is_none() {
+        let found = walk.first_bytes().map_err(failed)?;
+        let message = format_args!("starts with \"{found}\", expected an MCAP file, which starts with \"\\x89MCAP0\"");
+        return Err(Error::new(ErrorKind::Format, old.display(), message));
     }
-    loop {
-        match scan.next().map_err(|error| Error::io(old.display(), error))? {
-            Step::Record { op, sound } => {
-                recovery.record(op, scan.body(), sound).map_err(|error| not_written(recovery.path, error))?;
-            }
-            Step::End { whole } => {
-                recovery.found.whole = whole;
-                recovery.found.unread = scan.unread();
-                break;
-            }
-        }
+    let mut problem = match &about {
+        Ok(Some(_)) => None,
+        Ok(None) => Some("has no description of a recording".to_owned()),
+        Err(error) => Some(error.clone()),
+    };
+    if missing > 0 && problem.is_none() {
+        problem = Some("has a damaged description".to_owned());
     }
-    recovery.finish()
+    let has_sums = all.iter().any(is_sums);
+    if has_sums || !description.is_empty() {
+        walk.set_own();
+    }
+    // Without a description, the checksums still belong to a recording of this program.
+    // The new file may have another name until it is whole.
+    let same = new.try_clone().map_err(|error| Error::io(path.display(), error))?;
+    let written = RecordingFile::new(new, &description).map_err(|error| not_written(path, error))?;
+    let mut recovery = Recovery {
+        walk,
+        out: written,
+        old,
+        path,
+        about: about.ok().flatten(),
+        has_sums,
+        schemas: BTreeMap::new(),
+        channels: BTreeMap::new(),
+        definitions: 0,
+        numbers: BTreeMap::new(),
+        pending: Vec::new(),
+        body: Vec::new(),
+        metadata: 0,
+        time: 0,
+        suspects: 0,
+        is_suspect: false,
+        taken: None,
+        doubt: None,
+        found: Recovered { problem, ..Recovered::default() },
+    };
+    let end = all.iter().filter(|metadata| metadata.name == sums::END).find_map(sums::read_end);
+    recovery.go(end).map_err(|failure| failure.in_words(old, path))?;
+    recovery.finish(&same)
 }
 
-/// Returns whether a new entry replaces the one there is. The first entry stays, unless it stands in damaged bytes.
-fn is_better<T>(there: Option<&(T, bool)>, sound: bool) -> bool {
-    there.is_none_or(|(_, was)| sound && !was)
+/// A failure of reading or of writing.
+enum Failure {
+    Old(io::Error),
+    New(McapError),
+}
+
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        Self::Old(error)
+    }
+}
+
+impl From<McapError> for Failure {
+    fn from(error: McapError) -> Self {
+        Self::New(error)
+    }
+}
+
+impl Failure {
+    fn in_words(self, old: &Path, new: &Path) -> Error {
+        match self {
+            Self::Old(error) => Error::io(old.display(), error),
+            Self::New(error) => not_written(new, error),
+        }
+    }
 }
 
 /// Describes an error of writing the new file.
@@ -99,12 +191,58 @@ fn not_written(path: &Path, error: McapError) -> Error {
     }
 }
 
+/// Returns whether a new entry replaces the one there is. The first entry stays, unless it stands in damaged bytes.
+fn is_better<T>(there: Option<&(T, bool)>, sound: bool) -> bool {
+    there.is_none_or(|(_, was)| sound && !was)
+}
+
 impl Recovery<'_> {
-    fn record(&mut self, op: u8, body: &[u8], sound: bool) -> Result<(), McapError> {
-        match op {
-            op::MESSAGE => return self.message(body, sound),
-            op::SCHEMA | op::CHANNEL | op::METADATA => {}
-            _ => return Ok(()),
+    /// Goes through the old file. `end` is what its last record states.
+    fn go(&mut self, end: Option<Counts>) -> Result<(), Failure> {
+        // The index comes first, because chunks have each channel only once.
+        let definitions = self.walk.summary().map(|summary| summary.definitions.clone()).unwrap_or_default();
+        for (op, body) in definitions {
+            self.define(op, &body, true);
+        }
+        loop {
+            match self.walk.next()? {
+                Step::Record(span) => match span.op {
+                    op::MESSAGE => self.message(span)?,
+                    op::SCHEMA | op::CHANNEL => {
+                        let mut body = std::mem::take(&mut self.body);
+                        self.walk.body(span, &mut body)?;
+                        self.define(span.op, &body, self.walk.crc() != Crc::Bad);
+                        self.body = body;
+                    }
+                    op::METADATA => self.copy_metadata(span)?,
+                    _ => {}
+                },
+                Step::ChunkEnd => self.flush()?,
+                Step::Damage(unread) => {
+                    // Messages before it stand in the same moment, perhaps.
+                    self.is_suspect |= unread.damaged;
+                    if !self.has_sums {
+                        self.flush()?;
+                    }
+                }
+                Step::End { whole } => {
+                    self.flush()?;
+                    self.found.whole = whole || self.walk.summary().is_some();
+                    self.found.unread = self.walk.unread();
+                    break;
+                }
+            }
+        }
+        self.settle(end)
+    }
+
+    /// Notes a schema or a channel.
+    fn define(&mut self, op: u8, body: &[u8], sound: bool) {
+        self.definitions = self.definitions.saturating_add(body.len() as u64);
+        if self.definitions > 4 * MOST_DEFINITIONS {
+            let most = 4 * MOST_DEFINITIONS >> 20;
+            self.doubt.get_or_insert_with(|| format!("has more than {most} MB of schemas and channels"));
+            return;
         }
         // A record that cannot be read is damaged, and everything that needs it is left out.
         match parse_record(op, body) {
@@ -122,66 +260,305 @@ impl Recovery<'_> {
                 self.numbers.remove(&channel.id);
                 self.channels.insert(channel.id, (channel, sound));
             }
-            Ok(Record::Metadata(metadata)) => self.metadata(&metadata)?,
             _ => {}
         }
+    }
+
+    /// Copies other programs' metadata.
+    fn copy_metadata(&mut self, span: Span) -> Result<(), Failure> {
+        self.walk.body(span, &mut self.body)?;
+        let Ok(Record::Metadata(metadata)) = parse_record(op::METADATA, &self.body) else { return Ok(()) };
+        if is_description(&metadata.name) || metadata.name.starts_with("wstac.") || self.metadata == MOST_METADATA {
+            return Ok(());
+        }
+        self.metadata += 1;
+        self.flush()?;
+        Ok(self.out.write_metadata(&metadata)?)
+    }
+
+    /// Returns this program's topic of a channel.
+    fn topic(&self, channel: u16) -> Option<Topic> {
+        if self.has_sums && channel < 256 {
+            // The numbers are fixed, whatever a damaged record of a channel says.
+            return Topic::of_number(channel);
+        }
+        let (channel, _) = self.channels.get(&channel)?;
+        let schema = self.schemas.get(&channel.schema_id).map_or("", |(schema, _)| &schema.name);
+        Topic::of_channel(&channel.topic, schema)
+    }
+
+    /// Returns whether a recording is written, and no file of another program.
+    fn is_own(&self) -> bool {
+        self.about.is_some()
+    }
+
+    /// Returns a message's channel.
+    fn channel_of(&mut self, span: Span) -> io::Result<u16> {
+        Ok(self.walk.start_of(span, 2)?.first_chunk().map_or(0, |id| u16::from_le_bytes(*id)))
+    }
+
+    fn message(&mut self, span: Span) -> Result<(), Failure> {
+        let topic = self.channel_of(span).map(|channel| self.topic(channel))?;
+        if topic == Some(Topic::Sums) {
+            return self.sum(span);
+        }
+        // Without checksums, a moment is a frame and everything behind it.
+        let starts = !self.has_sums && (topic.is_none() || topic.is_some_and(Topic::is_frame));
+        if starts || self.pending.len() == MOST_PENDING {
+            self.flush()?;
+        }
+        self.pending.push(span);
         Ok(())
     }
 
-    fn metadata(&mut self, metadata: &Metadata) -> Result<(), McapError> {
-        self.out.write_metadata(metadata)
-    }
-
-    fn message(&mut self, body: &[u8], sound: bool) -> Result<(), McapError> {
-        let Some(message) = MessageBody::parse(body) else { return Ok(()) };
-        let Some((channel, known)) = self.channels.get(&message.channel) else { return Ok(()) };
-        let is_frame = channel.topic == CAMERA;
-        if !sound {
-            let gap = if channel.topic == FAULTS { super::recorder::lost_frames(message.data) } else { 0 };
-            self.damaged = self.damaged.saturating_add(u64::from(is_frame)).saturating_add(gap);
+    /// Takes a checksum, which ends a moment.
+    fn sum(&mut self, span: Span) -> Result<(), Failure> {
+        let start = self.walk.start_of(span, 1 << 10)?;
+        let data = start.get((MESSAGE_START - 9) as usize..).unwrap_or_default();
+        let Some(sum) = Sum::parse(data).filter(|sum| sum.bytes <= 2 * MOST_MESSAGE) else { return self.flush() };
+        let from = span.at.saturating_sub(sum.bytes);
+        let covered = span.end().saturating_sub(UNCOVERED);
+        let is_right = sum.bytes <= span.at && sum.crc() == Some(self.walk.hash(from, covered)?);
+        if !is_right {
+            return self.flush();
+        }
+        // Messages before the moment have lost their own checksum.
+        let moment = self.walk.messages(from, span.at, MOST_PENDING)?;
+        self.pending.retain(|pending| pending.at < from);
+        self.flush()?;
+        let Some(moment) = moment else { return Ok(()) };
+        let (mut frames, mut lost) = (0_u64, 0_u64);
+        for &span in &moment {
+            match self.channel_of(span).map(|channel| self.topic(channel))? {
+                Some(topic) if topic.is_frame() => frames += 1,
+                Some(Topic::FaultsJson) => {
+                    self.walk.body(span, &mut self.body)?;
+                    let message = MessageBody::parse(&self.body);
+                    lost = lost.saturating_add(message.map_or(0, |message| lost_frames(message.data)));
+                }
+                _ => {}
+            }
+        }
+        (self.is_suspect, self.suspects) = (false, 0);
+        let there = self.out.counts();
+        let missing_frames = sum.counts.frames.saturating_sub(frames).saturating_sub(there.frames);
+        if there.frames == 0 && missing_frames > 0 && frames == 0 {
+            // Frames were recorded before it, and none was found yet. The next frame's gap has these, too.
             return Ok(());
         }
-        let number = if let Some(&number) = self.numbers.get(&message.channel) {
-            number
+        let before =
+            sum.counts.place.saturating_sub(frames.saturating_add(if sum.counts.frames == 0 { 0 } else { lost }));
+        let gap = before.saturating_sub(there.place);
+        let leading = if there.frames == 0 {
+            let all = sum.counts.all().saturating_sub(frames.saturating_add(lost));
+            all.saturating_sub(there.all()).saturating_sub(gap)
         } else {
-            let number =
-                self.out.add_channel(channel, self.schemas.get(&channel.schema_id).map(|(schema, _)| schema))?;
-            self.numbers.insert(message.channel, number);
-            number
+            0
         };
-        let is_certain = *known && self.schemas.get(&channel.schema_id).is_none_or(|(_, sound)| *sound);
-        self.found.doubtful += u64::from(!is_certain);
-        self.found.frames += u64::from(is_frame);
-        self.found.events += u64::from(channel.topic == EVENTS && message.data.starts_with(br#"{"kind":"event""#));
-        self.enter_damaged()?;
-        let [log_time, publish_time] = message.times;
-        self.time = log_time;
-        let header = MessageHeader { channel_id: number, sequence: message.sequence, log_time, publish_time };
-        self.out.write_copy(&header, message.data)
+        self.enter_lost(leading, moment.first().copied())?;
+        self.copy_after_gap(&moment, gap)
     }
 
-    /// Enters frames that are damaged as lost.
-    fn enter_damaged(&mut self) -> Result<(), McapError> {
-        let frames = std::mem::take(&mut self.damaged);
-        if frames == 0 {
+    /// Copies a moment before which frames are missing.
+    ///
+    /// Only what is behind the first frame has a place in time. So if the start is missing, the first frame that was
+    /// found stands for it: the gap comes behind that frame, and all others keep their numbers.
+    fn copy_after_gap(&mut self, moment: &[Span], gap: u64) -> Result<(), Failure> {
+        if self.out.counts().frames == 0 {
+            self.copy(moment)?;
+            return self.enter_lost(gap, None);
+        }
+        self.enter_lost(gap, None)?;
+        self.copy(moment)
+    }
+
+    /// Copies the messages that wait, if they are sound.
+    fn flush(&mut self) -> Result<(), Failure> {
+        let pending = std::mem::take(&mut self.pending);
+        if pending.is_empty() {
             return Ok(());
+        }
+        let is_sound = match self.walk.crc() {
+            Crc::Good => true,
+            Crc::Bad => false,
+            Crc::Unknown => !self.has_sums,
+        };
+        let mut frames = 0;
+        for &span in &pending {
+            let topic = self.channel_of(span).map(|channel| self.topic(channel))?;
+            frames += u64::from(topic.is_some_and(Topic::is_frame));
+        }
+        if !is_sound {
+            self.is_suspect = true;
+            self.suspects = self.suspects.saturating_add(frames);
+            return Ok(());
+        }
+        if self.has_sums || !self.is_own() {
+            return self.copy(&pending);
+        }
+        self.found.unchecked += if self.walk.crc() == Crc::Unknown { frames } else { 0 };
+        let mut gap = 0;
+        if frames > 0 && self.is_suspect {
+            gap = self.gap_of_before(&pending)?;
+            (self.is_suspect, self.suspects) = (false, 0);
+        }
+        self.copy_after_gap(&pending, gap)
+    }
+
+    /// Returns how many frames are missing before a moment of a recording of before, by the frame's number or time.
+    fn gap_of_before(&mut self, moment: &[Span]) -> Result<u64, Failure> {
+        let Some(about) = &self.about else { return Ok(0) };
+        let (driver_times, rate) = (about.driver_times, about.info.rate);
+        let place = self.out.counts().all();
+        for &span in moment {
+            let channel = self.channel_of(span)?;
+            if !self.topic(channel).is_some_and(Topic::is_frame) {
+                continue;
+            }
+            let Some(message) = MessageBody::parse(self.walk.start_of(span, 22)?) else { continue };
+            if !driver_times {
+                let gap = message.sequence.wrapping_sub(place as u32);
+                return Ok(if gap < 1 << 31 { gap.into() } else { 0 });
+            }
+            let Some(last) = self.taken else {
+                self.doubt.get_or_insert_with(|| "has a damaged start, whose frames nothing counts".to_owned());
+                return Ok(self.suspects);
+            };
+            let time = u128::from(message.times[1].saturating_sub(last));
+            let (numerator, denominator) = (u128::from(rate.numerator()), SECOND * u128::from(rate.denominator()));
+            let frames = (time * numerator + denominator / 2) / denominator;
+            return Ok(u64::try_from(frames.saturating_sub(1)).unwrap_or(u64::MAX).max(self.suspects));
+        }
+        Ok(0)
+    }
+
+    /// Copies messages of one moment.
+    fn copy(&mut self, moment: &[Span]) -> Result<(), Failure> {
+        let is_own = self.is_own();
+        let mut targets = Vec::with_capacity(moment.len());
+        // All channels come before the first message.
+        for &span in moment {
+            let old = self.channel_of(span)?;
+            let topic = self.topic(old).filter(|_| is_own);
+            targets.push(match topic {
+                Some(topic) => Some((Some(topic), self.out.add_own(topic)?)),
+                None => self.foreign(old)?.map(|number| (None, number)),
+            });
+        }
+        for (&span, target) in moment.iter().zip(targets) {
+            let Some((topic, channel_id)) = target else { continue };
+            let mut body = std::mem::take(&mut self.body);
+            self.walk.body(span, &mut body)?;
+            if let Some(MessageBody { sequence, times: [log_time, publish_time], data, .. }) = MessageBody::parse(&body)
+            {
+                self.time = log_time;
+                match topic {
+                    Some(topic) if topic.is_frame() => {
+                        self.found.frames += 1;
+                        self.taken = Some(publish_time);
+                    }
+                    Some(Topic::EventsJson) => {
+                        self.found.events += u64::from(data.starts_with(br#"{"kind":"event""#));
+                    }
+                    _ => {}
+                }
+                let header = MessageHeader { channel_id, sequence, log_time, publish_time };
+                self.out.write_message(topic, &header, data)?;
+            }
+            self.body = body;
+        }
+        Ok(self.out.end_moment()?)
+    }
+
+    /// Returns the number of another program's channel in the new file; `None` if nothing describes it.
+    fn foreign(&mut self, old: u16) -> Result<Option<u16>, Failure> {
+        let Some((channel, known)) = self.channels.get(&old) else {
+            self.doubt.get_or_insert_with(|| format!("has messages of channel {old}, which nothing describes"));
+            return Ok(None);
+        };
+        let schema = self.schemas.get(&channel.schema_id);
+        self.found.doubtful += u64::from(!known || schema.is_some_and(|(_, known)| !known));
+        if let Some(&number) = self.numbers.get(&old) {
+            return Ok(Some(number));
+        }
+        let number = self.out.add_foreign(channel, schema.map(|(schema, _)| schema))?;
+        self.numbers.insert(old, number);
+        Ok(Some(number))
+    }
+
+    /// Enters frames that are missing as lost, before a message.
+    fn enter_lost(&mut self, frames: u64, before: Option<Span>) -> Result<(), Failure> {
+        if frames == 0 || !self.is_own() {
+            return Ok(());
+        }
+        if self.out.counts().all() == 0
+            && let Some(span) = before
+            && let Some(message) = MessageBody::parse(self.walk.start_of(span, 22)?)
+        {
+            self.time = message.times[0];
         }
         self.found.damaged = self.found.damaged.saturating_add(frames);
-        let data = format!(r#"{{"kind":"lost","frames":{frames},"why":"damaged in the recording"}}"#).into_bytes();
-        let (time, taken) = (self.time, self.time);
-        self.out.write(&Message { topic: Topic::FaultsJson, time, taken, sequence: 0, data })
+        let data = lost_line(frames, "damaged in the recording");
+        let channel_id = self.out.add_own(Topic::FaultsJson)?;
+        let header = MessageHeader { channel_id, sequence: 0, log_time: self.time, publish_time: self.time };
+        self.out.write_message(Some(Topic::FaultsJson), &header, &data)?;
+        Ok(self.out.end_moment()?)
     }
 
-    fn finish(mut self) -> Result<Recovered, Error> {
-        let ended = self.enter_damaged().and_then(|()| self.out.finish());
-        self.found.bytes = ended.map_err(|error| not_written(self.path, error))?;
-        Ok(self.found)
+    /// Enters frames that are missing at the end, and checks that all are accounted for.
+    fn settle(&mut self, end: Option<Counts>) -> Result<(), Failure> {
+        let there = self.out.counts();
+        let frames = there.frames;
+        if let Some(end) = end {
+            return self.enter_lost(end.all().saturating_sub(there.all()), None);
+        }
+        let recorded = self.walk.summary().and_then(|summary| summary.messages.clone());
+        let recorded = recorded.map(|counts| {
+            let of_frames = counts.iter().filter(|(channel, _)| self.topic(**channel).is_some_and(Topic::is_frame));
+            of_frames.fold(0_u64, |sum, (_, count)| sum.saturating_add(*count))
+        });
+        if !self.is_own() {
+            if self.is_suspect || self.found.unread.is_some_and(|unread| unread.damaged) {
+                self.doubt.get_or_insert_with(|| "is damaged".to_owned());
+            }
+            return Ok(());
+        }
+        let Some(recorded) = recorded else {
+            if self.found.whole || (self.is_suspect && !self.has_sums) {
+                let what = "is damaged, and nothing says how many frames it had";
+                let is_damaged = self.found.damaged > 0 || self.is_suspect || self.found.unread.is_some();
+                if is_damaged {
+                    self.doubt.get_or_insert_with(|| what.to_owned());
+                }
+            }
+            return self.enter_lost(self.suspects, None);
+        };
+        let missing = recorded.saturating_sub(frames);
+        // Lost frames that were entered may be among those that the recording had lost itself.
+        self.enter_lost(missing.saturating_sub(self.found.damaged), None)
+    }
+
+    fn finish(mut self, new: &File) -> Result<Recovered, Error> {
+        let is_own = self.is_own();
+        self.found.bytes = self.out.finish().map_err(|error| not_written(self.path, error))?;
+        let mut found = self.found;
+        found.problem = found.problem.or(self.doubt);
+        if found.problem.is_none() && is_own {
+            // Whatever a damaged recording says, the new one must be readable.
+            let new = PathBuf::from(format!("/proc/self/fd/{}", new.as_raw_fd()));
+            let new = if new.exists() { &new } else { self.path };
+            found.problem = read_all(new).err().map(|error| format!("cannot be read again: {}", error.message()));
+        }
+        give_back_of_killed(self.old);
+        Ok(found)
     }
 }
-/// Checks that a file can be read as a recording, whole or damaged.
-///
-/// # Errors
-/// The file cannot be opened or does not start as an MCAP file does.
-pub fn check_readable(path: &Path) -> Result<(), Error> {
-    Scan::open(path).map(drop)
+
+/// Reads a recording to its end.
+fn read_all(path: &Path) -> Result<(), Error> {
+    let mut source = McapSource::open(path, None)?;
+    let config = crate::source::config_of(source.info(), None)?;
+    crate::session::Processor::new(source.info(), &config, crate::output::OutputOptions::default())?;
+    while !matches!(source.next_event()?, SourceEvent::End) {}
+    Ok(())
 }

@@ -5,6 +5,8 @@
 
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
+use std::path::Path;
 
 use rustix::fs::{FallocateFlags, fallocate};
 use rustix::io::Errno;
@@ -73,18 +75,47 @@ impl Reserved {
     ///
     /// # Errors
     /// The file cannot be used.
-    pub(super) fn close(self) -> io::Result<()> {
-        if self.room > self.end {
-            // It is no error if room cannot be given back: it holds no bytes of the recording.
-            let beyond = FallocateFlags::KEEP_SIZE | FallocateFlags::PUNCH_HOLE;
-            let _ = fallocate(&self.file, beyond, self.end, self.room - self.end);
-        }
+    pub(super) fn close(mut self) -> io::Result<()> {
+        self.give_back();
         self.file.sync_all()
+    }
+
+    fn give_back(&mut self) {
+        if self.room > self.end {
+            // On ext4 only a new size frees room behind the end: a hole there frees nothing. It is no error if room
+            // cannot be given back, because it holds no bytes of the recording.
+            let _ = self.file.set_len(self.end);
+            self.room = self.end;
+        }
     }
 
     /// Returns the size of the file in bytes.
     pub(super) fn bytes(&self) -> u64 {
         self.end
+    }
+}
+
+/// A file that could not be written to its end keeps no room either.
+impl Drop for Reserved {
+    fn drop(&mut self) {
+        self.give_back();
+    }
+}
+
+/// Gives back the room of a recording whose program was killed, unless another program writes the file.
+///
+/// It is no error if it cannot be given back.
+pub(super) fn give_back_of_killed(path: &Path) {
+    let file = File::options().write(true).custom_flags(libc::O_NONBLOCK).open(path);
+    let Ok(file) = file else { return };
+    // Every writer of a recording holds a lock.
+    if file.try_lock().is_err() {
+        return;
+    }
+    let Ok(metadata) = file.metadata() else { return };
+    let used = metadata.blocks().saturating_mul(512);
+    if metadata.is_file() && used > metadata.len().saturating_add(STEP / 8) {
+        let _ = file.set_len(metadata.len());
     }
 }
 

@@ -10,7 +10,7 @@ use std::thread::JoinHandle;
 
 use mcap::write::Metadata;
 
-use super::file::{Message, RecordingFile, Topic, in_words};
+use super::file::{Message, RecordingFile, in_words};
 use crate::error::{Error, ErrorKind};
 
 /// Memory that frames may wait in.
@@ -107,15 +107,13 @@ fn write(
     let mut written = Written::default();
     for messages in messages {
         waiting.fetch_sub(1, Ordering::Relaxed);
-        let frames = messages.iter().filter(|message| matches!(message.topic, Topic::Raw | Topic::Jpeg)).count() as u64;
+        let frames = messages.iter().filter(|message| message.topic.is_frame()).count() as u64;
         if full.load(Ordering::Relaxed) || !file.has_room(&messages).map_err(|error| failed(error.into()))? {
             full.store(true, Ordering::Relaxed);
             written.left_out += frames;
             continue;
         }
-        for message in &messages {
-            file.write(message).map_err(failed)?;
-        }
+        file.write(&messages).map_err(failed)?;
         file.flush().map_err(|error| failed(error.into()))?;
         written.frames += frames;
     }

@@ -5,7 +5,7 @@
 //!
 //! for output in Session::open("slide.mcap")? {
 //!     if let Output::Event(event) = output? {
-//!         println!("{:?} {:?}", event.speed, event.direction.heading);
+//!         println!("{:?} {:?}", event.speed, event.direction.degrees);
 //!     }
 //! }
 //! # Ok::<(), wstac_host::error::Error>(())

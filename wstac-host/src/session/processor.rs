@@ -2,18 +2,21 @@
 
 use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::green::any::Any;
+use wstac_core::law::AnyLaw;
 use wstac_core::layout::Layout;
 use wstac_core::ln::any::AnyLn;
 use wstac_core::params::TAXELS;
 use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::speed::SpeedConfig;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::InterruptedSample;
+use wstac_core::trigger::{ContactEnd, InterruptedSample};
 
 use crate::config::{Config, Kernel};
 use crate::error::Error;
+use crate::frame_clock::FrameClock;
 use crate::output::{
-    EarlyTexture, FaultReport, FrameFeatures, LostFrames, Output, OutputOptions, StreamSummary, TactileEvent,
+    Answering, ContactEndReport, EarlyTexture, FaultReport, FrameFeatures, LostFrames, Output, OutputOptions,
+    StreamSummary, TactileEvent,
 };
 use crate::source::{SourceEvent, StreamInfo};
 use crate::texture::Textures;
@@ -31,7 +34,9 @@ pub struct Processor {
     /// Taxel sums of the last frame.
     taxels: Option<[u32; TAXELS]>,
     textures: Textures,
-    speed: SpeedConfig,
+    law: AnyLaw,
+    durations: SpeedConfig,
+    clock: FrameClock,
     options: OutputOptions,
     dropped: u64,
     baseline_reported: bool,
@@ -99,10 +104,13 @@ impl Processor {
     /// # Errors
     /// Layout, format and configuration do not fit each other.
     pub fn new(info: &StreamInfo, config: &Config, options: OutputOptions) -> Result<Self, Error> {
+        let in_table = |error| config.does_not_fit(&info.about, "[speed]", error);
         Ok(Self {
             pipeline: config.pipeline(info)?,
             taxels: None,
-            speed: config.speed(info.rate).map_err(|error| config.does_not_fit(&info.about, "[speed]", error))?,
+            law: config.law(info.rate).map_err(in_table)?,
+            durations: config.durations(info.rate).map_err(in_table)?,
+            clock: FrameClock::new(info.rate),
             textures: Textures::default(),
             options,
             dropped: 0,
@@ -150,6 +158,7 @@ impl Processor {
                 self.taxels = None;
             }
             SourceEvent::Frame(frame) => {
+                answers.clock.frame_arrives(pipeline.next_frame(), frame.stamp);
                 if let Ok(update) = pipeline.push_frame(frame.bytes) {
                     answers.emit(&update, &mut emit)?;
                     self.taxels = self.pipeline.taxels();
@@ -176,6 +185,9 @@ impl Processor {
         let finished = pipeline.finish();
         if let Some(event) = finished.event() {
             emit(answers.event(&event))?;
+        }
+        if let Some(end) = finished.contact_end() {
+            emit(answers.contact_end(end))?;
         }
         if let Some(sample) = finished.interrupted() {
             emit(Output::Interrupted(sample))?;
@@ -228,21 +240,28 @@ impl Processor {
     }
 
     fn parts(&mut self) -> (&mut HostPipeline, Answers<'_>) {
-        let Self { pipeline, textures, speed, options, .. } = self;
-        (pipeline, Answers { textures, speed, options: *options })
+        let Self { pipeline, textures, law, durations, clock, options, .. } = self;
+        (pipeline, Answers { textures, law, durations, clock, options: *options })
     }
 }
 
 /// The options and models that turn updates into outputs.
 struct Answers<'p> {
     textures: &'p Textures,
-    speed: &'p SpeedConfig,
+    law: &'p AnyLaw,
+    durations: &'p SpeedConfig,
+    clock: &'p mut FrameClock,
     options: OutputOptions,
 }
 
 impl Answers<'_> {
     fn event(&self, event: &wstac_core::trigger::Event<'_>) -> Output {
-        Output::Event(Box::new(TactileEvent::new(event, self.speed, self.textures, self.options.samples)))
+        let Self { law, durations, textures, ref clock, options: OutputOptions { samples: with_sample, .. } } = *self;
+        Output::Event(Box::new(TactileEvent::new(event, &Answering { law, durations, textures, clock, with_sample })))
+    }
+
+    fn contact_end(&self, end: ContactEnd) -> Output {
+        Output::ContactEnd(ContactEndReport::new(end, Some(self.clock.seconds(end.frame))))
     }
 
     fn emit<E>(&self, update: &Update<'_>, emit: &mut impl FnMut(Output) -> Result<(), E>) -> Result<(), E> {
@@ -253,7 +272,11 @@ impl Answers<'_> {
             emit(Output::Interrupted(sample))?;
         }
         if let Some(event) = update.event() {
-            return emit(self.event(&event));
+            emit(self.event(&event))?;
+            return update.contact_end().map_or(Ok(()), |end| emit(self.contact_end(end)));
+        }
+        if let Some(end) = update.contact_end() {
+            emit(self.contact_end(end))?;
         }
         for (frame, frames, texture) in self.textures.of_prefixes(update) {
             emit(Output::EarlyTexture(EarlyTexture { frame, frames, texture }))?;

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use mcap::records::{Record, op};
+use mcap::records::Record;
 use serde::Deserialize;
 use wstac_core::rate::FrameRate;
 
@@ -14,8 +14,7 @@ use crate::error::{Error, ErrorKind};
 use crate::record::about::About;
 use crate::record::foxglove::{Images, Schema};
 use crate::record::parse::parse_record;
-use crate::record::scan::{MessageBody, Scan, Step, outline};
-use crate::record::{CAMERA, FAULTS};
+use crate::record::{CAMERA, FAULTS, Item, Reader, damaged, sound_metadata};
 
 /// The content of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,7 +43,7 @@ enum Line {
 /// A recording's frames.
 pub struct McapSource {
     subject: String,
-    scan: Scan,
+    reader: Reader,
     about: About,
     info: StreamInfo,
     /// The channels that matter, by their numbers, and the numbers of the schemas of compressed pictures.
@@ -72,13 +71,12 @@ impl McapSource {
     pub fn open(path: &Path, fps: Option<FrameRate>) -> Result<Self, Error> {
         let subject = path.display().to_string();
         let failed = |message: &dyn std::fmt::Display| Error::new(ErrorKind::Format, &subject, message);
-        let outline = outline(path)?;
-        if !outline.whole {
-            return Err(failed(&format_args!(
-                "was not finished: wstac recover {subject} -o NEW.mcap makes a whole recording of what is in it"
-            )));
+        let (reader, outline) = Reader::open(path)?;
+        let (metadata, missing) = sound_metadata(&outline.metadata);
+        if missing > 0 {
+            return Err(reader.damaged("has a damaged description"));
         }
-        let about = About::from_metadata(&outline.metadata).map_err(|error| failed(&error))?;
+        let about = About::from_metadata(&metadata).map_err(|error| failed(&error))?;
         let expected = "is an MCAP file without the metadata of a recording, expected one that wstac record wrote";
         let about = about.ok_or_else(|| failed(&expected))?;
         let mut info = about.info.clone();
@@ -90,7 +88,7 @@ impl McapSource {
         }));
         info.about = format!("{subject}: recorded from {}{}", info.about, labels(&about));
         Ok(Self {
-            scan: Scan::open(path)?,
+            reader,
             about,
             info,
             channels: Vec::new(),
@@ -111,28 +109,25 @@ impl McapSource {
         damaged(&self.subject, what)
     }
 
-    /// Goes on to the next message that matters. A frame's message stays in `scan`.
+    /// Goes on to the next message that matters. A frame's message stays in `reader`.
     fn advance(&mut self) -> Result<Next, Error> {
         loop {
-            let step = self.scan.next().map_err(|error| Error::io(&self.subject, error))?;
-            let op = match step {
-                Step::Record { op, sound: true } => op,
-                Step::Record { sound: false, .. } => {
-                    return Err(self.damaged("has a chunk whose bytes are not those that were written"));
+            let channel = match self.reader.next()? {
+                Item::Message(channel) => channel,
+                Item::Definition(op) => {
+                    self.enter(op)?;
+                    continue;
                 }
-                Step::End { whole: true } => return Ok(Next::End),
-                Step::End { whole: false } => return Err(self.damaged("breaks off")),
+                Item::End => return Ok(Next::End),
             };
-            if op != op::MESSAGE {
-                self.enter(op)?;
-                continue;
-            }
-            let Some(message) = MessageBody::parse(self.scan.body()) else {
+            let content = self.channels.iter().find(|(known, _)| *known == channel);
+            let Some((_, content)) = content.copied() else { continue };
+            self.reader.load()?;
+            let Some(message) = self.reader.message() else {
                 return Err(self.damaged("has a message without a header"));
             };
-            let content = self.channels.iter().find(|(channel, _)| *channel == message.channel);
-            match content.map(|(_, content)| *content) {
-                Some(Content::Faults) => {
+            match content {
+                Content::Faults => {
                     let line = serde_json::from_slice(message.data);
                     match line.map_err(|error| self.damaged(format_args!("{FAULTS}: {error}")))? {
                         Line::Lost { frames, why } => return Ok(Next::Lost(frames, LossReason::from(why.as_str()))),
@@ -142,20 +137,19 @@ impl McapSource {
                         Line::Other => {}
                     }
                 }
-                Some(content) => return Ok(Next::Frame(content)),
-                None => {}
+                content => return Ok(Next::Frame(content)),
             }
         }
     }
 
     /// Notes a channel if it matters.
     fn enter(&mut self, op: u8) -> Result<(), Error> {
-        if op != op::SCHEMA && op != op::CHANNEL {
-            return Ok(());
-        }
-        match parse_record(op, self.scan.body()) {
+        self.reader.load()?;
+        match parse_record(op, self.reader.body()) {
             Ok(Record::Schema { header, .. }) if header.name == Schema::CompressedImage.name() => {
-                self.jpeg_schemas.push(header.id);
+                if !self.jpeg_schemas.contains(&header.id) {
+                    self.jpeg_schemas.push(header.id);
+                }
             }
             Ok(Record::Channel(channel)) => {
                 let is_jpeg = self.jpeg_schemas.contains(&channel.schema_id);
@@ -165,7 +159,9 @@ impl McapSource {
                     FAULTS => Content::Faults,
                     _ => return Ok(()),
                 };
-                self.channels.push((channel.id, content));
+                if !self.channels.iter().any(|(known, _)| *known == channel.id) {
+                    self.channels.push((channel.id, content));
+                }
             }
             Ok(_) => {}
             Err(error) => return Err(self.damaged(error)),
@@ -173,9 +169,9 @@ impl McapSource {
         Ok(())
     }
 
-    /// Returns the frame that `scan` has.
+    /// Returns the frame that `reader` has.
     fn frame(&mut self, content: Content) -> Result<SourceEvent<'_>, Error> {
-        let Some(message) = MessageBody::parse(self.scan.body()) else {
+        let Some(message) = self.reader.message() else {
             return Err(self.damaged(NO_PICTURE));
         };
         let data = self.images.read(message.data, content == Content::Jpeg);
@@ -217,14 +213,6 @@ impl Source for McapSource {
 }
 
 const NO_PICTURE: &str = "has a frame that is no picture";
-
-fn damaged(subject: &str, what: impl std::fmt::Display) -> Error {
-    Error::new(
-        ErrorKind::Format,
-        subject,
-        format_args!("{what}; wstac recover makes a whole recording of what is not damaged"),
-    )
-}
 
 /// Returns the labels for a person.
 fn labels(about: &About) -> String {

@@ -13,6 +13,7 @@ pub mod sweep;
 use rayon::prelude::*;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 
+use wstac_core::speed::LitSpan;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::output::{Output, OutputOptions, SampleFrames, TactileEvent};
@@ -32,15 +33,16 @@ pub type Sample = [[i16; SAMPLE_FRAMES]; FEATURES];
 /// Facts about a sample in addition to its numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Facts {
-    /// `true` if its baseline was quiet and at most 7 of its frames were filled, as `wstac run` reports.
+    /// `true` if its baseline was quiet and at most 7 of its frames were filled.
     pub reliable: bool,
-    /// Its event's duration in frames, or `None` if it is cut off or never lights up.
+    /// Its event's duration in frames, by the threshold of `[speed]`, or `None` if it is cut off or never lights up.
     pub duration: Option<u8>,
 }
 
 impl Facts {
     fn of(event: &TactileEvent) -> Self {
-        Self { reliable: event.reliable, duration: event.lit_frames.filter(|_| !event.is_cut_off()) }
+        let duration = event.lit_span.filter(|span| !span.is_cut_off()).map(LitSpan::frames);
+        Self { reliable: event.sample_reliable, duration }
     }
 }
 

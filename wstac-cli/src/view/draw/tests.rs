@@ -80,7 +80,7 @@ fn all_panels_of_a_slide_are_there() {
         assert_eq!(count(&lines, name), 1, "{name}\n{all}");
     }
     let event = lines.iter().find(|line| line.contains("mm/s  ")).unwrap();
-    assert!(event.starts_with("     35  1") && event.contains(" ↑  90°  0.98  lit 27"), "{all}");
+    assert!(event.starts_with("     35  1") && event.contains(" ↑  90°  ±0°   lit 2"), "{all}");
     assert!(lines[23].starts_with("q quit  z re-zero  r record  space pause  ? help"), "{all}");
 }
 

@@ -1,0 +1,162 @@
+//! Flips bits of a recording's record headers, one at a time. Two rules hold for every one of them.
+//!
+//! - Frames found and frames reported missing are all frames that were recorded, or the exit code is not 0.
+//! - `wstac run` reads what `wstac recover` wrote with exit code 0, and a second recovery changes nothing.
+
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use wstac_tests::folder::Folder;
+use wstac_tests::random::Random;
+
+use super::{good, run, said};
+
+/// Bytes of an operation code and a length.
+const HEAD: usize = 9;
+/// Bytes of a chunk's header whose compression has an empty name.
+const CHUNK_HEADER: usize = 40;
+/// Bytes of a message before its data.
+const MESSAGE_HEADER: usize = 22;
+
+/// Returns the places of all bytes of record headers: codes and lengths, and the headers of chunks and messages.
+fn header_bytes(bytes: &[u8]) -> Vec<usize> {
+    let (mut at, mut found) = (8, (0..8).collect::<Vec<_>>());
+    while at + HEAD <= bytes.len() {
+        let length = u64::from_le_bytes(bytes[at + 1..at + HEAD].try_into().unwrap()) as usize;
+        let header = match bytes[at] {
+            6 => CHUNK_HEADER,
+            5 => MESSAGE_HEADER,
+            _ => 0,
+        };
+        found.extend(at..at + HEAD + header);
+        // Records of a chunk follow its header.
+        at += HEAD + if bytes[at] == 6 { CHUNK_HEADER } else { length };
+        if bytes[at..] == *b"\x89MCAP0\r\n" {
+            found.extend(at..bytes.len());
+            break;
+        }
+    }
+    found
+}
+
+/// Returns the number of frames and of lost frames of a run. The end record's `frames` has both.
+fn ended(lines: &[u8]) -> (u64, u64) {
+    let text = String::from_utf8_lossy(lines);
+    let end: serde_json::Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+    assert_eq!(end["kind"], "end");
+    let found = text.matches(r#""kind":"features""#).count() as u64;
+    let (all, lost) = (end["frames"].as_u64().unwrap(), end["dropped"].as_u64().unwrap());
+    // Frames that are counted and neither there nor reported missing make a sum that was never recorded.
+    if all == found + lost { (found, lost) } else { (found, u64::MAX - all) }
+}
+
+/// The outcome of a recovery of a damaged recording.
+#[derive(Debug, Default)]
+struct Tally {
+    /// Flips after which the recording could still be run, and after which all of it could be recovered.
+    run: AtomicUsize,
+    recovered: AtomicUsize,
+    /// Frames that came back and that were reported missing.
+    frames: AtomicUsize,
+    missing: AtomicUsize,
+}
+
+/// Checks both rules for a damaged recording, which had this many frames and lost frames when it was recorded.
+fn check(folder: &Path, damaged: &[u8], recorded: (u64, u64), tally: &Tally) -> Result<(), String> {
+    let [old, new, again] = ["old.mcap", "new.mcap", "again.mcap"].map(|name| folder.join(name));
+    fs::write(&old, damaged).unwrap();
+    let [old, new, again] = [&old, &new, &again].map(|path| path.to_str().unwrap());
+    let all = recorded.0 + recorded.1;
+    let accounts = |what: &str, (frames, dropped): (u64, u64)| {
+        if frames.checked_add(dropped) == Some(all) && dropped >= recorded.1 {
+            return Ok(());
+        }
+        Err(format!("{what} exits 0 with {frames} frames and {dropped} lost, recorded were {recorded:?}"))
+    };
+    let direct = run(&["run", old, "--json", "--features"]);
+    match direct.status.code() {
+        Some(0) => {
+            accounts("run", ended(&direct.stdout))?;
+            tally.run.fetch_add(1, Ordering::Relaxed);
+        }
+        Some(1) => {}
+        code => return Err(format!("run ends with {code:?}: {}", said(&direct))),
+    }
+    let recovery = run(&["recover", old, "-o", new, "--force"]);
+    match recovery.status.code() {
+        Some(0) => {}
+        Some(1) => return Ok(()),
+        code => return Err(format!("recover ends with {code:?}: {}", said(&recovery))),
+    }
+    let replayed = run(&["run", new, "--json", "--features"]);
+    if replayed.status.code() != Some(0) {
+        return Err(format!("run of a recovery that exits 0 fails: {}", said(&replayed)));
+    }
+    let found = ended(&replayed.stdout);
+    accounts("recover", found)?;
+    tally.recovered.fetch_add(1, Ordering::Relaxed);
+    tally.frames.fetch_add(found.0 as usize, Ordering::Relaxed);
+    tally.missing.fetch_add((found.1 - recorded.1) as usize, Ordering::Relaxed);
+    let second = run(&["recover", new, "-o", again, "--force"]);
+    if second.status.code() != Some(0) {
+        return Err(format!("a second recovery fails: {}", said(&second)));
+    }
+    if fs::read(new).unwrap() != fs::read(again).unwrap() {
+        return Err("a second recovery is another file".to_owned());
+    }
+    Ok(())
+}
+
+/// Makes a small recording with an event and lost frames.
+fn recording(folder: &Folder) -> Vec<u8> {
+    let (scene, file) = (folder.0.join("s.toml"), folder.0.join("a.mcap"));
+    let text = "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nsize = [40, 40]\ndropped = 0.03\n";
+    fs::write(&scene, text).unwrap();
+    good(&["record", &format!("scene:{}", scene.display()), "-o", file.to_str().unwrap()]);
+    fs::read(&file).unwrap()
+}
+
+/// Flips some of the bits, by chance but always the same ones. `ci/long flips` flips 10,000.
+#[test]
+fn no_flipped_bit_of_a_header_loses_a_frame_in_silence() {
+    let count = std::env::var("WSTAC_LONG_FLIPS").map_or(160, |count| count.parse().unwrap());
+    let folder = Folder::new("recording-flips");
+    let bytes = recording(&folder);
+    let recorded = ended(good(&["run", folder.0.join("a.mcap").to_str().unwrap(), "--json", "--features"]).as_bytes());
+    assert!(recorded.0 > 120 && recorded.1 > 2, "{recorded:?}");
+    let headers = header_bytes(&bytes);
+    let mut random = Random::new(18);
+    // A third of them are in codes and lengths of records outside of messages, which are few.
+    let codes: Vec<usize> = headers.iter().copied().filter(|&at| at < 3000 || at + 3000 > bytes.len()).collect();
+    let flips: Vec<(usize, u8)> = (0..count)
+        .map(|number| {
+            let from = if number % 3 == 0 { &codes } else { &headers };
+            (from[random.below(from.len() as u64) as usize], random.below(8) as u8)
+        })
+        .collect();
+    let (tally, failures) = (Tally::default(), std::sync::Mutex::new(Vec::new()));
+    std::thread::scope(|scope| {
+        for half in 0..2 {
+            let (flips, tally, failures, bytes) = (&flips, &tally, &failures, &bytes);
+            scope.spawn(move || {
+                let folder = Folder::new(&format!("recording-flips-{half}"));
+                for &(at, bit) in flips.iter().skip(half).step_by(2) {
+                    let mut damaged = bytes.clone();
+                    damaged[at] ^= 1 << bit;
+                    if let Err(why) = check(&folder.0, &damaged, recorded, tally) {
+                        failures.lock().unwrap().push(format!("bit {bit} of byte {at}: {why}"));
+                    }
+                }
+            });
+        }
+    });
+    println!("{count} flips, {tally:?}");
+    let failures = failures.into_inner().unwrap();
+    assert!(failures.is_empty(), "{} of {count} flips:\n{}", failures.len(), failures.join("\n"));
+    // An error for everything would be no recovery.
+    let recovered = tally.recovered.into_inner();
+    assert!(recovered * 100 >= count * 98, "{recovered} of {count} flips recovered");
+    let (frames, missing) = (tally.frames.into_inner(), tally.missing.into_inner());
+    assert!(missing <= recovered, "{missing} frames of {frames} missing: at most one a flip");
+}

@@ -1,0 +1,109 @@
+//! The bytes of a file at any place of it, in little memory.
+
+use std::fs::File;
+use std::io;
+use std::os::unix::fs::FileExt;
+use std::path::Path;
+
+use crc32fast::Hasher;
+
+use crate::error::{Error, ErrorKind};
+
+/// Bytes that are read at a time.
+const WINDOW: usize = 1 << 16;
+
+/// A file that is read.
+#[derive(Debug)]
+pub(super) struct FileBytes {
+    file: File,
+    length: u64,
+    /// Some bytes of the file, and their place.
+    window: Vec<u8>,
+    start: u64,
+}
+
+impl FileBytes {
+    /// Opens a file, and never waits for the writer of a pipe.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is no regular file.
+    pub(super) fn open(path: &Path) -> Result<Self, Error> {
+        let failed = |error: io::Error| Error::io(path.display(), error);
+        // Without this flag, a pipe would be opened only when somebody writes it.
+        let file = crate::files::open(path).map_err(failed)?;
+        let metadata = file.metadata().map_err(failed)?;
+        if !metadata.is_file() {
+            let message = "is a folder, a device or a pipe, expected an MCAP file";
+            return Err(Error::new(ErrorKind::Format, path.display(), message));
+        }
+        Ok(Self { file, length: metadata.len(), window: Vec::new(), start: 0 })
+    }
+
+    /// Returns the size of the file when it was opened.
+    pub(super) fn length(&self) -> u64 {
+        self.length
+    }
+
+    /// Returns bytes at a place; fewer than `count` at the end of the file, and at most 64 KiB.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub(super) fn peek(&mut self, at: u64, count: usize) -> io::Result<&[u8]> {
+        let count = (count.min(WINDOW) as u64).min(self.length.saturating_sub(at)) as usize;
+        let there = at.checked_sub(self.start).map_or(0, |from| (self.window.len() as u64).saturating_sub(from));
+        if there < count as u64 {
+            self.window.resize(WINDOW, 0);
+            let read = read_at_most(&self.file, &mut self.window, at)?;
+            self.window.truncate(read);
+            self.start = at;
+        }
+        let from = (at - self.start) as usize;
+        let rest = self.window.get(from..).unwrap_or_default();
+        Ok(rest.get(..count).unwrap_or(rest))
+    }
+
+    /// Reads exactly this many bytes of a place.
+    ///
+    /// # Errors
+    /// The file cannot be read or is too short, or there is not so much memory.
+    pub(super) fn read(&self, at: u64, count: usize, into: &mut Vec<u8>) -> io::Result<()> {
+        into.clear();
+        into.try_reserve_exact(count).map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;
+        into.resize(count, 0);
+        self.file.read_exact_at(into, at)
+    }
+
+    /// Returns the checksum of the bytes from one place to another.
+    ///
+    /// # Errors
+    /// The file cannot be read or is too short.
+    pub(super) fn hash(&self, from: u64, to: u64) -> io::Result<Hasher> {
+        let mut hasher = Hasher::new();
+        let mut buffer = [0; 1 << 14];
+        let mut at = from;
+        while at < to {
+            let wanted = (to - at).min(buffer.len() as u64) as usize;
+            let read = read_at_most(&self.file, buffer.get_mut(..wanted).unwrap_or_default(), at)?;
+            if read == 0 {
+                return Err(io::ErrorKind::UnexpectedEof.into());
+            }
+            hasher.update(buffer.get(..read).unwrap_or_default());
+            at += read as u64;
+        }
+        Ok(hasher)
+    }
+}
+
+/// Fills as much of the buffer as the file has.
+fn read_at_most(file: &File, buffer: &mut [u8], at: u64) -> io::Result<usize> {
+    let mut filled = 0;
+    while let Some(rest) = buffer.get_mut(filled..).filter(|rest| !rest.is_empty()) {
+        match file.read_at(rest, at.saturating_add(filled as u64)) {
+            Ok(0) => break,
+            Ok(read) => filled += read,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(filled)
+}

@@ -1,0 +1,238 @@
+//! Checksums of a recording's parts, so that every frame and every record of metadata can be checked alone.
+//!
+//! The messages of one moment (a frame and everything that followed from it) stand one behind the other, and a message
+//! of the channel [`SUMS`] ends them. It has the checksum of their bytes, and the place of the moment in the stream. So
+//! a frame is known to be sound even if its chunk was never finished or is damaged elsewhere. If moments are gone, the
+//! next one says how many frames are missing.
+//!
+//! A recording has every record of its description twice, each time with a record of their checksums.
+
+use std::collections::BTreeMap;
+
+use crc32fast::Hasher;
+use mcap::records::{MessageHeader, op};
+use mcap::write::Metadata;
+use serde::Deserialize;
+
+/// Topic of the checksums.
+pub(super) const SUMS: &str = "/sums/json";
+/// Name of the record with checksums of the description.
+pub(super) const DESCRIPTION_SUMS: &str = "wstac.sums";
+/// Name of the record at the end of a recording.
+pub(super) const END: &str = "wstac.end";
+/// The start of every checksum's message.
+pub(super) const START: &[u8] = br#"{"kind":"sum","#;
+/// The end of every checksum's message, behind the digits.
+const TAIL: &[u8] = br#""}"#;
+/// Digits of a checksum.
+const DIGITS: usize = 8;
+/// Bytes of a checksum's message that the checksum does not cover.
+pub(super) const UNCOVERED: u64 = (DIGITS + TAIL.len()) as u64;
+
+/// What a recording has so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+pub(super) struct Counts {
+    /// Frames.
+    pub(super) frames: u64,
+    /// Frames that were reported lost.
+    pub(super) lost: u64,
+    /// Frames of both kinds from the first frame on: those that have a place in time.
+    pub(super) place: u64,
+}
+
+impl Counts {
+    /// Counts a frame.
+    pub(super) fn add_frame(&mut self) {
+        self.frames = self.frames.saturating_add(1);
+        self.place = self.place.saturating_add(1);
+    }
+
+    /// Counts lost frames.
+    pub(super) fn add_lost(&mut self, lost: u64) {
+        self.lost = self.lost.saturating_add(lost);
+        if self.frames > 0 {
+            self.place = self.place.saturating_add(lost);
+        }
+    }
+
+    /// Returns all frames, found and lost.
+    pub(super) fn all(self) -> u64 {
+        self.frames.saturating_add(self.lost)
+    }
+}
+
+/// The checksum of a moment.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+pub(super) struct Sum {
+    /// What the recording has so far.
+    #[serde(flatten)]
+    pub(super) counts: Counts,
+    /// Bytes of the moment's records before this message.
+    pub(super) bytes: u64,
+    /// The checksum of those bytes, and of this message up to the checksum itself.
+    crc32: String,
+}
+
+impl Sum {
+    /// Reads a checksum's message; `None` if it is none.
+    pub(super) fn parse(data: &[u8]) -> Option<Self> {
+        data.strip_prefix(START)?;
+        serde_json::from_slice(data).ok()
+    }
+
+    /// Returns the checksum; `None` if it is no number.
+    pub(super) fn crc(&self) -> Option<u32> {
+        u32::from_str_radix(&self.crc32, 16).ok()
+    }
+}
+
+/// The checksum of a moment that is being written.
+#[derive(Debug, Default)]
+pub(super) struct MomentSum {
+    hasher: Hasher,
+    bytes: u64,
+}
+
+impl MomentSum {
+    /// Adds a message's record.
+    pub(super) fn add(&mut self, header: &MessageHeader, data: &[u8]) {
+        self.bytes += self.add_start(header, data.len() as u64);
+        self.hasher.update(data);
+        self.bytes += data.len() as u64;
+    }
+
+    /// Adds the bytes of a record before its data, and returns their number.
+    fn add_start(&mut self, header: &MessageHeader, data: u64) -> u64 {
+        let MessageHeader { channel_id, sequence, log_time, publish_time } = header;
+        self.hasher.update(&[op::MESSAGE]);
+        self.hasher.update(&(22 + data).to_le_bytes());
+        self.hasher.update(&channel_id.to_le_bytes());
+        self.hasher.update(&sequence.to_le_bytes());
+        self.hasher.update(&log_time.to_le_bytes());
+        self.hasher.update(&publish_time.to_le_bytes());
+        31
+    }
+
+    /// Returns the message that ends the moment. `header` is its own.
+    pub(super) fn end(mut self, header: &MessageHeader, counts: Counts) -> Vec<u8> {
+        let (Counts { frames, lost, place }, bytes) = (counts, self.bytes);
+        let start = format!(r#"{{"kind":"sum","frames":{frames},"lost":{lost},"place":{place},"bytes":{bytes}"#);
+        let mut data = [start.as_bytes(), br#","crc32":""#].concat();
+        self.add_start(header, data.len() as u64 + UNCOVERED);
+        self.hasher.update(&data);
+        data.extend(format!("{:08x}", self.hasher.finalize()).bytes());
+        data.extend(TAIL);
+        data
+    }
+}
+
+/// Returns the checksum of a record of metadata.
+fn of_metadata(metadata: &Metadata) -> String {
+    let mut hasher = Hasher::new();
+    let texts = metadata.metadata.iter().flat_map(|(name, value)| [name, value]);
+    for text in [&metadata.name].into_iter().chain(texts) {
+        hasher.update(&(text.len() as u64).to_le_bytes());
+        hasher.update(text.as_bytes());
+    }
+    format!("{:08x}", hasher.finalize())
+}
+
+/// Returns the record with the checksums of a description.
+pub(super) fn of_description(description: &[Metadata]) -> Metadata {
+    let sums = description.iter().map(|metadata| (metadata.name.clone(), of_metadata(metadata)));
+    Metadata { name: DESCRIPTION_SUMS.into(), metadata: sums.collect() }
+}
+
+/// Returns one record of each name: one whose checksum is right, or the first if there is no checksum of that name.
+///
+/// The second number is that of the names without a sound record.
+pub(crate) fn sound_metadata(all: &[Metadata]) -> (Vec<Metadata>, usize) {
+    let sums: Vec<&BTreeMap<String, String>> =
+        all.iter().filter(|metadata| metadata.name == DESCRIPTION_SUMS).map(|metadata| &metadata.metadata).collect();
+    let of_name = |name: &str| sums.iter().filter_map(|sums| sums.get(name)).collect::<Vec<_>>();
+    let (mut found, mut missing): (Vec<Metadata>, usize) = (Vec::new(), 0);
+    for metadata in all.iter().filter(|metadata| metadata.name != DESCRIPTION_SUMS) {
+        let expected = of_name(&metadata.name);
+        let is_sound = if sums.is_empty() { true } else { expected.contains(&&of_metadata(metadata)) };
+        if is_sound && !found.iter().any(|known| known.name == metadata.name) {
+            found.push(metadata.clone());
+        }
+    }
+    let mut names: Vec<&str> = sums.iter().flat_map(|sums| sums.keys()).map(String::as_str).collect();
+    names.sort_unstable();
+    names.dedup();
+    for name in names {
+        // A damaged name of a checksum is no name of a record. Every name stands in both records of checksums.
+        let everywhere = sums.iter().all(|sums| sums.contains_key(name));
+        missing += usize::from(everywhere && !found.iter().any(|known| known.name == name));
+    }
+    (found, missing)
+}
+
+/// Returns the record at the end of a recording.
+pub(super) fn end_record(counts: Counts) -> Metadata {
+    let Counts { frames, lost, place } = counts;
+    let counts = [("frames", frames), ("lost", lost), ("place", place)];
+    let counts = counts.map(|(name, count)| (name.to_owned(), count.to_string()));
+    let mut end = Metadata { name: END.into(), metadata: counts.into() };
+    let sum = of_metadata(&end);
+    end.metadata.insert("crc32".into(), sum);
+    end
+}
+
+/// Returns what the record at the end of a recording states; `None` if it is damaged.
+pub(super) fn read_end(end: &Metadata) -> Option<Counts> {
+    let mut end = end.clone();
+    let sum = end.metadata.remove("crc32")?;
+    let count = |name: &str| end.metadata.get(name)?.parse().ok();
+    let counts = Counts { frames: count("frames")?, lost: count("lost")?, place: count("place")? };
+    (end.name == END && of_metadata(&end) == sum).then_some(counts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(name: &str, value: &str) -> Metadata {
+        Metadata { name: name.into(), metadata: [("key".to_owned(), value.to_owned())].into() }
+    }
+
+    #[test]
+    fn a_description_survives_damage_of_either_copy() {
+        let description = [record("wstac.stream", "one"), record("wstac.labels", "two")];
+        let sums = of_description(&description);
+        let copy = [&description[..], std::slice::from_ref(&sums)].concat();
+        let both = [&copy[..], &copy].concat();
+        assert_eq!(sound_metadata(&both), (description.to_vec(), 0));
+        for at in 0..both.len() {
+            for damage in 0..3 {
+                let mut damaged = both.clone();
+                match damage {
+                    0 => damaged[at].name.push('x'),
+                    1 => damaged[at].metadata.values_mut().next().unwrap().push('x'),
+                    _ => drop(damaged.remove(at)),
+                }
+                let (mut found, missing) = sound_metadata(&damaged);
+                found.sort_by_key(|metadata| metadata.name != "wstac.stream");
+                assert_eq!((found, missing), (description.to_vec(), 0), "{at} {damage}");
+            }
+        }
+        let mut twice = both.clone();
+        twice[0].metadata.insert("key".into(), "x".into());
+        twice[3].metadata.insert("key".into(), "y".into());
+        assert_eq!(sound_metadata(&twice), (vec![description[1].clone()], 1));
+        // Recordings without checksums are read as they are, the first of a name.
+        let old = [record("a", "1"), record("a", "2"), record("b", "3")];
+        assert_eq!(sound_metadata(&old), (vec![old[0].clone(), old[2].clone()], 0));
+    }
+
+    #[test]
+    fn the_end_is_read_or_damaged() {
+        let counts = Counts { frames: 137, lost: 5, place: 140 };
+        let end = end_record(counts);
+        assert_eq!(read_end(&end), Some(counts));
+        let mut damaged = end;
+        damaged.metadata.insert("frames".into(), "136".into());
+        assert_eq!(read_end(&damaged), None);
+    }
+}
