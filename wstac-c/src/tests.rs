@@ -58,8 +58,8 @@ fn pressed(config: &str) -> Session {
         bytes_per_row: 0,
         fps_numerator: 25,
         fps_denominator: 1,
-        bt709: false,
-        full_range: false,
+        bt709: 0,
+        full_range: 0,
     };
     // SAFETY: the format is a string that stays.
     let info = unsafe { description.info() }.unwrap();
