@@ -93,8 +93,8 @@ unsafe fn with(handle: *mut Wstac, call: impl FnOnce(&mut Sensor) -> Result<(), 
 /// Opens a source, as `wstac run SOURCE` does.
 ///
 /// A source is "/dev/videoN", "scene:Saw3@150,90deg", a Y4M file, a folder of PNGs, a recording (.mcap), or "-".
-/// `source` need not be UTF-8; `options` may be null. If the call fails, the handle is null, and wstac_error_message(NULL)
-/// returns the message.
+/// `source` need not be UTF-8; `options` may be null. If the call fails, the handle is null, and
+/// wstac_error_message(NULL) returns the message.
 ///
 /// # Safety
 /// `source` is null or a string that ends in 0; `options` is null or options; `handle` is null or memory for a pointer.
@@ -190,7 +190,8 @@ pub unsafe extern "C" fn wstac_push_frame(handle: *mut Wstac, bytes: *const u8, 
     unsafe { with(handle, push) }
 }
 
-/// Keeps the place of lost frames in time, unless WSTAC_MOST_RECORDS records wait. A short gap is filled; a long one interrupts the sample.
+/// Keeps the place of lost frames in time, unless WSTAC_MOST_RECORDS records wait. A short gap is filled; a long one
+/// interrupts the sample.
 ///
 /// # Safety
 /// `handle` is null or an open handle.
