@@ -18,7 +18,7 @@ use wstac_host::session::{Observer, Poll, Processor, Session};
 use wstac_host::source::SourceEvent;
 use wstac_host::texture::Texture;
 
-use crate::refused;
+use crate::{failed, refused};
 
 /// An output, with the number of the camera frame that comes next: what becomes an object.
 pub(crate) type Numbered = (u64, Output);
@@ -70,7 +70,7 @@ impl From<Error> for Failure {
 impl From<Failure> for PyErr {
     fn from(failure: Failure) -> Self {
         match failure {
-            Failure::Source(error) => refused(error),
+            Failure::Source(error) => Python::attach(|py| failed(py, &error)),
             Failure::NoMemory => PyMemoryError::new_err("frames: no memory is left for another one"),
         }
     }
@@ -85,6 +85,13 @@ impl Gathered {
         }
         self.count(event);
         Ok(())
+    }
+
+    /// Adds what was gathered after this.
+    pub(crate) fn append(&mut self, mut more: Self) {
+        self.features.append(&mut more.features);
+        self.numbers.append(&mut more.numbers);
+        self.outputs.append(&mut more.outputs);
     }
 
     /// Returns what was gathered. Frames are counted on.

@@ -2,6 +2,7 @@
 
 mod guide;
 
+use std::ffi::OsString;
 use std::fs;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -33,7 +34,7 @@ use wstac_train::dataset::recordings::{NAMES, check};
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
     /// The source, as for wstac run
-    source: String,
+    source: OsString,
 
     /// Write this new file; with --guide, the folder for the recordings
     #[arg(short, long, value_name = "FILE.mcap")]

@@ -3,6 +3,7 @@
 mod read;
 mod sensors;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::error::ErrorKind;
@@ -27,7 +28,7 @@ pub(super) struct Arguments {
     /// Sources are /dev/videoN, scene:Saw3@150[,90deg][,60mm][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input),
     /// FILE.mcap and a folder of PNG files; see Sources below.
     #[arg(required = true, value_name = "SOURCE")]
-    sources: Vec<String>,
+    sources: Vec<OsString>,
 
     /// Read the configuration from this TOML file
     #[arg(long, value_name = "FILE")]

@@ -36,7 +36,7 @@ fn frames(rows: f64, columns: f64, gains: [f64; 5], length: f64) -> Vec<Features
     };
     // Light fades within two frames.
     let mut lit = [0.0; FEATURES];
-    let mut frame = |t| {
+    let frame = |t| {
         core::array::from_fn(|line| {
             lit[line] = 0.5 * lit[line] + 0.5 * each(t, line);
             feature(DARK + lit[line])
