@@ -111,7 +111,7 @@ entries! {
     by_edges(event: &Event<'_>, config: MotionConfig) -> Motion { motion::by_edges(event, config) }
     by_coherence(event: &Event<'_>, config: MotionConfig) -> Motion { motion::by_coherence(event, config) }
     new_live_motion(config: MotionConfig) -> LiveMotion { LiveMotion::new(config) }
-    reset_live_motion(live: &mut LiveMotion) { live.reset() }
+    reset_live_motion(live: &mut LiveMotion) -> () { live.reset() }
     push_live_motion(
         live: &mut LiveMotion,
         next_frame: u64,
