@@ -111,14 +111,9 @@ entries! {
     by_edges(event: &Event<'_>, config: MotionConfig) -> Motion { motion::by_edges(event, config) }
     by_coherence(event: &Event<'_>, config: MotionConfig) -> Motion { motion::by_coherence(event, config) }
     new_live_motion(config: MotionConfig) -> LiveMotion { LiveMotion::new(config) }
-    reset_live_motion(live: &mut LiveMotion) { live.reset() }
-    push_live_motion(
-        live: &mut LiveMotion,
-        next_frame: u64,
-        recent: Sample<'_>,
-        baseline: &Baseline,
-    ) -> Option<LiveContact> {
-        live.push(next_frame, recent, baseline)
+    reset_live_motion(live: &mut LiveMotion) -> () { live.reset() }
+    push_live_motion(live: &mut LiveMotion, frame: u64, recent: Sample<'_>, baseline: &Baseline) -> Option<LiveContact> {
+        live.push(frame, recent, baseline)
     }
 }
 
