@@ -30,7 +30,7 @@ pub(super) struct Arguments {
     seed: u64,
 
     /// Name textures with this model
-    #[arg(long, value_name = "FILE.wsm", default_value = "builtin:svm")]
+    #[arg(long, value_name = "FILE.wsm", default_value = "builtin:path-svm")]
     model: PathBuf,
 }
 

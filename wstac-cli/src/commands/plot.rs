@@ -68,8 +68,8 @@ The figure:
   Exit code: 1 also if the source has no such event.
 
 Examples:
-  wstac plot scene:Saw3@150,90deg --model builtin:svm -o event.svg
-  wstac plot scene:Saw3@150,90deg --model builtin:svm -o event.pdf
+  wstac plot scene:Saw3@150,90deg --model builtin:path-svm -o event.svg
+  wstac plot scene:Saw3@150,90deg --model builtin:path-svm -o event.pdf
 ";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
