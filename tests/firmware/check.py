@@ -24,7 +24,7 @@ from host import features, host, same
 HERE = Path(__file__).resolve().parent
 MODELS = {None: None} | {name: ROOT / f"wstac-host/models/{name}.wsm" for name in ("svm", "forest", "boosted")}
 # The numbers of an image without a model.
-BASE = ("whole", "stripes", "trigger", "speed", "direction", "edges", "motion", "flash", "ram")
+BASE = ("whole", "stripes", "trigger", "speed", "direction", "edges", "motion", "live", "flash", "ram")
 # Keys of [speed].
 LAWS = ('estimator = "edges"', 'law = "published"', 'law = "physical"', 'law = "arrival"')
 FRAME = 400 * 400
@@ -69,7 +69,7 @@ def measure(wstac, folder, models):
                 if name is None:
                     print(f"{board.core}: {link.check(board, programs / 'emulated', folder, wstac, everything)}", flush=True)
                     print(f"{board.core}: {golden.check(board, programs, folder)}", flush=True)
-                    found |= {key: cost[key] for key in ("whole", "stripes", "trigger", "speed", "direction", "edges", "motion") if cost[key]}
+                    found |= {key: cost[key] for key in ("whole", "stripes", "trigger", "speed", "direction", "edges", "motion", "live") if cost[key]}
                     found |= {"flash": size.flash, "ram": size.ram + stack}
                 else:
                     found |= {name: cost["texture"], f"{name}, flash": size.flash - found["flash"], f"{name}, ram": size.ram + stack}

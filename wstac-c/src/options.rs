@@ -38,6 +38,8 @@ pub struct WstacOptions {
     pub every_frame: bool,
     /// Leave the controls of a camera as they are instead of locking them.
     pub keep_controls: bool,
+    /// Give speed and direction of every frame as a record while something slides.
+    pub motion: bool,
 }
 
 /// Describes frames that a program pushes.
@@ -69,6 +71,8 @@ pub(super) struct Options {
     pub(super) models: Vec<ModelFile>,
     pub(super) open: OpenOptions,
     pub(super) features: bool,
+    /// Whether the motion of every frame is a record.
+    pub(super) motion: bool,
 }
 
 /// Reads a program's options.
@@ -82,7 +86,7 @@ pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failu
     // SAFETY: null or options (the caller).
     let Some(options) = (unsafe { options.as_ref() }) else {
         let open = OpenOptions { delivery: FramePolicy::Newest, ..OpenOptions::default() };
-        return Ok(Options { config: None, models: Vec::new(), open, features: false });
+        return Ok(Options { config: None, models: Vec::new(), open, features: false, motion: false });
     };
     let config = if options.config.is_null() {
         None
@@ -117,7 +121,7 @@ pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failu
         keep_controls: options.keep_controls,
         controls: Vec::new(),
     };
-    Ok(Options { config, models, open, features: options.features })
+    Ok(Options { config, models, open, features: options.features, motion: options.motion })
 }
 
 impl Options {

@@ -68,6 +68,14 @@ impl Baseline {
         mean.clamp(-most, most - 1) as i32
     }
 
+    /// Returns whether a feature is more than `distance` above its mean.
+    #[inline(never)]
+    pub(crate) fn is_below(&self, features: &[i16], distance: i16) -> bool {
+        let frames = i64::from(self.frames);
+        let above = |(&feature, &total)| (i64::from(feature) - i64::from(distance)) * frames > i64::from(total);
+        features.iter().zip(&self.totals).any(above)
+    }
+
     /// Returns the trigger's margin around η for a total, in units of 2^-27 / 5: how far above η a window sum must be.
     fn margin(total: i32, config: &TriggerConfig) -> i64 {
         let beyond_one = (i64::from(config.multiplier().bits()) - i64::from(Q16::ONE.bits())).abs();

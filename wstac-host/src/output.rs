@@ -6,7 +6,7 @@ use std::time::SystemTime;
 use wstac_core::direction::Direction;
 use wstac_core::features::Features;
 use wstac_core::law::{AnyLaw, EventLaw};
-use wstac_core::motion::Contact;
+use wstac_core::motion::{Contact, Velocity};
 use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::speed::{self, LitSpan, NoSpeed, Speed, SpeedConfig};
 use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd};
@@ -22,6 +22,8 @@ pub struct OutputOptions {
     pub features: bool,
     /// The sample in every event.
     pub samples: bool,
+    /// Speed and direction of every frame while something slides.
+    pub motion: bool,
 }
 
 /// A sample in units of 2^-11: 70 frames of ten features, five rows, then five columns.
@@ -33,6 +35,8 @@ pub type SampleFrames = [Features; SAMPLE_FRAMES];
 pub enum Output {
     /// The features of a frame, if they were asked for.
     Features(FrameFeatures),
+    /// Speed and direction of a frame while something slides, if they were asked for.
+    Motion(MotionReport),
     /// A tactile event.
     Event(Box<TactileEvent>),
     /// The answer of a model that needs only the first frames of a sample. The event follows.
@@ -61,6 +65,7 @@ impl Output {
         let count = |frame: &mut u64| *frame = frame.saturating_sub(zero);
         match &mut self {
             Self::Features(features) => count(&mut features.frame),
+            Self::Motion(motion) => count(&mut motion.frame),
             Self::Event(event) => {
                 count(&mut event.frame);
                 event.touch_frame.as_mut().map(count);
@@ -94,6 +99,25 @@ pub struct FrameFeatures {
     pub frame: u64,
     /// Five rows, then five columns: natural logarithms in units of 2^-11.
     pub features: Features,
+}
+
+/// Speed and direction of a frame while something slides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct MotionReport {
+    /// The number of the feature frame.
+    pub frame: u64,
+    /// The time of the frame in seconds from the first frame; `None` from a board.
+    pub time_s: Option<f64>,
+    /// Speed and direction with their standard deviations.
+    pub velocity: Velocity,
+}
+
+impl MotionReport {
+    /// Creates the report of a frame, with its time in seconds.
+    pub(crate) fn new(frame: u64, time_s: Option<f64>, velocity: Velocity) -> Self {
+        Self { frame, time_s, velocity }
+    }
 }
 
 /// A tactile event and its answers.

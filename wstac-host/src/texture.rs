@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 use wstac_core::model::Model;
-use wstac_core::model::file::{INPUTS, Task};
+use wstac_core::model::file::{INPUTS, Input, Task};
 use wstac_core::pipeline::Update;
 use wstac_core::texture::texture;
 
@@ -102,6 +102,10 @@ impl Textures {
         for file in files {
             let model = file.owned()?;
             let task = model.get().task();
+            if model.get().input() != Input::Frames {
+                let message = format_args!("takes a {}, expected frames", model.get().input().name());
+                return Err(Error::new(ErrorKind::Unsupported, file.about(), message));
+            }
             if let Some((_, other)) = models.iter().find(|(other, _)| other.get().task() == task) {
                 let message = format_args!(
                     "tells apart the same as {}: {}, expected one model of each",

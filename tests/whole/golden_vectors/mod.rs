@@ -3,6 +3,7 @@
 
 mod case;
 mod motion;
+mod path;
 
 use std::fs;
 use wstac_core::baseline_policy::TrackingBaseline;

@@ -48,6 +48,12 @@ pub(super) struct Arguments {
     #[arg(long)]
     features: bool,
 
+    /// Also print speed and direction of every frame while something slides
+    ///
+    /// The first is printed at most three frames after the leading edge has crossed all whiskers.
+    #[arg(long)]
+    motion: bool,
+
     /// Also print the sample of every event, 10 × 70 numbers (with --json)
     #[arg(long, requires = "json")]
     samples: bool,
@@ -151,6 +157,8 @@ Meaning of the answers:
 
 Output with --json, one object per line (wrapped here):
   {"kind":"features","frame":0,"f":[…10 numbers…]}
+  {"kind":"motion","frame":51,"time_s":1.7,"contact":"slide",
+   "speed":{"mm_s":148.0,"sd":6.1},"direction":{"deg":90.8,"sd":2.4}}
   {"kind":"event","frame":35,"frames":70,"touch_frame":46,
    "end_frame":75,"time_s":1.5333,"completed_s":3.4667,
    "stamp":"2026-11-22T10:00:01.500Z","contact":"slide",
@@ -168,6 +176,8 @@ Output with --json, one object per line (wrapped here):
   sensor has its own end.
   features    "f" has five rows, then five columns: natural logarithms,
               exact multiples of 1/2048.
+  motion      is printed with --motion, for every frame while something
+              slides and its speed is known.
   event       "frame" is the first of the sample, 10 before the window
               that fired. "touch_frame" is the first lit frame of the
               touch, "end_frame" the first dark one behind it, or null

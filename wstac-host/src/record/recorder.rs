@@ -142,6 +142,7 @@ impl Recorder {
             }
             Output::Fault(_) => self.line([Topic::Faults, Topic::FaultsJson], Level::Warning, text, output),
             Output::Event(_)
+            | Output::Motion(_)
             | Output::ContactEnd(_)
             | Output::EarlyTexture(_)
             | Output::Interrupted(_)

@@ -5,6 +5,7 @@ use wstac_core::green::any::Any;
 use wstac_core::law::AnyLaw;
 use wstac_core::layout::Layout;
 use wstac_core::ln::any::AnyLn;
+use wstac_core::motion::LiveMotion;
 use wstac_core::params::TAXELS;
 use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::speed::SpeedConfig;
@@ -15,8 +16,8 @@ use crate::config::{Config, Kernel};
 use crate::error::Error;
 use crate::frame_clock::FrameClock;
 use crate::output::{
-    Answering, ContactEndReport, EarlyTexture, FaultReport, FrameFeatures, LostFrames, Output, OutputOptions,
-    StreamSummary, TactileEvent,
+    Answering, ContactEndReport, EarlyTexture, FaultReport, FrameFeatures, LostFrames, MotionReport, Output,
+    OutputOptions, StreamSummary, TactileEvent,
 };
 use crate::source::{SourceEvent, StreamInfo};
 use crate::texture::Textures;
@@ -37,6 +38,8 @@ pub struct Processor {
     law: AnyLaw,
     durations: SpeedConfig,
     clock: FrameClock,
+    /// Follows motion, if it was asked for.
+    live: Option<LiveMotion>,
     options: OutputOptions,
     dropped: u64,
     baseline_reported: bool,
@@ -111,6 +114,11 @@ impl Processor {
             law: config.law(info.rate).map_err(in_table)?,
             durations: config.durations(info.rate).map_err(in_table)?,
             clock: FrameClock::new(info.rate),
+            live: if options.motion {
+                Some(LiveMotion::new(config.motion(info.rate).map_err(in_table)?))
+            } else {
+                None
+            },
             textures: Textures::default(),
             options,
             dropped: 0,
@@ -170,6 +178,9 @@ impl Processor {
                 }
             }
         }
+        if let Some(motion) = self.motion() {
+            emit(Output::Motion(motion))?;
+        }
         if self.baseline_disturbed() {
             emit(Output::BaselineDisturbed { frame: self.pipeline.next_frame() })?;
         }
@@ -218,6 +229,7 @@ impl Processor {
     /// Gathers a new baseline from the next frame on. It returns the sample that was being captured, which ends here.
     pub fn rezero(&mut self) -> Option<InterruptedSample> {
         self.baseline_reported = false;
+        self.forget_motion();
         self.pipeline.rezero()
     }
 
@@ -227,7 +239,23 @@ impl Processor {
     /// frames. It returns the sample that was being captured, which ends here.
     pub fn restart(&mut self) -> Option<InterruptedSample> {
         self.baseline_reported = false;
+        self.forget_motion();
         self.pipeline.restart()
+    }
+
+    fn forget_motion(&mut self) {
+        if let Some(live) = &mut self.live {
+            live.reset();
+        }
+    }
+
+    /// Returns the motion in the newest frame, if it was asked for and something slides.
+    fn motion(&mut self) -> Option<MotionReport> {
+        let (live, baseline) = (self.live.as_mut()?, self.pipeline.baseline()?);
+        let (next_frame, recent) = self.pipeline.recent();
+        let velocity = live.push(next_frame, recent, baseline)?.velocity?;
+        let frame = next_frame.saturating_sub(1);
+        Some(MotionReport::new(frame, Some(self.clock.seconds(frame)), velocity))
     }
 
     /// Returns `true` once when the baseline turns out not to be quiet.
