@@ -37,7 +37,7 @@ fn models_of_the_path_name_textures_of_unseen_sensors() {
                 sample.covers(model.frames())
                     && model.labels().get(class.into()).is_some_and(|label| {
                         let specimen = slide.slide.specimen;
-                        label == *format!("{}{}", specimen.pattern.name(), specimen.depth_mm).as_str()
+                        label == *format!("{}{}", specimen.pattern.name(), specimen.depth_mm)
                     })
             })
         };

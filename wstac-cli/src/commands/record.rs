@@ -2,6 +2,7 @@
 
 mod guide;
 
+use std::ffi::OsString;
 use std::fs;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -33,7 +34,7 @@ use wstac_train::dataset::recordings::{NAMES, check};
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
     /// The source, as for wstac run
-    source: String,
+    source: OsString,
 
     /// Write this new file; with --guide, the folder for the recordings
     #[arg(short, long, value_name = "FILE.mcap")]
@@ -98,6 +99,8 @@ const HELP: &str = r#"Content of the file:
               of wstac run --json
   /faults     lost frames and faults of the source: foxglove.Log, and as
               JSON in /faults/json
+  /sums/json  a checksum of every frame with all that belongs to it, and
+              its place in the stream: how damage is found
   metadata    wstac.stream (size, format, color, rate, version),
               wstac.camera (its identity, its controls, and which are not
               locked), wstac.layout, wstac.configuration (all of it, as
@@ -132,7 +135,8 @@ If something goes wrong:
   A full disk does, too (exit code 1), if the file system can reserve
   room for the file's end: ext4, XFS, Btrfs and tmpfs can.
   After kill -9 or a crash, wstac recover FILE.mcap -o WHOLE.mcap brings
-  back every frame that was written.
+  back every frame that was written. With --force on an older recording,
+  the new one is FILE.mcap.new until it is whole.
   Up to 256 MiB of frames wait in memory for a slow disk. At its end the
   program prints how many waited, and whether the driver dropped any.
   Exit code: 1 if the source or the file cannot be used, 2 for wrong

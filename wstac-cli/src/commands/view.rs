@@ -1,5 +1,6 @@
 //! `wstac view` shows a source on a terminal.
 
+use std::ffi::OsString;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
@@ -25,7 +26,7 @@ use wstac_linux::source::is_camera;
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
     /// The source, as for wstac run
-    source: String,
+    source: OsString,
 
     /// Read the configuration from this TOML file
     #[arg(long, value_name = "FILE")]
