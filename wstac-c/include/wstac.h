@@ -317,7 +317,7 @@ const char *wstac_error_message(const struct Wstac *handle);
 // Returns a status in words: a static string in English. A number that is no status has a string, too.
 const char *wstac_error_text(int32_t status);
 
-// Returns the version of the library, such as "0.2.0".
+// Returns the version of the library, such as "0.3.0".
 const char *wstac_version(void);
 
 #ifdef __cplusplus

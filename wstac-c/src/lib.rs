@@ -245,7 +245,7 @@ pub extern "C" fn wstac_error_text(status: i32) -> *const c_char {
     status::in_words(status).as_ptr()
 }
 
-/// Returns the version of the library, such as "0.2.0".
+/// Returns the version of the library, such as "0.3.0".
 #[unsafe(no_mangle)]
 pub extern "C" fn wstac_version() -> *const c_char {
     concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()

@@ -49,6 +49,8 @@ pub struct WstacOptions {
     pub every_frame: WstacBool,
     /// Leave the controls of a camera as they are instead of locking them.
     pub keep_controls: WstacBool,
+    /// Give speed and direction of every frame as a record while something slides.
+    pub motion: WstacBool,
 }
 
 /// Describes frames that a program pushes.
@@ -80,6 +82,8 @@ pub(super) struct Options {
     pub(super) models: Vec<ModelFile>,
     pub(super) open: OpenOptions,
     pub(super) features: bool,
+    /// Whether the motion of every frame is a record.
+    pub(super) motion: bool,
 }
 
 /// Reads a program's options.
@@ -93,7 +97,7 @@ pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failu
     // SAFETY: null or options (the caller).
     let Some(options) = (unsafe { options.as_ref() }) else {
         let open = OpenOptions { delivery: FramePolicy::Newest, ..OpenOptions::default() };
-        return Ok(Options { config: None, models: Vec::new(), open, features: false });
+        return Ok(Options { config: None, models: Vec::new(), open, features: false, motion: false });
     };
     let config = if options.config.is_null() {
         None
@@ -129,7 +133,8 @@ pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failu
         keep_controls: choice("keep_controls", options.keep_controls)?,
         controls: Vec::new(),
     };
-    Ok(Options { config, models, open, features })
+    let motion = choice("motion", options.motion)?;
+    Ok(Options { config, models, open, features, motion })
 }
 
 impl Options {

@@ -8,7 +8,7 @@ use wstac_core::motion::Contact;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_core::speed::NoSpeed;
 use wstac_host::json::{angle, confidence, in_utc, rounded, seconds, spread};
-use wstac_host::output::{FaultReport, FrameFeatures, Output, SampleFrames, TactileEvent};
+use wstac_host::output::{FaultReport, FrameFeatures, MotionReport, Output, SampleFrames, TactileEvent};
 use wstac_host::texture::Texture;
 
 use crate::status::c_string;
@@ -48,6 +48,9 @@ pub enum WstacKind {
     /// The end of the touch of an event: its light has left. Has frame, the first dark frame, event_frame and time_s.
     /// A law of durations gives none.
     ContactEnd = 7,
+    /// Speed and direction of a frame while something slides, if the options request them. Has frame and time_s, and of
+    /// event the contact, and speed and direction with their standard deviations.
+    Motion = 8,
 }
 
 /// Answer of the texture models. Strings are UTF-8, and null if no model tells.
@@ -216,6 +219,7 @@ impl Given {
             Output::Features(FrameFeatures { frame, features, .. }) => {
                 WstacRecord { kind: WstacKind::Features, frame, features, ..EMPTY }
             }
+            Output::Motion(motion) => self.motion(motion),
             Output::ContactEnd(end) => WstacRecord {
                 kind: WstacKind::ContactEnd,
                 frame: end.frame,
@@ -226,7 +230,7 @@ impl Given {
             Output::Event(event) => WstacRecord {
                 kind: WstacKind::Event,
                 frame: event.frame,
-                texture: self.texture(event.texture.as_ref()),
+                texture: self.texture(event.texture.as_ref().ok()),
                 event: self.event(*event),
                 ..EMPTY
             },
@@ -289,6 +293,20 @@ impl Given {
             completed_s: event.time.map_or(f64::NAN, |time| seconds(time.completed_s)),
             stamp: self.keep_any(event.time.and_then(|time| time.stamp).map(in_utc).as_deref()),
         }
+    }
+
+    fn motion(&mut self, motion: MotionReport) -> WstacRecord {
+        let velocity = motion.velocity;
+        let event = WstacEvent {
+            contact: self.keep(Contact::Slide.as_str()),
+            speed_mm_s: rounded(velocity.mm_s),
+            speed_sd_mm_s: rounded(velocity.mm_s_sd),
+            direction_deg: angle(velocity.degrees),
+            direction_sd_deg: spread(velocity.degrees_sd),
+            ..EMPTY.event
+        };
+        let time_s = motion.time_s.map_or(f64::NAN, seconds);
+        WstacRecord { kind: WstacKind::Motion, frame: motion.frame, event, time_s, ..EMPTY }
     }
 
     fn texture(&mut self, texture: Option<&Texture>) -> WstacTexture {

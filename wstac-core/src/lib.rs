@@ -79,6 +79,7 @@ pub mod ln;
 pub mod model;
 pub mod motion;
 pub mod params;
+pub mod path_sample;
 pub mod pipeline;
 pub mod rate;
 pub mod sample;

@@ -12,7 +12,7 @@ use wstac_core::sample::Sample;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture;
 use wstac_core::trigger::{ContactEnd, Event};
-use wstac_core::wire::{Answers, Hello, Message, ModelFacts, Request, SAMPLE_PART, Text};
+use wstac_core::wire::{Answers, Hello, Message, ModelFacts, Request, SAMPLE_PART, Text, TextureAnswer};
 
 use crate::setup;
 
@@ -207,7 +207,7 @@ impl Sender {
     /// without the rest of its sample.
     fn event(&mut self, event: &Event<'_>, out: &mut impl Outlet) {
         self.send_held_event(out);
-        self.held = Some(Held { answers: answers(event, &self.law), next: 0, end: None });
+        hold(&mut self.held, event, &self.law);
         if !self.wants_samples {
             self.send_held_event(out);
         }
@@ -262,24 +262,25 @@ fn early_texture(prefix: &SamplePrefix<'_>, model: &setup::Kind, out: &mut impl 
     out.send(&Message::Texture { frame: prefix.frame, frames: model.frames(), texture });
 }
 
-/// Returns an event's answers, its texture included if it has one.
-// It is not inlined either, for the same reason.
+/// Keeps an event's answers, its texture included if it has one.
+// It is not inlined either, and it writes to their place: another copy would lie on the stack of the law.
 #[inline(never)]
-fn answers(event: &Event<'_>, law: &setup::Law) -> Answers<'static> {
-    let answers = Answers::new(event, law);
-    match setup::MODEL {
-        Some(model) if answers.has_texture() => with_texture(answers, event, model),
-        _ => answers,
+fn hold(held: &mut Option<Held>, event: &Event<'_>, law: &setup::Law) {
+    let held = held.insert(Held { answers: Answers::new(event, law), next: 0, end: None });
+    if let Some(model) = setup::MODEL
+        && held.answers.has_texture()
+    {
+        held.answers = held.answers.with_texture(event_texture(event, model));
     }
 }
 
-/// Adds the texture of an event.
+/// Returns the texture of an event.
 // It is not inlined, so that its copy of the sample does not lie on the stack of the law.
 #[inline(never)]
-fn with_texture(answers: Answers<'static>, event: &Event<'_>, model: &'static setup::Kind) -> Answers<'static> {
+fn event_texture(event: &Event<'_>, model: &'static setup::Kind) -> TextureAnswer<'static> {
     let mut numbers = [0; INPUTS];
     event.sample.copy_to(&mut numbers);
-    answers.with_texture(texture::texture(&numbers, model))
+    texture::texture(&numbers, model).into()
 }
 
 #[cfg(test)]

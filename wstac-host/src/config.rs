@@ -13,6 +13,7 @@ use wstac_core::frame::Stride;
 use wstac_core::green::any::YcbcrMethod;
 use wstac_core::law::AnyLaw;
 use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::motion::MotionConfig;
 use wstac_core::params;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::SpeedConfig;
@@ -231,10 +232,18 @@ impl Config {
     /// Returns the law from an event to its answers, for a camera of this rate.
     ///
     /// # Errors
-    /// The errors of [`MotionConfig::new`](wstac_core::motion::MotionConfig::new), [`SpeedConfig::new`] and
+    /// The errors of [`MotionConfig::new`], [`SpeedConfig::new`] and
     /// [`SpeedConfig::fitted_on`].
     pub fn law(&self, rate: FrameRate) -> Result<AnyLaw, ConfigError> {
         self.speed.in_force(self.sensor, rate)
+    }
+
+    /// Returns the parameters of motion by arrival times, for a camera of this rate, whatever the law is.
+    ///
+    /// # Errors
+    /// The errors of [`MotionConfig::new`].
+    pub fn motion(&self, rate: FrameRate) -> Result<MotionConfig, ConfigError> {
+        MotionConfig::new(self.sensor.pitch_mm, rate)
     }
 
     /// Returns the law of durations for a camera of this rate: the one in force, or else the published one.
@@ -367,7 +376,6 @@ method = "centroid"
 #[cfg(test)]
 mod tests {
     use wstac_core::law::ByCoherence;
-    use wstac_core::motion::MotionConfig;
 
     use super::*;
 

@@ -10,7 +10,7 @@ use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_core::speed::{NoSpeed, Speed};
 use wstac_core::trigger::InterruptedSample;
 
-use crate::output::{Output, SampleFrames, StreamSummary, TactileEvent};
+use crate::output::{MotionReport, Output, SampleFrames, StreamSummary, TactileEvent};
 use crate::texture::Texture;
 
 /// A line of JSON. [`JsonLine::new`] makes it from an output.
@@ -24,6 +24,19 @@ pub enum JsonLine<'a> {
         frame: u64,
         /// Natural logarithms, exact multiples of 1/2048.
         f: [f64; FEATURES],
+    },
+    /// Speed and direction of a frame while something slides.
+    Motion {
+        /// The number of the feature frame.
+        frame: u64,
+        /// The time of the frame in seconds from the first frame; `None` from a board.
+        time_s: Option<f64>,
+        /// The kind of the touch: always `slide`.
+        contact: &'static str,
+        /// The sliding speed.
+        speed: SpeedField,
+        /// The sliding direction.
+        direction: DirectionField,
     },
     /// A tactile event.
     Event(Box<EventLine<'a>>),
@@ -76,6 +89,13 @@ impl<'a> JsonLine<'a> {
     pub fn new(output: &'a Output) -> Option<Self> {
         Some(match output {
             Output::Features(features) => Self::Features { frame: features.frame, f: features.features.map(real) },
+            Output::Motion(MotionReport { frame, time_s, velocity, .. }) => Self::Motion {
+                frame: *frame,
+                time_s: time_s.map(seconds),
+                contact: Contact::Slide.as_str(),
+                speed: Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd).into(),
+                direction: DirectionField::Arrival { deg: angle(velocity.degrees), sd: spread(velocity.degrees_sd) },
+            },
             Output::Event(event) => Self::Event(Box::new(EventLine::new(event))),
             Output::EarlyTexture(early) => {
                 Self::Texture { frame: early.frame, frames: early.frames, texture: &early.texture }
@@ -131,13 +151,13 @@ impl<'a> EventLine<'a> {
             speed: event.speed.ok().map(SpeedField::from),
             speed_at_most: event.speed_at_most.map(SpeedField::from),
             direction: DirectionField::new(direction),
-            texture: event.texture.as_ref(),
+            texture: event.texture.as_ref().ok(),
             frames_filled: event.frames_filled,
             reliable: event.reliable,
             why: WhyField {
                 speed: event.speed.err().map(NoSpeed::as_str),
                 direction: direction.degrees.err().map(Unclear::as_str),
-                texture: event.texture.is_none().then(|| why_no_texture(event)),
+                texture: event.texture.as_ref().err().map(|reason| reason.as_str()),
             },
             sample: event.sample.as_deref().map(over_time),
         }
@@ -176,7 +196,8 @@ pub fn in_utc(time: SystemTime) -> String {
 
 /// A speed, with its standard deviation by arrival times, and without it by a law of durations.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-struct SpeedField {
+#[non_exhaustive]
+pub struct SpeedField {
     mm_s: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     sd: Option<f64>,
@@ -191,13 +212,25 @@ impl From<Speed> for SpeedField {
     }
 }
 
+/// A direction as a field of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
-enum DirectionField {
+#[non_exhaustive]
+pub enum DirectionField {
     /// By arrival times, any angle.
-    Arrival { deg: f64, sd: f64 },
+    Arrival {
+        /// The angle in degrees.
+        deg: f64,
+        /// Its standard deviation in degrees.
+        sd: f64,
+    },
     /// By centroids, one of four.
-    Centroids { deg: Option<u16>, confidence: f64 },
+    Centroids {
+        /// The angle in degrees.
+        deg: Option<u16>,
+        /// The confidence, 0 to 1.
+        confidence: f64,
+    },
 }
 
 impl DirectionField {
@@ -247,16 +280,6 @@ impl WhyField {
     fn is_empty(&self) -> bool {
         *self == Self::default()
     }
-}
-
-/// The words for a person about a texture that no model answers.
-pub const NO_MODEL: &str = "no model was given";
-/// The words for a person about the texture of a touch that is no slide.
-pub const NO_SLIDE: &str = "the touch is not a slide";
-
-/// Returns why an event has no texture.
-pub fn why_no_texture(event: &TactileEvent) -> &'static str {
-    if matches!(event.contact, None | Some(Contact::Slide)) { NO_MODEL } else { NO_SLIDE }
 }
 
 /// Returns `complete` or `incomplete`.

@@ -19,7 +19,8 @@ fn figure(source: &str, config: &str) -> (Found, String) {
     )
     .unwrap();
     let (info, config) = (source.info().clone(), Config::parse(config).unwrap());
-    let mut reading = Processor::new(&info, &config, OutputOptions { features: false, samples: true }).unwrap();
+    let mut reading =
+        Processor::new(&info, &config, OutputOptions { samples: true, ..OutputOptions::default() }).unwrap();
     let found = find(source.as_mut(), &info, &mut reading, &config, 1).unwrap();
     let text = draw(&found);
     well_formed(&text);
@@ -209,7 +210,8 @@ fn a_source_without_the_event_says_how_many_it_has() {
         )
         .unwrap();
         let (info, config) = (source.info().clone(), Config::default());
-        let mut reading = Processor::new(&info, &config, OutputOptions { features: false, samples: true }).unwrap();
+        let mut reading =
+            Processor::new(&info, &config, OutputOptions { samples: true, ..OutputOptions::default() }).unwrap();
         find(source.as_mut(), &info, &mut reading, &config, number).unwrap_err().to_string()
     };
     assert!(failed(2).ends_with("has one event, expected number 2"), "{}", failed(2));

@@ -57,7 +57,7 @@ impl Pipeline {
         let session = Session::of_frames(info)
             .config(config.0.clone())
             .textures(textures(&models)?)
-            .outputs(OutputOptions { features: true, samples: true })
+            .outputs(OutputOptions { features: true, samples: true, ..OutputOptions::default() })
             .build()
             .map_err(refused)?;
         let frame_bytes = whole_frame(session.processor());

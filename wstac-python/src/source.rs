@@ -235,7 +235,7 @@ impl Source {
             .info(info.clone())
             .config(config.clone())
             .textures(textures(&options.models)?)
-            .outputs(OutputOptions { features, samples: true })
+            .outputs(OutputOptions { features, samples: true, ..OutputOptions::default() })
             .build()
             .map_err(refused)?;
         let (width, height) = info.size.into();

@@ -4,6 +4,7 @@
 mod cuts;
 mod flips;
 mod guide;
+mod limits;
 mod stream;
 
 use std::fs;

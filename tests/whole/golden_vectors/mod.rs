@@ -2,7 +2,9 @@
 //! events, answers and ends. Every case of the manifest is run. A missing or empty manifest fails.
 
 mod case;
+mod live;
 mod motion;
+mod path;
 
 use std::fs;
 use wstac_core::baseline_policy::TrackingBaseline;

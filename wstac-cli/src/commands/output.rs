@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::signals::is_readers_time_over;
 
+use wstac_core::motion::Velocity;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::json::{JsonLine, angle, confidence, real, rounded};
 use wstac_host::output::{DisturbedBaseline, Output, TactileEvent};
@@ -221,6 +222,11 @@ fn text(line: &mut String, record: &Output) -> fmt::Result {
             write!(line, "frame {}  features", features.frame)?;
             features.features.iter().try_for_each(|feature| write!(line, " {:8.4}", real(*feature)))
         }
+        Output::Motion(motion) => {
+            let Velocity { mm_s, mm_s_sd, degrees, degrees_sd, .. } = motion.velocity;
+            write!(line, "frame {}  speed {:.0} ± {} mm/s", motion.frame, rounded(mm_s), short(mm_s_sd))?;
+            write!(line, ", direction {}° ± {}°", angle(degrees), short(degrees_sd))
+        }
         Output::Event(event) => text_of_event(line, event),
         Output::EarlyTexture(early) => {
             write!(line, "at frame {}: texture ", early.frame.saturating_add(early.frames.into()))?;
@@ -265,7 +271,7 @@ fn text_of_event(line: &mut String, event: &TactileEvent) -> fmt::Result {
         }
         None => text_of_motion(line, event)?,
     }
-    if let Some(texture) = &event.texture {
+    if let Ok(texture) = &event.texture {
         line.write_str(", texture ")?;
         text_of_texture(line, texture)?;
     }

@@ -68,8 +68,8 @@ The figure:
   Exit code: 1 also if the source has no such event.
 
 Examples:
-  wstac plot scene:Saw3@150,90deg --model builtin:svm -o event.svg
-  wstac plot scene:Saw3@150,90deg --model builtin:svm -o event.pdf
+  wstac plot scene:Saw3@150,90deg --model builtin:path-svm -o event.svg
+  wstac plot scene:Saw3@150,90deg --model builtin:path-svm -o event.pdf
 ";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
@@ -80,7 +80,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
     let files = ModelFile::open_all(&arguments.models)?;
-    let wanted = OutputOptions { features: false, samples: true };
+    let wanted = OutputOptions { samples: true, ..OutputOptions::default() };
     let mut reading = Processor::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
     let found = find(source.as_mut(), &info, &mut reading, &config, arguments.event)?;
     outputs.write(&arguments.output, format.encode(&draw(&found))?)?;

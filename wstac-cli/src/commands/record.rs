@@ -100,6 +100,8 @@ const HELP: &str = r#"Content of the file:
               of wstac run --json
   /faults     lost frames and faults of the source: foxglove.Log, and as
               JSON in /faults/json
+  /sums/json  a checksum of every frame with all that belongs to it, and
+              its place in the stream: how damage is found
   metadata    wstac.stream (size, format, color, rate, version),
               wstac.camera (its identity, its controls, and which are not
               locked), wstac.layout, wstac.configuration (all of it, as
@@ -134,7 +136,8 @@ If something goes wrong:
   A full disk does, too (exit code 1), if the file system can reserve
   room for the file's end: ext4, XFS, Btrfs and tmpfs can.
   After kill -9 or a crash, wstac recover FILE.mcap -o WHOLE.mcap brings
-  back every frame that was written.
+  back every frame that was written. With --force on an older recording,
+  the new one is FILE.mcap.new until it is whole.
   Up to 256 MiB of frames wait in memory for a slow disk. At its end the
   program prints how many waited, and whether the driver dropped any.
   Exit code: 1 if the source or the file cannot be used, 2 for wrong
@@ -159,7 +162,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
     let files = ModelFile::open_all(&arguments.models)?;
-    let wanted = OutputOptions { features: true, samples: false };
+    let wanted = OutputOptions { features: true, ..OutputOptions::default() };
     let session = Session::builder(Limited::new(source, frame_limit(arguments, &info)))
         .info(info.clone())
         .config(config.clone())

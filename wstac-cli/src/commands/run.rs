@@ -36,8 +36,9 @@ pub(super) struct Arguments {
 
     /// Name textures with this model; can be given several times
     ///
-    /// It is a file (see wstac model --help) or builtin:svm, builtin:forest or builtin:boosted, which were trained on
-    /// simulated slides. Give one for each of specimens, patterns and depths if they have models of their own.
+    /// It is a file (see wstac model --help), or a model that was trained on simulated slides: builtin:path-svm,
+    /// builtin:path-forest or builtin:path-boosted; or builtin:svm, builtin:forest or builtin:boosted for the slides of
+    /// the publication. Give one for each of specimens, patterns and depths if they have models of their own.
     #[arg(long = "model", value_name = "FILE.wsm")]
     models: Vec<PathBuf>,
 
@@ -48,6 +49,12 @@ pub(super) struct Arguments {
     /// Also print the ten features of every frame
     #[arg(long)]
     features: bool,
+
+    /// Also print speed and direction of every frame while something slides
+    ///
+    /// The first is printed at most three frames after the leading edge has crossed all whiskers.
+    #[arg(long)]
+    motion: bool,
 
     /// Also print the sample of every event, 10 × 70 numbers (with --json)
     #[arg(long, requires = "json")]
@@ -139,8 +146,11 @@ Meaning of the answers:
   A model always answers with one of its own textures, also for a texture
   that it does not know.
   A model needs about the frame rate that it was trained at. The models
-  that come with wstac were trained at 30 frames per second, on slides
-  of 100 to 200 mm/s in four directions; at others they are often wrong.
+  that come with wstac were trained at 30 frames per second.
+  builtin:path-… take the sample along the path of the slide: they hold
+  from 50 to 300 mm/s, in any direction, and need 28 mm of path.
+  builtin:svm, forest and boosted take the sample over time: they hold
+  from 100 to 200 mm/s in four directions, and are often wrong elsewhere.
   With law = "published" under [speed], speed and direction are those of
   the publication: from the duration for which a slide is lit, in four
   directions, without a kind of touch, and a new event every 70 frames.
@@ -152,6 +162,8 @@ Meaning of the answers:
 
 Output with --json, one object per line (wrapped here):
   {"kind":"features","frame":0,"f":[…10 numbers…]}
+  {"kind":"motion","frame":51,"time_s":1.7,"contact":"slide",
+   "speed":{"mm_s":148.0,"sd":6.1},"direction":{"deg":90.8,"sd":2.4}}
   {"kind":"event","frame":35,"frames":70,"touch_frame":46,
    "end_frame":75,"time_s":1.5333,"completed_s":3.4667,
    "stamp":"2026-11-22T10:00:01.500Z","contact":"slide",
@@ -169,6 +181,8 @@ Output with --json, one object per line (wrapped here):
   sensor has its own end.
   features    "f" has five rows, then five columns: natural logarithms,
               exact multiples of 1/2048.
+  motion      is printed with --motion, for every frame while something
+              slides and its speed is known.
   event       "frame" is the first of the sample, 10 before the window
               that fired. "touch_frame" is the first lit frame of the
               touch, "end_frame" the first dark one behind it, or null

@@ -107,7 +107,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Newest, arguments.config.as_deref())?;
     let files = ModelFile::open_all(&arguments.models)?;
-    let wanted = OutputOptions { features: true, samples: false };
+    let wanted = OutputOptions { features: true, ..OutputOptions::default() };
     let mut reading = Processor::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
     let options = view::Options { live: is_camera(&arguments.source), fast: arguments.fast };
     let models = files.iter().map(|file| file.about().to_owned()).collect();

@@ -93,12 +93,11 @@ pub(super) fn brightest(event: &Event<'_>, first: usize) -> [i32; LINES] {
 ///
 /// A line's level is found in its features, so that only few of them must be turned into light.
 pub(super) fn of_event(event: &Event<'_>, first: usize) -> Edges {
-    let means = event.baseline.means(EXP_FRACTION_BITS);
     let mut frames = [None; LINES];
     let brightest = brightest(event, first);
     let top = brightest.into_iter().max().unwrap_or(0);
     for ((line, place), most) in frames.iter_mut().enumerate().zip(brightest) {
-        let Some(&mean) = means.get(first + line) else { continue };
+        let Some(mean) = event.baseline.mean_of(first + line, EXP_FRACTION_BITS) else { continue };
         if top.saturating_sub(most) > LIT || most <= mean {
             continue;
         }

@@ -9,6 +9,7 @@
 
 mod axis;
 mod edges;
+mod live;
 mod shape;
 mod shift;
 mod sqrt;
@@ -20,6 +21,7 @@ use crate::params::{NOMINAL_FRAME_RATE, PITCH_MM, ROWS};
 use crate::rate::FrameRate;
 use crate::trigger::Event;
 use axis::Axis;
+pub use live::{LiveContact, LiveMotion};
 use sqrt::sqrt;
 
 /// The kind of a touch.
@@ -69,7 +71,7 @@ impl fmt::Display for Contact {
 }
 
 /// A speed and a direction, each with its standard deviation.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -108,6 +110,8 @@ pub struct Motion {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MotionConfig {
+    /// Distance between neighboring whiskers in mm.
+    pitch_mm: f32,
     /// Speed in mm/s of a slowness of one frame per pitch.
     pitch_per_frame: f32,
 }
@@ -151,7 +155,7 @@ impl MotionConfig {
         if !(pitch_mm > 0.0 && pitch_mm <= 1000.0) {
             return Err(ConfigError::Pitch(pitch_mm));
         }
-        Ok(Self { pitch_per_frame: pitch_mm * NOMINAL_FRAME_RATE as f32 / rate.nominal_frames() })
+        Ok(Self { pitch_mm, pitch_per_frame: pitch_mm * NOMINAL_FRAME_RATE as f32 / rate.nominal_frames() })
     }
 
     /// Creates the parameters for the paper's sensor: a pitch of 4 mm.
@@ -159,8 +163,18 @@ impl MotionConfig {
         match Self::new(PITCH_MM, rate) {
             Ok(config) => config,
             // Not reached: the pitch is in range.
-            Err(_) => Self { pitch_per_frame: PITCH_MM * NOMINAL_FRAME_RATE as f32 },
+            Err(_) => Self { pitch_mm: PITCH_MM, pitch_per_frame: PITCH_MM * NOMINAL_FRAME_RATE as f32 },
         }
+    }
+
+    /// Returns the distance between neighboring whiskers in mm.
+    pub(crate) const fn pitch_mm(self) -> f32 {
+        self.pitch_mm
+    }
+
+    /// Returns the speed in mm/s of a slowness of one frame per pitch.
+    pub(crate) const fn pitch_per_frame(self) -> f32 {
+        self.pitch_per_frame
     }
 }
 
@@ -257,15 +271,20 @@ fn velocity(rows: Axis, columns: Axis, slowness: f32, config: MotionConfig, devi
     let sd = |axis: Axis| length(factor * length(axis.scatter, 2.0 * axis.sd), deviations.least) / slowness;
     let (right_sd, up_sd) = (sd(columns), sd(rows));
     let mm_s = config.pitch_per_frame / slowness;
-    let degrees = libm::atan2f(up, right) * (180.0 / core::f32::consts::PI);
-    let turned = if degrees < 0.0 { degrees + 360.0 } else { degrees };
     Velocity {
         mm_s,
         mm_s_sd: mm_s * length(right * right_sd, up * up_sd),
-        // A tiny negative angle rounds to a whole turn.
-        degrees: if turned >= 360.0 { 0.0 } else { turned },
+        degrees: degrees(right, up),
         degrees_sd: length(up * right_sd, right * up_sd) * between(&ACROSS, slowness) * (180.0 / core::f32::consts::PI),
     }
+}
+
+/// Returns the angle of a vector in degrees, counterclockwise from the right: 0 ≤ degrees < 360.
+fn degrees(right: f32, up: f32) -> f32 {
+    let degrees = libm::atan2f(up, right) * (180.0 / core::f32::consts::PI);
+    let turned = if degrees < 0.0 { degrees + 360.0 } else { degrees };
+    // A tiny negative angle rounds to a whole turn, and a negative zero is no angle.
+    if turned >= 360.0 { 0.0 } else { turned + 0.0 }
 }
 
 #[cfg(test)]

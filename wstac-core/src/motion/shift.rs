@@ -23,6 +23,8 @@ pub(super) struct Step {
 
 /// Fewest frames that all shifted lines must share.
 const FEWEST_FRAMES: usize = 10;
+/// Most frames that they can share: interpolation reads a frame before and two behind, of lines that may be at rest.
+const MOST_FRAMES: usize = SAMPLE_FRAMES - 4;
 /// Dark frames that are read before the first bright one, and after the last.
 const MARGIN: usize = 5;
 /// Largest step, in frames per pitch.
@@ -38,7 +40,7 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
     let from = reach.max(first.saturating_sub(MARGIN));
     let to = (last + MARGIN + 1).min(SAMPLE_FRAMES.saturating_sub(reach));
     let frames = to.checked_sub(from).filter(|&frames| frames >= FEWEST_FRAMES)?;
-    let mut sum = [0_i32; SAMPLE_FRAMES];
+    let mut sum = [0_i32; MOST_FRAMES];
     for (k, line) in shapes.lit_lines() {
         let shifted = Shifted::new(line, k * slowness, from)?;
         for (sum, value) in sum.iter_mut().zip(shifted.values().take(frames)) {
@@ -57,7 +59,7 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
     if mm == 0 || dd <= 0.0 {
         return None;
     }
-    let mut lines = [[0.0_f32; 4]; LINES];
+    let mut lines = [[0.0_f32; 3]; LINES];
     let (mut weight, mut moment) = (0.0, 0.0);
     for ((k, line), place) in shapes.lit_lines().zip(&mut lines) {
         let shifted = Shifted::new(line, k * slowness, from)?;
@@ -68,13 +70,13 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
             yy += product(y, y);
         }
         let gain = ym as f32 / mm as f32;
-        *place = [k as f32, gain, yd as f32 - gain * md as f32, yy as f32 - gain * ym as f32];
+        *place = [gain, yd as f32 - gain * md as f32, yy as f32 - gain * ym as f32];
         weight += gain * gain;
         moment += k as f32 * gain * gain;
     }
     let middle = moment / weight;
     let (mut numerator, mut spread, mut rest, mut energy, mut lit) = (0.0, 0.0, 0.0, 0.0, 0.0_f32);
-    for &[k, gain, along_derivative, unlike] in &lines {
+    for (k, &[gain, along_derivative, unlike]) in shapes.lit_lines().map(|(k, _)| k as f32).zip(&lines) {
         if gain > 0.0 {
             let k = k - middle;
             numerator += k * gain * along_derivative;
@@ -94,7 +96,7 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
     let sd = 2.0 * sqrt(rest / (free.max(1.0) * denominator));
     // The residual of each line's arrival time.
     let (mut squares, mut farthest) = (0.0, 0.0_f32);
-    for &[k, gain, along_derivative, _] in &lines {
+    for (k, &[gain, along_derivative, _]) in shapes.lit_lines().map(|(k, _)| k as f32).zip(&lines) {
         if gain > 0.0 {
             let off = 2.0 * (along_derivative / (gain * dd) - (k - middle) * numerator / denominator);
             squares += gain * gain * off * off;

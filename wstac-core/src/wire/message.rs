@@ -9,7 +9,7 @@ use crate::green::any::PixelFormat;
 use crate::law::{EventLaw, has_texture};
 use crate::layout::FrameSize;
 use crate::model::file::Task;
-use crate::motion::Contact;
+use crate::motion::{Contact, Velocity};
 use crate::params::{FEATURES, SAMPLE_FRAMES};
 use crate::rate::FrameRate;
 use crate::sample::Sample;
@@ -90,6 +90,14 @@ pub enum Message<'a> {
     },
     /// The end of the touch of an event.
     ContactEnd(ContactEnd),
+    /// Speed and direction of a frame while something slides, if they are wanted.
+    Motion {
+        /// The number of the feature frame.
+        #[serde(serialize_with = "super::numbers::long")]
+        frame: u64,
+        /// Speed and direction with their standard deviations.
+        velocity: Velocity,
+    },
 }
 
 /// The description of a board.
@@ -279,6 +287,9 @@ pub enum Request {
     Features(bool),
     /// Says whether every event's sample is wanted. At first it is not.
     Samples(bool),
+    /// Says whether speed and direction of every frame are wanted. At first they are not. A board without
+    /// [`LiveMotion`](crate::motion::LiveMotion) sends none.
+    Motion(bool),
 }
 
 /// The number of frames of a sample in one message.

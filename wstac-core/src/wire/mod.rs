@@ -43,6 +43,10 @@
 //! New messages, and new fields at a message's end, leave [`VERSION`] as it is. A receiver skips messages that it does
 //! not know ([`DecodeError::Unknown`]), and bytes behind the fields that it knows. Any other change increases the
 //! version. Then a receiver reads no message and reports it ([`DecodeError::Version`]).
+//!
+//! Version 2 added to [`Answers`]: the kind of the touch, its first lit frame and its first dark one, and standard
+//! deviations of speed and direction. Since then a direction is any angle, a [`Hello`]'s trigger says whether it gives
+//! one event per touch, and [`Message::ContactEnd`] says when the light has left.
 
 mod decoder;
 mod frame;

@@ -24,7 +24,7 @@ use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
 use wstac_core::speed::{self, Law, LitSpan, SpeedConfig, ThresholdOn};
 use wstac_core::taxels::{FrameGeometry, TaxelSums};
-use wstac_core::trigger::{Event, Rule, TriggerConfig};
+use wstac_core::trigger::{ContactEnd, Event, Rule, TriggerConfig};
 use wstac_fw::emulated::host::{self, File};
 
 /// The size of the largest whole frame. Larger frames come in stripes.
@@ -33,10 +33,11 @@ const ROOM: usize = if cfg!(microbit) { 6 * 1024 } else { 32 * 1024 };
 const TURNS: usize = 400;
 /// The words in front of a case's frames.
 const HEADER: usize = 80;
-/// The first word of a result: for a feature frame, an event, the end.
+/// The first word of a result: for a feature frame, an event, the end, the end of a contact.
 const FEATURE_FRAME: i16 = 1;
 const EVENT: i16 = 2;
 const END: i16 = 3;
+const CONTACT_END: i16 = 4;
 /// The bytes of a sample: ten totals of its baseline, the frames that they are of, and ten features of 70 frames.
 const SAMPLE: usize = 4 * (FEATURES + 1) + 2 * FEATURES * SAMPLE_FRAMES;
 
@@ -174,6 +175,7 @@ fn run(cases: &File, results: &File, header: &[u8], room: &mut [u8; ROOM]) -> Re
     let on = if words.u32() == 0 { ThresholdOn::Absolute } else { ThresholdOn::AboveBaseline };
     let law = Law::Physical { track: words.f32(), afterglow: words.f32() };
     let speed = SpeedConfig::new(if physical { law } else { Law::PUBLISHED }, threshold, on, rate)?;
+    let trigger = if words.u32() == 0 { trigger } else { trigger.one_event_per_touch() };
     let frames = words.u32();
 
     let green = Any::new(pixel_format(format), YcbcrEncoding { matrix, range }, method);
@@ -204,6 +206,7 @@ fn run(cases: &File, results: &File, header: &[u8], room: &mut [u8; ROOM]) -> Re
     lose(cases, results, &mut pipeline, &speed);
     let finished = pipeline.finish();
     give_event(results, finished.event().as_ref(), &speed);
+    give_contact_end(results, finished.contact_end());
     results.write(&[END, finished.end().frames as i16, i16::from(finished.end().baseline_complete)]);
     Ok(())
 }
@@ -225,16 +228,25 @@ fn give(results: &File, update: &Update<'_>, config: &SpeedConfig) {
         results.write(&frame.features);
     }
     give_event(results, update.event().as_ref(), config);
+    give_contact_end(results, update.contact_end());
+}
+
+/// Writes the end of a contact: its frame and that of its event.
+fn give_contact_end(results: &File, end: Option<ContactEnd>) {
+    if let Some(end) = end {
+        results.write(&[CONTACT_END, end.frame as i16, end.event_frame as i16]);
+    }
 }
 
 /// Writes an event: its frame, how many frames were filled, and whether it is reliable. Then come its duration and
-/// direction (−1 if there is none), and its speed in 1/16 mm/s.
+/// direction (−1 if there is none), its speed in 1/16 mm/s, and the first lit and the first dark frame of its touch.
 fn give_event(results: &File, event: Option<&Event<'_>>, config: &SpeedConfig) {
     let Some(event) = event else { return };
     let duration = speed::duration(event, config).map_or(-1, |duration: LitSpan| i16::from(duration.frames()));
     let degrees = direction::direction(event).heading().map_or(-1, |heading| heading.degrees() as i16);
     let speed = speed::speed(event, config).map_or(-1.0, |speed| speed.mm_s * 16.0);
     let reliable = i16::from(event.reliable);
+    let frame = |frame: Option<u64>| frame.map_or(-1, |frame| (frame & 0x7FFF) as i16);
     results.write(&[
         EVENT,
         event.frame as i16,
@@ -243,6 +255,8 @@ fn give_event(results: &File, event: Option<&Event<'_>>, config: &SpeedConfig) {
         duration,
         degrees,
         speed as i16,
+        frame(event.touch_frame),
+        frame(event.end_frame),
     ]);
 }
 

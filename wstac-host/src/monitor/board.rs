@@ -10,8 +10,8 @@ use wstac_core::wire::{Answers, Fault, Hello, Message, ModelFacts, SAMPLE_PART, 
 use super::Report;
 use crate::frame_clock::FrameClock;
 use crate::output::{
-    ContactEndReport, DisturbedBaseline, EarlyTexture, FrameFeatures, Output, OutputOptions, StreamSummary,
-    TactileEvent,
+    ContactEndReport, DisturbedBaseline, EarlyTexture, FrameFeatures, MotionReport, Output, OutputOptions,
+    StreamSummary, TactileEvent,
 };
 use crate::plural::counted;
 use crate::texture::Texture;
@@ -89,6 +89,12 @@ impl Board {
             Message::InterruptedSample(sample) => {
                 self.contact(sample.frame.saturating_add(u64::from(sample.frames)), None);
                 give(Report::Output(Output::Interrupted(*sample)))
+            }
+            Message::Motion { frame, velocity } => {
+                self.reach(frame.saturating_add(1));
+                let time_s = self.clock.map(|clock| clock.seconds(*frame));
+                let record = Output::Motion(MotionReport::new(*frame, time_s, *velocity));
+                if self.wanted.motion { give(Report::Output(record)) } else { Ok(()) }
             }
             Message::ContactEnd(end) => {
                 self.reach(end.frame);

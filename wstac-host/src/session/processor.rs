@@ -5,6 +5,7 @@ use wstac_core::green::any::Any;
 use wstac_core::law::AnyLaw;
 use wstac_core::layout::Layout;
 use wstac_core::ln::any::AnyLn;
+use wstac_core::motion::{LiveMotion, MotionConfig};
 use wstac_core::params::TAXELS;
 use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::speed::SpeedConfig;
@@ -15,8 +16,8 @@ use crate::config::{Config, Kernel};
 use crate::error::Error;
 use crate::frame_clock::FrameClock;
 use crate::output::{
-    Answering, ContactEndReport, EarlyTexture, FaultReport, FrameFeatures, LostFrames, Output, OutputOptions,
-    StreamSummary, TactileEvent,
+    Answering, ContactEndReport, EarlyTexture, FaultReport, FrameFeatures, LostFrames, MotionReport, Output,
+    OutputOptions, StreamSummary, TactileEvent,
 };
 use crate::source::{SourceEvent, StreamInfo};
 use crate::texture::Textures;
@@ -36,7 +37,10 @@ pub struct Processor {
     textures: Textures,
     law: AnyLaw,
     durations: SpeedConfig,
+    motion: MotionConfig,
     clock: FrameClock,
+    /// Follows motion, if it was asked for.
+    live: Option<LiveMotion>,
     options: OutputOptions,
     dropped: u64,
     baseline_reported: bool,
@@ -105,12 +109,15 @@ impl Processor {
     /// Layout, format and configuration do not fit each other.
     pub fn new(info: &StreamInfo, config: &Config, options: OutputOptions) -> Result<Self, Error> {
         let in_table = |error| config.does_not_fit(&info.about, "[speed]", error);
+        let motion = config.motion(info.rate).map_err(in_table)?;
         Ok(Self {
             pipeline: config.pipeline(info)?,
             taxels: None,
             law: config.law(info.rate).map_err(in_table)?,
             durations: config.durations(info.rate).map_err(in_table)?,
+            motion,
             clock: FrameClock::new(info.rate),
+            live: options.motion.then(|| LiveMotion::new(motion)),
             textures: Textures::default(),
             options,
             dropped: 0,
@@ -170,6 +177,9 @@ impl Processor {
                 }
             }
         }
+        if let Some(motion) = self.motion() {
+            emit(Output::Motion(motion))?;
+        }
         if self.baseline_disturbed() {
             emit(Output::BaselineDisturbed { frame: self.pipeline.next_frame() })?;
         }
@@ -218,6 +228,7 @@ impl Processor {
     /// Gathers a new baseline from the next frame on. It returns the sample that was being captured, which ends here.
     pub fn rezero(&mut self) -> Option<InterruptedSample> {
         self.baseline_reported = false;
+        self.forget_motion();
         self.pipeline.rezero()
     }
 
@@ -227,7 +238,23 @@ impl Processor {
     /// frames. It returns the sample that was being captured, which ends here.
     pub fn restart(&mut self) -> Option<InterruptedSample> {
         self.baseline_reported = false;
+        self.forget_motion();
         self.pipeline.restart()
+    }
+
+    fn forget_motion(&mut self) {
+        if let Some(live) = &mut self.live {
+            live.reset();
+        }
+    }
+
+    /// Returns the motion in the newest frame, if it was asked for and something slides.
+    fn motion(&mut self) -> Option<MotionReport> {
+        let (live, baseline) = (self.live.as_mut()?, self.pipeline.baseline()?);
+        let (next_frame, recent) = self.pipeline.recent();
+        let velocity = live.push(next_frame, recent, baseline)?.velocity?;
+        let frame = next_frame.saturating_sub(1);
+        Some(MotionReport::new(frame, Some(self.clock.seconds(frame)), velocity))
     }
 
     /// Returns `true` once when the baseline turns out not to be quiet.
@@ -240,8 +267,8 @@ impl Processor {
     }
 
     fn parts(&mut self) -> (&mut HostPipeline, Answers<'_>) {
-        let Self { pipeline, textures, law, durations, clock, options, .. } = self;
-        (pipeline, Answers { textures, law, durations, clock, options: *options })
+        let Self { pipeline, textures, law, durations, motion, clock, options, .. } = self;
+        (pipeline, Answers { textures, law, durations, motion: *motion, clock, options: *options })
     }
 }
 
@@ -250,14 +277,16 @@ struct Answers<'p> {
     textures: &'p Textures,
     law: &'p AnyLaw,
     durations: &'p SpeedConfig,
+    motion: MotionConfig,
     clock: &'p mut FrameClock,
     options: OutputOptions,
 }
 
 impl Answers<'_> {
     fn event(&self, event: &wstac_core::trigger::Event<'_>) -> Output {
-        let Self { law, durations, textures, ref clock, options: OutputOptions { samples: with_sample, .. } } = *self;
-        Output::Event(Box::new(TactileEvent::new(event, &Answering { law, durations, textures, clock, with_sample })))
+        let Self { law, durations, textures, motion, ref clock, options } = *self;
+        let answering = Answering { law, durations, textures, motion, clock, with_sample: options.samples };
+        Output::Event(Box::new(TactileEvent::new(event, &answering)))
     }
 
     fn contact_end(&self, end: ContactEnd) -> Output {

@@ -1,11 +1,12 @@
 //! Data sets: samples of many simulated slides, or of recordings, for training.
 //!
 //! [`sweep`] selects the slides, [`samples`] computes them, and [`part`] stores them meanwhile. [`npz`] and [`arrays`]
-//! write them for NumPy. [`recordings`] and [`recorded_arrays`] do the same for recordings.
+//! write them for NumPy. [`path`] has random slides and their samples along the path. [`recordings`] and [`recorded_arrays`] do the same for recordings.
 
 pub mod arrays;
 pub mod npz;
 pub mod part;
+pub mod path;
 pub mod recorded_arrays;
 pub mod recordings;
 pub mod sweep;
@@ -90,7 +91,7 @@ pub fn check(script: &SceneConfig, config: &Config) -> Result<(), Error> {
 
 /// Returns a session that gives the samples of a source's events.
 fn session(source: impl Source + 'static, config: &Config) -> Result<Session, Error> {
-    let wanted = OutputOptions { samples: true, features: false };
+    let wanted = OutputOptions { samples: true, ..OutputOptions::default() };
     Session::builder(source).config(config.clone()).outputs(wanted).build()
 }
 

@@ -3,16 +3,18 @@
 use wstac_core::baseline::Baseline;
 use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::direction::{self, Direction, Heading, Unclear};
-use wstac_core::motion::{self, Contact, Motion, MotionConfig};
+use wstac_core::motion::{self, Contact, LiveContact, LiveMotion, Motion, MotionConfig, Velocity};
 use wstac_core::error::{ConfigError, FrameError};
 use wstac_core::features::Features;
 use wstac_core::green::gray::Gray;
 use wstac_core::law::{Answer, AnyLaw, ByCoherence, ByEdges, EventLaw};
 use wstac_core::ln::fixed::Fixed;
+use wstac_core::path_sample::{PathSample, TaxelRing};
 use wstac_core::pipeline::{Finished, Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
 use wstac_core::speed::{self, Law, LitSpan, NoSpeed, Speed, SpeedConfig, ThresholdOn};
+use wstac_core::taxels::FrameGeometry;
 use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, Rule, StreamEnd, Trigger, TriggerConfig};
 
 entries! {
@@ -108,6 +110,26 @@ entries! {
     motion:
     by_edges(event: &Event<'_>, config: MotionConfig) -> Motion { motion::by_edges(event, config) }
     by_coherence(event: &Event<'_>, config: MotionConfig) -> Motion { motion::by_coherence(event, config) }
+    new_live_motion(config: MotionConfig) -> LiveMotion { LiveMotion::new(config) }
+    reset_live_motion(live: &mut LiveMotion) -> () { live.reset() }
+    push_live_motion(live: &mut LiveMotion, frame: u64, recent: Sample<'_>, baseline: &Baseline) -> Option<LiveContact> {
+        live.push(frame, recent, baseline)
+    }
+}
+
+entries! {
+    path:
+    new_ring(full_scale: u32) -> TaxelRing { TaxelRing::new(full_scale) }
+    new_ring_of(geometry: &FrameGeometry<Gray>) -> TaxelRing { TaxelRing::of(geometry) }
+    push_ring(ring: &mut TaxelRing, sums: &[u32; 25]) -> () { ring.push(sums) }
+    fill_ring(ring: &mut TaxelRing, lost: u32) -> () { ring.fill(lost) }
+    of_sums(event: &Event<'_>, velocity: &Velocity, config: MotionConfig, frames: u8) -> Option<PathSample> {
+        PathSample::of_sums(event, velocity, config, frames)
+    }
+    of_taxels(ring: &TaxelRing, velocity: &Velocity, config: MotionConfig, frames: u8) -> Option<PathSample> {
+        PathSample::of_taxels(ring, velocity, config, frames)
+    }
+    covers(sample: &PathSample, frames: u8) -> bool { sample.covers(frames) }
 }
 
 entries! {

@@ -52,7 +52,8 @@ impl<'a> Run<'a> {
             arguments.options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
         // Only after opening, which a signal ends at once, and before the first output.
         finishing(Ending::InTime);
-        let wanted = OutputOptions { features: arguments.features, samples: arguments.samples };
+        let Arguments { features, samples, motion, .. } = *arguments;
+        let wanted = OutputOptions { features, samples, motion };
         let session = Session::builder(Limited::new(source, arguments.frames))
             .info(info.clone())
             .config(config)

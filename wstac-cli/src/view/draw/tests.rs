@@ -36,7 +36,7 @@ fn play(
 ) -> Mutex<State> {
     let mut source = open(source, options).unwrap();
     let (info, config) = (source.info().clone(), Config::default());
-    let wanted = OutputOptions { features: true, samples: false };
+    let wanted = OutputOptions { features: true, ..OutputOptions::default() };
     let mut reading = Processor::new(&info, &config, wanted).unwrap();
     let about = record::about::About::new(&info, &config, wstac_host::source::Labels::default(), Vec::new());
     let mut recordings = Recordings::new(about, named, |record| format!("{record:?}"));
