@@ -22,6 +22,9 @@
 // Units of a feature per natural logarithm: a feature is a multiple of 1/2048.
 #define WSTAC_FEATURE_ONE 2048
 
+// Most records of pushed frames that wait for wstac_next.
+#define WSTAC_MOST_RECORDS 1024
+
 // Status of a call.
 enum WstacStatus
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -93,6 +96,9 @@ typedef int32_t WstacKind;
 // A sensor, opened by wstac_open or wstac_open_frames. It belongs to the thread that opened it. Sensors share nothing.
 typedef struct Wstac Wstac;
 
+// A choice of a program: 0 or 1, `false` or `true`. Any other byte is refused.
+typedef uint8_t WstacBool;
+
 // Options of a sensor. Zeros are the defaults: `WstacOptions options = {0};`.
 typedef struct WstacOptions {
   // Path of a configuration file (TOML). Null: the source's own configuration, or else the default.
@@ -110,12 +116,12 @@ typedef struct WstacOptions {
   // Height in pixels requested from a camera.
   uint32_t height;
   // Give the features of every frame as a record.
-  bool features;
+  WstacBool features;
   // Take every frame of a camera, the oldest first, as long as the driver has buffers. Otherwise a slow program
   // gets the newest frame.
-  bool every_frame;
+  WstacBool every_frame;
   // Leave the controls of a camera as they are instead of locking them.
-  bool keep_controls;
+  WstacBool keep_controls;
 } WstacOptions;
 
 // Describes frames that a program pushes.
@@ -134,9 +140,9 @@ typedef struct WstacFrames {
   // Frames per second, denominator.
   uint32_t fps_denominator;
   // YCbCr is encoded as ITU-R BT.709 instead of BT.601.
-  bool bt709;
+  WstacBool bt709;
   // YCbCr has full range instead of limited range.
-  bool full_range;
+  WstacBool full_range;
 } WstacFrames;
 
 // A tactile event, with the numbers that `wstac run --json` prints.
@@ -240,8 +246,8 @@ extern "C" {
 // Opens a source, as `wstac run SOURCE` does.
 //
 // A source is "/dev/videoN", "scene:Saw3@150,90deg", a Y4M file, a folder of PNGs, a recording (.mcap), or "-".
-// `source` is UTF-8; `options` may be null. If the call fails, the handle is null, and wstac_error_message(NULL)
-// returns the message.
+// `source` need not be UTF-8; `options` may be null. If the call fails, the handle is null, and
+// wstac_error_message(NULL) returns the message.
 //
 // # Safety
 // `source` is null or a string that ends in 0; `options` is null or options; `handle` is null or memory for a pointer.
@@ -273,13 +279,15 @@ WstacStatus wstac_next(struct Wstac *handle, struct WstacRecord *record);
 // Takes a frame of `length` bytes, laid out as described to wstac_open_frames. wstac_next returns the records that
 // follow.
 //
-// A frame with too few bytes is refused and not taken. Call wstac_push_lost to keep its place in time.
+// A frame with too few bytes is refused and not taken. Call wstac_push_lost to keep its place in time. At most
+// WSTAC_MOST_RECORDS records wait: then no frame is taken until wstac_next has returned some.
 //
 // # Safety
 // `handle` is null or an open handle; `bytes` is null or `length` bytes.
 WstacStatus wstac_push_frame(struct Wstac *handle, const uint8_t *bytes, size_t length);
 
-// Keeps the place of lost frames in time. A short gap is filled; a long one interrupts the sample.
+// Keeps the place of lost frames in time, unless WSTAC_MOST_RECORDS records wait. A short gap is filled; a long one
+// interrupts the sample.
 //
 // # Safety
 // `handle` is null or an open handle.
@@ -309,7 +317,7 @@ const char *wstac_error_message(const struct Wstac *handle);
 // Returns a status in words: a static string in English. A number that is no status has a string, too.
 const char *wstac_error_text(int32_t status);
 
-// Returns the version of the library, such as "0.2.0".
+// Returns the version of the library, such as "0.3.0".
 const char *wstac_version(void);
 
 #ifdef __cplusplus

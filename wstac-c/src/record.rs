@@ -20,6 +20,9 @@ pub const WSTAC_SAMPLE_FRAMES: usize = 70;
 /// Units of a feature per natural logarithm: a feature is a multiple of 1/2048.
 pub const WSTAC_FEATURE_ONE: i32 = 2048;
 
+/// Most records of pushed frames that wait for wstac_next.
+pub const WSTAC_MOST_RECORDS: usize = 1024;
+
 const _: () = assert!(WSTAC_FEATURES == FEATURES && WSTAC_SAMPLE_FRAMES == SAMPLE_FRAMES);
 const _: () = assert!(WSTAC_FEATURE_ONE == FEATURE_ONE);
 
@@ -227,7 +230,7 @@ impl Given {
             Output::Event(event) => WstacRecord {
                 kind: WstacKind::Event,
                 frame: event.frame,
-                texture: self.texture(event.texture.as_ref()),
+                texture: self.texture(event.texture.as_ref().ok()),
                 event: self.event(*event),
                 ..EMPTY
             },

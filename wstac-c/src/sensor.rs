@@ -1,5 +1,7 @@
 //! The content of a handle: a session, and the data that its last record points to.
 
+use std::ffi::OsStr;
+
 use wstac_host::config::Config;
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::session::{Poll, Session, SessionBuilder};
@@ -8,7 +10,7 @@ use wstac_host::texture::Textures;
 
 use crate::open_source;
 use crate::options::Options;
-use crate::record::{Given, WstacRecord};
+use crate::record::{Given, WSTAC_MOST_RECORDS, WstacRecord};
 use crate::status::{Failure, WstacStatus, failed};
 
 /// The content of a handle.
@@ -22,7 +24,7 @@ pub struct Sensor {
 
 impl Sensor {
     /// Opens a source.
-    pub(super) fn open(source: &str, options: &Options) -> Result<Self, Failure> {
+    pub(super) fn open(source: &OsStr, options: &Options) -> Result<Self, Failure> {
         let source = open_source(source, &options.open).map_err(|error| failed(WstacStatus::Source, error))?;
         let config = config_of(source.info(), options.config.clone());
         let config = config.map_err(|error| failed(WstacStatus::Config, error))?;
@@ -102,6 +104,10 @@ impl Sensor {
         }
         if self.session.is_over() {
             return Err(failed(WstacStatus::State, "the stream has ended, expected frames before wstac_finish"));
+        }
+        if self.session.waiting() >= WSTAC_MOST_RECORDS {
+            let message = format_args!("{WSTAC_MOST_RECORDS} records wait, expected wstac_next to take them");
+            return Err(failed(WstacStatus::State, message));
         }
         Ok(())
     }

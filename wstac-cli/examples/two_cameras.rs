@@ -104,7 +104,7 @@ fn print(sensor: &str, output: &Output) {
             let degrees = event.direction.degrees;
             let direction = degrees.map_or("no direction".to_owned(), |degrees| format!("{}°", angle(degrees)));
             let texture =
-                event.texture.as_ref().and_then(|texture| texture.specimen.as_deref()).unwrap_or("no texture");
+                event.texture.as_ref().ok().and_then(|texture| texture.specimen.as_deref()).unwrap_or("no texture");
             println!("{sensor}: frame {}: {speed}, {direction}, {texture}", event.frame);
         }
         Output::Fault(report) => println!("{sensor}: frame {}: {}", report.frame, report.fault),

@@ -19,7 +19,7 @@ fn main() -> Result<(), error::Error> {
         let Output::Event(event) = output? else { continue };
         let speed = event.speed.map_or("-".to_owned(), |speed| format!("{:.2}", rounded(speed.mm_s)));
         let direction = event.direction.degrees.map_or("-".to_owned(), |degrees| format!("{:.1}", angle(degrees)));
-        let texture = event.texture.and_then(|texture| texture.specimen).unwrap_or("-".to_owned());
+        let texture = event.texture.ok().and_then(|texture| texture.specimen).unwrap_or("-".to_owned());
         println!("frame={} speed={speed} direction={direction} texture={texture}", event.frame);
     }
     Ok(())

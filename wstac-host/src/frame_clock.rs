@@ -4,6 +4,9 @@ use std::time::{Duration, SystemTime};
 
 use wstac_core::rate::FrameRate;
 
+/// The first second of the year 10000, from 1970 on. Times as text have four digits of a year.
+const END_OF_YEARS_S: u64 = 253_402_300_800;
+
 /// Turns numbers of feature frames into times.
 ///
 /// Lost frames count, so the frame rate gives the time from one frame to another. The wall-clock time of the frame that
@@ -32,11 +35,14 @@ impl FrameClock {
         frame as f64 * self.period_s
     }
 
-    /// Returns the wall-clock time of a frame; `None` if the source knows none.
+    /// Returns the wall-clock time of a frame, in the years 1970 to 9999; `None` if the source knows none.
     pub(crate) fn stamp(&self, frame: u64) -> Option<SystemTime> {
         let (last, stamp) = self.last?;
         let before = Duration::try_from_secs_f64(self.seconds(last.saturating_sub(frame))).ok()?;
-        stamp.checked_sub(before)
+        let stamp = stamp.checked_sub(before)?;
+        // A clock that was never set starts in 1970, and a frame before that has no time that can be written.
+        let since_1970 = stamp.duration_since(SystemTime::UNIX_EPOCH).ok()?;
+        (since_1970.as_secs() < END_OF_YEARS_S).then_some(stamp)
     }
 }
 
@@ -53,6 +59,13 @@ mod tests {
         clock.frame_arrives(105, Some(at));
         assert_eq!(clock.stamp(105), Some(at));
         assert_eq!(clock.stamp(45), Some(at - Duration::from_secs(2)));
+        // The touch was two seconds before, and the clock started one second before; or it is far ahead.
+        clock.frame_arrives(105, Some(SystemTime::UNIX_EPOCH + Duration::from_secs(1)));
+        assert_eq!(clock.stamp(45), None);
+        clock.frame_arrives(105, SystemTime::UNIX_EPOCH.checked_add(Duration::from_secs(END_OF_YEARS_S + 2)));
+        assert_eq!((clock.stamp(105), clock.stamp(45)), (None, None));
+        clock.frame_arrives(105, SystemTime::UNIX_EPOCH.checked_add(Duration::from_secs(END_OF_YEARS_S + 1)));
+        assert!(clock.stamp(105).is_none() && clock.stamp(45).is_some());
         clock.frame_arrives(106, None);
         assert_eq!(clock.stamp(45), None);
         // 120 frames per second are 30 feature frames per second.

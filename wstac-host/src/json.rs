@@ -151,13 +151,13 @@ impl<'a> EventLine<'a> {
             speed: event.speed.ok().map(SpeedField::from),
             speed_at_most: event.speed_at_most.map(SpeedField::from),
             direction: DirectionField::new(direction),
-            texture: event.texture.as_ref(),
+            texture: event.texture.as_ref().ok(),
             frames_filled: event.frames_filled,
             reliable: event.reliable,
             why: WhyField {
                 speed: event.speed.err().map(NoSpeed::as_str),
                 direction: direction.degrees.err().map(Unclear::as_str),
-                texture: event.texture.is_none().then(|| why_no_texture(event)),
+                texture: event.texture.as_ref().err().map(|reason| reason.as_str()),
             },
             sample: event.sample.as_deref().map(over_time),
         }
@@ -280,16 +280,6 @@ impl WhyField {
     fn is_empty(&self) -> bool {
         *self == Self::default()
     }
-}
-
-/// The words for a person about a texture that no model answers.
-pub const NO_MODEL: &str = "no model was given";
-/// The words for a person about the texture of a touch that is no slide.
-pub const NO_SLIDE: &str = "the touch is not a slide";
-
-/// Returns why an event has no texture.
-pub fn why_no_texture(event: &TactileEvent) -> &'static str {
-    if matches!(event.contact, None | Some(Contact::Slide)) { NO_MODEL } else { NO_SLIDE }
 }
 
 /// Returns `complete` or `incomplete`.

@@ -6,14 +6,14 @@ use std::time::SystemTime;
 use wstac_core::direction::Direction;
 use wstac_core::features::Features;
 use wstac_core::law::{AnyLaw, EventLaw};
-use wstac_core::motion::{Contact, Velocity};
+use wstac_core::motion::{Contact, MotionConfig, Velocity};
 use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::speed::{self, LitSpan, NoSpeed, Speed, SpeedConfig};
 use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd};
 
 use crate::frame_clock::FrameClock;
 use crate::source::{Fault, LossReason};
-use crate::texture::{Texture, Textures};
+use crate::texture::{NoTexture, Texture, Textures};
 
 /// Chooses which outputs a stream has besides its events.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -146,8 +146,8 @@ pub struct TactileEvent {
     pub speed_at_most: Option<Speed>,
     /// The sliding direction, or why there is none.
     pub direction: Direction,
-    /// The texture; `None` without a model, and for a touch that is no slide.
-    pub texture: Option<Texture>,
+    /// The texture, or the reason why there is none.
+    pub texture: Result<Texture, NoTexture>,
     /// Frames of the sample that were lost and filled, 0 to 70.
     pub frames_filled: u8,
     /// Whether the answers are reliable: see [`Answer::reliable`](wstac_core::law::Answer::reliable).
@@ -165,7 +165,7 @@ impl TactileEvent {
         let flat = event.sample.flat();
         let sample = flat.as_chunks().0.as_array().filter(|_| answering.with_sample);
         let answer = answering.law.answer(event);
-        let texture = if answer.has_texture() { answering.textures.of_sample(&flat) } else { None };
+        let texture = answering.textures.of_event(event, &answer, answering.motion);
         Self {
             frame: event.frame,
             time: event.touch_frame.map(|touch| TouchTime::new(touch, event.frame, answering.clock)),
@@ -205,7 +205,7 @@ impl TactileEvent {
             speed: answers.speed,
             speed_at_most: bound(answers.speed, Speed::new),
             direction: answers.direction,
-            texture,
+            texture: texture.ok_or(if answers.has_texture() { NoTexture::NoModel } else { NoTexture::NoSlide }),
             frames_filled: answers.frames_filled,
             reliable: answers.reliable,
             sample_reliable: answers.reliable,
@@ -245,6 +245,7 @@ pub(crate) struct Answering<'p> {
     pub(crate) law: &'p AnyLaw,
     pub(crate) durations: &'p SpeedConfig,
     pub(crate) textures: &'p Textures,
+    pub(crate) motion: MotionConfig,
     pub(crate) clock: &'p FrameClock,
     pub(crate) with_sample: bool,
 }

@@ -6,17 +6,30 @@ use std::path::Path;
 use crate::error::{Error, ErrorKind};
 use crate::files;
 
-/// Most bytes of a configuration, a scene, a plan, a sweep or a map. Parsing takes up to 20 times as much memory.
-const MOST_BYTES: u64 = 16 << 20;
+/// Most bytes of a configuration, a scene, a plan, a sweep or a list of prices.
+///
+/// Parsing takes up to 100 times as much memory.
+const MOST_BYTES: u64 = 1 << 20;
 
-/// Returns the content of a configuration, a scene, a plan, a sweep or a map.
+/// Most bytes of a map of a tradeoff, whose lines take no more memory when they are parsed.
+pub const MOST_MAP_BYTES: u64 = 16 << 20;
+
+/// Returns the content of a configuration, a scene, a plan, a sweep or a list of prices.
 ///
 /// # Errors
-/// The file cannot be read, is no text, or is larger than 16 MB.
+/// The file cannot be read, is no text, or is larger than 1 MB.
 pub fn file_text(path: &Path) -> Result<String, Error> {
+    file_text_of(path, MOST_BYTES)
+}
+
+/// Returns the content of a file of text that has at most this many bytes.
+///
+/// # Errors
+/// The file cannot be read, is no text, or is larger.
+pub fn file_text_of(path: &Path, most: u64) -> Result<String, Error> {
     let failed = |error: io::Error| Error::io(path.display(), error);
-    let Some(bytes) = files::content(path, MOST_BYTES).map_err(failed)? else {
-        let message = format_args!("is larger than {} MB, expected a file of text", MOST_BYTES >> 20);
+    let Some(bytes) = files::content(path, most).map_err(failed)? else {
+        let message = format_args!("is larger than {} MB, expected a file of text", most >> 20);
         return Err(Error::new(ErrorKind::Format, path.display(), message));
     };
     String::from_utf8(bytes).map_err(|error| {
@@ -66,6 +79,6 @@ mod tests {
         assert!(file_text(&folder.path().join("none")).unwrap_err().is_not_found());
         // A device that never ends takes no more memory than the largest file.
         let error = file_text(Path::new("/dev/zero")).unwrap_err();
-        assert!(error.is_format() && error.message().contains("larger than 16 MB"), "{error}");
+        assert!(error.is_format() && error.message().contains("larger than 1 MB"), "{error}");
     }
 }

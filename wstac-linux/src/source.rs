@@ -4,6 +4,7 @@
 mod reconnect;
 
 use std::collections::VecDeque;
+use std::ffi::OsStr;
 use std::io;
 use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
@@ -349,7 +350,7 @@ impl SourceKind for Cameras {
         "/dev/videoN"
     }
 
-    fn open(&self, name: &str, options: &OpenOptions) -> Option<Result<Box<dyn Source>, Error>> {
+    fn open(&self, name: &OsStr, options: &OpenOptions) -> Option<Result<Box<dyn Source>, Error>> {
         if is_camera(name) {
             let OpenOptions { fps: rate, format, size, delivery, keep_controls, controls } = options.clone();
             let request = CameraRequest { path: name.into(), format, size, rate, delivery, keep_controls, controls };
@@ -357,18 +358,22 @@ impl SourceKind for Cameras {
                 CameraSource::open(&request).map(|source| Box::new(RateWatch::new(source)) as Box<dyn Source>),
             );
         }
-        let is_missing = name.starts_with("/dev/video")
+        let is_missing = name.as_encoded_bytes().starts_with(b"/dev/video")
             && Path::new(name).metadata().is_err_and(|error| error.kind() == io::ErrorKind::NotFound);
         is_missing.then(|| {
-            Err(Error::new(ErrorKind::NotFound, name, "no such camera; wstac devices lists those that there are"))
+            Err(Error::new(
+                ErrorKind::NotFound,
+                name.display(),
+                "no such camera; wstac devices lists those that there are",
+            ))
         })
     }
 }
 
 /// Returns whether a source's name stands for a camera, which makes its frames now and at its own pace.
 #[must_use]
-pub fn is_camera(name: &str) -> bool {
-    Path::new(name).metadata().is_ok_and(|metadata| metadata.file_type().is_char_device())
+pub fn is_camera(name: impl AsRef<OsStr>) -> bool {
+    Path::new(name.as_ref()).metadata().is_ok_and(|metadata| metadata.file_type().is_char_device())
 }
 
 #[cfg(test)]

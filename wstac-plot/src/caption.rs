@@ -15,7 +15,7 @@ pub(super) fn caption(found: &Found) -> String {
     let what = format!("Event {} of {}; first frame {} ({start:.2} s).", found.number, found.about, record.frame);
     let mut answers: Vec<String> = record.contact.iter().map(ToString::to_string).collect();
     answers.extend([speed(record, found.law), direction(record)]);
-    answers.extend(record.texture.as_ref().map(texture));
+    answers.extend(record.texture.as_ref().ok().map(texture));
     let mut sentences = vec![what, format!("{}.", answers.join("; "))];
     if record.frames_filled > 0 {
         sentences.push(format!("{} of {} frames were lost, and filled.", record.frames_filled, SAMPLE_FRAMES));

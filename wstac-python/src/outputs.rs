@@ -12,13 +12,13 @@ use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::speed::{NoSpeed, Speed};
 use wstac_core::trigger::InterruptedSample;
 use wstac_host::error::Error;
-use wstac_host::json::{angle, baseline, confidence, rounded, seconds, spread, why_no_texture};
+use wstac_host::json::{angle, baseline, confidence, rounded, seconds, spread};
 use wstac_host::output::{Output, SampleFrames, TactileEvent};
 use wstac_host::session::{Observer, Poll, Processor, Session};
 use wstac_host::source::SourceEvent;
 use wstac_host::texture::Texture;
 
-use crate::refused;
+use crate::{failed, refused};
 
 /// An output, with the number of the camera frame that comes next: what becomes an object.
 pub(crate) type Numbered = (u64, Output);
@@ -70,7 +70,7 @@ impl From<Error> for Failure {
 impl From<Failure> for PyErr {
     fn from(failure: Failure) -> Self {
         match failure {
-            Failure::Source(error) => refused(error),
+            Failure::Source(error) => Python::attach(|py| failed(py, &error)),
             Failure::NoMemory => PyMemoryError::new_err("frames: no memory is left for another one"),
         }
     }
@@ -85,6 +85,13 @@ impl Gathered {
         }
         self.count(event);
         Ok(())
+    }
+
+    /// Adds what was gathered after this.
+    pub(crate) fn append(&mut self, mut more: Self) {
+        self.features.append(&mut more.features);
+        self.numbers.append(&mut more.numbers);
+        self.outputs.append(&mut more.outputs);
     }
 
     /// Returns what was gathered. Frames are counted on.
@@ -205,7 +212,7 @@ impl<'py> Classes<'py> {
         let missing = [
             ("speed", event.speed.err().map(NoSpeed::as_str)),
             ("direction", direction.degrees.err().map(Unclear::as_str)),
-            ("texture", event.texture.is_none().then(|| why_no_texture(&event))),
+            ("texture", event.texture.as_ref().err().map(|reason| reason.as_str())),
         ];
         for (answer, reason) in missing {
             if let Some(reason) = reason {
@@ -227,7 +234,7 @@ impl<'py> Classes<'py> {
             ("speed", speed.into_bound_py_any(py)?),
             ("speed_at_most", speed_at_most.into_bound_py_any(py)?),
             ("direction", self.direction(direction)?.into_bound_py_any(py)?),
-            ("texture", event.texture.map(|texture| self.texture(&texture)).transpose()?.into_bound_py_any(py)?),
+            ("texture", event.texture.ok().map(|texture| self.texture(&texture)).transpose()?.into_bound_py_any(py)?),
             ("frames_filled", event.frames_filled.into_bound_py_any(py)?),
             ("reliable", event.reliable.into_bound_py_any(py)?),
             ("why", why.into_any()),

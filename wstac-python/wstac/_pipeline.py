@@ -40,7 +40,7 @@ def features(
 
     Above 45 frames per second, round(fps / 30) frames are added up to one; an incomplete one at the end is left out.
     `matrix` ("bt601", "bt709") and `range` ("limited", "full") give the YCbCr encoding. Raises `Error` for any other type or shape,
-    and if layout and frames do not fit each other. No other thread may write to `frames` meanwhile.
+    and if layout and frames do not fit each other. Each frame is copied before it is computed without the interpreter's lock.
 
     >>> import numpy, wstac
     >>> wstac.features(numpy.full((2, 400, 400), 51, numpy.uint8))

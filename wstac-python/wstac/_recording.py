@@ -106,7 +106,7 @@ def read(
     They are those of the recorded run, and what `wstac run FILE.mcap` prints. Without `frames` the pixels are left out; with them
     they are all in memory. Raises `Error` if it cannot be read to its end: `wstac recover` repairs a recording.
     """
-    name = os.fspath(source)
+    name = os.fsdecode(source)
     if _wstac.is_camera(name):
         raise Error(f"{name}: a camera has no end, expected a file; wstac.open gives its events as they come")
     options = source_options(config, models, fps=fps, matrix=matrix, range=range)
@@ -141,7 +141,7 @@ def simulate(
                 raise Error(f'scene: {name} is {value!r}, expected it in the scene\'s table "sensor"')
         native, truth = _wstac.open_scene(as_json("scene", scene), True, options)
     else:
-        native, truth = _wstac.open_scene(os.fspath(scene).removeprefix("scene:"), False, options)
+        native, truth = _wstac.open_scene(os.fsdecode(scene).removeprefix("scene:"), False, options)
     return _recording(native, frames, [Truth(*one) for one in truth])
 
 

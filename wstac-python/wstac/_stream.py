@@ -158,7 +158,7 @@ def open(
         keep_controls=keep_controls,
         controls=controls,
     )
-    return Stream(_wstac.open_source(os.fspath(source), options, False))
+    return Stream(_wstac.open_source(os.fsdecode(source), options, False))
 
 
 def source_options(

@@ -17,6 +17,7 @@ use wstac_host::atomic_write::atomic_write;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
+use wstac_host::text_file::file_text;
 
 /// The configuration for a board's build and for `wstac run`.
 pub const CONFIG: &str = "wstac.toml";
@@ -138,9 +139,9 @@ impl Chosen {
     pub fn read(folder: &Path) -> Result<Self, Error> {
         let path = folder.join(CLAIM);
         let expected = "expected what wstac trade --budget … -o FOLDER wrote";
-        let text = fs::read_to_string(&path);
-        let text = text.map_err(|error| {
-            Error::new(error.kind().into(), path.display(), format_args!("{error}: {expected}")).caused_by(error)
+        let text = file_text(&path).map_err(|error| {
+            let message = format!("{}: {expected}", error.message());
+            Error::new(error.kind(), path.display(), message).caused_by(error)
         })?;
         let about = path.display().to_string();
         let mut claims = map::read(&about, &text)?.into_iter();

@@ -30,7 +30,7 @@ pub(super) struct Arguments {
     seed: u64,
 
     /// Name textures with this model
-    #[arg(long, value_name = "FILE.wsm", default_value = "builtin:svm")]
+    #[arg(long, value_name = "FILE.wsm", default_value = "builtin:path-svm")]
     model: PathBuf,
 }
 
@@ -66,7 +66,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             writeln!(out, "  no event")?;
             continue;
         };
-        let texture = event.texture.and_then(|texture| told(task, texture));
+        let texture = event.texture.ok().and_then(|texture| told(task, texture));
         named += usize::from(texture.is_some() && texture == truth(task, specimen));
         write!(out, "    {:8}", Line(texture.as_deref().unwrap_or("none")))?;
         match event.speed {

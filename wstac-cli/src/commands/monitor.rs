@@ -1,5 +1,6 @@
 //! `wstac monitor` prints a board's events.
 
+use std::ffi::OsString;
 use std::sync::atomic::Ordering;
 
 use wstac_core::wire::{LONGEST, Request, encode};
@@ -25,7 +26,7 @@ pub(super) struct Arguments {
     /// Serial device, tcp:HOST:PORT, - or a file
     ///
     /// A serial device is a path such as /dev/ttyACM0. - is standard input. A file has bytes that a board sent.
-    port: String,
+    port: OsString,
 
     /// Print JSON Lines instead of text
     #[arg(long)]

@@ -271,7 +271,7 @@ fn text_of_event(line: &mut String, event: &TactileEvent) -> fmt::Result {
         }
         None => text_of_motion(line, event)?,
     }
-    if let Some(texture) = &event.texture {
+    if let Ok(texture) = &event.texture {
         line.write_str(", texture ")?;
         text_of_texture(line, texture)?;
     }

@@ -1,5 +1,6 @@
 //! `wstac plot` draws one event as a figure.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use super::files::Outputs;
@@ -20,7 +21,7 @@ use wstac_plot::{Format, draw, find};
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
     /// The source of the event, as for wstac run
-    source: String,
+    source: OsString,
 
     /// Write the figure to this new file
     ///
@@ -67,8 +68,8 @@ The figure:
   Exit code: 1 also if the source has no such event.
 
 Examples:
-  wstac plot scene:Saw3@150,90deg --model builtin:svm -o event.svg
-  wstac plot scene:Saw3@150,90deg --model builtin:svm -o event.pdf
+  wstac plot scene:Saw3@150,90deg --model builtin:path-svm -o event.svg
+  wstac plot scene:Saw3@150,90deg --model builtin:path-svm -o event.pdf
 ";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {

@@ -3,6 +3,7 @@
 mod read;
 mod sensors;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::error::ErrorKind;
@@ -27,7 +28,7 @@ pub(super) struct Arguments {
     /// Sources are /dev/videoN, scene:Saw3@150[,90deg][,60mm][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input),
     /// FILE.mcap and a folder of PNG files; see Sources below.
     #[arg(required = true, value_name = "SOURCE")]
-    sources: Vec<String>,
+    sources: Vec<OsString>,
 
     /// Read the configuration from this TOML file
     #[arg(long, value_name = "FILE")]
@@ -35,8 +36,9 @@ pub(super) struct Arguments {
 
     /// Name textures with this model; can be given several times
     ///
-    /// It is a file (see wstac model --help) or builtin:svm, builtin:forest or builtin:boosted, which were trained on
-    /// simulated slides. Give one for each of specimens, patterns and depths if they have models of their own.
+    /// It is a file (see wstac model --help), or a model that was trained on simulated slides: builtin:path-svm,
+    /// builtin:path-forest or builtin:path-boosted; or builtin:svm, builtin:forest or builtin:boosted for the slides of
+    /// the publication. Give one for each of specimens, patterns and depths if they have models of their own.
     #[arg(long = "model", value_name = "FILE.wsm")]
     models: Vec<PathBuf>,
 
@@ -144,8 +146,11 @@ Meaning of the answers:
   A model always answers with one of its own textures, also for a texture
   that it does not know.
   A model needs about the frame rate that it was trained at. The models
-  that come with wstac were trained at 30 frames per second, on slides
-  of 100 to 200 mm/s in four directions; at others they are often wrong.
+  that come with wstac were trained at 30 frames per second.
+  builtin:path-… take the sample along the path of the slide: they hold
+  from 50 to 300 mm/s, in any direction, and need 28 mm of path.
+  builtin:svm, forest and boosted take the sample over time: they hold
+  from 100 to 200 mm/s in four directions, and are often wrong elsewhere.
   With law = "published" under [speed], speed and direction are those of
   the publication: from the duration for which a slide is lit, in four
   directions, without a kind of touch, and a new event every 70 frames.

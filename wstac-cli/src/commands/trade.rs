@@ -10,6 +10,7 @@ use super::output::{Stop, note};
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
+use wstac_host::text_file::{MOST_MAP_BYTES, file_text, file_text_of};
 use wstac_plot::Format;
 use wstac_tradeoff::budget::{Budget, By};
 use wstac_tradeoff::candidate::Candidate;
@@ -266,13 +267,13 @@ fn base(arguments: &Arguments) -> Result<(String, String), Error> {
         _ => return Ok((BASE.to_owned(), String::new())),
     };
     let name = path.display().to_string();
-    match std::fs::read_to_string(&path) {
+    match file_text(&path) {
         Ok(text) => Ok((name, text)),
         Err(error) if arguments.map.is_some() => {
-            let expected = "expected the configuration of the sweep next to its map";
-            Err(Error::new(error.kind().into(), name, format_args!("{error}: {expected}")).caused_by(error))
+            let message = format!("{}: expected the configuration of the sweep next to its map", error.message());
+            Err(Error::new(error.kind(), name, message).caused_by(error))
         }
-        Err(error) => Err(Error::io(name, error)),
+        Err(error) => Err(error),
     }
 }
 
@@ -304,13 +305,13 @@ fn read(path: &Path) -> Result<Vec<Row>, Error> {
     if path == Path::new("kept") {
         return map::kept();
     }
-    let text = wstac_host::text_file::file_text(path)?;
+    let text = file_text_of(path, MOST_MAP_BYTES)?;
     map::read(&path.display().to_string(), &text)
 }
 
 fn prices(arguments: &Arguments) -> Result<Prices, Error> {
     let Some(path) = &arguments.prices else { return Prices::kept() };
-    let text = wstac_host::text_file::file_text(path)?;
+    let text = file_text(path)?;
     Prices::read(&path.display().to_string(), &text)
 }
 

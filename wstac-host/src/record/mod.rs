@@ -12,7 +12,7 @@ mod file;
 pub(crate) mod foxglove;
 mod limits;
 pub(crate) mod parse;
-mod picture;
+pub(crate) mod picture;
 pub mod plan;
 mod reader;
 mod recorder;
@@ -25,6 +25,7 @@ mod writer;
 
 pub(crate) use reader::{Item, Reader, damaged};
 pub use recorder::Recorder;
+pub(crate) use recorder::check_frame_bytes;
 pub use recover::{Recovered, recover};
 pub(crate) use sums::sound_metadata;
 pub use walk::Unread;

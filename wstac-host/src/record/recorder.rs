@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::about::About;
 use super::file::{Message, Topic};
 use super::foxglove::{self, Level, Shape};
+use super::limits::MOST_MESSAGE;
 use super::picture;
 use super::writer::{Writer, Written};
 use crate::error::{Error, ErrorKind};
@@ -18,6 +19,8 @@ use crate::plural::counted;
 use crate::session::Processor;
 use crate::source::{Frame, SourceEvent};
 
+/// Bytes of a frame's message besides its own.
+const MESSAGE_ROOM: u64 = 1 << 12;
 /// The place where a picture was taken, as stored beside it.
 const FRAME_ID: &str = "camera";
 
@@ -34,6 +37,16 @@ pub(super) fn lost_frames(line: &[u8]) -> u64 {
     let line: Option<serde_json::Value> = serde_json::from_slice(line).ok();
     let lost = line.filter(|line| line["kind"] == "lost");
     lost.and_then(|lost| lost["frames"].as_u64()).unwrap_or(0)
+}
+
+/// Refuses frames that no recording has.
+pub(crate) fn check_frame_bytes(subject: &dyn std::fmt::Display, frame_bytes: usize) -> Result<(), Error> {
+    if (frame_bytes as u64) <= MOST_MESSAGE - MESSAGE_ROOM {
+        return Ok(());
+    }
+    let (found, most) = (frame_bytes >> 20, MOST_MESSAGE >> 20);
+    let message = format_args!("has frames of {found} MB, expected less than {most} MB in a recording");
+    Err(Error::new(ErrorKind::Unsupported, subject, message))
 }
 
 /// Returns lost frames as a line of JSON.
@@ -90,6 +103,7 @@ impl Recorder {
         let metadata = about.to_metadata(processor.geometry().layout());
         let metadata = metadata.map_err(|error| Error::with_cause(ErrorKind::Config, path.display(), error))?;
         let frame_bytes = picture::frame_bytes(&about.info);
+        check_frame_bytes(&path.display(), frame_bytes)?;
         let rate = about.info.rate;
         let period = (1_000_000_000 * u128::from(rate.denominator()), u128::from(rate.numerator()));
         Ok(Self {
@@ -142,15 +156,14 @@ impl Recorder {
             }
             Output::Fault(_) => self.line([Topic::Faults, Topic::FaultsJson], Level::Warning, text, output),
             Output::Event(_)
-            | Output::Motion(_)
             | Output::ContactEnd(_)
             | Output::EarlyTexture(_)
             | Output::Interrupted(_)
             | Output::End(_) => {
                 self.line([Topic::Events, Topic::EventsJson], Level::Info, text, output);
             }
-            // Lost frames are recorded as events of the source.
-            Output::Lost(_) | Output::BaselineDisturbed { .. } => {}
+            // Lost frames are recorded as events of the source. Motion follows from the frames.
+            Output::Motion(_) | Output::Lost(_) | Output::BaselineDisturbed { .. } => {}
         }
     }
 

@@ -100,7 +100,7 @@ struct Recovery<'a> {
 /// The old file is no MCAP file or cannot be read, or the new one cannot be written.
 pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
     let failed = |error| Error::io(old.display(), error);
-    let mut survey = Walk::open(old, Mode::Salvage)?;
+    let mut survey = Walk::open(old, Mode::Survey)?;
     survey.set_own();
     let all = outline(&mut survey).map_err(failed)?.metadata;
     let is_sums = |metadata: &Metadata| metadata.name == sums::DESCRIPTION_SUMS;

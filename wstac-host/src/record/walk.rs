@@ -124,6 +124,8 @@ pub(super) enum Mode {
     Strict,
     /// Damage ends the walk, and chunks are left out.
     Outline,
+    /// The walk goes on behind damage, and sound chunks are left out.
+    Survey,
     /// The walk goes on behind damage.
     Salvage,
 }
@@ -304,7 +306,7 @@ impl Walk {
                 return Ok(Step::ChunkEnd);
             }
             let start = self.at;
-            if start == 8 && !self.has_magic && self.mode != Mode::Salvage {
+            if start == 8 && !self.has_magic && !self.goes_on() {
                 return Ok(Step::End { whole: false });
             }
             let Some(span) = self.shape(start)? else {
@@ -351,7 +353,7 @@ impl Walk {
             let is_open = self.chunk.take().is_some();
             return Ok(Some(if is_open { Step::ChunkEnd } else { Step::End { whole: false } }));
         }
-        let next = if self.mode == Mode::Salvage { self.resync(start + 1)? } else { self.end };
+        let next = if self.goes_on() { self.resync(start + 1)? } else { self.end };
         // A file that was cut off ends with a part of a record.
         let cut = next == self.end && self.summary.is_none() && self.is_cut_off(start)?;
         let damage = Unread { at: start, bytes: next - start, damaged: !cut };
@@ -426,9 +428,14 @@ impl Walk {
         Ok(has_shape.then_some(Span { op, at, length }))
     }
 
+    /// Returns whether the walk goes on behind damage.
+    fn goes_on(&self) -> bool {
+        matches!(self.mode, Mode::Survey | Mode::Salvage)
+    }
+
     /// Returns the most bytes of a message that is walked over. A reader of whole files reports a longer one itself.
     fn most_of_message(&self) -> u64 {
-        if self.mode == Mode::Salvage { MOST_MESSAGE } else { u64::MAX }
+        if self.goes_on() { MOST_MESSAGE } else { u64::MAX }
     }
 
     fn fits(&mut self, op: u8, at: u64, length: u64) -> io::Result<bool> {
@@ -495,7 +502,7 @@ impl Walk {
         let end = size.map(|size| (start + size).min(self.end));
         self.at = start;
         if let Some(end) = end
-            && self.mode == Mode::Outline
+            && (self.mode == Mode::Outline || (self.mode == Mode::Survey && self.follows(end)?))
         {
             self.at = end;
             return Ok(());
@@ -523,6 +530,12 @@ impl Walk {
         };
         self.chunk = Some(Chunk { end });
         Ok(())
+    }
+
+    /// Returns whether a record follows that may stand behind a chunk.
+    fn follows(&mut self, end: u64) -> io::Result<bool> {
+        let span = self.shape_in(end, None)?;
+        Ok(span.is_some_and(|span| matches!(span.op, op::CHUNK | op::MESSAGE_INDEX | op::METADATA | op::DATA_END)))
     }
 
     /// Returns whether only zeros follow, which are reserved room.

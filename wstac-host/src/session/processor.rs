@@ -5,7 +5,7 @@ use wstac_core::green::any::Any;
 use wstac_core::law::AnyLaw;
 use wstac_core::layout::Layout;
 use wstac_core::ln::any::AnyLn;
-use wstac_core::motion::LiveMotion;
+use wstac_core::motion::{LiveMotion, MotionConfig};
 use wstac_core::params::TAXELS;
 use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::speed::SpeedConfig;
@@ -37,6 +37,7 @@ pub struct Processor {
     textures: Textures,
     law: AnyLaw,
     durations: SpeedConfig,
+    motion: MotionConfig,
     clock: FrameClock,
     /// Follows motion, if it was asked for.
     live: Option<LiveMotion>,
@@ -108,17 +109,15 @@ impl Processor {
     /// Layout, format and configuration do not fit each other.
     pub fn new(info: &StreamInfo, config: &Config, options: OutputOptions) -> Result<Self, Error> {
         let in_table = |error| config.does_not_fit(&info.about, "[speed]", error);
+        let motion = config.motion(info.rate).map_err(in_table)?;
         Ok(Self {
             pipeline: config.pipeline(info)?,
             taxels: None,
             law: config.law(info.rate).map_err(in_table)?,
             durations: config.durations(info.rate).map_err(in_table)?,
+            motion,
             clock: FrameClock::new(info.rate),
-            live: if options.motion {
-                Some(LiveMotion::new(config.motion(info.rate).map_err(in_table)?))
-            } else {
-                None
-            },
+            live: options.motion.then(|| LiveMotion::new(motion)),
             textures: Textures::default(),
             options,
             dropped: 0,
@@ -268,8 +267,8 @@ impl Processor {
     }
 
     fn parts(&mut self) -> (&mut HostPipeline, Answers<'_>) {
-        let Self { pipeline, textures, law, durations, clock, options, .. } = self;
-        (pipeline, Answers { textures, law, durations, clock, options: *options })
+        let Self { pipeline, textures, law, durations, motion, clock, options, .. } = self;
+        (pipeline, Answers { textures, law, durations, motion: *motion, clock, options: *options })
     }
 }
 
@@ -278,14 +277,16 @@ struct Answers<'p> {
     textures: &'p Textures,
     law: &'p AnyLaw,
     durations: &'p SpeedConfig,
+    motion: MotionConfig,
     clock: &'p mut FrameClock,
     options: OutputOptions,
 }
 
 impl Answers<'_> {
     fn event(&self, event: &wstac_core::trigger::Event<'_>) -> Output {
-        let Self { law, durations, textures, ref clock, options: OutputOptions { samples: with_sample, .. } } = *self;
-        Output::Event(Box::new(TactileEvent::new(event, &Answering { law, durations, textures, clock, with_sample })))
+        let Self { law, durations, textures, motion, ref clock, options } = *self;
+        let answering = Answering { law, durations, textures, motion, clock, with_sample: options.samples };
+        Output::Event(Box::new(TactileEvent::new(event, &answering)))
     }
 
     fn contact_end(&self, end: ContactEnd) -> Output {

@@ -14,7 +14,8 @@ use crate::error::{Error, ErrorKind};
 use crate::record::about::About;
 use crate::record::foxglove::{Images, Schema};
 use crate::record::parse::parse_record;
-use crate::record::{CAMERA, FAULTS, Item, Reader, damaged, sound_metadata};
+use crate::record::picture::frame_bytes;
+use crate::record::{CAMERA, FAULTS, Item, Reader, check_frame_bytes, damaged, sound_metadata};
 
 /// The content of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,6 +80,7 @@ impl McapSource {
         let about = About::from_metadata(&metadata).map_err(|error| failed(&error))?;
         let expected = "is an MCAP file without the metadata of a recording, expected one that wstac record wrote";
         let about = about.ok_or_else(|| failed(&expected))?;
+        check_frame_bytes(&subject, frame_bytes(&about.info))?;
         let mut info = about.info.clone();
         info.rate = fps.unwrap_or(info.rate);
         info.recorded = Some(Arc::new(Recorded {

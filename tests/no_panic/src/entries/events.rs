@@ -3,7 +3,7 @@
 use wstac_core::baseline::Baseline;
 use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::direction::{self, Direction, Heading, Unclear};
-use wstac_core::motion::{self, Contact, Motion, MotionConfig, Velocity};
+use wstac_core::motion::{self, Contact, LiveContact, LiveMotion, Motion, MotionConfig, Velocity};
 use wstac_core::error::{ConfigError, FrameError};
 use wstac_core::features::Features;
 use wstac_core::green::gray::Gray;
@@ -110,6 +110,11 @@ entries! {
     motion:
     by_edges(event: &Event<'_>, config: MotionConfig) -> Motion { motion::by_edges(event, config) }
     by_coherence(event: &Event<'_>, config: MotionConfig) -> Motion { motion::by_coherence(event, config) }
+    new_live_motion(config: MotionConfig) -> LiveMotion { LiveMotion::new(config) }
+    reset_live_motion(live: &mut LiveMotion) -> () { live.reset() }
+    push_live_motion(live: &mut LiveMotion, frame: u64, recent: Sample<'_>, baseline: &Baseline) -> Option<LiveContact> {
+        live.push(frame, recent, baseline)
+    }
 }
 
 entries! {

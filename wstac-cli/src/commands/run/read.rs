@@ -101,7 +101,8 @@ impl<'a> Run<'a> {
         let succeeded = |sensor: &Sensor<'_>| match result_of(sensor) {
             Ok(()) => true,
             Err(Stop::Failed(error)) => {
-                note(format_args!("{}: {error}", sensor.name.unwrap_or(sensor.source)));
+                let name = sensor.name.map_or_else(|| sensor.source.to_string_lossy(), Into::into);
+                note(format_args!("{name}: {error}"));
                 false
             }
             Err(Stop::OutputClosed | Stop::Interrupted(_)) => {

@@ -80,7 +80,7 @@ impl Level {
         let is_shared = if sum > 0 { 20 * lowest > sum } else { 20 * highest < sum };
         let number = if is_shared { sum as f32 / ONE as f32 } else { 0.0 };
         self.changing = self.changing.saturating_sub(frames);
-        if is_shared && sum.abs() > CHANGES[usize::from(self.changing > 0)] {
+        if is_shared && sum.abs() > if self.changing > 0 { CHANGES[1] } else { CHANGES[0] } {
             self.changing = (SMOOTHED[0] + SMOOTHED[1] * slowness) as u8;
             self.reference = self.smoothed;
             return Change { number, large: Some((sum / (FEATURES as i32 * (1 << EXTRA_BITS))) as i16) };

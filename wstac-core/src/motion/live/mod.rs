@@ -95,6 +95,10 @@ struct Slide {
     off: f32,
 }
 
+/// The most bytes of a follower.
+const MOST_BYTES: usize = 384;
+const _: () = assert!(size_of::<LiveMotion>() <= MOST_BYTES);
+
 /// A line is lit from this distance above the baseline's mean on: 0.2.
 const LIT: i16 = (1 << FEATURE_FRACTION_BITS) / 5;
 /// Frames in which all lines must be lit until their arrival is known.
@@ -171,14 +175,11 @@ impl LiveMotion {
             self.reset();
             return None;
         }
-        self.faded = fading(recent.frame(last.checked_sub(1)?)?, newest, lit, self.faded);
+        // An edge that crosses the sensor does not fade.
+        let is_crossing = self.slide.as_ref().is_some_and(|slide| !slide.level.is_whole());
+        self.faded = if is_crossing { 0 } else { fading(recent.frame(last.checked_sub(1)?)?, newest, lit, self.faded) };
         match &mut self.slide {
-            Some(slide) => {
-                slide.follow(recent, newest, &self.base, frames);
-                if !slide.level.is_whole() {
-                    self.faded = 0;
-                }
-            }
+            Some(slide) => slide.follow(recent, newest, &self.base, frames),
             None => match self.arrive(recent) {
                 Ok(slide) => {
                     let contact = slide.contact();
@@ -250,12 +251,13 @@ impl Slide {
     fn velocity(&self, whole: f32, config: MotionConfig) -> Option<Velocity> {
         let least = LEAST[0] + LEAST[1] * whole.min(LEAST[2]);
         let always = least * least + self.excess * self.excess;
-        let [(up, up_variance), (right, right_variance)] = [0, 1]
-            .map(|axis| (self.tracks[axis].slowness / whole, (self.tracks[axis].variance + always) / (whole * whole)));
+        let part = |track: &Track| (track.slowness / whole, (track.variance + always) / (whole * whole));
+        let [(up, up_variance), (right, right_variance)] = self.tracks.each_ref().map(part);
         let (upwards, rightwards) = (up * up, right * right);
         let mm_s = config.pitch_per_frame / whole;
         let variance = rightwards * right_variance + upwards * up_variance + self.off * self.off;
-        let is_known = variance <= MOST_DEVIATION * MOST_DEVIATION;
+        let is_behind = whole < 0.6 && self.tracks.iter().any(|track| track.is_behind);
+        let is_known = !is_behind && variance <= MOST_DEVIATION * MOST_DEVIATION;
         is_known.then(|| Velocity {
             mm_s,
             mm_s_sd: mm_s * root(variance),

@@ -13,7 +13,7 @@ const LEAST_DETERMINANT: f32 = 1e-6;
 /// Variances are kept between these, in frames² per pitch².
 const VARIANCES: [f32; 2] = [1e-9, 1.0];
 /// Most comparisons of an axis per frame.
-const COMPARISONS: usize = 3;
+const COMPARISONS: usize = 4;
 /// Comparisons of usual quality that are added to those that were made.
 const PRIOR: f32 = 4.0;
 
@@ -39,6 +39,8 @@ pub(super) struct Track {
     count: f32,
     /// The next frame to be compared at the middle line, counted from the newest: below 0.
     frame: i32,
+    /// Whether more frames could have been compared.
+    pub is_behind: bool,
 }
 
 /// How much is remembered and how well lines usually agree: both depend on the slowness of both axes.
@@ -70,6 +72,7 @@ impl Track {
             energy: 0.0,
             count: 0.0,
             frame,
+            is_behind: false,
         }
     }
 
@@ -94,6 +97,7 @@ impl Track {
         // Frames that are gone are not compared.
         self.frame = self.frame.max(reach + 4 - SAMPLE_FRAMES as i32);
         let frames = (-reach - self.frame).clamp(0, COMPARISONS as i32);
+        self.is_behind = -reach - self.frame > frames + 1;
         let mut sums = [[0; 3]; COMPARISONS];
         let Some(sums) = sums.get_mut(..frames as usize) else { return };
         if sums.is_empty() {
@@ -145,7 +149,7 @@ impl Track {
         }
         let most = 0.1 + 0.1 * self.slowness.abs();
         // Twice the excess of the slowness: Σ k² over five lines is 10, and the derivative is a sum of five.
-        let excess = ((mm * qd - md * qm) / determinant * 0.5).clamp(-most, most);
+        let excess = ((mm * qd - md * qm) / determinant * 0.5).max(-most).min(most);
         let rest = (self.energy - qm * qm / mm).max(0.0) + PRIOR * 0.4 * memory.usual * mm / self.count;
         let told = 4.0 * determinant * ((self.count - 2.0).max(0.0) + PRIOR) / (mm * rest);
         let [known, variance] = self.known;

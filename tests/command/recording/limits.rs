@@ -1,0 +1,162 @@
+//! Tests that no input takes memory out of proportion: every command reads what claims to be large in 256 MB of address
+//! space, and ends with an error that names it.
+
+use std::fs::{self, File};
+use std::io::{Seek, SeekFrom, Write};
+use std::path::Path;
+use std::process::{Command, Output};
+
+use wstac_tests::command::{said, wstac};
+use wstac_tests::folder::Folder;
+
+use super::good;
+
+/// The address space in KiB.
+const SPACE: u32 = 256 << 10;
+/// Bytes that the files claim to have. They take some KiB on the disk.
+const CLAIM: u64 = 6 << 30;
+const MAGIC: &[u8] = b"\x89MCAP0\r\n";
+
+/// Runs `wstac` with little memory.
+fn limited(folder: &Folder, arguments: &[&str]) -> Output {
+    let script = format!("ulimit -v {SPACE}; exec \"$0\" \"$@\" < /dev/null");
+    let mut command = Command::new("bash");
+    command.args(["-c", &script]).arg(wstac()).args(arguments).current_dir(&folder.0);
+    command.output().unwrap()
+}
+
+/// Returns the start of a record: its code and its length.
+fn head(op: u8, length: u64) -> Vec<u8> {
+    [&[op][..], &length.to_le_bytes()].concat()
+}
+
+/// Writes a file of this size with a start and an end, and nothing but a hole between.
+fn sparse(path: &Path, size: u64, start: &[u8], end: &[u8]) {
+    let mut file = File::create(path).unwrap();
+    file.write_all(start).unwrap();
+    file.set_len(size).unwrap();
+    file.seek(SeekFrom::Start(size - end.len() as u64)).unwrap();
+    file.write_all(end).unwrap();
+}
+
+/// Writes a recording, claims that one of its records is large, and returns the bytes before that.
+fn description(folder: &Folder) -> Vec<u8> {
+    let name = folder.0.join("small.mcap");
+    good(&["record", "scene:Saw3@150", "--size", "40x40", "--frames", "40", "-o", name.to_str().unwrap()]);
+    let bytes = fs::read(&name).unwrap();
+    let mut at = 8;
+    // The description ends where the first chunk starts.
+    while bytes[at] != 6 {
+        at += 9 + u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize;
+    }
+    bytes[..at].to_vec()
+}
+
+#[test]
+fn a_recording_that_claims_gigabytes_takes_little_memory() {
+    let folder = Folder::new("recording-limits-claims");
+    let start = description(&folder);
+    let ended = [&head(15, 4)[..], &[0; 4], &head(2, 20), &[0; 20], MAGIC].concat();
+    let rest = CLAIM - (start.len() + 9 + ended.len()) as u64;
+    let sizes = |size: u64| [&[0; 16][..], &size.to_le_bytes(), &[0; 8], &size.to_le_bytes()].concat();
+    // A chunk, a chunk that was never finished with a long message, and every kind of record.
+    let chunk = [head(6, rest), sizes(rest - 40)].concat();
+    let open = [head(6, u64::MAX), vec![0; 16], vec![255; 12], vec![0; 4], vec![255; 8], head(5, rest)].concat();
+    let mut cases = vec![("chunk".to_owned(), chunk), ("open".to_owned(), open)];
+    for op in [3, 4, 5, 7, 9, 12, 0x90] {
+        cases.push((format!("record-{op}"), [head(op, rest), vec![1, 0, 255, 255, 255, 255]].concat()));
+    }
+    for (name, record) in cases {
+        let path = folder.0.join(format!("{name}.mcap"));
+        sparse(&path, CLAIM, &[&start[..], &record].concat(), &ended);
+        let file = path.to_str().unwrap();
+        // A recovery reads all of it, so it gets less.
+        for arguments in [&["run", file][..], &["dataset", file, "-o", "new.npz"], &["doctor", file]] {
+            let done = limited(&folder, arguments);
+            assert_eq!(done.status.code(), Some(1), "{arguments:?}: {}", said(&done));
+            assert!(said(&done).contains(&format!("{name}.mcap")), "{arguments:?}: {}", said(&done));
+        }
+        let small = [&record[..], &[0; 5]].concat();
+        sparse(&path, 300 << 20, &[&start[..], &small].concat(), &ended);
+        let done = limited(&folder, &["recover", file, "-o", "new.mcap", "--force"]);
+        assert!(matches!(done.status.code(), Some(0 | 1)), "{name}: {}", said(&done));
+        fs::remove_file(&path).unwrap();
+    }
+    // An index of gigabytes, and a description of frames that take gigabytes.
+    let index = start.len() as u64 + 13;
+    let footer = [&head(2, 20)[..], &index.to_le_bytes(), &[0; 12], MAGIC].concat();
+    let path = folder.0.join("index.mcap");
+    let before = [&start[..], &head(15, 4), &[0; 4], &head(3, CLAIM - index - 9 - footer.len() as u64)].concat();
+    sparse(&path, CLAIM, &before, &footer);
+    let done = limited(&folder, &["run", path.to_str().unwrap()]);
+    assert!(matches!(done.status.code(), Some(0 | 1)), "{}", said(&done));
+}
+
+#[test]
+fn texts_and_models_without_an_end_take_little_memory() {
+    let folder = Folder::new("recording-limits-texts");
+    sparse(&folder.0.join("base.toml"), CLAIM, b"a = 1\n", b"");
+    let scene = "scene:Saw3@150";
+    for name in ["hole.toml", "hole.csv", "hole.wsm", "hole.npz", "hole.onnx", "hole.json", "hole.ubj", "hole.y4m"] {
+        sparse(&folder.0.join(name), CLAIM, b"", b"");
+    }
+    for (arguments, part) in [
+        (&["run", scene, "--config", "/dev/zero"][..], "/dev/zero"),
+        (&["run", scene, "--config", "hole.toml"], "hole.toml"),
+        (&["run", "scene:hole.toml"], "hole.toml"),
+        (&["run", scene, "--model", "/dev/zero"], "/dev/zero"),
+        (&["run", scene, "--model", "hole.wsm"], "hole.wsm"),
+        (&["run", "hole.y4m"], "hole.y4m"),
+        (&["record", scene, "--guide", "/dev/zero", "-o", "new"], "/dev/zero"),
+        (&["dataset", "hole.toml", "-o", "new.npz"], "hole.toml"),
+        (&["trade", "--prices", "/dev/zero"], "/dev/zero"),
+        (&["trade", "--config", "/dev/zero"], "/dev/zero"),
+        (&["trade", "--map", "hole.csv"], "base.toml"),
+        (&["model", "inspect", "/dev/zero"], "/dev/zero"),
+        (&["model", "import", "hole.onnx", "-o", "new.wsm"], "hole.onnx"),
+        (&["model", "import", "hole.json", "-o", "new.wsm"], "hole.json"),
+        (&["model", "import", "hole.ubj", "-o", "new.wsm"], "hole.ubj"),
+        (&["model", "import", "hole.npz", "-o", "new.wsm"], "hole.npz"),
+        (&["fit-speed", "hole.npz"], "hole.npz"),
+    ] {
+        let done = limited(&folder, arguments);
+        assert_eq!(done.status.code(), Some(1), "{arguments:?}: {}", said(&done));
+        assert!(said(&done).contains(part), "{arguments:?}: {}", said(&done));
+    }
+    // The largest text that is read takes the most memory in these forms.
+    for (line, name) in [("[],", "lists"), ("k", "keys")] {
+        let most = 1 << 20;
+        let text = match name {
+            "lists" => format!("x=[{}]", line.repeat(most / 3 - 2)),
+            _ => (0..most / 10).map(|key| format!("k{key}=1\n")).collect(),
+        };
+        assert!((most * 9 / 10..=most).contains(&text.len()), "{}", text.len());
+        fs::write(folder.0.join("full.toml"), text).unwrap();
+        for arguments in [
+            &["run", scene, "--config", "full.toml"][..],
+            &["run", "scene:full.toml"],
+            &["dataset", "full.toml", "-o", "new.npz"],
+            &["record", scene, "--guide", "full.toml", "-o", "new"],
+            &["trade", "--prices", "full.toml"],
+        ] {
+            let done = limited(&folder, arguments);
+            assert_eq!(done.status.code(), Some(1), "{name} {arguments:?}: {}", said(&done));
+        }
+    }
+}
+
+/// A pipe is no recording, and nobody waits for its writer.
+#[test]
+fn a_pipe_is_no_recording() {
+    let folder = Folder::new("recording-pipe");
+    let pipe = folder.0.join("pipe.mcap");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let (name, new) = (pipe.to_str().unwrap(), folder.0.join("new.mcap"));
+    let start = std::time::Instant::now();
+    for arguments in [&["recover", name, "-o", new.to_str().unwrap()][..], &["dataset", name, "-o", "new.npz"]] {
+        let done = limited(&folder, arguments);
+        assert_eq!(done.status.code(), Some(1), "{arguments:?}: {}", said(&done));
+        assert!(said(&done).contains("pipe"), "{}", said(&done));
+    }
+    assert!(start.elapsed().as_secs() < 10);
+}
