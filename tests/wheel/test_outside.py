@@ -90,7 +90,7 @@ INTERRUPTED = {
     "dataset": "wstac.dataset(toml)",
     "sweep": "wstac.dataset({'slides': 90000, 'specimens': ['Saw3'], 'scene': {'fidelity': 'rendered'}})",
     "simulate": "wstac.simulate({'specimen': 'Saw3', 'speed': 1, 'lead_in': 100000}, frames=False)",
-    "features": "wstac.features(numpy.broadcast_to(numpy.zeros((1, 720, 1280), 'u1'), (3000, 720, 1280)).copy())",
+    "features": "frames = numpy.zeros((5000, 200, 200), 'u1')\n            while True: wstac.features(frames)",
     "predict": "wstac.Model.load('builtin:forest').predict(numpy.zeros((900000, 700), 'i2'))",
     "stream": "[_ for _ in wstac.open(slow)]",
 }

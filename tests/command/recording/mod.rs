@@ -266,7 +266,7 @@ fn force_replaces_a_recording_at_its_end() {
     // Another recorder does not destroy its work.
     let done = run(&["record", "scene:Saw3@150", "--force", "-o", name, "--frames", "10"]);
     assert_eq!(done.status.code(), Some(1), "{}", said(&done));
-    assert!(said(&done).contains("a.mcap.new: exists already"), "{}", said(&done));
+    assert!(said(&done).contains("a.mcap: another wstac is writing it"), "{}", said(&done));
     child.kill().unwrap();
     child.wait().unwrap();
     assert_eq!(fs::read(&file).unwrap(), b"old");

@@ -3,7 +3,7 @@
 mod guide;
 
 use std::ffi::OsString;
-use std::fs;
+use std::fs::{self, File};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,6 +12,7 @@ use super::files::Outputs;
 use super::output::{Form, LossReport, Records, Stop, note, text_of};
 use super::signals::{Ending, finishing};
 use super::source_arguments::{SourceArguments, at_least, doubts_of_textures};
+use wstac_host::atomic_write::lock_existing;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{DisturbedBaseline, Output, OutputOptions};
@@ -81,7 +82,7 @@ pub(super) struct Arguments {
 
     /// Overwrite FILE.mcap
     ///
-    /// The recording is called FILE.mcap.new until it is whole.
+    /// The recording is called FILE.mcap.new until it is whole, or FILE.mcap.2.new if that name is taken.
     #[arg(long)]
     force: bool,
 }
@@ -174,7 +175,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if let Some(doubt) = doubts_of_textures(&info, &files) {
         note(doubt);
     }
-    let new = arguments.force.then(|| Replacement::of(&arguments.output)).flatten();
+    let new = if arguments.force { Replacement::of(&arguments.output)? } else { None };
     let file = match &new {
         // The old recording stays until the new one is whole.
         Some(new) => Outputs::new(false).create_at_once(&new.beside)?,
@@ -204,23 +205,36 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 struct Replacement {
     beside: PathBuf,
     path: PathBuf,
+    /// The lock of the old one: nobody else records to it or replaces it meanwhile.
+    old: File,
 }
 
 impl Replacement {
-    /// Returns the name of the new file, if there is an old one.
-    fn of(path: &Path) -> Option<Self> {
-        let beside = path.with_added_extension("new");
-        path.exists().then(|| Self { beside, path: path.to_owned() })
+    /// Returns the name of the new file, if there is an old one that nobody writes. No other file has had the name.
+    fn of(path: &Path) -> Result<Option<Self>, Error> {
+        let Some(old) = lock_existing(path)? else { return Ok(None) };
+        let names = (1..1000_u32).map(|number| match number {
+            1 => path.with_added_extension("new"),
+            _ => path.with_added_extension(format!("{number}.new")),
+        });
+        let beside = names.into_iter().find(|name| name.symlink_metadata().is_err()).ok_or_else(|| {
+            Error::new(ErrorKind::AlreadyExists, path.display(), "has 999 new recordings beside it, expected fewer")
+        })?;
+        Ok(Some(Self { beside, path: path.to_owned(), old }))
     }
 
     /// Replaces the old recording if the new one is whole.
     fn finish(self, is_whole: bool, outputs: &Outputs) -> Result<(), Error> {
-        let Self { beside, path } = self;
+        let Self { beside, path, old } = self;
         if !is_whole {
             note(format_args!("{} has what was recorded, {} is as it was", beside.display(), path.display()));
             return Ok(());
         }
         outputs.check([&path])?;
+        // The name may have gone to another file, which somebody records to.
+        drop(old);
+        let _old =
+            lock_existing(&path).inspect_err(|_| note(format_args!("{} has what was recorded", beside.display())))?;
         fs::rename(&beside, &path).map_err(|error| Error::io(path.display(), error))
     }
 }

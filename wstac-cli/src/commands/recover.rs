@@ -43,9 +43,6 @@ Recovered data:
   compressed (mcap decompress undoes that). Recordings of other programs
   are recovered, too, but without their attachments, and the exit code
   is 1.
-  must not be compressed (mcap decompress undoes that). Recordings of
-  other programs are recovered, too, but without their attachments, and
-  the exit code is 1.
 
 Exit code:
   0   there is a new file, wstac run can read it, and every frame that
