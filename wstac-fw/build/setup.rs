@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use wstac_core::model::Model;
+use wstac_core::model::file::Input;
 use wstac_core::speed::Law;
 
 use crate::pixels::Pixels;
@@ -31,7 +32,7 @@ pub fn source(
     source += &laws(&config);
     source += &pixels.source(config.green.yuv)?;
     source += &match model {
-        Some(file) => texture(&file)
+        Some(file) => texture(&file, &config)
             .map_err(|error| format!("WSTAC_MODEL={}: {error} (relative names are from wstac-fw)", file.display()))?,
         None => NO_TEXTURE.to_owned(),
     };
@@ -43,6 +44,8 @@ const NO_TEXTURE: &str = "/// The type of the texture model.
 pub type Kind = wstac_core::model::linear_svm::LinearSvm<'static>;
 /// The texture model: `None`, because `WSTAC_MODEL` was not set.
 pub const MODEL: Option<&Kind> = None;
+/// The sample that a texture model would take.
+pub type ModelSample = crate::textures::OverTime;
 ";
 
 /// Refuses a calibration with frames of another size than a board's.
@@ -182,11 +185,18 @@ pub const fn durations(rate: FrameRate) -> Result<SpeedConfig, ConfigError> {{
 }
 
 /// Returns the source of the model's items. The model has the type of its own kind, so no code of another kind is linked.
-fn texture(file: &Path) -> Result<String, String> {
+fn texture(file: &Path, config: &Config) -> Result<String, String> {
     let bytes = std::fs::read(file).map_err(|error| error.to_string())?;
     let (words, _) = bytes.as_chunks::<4>();
     let words: Vec<_> = words.iter().map(|word| u32::from_le_bytes(*word)).collect();
-    let kind = match Model::from_words(&words).map_err(|error| error.to_string())? {
+    let model = Model::from_words(&words).map_err(|error| error.to_string())?;
+    let sample = match (model.input(), config.speed.law()) {
+        (Input::Frames, _) => "OverTime",
+        (Input::Path, None) => "AlongPath",
+        (Input::Path, Some(_)) => return Err("its sample is along the path, expected law = \"arrival\"".to_owned()),
+        (other, _) => return Err(format!("its sample is {}, expected frames or path", other.name())),
+    };
+    let kind = match model {
         Model::LinearSvm(_) => "linear_svm::LinearSvm",
         Model::Forest(_) => "forest::Forest",
         Model::Boosted(_) => "boosted::Boosted",
@@ -200,6 +210,8 @@ pub type Kind = KindOf<'static>;
 static CHECKED: Kind = wstac_core::include_model!(KindOf, {file:?});
 /// The texture model.
 pub const MODEL: Option<&Kind> = Some(&CHECKED);
+/// The sample that the texture model takes.
+pub type ModelSample = crate::textures::{sample};
 "
     ))
 }

@@ -5,6 +5,9 @@ use wstac_core::early::SamplePrefix;
 use wstac_core::error::{ConfigError, FrameError};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::model::file::INPUTS;
+#[cfg(feature = "motion")]
+use wstac_core::motion::LiveMotion;
+use wstac_core::motion::MotionConfig;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::rate::FrameRate;
@@ -12,9 +15,10 @@ use wstac_core::sample::Sample;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture;
 use wstac_core::trigger::{ContactEnd, Event};
-use wstac_core::wire::{Answers, Hello, Message, ModelFacts, Request, SAMPLE_PART, Text, TextureAnswer};
+use wstac_core::wire::{Answers, Hello, Message, ModelFacts, Request, SAMPLE_PART, Text};
 
 use crate::setup;
+use crate::textures::ModelSample;
 
 /// The number of frames from one status to the next: about one second.
 const STATUS_EVERY: u64 = 30;
@@ -40,8 +44,14 @@ pub struct Reader {
 #[derive(Clone, Debug)]
 struct Sender {
     law: setup::Law,
+    motion: MotionConfig,
     wants_features: bool,
     wants_samples: bool,
+    #[cfg(feature = "motion")]
+    wants_motion: bool,
+    /// Follows what slides, frame by frame.
+    #[cfg(feature = "motion")]
+    live: LiveMotion,
     held: Option<Held>,
 }
 
@@ -70,7 +80,17 @@ impl Reader {
         let pipeline = setup::checked(camera)?;
         Ok(Self {
             pipeline: pipeline.build(),
-            sender: Sender { law, wants_features: false, wants_samples: false, held: None },
+            sender: Sender {
+                law,
+                motion: setup::motion(rate)?,
+                wants_features: false,
+                wants_samples: false,
+                held: None,
+                #[cfg(feature = "motion")]
+                wants_motion: false,
+                #[cfg(feature = "motion")]
+                live: LiveMotion::new(setup::motion(rate)?),
+            },
             size,
             dropped: 0,
             status_at: STATUS_EVERY,
@@ -85,6 +105,8 @@ impl Reader {
         let update = self.pipeline.push_stripe(rows)?;
         if update.is_frame() {
             self.sender.give(&update, out);
+            #[cfg(feature = "motion")]
+            self.sender.give_motion(&self.pipeline, out);
             if self.pipeline.next_frame() >= self.status_at {
                 self.status(out);
             }
@@ -115,7 +137,9 @@ impl Reader {
             Request::Hello => self.hello(out),
             Request::Features(wanted) => self.sender.wants_features = wanted,
             Request::Samples(wanted) => self.sender.wants_samples = wanted,
-            // The request is from a newer host.
+            #[cfg(feature = "motion")]
+            Request::Motion(wanted) => self.sender.wants_motion = wanted,
+            // The request is from a newer host, or for what is not compiled in.
             _ => {}
         }
     }
@@ -195,7 +219,8 @@ impl Sender {
         if let Some(end) = update.contact_end() {
             self.contact_end(end, out);
         }
-        if event.is_none()
+        if <setup::ModelSample as ModelSample>::HAS_PREFIXES
+            && event.is_none()
             && let Some(model) = setup::MODEL
             && let Some(prefix) = update.prefix(model.frames())
         {
@@ -203,11 +228,29 @@ impl Sender {
         }
     }
 
+    /// Sends speed and direction of the newest frame if they are wanted and something slides.
+    #[cfg(feature = "motion")]
+    fn give_motion(
+        &mut self,
+        pipeline: &Pipeline<setup::GreenChannel, setup::Ln, setup::BaselinePolicy>,
+        out: &mut impl Outlet,
+    ) {
+        if !self.wants_motion {
+            return;
+        }
+        let (next_frame, recent) = pipeline.recent();
+        if let Some(baseline) = pipeline.baseline()
+            && let Some(velocity) = self.live.push(next_frame, recent, baseline).and_then(|touch| touch.velocity)
+        {
+            out.send(&Message::Motion { frame: next_frame.saturating_sub(1), velocity });
+        }
+    }
+
     /// Sends an event, or keeps it until its sample is sent. An event that is still kept is older: it is sent first,
     /// without the rest of its sample.
     fn event(&mut self, event: &Event<'_>, out: &mut impl Outlet) {
         self.send_held_event(out);
-        hold(&mut self.held, event, &self.law);
+        hold(&mut self.held, event, &self.law, self.motion);
         if !self.wants_samples {
             self.send_held_event(out);
         }
@@ -265,22 +308,14 @@ fn early_texture(prefix: &SamplePrefix<'_>, model: &setup::Kind, out: &mut impl 
 /// Keeps an event's answers, its texture included if it has one.
 // It is not inlined either, and it writes to their place: another copy would lie on the stack of the law.
 #[inline(never)]
-fn hold(held: &mut Option<Held>, event: &Event<'_>, law: &setup::Law) {
+fn hold(held: &mut Option<Held>, event: &Event<'_>, law: &setup::Law, motion: MotionConfig) {
     let held = held.insert(Held { answers: Answers::new(event, law), next: 0, end: None });
     if let Some(model) = setup::MODEL
         && held.answers.has_texture()
+        && let Some(texture) = <setup::ModelSample as ModelSample>::texture(event, &held.answers, motion, model)
     {
-        held.answers = held.answers.with_texture(event_texture(event, model));
+        held.answers = held.answers.with_texture(texture);
     }
-}
-
-/// Returns the texture of an event.
-// It is not inlined, so that its copy of the sample does not lie on the stack of the law.
-#[inline(never)]
-fn event_texture(event: &Event<'_>, model: &'static setup::Kind) -> TextureAnswer<'static> {
-    let mut numbers = [0; INPUTS];
-    event.sample.copy_to(&mut numbers);
-    texture::texture(&numbers, model).into()
 }
 
 #[cfg(test)]

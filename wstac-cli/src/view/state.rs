@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::motion::Velocity;
 use wstac_core::params::{FEATURES, TAXELS};
 
 use super::picture::Picture;
@@ -94,6 +95,8 @@ pub(super) struct State {
     /// Camera frames that were lost.
     pub(super) dropped: u64,
     pub(super) events: u64,
+    /// Speed and direction of the frame before the next one, if something slides.
+    pub(super) motion: Option<Velocity>,
     pub(super) lag: Lag,
     pub(super) rec: Option<Rec>,
 }
@@ -119,6 +122,7 @@ impl State {
             frame: 0,
             dropped: 0,
             events: 0,
+            motion: None,
             lag: Lag::default(),
             rec: None,
         }
@@ -129,8 +133,9 @@ impl State {
         self.paused && self.live
     }
 
-    /// Adds the features of a frame, or `None` for a lost frame.
+    /// Adds the features of a frame, or `None` for a lost frame. Motion is that of the frame before until it is taken.
     pub(super) fn add_trace(&mut self, features: Option<[f32; FEATURES]>) {
+        self.motion = None;
         if self.traces.len() == HISTORY {
             self.traces.pop_front();
         }
@@ -153,6 +158,7 @@ impl State {
     /// Takes an output of the stream, except features.
     pub(super) fn take(&mut self, record: &Output) {
         match record {
+            Output::Motion(motion) => self.motion = Some(motion.velocity),
             Output::Event(event) => {
                 self.events += 1;
                 self.say(About::Event, line(event));
@@ -181,7 +187,7 @@ impl State {
 }
 
 /// Returns the arrow that is nearest to an angle in degrees.
-fn arrow(degrees: f32) -> char {
+pub(super) fn arrow(degrees: f32) -> char {
     let eighths = (degrees / 45.0).round() as usize;
     ['→', '↗', '↑', '↖', '←', '↙', '↓', '↘'][eighths % 8]
 }

@@ -13,7 +13,7 @@ use wstac_core::direction;
 use wstac_core::error::{Error, FrameError};
 use wstac_core::layout::FrameSize;
 use wstac_core::model::file::INPUTS;
-use wstac_core::motion::{self, LiveMotion, MotionConfig};
+use wstac_core::motion::{self, LiveMotion};
 use wstac_core::rate::FrameRate;
 use wstac_core::speed;
 use wstac_core::stream::FeatureStream;

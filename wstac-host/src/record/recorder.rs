@@ -156,15 +156,14 @@ impl Recorder {
             }
             Output::Fault(_) => self.line([Topic::Faults, Topic::FaultsJson], Level::Warning, text, output),
             Output::Event(_)
-            | Output::Motion(_)
             | Output::ContactEnd(_)
             | Output::EarlyTexture(_)
             | Output::Interrupted(_)
             | Output::End(_) => {
                 self.line([Topic::Events, Topic::EventsJson], Level::Info, text, output);
             }
-            // Lost frames are recorded as events of the source.
-            Output::Lost(_) | Output::BaselineDisturbed { .. } => {}
+            // Lost frames are recorded as events of the source. Motion follows from the frames.
+            Output::Motion(_) | Output::Lost(_) | Output::BaselineDisturbed { .. } => {}
         }
     }
 
