@@ -45,7 +45,7 @@ impl Drop for Unfinished {
 ///
 /// # Errors
 /// Another program is writing the file.
-fn lock_existing(path: &Path) -> Result<Option<File>, Error> {
+pub fn lock_existing(path: &Path) -> Result<Option<File>, Error> {
     use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
     for _ in 0..100 {
         // A link is not followed, and a pipe is not waited for.

@@ -40,8 +40,8 @@ fn header_bytes(bytes: &[u8]) -> Vec<usize> {
     found
 }
 
-/// Returns the number of frames and of lost frames of a run. The end record's `frames` has both.
-fn ended(lines: &[u8]) -> (u64, u64) {
+/// Returns the number of frames and of lost frames of a run with features. The end record's `frames` has both.
+pub(super) fn ended(lines: &[u8]) -> (u64, u64) {
     let text = String::from_utf8_lossy(lines);
     let end: serde_json::Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
     assert_eq!(end["kind"], "end");
@@ -53,17 +53,17 @@ fn ended(lines: &[u8]) -> (u64, u64) {
 
 /// The outcome of a recovery of a damaged recording.
 #[derive(Debug, Default)]
-struct Tally {
+pub(super) struct Tally {
     /// Flips after which the recording could still be run, and after which all of it could be recovered.
-    run: AtomicUsize,
-    recovered: AtomicUsize,
+    pub(super) run: AtomicUsize,
+    pub(super) recovered: AtomicUsize,
     /// Frames that came back and that were reported missing.
     frames: AtomicUsize,
     missing: AtomicUsize,
 }
 
 /// Checks both rules for a damaged recording, which had this many frames and lost frames when it was recorded.
-fn check(folder: &Path, damaged: &[u8], recorded: (u64, u64), tally: &Tally) -> Result<(), String> {
+pub(super) fn check(folder: &Path, damaged: &[u8], recorded: (u64, u64), tally: &Tally) -> Result<(), String> {
     let [old, new, again] = ["old.mcap", "new.mcap", "again.mcap"].map(|name| folder.join(name));
     fs::write(&old, damaged).unwrap();
     let [old, new, again] = [&old, &new, &again].map(|path| path.to_str().unwrap());

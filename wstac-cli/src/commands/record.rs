@@ -2,7 +2,7 @@
 
 mod guide;
 
-use std::fs;
+use std::fs::{self, File};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,12 +11,13 @@ use super::files::Outputs;
 use super::output::{Form, LossReport, Records, Stop, note, text_of};
 use super::signals::{Ending, finishing};
 use super::source_arguments::{SourceArguments, at_least, doubts_of_textures};
+use wstac_host::atomic_write::lock_existing;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{DisturbedBaseline, Output, OutputOptions};
 use wstac_host::plural::counted;
 use wstac_host::record::about::About;
-use wstac_host::record::{Recorder, Written};
+use wstac_host::record::{Compression, Recorder, Written};
 use wstac_host::session::{Observer, Processor, Session, Step};
 use wstac_host::source::Labels;
 use wstac_host::source::decorate::Limited;
@@ -50,6 +51,13 @@ pub(super) struct Arguments {
     /// wstac dataset reads specimen, speed and direction.
     #[arg(long = "label", value_name = "NAME=VALUE", value_parser = label)]
     labels: Vec<(String, String)>,
+
+    /// Compress the file
+    ///
+    /// If the program is killed, up to a second of frames is lost then. A build without the feature compression cannot
+    /// do it.
+    #[arg(long, value_name = "zstd|lz4", value_parser = compression)]
+    compress: Option<Compression>,
 
     /// Read the configuration from this TOML file
     #[arg(long, value_name = "FILE")]
@@ -86,7 +94,8 @@ pub(super) struct Arguments {
 }
 
 const HELP: &str = r#"Content of the file:
-  MCAP, uncompressed, with the schemas of Foxglove; Rerun opens it.
+  MCAP with the schemas of Foxglove; Rerun opens it. It is uncompressed
+  unless --compress says zstd or lz4.
   /camera     every frame: foxglove.RawImage, or foxglove.CompressedImage
               with the JPEG that the camera sent. The bytes are the
               camera's own. Formats that viewers do not know (planes, and
@@ -173,14 +182,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if let Some(doubt) = doubts_of_textures(&info, &files) {
         note(doubt);
     }
-    let new = arguments.force.then(|| Replacement::of(&arguments.output)).flatten();
+    let new = if arguments.force { Replacement::of(&arguments.output)? } else { None };
     let file = match &new {
         // The old recording stays until the new one is whole.
         Some(new) => Outputs::new(false).create_at_once(&new.beside)?,
         None => outputs.create_at_once(&arguments.output)?,
     };
     let path = new.as_ref().map_or(&arguments.output, |new| &new.beside);
-    let recorder = Recorder::new(file, path, &about, session.processor())?;
+    let recorder = Recorder::compressed(
+        file,
+        path,
+        &about,
+        session.processor(),
+        arguments.compress.unwrap_or_default(),
+    )?;
     let form = if arguments.json { Form::Json } else { Form::Text };
     let shown = Shown { records: Some(Records::new(form)), events: 0 };
     let mut recording = Recording { recorder, shown, losses: LossReport::default() };
@@ -203,24 +218,26 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 struct Replacement {
     beside: PathBuf,
     path: PathBuf,
+    /// The older one, locked.
+    _old: File,
 }
 
 impl Replacement {
-    /// Returns the name of the new file, if there is an old one.
-    fn of(path: &Path) -> Option<Self> {
+    /// Returns the name of the new file, if there is an old one, which nobody may be writing.
+    fn of(path: &Path) -> Result<Option<Self>, Error> {
         let beside = path.with_added_extension("new");
-        path.exists().then(|| Self { beside, path: path.to_owned() })
+        Ok(lock_existing(path)?.map(|old| Self { beside, path: path.to_owned(), _old: old }))
     }
 
     /// Replaces the old recording if the new one is whole.
     fn finish(self, is_whole: bool, outputs: &Outputs) -> Result<(), Error> {
-        let Self { beside, path } = self;
+        let Self { beside, path, .. } = &self;
         if !is_whole {
             note(format_args!("{} has what was recorded, {} is as it was", beside.display(), path.display()));
             return Ok(());
         }
-        outputs.check([&path])?;
-        fs::rename(&beside, &path).map_err(|error| Error::io(path.display(), error))
+        outputs.check([path])?;
+        fs::rename(beside, path).map_err(|error| Error::io(path.display(), error))
     }
 }
 
@@ -328,6 +345,12 @@ fn labels(given: &[(String, String)]) -> Result<Labels, Error> {
         note(format_args!("label {name} is kept; wstac dataset reads only {}", NAMES.join(", ")));
     }
     Ok(labels)
+}
+
+/// Parses the name of a compression.
+fn compression(text: &str) -> Result<Compression, String> {
+    let found = [Compression::Zstd, Compression::Lz4].into_iter().find(|compression| compression.name() == text);
+    found.ok_or_else(|| format!("{text:?} is no compression, expected zstd or lz4"))
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

@@ -8,6 +8,7 @@
 
 pub mod about;
 mod bytes;
+mod compression;
 mod file;
 pub(crate) mod foxglove;
 mod limits;
@@ -24,6 +25,7 @@ mod walk;
 mod writer;
 
 pub(crate) use reader::{Item, Reader, damaged};
+pub use compression::Compression;
 pub use recorder::Recorder;
 pub(crate) use recorder::check_frame_bytes;
 pub use recover::{Recovered, recover};

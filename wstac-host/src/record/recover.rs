@@ -104,6 +104,8 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
     survey.set_own();
     let all = outline(&mut survey).map_err(failed)?.metadata;
     let is_sums = |metadata: &Metadata| metadata.name == sums::DESCRIPTION_SUMS;
+    let compression = survey.compression().unwrap_or_default();
+    compression.check(&old.display())?;
     let (sound, missing) = sums::sound_metadata(&all);
     let about = About::from_metadata(&sound);
     let description: Vec<Metadata> = sound.into_iter().filter(|metadata| is_description(&metadata.name)).collect();
@@ -113,14 +115,12 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
         let message = format_args!("starts with \"{found}\", expected an MCAP file, which starts with \"\\x89MCAP0\"");
         return Err(Error::new(ErrorKind::Format, old.display(), message));
     }
-    let mut problem = match &about {
+    let problem = match &about {
+        _ if missing > 0 => Some("has a damaged description".to_owned()),
         Ok(Some(_)) => None,
         Ok(None) => Some("has no description of a recording".to_owned()),
         Err(error) => Some(error.clone()),
     };
-    if missing > 0 && problem.is_none() {
-        problem = Some("has a damaged description".to_owned());
-    }
     let has_sums = all.iter().any(is_sums);
     if has_sums || !description.is_empty() {
         walk.set_own();
@@ -128,7 +128,7 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
     // Without a description, the checksums still belong to a recording of this program.
     // The new file may have another name until it is whole.
     let same = new.try_clone().map_err(|error| Error::io(path.display(), error))?;
-    let written = RecordingFile::new(new, &description).map_err(|error| not_written(path, error))?;
+    let written = RecordingFile::new(new, &description, compression).map_err(|error| not_written(path, error))?;
     let mut recovery = Recovery {
         walk,
         out: written,
