@@ -1,6 +1,7 @@
 //! Tests `wstac record`, `wstac recover` and recordings as sources. A recording replays the same stream, whatever
 //! happens to the file.
 
+mod before;
 mod compressed;
 mod cuts;
 mod flips;
@@ -215,12 +216,7 @@ fn has_frames(bytes: &[u8], frames: usize) -> bool {
 }
 
 /// Starts a recorder of standard input, gives it these frames, and waits until they are in the file.
-fn piped_to(
-    mut command: Command,
-    file: &Path,
-    frames: usize,
-    is_there: impl Fn(&[u8]) -> bool,
-) -> (Child, ChildStdin) {
+fn piped_to(mut command: Command, file: &Path, frames: usize, is_there: impl Fn(&[u8]) -> bool) -> (Child, ChildStdin) {
     command.stdin(Stdio::piped());
     let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     let mut stdin = child.stdin.take().unwrap();

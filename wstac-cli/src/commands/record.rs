@@ -189,13 +189,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         None => outputs.create_at_once(&arguments.output)?,
     };
     let path = new.as_ref().map_or(&arguments.output, |new| &new.beside);
-    let recorder = Recorder::compressed(
-        file,
-        path,
-        &about,
-        session.processor(),
-        arguments.compress.unwrap_or_default(),
-    )?;
+    let recorder =
+        Recorder::compressed(file, path, &about, session.processor(), arguments.compress.unwrap_or_default())?;
     let form = if arguments.json { Form::Json } else { Form::Text };
     let shown = Shown { records: Some(Records::new(form)), events: 0 };
     let mut recording = Recording { recorder, shown, losses: LossReport::default() };

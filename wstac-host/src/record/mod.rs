@@ -24,8 +24,8 @@ mod sums;
 mod walk;
 mod writer;
 
-pub(crate) use reader::{Item, Reader, damaged};
 pub use compression::Compression;
+pub(crate) use reader::{Item, Reader, damaged};
 pub use recorder::Recorder;
 pub(crate) use recorder::check_frame_bytes;
 pub use recover::{Recovered, recover};

@@ -240,7 +240,7 @@ impl Recovery<'_> {
     fn define(&mut self, op: u8, body: &[u8], sound: bool) {
         self.definitions = self.definitions.saturating_add(body.len() as u64);
         if self.definitions > 4 * MOST_DEFINITIONS {
-            let most = 4 * MOST_DEFINITIONS >> 20;
+            let most = (4 * MOST_DEFINITIONS) >> 20;
             self.doubt.get_or_insert_with(|| format!("has more than {most} MB of schemas and channels"));
             return;
         }
@@ -303,7 +303,7 @@ impl Recovery<'_> {
             return self.sum(span);
         }
         // Without checksums, a moment is a frame and everything behind it.
-        let starts = !self.has_sums && (topic.is_none() || topic.is_some_and(Topic::is_frame));
+        let starts = !self.has_sums && topic.is_none_or(Topic::is_frame);
         if starts || self.pending.len() == MOST_PENDING {
             self.flush()?;
         }

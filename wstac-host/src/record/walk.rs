@@ -140,6 +140,27 @@ struct Chunk {
     end: Option<u64>,
 }
 
+/// What a record stands in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Around {
+    /// The file itself.
+    File,
+    /// A chunk that was never finished.
+    Open,
+    /// A chunk whose records end here.
+    Until(u64),
+}
+
+impl Around {
+    /// Returns the end of the chunk, if it is known.
+    fn end(self) -> Option<u64> {
+        match self {
+            Self::Until(end) => Some(end),
+            Self::File | Self::Open => None,
+        }
+    }
+}
+
 /// The way of a walk through damage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mode {
@@ -422,40 +443,43 @@ impl Walk {
         Ok(length.first_chunk().map(|length| (*op, u64::from_le_bytes(*length))))
     }
 
-    /// Returns the record at a place if it has the shape of its kind.
-    fn shape(&mut self, at: u64) -> io::Result<Option<Span>> {
-        let of_chunk = self.chunk.as_ref().map(|chunk| chunk.end);
-        self.shape_in(at, of_chunk)
+    /// Returns what the next record stands in.
+    fn around(&self) -> Around {
+        self.chunk.as_ref().map_or(Around::File, |chunk| chunk.end.map_or(Around::Open, Around::Until))
     }
 
-    /// Returns the record at a place if it has the shape of its kind. `chunk` is the chunk that it stands in, with its
-    /// end if that is known.
-    fn shape_in(&mut self, at: u64, chunk: Option<Option<u64>>) -> io::Result<Option<Span>> {
-        let limit = chunk.flatten().unwrap_or(self.end);
-        if chunk.is_none() && self.indexed(at).is_some() {
+    /// Returns the record at a place if it has the shape of its kind.
+    fn shape(&mut self, at: u64) -> io::Result<Option<Span>> {
+        self.shape_in(at, self.around())
+    }
+
+    /// Returns the record at a place if it has the shape of its kind. `chunk` is what it stands in.
+    fn shape_in(&mut self, at: u64, chunk: Around) -> io::Result<Option<Span>> {
+        let limit = chunk.end().unwrap_or(self.end);
+        if matches!(chunk, Around::File) && self.indexed(at).is_some() {
             // The index knows better than a damaged code.
             return Ok(self.chunk_head(at)?.map(|_| Span { op: op::CHUNK, at, length: CHUNK_HEADER - HEAD }));
         }
         let Some((op, length)) = self.head(at)? else { return Ok(None) };
-        let is_end = op == op::DATA_END && length == 4 && chunk.flatten().is_none();
+        let is_end = op == op::DATA_END && length == 4 && chunk.end().is_none();
         if is_end {
             let known = self.summary.is_none() || at == self.end;
             let fits = known && at + DATA_END <= self.file.length() && self.is_end(at)?;
             return Ok(fits.then_some(Span { op, at, length }));
         }
-        if op == op::CHUNK && chunk.flatten().is_none() {
+        if op == op::CHUNK && chunk.end().is_none() {
             return Ok(self.chunk_head(at)?.map(|_| Span { op, at, length: CHUNK_HEADER - HEAD }));
         }
         let Some(left) = limit.checked_sub(at + HEAD) else { return Ok(None) };
         if length > left {
             return Ok(None);
         }
-        let inside = chunk.flatten().is_some();
+        let inside = chunk.end().is_some();
         let has_shape = match op {
             op::MESSAGE => length >= MESSAGE_HEADER && length <= self.most_of_message(),
             op::SCHEMA | op::CHANNEL => self.fits(op, at, length)?,
             op::METADATA => !inside && self.fits(op, at, length)?,
-            op::HEADER => at == mcap::MAGIC.len() as u64 && length <= MOST_DEFINITIONS,
+            op::HEADER => at == mcap::MAGIC.len() as u64 && self.fits(op, at, length)?,
             op::MESSAGE_INDEX => {
                 let count = self.file.peek(at + HEAD + 2, 4)?.first_chunk().map(|count| u32::from_le_bytes(*count));
                 !inside && length >= 6 && count.is_some_and(|count| u64::from(count) == length - 6)
@@ -628,7 +652,7 @@ impl Walk {
 
     /// Returns whether a record follows that may stand behind a chunk.
     fn follows(&mut self, end: u64) -> io::Result<bool> {
-        let span = self.shape_in(end, None)?;
+        let span = self.shape_in(end, Around::File)?;
         Ok(span.is_some_and(|span| matches!(span.op, op::CHUNK | op::MESSAGE_INDEX | op::METADATA | op::DATA_END)))
     }
 
@@ -651,8 +675,8 @@ impl Walk {
 
     /// Returns the next place at which records start again.
     fn resync(&mut self, from: u64) -> io::Result<u64> {
-        let chunk = self.chunk.as_ref().map(|chunk| chunk.end);
-        let end = chunk.flatten().unwrap_or(self.end);
+        let chunk = self.around();
+        let end = chunk.end().unwrap_or(self.end);
         let summary = self.summary.as_ref().filter(|_| self.outer.is_none());
         let chunks = summary.map_or(&[][..], |summary| &summary.chunks);
         let next = chunks.iter().map(|(place, _)| *place).find(|&place| place >= from && place < self.end);
@@ -701,8 +725,8 @@ impl Walk {
     }
 
     /// Returns whether records certainly start at a place: a checksum, or three records one behind the other.
-    fn is_anchor(&mut self, at: u64, chunk: Option<Option<u64>>) -> io::Result<bool> {
-        let end = chunk.flatten().unwrap_or(self.end);
+    fn is_anchor(&mut self, at: u64, chunk: Around) -> io::Result<bool> {
+        let end = chunk.end().unwrap_or(self.end);
         let (mut at, mut chunk) = (at, chunk);
         for _ in 0..3 {
             let Some(span) = self.shape_in(at, chunk)? else {
@@ -715,7 +739,8 @@ impl Walk {
                     if head.compression != Compression::None {
                         return Ok(true);
                     }
-                    (at, chunk) = (head.content, Some(head.stored.map(|stored| head.content + stored)));
+                    (at, chunk) =
+                        (head.content, head.stored.map_or(Around::Open, |stored| Around::Until(head.content + stored)));
                     continue;
                 }
                 op::DATA_END => return Ok(true),

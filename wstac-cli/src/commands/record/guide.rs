@@ -18,9 +18,9 @@ use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::plural::counted;
-use wstac_host::record::{Compression, Recorder};
 use wstac_host::record::about::About;
 use wstac_host::record::plan::{self, PlannedSlide};
+use wstac_host::record::{Compression, Recorder};
 use wstac_host::session::Processor;
 use wstac_host::source::Labels;
 use wstac_host::source::{FramePolicy, Source, SourceEvent, StreamInfo};
@@ -105,7 +105,8 @@ pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
     }
     let compression = arguments.compress.unwrap_or_default();
     let is_live = is_camera(&arguments.source);
-    let mut session = Session { is_live, source, info, config, models: &models, labels, compression, keys, shown, interrupted };
+    let mut session =
+        Session { is_live, source, info, config, models: &models, labels, compression, keys, shown, interrupted };
     let recorded = session.lead(&slides, folder)?;
     let there = slides.iter().filter(|slide| file_of(folder, slide).exists()).count();
     let rest = if there < slides.len() { "; the same command continues with the others" } else { "" };
